@@ -1,4 +1,4 @@
-//! Says how the product is linked: with the section in which defmt interns its strings.
+//! Links the product with the section in which defmt interns its strings.
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");

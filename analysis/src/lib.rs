@@ -1,15 +1,14 @@
-//! What is made of a foot's recording. It prints nothing and reads no command line: the program and
-//! the Python package are two ways to it.
+//! Processing of foot recordings, without console output or command line, for the program and the Python package.
 //!
 //! | step | module |
 //! |---|---|
-//! | the parameters, from preset, file and options | [`config`] |
-//! | those in force, as JSON | [`parameters`] |
-//! | the estimator runs over a recording, sample by sample, into tables | [`replay`] |
-//! | what that comes to | [`summary`] |
+//! | parameters, from preset, file and options | [`config`] |
+//! | parameters in force, as JSON | [`parameters`] |
+//! | estimator over a recording, sample by sample, into tables | [`replay`] |
+//! | summary of the results | [`summary`] |
 //! | all recordings of a tree, into tables of Parquet | `batch`, with the feature `parquet` |
-//! | files that are there whole or not at all | [`whole_file`] |
-//! | what belongs to one robot: learnt values, mounting, errors of the sensor | [`calibrate`] |
+//! | files written completely or not at all | [`whole_file`] |
+//! | values of one robot: learnt values, mounting, sensor errors | [`calibrate`] |
 
 #[cfg(feature = "parquet")]
 pub mod batch;

@@ -1,4 +1,4 @@
-//! The parameters in force, as JSON: what a result was computed with.
+//! JSON report of the parameters with which a result was computed.
 
 use std::collections::BTreeMap;
 
@@ -85,7 +85,7 @@ pub struct CorrectionReport {
 }
 
 impl ParametersReport {
-    /// Of the parameters with which a recording was estimated.
+    /// Reports the parameters with which a recording was estimated.
     #[must_use]
     pub fn of(params: &Params) -> Self {
         Self {
@@ -128,8 +128,8 @@ impl From<&Correction> for CorrectionReport {
     }
 }
 
-/// What differs from the preset for recordings of a format, as `name = value`, in one line; empty where
-/// nothing does. The recording's own rate and gravity do not count.
+/// Returns the differences from the preset for recordings of a format, as `name = value`, in one line; empty if
+/// there are none. The recording's own rate and gravity are ignored.
 #[must_use]
 pub fn differences(params: &Params, preset: Preset, format: Format) -> String {
     let before = preset.params(format);
@@ -166,14 +166,14 @@ pub fn differences(params: &Params, preset: Preset, format: Format) -> String {
     all.join(", ")
 }
 
-/// The words of a table, for a schema.
+/// Returns the words of a table, for a schema.
 fn words<T>(table: &[(&'static str, T)]) -> Value {
     table.iter().map(|(word, _)| *word).collect()
 }
 
-/// Each number with its unit and range, all required.
+/// Returns the schema of the numbers: each with its unit and range, all required.
 fn numbers_schema(_: &mut SchemaGenerator) -> Schema {
-    // By way of decimals, as numbers are printed.
+    // Converted in decimal, as numbers are printed.
     let decimal = |value: f32| value.to_string().parse::<f64>().unwrap_or_default();
     let properties: Map<String, Value> = Parameter::ALL
         .into_iter()
@@ -206,7 +206,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_number_is_there_with_its_value() {
+    fn every_number_is_reported_with_its_value() {
         let json = serde_json::to_value(ParametersReport::of(&Params::PAPER_GO1)).unwrap();
         for number in Parameter::ALL {
             let value = json["numbers"][number.name()].as_f64().expect("a number");
@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn what_differs_from_the_preset_is_named_with_both_values() {
+    fn differences_from_the_preset_name_both_values() {
         let mut params = Preset::Default.params(Format::Csv);
         assert_eq!(differences(&params, Preset::Default, Format::Csv), "");
         params.sample_rate = 123.0;

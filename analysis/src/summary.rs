@@ -1,4 +1,4 @@
-//! What a replay comes to, for a person or as JSON.
+//! Summary of a replay, as text or as JSON.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -57,7 +57,7 @@ fn flag_counts(_: &mut SchemaGenerator) -> Schema {
     map_of(Flag::ALL.map(Flag::name), &count)
 }
 
-/// The schema of a map that has some of these keys, each with a value that `value` describes.
+/// Returns the schema of a map with some of these keys, each with a value that `value` describes.
 fn map_of<'a>(keys: impl IntoIterator<Item = &'a str>, value: &Value) -> Schema {
     let keys: Vec<&str> = keys.into_iter().collect();
     let mut schema = Schema::default();
@@ -95,23 +95,23 @@ pub struct FindingReport {
     pub message: String,
 }
 
-/// A file that is read.
+/// File that was read.
 #[derive(Clone, Copy, Debug)]
 pub struct Source<'a> {
-    /// Its name, as it was given.
+    /// Name of the file, as given.
     pub file: &'a str,
-    /// How it is laid out.
+    /// Format of the file.
     pub format: Format,
 }
 
 impl InputReport {
-    /// Sums up a file that is in memory and what is not plausible about it.
+    /// Reports on a file in memory and its findings.
     #[must_use]
     pub fn of(source: Source<'_>, loaded: &Loaded, findings: &[Finding]) -> Self {
         Self::new(source, &loaded.notices, loaded.repairs, findings)
     }
 
-    /// Sums up what was said about a file, what was repaired and what is not plausible.
+    /// Reports the notices, repairs and findings of a file.
     #[must_use]
     pub fn new(
         source: Source<'_>,
@@ -148,7 +148,7 @@ pub struct Summaries {
 }
 
 impl Summaries {
-    /// Of these.
+    /// Creates the summaries of these recordings.
     #[must_use]
     pub const fn new(recordings: Vec<Summary>) -> Self {
         Self { recordings }
@@ -190,7 +190,7 @@ impl<R: fmt::Display> fmt::Display for WithInputs<R> {
     }
 }
 
-/// Counts what a [`Summary`] says, sample by sample.
+/// Counts the figures of a [`Summary`], sample by sample.
 #[derive(Clone, Debug)]
 pub struct Tally {
     recording: String,
@@ -202,12 +202,12 @@ pub struct Tally {
     states: [usize; Phase::ALL.len()],
     /// In the order of [`Flag::ALL`].
     flags: [usize; Flag::ALL.len()],
-    /// Of the samples that have a label.
+    /// Metrics of the samples with a label.
     metrics: RunningMetrics,
 }
 
 impl Tally {
-    /// Of a recording at this sample rate.
+    /// Creates a tally for a recording at this sample rate.
     #[must_use]
     pub fn new(recording: &str, foot: Option<&str>, sample_rate_hz: f32) -> Self {
         Self {
@@ -238,7 +238,7 @@ impl Tally {
         }
     }
 
-    /// What it all comes to.
+    /// Returns the summary.
     #[must_use]
     pub fn finish(self) -> Summary {
         let duration_us = self
@@ -279,10 +279,10 @@ impl Summary {
     }
 }
 
-/// Why the slide does not have its full weight: samples too far apart add up to no speed.
+/// Reason for a reduced weight of the slide: samples too far apart add up to no speed.
 const SLIDE_NOTE: &str = "1 from 300 Hz on: below that slow slides go unseen";
 
-/// Why there are more samples in slip than samples of a slipping foot.
+/// Reason why samples in slip outnumber the samples of a slipping foot.
 const SLIP_NOTE: &str =
     "         (a landing counts as slip until still for up to window + on-delay)";
 
@@ -324,7 +324,7 @@ impl fmt::Display for Summary {
     }
 }
 
-/// The figures against the labels, in three lines.
+/// Formats the figures against the labels, in three lines.
 fn metrics_text(metrics: &Metrics) -> String {
     let or_none = |value: Option<f64>, decimals: usize| match value {
         Some(value) => format!("{value:.decimals$}"),
@@ -402,7 +402,7 @@ mod tests {
     }
 
     #[test]
-    fn the_terminal_shows_what_there_is_and_nothing_else() {
+    fn text_omits_absent_figures() {
         assert_eq!(
             summary([None; 4]).to_string(),
             "walk: 4 samples, 0.300 s at 10 Hz\n\
@@ -413,14 +413,14 @@ mod tests {
     }
 
     #[test]
-    fn without_slip_there_is_nothing_to_explain_about_it() {
+    fn text_without_slip_omits_the_slip_note() {
         let mut summary = summary([None; 4]);
         summary.state_shares.insert(Phase::Slip.name(), 0.0);
         assert!(!summary.to_string().contains("slip"));
     }
 
     #[test]
-    fn with_labels_it_shows_how_good_the_probability_is() {
+    fn text_with_labels_shows_the_metrics() {
         use Label::{NotStable, Stable};
         let text = summary([NotStable, Stable, Stable, NotStable].map(Some)).to_string();
         assert!(

@@ -1,17 +1,16 @@
-//! Files and folders that are there whole or not at all: written under a name of their own, then renamed.
+//! Atomic files and folders: written under a temporary name, then renamed.
 //!
-//! The name begins with a point and ends in `.part`, so that readers of a folder pass over what is not
-//! complete.
+//! The temporary name begins with a dot and ends in `.part`, so that readers of a folder skip incomplete files.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// What names of unfinished files end in.
+/// Suffix of unfinished files.
 const PART: &str = ".part";
 
-/// A file that is being written, next to where it belongs. It is removed unless it is [finished].
+/// File being written, next to its final path. It is removed unless it is [finished].
 ///
 /// [finished]: Self::finish
 pub struct WholeFile {
@@ -21,12 +20,12 @@ pub struct WholeFile {
 }
 
 impl WholeFile {
-    /// Begins a file, in a folder that is there. What has its name stays until it is finished.
+    /// Starts a file in an existing folder. A file of that name stays until the new one is finished.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// An error of the operating system.
     pub fn create(path: &Path) -> io::Result<Self> {
-        // Where the name is a link, what it points to is replaced, not the link.
+        // A link is resolved, so that its target is replaced and not the link.
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let unfinished = Unfinished::new(&path);
         Ok(Self {
@@ -36,10 +35,10 @@ impl WholeFile {
         })
     }
 
-    /// Gives the file its name.
+    /// Renames the file to its final name.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// An error of the operating system.
     pub fn finish(mut self) -> io::Result<()> {
         self.to.flush()?;
         fs::rename(&self.unfinished.0, &self.path)
@@ -56,8 +55,7 @@ impl Write for WholeFile {
     }
 }
 
-/// A folder that is being filled, next to where it belongs. It is removed with all that is in it unless it is
-/// [finished].
+/// Folder being filled, next to its final path. It is removed with its content unless it is [finished].
 ///
 /// [finished]: Self::finish
 pub struct WholeFolder {
@@ -66,10 +64,10 @@ pub struct WholeFolder {
 }
 
 impl WholeFolder {
-    /// Begins a folder, in one that is there.
+    /// Starts a folder in an existing one.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// An error of the operating system.
     pub fn create(path: &Path) -> io::Result<Self> {
         let unfinished = Unfinished::new(path);
         fs::create_dir(&unfinished.0)?;
@@ -79,28 +77,27 @@ impl WholeFolder {
         })
     }
 
-    /// Where it is filled.
+    /// Returns the path of the folder while it is filled.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.unfinished.0
     }
 
-    /// Gives the folder its name, which nothing else has.
+    /// Renames the folder to its final name, which must be unused.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// An error of the operating system.
     pub fn finish(self) -> io::Result<()> {
         fs::rename(&self.unfinished.0, &self.path)
     }
 }
 
-/// The name of an unfinished file or folder, which is removed with it.
+/// Name of an unfinished file or folder, which is removed on drop.
 struct Unfinished(PathBuf);
 
-/// Removes a file, or a folder with all that is in it.
+/// Removes a file, or a folder with its content.
 fn remove(path: &Path) {
-    // After success there is nothing under this name. After a failure the first error counts; that
-    // nothing could be tidied up adds nothing to it.
+    // After success nothing has this name. After a failure the first error counts, not that of the removal.
     let _ = if path.is_dir() {
         fs::remove_dir_all(path)
     } else {
@@ -108,7 +105,7 @@ fn remove(path: &Path) {
     };
 }
 
-/// Those that there are. Whoever has them locked keeps others from being begun.
+/// Unfinished files and folders of this process. No other can be started while they are locked.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 fn all_unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
@@ -133,15 +130,14 @@ impl Drop for Unfinished {
     }
 }
 
-/// Whether this is the name of an unfinished file, such as a process has left that was killed.
+/// Returns whether this is the name of an unfinished file, such as one left by a killed process.
 #[must_use]
 pub fn is_unfinished(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     name.starts_with('.') && name.ends_with(PART)
 }
 
-/// Removes the unfinished files of this process, and then ends it with this code. Until then no other
-/// is begun.
+/// Removes the unfinished files of this process and exits with this code. No file can be started meanwhile.
 pub fn remove_unfinished_and_exit(code: i32) -> ! {
     let unfinished = all_unfinished();
     unfinished.iter().for_each(|path| remove(path));
@@ -153,7 +149,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_has_its_name_when_it_is_finished_and_is_gone_where_it_is_not() {
+    fn file_appears_when_finished_and_is_removed_otherwise() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("x.parquet");
         let names = || -> Vec<PathBuf> {
@@ -174,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_has_its_name_when_it_is_finished_and_is_gone_where_it_is_not() {
+    fn folder_appears_when_finished_and_is_removed_otherwise() {
         let outer = tempfile::tempdir().unwrap();
         let path = outer.path().join("bag");
         for is_finished in [false, true] {

@@ -1,4 +1,4 @@
-//! One recording of a batch: its files, its rows, and what stands in the way.
+//! Estimation of one recording of a batch: its files, rows and errors.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -48,7 +48,7 @@ impl Bench {
         estimate_recording(&self.input(), &self.identity, &self.settings, &self.out()).unwrap()
     }
 
-    /// All files below the folder of results, with their bytes.
+    /// Returns all files below the results folder, with their bytes.
     fn files(&self) -> Vec<(PathBuf, Vec<u8>)> {
         let mut files = Vec::new();
         collect(&self.out(), &mut files);
@@ -61,7 +61,7 @@ impl Bench {
         let mut rows: Vec<Row> = read(fs::File::open(path).unwrap()).unwrap();
         let read = rows.remove(0);
         assert!(rows.is_empty());
-        // Those are in the path alone.
+        // Robot, foot and day are in the path only.
         Row {
             robot: row.robot.clone(),
             foot: row.foot.clone(),
@@ -83,7 +83,7 @@ fn collect(folder: &Path, files: &mut Vec<(PathBuf, Vec<u8>)>) {
 }
 
 #[test]
-fn a_walk_has_its_samples_events_and_a_row_that_reads_back() {
+fn walk_writes_samples_events_and_a_readable_row() {
     let bench = Bench::new(walk(12.0));
     let rows = bench.run();
     let [row] = &rows[..] else {
@@ -125,7 +125,7 @@ fn a_walk_has_its_samples_events_and_a_row_that_reads_back() {
 }
 
 #[test]
-fn the_bytes_depend_on_neither_the_place_nor_what_was_there() {
+fn bytes_depend_on_neither_path_nor_earlier_results() {
     let [one, other] = [Bench::new(walk(3.0)), Bench::new(walk(3.0))];
     other.run();
     let bytes = |bench: &Bench| -> Vec<Vec<u8>> {
@@ -136,7 +136,7 @@ fn the_bytes_depend_on_neither_the_place_nor_what_was_there() {
 }
 
 #[test]
-fn a_recording_that_cannot_be_estimated_has_a_row_that_names_it_and_says_why() {
+fn failed_recording_has_a_row_with_the_reason() {
     for (content, why) in [
         ("", "logs/spot/fl.csv"),
         ("t,ax\n0,0\n", "logs/spot/fl.csv, line 1: missing"),
@@ -157,7 +157,7 @@ fn a_recording_that_cannot_be_estimated_has_a_row_that_names_it_and_says_why() {
 }
 
 #[test]
-fn what_cannot_be_read_is_not_known_by_its_hash() {
+fn unreadable_recording_has_no_hash() {
     let bench = Bench::new("");
     fs::remove_file(bench.input()).unwrap();
     let rows = bench.run();
@@ -170,7 +170,7 @@ fn what_cannot_be_read_is_not_known_by_its_hash() {
 }
 
 #[test]
-fn what_is_not_plausible_fails_where_it_should_be_and_keeps_its_findings() {
+fn implausible_recording_fails_if_required_and_keeps_findings() {
     let still = |k: u32| format!("{:.3},0,0,1,0,0,0\n", f64::from(k) * 0.002);
     let in_g = "t,ax,ay,az,wx,wy,wz\n".to_owned() + &(0..2000).map(still).collect::<String>();
     let mut bench = Bench::new(in_g);
@@ -193,7 +193,7 @@ fn what_is_not_plausible_fails_where_it_should_be_and_keeps_its_findings() {
 }
 
 #[test]
-fn a_foot_that_is_not_there_is_said_with_those_that_are() {
+fn missing_foot_error_lists_the_feet() {
     let mut bench = Bench::new(walk(1.0));
     bench.settings.feet = FeetWanted::Named("hl".to_owned());
     let rows = bench.run();
@@ -206,7 +206,7 @@ fn a_foot_that_is_not_there_is_said_with_those_that_are() {
 }
 
 #[test]
-fn the_day_is_that_of_the_clock_and_else_the_one_that_is_known() {
+fn day_comes_from_the_clock_or_the_identity() {
     let row = |k: u32| {
         format!(
             "{:.3},0,0,9.81,0,0,0\n",

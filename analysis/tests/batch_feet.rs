@@ -1,4 +1,4 @@
-//! A bag of two feet in a batch.
+//! Batch estimation of a bag with two feet.
 
 use std::fs;
 use std::path::Path;
@@ -11,12 +11,12 @@ use rusqlite::Connection;
 use std::num::NonZeroUsize;
 use std::sync::Mutex;
 
-/// A `sensor_msgs/msg/Imu` of a foot at rest as CDR.
+/// Encodes a `sensor_msgs/msg/Imu` of a foot at rest as CDR.
 fn imu(seconds: i32, nanoseconds: u32, up_m_s2: f64) -> Vec<u8> {
     let mut message = vec![0, 1, 0, 0];
     message.extend(seconds.to_le_bytes());
     message.extend(nanoseconds.to_le_bytes());
-    // An empty name of a frame with its zero byte, and up to a multiple of eight after the first four bytes.
+    // An empty frame name with its zero byte, padded to a multiple of eight after the first four bytes.
     message.extend([1, 0, 0, 0, 0, 0, 0, 0]);
     let orientation = [0.0, 0.0, 0.0, 1.0];
     let (rate, acceleration, covariance) = ([0.0; 3], [0.0, 0.0, up_m_s2], [0.0; 9]);
@@ -31,7 +31,7 @@ fn imu(seconds: i32, nanoseconds: u32, up_m_s2: f64) -> Vec<u8> {
     message
 }
 
-/// Two seconds of feet at rest on these topics, from noon of 2024-05-01 on.
+/// Writes two seconds of feet at rest on these topics, from noon of 2024-05-01 on.
 fn write_bag(folder: &Path, topics: &[&str]) {
     fs::create_dir_all(folder).unwrap();
     fs::write(
@@ -73,7 +73,7 @@ impl Watch for Outcomes {
     }
 }
 
-/// What becomes of the one recording below a folder.
+/// Estimates the only recording below a folder and returns its outcome.
 fn run(logs: &Path, out: &Path, topics: Topics) -> Outcome {
     let mut settings = Settings::default();
     settings.hints.bag.topics = topics;
@@ -87,7 +87,7 @@ fn run(logs: &Path, out: &Path, topics: Topics) -> Outcome {
     outcomes.0.into_inner().unwrap().remove(0)
 }
 
-/// The folders of a table, below that of the robot.
+/// Returns the folders of a table, below that of the robot.
 fn feet(out: &Path, table: &str) -> Vec<String> {
     let entries = fs::read_dir(out.join(table).join("robot=spot")).unwrap();
     let mut names: Vec<String> = entries
@@ -98,7 +98,7 @@ fn feet(out: &Path, table: &str) -> Vec<String> {
 }
 
 #[test]
-fn each_foot_of_a_folder_of_bags_has_its_row_and_a_foot_that_is_gone_leaves_nothing() {
+fn bag_feet_have_rows_and_lost_feet_are_removed() {
     let folder = tempfile::tempdir().unwrap();
     let (logs, out) = (folder.path().join("logs"), folder.path().join("out"));
     let bag = logs.join("spot/walk");
@@ -117,7 +117,7 @@ fn each_foot_of_a_folder_of_bags_has_its_row_and_a_foot_that_is_gone_leaves_noth
         run(&logs, &out, Topics::All),
         Outcome::UpToDate(_)
     ));
-    // A row that is lost is seen though the other is there.
+    // A missing row is detected although the other is present.
     fs::remove_dir_all(out.join("recordings/robot=spot/foot=fr")).unwrap();
     let again = run(&logs, &out, Topics::All);
     assert!(
@@ -133,7 +133,7 @@ fn each_foot_of_a_folder_of_bags_has_its_row_and_a_foot_that_is_gone_leaves_noth
     for table in ["samples", "events", "recordings"] {
         assert_eq!(feet(&out, table), ["foot=fl", "foot=hl"]);
     }
-    // Which of them is meant is not said.
+    // Two topics are ambiguous without a selection.
     let failed = run(&logs, &out, Topics::TheOnly);
     assert!(failed.error().unwrap().contains("--topic"), "{failed:?}");
     assert_eq!(feet(&out, "recordings"), ["foot=walk"]);

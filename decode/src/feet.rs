@@ -1,4 +1,4 @@
-//! Which nodes of a CAN bus are feet, and how they are called.
+//! Nodes of a CAN bus that are feet, and their names.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -6,16 +6,16 @@ use std::sync::Arc;
 use thiserror::Error;
 use wire::{Foot, NodeId};
 
-/// The nodes that are feet, with their names.
+/// Nodes that are feet, with their names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Feet {
-    /// By node id; a foot need not have a name.
+    /// By node id; the name is optional.
     names: BTreeMap<u8, Option<Arc<str>>>,
 }
 
 impl Default for Feet {
-    /// The feet that [`wire::Foot`] has, with the ids that they have from the start: 0x11 is `FL`,
-    /// 0x12 `FR`, 0x13 `RL`, 0x14 `RR`, 0x15 `L`, 0x16 `R`.
+    /// The feet of [`wire::Foot`] with their default ids: 0x11 is `FL`, 0x12 `FR`, 0x13 `RL`, 0x14 `RR`,
+    /// 0x15 `L`, 0x16 `R`.
     fn default() -> Self {
         let name = |foot: Foot| (foot.default_node_id().get(), Some(foot.name().into()));
         Self {
@@ -25,16 +25,16 @@ impl Default for Feet {
 }
 
 impl Feet {
-    /// Adds a node that is a foot, without a name where it has none yet.
+    /// Adds a node that is a foot; an existing name is kept.
     pub fn add(&mut self, node: NodeId) {
         self.names.entry(node.get()).or_default();
     }
 
-    /// Gives nodes names, which makes them feet. Another node that has one of the names from the start
-    /// loses it: in a table the two would be one foot.
+    /// Names nodes, which makes them feet. Another node that has one of the names by default loses it, because
+    /// both would be the same foot in a table.
     ///
     /// # Errors
-    /// A node gets two names, or two nodes get one.
+    /// A node is given two names, or two nodes the same name.
     pub fn call(&mut self, names: &[(NodeId, Name)]) -> Result<(), NamedTwice> {
         for (k, (node, name)) in names.iter().enumerate() {
             let before = &names[..k];
@@ -57,19 +57,19 @@ impl Feet {
         Ok(())
     }
 
-    /// Whether a node is a foot.
+    /// Returns whether a node is a foot.
     #[must_use]
     pub fn contains(&self, node: NodeId) -> bool {
         self.names.contains_key(&node.get())
     }
 
-    /// The name of a foot.
+    /// Name of a foot, if any.
     #[must_use]
     pub fn name(&self, node: NodeId) -> Option<Arc<str>> {
         self.names.get(&node.get()).cloned().flatten()
     }
 
-    /// The ids as a text: `17 to 22, 33`.
+    /// Formats the ids: `17 to 22, 33`.
     pub(super) fn ids(&self) -> String {
         let mut ranges: Vec<(u8, u8)> = Vec::new();
         for &id in self.names.keys() {
@@ -86,34 +86,34 @@ impl Feet {
     }
 }
 
-/// Names that contradict each other.
+/// Conflicting names.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum NamedTwice {
-    /// A node gets two.
+    /// A node is given two names.
     #[error("node {0} gets two names")]
     Node(u8),
-    /// Two nodes get one.
+    /// Two nodes are given the same name.
     #[error("two nodes get the name {0}")]
     Name(String),
 }
 
-/// A name of a foot: it goes into tables.
+/// Name of a foot, valid in tables.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Name(Arc<str>);
 
-/// A text that is no name.
+/// The text is not a valid name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error("a name of a foot is 1 to 32 letters, digits, hyphens and underscores")]
 pub struct NotAName;
 
 impl Name {
-    /// The longest name, bytes.
+    /// Maximum length, bytes.
     const LONGEST: usize = 32;
 
-    /// A name.
+    /// Creates a name.
     ///
     /// # Errors
-    /// It is not 1 to 32 ASCII letters, digits, hyphens and underscores.
+    /// The text is not 1 to 32 ASCII letters, digits, hyphens and underscores.
     pub fn new(text: &str) -> Result<Self, NotAName> {
         let allowed = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'-' | b'_');
         if (1..=Self::LONGEST).contains(&text.len()) && text.bytes().all(allowed) {
@@ -137,14 +137,14 @@ mod tests {
     }
 
     #[test]
-    fn no_two_feet_have_one_name() {
+    fn feet_names_are_unique() {
         let mut feet = Feet::default();
         let twice = [(node(33), name("A")), (node(34), name("A"))];
         assert_eq!(feet.call(&twice), Err(NamedTwice::Name("A".to_owned())));
         let twice = [(node(33), name("A")), (node(33), name("B"))];
         assert_eq!(feet.call(&twice), Err(NamedTwice::Node(33)));
         assert_eq!(feet, Feet::default());
-        // Who is named takes the name from who has it from the start.
+        // A given name is taken from the node that has it by default.
         feet.call(&[(node(33), name("FL"))]).unwrap();
         assert_eq!(feet.name(node(33)).as_deref(), Some("FL"));
         assert!(feet.contains(node(0x11)) && feet.name(node(0x11)).is_none());
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn feet_have_the_names_of_their_ids_until_they_get_others() {
+    fn feet_have_default_names_until_renamed() {
         let mut feet = Feet::default();
         assert_eq!(feet.name(node(0x11)).as_deref(), Some("FL"));
         assert_eq!(feet.name(node(0x16)).as_deref(), Some("R"));
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_fits_into_a_cell_of_a_table() {
+    fn names_that_do_not_fit_a_table_cell_are_rejected() {
         let long = "x".repeat(33);
         for text in ["", "a,b", "a b", "\"", "ä", "a\nb", &long] {
             assert_eq!(Name::new(text), Err(NotAName), "{text:?}");

@@ -1,17 +1,17 @@
-//! What feet have sent becomes rows again, and what was lost is counted.
+//! Decodes recorded frames of feet to rows and counts losses.
 //!
 //! | step | module |
 //! |---|---|
 //! | a log of CAN frames, line by line | `can`, with [`can_log`] and `lines` |
 //! | a recording of the serial line | `uart` |
-//! | the same while it happens: what feet say | [`live`] |
-//! | what to do about a fault, a flag or a refusal | [`remedy`] |
-//! | which nodes are feet, and how they are called | [`feet`] |
+//! | live decoding of frames and bytes as they arrive | [`live`] |
+//! | remedies for faults, flags and refusals | [`remedy`] |
+//! | nodes that are feet, and their names | [`feet`] |
 //! | a row per contact | [`row`] |
-//! | what came, what is missing, what is wrong | [`report`] |
+//! | counts of frames, losses and problems | [`report`] |
 //!
-//! Which of the two a file is, and which form a log has, its contents show. Files are read once and
-//! never held whole: of the rows, `can` keeps the newest few thousand, to complete them.
+//! The kind of a file and the format of a log are detected from the contents. Files are read once and never
+//! held in memory as a whole: `can` keeps the newest few thousand rows to complete them.
 
 mod can;
 pub mod can_log;
@@ -38,79 +38,78 @@ pub use row::Row;
 use crate::can_log::recognise::recognise;
 use lines::Lines;
 
-/// The number of first bytes by which the form of a log is recognised.
+/// Number of bytes at the start of a file from which its format is detected.
 const HEAD: u64 = 1 << 16;
 
-/// What standard input is called in messages.
+/// Name of standard input in messages.
 pub const STANDARD_INPUT: &str = "standard input";
 
-/// Why a file cannot be decoded.
+/// Reason why a file cannot be decoded.
 #[derive(Debug, Error)]
 pub enum DecodeError {
     /// The file cannot be opened or read.
     #[error("{file} cannot be read: {source}")]
     Unreadable {
-        /// The file, as it was named.
+        /// Name of the file, as given.
         file: String,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// There is nothing in it.
+    /// The file is empty.
     #[error("{file} is empty")]
     Empty {
-        /// The file, as it was named.
+        /// Name of the file, as given.
         file: String,
     },
-    /// It is something else, known by its first bytes.
+    /// The file has another format, detected by its first bytes.
     #[error("{file} is {kind}, which is not read here; {}", .kind.log_advice(.file).unwrap_or_default())]
     Foreign {
-        /// The file, as it was named.
+        /// Name of the file, as given.
         file: String,
-        /// What it is, and what to do.
+        /// Detected format, with advice.
         kind: Foreign,
     },
-    /// It is neither of the two: nothing in it can be understood.
+    /// The file is neither a CAN log nor a recording of the serial line.
     #[error(
         "{file} is neither a log of CAN frames (of candump, Vector ASC, python-can's CSV), with lines such as \"(1609459200.000111) can0 191#FFFF80800C0007D8\", nor a recording of the serial line, whose frames end with a zero byte"
     )]
     Unrecognised {
-        /// The file, as it was named.
+        /// Name of the file, as given.
         file: String,
     },
-    /// What takes the rows does not.
+    /// The sink rejected a row.
     #[error("the rows cannot be written: {0}")]
     Rows(#[source] io::Error),
 }
 
-/// Takes rows, in the order of the file.
+/// Receives rows, in the order of the file.
 pub type Sink<'a> = &'a mut dyn FnMut(Row) -> io::Result<()>;
 
-/// What there is to say about a file.
+/// Result of decoding a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
-    /// What came and what did not.
+    /// Counts of what was received and what is missing.
     pub report: Report,
-    /// One sentence on each thing that was passed over or assumed, for people to read.
+    /// One sentence for the user on everything that was skipped or assumed.
     pub notices: Vec<String>,
 }
 
-/// What came out of a file that fits into memory.
+/// Result of decoding a file that fits into memory.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Decoded {
     /// One per contact frame or message, in the order of the file.
     pub rows: Vec<Row>,
-    /// What came and what did not.
+    /// Counts of what was received and what is missing.
     pub report: Report,
     /// As in [`Outcome`].
     pub notices: Vec<String>,
 }
 
-/// Decodes a file, or standard input where it is called `-`. Logs may be compressed with gzip or
-/// zstd.
+/// Decodes a file, or standard input for `-`. Logs may be compressed with gzip or zstd.
 ///
 /// # Errors
-/// It cannot be read, is empty, or is neither a CAN log nor a recording of the serial line; or
-/// `sink` fails. Damage within either is counted in the report and is no error.
+/// The file cannot be read, is empty, or is neither a CAN log nor a recording of the serial line; or `sink`
+/// fails. Damage within a file is counted in the report and is not an error.
 pub fn read(path: &Path, feet: &Feet, sink: Sink<'_>) -> Result<Outcome, DecodeError> {
     if path == Path::new("-") {
         return stream(Box::new(io::stdin()), STANDARD_INPUT, feet, sink);
@@ -122,7 +121,7 @@ pub fn read(path: &Path, feet: &Feet, sink: Sink<'_>) -> Result<Outcome, DecodeE
     }
 }
 
-/// Decodes the contents of a file, as [`read`] does; `file` is its name, for messages.
+/// Decodes the contents of a file like [`read`]; `file` is its name in messages.
 ///
 /// # Errors
 /// As [`read`].
@@ -171,8 +170,8 @@ fn stream(
             kind,
         });
     }
-    // A log that was cut off by a loss of power may hold zeros, but no recording of the serial
-    // line holds a line of a log.
+    // Log formats are tried first: a log truncated by a loss of power may contain zeros, but a
+    // recording of the serial line contains no line of a log.
     let reader = recognise(&head);
     let whole = Cursor::new(head).chain(&mut source);
     let mut outcome = match reader {
@@ -193,7 +192,7 @@ fn stream(
     Ok(outcome)
 }
 
-/// A file that may have been cut off while it was compressed: what there is of it.
+/// Reader that treats the early end of compressed data as the end of the file.
 struct Source {
     inner: Box<dyn Read>,
     is_cut: bool,
@@ -216,7 +215,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_that_is_neither_says_what_would_be() {
+    fn unrecognised_file_error_names_accepted_formats() {
         let error = |bytes: &[u8]| {
             decode(bytes, "x.bin", &Feet::default())
                 .unwrap_err()
@@ -226,7 +225,7 @@ mod tests {
         for neither in [
             &b"t,ax,ay\n0,1,2\n"[..],
             &[0xFF; 50],
-            // As a program begins, whose zeros look like the ends of frames.
+            // Start of an ELF file, whose zeros look like ends of frames.
             b"\x7fELF\x02\x01\x01\0\0\0\0\0\0\0\0\0\x03\0\x3e\0\x01\0\0\0",
             &[0; 50],
         ] {
@@ -239,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn a_log_whose_first_and_last_lines_are_broken_is_still_a_log() {
+    fn log_with_broken_first_and_last_line_is_recognised() {
         let log = b"00114) can0 191#FF\n(1.000000) can0 711#00\n\0\0\0";
         let decoded = decode(log, "can.log", &Feet::default()).unwrap();
         assert_eq!(decoded.report.format, Medium::Can);

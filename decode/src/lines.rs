@@ -1,12 +1,12 @@
-//! The lines of a file, one at a time, whatever they hold and however long they are.
+//! Reads the lines of a file one at a time, with arbitrary content and length.
 
 use std::borrow::Cow;
 use std::io::{self, BufRead};
 
-/// Bytes of a line that are read; no line of a log is as long. The others are skipped.
+/// Maximum number of bytes kept of a line, more than any line of a log has. Excess bytes are skipped.
 const LONGEST: usize = 4096;
 
-/// The lines of a file.
+/// Iterates over the lines of a file.
 pub(super) struct Lines<R> {
     source: R,
     number: u64,
@@ -22,8 +22,8 @@ impl<R: BufRead> Lines<R> {
         }
     }
 
-    /// The next line, without its end, and its number from 1; `None` after the last. A byte order
-    /// mark is no part of the first; what is no text becomes replacement characters.
+    /// Returns the next line without line feed, and its number from 1; `None` after the last. A byte order
+    /// mark at the start is removed; bytes that are not UTF-8 become replacement characters.
     pub(super) fn next(&mut self) -> io::Result<Option<(u64, Cow<'_, str>)>> {
         self.line.clear();
         let mut is_there = false;
@@ -69,7 +69,7 @@ mod tests {
     use std::io::BufReader;
 
     fn lines(bytes: &[u8]) -> Vec<String> {
-        // Small parts, so that lines go across them.
+        // A small buffer, so that lines span several reads.
         let mut lines = Lines::new(BufReader::with_capacity(3, bytes));
         let mut read = Vec::new();
         while let Some((number, line)) = lines.next().unwrap() {
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_without_an_end_takes_no_more_room_than_a_long_one() {
+    fn length_of_a_line_is_limited() {
         let long = [&[b'x'; 3 * LONGEST][..], b"\ny"].concat();
         let read = lines(&long);
         assert_eq!((read[0].len(), read[1].as_str()), (LONGEST, "y"));

@@ -1,9 +1,7 @@
-//! What feet send, as it comes: frames of a CAN bus and bytes of serial lines go in, what they say
-//! comes out.
+//! Live decoding of frames of a CAN bus and bytes of serial lines.
 //!
-//! [`Listener`] knows how the lines are numbered and which frames belong together; a contact comes out
-//! once nothing can complete it any more, which is when its foot has sent the next one, a millisecond
-//! later.
+//! [`Listener`] keeps the sequence numbers of each line and combines the frames of a sample. A contact is
+//! returned once it is final, which is when its foot has sent the next one, a millisecond later.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -19,70 +17,70 @@ use crate::can::{Log, Reception};
 use crate::uart::{self, Stream};
 use crate::{Feet, Report, Row};
 
-/// How long a contact waits for what belongs to it where its foot sends no other, µs.
+/// Timeout of a contact that waits for further frames if its foot sends no other contact, µs.
 const LONGEST_WAIT_US: u64 = 20_000;
 
-/// How long before its boot-up the first faults of a foot come at most, µs.
+/// Longest time from the first faults of a foot to its boot-up, µs.
 const AT_START_US: u64 = 20_000;
 
-/// Bits of an identifier that are a node's id.
+/// Mask of the node id in an identifier.
 const NODE_ID_BITS: u16 = 0x7F;
 
-/// The foot that something is from.
+/// Source of a message.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct FootKey {
-    /// The line that it was received on: a CAN interface or a serial port.
+    /// Line of reception: a CAN interface or a serial port.
     pub line: Arc<str>,
-    /// Its node id; on a serial line from its first health message on.
+    /// Node id; on a serial line known from the first health message on.
     pub node: Option<u8>,
 }
 
-/// Something that a foot said.
+/// A message received from a foot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Heard {
-    /// When it was received, on the clock of the receiver.
+    /// Time of reception on the receiver's clock.
     pub at: Timestamp,
-    /// Which foot said it.
+    /// The foot that sent it.
     pub foot: FootKey,
-    /// What it said.
+    /// Content of the message.
     pub said: Said,
 }
 
-/// What a foot said, or what was said to it.
+/// Content of a message sent by a foot or to it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Said {
-    /// The contact, with all that was sent of the same sample.
+    /// Contact, with all values sent for the same sample.
     Contact(Box<Row>),
-    /// What the sensor measured; on a serial line.
+    /// Raw sample of the sensor; serial line only.
     Raw(RawSample),
-    /// How the board is; on a serial line.
+    /// State of the board; serial line only.
     Board(Box<HealthMessage>),
-    /// Flags, errors and drops; on CAN.
+    /// Flags, errors and drops; CAN only.
     Health(Health),
-    /// A fault was raised or cleared; on CAN.
+    /// A fault was raised or cleared; CAN only.
     Emergency(Emergency),
-    /// It has started, with these faults: their frames go before that of the boot-up.
+    /// The foot has started with these faults, whose frames precede the boot-up.
     BootUp(Faults),
-    /// It is in this state; on CAN.
+    /// State of the node; CAN only.
     Heartbeat(State),
-    /// A line of text; on a serial line.
+    /// A line of text; serial line only.
     Log(LogMessage),
-    /// The robot told it its load, in N; on CAN.
+    /// Load sent by the robot to the foot, N; CAN only.
     Load(f32),
-    /// It answers a request over the serial line.
+    /// Response to a request; serial line only.
     Answer(ConfigResponse),
-    /// It answers a request over CAN: the bytes of an SDO.
+    /// Response to a request over CAN: the bytes of an SDO.
     Sdo([u8; 8]),
 }
 
-/// What feet said so far, and what is still to be handed on.
+/// Decoder state of all lines, and the messages still to be returned.
 pub struct Listener {
     feet: Feet,
     can: Log,
     serial: BTreeMap<Arc<str>, Serial>,
     lines: BTreeMap<String, Arc<str>>,
     heard: VecDeque<Heard>,
-    /// Faults that a node of a bus has raised in the newest moment.
+    /// Faults recently raised by each node, with the time of the newest.
     raised: BTreeMap<FootKey, (Timestamp, Faults)>,
 }
 
@@ -93,7 +91,7 @@ struct Serial {
 }
 
 impl Listener {
-    /// Before the first frame; `feet` says which nodes of a CAN bus are feet, and what they are called.
+    /// Creates a listener; `feet` defines the nodes of a CAN bus that are feet, and their names.
     #[must_use]
     pub fn new(feet: Feet) -> Self {
         Self {
@@ -106,17 +104,17 @@ impl Listener {
         }
     }
 
-    /// From now on this node is a foot, too.
+    /// Adds a node that is a foot.
     pub fn add(&mut self, node: NodeId) {
         self.feet.add(node);
         self.can.add(node);
     }
 
-    /// Takes in a frame that `interface` received at `at`.
+    /// Processes a frame that `interface` received at `at`.
     pub fn frame(&mut self, interface: &str, frame: &CanFrame, at: Timestamp) {
         let line = self.line(interface);
         self.can.take(interface, frame, Some(at));
-        // What the report would keep of all faults is handed on here.
+        // Emergencies are returned as messages, so the report need not keep them.
         self.can.report.emergencies.clear();
         if let Some((node, said)) = said(frame)
             && self.feet.contains(node)
@@ -130,7 +128,7 @@ impl Listener {
         self.settle(Timestamp::from_micros(overdue));
     }
 
-    /// What was said; a boot-up with the faults that came just before it.
+    /// Adds to a boot-up the faults received just before it.
     fn with_faults_at_start(&mut self, said: Said, foot: &FootKey, at: Timestamp) -> Said {
         match &said {
             Said::Emergency(Emergency {
@@ -148,7 +146,7 @@ impl Listener {
         }
     }
 
-    /// The faults that a foot has raised in the moment before `at`.
+    /// Faults raised by a foot just before `at`.
     fn raised_since(&self, foot: &FootKey, at: Timestamp) -> Faults {
         let newest = self
             .raised
@@ -157,7 +155,7 @@ impl Listener {
         newest.map_or(Faults::NONE, |(_, faults)| *faults)
     }
 
-    /// Takes in bytes that came over the serial line `port` at `at`.
+    /// Processes bytes received on the serial line `port` at `at`.
     pub fn bytes(&mut self, port: &str, bytes: &[u8], at: Timestamp) {
         let line = self.line(port);
         let serial = self.serial.entry(line).or_insert_with_key(|_| Serial {
@@ -197,7 +195,7 @@ impl Listener {
         }
     }
 
-    /// Takes in the row of an estimate that was made elsewhere, at `at`.
+    /// Adds the row of an estimate computed elsewhere, received at `at`.
     pub fn row(&mut self, row: Box<Row>, at: Timestamp) {
         let line = self.line(row.interface.as_deref().unwrap_or_default());
         let node = row.node.map(NodeId::get);
@@ -206,30 +204,30 @@ impl Listener {
         self.heard.push_back(Heard { at, foot, said });
     }
 
-    /// Nothing has come until `now`: a contact that waits too long for more is handed on.
+    /// Advances the time to `now` without reception: a contact whose timeout has expired is released.
     pub fn idle(&mut self, now: Timestamp) {
         let overdue = now.as_micros().saturating_sub(LONGEST_WAIT_US);
         self.settle(Timestamp::from_micros(overdue));
     }
 
-    /// Nothing will come any more: every contact is handed on.
+    /// Ends reception: every pending contact is released.
     pub fn finish(&mut self) {
         self.can.finish();
         self.settle(Timestamp::from_micros(u64::MAX));
     }
 
-    /// The next thing that was said, if there is one.
+    /// Returns the next message, if any.
     pub fn next_heard(&mut self) -> Option<Heard> {
         self.heard.pop_front()
     }
 
-    /// A node on a CAN bus that is not a known foot, but sends what may be contacts.
+    /// Node on a CAN bus that is not a known foot but sends frames that may be contacts.
     #[must_use]
     pub const fn unknown_foot(&self) -> Option<u8> {
         self.can.unknown_foot
     }
 
-    /// What a foot is called, where it has a name.
+    /// Name of a foot, if any.
     #[must_use]
     pub fn name(&self, foot: &FootKey) -> Option<Arc<str>> {
         foot.node
@@ -237,8 +235,8 @@ impl Listener {
             .and_then(|node| self.feet.name(node))
     }
 
-    /// What came over each line, what is missing and what could not be understood: of CAN as a whole,
-    /// of each serial line by its name.
+    /// Reports of received, missing and invalid frames: one for CAN as a whole, without a name, and one for
+    /// each serial line with its name.
     #[must_use]
     pub fn reports(&self) -> Vec<(Option<&str>, &Report)> {
         let can = (!self.can.report.frames.is_empty()).then_some((None, &self.can.report));
@@ -247,7 +245,7 @@ impl Listener {
         can.into_iter().chain(serial).collect()
     }
 
-    /// The name of a line, shared by all that is heard on it.
+    /// Name of a line, shared by all its messages.
     fn line(&mut self, name: &str) -> Arc<str> {
         if let Some(line) = self.lines.get(name) {
             return Arc::clone(line);
@@ -275,13 +273,13 @@ impl Listener {
 }
 
 impl Default for Listener {
-    /// For the feet that have the ids which they have from the start.
+    /// A listener for feet with default ids.
     fn default() -> Self {
         Self::new(Feet::default())
     }
 }
 
-/// What a frame says beside the rows: of which node, a foot or not, and what.
+/// Decodes a frame that is not part of a row: returns the node, whether a foot or not, and the content.
 #[must_use]
 pub fn said(frame: &CanFrame) -> Option<(NodeId, Said)> {
     let id = frame.id();
@@ -303,7 +301,7 @@ pub fn said(frame: &CanFrame) -> Option<(NodeId, Said)> {
     Some((node, said))
 }
 
-/// The state of a heartbeat; the highest bit belongs to node guarding.
+/// Decodes the state in a heartbeat; the highest bit belongs to node guarding.
 fn state(code: u8) -> Option<State> {
     [
         State::Initialising,
@@ -342,7 +340,7 @@ mod tests {
         std::iter::from_fn(|| listener.next_heard()).collect()
     }
 
-    /// The row of the one contact that was heard, and its foot.
+    /// Returns the row and foot of the only contact received.
     fn only_contact(heard: &[Heard]) -> (&FootKey, &Row) {
         match heard {
             [
@@ -357,7 +355,7 @@ mod tests {
     }
 
     #[test]
-    fn a_contact_comes_out_with_what_belongs_to_it_when_its_foot_sends_the_next() {
+    fn contact_is_returned_once_its_foot_sends_the_next() {
         let mut listener = Listener::default();
         let acceleration = Acceleration::new(&estimate(1000), Faults::NONE).encode();
         listener.frame("can0", &contact(0x11, 1000), at(1000));
@@ -374,7 +372,7 @@ mod tests {
     }
 
     #[test]
-    fn a_foot_that_falls_silent_holds_up_nobody_for_long() {
+    fn silent_foot_does_not_block_other_feet() {
         let mut listener = Listener::default();
         listener.frame("can0", &contact(0x11, 1000), at(1000));
         for ms in 2..40 {
@@ -392,7 +390,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_states_and_loads_are_heard_of_feet_alone() {
+    fn faults_states_and_loads_of_other_nodes_are_ignored() {
         let mut listener = Listener::default();
         let emergency = Emergency::raised(Fault::SensorFrozen, 7, Faults::NONE);
         let frames = [
@@ -419,7 +417,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_that_came_long_before_a_boot_up_is_not_of_that_start() {
+    fn old_fault_is_not_part_of_a_boot_up() {
         let mut listener = Listener::default();
         let emergency = Emergency::raised(Fault::SensorFrozen, 7, Faults::NONE);
         let mut receive = |micros, id, data: &[u8]| {
@@ -433,7 +431,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_of_serial_lines_may_come_in_any_pieces() {
+    fn serial_frames_may_arrive_in_pieces() {
         let message = Message::Contact(line::ContactMessage::new(&estimate(5000), Faults::NONE));
         let encoded = line::encode(3, &message);
         let mut listener = Listener::default();

@@ -1,22 +1,22 @@
-//! What to do about a fault, a flag or a refusal: one table for `footfall explain`, the monitor and the
-//! document.
+//! Remedies for faults, flags and refusals: one table for `footfall explain`, the monitor and the
+//! documentation.
 
 use estimator_core::Flag;
 use wire::{AbortCode, Fault};
 
-/// Something that a foot says is wrong.
+/// A condition reported by a foot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trouble {
-    /// Of the board.
+    /// Fault of the board.
     Fault(Fault),
-    /// Of an estimate.
+    /// Flag of an estimate.
     Flag(Flag),
-    /// Of a request.
+    /// Refusal of a request.
     Refusal(AbortCode),
 }
 
 impl Trouble {
-    /// All of them.
+    /// Iterates over all faults, flags and refusals.
     pub fn all() -> impl Iterator<Item = Self> {
         let faults = Fault::ALL.into_iter().map(Self::Fault);
         let flags = Flag::ALL.into_iter().map(Self::Flag);
@@ -24,8 +24,7 @@ impl Trouble {
         faults.chain(flags).chain(refusals)
     }
 
-    /// The one that `text` means: a name, with `_`, `-` or spaces between its words, or a code, such as
-    /// 0x7007.
+    /// Finds a condition by name, with `_`, `-` or spaces between the words, or by code, such as 0x7007.
     #[must_use]
     pub fn find(text: &str) -> Option<Self> {
         let text = words(text);
@@ -34,7 +33,7 @@ impl Trouble {
         Self::all().find(|trouble| words(trouble.name()) == text || is_coded(trouble))
     }
 
-    /// Its name.
+    /// Name of the condition.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -44,7 +43,7 @@ impl Trouble {
         }
     }
 
-    /// Its code; a flag has none.
+    /// Code; `None` for a flag.
     #[must_use]
     pub fn code(self) -> Option<u32> {
         match self {
@@ -54,7 +53,7 @@ impl Trouble {
         }
     }
 
-    /// Its code as it is written.
+    /// Code as text; empty for a flag.
     #[must_use]
     pub fn code_text(self) -> String {
         match self {
@@ -64,7 +63,7 @@ impl Trouble {
         }
     }
 
-    /// What it is, in a word.
+    /// Kind in one word.
     #[must_use]
     pub const fn kind(self) -> &'static str {
         match self {
@@ -74,7 +73,7 @@ impl Trouble {
         }
     }
 
-    /// What it means for the probability; nothing for a refusal.
+    /// Effect on the probability; empty for a refusal.
     #[must_use]
     pub const fn consequence(self) -> &'static str {
         match self {
@@ -95,7 +94,7 @@ impl Trouble {
         }
     }
 
-    /// What to do, most likely cause first.
+    /// Remedy, most likely cause first.
     #[must_use]
     pub const fn remedy(self) -> &'static str {
         match self {
@@ -106,7 +105,7 @@ impl Trouble {
     }
 }
 
-/// A name with one space between words, in lower case.
+/// Normalises a name to lower case with one space between words.
 fn words(text: &str) -> String {
     let parts = text.split([' ', '_', '-']).filter(|part| !part.is_empty());
     parts.collect::<Vec<_>>().join(" ").to_lowercase()
@@ -238,7 +237,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     #[test]
-    fn every_trouble_is_found_by_its_name_and_by_its_code() {
+    fn every_condition_is_found_by_name_and_code() {
         for trouble in Trouble::all() {
             assert_eq!(Trouble::find(trouble.name()), Some(trouble));
             assert_eq!(
@@ -256,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn no_two_have_the_same_name() {
+    fn names_are_unique() {
         let names: Vec<_> = Trouble::all()
             .map(|trouble| words(trouble.name()))
             .collect();

@@ -1,4 +1,4 @@
-//! What a file held and what it should have held.
+//! Report of received, missing and invalid frames.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -120,27 +120,27 @@ impl Report {
         *counted = counted.saturating_add(count);
     }
 
-    /// A frame came that counts as missing: others had overtaken it.
+    /// Uncounts a missing frame that arrived late.
     pub(super) fn count_overtaken(&mut self) {
         self.missing = self.missing.saturating_sub(1);
         let least = u64::from(self.missing > 0);
         self.gaps = self.gaps.saturating_sub(1).max(least);
     }
 
-    /// More are missing in a gap than were counted there; fewer, where negative.
+    /// Adds to the number missing in a gap that is already counted; negative if fewer are missing.
     pub(super) fn correct_missing(&mut self, more: i64) {
         self.missing = self.missing.saturating_add_signed(more);
         let least = u64::from(self.missing > 0);
         self.gaps = self.gaps.max(least);
     }
 
-    /// Counts the numbers between two that came one after the other.
+    /// Counts the numbers missing between two consecutive frames.
     pub(super) fn count_missing(&mut self, missing: u64) {
         self.missing += missing;
         self.gaps += u64::from(missing > 0);
     }
 
-    /// Adds what was counted apart.
+    /// Adds counts that were kept separately.
     pub(super) fn add(&mut self, counted: Counted) {
         self.gaps += counted.0.gaps;
         self.missing += counted.0.missing;
@@ -151,7 +151,7 @@ impl Report {
         self.note_step(counted.0.longest_step_s);
     }
 
-    /// Notes the times of a row of a foot and of its next, µs.
+    /// Updates the longest step with the times of two consecutive rows of a foot, µs.
     pub(super) fn count_step(&mut self, from: u64, to: u64) {
         self.note_step(to.checked_sub(from).map(seconds));
     }
@@ -163,7 +163,7 @@ impl Report {
         };
     }
 
-    /// Counts a row that is complete.
+    /// Counts a complete row.
     pub(super) fn count_row(&mut self, row: &Row) {
         let t = seconds(row.timestamp.as_micros());
         self.rows += 1;
@@ -175,7 +175,7 @@ impl Report {
     }
 }
 
-/// What is counted of one contact, while it is not known yet whether it is so.
+/// Provisional counts of one contact.
 pub(super) struct Counted(pub(super) Report);
 
 impl Counted {
@@ -183,7 +183,7 @@ impl Counted {
         Self(Report::new(Medium::Can))
     }
 
-    /// Whether the contact simply followed the one before.
+    /// Returns whether nothing is missing and no problem was counted.
     pub(super) fn is_nothing(&self) -> bool {
         self.0.missing == 0 && self.0.problems.is_empty()
     }

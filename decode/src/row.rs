@@ -1,4 +1,4 @@
-//! One row per contact: what is known of the foot at a sample.
+//! Rows of the decoded table, one per contact.
 
 use std::io::{self, Write};
 use std::sync::Arc;
@@ -7,40 +7,40 @@ use estimator_core::{Decision, Flag, Flags, PerAxis, Quaternion, Timestamp, Vec3
 use wire::NodeId;
 use wire::pdo::Status;
 
-/// The header of the table of decoded rows. Columns that `samples.csv` has too have its names,
-/// its units and its meaning; a cell is blank where nothing was sent with that sample.
+/// Header of the table of decoded rows. Columns shared with `samples.csv` have the same names, units and
+/// meaning; a cell is blank if no value was sent with the sample.
 ///
 /// | columns | meaning | unit |
 /// |---|---|---|
-/// | `t` | time of the sample: on the serial line as the foot says it; on CAN in steps of 10 µs, counted from the start of the turn of the 16-bit clock in which the log begins | s |
-/// | `t_received` | on CAN, when the log received the frame, on the log's own clock: since 1970, or since the start of the log | s |
-/// | `t_common` | on CAN, one clock for all feet, that of the log: by `sync`, the time of the sample, where the foot has reported a SYNC whose number the log has too; by `received`, `t_received` | s |
-/// | `clock` | by which of the two `t_common` is | |
-/// | `interface` | the CAN interface that received it: two may each have a foot of the same id | |
-/// | `foot` | the foot's name: that of its node id (0x11 `FL`, 0x12 `FR`, 0x13 `RL`, 0x14 `RR`, 0x15 `L`, 0x16 `R`), or the one it was given | |
-/// | `node` | the foot's node id; on the serial line from the first health message on | |
-/// | `segment` | how often the foot has started again before, which sets `t` and `sequence` back | |
-/// | `sequence` | the frame's sequence number, modulo 2⁸ on CAN, 2¹⁶ on the serial line | |
+/// | `t` | time of the sample: on the serial line as sent by the foot; on CAN in steps of 10 µs, counted from the start of the turn of the 16-bit clock in which the log begins | s |
+/// | `t_received` | on CAN, time of reception on the log's clock: since 1970, or since the start of the log | s |
+/// | `t_common` | on CAN, time on the log's clock, common to all feet: with `sync`, the time of the sample, if the foot has reported a SYNC whose number is also in the log; with `received`, `t_received` | s |
+/// | `clock` | source of `t_common`: `sync` or `received` | |
+/// | `interface` | CAN interface that received the frame; feet on two interfaces may share an id | |
+/// | `foot` | name of the foot: that of its node id (0x11 `FL`, 0x12 `FR`, 0x13 `RL`, 0x14 `RR`, 0x15 `L`, 0x16 `R`), or a given name | |
+/// | `node` | node id of the foot; on the serial line known from the first health message on | |
+/// | `segment` | number of restarts of the foot so far; each resets `t` and `sequence` | |
+/// | `sequence` | sequence number of the frame, modulo 2⁸ on CAN, 2¹⁶ on the serial line | |
 /// | `p_stable` … `p_wz`, `qw` … `qz`, `lax` … `laz`, `bwx` … `bwz`, `state` | as in [`HEADER`](recordings::output::HEADER) | |
 /// | `uwx`, `uwy`, `uwz` | angular rate without bias | rad/s |
-/// | `temperature` | the sensor's | °C |
-/// | `decision` | 1 stable, 0 not, debounced | 0 or 1 |
-/// | `flags` | names of the estimator's flags, and `fault`. Most frames on CAN say less: `saturated`, `starting` for a window that is not full or an attitude that is not known, `doubtful` for the others | |
+/// | `temperature` | temperature of the sensor | °C |
+/// | `decision` | debounced decision: 1 stable, 0 not stable | 0 or 1 |
+/// | `flags` | names of the estimator's flags, and `fault`. Most frames on CAN are less specific: `saturated`, `starting` for a window that is not full or an unknown attitude, `doubtful` for the others | |
 pub const HEADER: &str = "t,t_received,t_common,clock,interface,foot,node,segment,sequence,p_stable,p_tangential,p_vertical,\
      p_ax,p_ay,p_az,p_wx,p_wy,p_wz,qw,qx,qy,qz,lax,lay,laz,uwx,uwy,uwz,bwx,bwy,bwz,\
      temperature,state,decision,flags";
 
-/// By which clock feet are on one.
+/// Source of the common time of all feet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Clock {
-    /// The foot's own, and what is to be added to it since a numbered SYNC.
+    /// The foot's clock plus an offset obtained from numbered SYNCs.
     Sync,
-    /// That of the log, when it received the frame.
+    /// The log's clock at reception of the frame.
     Received,
 }
 
 impl Clock {
-    /// Its name in tables and reports.
+    /// Name in tables and reports.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -50,30 +50,30 @@ impl Clock {
     }
 }
 
-/// What was sent of one sample.
+/// Values sent for one sample.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Row {
-    /// When the sample was acquired.
+    /// Time of the sample.
     pub timestamp: Timestamp,
-    /// When the log received it.
+    /// Time of reception on the log's clock.
     pub received: Option<Timestamp>,
-    /// Its time on one clock for all feet, and by which.
+    /// Time on the common clock of all feet, and its source.
     pub common: Option<(Timestamp, Clock)>,
-    /// The CAN interface that received it.
+    /// CAN interface that received the frame.
     pub interface: Option<Arc<str>>,
-    /// The foot's name, where it has one.
+    /// Name of the foot, if any.
     pub foot: Option<Arc<str>>,
-    /// The foot's node id, where it is known.
+    /// Node id of the foot, if known.
     pub node: Option<NodeId>,
-    /// How often the foot has started again before.
+    /// Number of restarts of the foot so far.
     pub segment: u32,
-    /// The frame's sequence number.
+    /// Sequence number of the frame.
     pub sequence: u16,
     /// Probability of stable contact.
     pub stable: f32,
     /// Probability of no motion along the ground.
     pub tangential: f32,
-    /// Probability of no lifting and tilting.
+    /// Probability of no lifting or tilting.
     pub vertical: f32,
     /// Probability per axis.
     pub axes: Option<PerAxis<f32>>,
@@ -85,16 +85,16 @@ pub struct Row {
     pub rate: Option<Vec3>,
     /// Gyroscope bias, rad/s.
     pub bias: Option<Vec3>,
-    /// The sensor's temperature, °C.
+    /// Temperature of the sensor, °C.
     pub temperature: Option<f32>,
-    /// Phase, decision and what they rest on.
+    /// Phase, decision and status bits.
     pub status: Status,
     /// The estimator's flags as bits.
     pub flags: Option<u8>,
 }
 
 impl Row {
-    /// The names in the column `flags`.
+    /// Names in the column `flags`.
     #[must_use]
     pub fn flag_names(&self) -> Vec<&'static str> {
         let status = self.status;
@@ -122,10 +122,10 @@ impl Row {
     }
 }
 
-/// Writes the line of names above the rows.
+/// Writes the header line.
 ///
 /// # Errors
-/// What the writer reports.
+/// The writer fails.
 pub fn write_header(to: &mut dyn Write) -> io::Result<()> {
     writeln!(to, "{HEADER}")
 }
@@ -133,7 +133,7 @@ pub fn write_header(to: &mut dyn Write) -> io::Result<()> {
 /// Writes a row of the table.
 ///
 /// # Errors
-/// What the writer reports.
+/// The writer fails.
 pub fn write_row(row: &Row, to: &mut dyn Write) -> io::Result<()> {
     write_time(row.timestamp, to)?;
     write!(to, ",")?;
@@ -172,7 +172,7 @@ fn write_time(time: Timestamp, to: &mut dyn Write) -> io::Result<()> {
     write!(to, "{}.{:06}", micros / 1_000_000, micros % 1_000_000)
 }
 
-/// Numbers, or as many blank cells; a number that the foot did not have is blank too.
+/// Writes numbers, or the same number of blank cells; a NaN is blank too.
 fn cells<const N: usize>(to: &mut dyn Write, numbers: Option<[f32; N]>) -> io::Result<()> {
     for number in numbers.unwrap_or([f32::NAN; N]) {
         if number.is_nan() {
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn a_row_has_a_cell_for_every_name_in_the_header_blank_where_nothing_was_sent() {
+    fn every_column_has_a_cell_blank_if_no_value_was_sent() {
         let bare = Row {
             timestamp: Timestamp::from_micros(1_000_010),
             stable: 0.5,
@@ -295,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn flags_are_as_precise_as_what_was_sent() {
+    fn flags_are_as_precise_as_the_frames_received() {
         let names = |status: u8, flags: Option<u8>| {
             let status = Status::from_bits(status);
             Row {

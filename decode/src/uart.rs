@@ -1,4 +1,4 @@
-//! A recording of the serial line.
+//! Decoding of recordings of the serial line.
 
 use std::collections::BTreeMap;
 use std::io::{self, Read};
@@ -13,7 +13,7 @@ use wire::{Fault, NodeId};
 use super::report::{BoardReport, Medium, Report};
 use super::{DecodeError, Feet, Outcome, Row, Sink};
 
-/// Decodes all bytes of a recording; `None` where nothing in it has the CRC of a frame.
+/// Decodes all bytes of a recording; `None` if it contains no frame with a valid CRC.
 pub(super) fn decode(
     mut source: impl Read,
     file: &str,
@@ -66,7 +66,7 @@ pub(super) fn decode(
     }))
 }
 
-/// Whether it came through undamaged and only is not known here.
+/// Returns whether the frame is undamaged but of an unknown version, kind or payload.
 const fn is_whole(problem: Problem) -> bool {
     matches!(
         problem,
@@ -74,7 +74,7 @@ const fn is_whole(problem: Problem) -> bool {
     )
 }
 
-/// How a problem is called in the report.
+/// Name of a problem in the report.
 pub(crate) fn name(problem: Problem) -> String {
     match problem {
         Problem::Coding => "bad_cobs".to_owned(),
@@ -100,15 +100,15 @@ const fn kind_name(kind: Kind) -> &'static str {
     }
 }
 
-/// A serial line up to its newest byte.
+/// State of a serial line up to its newest byte.
 pub(crate) struct Stream {
     pub(crate) report: Report,
     feet: Feet,
     newest: Option<u16>,
-    /// The time and the segment of the newest row.
+    /// Time and segment of the newest row.
     last: Option<(Timestamp, u32)>,
     segment: u32,
-    /// The foot's id, from its first health message on.
+    /// Node id of the foot, known from its first health message on.
     pub(crate) node: Option<NodeId>,
 }
 
@@ -124,7 +124,7 @@ impl Stream {
         }
     }
 
-    /// Takes in a frame: its row, where it is a contact.
+    /// Processes a frame; returns a row for a contact.
     pub(crate) fn take(&mut self, frame: &Frame) -> Option<Row> {
         self.report.count_frame(kind_name(frame.message.kind()));
         if self.restarts(&frame.message) {
@@ -149,7 +149,7 @@ impl Stream {
         None
     }
 
-    /// Whether the foot's clock, which does not wrap, has been set back.
+    /// Returns whether the foot's clock, which does not wrap, has gone back.
     fn restarts(&self, message: &Message) -> bool {
         match (message, self.last) {
             (Message::Contact(contact), Some((last, _))) => {
@@ -222,8 +222,8 @@ mod tests {
     }
 
     #[test]
-    fn a_foot_that_restarts_begins_another_segment() {
-        // As if 40 000 numbers were missing; then backwards.
+    fn restart_begins_a_new_segment() {
+        // First as if 40 000 numbers were missing, then backwards.
         for (last, first) in [(10_000, 50_000), (50_000, 0)] {
             let stream = [
                 contact(last - 1, 1_000),
@@ -241,14 +241,14 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_that_a_contact_has_overtaken_is_not_missing() {
+    fn overtaken_frame_is_not_missing() {
         let stream = [contact(1, 1), contact(3, 2), contact(2, 3), contact(5, 4)];
         let report = decode(&stream.concat()).unwrap().report;
         assert_eq!((report.restarts, report.missing, report.gaps), (0, 1, 1));
     }
 
     #[test]
-    fn a_recording_without_a_whole_frame_is_none() {
+    fn recording_without_a_valid_frame_is_rejected() {
         let mut damaged = contact(1, 1);
         damaged[5] ^= 1;
         assert_eq!(decode(&damaged), None);

@@ -35,7 +35,7 @@ fn kde(c: &mut Criterion) {
     }
 }
 
-/// The attitude filter alone.
+/// Throughput of the attitude filter alone.
 fn filter(c: &mut Criterion) {
     let samples = walk::samples();
     let mut group = c.benchmark_group("filter");
@@ -52,7 +52,7 @@ fn filter(c: &mut Criterion) {
     });
 }
 
-/// A sample's whole way through the estimator with the default preset.
+/// Throughput of the whole estimator with the default preset.
 fn pipeline(c: &mut Criterion) {
     let samples = walk::samples();
     let mut group = c.benchmark_group("pipeline");
@@ -68,7 +68,7 @@ fn pipeline(c: &mut Criterion) {
     });
 }
 
-/// The error function against the one it stands in for.
+/// The table-based error function compared with `libm::erff`.
 fn error_function(c: &mut Criterion) {
     let arguments: Vec<f32> = (0..4000).map(|i| i as f32 * 1.0e-3).collect();
     let mut group = c.benchmark_group("erf");

@@ -1,9 +1,9 @@
 //! Instructions per walk of 5000 samples, counted by valgrind: exact and repeatable, whatever
 //! else the machine does.
 //!
-//! `host-tests/tests/instructions.rs` runs this and holds the counts against their budgets.
+//! `host-tests/tests/instructions.rs` runs this and checks the counts against their budgets.
 
-// The harness' macros make public items without documentation, and qualify what need not be.
+// The harness' macros make public items without documentation, and qualify paths without need.
 #![allow(missing_docs, unused_qualifications)]
 
 mod walk;
@@ -37,7 +37,7 @@ fn default_estimator() -> (ContactEstimator<256>, Vec<ImuSample>) {
     (ContactEstimator::new(&config), walk::samples())
 }
 
-// What comes in goes out again, so that nothing is dropped while instructions are counted.
+// The input is returned, so that dropping it is not counted.
 
 #[library_benchmark(setup = paper_density)]
 #[bench::paper_50(50)]

@@ -1,12 +1,12 @@
-//! Which way is up: a complementary filter that lets gravity and gyro bias be taken out.
+//! Attitude: a complementary filter whose result allows gravity and gyro bias to be removed.
 //!
 //! The gyroscope carries the orientation from sample to sample (`attitude::strapdown`); the
 //! accelerometer, low-passed in the almost inertial frame that this gives, pulls its inclination
-//! towards gravity (`attitude::inclination`); how much a sample may pull depends on how quiet the foot is
-//! (`attitude::quietness`); and the gyro's bias is learnt where the foot is at rest ([`crate::rest`]).
+//! towards gravity (`attitude::inclination`), with a weight that depends on how quiet the foot is
+//! (`attitude::quietness`); and the gyro's bias is learnt while the foot is at rest ([`crate::rest`]).
 //! Heading is not observed: it starts at zero and drifts with the gyro.
 //!
-//! What matters on a foot, and what is done about it:
+//! Requirements on a foot, and how they are met:
 //!
 //! * An impact must not tilt the estimate. Impacts are short and their integral is the change of
 //!   velocity, which is bounded: so in motion all samples weigh the same and are averaged over
@@ -45,11 +45,11 @@ const LEAST_FIRST_FORCE: f32 = 0.05 * STANDARD_GRAVITY;
 /// Whether up is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Alignment {
-    /// Not yet: hold still. A fifth of a second of quiet is enough; without any, it takes some
+    /// Not yet: hold still. A fifth of a second of quiet is enough; without quiet it takes some
     /// seconds of averaging.
     #[default]
     Searching,
-    /// The inclination has settled, and has not been lost in a gap since.
+    /// The inclination has settled, and no gap has invalidated it since.
     Aligned,
 }
 
@@ -67,7 +67,7 @@ pub struct AttitudeFilter {
 }
 
 impl AttitudeFilter {
-    /// A filter that has seen nothing yet.
+    /// A filter without samples.
     pub(crate) fn with_coefficients(coefficients: AttitudeCoefficients) -> Self {
         Self {
             coefficients,
@@ -81,8 +81,8 @@ impl AttitudeFilter {
         }
     }
 
-    /// Takes in the next sample. One that is invalid or stale says nothing, and the time until
-    /// the next good one is bridged with the rate measured then.
+    /// Processes the next sample. An invalid or stale sample carries no information; the time until
+    /// the next valid one is bridged with the rate measured then.
     pub fn update(&mut self, sample: &ImuSample) {
         self.update_checked(&ImuSample {
             validity: sample.checked_validity(),
@@ -90,7 +90,7 @@ impl AttitudeFilter {
         });
     }
 
-    /// The same of a sample whose numbers have been looked at.
+    /// Like [`Self::update`], for a sample whose values have been checked.
     pub(crate) fn update_checked(&mut self, sample: &ImuSample) {
         let saturation = match sample.validity {
             Validity::Valid => None,
@@ -146,7 +146,7 @@ impl AttitudeFilter {
         self.bias.update(force, rate, step);
     }
 
-    /// The time to integrate over. It is the nominal period for the first sample and where the
+    /// Returns the time to integrate over: the nominal period for the first sample and if the
     /// clock stood still or was set back.
     fn step(&self, elapsed_us: Option<u64>) -> Step {
         let AttitudeCoefficients {
@@ -155,7 +155,7 @@ impl AttitudeFilter {
             longest_guess,
             ..
         } = self.coefficients;
-        // More than 32 bits of µs are a gap, however much more. They take a microcontroller a call.
+        // More than 32 bits of µs are a gap in any case; 64-bit arithmetic is a library call on a microcontroller.
         let short = |elapsed: u64| u32::try_from(elapsed).unwrap_or(u32::MAX);
         let seconds = elapsed_us.map_or(period, |elapsed| short(elapsed) as f32 * 1.0e-6);
         let (seconds, continuity) = if seconds <= longest_step {
@@ -171,7 +171,7 @@ impl AttitudeFilter {
         }
     }
 
-    /// Takes the first direction of up from one sample's force; whether there was one.
+    /// Takes the first direction of up from one sample's force; returns whether the sample had one.
     fn start(&mut self, force: Vec3, rate: Vec3, saturation: Option<Saturation>) -> bool {
         let usable = !saturation.is_some_and(Saturation::includes_accelerometer)
             && force.length() >= LEAST_FIRST_FORCE;
@@ -204,21 +204,21 @@ impl AttitudeFilter {
         self.bias.gravity()
     }
 
-    /// The angular rate at rest, rad/s, that is too great to be learnt as a bias; `None` where there
-    /// is none.
+    /// The angular rate at rest, rad/s, that is too large to be learnt as a bias; `None` if there is
+    /// no such rate.
     #[must_use]
     pub fn excess_bias(&self) -> Option<AngularRate> {
         self.bias.excess().map(AngularRate)
     }
 
-    /// Estimated gyroscope bias, rad/s. Until the sensor has been at rest, that part of it by which the
-    /// inclination has had to be corrected.
+    /// Estimated gyroscope bias, rad/s. Before the first rest, the part of it inferred from the
+    /// corrections of the inclination.
     #[must_use]
     pub const fn gyro_bias(&self) -> AngularRate {
         AngularRate(self.bias.bias())
     }
 
-    /// The same; `None` until the sensor has been at rest.
+    /// Estimated gyroscope bias, rad/s; `None` before the first rest.
     #[must_use]
     pub fn known_bias(&self) -> Option<AngularRate> {
         self.bias.is_known().then(|| self.gyro_bias())
@@ -247,7 +247,7 @@ mod tests {
         }
     }
 
-    /// A filter that has lain level for a second.
+    /// A filter after one second at rest, level.
     fn settled() -> AttitudeFilter {
         let mut filter = filter();
         for ms in 0..1_000 {
@@ -277,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn a_first_sample_that_is_clipped_or_falling_does_not_start_it() {
+    fn clipped_or_falling_first_sample_does_not_start_the_filter() {
         let clipped = Validity::Saturated(Saturation::Accelerometer);
         for (force, validity) in [
             (Vec3::new(100.0, 0.0, 0.0), clipped),
@@ -307,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn a_force_that_no_sensor_measures_changes_nothing_whatever_is_said_of_it() {
+    fn implausible_force_is_ignored_whatever_its_validity() {
         for x in [f32::NAN, f32::INFINITY, 1.0e6] {
             let mut filter = settled();
             let before = filter.orientation();
@@ -329,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn after_a_gap_up_has_to_be_found_again() {
+    fn alignment_is_lost_after_a_gap() {
         let mut filter = settled();
         filter.update(&sample(1_030, LEVEL, Validity::Valid));
         assert_eq!(filter.alignment(), Alignment::Searching);
@@ -339,7 +339,7 @@ mod tests {
         assert_eq!(filter.alignment(), Alignment::Aligned);
     }
 
-    /// What a sensor measures that swings about x by half a radian and back in half a second.
+    /// Reading of a sensor that swings about x by half a radian and back in half a second.
     fn swinging(ms: u64) -> ImuSample {
         let speed = 4.0 * core::f32::consts::PI;
         let phase = speed * (ms - 1_000) as f32 * 1.0e-3;
@@ -354,7 +354,7 @@ mod tests {
         }
     }
 
-    /// Degrees between the estimate of up and what a sensor without linear acceleration measures.
+    /// Angle between the estimate of up and the reading of a sensor without linear acceleration, degrees.
     fn error(filter: &AttitudeFilter, sample: &ImuSample) -> f32 {
         let up = filter.orientation().up();
         let force = sample.specific_force.0;
@@ -362,7 +362,7 @@ mod tests {
     }
 
     #[test]
-    fn up_is_kept_in_a_swing_that_loses_half_of_its_samples_in_bursts_of_ten() {
+    fn up_is_kept_in_a_swing_with_half_of_its_samples_lost() {
         let mut filter = settled();
         for sample in (1_000..1_500).filter(|ms| ms % 20 < 10).map(swinging) {
             filter.update(&sample);
@@ -373,7 +373,7 @@ mod tests {
     }
 
     #[test]
-    fn in_a_gap_that_loses_up_the_turn_is_guessed_from_the_rates_on_both_sides() {
+    fn turn_in_a_gap_is_guessed_from_the_rates_on_both_sides() {
         let mut filter = settled();
         for sample in (1_000..1_120).map(swinging) {
             filter.update(&sample);
@@ -387,7 +387,7 @@ mod tests {
     }
 
     #[test]
-    fn a_repeated_timestamp_counts_like_a_period() {
+    fn repeated_timestamp_counts_as_one_period() {
         let mut filter = filter();
         for _ in 0..3_000 {
             filter.update(&sample(0, LEVEL, Validity::Valid));
@@ -397,7 +397,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gyroscope_bias_of_five_degrees_per_second_on_all_axes_is_gone_after_two_seconds_of_rest() {
+    fn gyro_bias_of_5_dps_is_removed_after_two_seconds_of_rest() {
         let bias = Vec3::new(5.0, 5.0, -5.0) * DEGREE;
         let mut filter = filter();
         for ms in 0..2_000 {
@@ -412,7 +412,7 @@ mod tests {
     }
 
     #[test]
-    fn an_accelerometer_bias_of_0_3_on_every_axis_does_not_keep_up_from_being_found() {
+    fn accelerometer_bias_of_0_3_does_not_prevent_alignment() {
         for bias in [0.3, -0.3] {
             let mut filter = filter();
             for ms in 0..200 {
@@ -426,7 +426,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sensor_that_turned_over_in_a_gap_is_right_again_within_a_second() {
+    fn sensor_turned_over_in_a_gap_realigns_within_a_second() {
         let mut filter = settled();
         for ms in 2_000..3_000 {
             filter.update(&sample(ms, -LEVEL, Validity::Valid));
@@ -435,7 +435,7 @@ mod tests {
     }
 
     #[test]
-    fn at_low_rates_a_few_periods_are_no_gap() {
+    fn a_few_periods_at_a_low_rate_are_not_a_gap() {
         let params = Params {
             sample_rate: 20.0,
             window: crate::WindowLength::Samples(2),
@@ -450,7 +450,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bias_beyond_what_can_be_learnt_is_reported_and_a_usual_one_is_not() {
+    fn bias_beyond_the_limit_is_reported_and_a_usual_one_is_not() {
         for (rate, reported) in [(1.0, false), (30.0, true)] {
             let turning = AngularRate(Vec3::new(0.0, 0.0, rate * DEGREE));
             let mut filter = filter();

@@ -18,7 +18,7 @@ pub enum Axis {
 }
 
 impl Axis {
-    /// All axes in the order in which they are always written.
+    /// All axes in canonical order.
     pub const ALL: [Self; 6] = [Self::Ax, Self::Ay, Self::Az, Self::Wx, Self::Wy, Self::Wz];
 
     /// The axis' short name, as in file headers: `ax` … `wz`.
@@ -72,7 +72,7 @@ impl<T: Copy> PerAxis<T> {
         }
     }
 
-    /// From an array in the order of [`Axis::ALL`].
+    /// Creates a value per axis from an array in the order of [`Axis::ALL`].
     #[must_use]
     pub const fn from_array([ax, ay, az, wx, wy, wz]: [T; 6]) -> Self {
         Self {
@@ -85,13 +85,13 @@ impl<T: Copy> PerAxis<T> {
         }
     }
 
-    /// As an array in the order of [`Axis::ALL`].
+    /// Returns the values as an array in the order of [`Axis::ALL`].
     #[must_use]
     pub const fn to_array(self) -> [T; 6] {
         [self.ax, self.ay, self.az, self.wx, self.wy, self.wz]
     }
 
-    /// The value of one axis.
+    /// Returns the value of one axis.
     #[must_use]
     pub const fn get(&self, axis: Axis) -> T {
         match axis {
@@ -140,7 +140,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_axis_finds_its_own_value_in_the_order_in_which_axes_are_written() {
+    fn values_follow_the_order_of_the_axes() {
         let values = PerAxis::from_array([0, 1, 2, 3, 4, 5]);
         assert_eq!(Axis::ALL.map(|axis| values.get(axis)), values.to_array());
     }

@@ -1,4 +1,4 @@
-//! From parameters to what the estimator computes with: [`Params::validate`].
+//! Conversion of parameters to the estimator's configuration: [`Params::validate`].
 
 use crate::attitude::{AttitudeCoefficients, AttitudeFilter, GyroTiming};
 use crate::axis::PerAxis;
@@ -11,7 +11,7 @@ use crate::stillness::StillnessConfig;
 use crate::velocity::VelocityCoefficients;
 
 impl Params {
-    /// Checks every field and works out what the estimator needs.
+    /// Checks every field and computes the configuration of the estimator.
     ///
     /// # Errors
     /// The first field that is out of its range, with its value and the range; a value that is
@@ -64,7 +64,7 @@ impl Params {
     }
 }
 
-/// Parameters that have been checked, in the form the estimator computes with. Only
+/// Validated parameters in the form used by the estimator. Only
 /// [`Params::validate`] makes one.
 #[derive(Clone, Debug)]
 pub struct Config<const CAPACITY: usize> {
@@ -88,7 +88,7 @@ impl<const CAPACITY: usize> Config<CAPACITY> {
 }
 
 impl AttitudeFilter {
-    /// A filter that has seen nothing yet.
+    /// A filter without samples.
     #[must_use]
     pub fn new<const CAPACITY: usize>(config: &Config<CAPACITY>) -> Self {
         Self::with_coefficients(config.attitude)
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn the_papers_presets_are_the_papers_method_and_the_default_calibrates_itself() {
+    fn paper_presets_use_half_widths_and_default_self_calibrates() {
         for preset in [Params::PAPER, Params::PAPER_GO1] {
             assert_eq!(preset.method, Method::HalfWidths);
         }
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_out_of_its_range_is_refused_with_the_name_of_its_field() {
+    fn out_of_range_number_is_rejected_with_its_field_name() {
         type Set = fn(&mut Params, f32);
         const APART: Classes = Classes {
             still: -1.0,
@@ -158,7 +158,7 @@ mod tests {
             moving_seconds: 1.0,
             idle_seconds: 0.0,
         };
-        // Each field with a value that is just too small and one that is just too large.
+        // Each field with a value just below its range and one just above it.
         let fields: [(&str, Set, f32, f32); 20] = [
             ("sample_rate", |p, v| p.sample_rate = v, 19.9, 10_001.0),
             ("bandwidth.ax", |p, v| p.bandwidth.ax = v, 0.9e-6, 1.1e3),
@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn a_window_without_a_sample_or_beyond_the_capacity_is_refused() {
+    fn empty_or_oversized_window_is_rejected() {
         for window in [
             WindowLength::Duration(0.3),
             WindowLength::Duration(-0.05),

@@ -12,26 +12,26 @@ use crate::vector::{Quaternion, Vec3};
 use crate::velocity::{VelocityCoefficients, VelocitySigma};
 use crate::window::{AnyRing, Filling, Ring};
 
-/// What is known about the foot's contact after one sample. The frame of the foot is that of the samples,
-/// to which a [mounting](crate::mounting) has turned them; without one it is the sensor's.
+/// Estimate of the foot's contact after one sample. The frame of the foot is that of the samples,
+/// to which a [mounting](crate::mounting) has rotated them; without one it is the sensor's.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactEstimate {
-    /// The timestamp of the sample that led to this estimate.
+    /// Timestamp of the sample that produced this estimate.
     pub timestamp: Timestamp,
     /// The probabilities over the trailing window, in [0, 1].
     pub probabilities: Probabilities,
     /// The debounced decision.
     pub decision: Decision,
-    /// Which of the paper's four cases it is; unknown without a load signal.
+    /// One of the paper's four cases; unknown without a load signal.
     pub phase: Phase,
     /// Reasons to doubt the estimate.
     pub flags: Flags,
     /// Orientation, foot → world; heading is arbitrary. The identity with [`Gravity::Removed`].
     pub orientation: Quaternion,
-    /// Acceleration with gravity removed, and with [`Method::SelfCalibrating`] what quiet stances show
-    /// to be left of it; frame of the foot, m/s². Zero where it is not known.
+    /// Acceleration with gravity removed, and with [`Method::SelfCalibrating`] the residual observed in
+    /// quiet stances as well; frame of the foot, m/s². Zero if it is unknown.
     pub linear_acceleration: LinearAcceleration,
-    /// Angular rate with bias removed, frame of the foot, rad/s. Zero where it is not known.
+    /// Angular rate with bias removed, frame of the foot, rad/s. Zero if it is unknown.
     pub angular_rate: AngularRate,
     /// Estimated gyroscope bias, frame of the foot, rad/s.
     pub gyro_bias: AngularRate,
@@ -45,12 +45,12 @@ pub struct ContactEstimate {
 #[derive(Clone, Debug)]
 pub struct ContactEstimator<const CAPACITY: usize>(Pipeline<Ring<CAPACITY>>);
 
-/// The same with any ring.
+/// Implementation of [`ContactEstimator`] for any ring.
 #[derive(Clone, Debug)]
 struct Pipeline<R: ?Sized> {
     gravity: Gravity,
     period_us: u64,
-    /// The least time between two samples with one missing between them.
+    /// Least time between two samples with one missing between them, µs.
     gap_us: u64,
     attitude: AttitudeFilter,
     phase: PhaseTracker,
@@ -58,17 +58,17 @@ struct Pipeline<R: ?Sized> {
     velocity_sigma: VelocitySigma,
     previous: Option<Timestamp>,
     method: Method,
-    /// With [`Method::SelfCalibrating`].
+    /// Used with [`Method::SelfCalibrating`].
     stillness: Stillness,
-    /// With [`Method::HalfWidths`].
+    /// Used with [`Method::HalfWidths`].
     density: Density<R>,
 }
 
-/// What is not seen for so long is bridged: the probability is held, no higher than it was, µs. The
-/// self-calibrating estimate's window is as long.
+/// Longest gap that is bridged, µs: the probability is held, no higher than it was. The
+/// self-calibrating estimate's window has the same length.
 pub const BRIDGED_US: u64 = 10_000;
 
-/// Samples of doubt that a longer gap counts as, in windows: less than 5 % is left of any probability.
+/// Number of windows of doubt that a longer gap counts as: less than 5 % is left of any probability.
 const GAP_WINDOWS: u32 = 3;
 
 /// Time between two samples.
@@ -80,11 +80,11 @@ enum Elapsed {
     Backwards,
 }
 
-// What fits a foot's MCU is a promise, so the compiler keeps it.
+// The size must fit a foot's MCU; the compiler checks it.
 const _: () = assert!(size_of::<ContactEstimator<256>>() <= 8 * 1024);
 
 impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
-    /// An estimator that has seen nothing yet.
+    /// An estimator without samples.
     #[must_use]
     pub fn new(config: &Config<CAPACITY>) -> Self {
         Self(Pipeline {
@@ -102,44 +102,44 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         })
     }
 
-    /// Takes in the next sample, and the load on the foot at that moment where it is known.
+    /// Processes the next sample, and the load on the foot at that time if it is known.
     ///
-    /// Causal, O(1), and total: any bits may come in, and what comes out is never NaN.
+    /// Causal, O(1), and total: any bits are accepted, and the result is never NaN.
     #[inline]
     pub fn update(&mut self, sample: &ImuSample, load: Option<Load>) -> ContactEstimate {
         let pipeline: &mut Pipeline<AnyRing> = &mut self.0;
         pipeline.update(sample, load)
     }
 
-    /// Does now what the next [`Self::update`] would do first: learns from the newest sample. For a
-    /// foot that has a deadline for the estimate and time after it; it changes no result.
+    /// Performs the first step of the next [`Self::update`]: learns from the newest sample. Intended for
+    /// a foot that has a deadline for the estimate and time after it; results do not change.
     pub fn finish(&mut self) {
         self.0.stillness.finish();
     }
 
-    /// The zero-velocity measurement of the newest sample, as [`ContactEstimate::velocity_sigma`] has it;
-    /// [`VelocitySigma::MOST`] before the first.
+    /// The zero-velocity measurement of the newest sample, as in [`ContactEstimate::velocity_sigma`];
+    /// [`VelocitySigma::MOST`] before the first sample.
     #[must_use]
     pub const fn velocity_sigma(&self) -> VelocitySigma {
         self.0.velocity_sigma
     }
 
-    /// The angular rate at rest, rad/s, that is too great to be learnt as a bias of the gyroscope;
-    /// `None` where there is none.
+    /// The angular rate at rest, rad/s, that is too large to be learnt as a bias of the gyroscope;
+    /// `None` if there is no such rate.
     #[must_use]
     pub fn excess_bias(&self) -> Option<AngularRate> {
         self.0.attitude.excess_bias()
     }
 
-    /// The gyroscope's bias, frame of the foot, rad/s, as [`ContactEstimate::gyro_bias`] has it; `None`
+    /// The gyroscope's bias, frame of the foot, rad/s, as in [`ContactEstimate::gyro_bias`]; `None`
     /// until the foot has been at rest, and with [`Gravity::Removed`].
     #[must_use]
     pub fn gyro_bias(&self) -> Option<AngularRate> {
         self.0.attitude.known_bias()
     }
 
-    /// What the foot has taught up to the sample before the newest, or with it after
-    /// [`Self::finish`]: to be kept, and given to [`Params::learnt`] for a warm start.
+    /// State learnt up to the sample before the newest, or including it after
+    /// [`Self::finish`]: to be stored, and passed to [`Params::learnt`] for a warm start.
     ///
     /// [`Params::learnt`]: crate::Params::learnt
     #[must_use]
@@ -150,7 +150,7 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
 
 impl Pipeline<AnyRing> {
     /// See [`ContactEstimator::update`].
-    // A function of its own in every program, so that what it costs can be measured.
+    // Kept as a separate function in every program, so that its cost can be measured.
     #[inline(never)]
     fn update(&mut self, sample: &ImuSample, load: Option<Load>) -> ContactEstimate {
         let elapsed = self.elapsed_us(sample.timestamp);
@@ -215,9 +215,9 @@ impl Pipeline<AnyRing> {
         }
     }
 
-    /// The time since the sample before; one period for the first sample.
+    /// Time since the previous sample; one period for the first sample.
     fn elapsed_us(&mut self, now: Timestamp) -> Elapsed {
-        // Remembered even where it is the earlier one, so that a clock that was set back costs
+        // The timestamp is stored even if it is the earlier one, so that a clock that was set back costs
         // one sample and not all that follow.
         match self.previous.replace(now) {
             None => Elapsed::Micros(self.period_us),
@@ -228,12 +228,12 @@ impl Pipeline<AnyRing> {
         }
     }
 
-    /// How many samples should have come in between, to the nearest that jitter of up to three
+    /// Number of samples missing in between, to the nearest that jitter of up to three
     /// quarters of a period allows.
     fn missing_samples(&self, elapsed: Elapsed) -> u64 {
         match elapsed {
             Elapsed::Micros(elapsed) if elapsed >= self.gap_us => {
-                // In 32 bits, since more than the 71 minutes that they hold makes no difference.
+                // In 32 bits, since a time beyond their 71 minutes makes no difference.
                 let short = |micros: u64| u32::try_from(micros).unwrap_or(u32::MAX);
                 let elapsed = short(elapsed.saturating_add(self.period_us / 4));
                 u64::from((elapsed / short(self.period_us).max(1)).saturating_sub(1))
@@ -243,10 +243,10 @@ impl Pipeline<AnyRing> {
         }
     }
 
-    /// What was not seen. Returns the probabilities that those of the next sample may not exceed: what
-    /// the samples before a short gap gave, which changes nothing else. A longer one counts like samples
-    /// that cannot be believed, at most a few windows of them, so the cost is bounded, and per period of
-    /// time it is O(1); what is left then is the limit.
+    /// Accounts for missing samples. Returns upper limits for the probabilities of the next sample: those
+    /// before a short gap, which has no other effect. A longer gap counts like unreliable samples,
+    /// at most a few windows of them, so the cost is bounded, and O(1) per period of
+    /// time; the limits are the probabilities after them.
     #[inline(never)]
     fn account_for(&mut self, missing: u64) -> Option<Probabilities> {
         match self.method {
@@ -260,7 +260,7 @@ impl Pipeline<AnyRing> {
                 Some(self.stillness.probabilities())
             }
             Method::HalfWidths if missing + 1 >= self.density.window_length() as u64 => {
-                // Nothing in the window is recent.
+                // No sample in the window is recent.
                 self.density.clear();
                 None
             }
@@ -293,8 +293,8 @@ impl Pipeline<AnyRing> {
         }
     }
 
-    /// Up is not known: no stillness without it where half-widths are set, as what is left of
-    /// gravity would pass for motion; otherwise at most one half.
+    /// Handles a sample while up is unknown: with half-widths no stillness, as the remainder of
+    /// gravity would count as motion; otherwise at most one half.
     fn push_unaligned(&mut self, sample: &ImuSample, validity: Validity) -> Probabilities {
         match (self.method, validity) {
             (Method::SelfCalibrating, Validity::Valid) => self
@@ -315,7 +315,7 @@ impl Pipeline<AnyRing> {
         }
     }
 
-    /// The motion that is left when gravity and bias are taken out; `None` where it is not known.
+    /// Motion after gravity and bias are removed; `None` if it is unknown.
     fn motion(&mut self, sample: &ImuSample) -> Option<(LinearAcceleration, AngularRate)> {
         if self.gravity == Gravity::Included {
             self.attitude.update_checked(sample);
@@ -325,7 +325,7 @@ impl Pipeline<AnyRing> {
             return None;
         }
         let force = sample.specific_force.0;
-        // What the foot has shown to be left of gravity.
+        // Residual of gravity observed on this foot.
         let error = match self.method {
             Method::SelfCalibrating => self.stillness.gravity_error(),
             Method::HalfWidths => Vec3::ZERO,
@@ -365,7 +365,7 @@ mod tests {
         ..Params::DEFAULT
     };
 
-    /// The same with limits that are set.
+    /// The same parameters with half-widths.
     const HALF_WIDTHS: Params = Params {
         method: Method::HalfWidths,
         ..GRAVITY_FREE
@@ -391,13 +391,13 @@ mod tests {
         estimator
     }
 
-    /// The flags but for [`Flag::Settling`], which a foot at rest keeps.
+    /// The flags except [`Flag::Settling`], which a foot at rest keeps.
     fn but_settling(flags: Flags) -> Vec<Flag> {
         flags.iter().filter(|f| *f != Flag::Settling).collect()
     }
 
     #[test]
-    fn a_foot_at_rest_is_stable_once_window_and_on_delay_have_passed() {
+    fn foot_at_rest_is_stable_after_window_and_on_delay() {
         let own_window = rested(&GRAVITY_FREE, 0).0.stillness.window() as usize;
         for (params, window) in [(HALF_WIDTHS, 50), (GRAVITY_FREE, own_window)] {
             let mut estimator = estimator(&params);
@@ -405,13 +405,13 @@ mod tests {
                 .map(|ms| estimator.update(&at_rest(ms * 1000), None).decision)
                 .collect();
             let first = decisions.iter().position(|d| *d == Decision::Stable);
-            // The window is full with its last sample, and 20 ms later the decision is made.
+            // The window is full with its last sample; the decision follows 20 ms later.
             assert_eq!(first, Some(window - 1 + 20));
         }
     }
 
     #[test]
-    fn a_foot_that_has_never_walked_may_stand_and_says_that_it_is_settling() {
+    fn foot_that_never_walked_can_be_stable_and_is_settling() {
         let mut estimator = rested(&GRAVITY_FREE, 600_000);
         let estimate = estimator.update(&at_rest(600_000_000), None);
         assert_eq!(estimate.decision, Decision::Stable);
@@ -421,7 +421,7 @@ mod tests {
     }
 
     #[test]
-    fn with_half_widths_doubtful_samples_count_as_mass_zero() {
+    fn doubtful_samples_count_as_mass_zero_with_half_widths() {
         let mut estimator = rested(&HALF_WIDTHS, 60);
         let sample = ImuSample {
             validity: Validity::Stale,
@@ -470,14 +470,14 @@ mod tests {
     }
 
     #[test]
-    fn with_half_widths_samples_that_were_not_seen_count_as_mass_zero() {
+    fn missing_samples_count_as_mass_zero_with_half_widths() {
         let estimate = rested(&HALF_WIDTHS, 60).update(&at_rest(59_000 + 4_000), None);
         let axis = estimate.probabilities.axes.ax;
         assert!((axis - 47.0 / 50.0).abs() < 1.0e-6, "{axis}");
     }
 
     #[test]
-    fn a_gap_of_up_to_10_ms_is_bridged_and_the_probability_falls_after_a_longer_one() {
+    fn gap_up_to_10_ms_is_bridged_and_a_longer_one_lowers_p() {
         let resting = |gap_ms: u64| {
             let mut estimator = rested(&GRAVITY_FREE, 60);
             let before = estimator.0.stillness.probabilities().stable;
@@ -499,7 +499,7 @@ mod tests {
         let mut estimator = estimator(&GRAVITY_FREE);
         let mut before = 0.0;
         for k in 0..4_000_u64 {
-            // Swings, lands and rests again and again, and loses up to thirty samples before every
+            // Swings, lands and rests repeatedly, and loses up to thirty samples before every
             // second one.
             let push = if k % 300 < 150 { 8.0 } else { 0.0 };
             let gap = k / 2 * 7919 % 16;
@@ -546,7 +546,7 @@ mod tests {
         }
     }
 
-    /// Feeds a foot that lies level with a gyro bias (rad/s) about x, once a millisecond.
+    /// Feeds a level foot at rest with a gyro bias (rad/s) about x, once a millisecond.
     fn lying(estimator: &mut ContactEstimator<64>, from_ms: u64, ms: u64) -> ContactEstimate {
         let mut estimate = ContactEstimate::default();
         for ms in from_ms..from_ms + ms {
@@ -561,7 +561,7 @@ mod tests {
     }
 
     #[test]
-    fn at_rest_the_bias_is_taken_out_of_the_rate() {
+    fn bias_is_removed_from_the_rate_at_rest() {
         let estimate = lying(&mut estimator(&Params::DEFAULT), 0, 12_000);
         assert!((estimate.gyro_bias.0.x - 0.01).abs() < 1e-4, "{estimate:?}");
         assert!(estimate.angular_rate.0.x.abs() < 1e-4, "{estimate:?}");
@@ -569,7 +569,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rate_at_rest_that_is_no_bias_is_reported_where_gravity_is_included() {
+    fn excess_rate_at_rest_is_reported_with_gravity_included() {
         for (params, reported) in [(Params::DEFAULT, true), (GRAVITY_FREE, false)] {
             let mut estimator = estimator(&params);
             for ms in 0..6_000 {
@@ -587,7 +587,7 @@ mod tests {
     }
 
     #[test]
-    fn a_force_that_no_sensor_measures_moves_neither_up_nor_the_motion() {
+    fn implausible_force_affects_neither_up_nor_motion() {
         for x in [f32::NAN, f32::INFINITY, 1.0e6] {
             let mut estimator = estimator(&Params::DEFAULT);
             let before = lying(&mut estimator, 0, 1_000);
@@ -603,7 +603,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_in_which_the_foot_may_have_turned_brings_back_the_search_for_up() {
+    fn long_gap_restarts_the_search_for_up() {
         let mut estimator = estimator(&Params::DEFAULT);
         lying(&mut estimator, 0, 1_000);
         let after = lying(&mut estimator, 1_030, 1);
@@ -617,8 +617,8 @@ mod tests {
         assert_eq!(settled.decision, Decision::Stable);
     }
 
-    /// Feeds a foot that stands with an accelerometer whose bias is (0.2, 0, 0.15) m/s², hit hard
-    /// before each quarter of a second, as a running foot is; what is left in the end.
+    /// Feeds a standing foot with an accelerometer bias of (0.2, 0, 0.15) m/s², hit hard
+    /// before each quarter of a second, as a running foot is; returns the last estimate.
     fn run(params: &Params) -> ContactEstimate {
         let mut estimator = estimator(params);
         let mut estimate = ContactEstimate::default();
@@ -635,7 +635,7 @@ mod tests {
     }
 
     #[test]
-    fn what_gravitys_removal_leaves_is_learnt_from_quiet_stances() {
+    fn gravity_residual_is_learnt_from_quiet_stances() {
         let half_widths = Params {
             method: Method::HalfWidths,
             ..Params::DEFAULT
@@ -647,7 +647,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_slide_that_no_window_sees_is_seen_by_its_speed() {
+    fn slow_slide_is_detected_by_its_speed() {
         for (params, decision) in [
             (GRAVITY_FREE, Decision::NotStable),
             (HALF_WIDTHS, Decision::Stable),
@@ -669,8 +669,8 @@ mod tests {
     }
 
     #[test]
-    fn a_steady_push_is_seen_before_it_is_taken_for_gravity() {
-        // The default removes gravity by itself. To an accelerometer a push that stays is a tilt,
+    fn steady_push_is_detected_before_it_is_learnt_as_gravity() {
+        // The default removes gravity by itself. To an accelerometer a constant push is a tilt,
         // so the foot is found sliding, and later called stable again: see `stillness`.
         for push in [0.15, 0.2, 0.3, 1.0] {
             let mut estimator = estimator(&Params::DEFAULT);
@@ -692,7 +692,7 @@ mod tests {
     }
 
     #[test]
-    fn with_half_widths_a_gap_as_long_as_the_window_empties_it() {
+    fn gap_as_long_as_the_window_empties_it_with_half_widths() {
         let estimate = rested(&HALF_WIDTHS, 60).update(&at_rest(59_000 + 50_000), None);
         let expected = Flags::NONE.with(Flag::TimeGap).with(Flag::WindowNotFull);
         assert_eq!(estimate.flags, expected);
@@ -713,7 +713,7 @@ mod tests {
     }
 
     #[test]
-    fn until_up_is_known_the_probability_is_at_most_one_half_and_the_flag_says_why() {
+    fn probability_is_at_most_half_until_up_is_known() {
         let half_widths = Params {
             method: Method::HalfWidths,
             ..Params::DEFAULT

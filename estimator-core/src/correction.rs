@@ -1,16 +1,16 @@
-//! An accelerometer's static calibration: what is wrong with it, put right before anything else.
+//! Static calibration of an accelerometer, applied before any other processing.
 //!
 //! Foot and host both apply it here, so that the same readings give the same bits.
 
 use crate::sample::SpecificForce;
 use crate::vector::Vec3;
 
-/// What is wrong with an accelerometer: it reads the truth over `scale` plus `bias`, axis by axis.
+/// Errors of an accelerometer, per axis: true value = (reading − `bias`) × `scale`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AccelerometerCorrection {
-    /// What it reads in free fall, m/s².
+    /// Reading in free fall, m/s².
     pub bias: Vec3,
-    /// What a reading without its bias is multiplied by.
+    /// Factor applied to a reading after its bias is subtracted.
     pub scale: Vec3,
 }
 
@@ -21,7 +21,7 @@ impl AccelerometerCorrection {
         scale: Vec3::new(1.0, 1.0, 1.0),
     };
 
-    /// The truth behind a reading: (reading − bias) × scale.
+    /// Returns the corrected reading: (reading − bias) × scale.
     #[inline]
     #[must_use]
     pub fn apply(&self, reading: SpecificForce) -> SpecificForce {

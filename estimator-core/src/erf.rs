@@ -1,6 +1,6 @@
 //! The error function in f32, from a table that the compiler computes from the definition.
 //!
-//! A kernel mass is a difference of error functions, so what counts is the absolute error.
+//! A kernel mass is a difference of error functions, so the absolute error matters.
 //! Cubic pieces between Chebyshev nodes keep it below [`ERF_ERROR`] with four multiplications
 //! and one table row, where `libm::erff` needs an exponential and a division: the benches
 //! `erf/table` and `erf/libm` hold the comparison.
@@ -53,12 +53,12 @@ mod tests {
                 |worst, now| if now.0 > worst.0 { now } else { worst },
             );
         assert!(error <= f64::from(ERF_ERROR), "{error:e} at {at}");
-        // And the bound says something: it is not a multiple of what is reached.
+        // The bound is tight: at most twice the largest error.
         assert!(error >= 0.5 * f64::from(ERF_ERROR), "{error:e} at {at}");
     }
 
     #[test]
-    fn it_is_odd_and_never_leaves_minus_one_to_one() {
+    fn erf_is_odd_and_stays_within_minus_one_to_one() {
         for x in sweep().chain([f32::MAX, f32::INFINITY]) {
             let y = erf(x);
             assert!(

@@ -1,9 +1,9 @@
-//! What an estimate rests on: the reasons for which it may be doubted.
+//! Flags of an estimate: reasons to doubt it.
 
 /// A reason to doubt an estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flag {
-    /// Fewer samples than the window's length have been seen: means are over those there are.
+    /// Fewer samples than the window's length have been received: means cover the available ones.
     WindowNotFull,
     /// The attitude filter has not found up yet, or lost it in a gap: gravity cannot be removed,
     /// with half-widths every probability is 0, otherwise at most one half.
@@ -15,12 +15,12 @@ pub enum Flag {
     /// The newest sample is not finite, beyond any sensor's range, or not later than the one
     /// before; it counts as mass 0.
     InvalidSample,
-    /// At least one sample is missing before this one. With half-widths, what was not seen counts as
-    /// mass 0. Otherwise up to 10 ms of it are bridged, and the probability is no higher than before;
-    /// of a longer gap nothing is left of it.
+    /// At least one sample is missing before this one. With half-widths, missing samples count as
+    /// mass 0. Otherwise up to 10 ms are bridged with a probability no higher than before;
+    /// a longer gap reduces the probability to nothing.
     TimeGap,
-    /// The foot has not yet shown enough of its stillness and its motion: the limits between them
-    /// are still mostly those that fit all feet. Walking a few steps ends it.
+    /// The foot has not yet shown enough stillness and motion: the limits between them
+    /// are still mostly those that fit all feet. Walking a few steps clears it.
     Settling,
 }
 
@@ -63,34 +63,34 @@ impl Flags {
     /// No reason for doubt.
     pub const NONE: Self = Self(0);
 
-    /// This set with `flag` in it.
+    /// Returns this set with `flag` added.
     #[must_use]
     pub const fn with(self, flag: Flag) -> Self {
         Self(self.0 | flag.bit())
     }
 
-    /// Whether `flag` is in the set.
+    /// Returns whether `flag` is in the set.
     #[must_use]
     pub const fn contains(self, flag: Flag) -> bool {
         self.0 & flag.bit() != 0
     }
 
-    /// Whether the data are in doubt, so that nothing may be called stable.
+    /// Returns whether the data are in doubt, so that nothing may be called stable.
     ///
-    /// That is any flag but [`Flag::TimeGap`], as a gap's missing samples have been accounted for
+    /// True for any flag except [`Flag::TimeGap`], as a gap's missing samples have been accounted for
     /// already, and [`Flag::Settling`], as a foot that has never walked may stand.
     #[must_use]
     pub const fn are_doubt(self) -> bool {
         self.0 & !(Flag::TimeGap.bit() | Flag::Settling.bit()) != 0
     }
 
-    /// Whether the set is empty.
+    /// Returns whether the set is empty.
     #[must_use]
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// The flags in the set, in the order of their bits.
+    /// Iterates over the flags in the set, in the order of their bits.
     pub fn iter(self) -> impl Iterator<Item = Flag> {
         Flag::ALL
             .into_iter()

@@ -16,21 +16,21 @@ use crate::erf::erf;
 /// ½(1 − erf(5.5/√2)) = 1.9e-8.
 const TAIL_BANDWIDTHS: f32 = 5.5;
 
-/// The probability mass that a sample puts inside [−δ, δ], in steps of 2⁻²⁴.
+/// Probability mass of a sample inside [−δ, δ], in steps of 2⁻²⁴.
 ///
-/// f32 resolves a mass near 1 in just such steps, so nothing is lost that was there; as an
-/// integer it can be added and taken away again without a trace.
+/// f32 resolves a mass near 1 in the same steps, so no precision is lost; as an
+/// integer it can be added and subtracted exactly.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Mass(u32);
 
 impl Mass {
-    /// Nothing of the kernel lies inside: what a sample that cannot be believed counts as.
+    /// No part of the kernel lies inside; used for samples that are unreliable.
     pub const ZERO: Self = Self(0);
 
     /// The whole kernel lies inside.
     pub const ONE: Self = Self(1 << 24);
 
-    /// Rounds a mass in [0, 1] to the nearest step; what lies outside is clamped, NaN is 0.
+    /// Rounds a mass in [0, 1] to the nearest step; other values are clamped, NaN is 0.
     #[inline]
     #[must_use]
     pub fn from_f32(mass: f32) -> Self {
@@ -43,14 +43,14 @@ impl Mass {
         })
     }
 
-    /// The mass as a number in [0, 1]; exact.
+    /// Returns the mass as a number in [0, 1]; exact.
     #[inline]
     #[must_use]
     pub fn to_f32(self) -> f32 {
         self.0 as f32 / Self::ONE.0 as f32
     }
 
-    /// The mass in steps of 2⁻²⁴.
+    /// Returns the mass in steps of 2⁻²⁴.
     #[inline]
     #[must_use]
     pub const fn steps(self) -> u32 {
@@ -58,15 +58,15 @@ impl Mass {
     }
 }
 
-/// The kernel of one axis with everything that does not depend on the sample worked out.
+/// Kernel of one axis, with all terms that do not depend on the sample precomputed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kernel {
     half_width: f32,
     /// 1/(h√2).
     inverse_scale: f32,
-    /// Up to this magnitude the mass is 1; negative where the kernel is wider than the interval.
+    /// Magnitude up to which the mass is 1; negative if the kernel is wider than the interval.
     inner: f32,
-    /// From this magnitude on the mass is 0.
+    /// Magnitude from which the mass is 0.
     outer: f32,
 }
 
@@ -84,7 +84,7 @@ impl Kernel {
         }
     }
 
-    /// The mass of a sample with value `m`, in the unit of the axis.
+    /// Returns the mass of a sample with value `m`, in the unit of the axis.
     ///
     /// Exactly 0 and 1 in the tails; the absolute error is at most 2.5e-7 including the rounding
     /// to [`Mass`]. A value that is not finite has mass 0.
@@ -137,7 +137,7 @@ mod tests {
             let points = 400_000;
             for i in 0..=points {
                 let across = edge * (i as f32 / points as f32);
-                // Once over the whole range, once packed around the edge of the interval.
+                // Once over the whole range, once around the edge of the interval.
                 for m in [across, d - 7.0 * h + 14.0 * h * (i as f32 / points as f32)] {
                     let error = (f64::from(kernel.mass(m).to_f32()) - mass_f64(h, d, m)).abs();
                     assert!(error <= 2.5e-7, "h {h}, δ {d}, m {m}: {error:e}");
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_a_number_has_no_mass() {
+    fn nan_has_no_mass() {
         let kernel = Kernel::new(0.024_67, 0.4);
         for m in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
             assert_eq!(kernel.mass(m), Mass::ZERO);
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn rounding_to_steps_clamps_what_is_no_probability() {
+    fn rounding_to_steps_clamps_values_outside_zero_to_one() {
         assert_eq!(Mass::from_f32(-0.1), Mass::ZERO);
         assert_eq!(Mass::from_f32(1.1), Mass::ONE);
         assert_eq!(Mass::from_f32(f32::NAN), Mass::ZERO);

@@ -1,20 +1,20 @@
-//! Stable-contact probability of a robot's foot, from the IMU on it and nothing else.
+//! Stable-contact probability of a robot's foot, from the IMU on it alone.
 //!
 //! The path of a sample, one module a step:
 //!
 //! | step | module |
 //! |---|---|
-//! | what can be set, what it may be, and what it comes to | [`params`], [`parameter`], [`config`] |
+//! | parameters, their ranges, and the derived configuration | [`params`], [`parameter`], [`config`] |
 //! | six numbers in SI units, with their time and quality | [`sample`] |
-//! | before the estimator: an accelerometer's errors taken out, and the sensor's axes turned to the foot's | [`correction`], [`mounting`] |
-//! | orientation, so that gravity can be taken out, and gyro bias | [`attitude`], [`rest`] |
-//! | probability of stillness, with limits that the foot finds itself | [`stillness`], with [`erf`](mod@erf) and [`logarithm`] |
-//! | or, with half-widths that are set: how much of the sample's kernel lies within them | [`kernel`] |
+//! | before the estimator: accelerometer correction, and rotation from the sensor's axes to the foot's | [`correction`], [`mounting`] |
+//! | orientation, for the removal of gravity, and gyro bias | [`attitude`], [`rest`] |
+//! | probability of stillness, with limits learnt from the foot | [`stillness`], with [`erf`](mod@erf) and [`logarithm`] |
+//! | or, with configured half-widths: share of the sample's kernel within them | [`kernel`] |
 //! | the trailing window's masses and their exact sums | [`window`] |
 //! | probability per axis, tangential, vertical and in total | [`probability`] |
 //! | standard deviation of a zero-velocity measurement | [`velocity`] |
-//! | debounced decision, and the phase where the load is known | [`phase`] |
-//! | all of it behind one `update` | [`contact`] |
+//! | debounced decision, and the phase if the load is known | [`phase`] |
+//! | the whole estimator behind one `update` | [`contact`] |
 //!
 //! The method is that of Maravgakis, Argiropoulos, Piperakis and Trahanias, *Probabilistic
 //! Contact State Estimation for Legged Robots using Inertial Information*, ICRA 2023

@@ -9,14 +9,14 @@ pub const LN_ERROR: f32 = 4.0e-6;
 /// Bound of the relative error of [`exp`] for arguments from −20 to 20, asserted by a sweep.
 pub const EXP_ERROR: f32 = 3.0e-6;
 
-/// Beyond this magnitude [`exp`] takes its argument for this.
+/// Magnitude to which [`exp`] limits its argument.
 const LARGEST_EXPONENT: f32 = 80.0;
 
 /// Bits of a float's fraction.
 const FRACTION_BITS: u32 = 23;
 
-/// The natural logarithm of a positive normal number. Total: of anything else it is finite and means
-/// nothing; of zero it is below that of every normal number.
+/// The natural logarithm of a positive normal number. Total: any other argument gives a finite value
+/// without meaning; zero gives a value below that of every normal number.
 #[inline(never)]
 #[must_use]
 pub const fn ln(x: f32) -> f32 {
@@ -45,7 +45,7 @@ pub const fn exp(x: f32) -> f32 {
     } else {
         LARGEST_EXPONENT
     };
-    // x = n ln 2 + r with r up to half of ln 2 in magnitude. The shift makes the cast, which cuts off,
+    // x = n ln 2 + r with r up to half of ln 2 in magnitude. The shift makes the truncating cast
     // round.
     let n = (x * LOG2_E + 128.5) as i32 - 128;
     let r = x - n as f32 * LN_2;
@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn no_argument_gives_what_is_not_finite() {
+    fn every_argument_gives_a_finite_result() {
         for x in [
             0.0,
             -0.0,

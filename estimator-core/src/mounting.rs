@@ -1,15 +1,15 @@
-//! The mounting: how the sensor's axes lie in the foot.
+//! The mounting: orientation of the sensor's axes in the foot.
 //!
 //! The foot's frame has z up where the foot stands; x to the front is the convention. A mounting turns
 //! readings from the sensor's frame to that of the foot, after the accelerometer's
 //! [correction](crate::correction), which belongs to the sensor's own axes, and before the estimator: so
-//! all that an estimate says of axes is in the frame of the foot. Foot and host both apply it here, so
+//! all axes of an estimate are in the frame of the foot. Foot and host both apply it here, so
 //! that the same readings give the same bits.
 //!
-//! A sensor that is at the end of its range is so as a whole, whatever axis it is:
-//! [`Validity`](crate::Validity) stays as it was.
+//! Saturation applies to a sensor as a whole, whichever axis is affected:
+//! [`Validity`](crate::Validity) is unchanged.
 
-// A microcontroller has no text to read, and the core library's reader of numbers can panic.
+// A microcontroller has no text to parse, and the core library's number parser can panic.
 #[cfg(not(target_os = "none"))]
 mod read;
 mod text;
@@ -17,7 +17,7 @@ mod text;
 use crate::sample::{AngularRate, SpecificForce};
 use crate::vector::{Quaternion, Vec3};
 
-/// An axis of the sensor, or its opposite.
+/// An axis of the sensor or its opposite.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SensorAxis {
     /// x.
@@ -36,7 +36,7 @@ pub enum SensorAxis {
 }
 
 impl SensorAxis {
-    /// All of them, in the order of their numbers, which begin with 1.
+    /// All axes, in the order of their numbers, which begin with 1.
     pub const ALL: [Self; 6] = [
         Self::X,
         Self::Y,
@@ -46,7 +46,7 @@ impl SensorAxis {
         Self::MinusZ,
     ];
 
-    /// The axis that points the other way.
+    /// Returns the axis that points the other way.
     #[must_use]
     pub const fn opposite(self) -> Self {
         match self {
@@ -59,7 +59,7 @@ impl SensorAxis {
         }
     }
 
-    /// The component of a vector along it: its own bits, but for the sign.
+    /// Returns the component of a vector along the axis: its own bits, except for the sign.
     #[inline]
     #[must_use]
     pub fn component(self, vector: Vec3) -> f32 {
@@ -86,32 +86,32 @@ impl SensorAxis {
     }
 }
 
-/// What a person writes: how the sensor's axes lie in the foot.
+/// Mounting as configured: orientation of the sensor's axes in the foot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MountingParams {
-    /// For the foot's x, y and z each the axis of the sensor that lies along it. Right-handed: 24 ways.
+    /// The sensor axis along the foot's x, y and z each. Right-handed: 24 combinations.
     Axes([SensorAxis; 3]),
     /// A unit quaternion in Hamilton's convention that turns a vector's components in the sensor's frame
     /// into those in the foot's.
     Rotation(Quaternion),
 }
 
-/// What the length of a quaternion may be, as it is written with three decimals.
+/// Least length of a quaternion; allows for three written decimals.
 const LEAST_LENGTH: f32 = 0.999;
-/// See [`LEAST_LENGTH`].
+/// Largest length; see [`LEAST_LENGTH`].
 const MOST_LENGTH: f32 = 1.001;
 
-/// A square of a length that is 1 but for rounding: such a quaternion keeps its bits.
+/// Tolerance of a squared length that is 1 except for rounding: such a quaternion keeps its bits.
 const ROUNDED: f32 = 2.0e-6;
 
 impl MountingParams {
     /// The sensor's axes are those of the foot.
     pub const IDENTITY: Self = Self::Axes([SensorAxis::X, SensorAxis::Y, SensorAxis::Z]);
 
-    /// Checks that a sensor can lie like this.
+    /// Checks that the mounting is possible.
     ///
     /// # Errors
-    /// An axis stands for two, the axes are left-handed, or the quaternion has not the length 1.
+    /// A sensor axis is used twice, the axes are left-handed, or the quaternion's length is not 1.
     pub fn validate(&self) -> Result<Mounting, MountingError> {
         match *self {
             Self::Axes(axes) => match handedness(axes) {
@@ -124,7 +124,7 @@ impl MountingParams {
                 let Quaternion { w, x, y, z } = quaternion;
                 let square = w * w + x * x + y * y + z * z;
                 let length = crate::root::sqrt(square);
-                // A NaN lies in no range.
+                // A NaN is outside every range.
                 if !(LEAST_LENGTH..=MOST_LENGTH).contains(&length) {
                     return Err(MountingError::Length { length });
                 }
@@ -143,7 +143,7 @@ impl MountingParams {
     }
 }
 
-/// 1 for right-handed axes, −1 for left-handed ones, 0 where one stands for two: the determinant.
+/// 1 for right-handed axes, −1 for left-handed ones, 0 if an axis is used twice: the determinant.
 #[must_use]
 pub const fn handedness([x, y, z]: [SensorAxis; 3]) -> i8 {
     let ((x, along_x), (y, along_y), (z, along_z)) = (x.parts(), y.parts(), z.parts());
@@ -155,11 +155,11 @@ pub const fn handedness([x, y, z]: [SensorAxis; 3]) -> i8 {
     order * along_x * along_y * along_z
 }
 
-/// A mounting that has been checked. Only [`MountingParams::validate`] makes one.
+/// A validated mounting. Only [`MountingParams::validate`] makes one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Mounting(Turn);
 
-/// What is done to a vector.
+/// Operation applied to a vector.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum Turn {
     #[default]
@@ -172,7 +172,7 @@ impl Mounting {
     /// The sensor's axes are those of the foot: readings keep their bits.
     pub const IDENTITY: Self = Self(Turn::None);
 
-    /// What a person writes for it.
+    /// The parameters that describe it.
     #[must_use]
     pub const fn params(&self) -> MountingParams {
         match self.0 {
@@ -182,8 +182,8 @@ impl Mounting {
         }
     }
 
-    /// The components in the foot's frame of a vector given in the sensor's. Where axes lie along axes,
-    /// they keep their bits but for the sign.
+    /// Returns the components in the foot's frame of a vector given in the sensor's. If axes lie along
+    /// axes, components keep their bits except for the sign.
     #[must_use]
     pub fn turn(&self, vector: Vec3) -> Vec3 {
         match self.0 {
@@ -197,7 +197,7 @@ impl Mounting {
         }
     }
 
-    /// Turns the readings of both sensors to the foot's frame.
+    /// Rotates the readings of both sensors to the foot's frame.
     // In place and in the caller, so that a sensor with the foot's axes costs a comparison.
     #[inline(always)]
     pub fn apply(&self, force: &mut SpecificForce, rate: &mut AngularRate) {
@@ -213,20 +213,20 @@ impl Mounting {
     }
 }
 
-/// Why no sensor lies as it is said to.
+/// Reason for which a mounting is rejected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MountingError {
-    /// An axis of the sensor stands for two of the foot.
+    /// An axis of the sensor is used for two axes of the foot.
     AxisTwice {
         /// The axes.
         axes: [SensorAxis; 3],
     },
-    /// The axes are those of a mirror image.
+    /// The axes form a mirror image.
     LeftHanded {
         /// The axes.
         axes: [SensorAxis; 3],
     },
-    /// The quaternion has another length than 1.
+    /// The quaternion's length is not 1.
     Length {
         /// Its length.
         length: f32,

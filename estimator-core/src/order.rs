@@ -1,11 +1,11 @@
-//! The lesser and the greater of two numbers, in a comparison and a move: `f32::min` and `f32::max`
+//! Minimum and maximum of two numbers, in a comparison and a move: `f32::min` and `f32::max`
 //! are library calls on a Cortex-M4.
 
 pub(crate) trait Order {
-    /// The lesser one; `other` where one is not a number.
+    /// Returns the lesser number; `other` if either is not a number.
     fn lesser(self, other: Self) -> Self;
 
-    /// The greater one; `other` where one is not a number.
+    /// Returns the greater number; `other` if either is not a number.
     fn greater(self, other: Self) -> Self;
 }
 

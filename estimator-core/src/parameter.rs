@@ -1,8 +1,8 @@
-//! The one table of limits: every number that can be set, with its name, unit, range and default.
+//! Table of all parameters, with their names, units, ranges and defaults.
 //!
-//! [`Params::validate`] checks by it, and so do the object dictionary and the configuration file. A
-//! row is all that a new number needs, beside its field in [`Params`]. The numbers of a warm start
-//! have their rows in [`Learnt::ROWS`]; the constants of self-calibration, which are no settings, are
+//! [`Params::validate`], the object dictionary and the configuration file check by it. A new
+//! parameter needs only a row here, beside its field in [`Params`]. The numbers of a warm start
+//! have their rows in [`Learnt::ROWS`]; the constants of self-calibration cannot be set and are
 //! checked by the compiler.
 
 use crate::attitude::GyroTiming;
@@ -13,7 +13,7 @@ use crate::units::Unit;
 
 pub use crate::range::Row;
 
-/// The enumeration and the functions below, from one row per number.
+/// Generates the enumeration and the functions below, from one row per parameter.
 macro_rules! parameters {
     ($($variant:ident = $head:ident $(. $tail:ident)*, $unit:ident, $least:literal to $most:literal;)*) => {
         /// A number of [`Params`]; its documentation is its name, its range and its unit.
@@ -29,10 +29,10 @@ macro_rules! parameters {
         }
 
         impl Parameter {
-            /// All numbers, in the order in which they are checked.
+            /// All parameters, in the order in which they are checked.
             pub const ALL: [Self; [$(stringify!($variant)),*].len()] = [$(Self::$variant),*];
 
-            /// The table, in the same order.
+            /// The table, in the order of [`Self::ALL`].
             const ROWS: [Row; Self::ALL.len()] = [$(Row {
                 name: name(concat!(stringify!($head) $(, ".", stringify!($tail))*)),
                 unit: Unit::$unit,
@@ -48,13 +48,13 @@ macro_rules! parameters {
                 Self::ROWS[self as usize]
             }
 
-            /// The path in [`Params`]; empty on a microcontroller, to save room.
+            /// The path in [`Params`]; empty on a microcontroller, to save space.
             #[must_use]
             pub const fn name(self) -> &'static str {
                 if cfg!(target_os = "none") { "" } else { self.row().name }
             }
 
-            /// Its value in `params`.
+            /// Returns its value in `params`.
             #[must_use]
             pub const fn get(self, params: &Params) -> f32 {
                 match self {
@@ -62,8 +62,8 @@ macro_rules! parameters {
                 }
             }
 
-            /// Sets it in `params`, whatever the value: [`Params::validate`] checks it.
-            // As code of its own it is a look-up of the field's offset; inlined it is a branch per field.
+            /// Sets it in `params` without a check: [`Params::validate`] checks it.
+            // As a separate function it is a look-up of the field's offset; inlined it is a branch per field.
             #[inline(never)]
             pub const fn set(self, params: &mut Params, value: f32) {
                 let field = match self {
@@ -108,8 +108,8 @@ parameters! {
     VelocityFloor = velocity.floor, MetrePerSecond, 1.0e-4 to 1.0;
 }
 
-/// The window, where it is a duration. It must also hold a sample, and no more than the estimator
-/// has room for.
+/// Limits of the window if it is a duration. It must also contain at least one sample, and no more
+/// than the estimator's capacity.
 pub const WINDOW: Row = Row {
     name: name("window"),
     unit: Unit::Second,
@@ -121,7 +121,7 @@ pub const WINDOW: Row = Row {
     },
 };
 
-/// The delay of the gyroscope, where its timing is one.
+/// Limits of the gyroscope's delay if its timing is one.
 pub const GYRO_DELAY: Row = Row {
     name: name("attitude.gyro_timing"),
     unit: Unit::Second,
@@ -144,8 +144,8 @@ pub fn rows() -> impl Iterator<Item = Row> {
 
 static RANGES: [(f32, f32); Parameter::ALL.len()] = ranges(&Parameter::ROWS);
 
-/// That every number lies in its range, and what switches the load off no higher than what switches
-/// it on.
+/// Checks that every number is in its range, and that the load's off threshold does not exceed its
+/// on threshold.
 pub(crate) fn check(params: &Params) -> Result<(), ParamsError> {
     for (parameter, (least, most)) in Parameter::ALL.into_iter().zip(RANGES) {
         let most = match parameter {
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn no_two_rows_have_one_name_and_every_default_lies_in_its_range() {
+    fn names_are_unique_and_defaults_are_in_range() {
         for row in rows() {
             assert_eq!(row.check(row.default), Ok(()));
             assert_eq!(rows().filter(|other| other.name == row.name).count(), 1);
@@ -186,14 +186,14 @@ mod tests {
     }
 
     #[test]
-    fn a_number_is_taken_up_to_both_ends_of_its_range_and_no_further() {
+    fn range_ends_are_accepted_and_values_beyond_are_rejected() {
         for parameter in Parameter::ALL {
             let Row {
                 name, least, most, ..
             } = parameter.row();
             let check_with = |value: f32| {
                 let mut params = Params::DEFAULT;
-                // Out of the way of the load that switches off.
+                // Keeps the load's off threshold below every tested value.
                 params.load.off_threshold = -1.0e9;
                 if parameter == Parameter::LoadOffThreshold {
                     params.load.on_threshold = most;

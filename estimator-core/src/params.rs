@@ -1,7 +1,7 @@
-//! What can be set, and the presets. What each number may be stands in [`parameter`](crate::parameter).
+//! Parameters of the estimator, and presets. Their ranges are in [`parameter`](crate::parameter).
 //!
-//! [`Params`] is what a person writes; [`Params::validate`] turns it into the [`Config`](crate::Config)
-//! from which an estimator is made, or says which field is wrong and what it may be.
+//! [`Params`] is the user's input; [`Params::validate`] turns it into the [`Config`](crate::Config)
+//! from which an estimator is made, or reports the invalid field and its range.
 
 use crate::attitude::AttitudeParams;
 use crate::axis::PerAxis;
@@ -14,55 +14,55 @@ pub use crate::units::STANDARD_GRAVITY;
 /// Whether the accelerometer's samples still contain gravity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Gravity {
-    /// As an accelerometer measures. The attitude filter takes gravity and gyro bias out.
+    /// As measured by an accelerometer. The attitude filter removes gravity and gyro bias.
     #[default]
     Included,
-    /// Something else has taken out gravity and bias already, as in simulator recordings:
+    /// Gravity and bias have been removed already, as in simulator recordings:
     /// samples are used as they are.
     Removed,
 }
 
-/// Where the limits of stillness come from.
+/// Source of the limits of stillness.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// The foot finds them while it walks: see [`stillness`](crate::stillness).
+    /// The foot learns them while it walks: see [`stillness`](crate::stillness).
     #[default]
     SelfCalibrating,
-    /// They are set, axis by axis, and a density is integrated between them over a window: the paper's
+    /// Configured half-widths per axis, between which a density is integrated over a window: the paper's
     /// method, see [`probability`](crate::probability).
     HalfWidths,
 }
 
-/// How far back the estimate looks.
+/// Length of the window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum WindowLength {
-    /// A duration in s, turned into samples with the sample rate. What a window really is.
+    /// A duration in s, converted to samples at the sample rate.
     Duration(f32),
     /// A count of samples, to reproduce published results.
     Samples(u32),
 }
 
-/// When the probability becomes a yes or a no.
+/// Thresholds and delays of the decision.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DecisionParams {
     /// The probability above which contact counts as stable.
     pub threshold: f32,
-    /// How long the probability must be above the threshold before the decision is "stable", s.
+    /// Time for which the probability must exceed the threshold before the decision is "stable", s.
     pub on_delay: f32,
-    /// How long it must be at or below the threshold before the decision is "not stable", s.
+    /// Time for which it must be at or below the threshold before the decision is "not stable", s.
     pub off_delay: f32,
 }
 
-/// When the foot counts as loaded: a Schmitt trigger on the load signal.
+/// Thresholds of a Schmitt trigger on the load signal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoadParams {
-    /// Loaded from this load on, in the unit of the load signal (N).
+    /// The foot counts as loaded from this load on, in the unit of the load signal (N).
     pub on_threshold: f32,
-    /// No longer loaded below this load, in the unit of the load signal (N).
+    /// The foot counts as unloaded below this load, in the unit of the load signal (N).
     pub off_threshold: f32,
 }
 
-/// Everything that can be set in the estimator. The ranges are those of
+/// Parameters of the estimator. The ranges are those of
 /// [`Parameter`](crate::parameter::Parameter).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Params {
@@ -70,11 +70,11 @@ pub struct Params {
     pub sample_rate: f32,
     /// Whether samples contain gravity.
     pub gravity: Gravity,
-    /// Where the limits of stillness come from.
+    /// Source of the limits of stillness.
     pub method: Method,
-    /// With [`Method::SelfCalibrating`]: whether the foot goes on learning.
+    /// With [`Method::SelfCalibrating`]: whether the foot continues to learn.
     pub learning: Learning,
-    /// With [`Method::SelfCalibrating`]: what it starts with, where it has been learnt before.
+    /// With [`Method::SelfCalibrating`]: state learnt before, for a warm start.
     pub learnt: Option<Learnt>,
     /// With [`Method::SelfCalibrating`]: its constants, the same for all feet.
     pub stillness: Constants,
@@ -113,7 +113,7 @@ impl Params {
     /// | `window` | 50 ms | the paper's 50 samples at the rate of its simulation |
     /// | `bandwidth` | 0.0196 m/s², 0.00122 rad/s | LSM6DSOX behind 333 and 335 Hz low-pass filters: 2.0 mg at ±16 g and 0.070 °/s, from noise densities of 110 µg/√Hz and 3.8 m°/s/√Hz |
     /// | `half_width` | 0.4 m/s², 0.04 rad/s | the paper's values for ATLAS |
-    /// | `decision` | 0.5, 20 ms on, 0 ms off | what SERoW (P > 0.5) and Pronto (delays) use |
+    /// | `decision` | 0.5, 20 ms on, 0 ms off | as in SERoW (P > 0.5) and Pronto (delays) |
     /// | `velocity` | | see [`VelocityParams::DEFAULT`] |
     /// | `load` | 12 N on, 6 N off | 10 % and 5 % of a GO1's weight of 12 kg |
     pub const DEFAULT: Self = Self {
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn the_papers_presets_differ_from_the_default_where_the_paper_does() {
+    fn paper_presets_differ_from_the_default_as_the_paper_does() {
         let (atlas, go1) = (Params::PAPER, Params::PAPER_GO1);
         assert_eq!([atlas.sample_rate, go1.sample_rate], [1000.0, 250.0]);
         assert_eq!(

@@ -11,7 +11,7 @@ use crate::sample::Timestamp;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Load(pub f32);
 
-/// The debounced answer to "may the robot lean on this foot?".
+/// Debounced answer to "may the robot lean on this foot?".
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Decision {
     /// No, or not known.
@@ -21,7 +21,7 @@ pub enum Decision {
     Stable,
 }
 
-/// The paper's four cases (section IV-B), and what is left where they cannot be distinguished.
+/// The paper's four cases (section IV-B), and a value for the case that they cannot be distinguished.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Phase {
     /// There is no load signal, or the estimate rests on doubtful data.
@@ -60,7 +60,7 @@ impl Phase {
     }
 }
 
-/// What the Schmitt trigger makes of the load signal.
+/// State of the Schmitt trigger on the load signal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Loading {
     #[default]
@@ -68,7 +68,7 @@ enum Loading {
     Loaded,
 }
 
-/// The thresholds and delays in the form the tracker uses.
+/// Thresholds and delays in the form used by the tracker.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PhaseCoefficients {
     pub(crate) threshold: f32,
@@ -83,13 +83,13 @@ pub(crate) struct PhaseCoefficients {
 pub(crate) struct PhaseTracker {
     coefficients: PhaseCoefficients,
     decision: Decision,
-    /// Since when the probability has contradicted the decision.
+    /// Time since which the probability has contradicted the decision.
     contradicted_since: Option<Timestamp>,
     loading: Loading,
     deliberation: Deliberation,
 }
 
-/// The flags that leave open whether the foot moves. A saturated sample says that it does.
+/// Flags that leave open whether the foot moves. A saturated sample shows that it does.
 const MOTION_UNKNOWN: [Flag; 4] = [
     Flag::WindowNotFull,
     Flag::AttitudeNotInitialised,
@@ -97,7 +97,7 @@ const MOTION_UNKNOWN: [Flag; 4] = [
     Flag::InvalidSample,
 ];
 
-/// Whether the decision means something yet.
+/// Whether the decision is meaningful yet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Deliberation {
     /// Since the motion became known, the on-delay has neither passed nor been cut short: a
@@ -118,7 +118,7 @@ impl PhaseTracker {
         }
     }
 
-    /// Takes in the probability at `now`, the flags it comes with, and the load where there is one.
+    /// Processes the probability at `now`, its flags, and the load if there is one.
     pub(crate) fn update(
         &mut self,
         now: Timestamp,
@@ -132,7 +132,7 @@ impl PhaseTracker {
 
     fn decide(&mut self, now: Timestamp, stable_probability: f32, flags: Flags) {
         if flags.are_doubt() {
-            // Doubt ends a stable decision at once, and the on-delay starts again after it.
+            // Doubt ends a stable decision at once, and restarts the on-delay.
             self.decision = Decision::NotStable;
             self.contradicted_since = None;
             if MOTION_UNKNOWN.into_iter().any(|flag| flags.contains(flag)) {
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn the_decision_turns_stable_when_the_on_delay_has_passed_and_not_before() {
+    fn decision_turns_stable_exactly_after_the_on_delay() {
         let decisions = decisions([0.9; 40]);
         let first = decisions.iter().position(|d| *d == Decision::Stable);
         assert_eq!(first, Some(20));
@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_load_signal_the_phase_is_unknown() {
+    fn phase_is_unknown_without_a_load_signal() {
         let mut tracker = tracker();
         for load in [None, Some(Load(f32::NAN))] {
             let (_, phase) = tracker.update(Timestamp::default(), 0.9, Flags::NONE, load);
@@ -276,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn between_the_load_thresholds_the_loading_stays_as_it_was() {
+    fn loading_is_kept_between_the_load_thresholds() {
         let mut tracker = tracker();
         let phases = [8.0, 12.0, 8.0, 6.0, 5.9, 8.0].map(|load| {
             let (_, phase) =
@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn a_standing_foot_is_not_taken_for_a_slipping_one_before_the_on_delay_has_passed() {
+    fn standing_foot_is_not_reported_as_slip_during_the_on_delay() {
         let mut tracker = tracker();
         let phases: Vec<_> = (0..40)
             .map(|ms| {

@@ -1,7 +1,7 @@
 //! The paper's method, from motion to probability: six kernels, a window, and three products.
 //!
-//! Its limits are set, axis by axis ([`Method::HalfWidths`](crate::Method)); where the foot finds them
-//! itself, it is [`stillness`](crate::stillness) that estimates.
+//! The limits are configured per axis ([`Method::HalfWidths`](crate::Method)); if the foot learns them
+//! itself, [`stillness`](crate::stillness) is used instead.
 
 use crate::axis::PerAxis;
 use crate::config::Config;
@@ -10,27 +10,27 @@ use crate::order::Order;
 use crate::sample::{AngularRate, LinearAcceleration};
 use crate::window::{AnyRing, Filling, Ring, Window};
 
-/// How probable it is that the foot is in stable contact, and along which axes. Every value is
+/// Probability that the foot is in stable contact, in total and by direction. Every value is
 /// a number in [0, 1].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Probabilities {
     /// Probability per axis that the foot does not move along or about it: with half-widths that its
-    /// true value lies within ±half-width (the paper's P(|m| < δ)), otherwise what the classes say of
-    /// what this axis alone sees.
+    /// true value lies within ±half-width (the paper's P(|m| < δ)), otherwise the result of the classes for
+    /// the motion along or about this axis alone.
     pub axes: PerAxis<f32>,
     /// No motion along the ground, the paper's conditions on `v_x`, `v_y` and `ω_z`: with half-widths
-    /// P(ax)·P(ay)·P(ωz), otherwise what the classes say of the motion across up and the turn about it.
+    /// P(ax)·P(ay)·P(ωz), otherwise the result of the classes for the motion across up and the turn about it.
     pub tangential: f32,
     /// No lifting and no tilting, the paper's conditions on `v_z`, `ω_x` and `ω_y`: with half-widths
-    /// P(az)·P(ωx)·P(ωy), otherwise what the classes say of the motion along up and the turn across it.
+    /// P(az)·P(ωx)·P(ωy), otherwise the result of the classes for the motion along up and the turn across it.
     pub vertical: f32,
-    /// Stable contact: with half-widths the product of all six axes, otherwise what the classes say of
+    /// Stable contact: with half-widths the product of all six axes, otherwise the result of the classes for
     /// the whole motion; never above any of the others.
     pub stable: f32,
 }
 
 impl Probabilities {
-    /// Each no higher than in `others`.
+    /// Limits each probability to that in `others`.
     #[must_use]
     pub(crate) fn no_higher_than(&self, others: &Self) -> Self {
         let mut all = self.to_array();
@@ -40,13 +40,13 @@ impl Probabilities {
         Self::from_array(all)
     }
 
-    /// Each a share of itself.
+    /// Multiplies each probability by `share`.
     #[must_use]
     pub(crate) fn scaled(&self, share: f32) -> Self {
         Self::from_array(self.to_array().map(|p| p * share))
     }
 
-    /// As an array, the axes first.
+    /// Returns the probabilities as an array, the axes first.
     const fn to_array(self) -> [f32; 9] {
         let [ax, ay, az, wx, wy, wz] = self.axes.to_array();
         let (tangential, vertical, stable) = (self.tangential, self.vertical, self.stable);
@@ -87,8 +87,8 @@ impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
         Self(Density::new(config))
     }
 
-    /// Takes in one sample's motion, gravity and bias removed, and returns what the window now
-    /// says. A value that is not finite has mass 0 on its axis. O(1), whatever the window.
+    /// Adds one sample's motion, gravity and bias removed, and returns the probabilities of the
+    /// window. A value that is not finite has mass 0 on its axis. O(1), whatever the window.
     #[inline]
     pub fn push(
         &mut self,
@@ -99,14 +99,14 @@ impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
         density.push(acceleration, angular_rate)
     }
 
-    /// Takes in a sample that cannot be believed: mass 0 on every axis.
+    /// Adds an unreliable sample: mass 0 on every axis.
     #[inline]
     pub fn push_doubt(&mut self) -> Probabilities {
         let density: &mut Density<AnyRing> = &mut self.0;
         density.push_doubt()
     }
 
-    /// What the window says now. 0 where there is no sample.
+    /// Probabilities of the current window; 0 while it holds no sample.
     #[must_use]
     pub fn probabilities(&self) -> Probabilities {
         let density: &Density<AnyRing> = &self.0;
@@ -114,7 +114,7 @@ impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
     }
 }
 
-/// The same with any ring.
+/// Implementation of [`DensityEstimator`] for any ring.
 #[derive(Clone, Debug)]
 pub(crate) struct Density<R: ?Sized> {
     kernels: PerAxis<Kernel>,
@@ -160,7 +160,7 @@ impl Density<AnyRing> {
         Probabilities::from_axes(self.window.mean())
     }
 
-    /// Forgets every sample: the probabilities are 0 until the next.
+    /// Discards every sample: the probabilities are 0 until the next.
     pub(crate) fn clear(&mut self) {
         self.window.clear();
     }
@@ -170,7 +170,7 @@ impl Density<AnyRing> {
         self.window.length()
     }
 
-    /// Whether the window is full.
+    /// Returns whether the window is full.
     pub(crate) const fn filling(&self) -> Filling {
         self.window.filling()
     }
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn each_direction_is_the_product_of_its_axes_and_the_total_that_of_both() {
+    fn directions_and_total_are_products_of_their_axes() {
         let axes = PerAxis::from_array([0.9, 0.8, 0.7, 0.6, 0.5, 0.4]);
         let p = Probabilities::from_axes(axes);
         for (found, expected) in [
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn an_axis_that_moves_is_the_one_whose_probability_falls() {
+    fn motion_lowers_the_probability_of_its_axis_only() {
         for axis in 0..6 {
             let mut motion = [0.0; 6];
             motion[axis] = 10.0;
@@ -210,14 +210,14 @@ mod tests {
                 AngularRate(Vec3::new(wx, wy, wz)),
             );
             for (other, p) in p.axes.to_array().into_iter().enumerate() {
-                // A kernel that is not narrow beside its interval leaves a little outside.
+                // A wide kernel leaves a small part outside its interval.
                 assert_eq!(p > 0.98, other != axis, "{axis}, {other}: {p}");
             }
         }
     }
 
     #[test]
-    fn a_doubtful_sample_halves_what_one_at_rest_gave() {
+    fn doubtful_sample_halves_the_probability_of_one_at_rest() {
         let mut estimator = estimator();
         assert_eq!(estimator.probabilities().stable, 0.0);
         let (still, no_turn) = (LinearAcceleration::default(), AngularRate::default());

@@ -1,32 +1,32 @@
-//! A row of the table of what can be set, the check of a number against its range, and the error.
+//! Row of the parameter table, range check of a number, and the error type.
 
 use core::fmt;
 
 use crate::units::Unit;
 
-/// A row of the table: what one number may be.
+/// Row of the parameter table: name, unit, range and default of one number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
     /// The path in [`Params`](crate::Params).
     pub name: &'static str,
     /// The unit of the numbers.
     pub unit: Unit,
-    /// The least that it may be.
+    /// Least valid value.
     pub least: f32,
-    /// The most that it may be.
+    /// Largest valid value.
     pub most: f32,
-    /// What it is unless it is set.
+    /// Default value.
     pub default: f32,
 }
 
 impl Row {
-    /// Accepts what lies in the range.
+    /// Accepts values within the range.
     pub(crate) const fn check(&self, value: f32) -> Result<(), ParamsError> {
         in_range(self.name, value, self.least, self.most)
     }
 }
 
-/// The ranges alone, as the foot's flash holds them: without names, units and defaults. Evaluated by
+/// The ranges alone, as stored in the foot's flash: without names, units and defaults. Evaluated by
 /// the compiler only, which would report an index out of range.
 #[allow(clippy::indexing_slicing)]
 pub(crate) const fn ranges<const N: usize>(rows: &[Row; N]) -> [(f32, f32); N] {
@@ -39,25 +39,25 @@ pub(crate) const fn ranges<const N: usize>(rows: &[Row; N]) -> [(f32, f32); N] {
     ranges
 }
 
-/// Why parameters were refused.
+/// Reason for which parameters were rejected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ParamsError {
     /// A number is outside its range, or not a number.
     OutOfRange {
         /// The field's path in [`Params`](crate::Params); empty on a microcontroller, to save room.
         field: &'static str,
-        /// What it was set to.
+        /// Rejected value.
         value: f32,
-        /// The least it may be.
+        /// Least valid value.
         min: f32,
-        /// The most it may be.
+        /// Largest valid value.
         max: f32,
     },
-    /// The window comes to no sample at all or to more than there is room for.
+    /// The window contains no sample or exceeds the capacity.
     WindowLength {
         /// The window in samples at the sample rate set.
         samples: u32,
-        /// The most it may be.
+        /// Largest valid length, in samples.
         capacity: usize,
     },
 }
@@ -81,13 +81,13 @@ impl fmt::Display for ParamsError {
 
 impl core::error::Error for ParamsError {}
 
-/// The name of a field, for people. A foot has no use for it: on a microcontroller it is empty and
-/// takes no room.
+/// The display name of a field. A foot has no use for it: on a microcontroller it is empty and
+/// takes no space.
 pub(crate) const fn name(field: &'static str) -> &'static str {
     if cfg!(target_os = "none") { "" } else { field }
 }
 
-/// Accepts `min..=max`; a NaN lies in no range.
+/// Accepts `min..=max`; a NaN is outside every range.
 pub(crate) const fn in_range(
     field: &'static str,
     value: f32,

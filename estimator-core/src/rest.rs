@@ -1,27 +1,27 @@
-//! Rest, and the gyroscope's bias that can be read off there.
+//! Rest detection, and estimation of the gyroscope's bias at rest.
 //!
 //! Rest is the IMU being still; it is not contact. A gyroscope at rest shows its bias, but a
-//! robot that turns slowly and steadily looks much the same. Three things tell them apart:
+//! robot that turns slowly and steadily looks much the same. Three criteria distinguish them:
 //!
-//! * A turn about anything but the vertical moves gravity through the sensor: it is no rest.
-//! * Temperature moves a bias slowly and not far, so one once known is followed only within a
+//! * A turn about anything but the vertical moves gravity through the sensor, which rules out rest.
+//! * Temperature moves a bias slowly and not far, so a known bias is followed only within a
 //!   narrow gate, which opens as fast as temperature does and no further.
-//! * A bias is there in every rest and a turn is not: what contradicts the known bias must have
+//! * A bias is present in every rest and a turn is not: a rate that contradicts the known bias must have
 //!   been seen at rest for twice as long as the known bias itself.
 //!
-//! What is left is a steady turn about the vertical: one slower than the gate, and one that lasts
+//! The remaining ambiguity is a steady turn about the vertical: one slower than the gate, and one that lasts
 //! for minutes and twice as long as all rest before it. It costs heading, which is not observed
 //! anyway, and not inclination.
 //!
-//! A foot that walks before it has ever rested, as after a dip of its supply, learns from the corrections
-//! of its inclination: a bias has to be corrected by again and again, an impact is not. Rest replaces that.
+//! A foot that walks before its first rest, as after a dip of its supply, learns from the corrections
+//! of its inclination: a bias needs repeated correction, an impact does not. Rest replaces that.
 //!
-//! At the first rest after power-up nothing is known, and what the gyroscope shows is believed up
-//! to [`RestParams::bias_limit`]. More than that is rather a turn, but one that stays the same for
-//! minutes is a bias after all.
+//! At the first rest after power-up no bias is known, and the rate of the gyroscope is accepted up
+//! to [`RestParams::bias_limit`]. A larger rate is probably a turn, but one that stays the same for
+//! minutes is accepted as a bias.
 //!
-//! A rate at rest that is not believed for five seconds is reported, whether it is
-//! waiting to be believed or greater than that: the gyroscope is beyond its data sheet, or the
+//! A rate at rest that has not been accepted for five seconds is reported, whether it is
+//! pending or too large to be accepted: the gyroscope is beyond its data sheet, or the
 //! ground turns.
 
 use crate::order::Order;
@@ -29,66 +29,66 @@ use crate::step::{Continuity, Step};
 use crate::units::{DEGREE, STANDARD_GRAVITY};
 use crate::vector::Vec3;
 
-/// Time constant of the means that deviations are taken from, s.
+/// Time constant of the means that deviations are measured from, s.
 const MEAN_TIME_CONSTANT: f32 = 0.5;
 
-/// How far gravity may move through the sensor in a rest, m/s²: by 0.2°, as it does in the second
-/// that is left of a rest's least duration at 0.2 °/s. Far above the noise of the mean.
+/// Largest motion of gravity through the sensor in a rest, m/s²: 0.2°, as a turn of 0.2 °/s causes in
+/// the last second of a rest's least duration. Far above the noise of the mean.
 const LARGEST_SWAY: f32 = 0.03;
 
-/// How far from the known bias a rest may lie to be believed at once, rad/s.
+/// Largest distance from the known bias at which a rest is accepted at once, rad/s.
 const GATE: f32 = 0.3 * DEGREE;
 
-/// Growth of the gate, rad/s per s, since a rest last lay inside [`GATE`]: what temperature
-/// moves a MEMS gyroscope's bias by while a board warms up.
+/// Growth of the gate, rad/s per s, since a rest last lay inside [`GATE`]: the drift of a
+/// MEMS gyroscope's bias with temperature while a board warms up.
 const GATE_GROWTH: f32 = 0.0005 * DEGREE;
 
-/// How far the gate opens by itself, rad/s: 30 °C at the LSM6DSOX's typical 0.01 °/s per °C.
+/// Largest opening of the gate, rad/s: 30 °C at the LSM6DSOX's typical 0.01 °/s per °C.
 const LARGEST_OPENING: f32 = 0.3 * DEGREE;
 
-/// Rest that contradicts the known bias must last this many times as long as the rest that the
-/// known bias rests on, …
+/// Factor by which a rest that contradicts the known bias must exceed the rest that the
+/// known bias is based on, …
 const CONTRADICTION: f32 = 2.0;
 
-/// … but at least this long, s: a bias that was learnt in a turn at power-up is put right within
+/// … its least duration, s: a bias that was learnt in a turn at power-up is corrected within
 /// minutes of rest, …
 const LEAST_CONTRADICTION: f32 = 240.0;
 
-/// … and no more than this counts as the rest that the known bias rests on, s. Twice of it is what
-/// an f32 can count up to in steps of 0.1 ms.
+/// … and the longest rest that the known bias is credited with, s. An f32 can count up to twice
+/// this value in steps of 0.1 ms.
 const LONGEST_KNOWN: f32 = 900.0;
 
-/// A bias of up to this much on each axis is usual, rad/s: twice the LSM6DSOX's typical zero-rate
+/// Largest usual bias per axis, rad/s: twice the LSM6DSOX's typical zero-rate
 /// level.
 const USUAL: f32 = 2.0 * DEGREE;
 
-/// An unusual bias may be a turn at power-up: rest that contradicts it must last only this long, s,
-/// if that is twice as long as the rest that it rests on.
+/// Least duration of a rest that contradicts an unusual bias, s, which may be a turn at power-up;
+/// the rest must also be twice as long as the one that the bias is based on.
 const LEAST_CONTRADICTION_OF_UNUSUAL: f32 = 20.0;
 
-/// A rate of more than the limit, but not more than this many times the limit, is taken for a bias
+/// Largest multiple of the limit at which a rate is still accepted as a bias,
 /// once it has been the same for as long as would contradict a known bias.
 const BEYOND_LIMIT: f32 = 4.0;
 
-/// How long a rate that is beyond the limit must last, without anything known, to be reported, s.
+/// Duration of a rate beyond the limit, without a known bias, until it is reported, s.
 const REPORTED_AFTER: f32 = 5.0;
 
-/// How much rest makes a bias known, s.
+/// Duration of rest from which the bias is known, s.
 const KNOWN_AFTER: f32 = 0.5;
 
-/// A foot that has not moved since the first sample is at rest after this long, s: no stance begins
-/// so. Until the bias is known it tilts what is taken for up, by a degree in half a second.
+/// Duration of stillness since the first sample that counts as rest, s: no stance begins
+/// so. Until the bias is known it tilts the estimate of up, by a degree in half a second.
 const REST_FROM_THE_START: f32 = 0.5;
 
-/// Time constant, s, with which the bias of a foot that has never rested follows the corrections of its
-/// inclination: twice that of the corrections in motion, so that the two together do not swing.
+/// Time constant, s, with which the bias of a foot before its first rest follows the corrections of its
+/// inclination: twice that of the corrections in motion, so that the two together do not oscillate.
 const UNRESTED_TIME_CONSTANT: f32 = 10.0;
 
-/// An accelerometer at rest reads gravity as at least and at most this, m/s². A NAO's reads 9.06; what is
-/// further off is no rest.
+/// Least and largest reading of gravity by an accelerometer at rest, m/s². A NAO's reads 9.06; readings
+/// outside this range are limited to it.
 const GRAVITY: (f32, f32) = (0.9 * STANDARD_GRAVITY, 1.1 * STANDARD_GRAVITY);
 
-/// Time constant with which that is learnt at rest, s.
+/// Time constant of the gravity estimate at rest, s.
 const GRAVITY_TIME_CONSTANT: f32 = 0.5;
 
 /// Whether the sensor has moved since the first sample.
@@ -98,17 +98,17 @@ enum Beginning {
     Over,
 }
 
-/// What can be set in rest detection and bias estimation.
+/// Parameters of rest detection and bias estimation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestParams {
-    /// How long the sensor must be still before it counts as rest, s. From the first sample on, half a second is enough.
+    /// Duration of stillness that counts as rest, s. From the first sample on, half a second is enough.
     pub duration: f32,
     /// Largest deviation of the acceleration from its mean at rest, m/s².
     pub acceleration: f32,
     /// Largest deviation of the angular rate from its mean at rest, rad/s.
     pub rate: f32,
-    /// Largest bias per axis that is believed at the first rest, rad/s; with 0 the bias is not
-    /// estimated. Up to four times as much is believed after four minutes of rest.
+    /// Largest bias per axis that is accepted at the first rest, rad/s; with 0 the bias is not
+    /// estimated. Up to four times as much is accepted after four minutes of rest.
     pub bias_limit: f32,
     /// Time constant of the bias estimate at rest, s.
     pub bias_time_constant: f32,
@@ -146,7 +146,7 @@ struct Stillness {
     rate_squared: f32,
 }
 
-/// Validated [`RestParams`] in the form the estimator computes with.
+/// Validated [`RestParams`] in the form used by the estimator.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RestCoefficients {
     duration: f32,
@@ -156,7 +156,7 @@ pub(crate) struct RestCoefficients {
 }
 
 impl RestCoefficients {
-    /// Of parameters that have been checked.
+    /// Coefficients of checked parameters.
     pub const fn new(params: &RestParams) -> Self {
         Self {
             duration: params.duration,
@@ -170,7 +170,7 @@ impl RestCoefficients {
     }
 }
 
-/// Detects rest and learns the gyroscope's bias there, and only there.
+/// Detects rest and learns the gyroscope's bias at rest only.
 #[derive(Clone, Debug)]
 pub(crate) struct BiasEstimator {
     coefficients: RestCoefficients,
@@ -178,21 +178,21 @@ pub(crate) struct BiasEstimator {
     mean_rate: Vec3,
     /// The mean force when this stillness began and the mean had settled.
     first_force: Vec3,
-    /// How long the sensor has been still, s.
+    /// Duration of stillness so far, s.
     still: f32,
-    /// How much rest the bias rests on, s, up to the time constant: what the mean is over.
+    /// Duration of rest that the bias is based on, s, up to the time constant: length of the mean.
     learnt: f32,
-    /// How much rest the bias rests on, s, up to [`LONGEST_KNOWN`]: what contradicts it must last
-    /// as long.
+    /// Duration of rest that the bias is based on, s, up to [`LONGEST_KNOWN`]: a contradiction must
+    /// last as long.
     known: f32,
-    /// How much rest has contradicted the bias since a rest last agreed with it, s.
+    /// Duration of rest that has contradicted the bias since a rest last agreed with it, s.
     contradicted: f32,
-    /// What the gate has opened by, rad/s.
+    /// Current opening of the gate, rad/s.
     opening: f32,
-    /// How long a rest has shown a rate beyond the limit while nothing is known, s.
+    /// Duration of a rate beyond the limit in this rest while no bias is known, s.
     unbelieved: f32,
     bias: Vec3,
-    /// Length of the specific force at rest, m/s²: gravity, as this accelerometer reads it.
+    /// Length of the specific force at rest, m/s²: gravity as this accelerometer reads it.
     gravity: f32,
     beginning: Beginning,
 }
@@ -216,13 +216,13 @@ impl BiasEstimator {
         }
     }
 
-    /// Begins with the first sample's values as means.
+    /// Starts with the first sample's values as means.
     pub(crate) const fn start(&mut self, force: Vec3, rate: Vec3) {
         self.mean_force = force;
         self.mean_rate = rate;
     }
 
-    /// Takes in a sample: specific force in m/s² and angular rate in rad/s, sensor frame.
+    /// Processes a sample: specific force in m/s² and angular rate in rad/s, sensor frame.
     pub(crate) fn update(&mut self, force: Vec3, rate: Vec3, step: Step) {
         let RestCoefficients {
             duration,
@@ -262,10 +262,10 @@ impl BiasEstimator {
         }
     }
 
-    /// Whether gravity has moved through the sensor since the stillness began.
+    /// Returns whether gravity has moved through the sensor since the stillness began.
     fn sways(&self) -> bool {
         let sway = self.mean_force - self.first_force;
-        // In the beginning the mean has yet to settle.
+        // At the beginning the mean has yet to settle.
         self.still >= MEAN_TIME_CONSTANT && sway.dot(sway) > LARGEST_SWAY * LARGEST_SWAY
     }
 
@@ -307,24 +307,24 @@ impl BiasEstimator {
         }
     }
 
-    /// The rate at rest, rad/s, that is too great to be learnt as a bias; `None` where there is none.
+    /// The rate at rest, rad/s, that is too large to be learnt as a bias; `None` if there is no such rate.
     pub(crate) fn excess(&self) -> Option<Vec3> {
         (self.unbelieved >= REPORTED_AFTER).then_some(self.mean_rate)
     }
 
-    /// Gravity as this accelerometer reads it, m/s²: the standard one until there has been rest.
+    /// Gravity as this accelerometer reads it, m/s²: the standard value before the first rest.
     pub(crate) const fn gravity(&self) -> f32 {
         self.gravity
     }
 
-    /// Whether the bias rests on rest.
+    /// Returns whether the bias was observed at rest.
     pub(crate) fn is_known(&self) -> bool {
         self.learnt > 0.0
     }
 
-    /// Before there has been rest: takes in the turn, rad, sensor frame, by which the inclination was just
-    /// corrected. What it has to be corrected by again and again is the bias, up to the limit of what is
-    /// believed.
+    /// Before the first rest: processes the rotation, rad, sensor frame, by which the inclination was just
+    /// corrected. The mean of repeated corrections is the bias, up to the limit of accepted
+    /// values.
     pub(crate) fn follow(&mut self, turn: Vec3) {
         let limit = self.coefficients.bias_limit;
         let bias = self.bias - turn * (1.0 / UNRESTED_TIME_CONSTANT);
@@ -369,12 +369,12 @@ mod tests {
     }
 
     #[test]
-    fn at_rest_the_bias_is_learnt() {
+    fn bias_is_learnt_at_rest() {
         assert_near(feed(&mut estimator(), 0.5, 10.0), 0.5, 0.01);
     }
 
     #[test]
-    fn nothing_is_learnt_before_rest_has_lasted() {
+    fn bias_is_not_learnt_before_the_rest_duration() {
         let mut estimator = estimator();
         assert_near(feed(&mut estimator, 0.5, 0.49), 0.0, 0.0);
         jolt(&mut estimator);
@@ -382,13 +382,13 @@ mod tests {
     }
 
     #[test]
-    fn a_sensor_that_lies_still_from_the_start_has_its_bias_after_half_a_second() {
+    fn bias_is_known_after_half_a_second_of_initial_stillness() {
         let mut estimator = estimator();
         estimator.start(UP, Vec3::new(5.0 * DEGREE, 0.0, 0.0));
         assert_near(feed(&mut estimator, 5.0, 0.55), 5.0, 0.1);
     }
 
-    /// A sample of a foot that is moved.
+    /// Feeds a sample of a foot that is moved.
     fn jolt(estimator: &mut BiasEstimator) {
         let step = Step {
             seconds: DT,
@@ -412,26 +412,26 @@ mod tests {
     }
 
     #[test]
-    fn at_the_first_rest_a_bias_of_five_degrees_per_second_is_believed() {
+    fn bias_of_5_dps_is_accepted_at_the_first_rest() {
         assert_near(feed(&mut estimator(), 5.0, 6.0), 5.0, 0.1);
     }
 
     #[test]
-    fn a_rate_beyond_the_limit_is_a_turn_and_no_bias_until_it_has_lasted_for_minutes() {
+    fn rate_beyond_the_limit_is_a_bias_only_after_minutes() {
         let mut estimator = estimator();
         assert_near(feed(&mut estimator, 8.0, 230.0), 0.0, 0.0);
         assert_near(feed(&mut estimator, 8.0, 20.0), 8.0, 0.02);
-        // And then it is a bias like any other.
+        // It is then a bias like any other.
         assert_near(feed(&mut estimator, 8.1, 60.0), 8.1, 0.02);
     }
 
     #[test]
-    fn no_rate_is_a_bias_that_is_four_times_the_limit() {
+    fn rate_of_four_times_the_limit_is_never_a_bias() {
         assert_near(feed(&mut estimator(), 25.0, 600.0), 0.0, 0.0);
     }
 
     #[test]
-    fn a_rate_beyond_the_limit_is_reported_with_its_value_until_it_is_known() {
+    fn rate_beyond_the_limit_is_reported_until_it_is_known() {
         for rate in [8.0, 15.0, 30.0, 100.0] {
             let mut estimator = estimator();
             estimator.start(UP, Vec3::new(rate * DEGREE, 0.0, 0.0));
@@ -442,14 +442,14 @@ mod tests {
             assert_near(excess, rate, 0.01);
             feed(&mut estimator, rate, 240.0);
             assert_eq!(estimator.excess().is_none(), rate < 24.0, "{rate}");
-            // And not while the foot moves.
+            // It is not reported while the foot moves.
             jolt(&mut estimator);
             assert_eq!(estimator.excess(), None, "{rate}");
         }
     }
 
     #[test]
-    fn a_bias_within_the_limit_is_not_reported_nor_is_a_turn_once_one_is_known() {
+    fn bias_within_the_limit_and_later_turn_are_not_reported() {
         let mut estimator = estimator();
         feed(&mut estimator, 5.9, 60.0);
         assert_eq!(estimator.excess(), None);
@@ -470,14 +470,14 @@ mod tests {
     }
 
     #[test]
-    fn an_unusual_bias_that_was_a_turn_at_power_up_is_put_right_within_half_a_minute_of_rest() {
+    fn turn_learnt_at_power_up_is_corrected_in_half_a_minute() {
         let mut estimator = estimator();
         feed(&mut estimator, 4.5, 5.0);
         assert_near(feed(&mut estimator, 0.5, 30.0), 0.5, 0.02);
     }
 
     #[test]
-    fn an_unusual_bias_that_is_known_for_a_minute_outlasts_a_turn_of_a_minute() {
+    fn unusual_bias_known_for_a_minute_outlasts_an_equal_turn() {
         let mut estimator = estimator();
         feed(&mut estimator, 4.0, 60.0);
         assert_near(feed(&mut estimator, 3.0, 60.0), 4.0, 0.05);
@@ -489,7 +489,7 @@ mod tests {
             let mut estimator = estimator();
             feed(&mut estimator, 0.1, 20.0);
             assert_near(feed(&mut estimator, 0.1 + turn, 220.0), 0.1, 0.05);
-            // And every rest in between begins the count again.
+            // Every rest in between restarts the count.
             feed(&mut estimator, 0.1, 5.0);
             assert_near(feed(&mut estimator, 0.1 + turn, 220.0), 0.1, 0.05);
         }
@@ -504,7 +504,7 @@ mod tests {
     }
 
     #[test]
-    fn a_turn_that_moves_gravity_is_no_rest_however_slow_and_long() {
+    fn turn_that_moves_gravity_never_counts_as_rest() {
         for turn in [0.25, 0.5, 1.0, 1.9] {
             let mut estimator = estimator();
             feed(&mut estimator, 0.1, 20.0);
@@ -535,16 +535,16 @@ mod tests {
     }
 
     #[test]
-    fn a_bias_learnt_in_a_turn_is_put_right_by_rest() {
+    fn bias_learnt_in_a_turn_is_corrected_by_rest() {
         let mut estimator = estimator();
         feed(&mut estimator, 1.5, 20.0);
         assert_near(feed(&mut estimator, 0.0, 600.0), 0.0, 0.02);
     }
 
     #[test]
-    fn before_any_rest_a_bias_is_what_the_inclination_is_corrected_against_up_to_the_limit() {
+    fn bias_before_rest_follows_inclination_corrections() {
         let mut estimator = estimator();
-        // A rate about x of 2 °/s tilts by so much in a millisecond, and is corrected by the opposite.
+        // Tilt in a millisecond at a rate about x of 2 °/s, corrected by the opposite.
         let turn = Vec3::new(-2.0 * DEGREE * DT, 0.0, 0.0);
         (0..1_000).for_each(|_| estimator.follow(turn));
         assert_near(
@@ -560,7 +560,7 @@ mod tests {
     }
 
     #[test]
-    fn a_known_bias_follows_with_its_time_constant_behind_that_of_the_mean() {
+    fn known_bias_follows_with_its_time_constant() {
         let mut estimator = estimator();
         feed(&mut estimator, 0.1, 10.0);
         // After one time constant of 4 s behind a mean of 0.5 s: 1 − (4/e − 0.5/e⁸)/3.5 of the way.
@@ -569,7 +569,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bias_that_moved_by_half_a_degree_while_the_foot_walked_is_followed_in_the_next_rest() {
+    fn bias_moved_by_half_a_degree_is_followed_in_the_next_rest() {
         for (minutes, expected) in [(0, 0.1), (11, 0.6)] {
             let mut estimator = estimator();
             feed(&mut estimator, 0.1, 10.0);

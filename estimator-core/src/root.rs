@@ -4,9 +4,9 @@
 /// Bound of the relative error of [`sqrt`] for normal numbers, asserted by a sweep.
 pub const SQRT_ERROR: f32 = 3.0e-7;
 
-/// The square root of a number; 0 of one that is not above the smallest normal number, or no number.
+/// The square root of a number; 0 for a NaN and for numbers up to the smallest normal number.
 ///
-/// Newton's iteration for 1/√x from a guess by the exponent, three times, and then times x.
+/// Newton's iteration for 1/√x, three times, from a guess by the exponent; then multiplied by x.
 #[inline(never)]
 #[must_use]
 pub fn sqrt(x: f32) -> f32 {
@@ -25,10 +25,10 @@ pub fn sqrt(x: f32) -> f32 {
     }
 }
 
-/// The nearest whole number, which is not negative.
+/// Returns the nearest whole number; negative results are 0.
 #[must_use]
 pub(crate) const fn rounded(x: f32) -> u32 {
-    // The cast cuts off, and takes what is negative or no number to 0.
+    // The cast truncates, and takes negative values and NaN to 0.
     (x + 0.5) as u32
 }
 
@@ -47,7 +47,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_root_has_the_root_zero() {
+    fn root_of_an_invalid_argument_is_zero() {
         for x in [0.0, -0.0, -1.0, f32::NEG_INFINITY, f32::NAN] {
             assert_eq!(sqrt(x), 0.0, "{x}");
         }

@@ -1,7 +1,7 @@
-//! One IMU sample in SI units, and how much of it can be believed.
+//! One IMU sample in SI units, and its validity.
 //!
-//! A driver converts to SI once, at its edge; from here on every quantity has a type that
-//! says what it is. Axes are those of the sensor until a [mounting](crate::mounting) turns them to those
+//! A driver converts to SI once, at its boundary; from here on every quantity has its own
+//! type. Axes are those of the sensor until a [mounting](crate::mounting) rotates them to those
 //! of the foot.
 
 use crate::vector::Vec3;
@@ -20,9 +20,9 @@ pub struct LinearAcceleration(pub Vec3);
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AngularRate(pub Vec3);
 
-/// When a sample was acquired: microseconds since the clock's own start.
+/// Time at which a sample was acquired: microseconds since the clock's own start.
 ///
-/// 64 bits last half a million years, so it never wraps.
+/// 64 bits suffice for half a million years, so it never wraps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Timestamp(u64);
 
@@ -39,80 +39,80 @@ impl Timestamp {
         self.0
     }
 
-    /// Microseconds from `earlier` to `self`; `None` where `self` is the earlier one.
+    /// Microseconds from `earlier` to `self`; `None` if `self` is the earlier one.
     #[must_use]
     pub const fn micros_since(self, earlier: Self) -> Option<u64> {
         self.0.checked_sub(earlier.0)
     }
 }
 
-/// What the source of a sample knows about its quality.
+/// Quality of a sample as reported by its source.
 ///
-/// Anything but [`Validity::Valid`] counts as "not stable": doubt never turns into contact.
+/// Any value except [`Validity::Valid`] counts as "not stable": doubt never turns into contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Validity {
     /// A fresh reading inside the sensor's range.
     #[default]
     Valid,
-    /// At least one axis is at the end of its range: the truth lies somewhere beyond.
+    /// At least one axis is at the end of its range: the true value is beyond it.
     Saturated(Saturation),
-    /// The sensor gave nothing new: the values repeat an earlier reading.
+    /// The sensor gave no new reading: the values repeat an earlier one.
     Stale,
-    /// The reading failed: the values mean nothing.
+    /// The reading failed: the values are meaningless.
     Invalid,
 }
 
-/// Which sensor is at the end of its range.
+/// Sensor that is at the end of its range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Saturation {
-    /// The accelerometer alone: the turn is known, the force is not.
+    /// The accelerometer alone: the rotation is known, the force is not.
     Accelerometer,
-    /// The gyroscope alone: the force is known, the turn is not.
+    /// The gyroscope alone: the force is known, the rotation is not.
     Gyroscope,
     /// Both.
     Both,
 }
 
 impl Saturation {
-    /// Whether the specific force is beyond what the sample says.
+    /// Returns whether the specific force is beyond the reading.
     #[must_use]
     pub const fn includes_accelerometer(self) -> bool {
         matches!(self, Self::Accelerometer | Self::Both)
     }
 
-    /// Whether the angular rate is beyond what the sample says.
+    /// Returns whether the angular rate is beyond the reading.
     #[must_use]
     pub const fn includes_gyroscope(self) -> bool {
         matches!(self, Self::Gyroscope | Self::Both)
     }
 }
 
-/// What an IMU on a foot measured at one instant.
+/// Measurement of an IMU on a foot at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ImuSample {
-    /// When the sample was acquired.
+    /// Time at which the sample was acquired.
     pub timestamp: Timestamp,
     /// Accelerometer, m/s². With [`Gravity::Removed`](crate::Gravity::Removed) in the parameters
-    /// the source has taken gravity out already and the estimator uses it as it is.
+    /// the source has removed gravity already and the estimator uses it unchanged.
     pub specific_force: SpecificForce,
     /// Gyroscope, rad/s.
     pub angular_rate: AngularRate,
-    /// What the source says about the sample.
+    /// Quality of the sample as reported by its source.
     pub validity: Validity,
 }
 
-/// Largest specific force that is taken for a measurement, m/s²: ten times the range of any
+/// Largest plausible specific force, m/s²: ten times the range of any
 /// IMU that fits a foot. A larger number is a broken reading, and it would overflow f32 squares.
 pub const SPECIFIC_FORCE_LIMIT: f32 = 1.0e4;
 
-/// Largest angular rate that is taken for a measurement, rad/s: ten times the range of any
+/// Largest plausible angular rate, rad/s: ten times the range of any
 /// IMU that fits a foot.
 pub const ANGULAR_RATE_LIMIT: f32 = 1.0e3;
 
 impl ImuSample {
-    /// The quality of the sample once its numbers have been looked at too: a value that is not
+    /// Returns the quality of the sample after a check of its values: a value that is not
     /// finite, or beyond [`SPECIFIC_FORCE_LIMIT`] or [`ANGULAR_RATE_LIMIT`], makes it
-    /// [`Validity::Invalid`] whatever the source said.
+    /// [`Validity::Invalid`] whatever the source reported.
     #[must_use]
     pub fn checked_validity(&self) -> Validity {
         let measurable = self.specific_force.0.is_within(SPECIFIC_FORCE_LIMIT)
@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn a_time_is_given_back_and_there_is_none_since_a_later_one() {
+    fn time_round_trips_and_is_undefined_since_a_later_one() {
         let [first, second] = [7, 1_007].map(Timestamp::from_micros);
         assert_eq!([first.as_micros(), second.as_micros()], [7, 1_007]);
         assert_eq!(second.micros_since(first), Some(1_000));
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_that_no_imu_can_produce_makes_the_sample_invalid() {
+    fn implausible_number_makes_the_sample_invalid() {
         for broken in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1.0e30, -1.1e4] {
             assert_eq!(
                 sample_with_ax(broken).checked_validity(),
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rate_that_no_gyroscope_can_measure_makes_the_sample_invalid() {
+    fn implausible_rate_makes_the_sample_invalid() {
         for broken in [f32::NAN, 1.001e3, -1.0e30] {
             let sample = ImuSample {
                 angular_rate: AngularRate(Vec3::new(0.0, broken, 0.0)),

@@ -1,6 +1,6 @@
-//! The time from one sample to the next, and how far it can be integrated over.
+//! Time between consecutive samples, and its suitability for integration.
 
-/// The time from one sample to the next.
+/// Time between consecutive samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Step {
     /// Seconds; after an interruption, one period.
@@ -8,13 +8,13 @@ pub(crate) struct Step {
     pub(crate) continuity: Continuity,
 }
 
-/// How closely one sample followed the other.
+/// Continuity between two consecutive samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Continuity {
-    /// Closely enough to integrate between them.
+    /// Close enough to integrate between them.
     Continuous,
-    /// So that the integral is no more than a guess.
+    /// Too far apart for more than an estimate of the integral.
     Gap,
-    /// After a time in which anything may have happened.
+    /// Too far apart for any assumption about the motion in between.
     Interrupted,
 }

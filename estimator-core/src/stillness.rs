@@ -1,9 +1,9 @@
 //! The self-calibrating estimate: the paper's kernel mass on a logarithmic scale, with limits that
-//! the foot finds itself.
+//! are learnt from the foot.
 //!
-//! Three quantities tell a foot that stands from one that moves: its acceleration, its angular rate,
-//! and the leaky mean of its acceleration, which shaking does not have and a swing does. Of each, what
-//! counts is the logarithm of the amplitude, since robots differ by factors:
+//! Three quantities distinguish a standing foot from a moving one: its acceleration, its angular rate,
+//! and the leaky mean of its acceleration, which is small under shaking and large in a swing. Each is
+//! judged by the logarithm of its amplitude, since robots differ by factors:
 //!
 //! ```text
 //! u    = ½ ln(x² + floor²)
@@ -13,17 +13,17 @@
 //! P    = Π [f + (1 − f)·M] · no slide · evidence      f: the share that a quantity cannot take away
 //! ```
 //!
-//! The same classes judge parts of the motion: what lies across up and turns about it (tangential),
-//! what lies along up and tilts (vertical), and what each axis of the sensor sees alone. A part's
+//! The same classes judge parts of the motion: motion across up and turns about it (tangential),
+//! motion along up and tilting (vertical), and motion on each axis of the sensor alone. A part's
 //! amplitude is at most that of the whole, so its probability is at least that of the whole.
 //!
 //! | step | module |
 //! |---|---|
-//! | what gravity's removal leaves, taken out | `stillness::gravity_error` |
-//! | stillness and motion as this foot shows them | `stillness::classes` |
-//! | the same as it is stored | `stillness::learnt` |
-//! | speed picked up along the ground | `stillness::slide` |
-//! | what a foot must show to be believed, and whether it walks | `stillness::evidence`, `stillness::stride` |
+//! | residual of gravity, removed | `stillness::gravity_error` |
+//! | stillness and motion learnt from this foot | `stillness::classes` |
+//! | stored form of the learnt state | `stillness::learnt` |
+//! | speed gained along the ground | `stillness::slide` |
+//! | evidence that a foot stands, and whether it walks | `stillness::evidence`, `stillness::stride` |
 //! | tangential, vertical and each axis alone | `stillness::parts` |
 //! | constants | `stillness::params` |
 
@@ -63,7 +63,7 @@ use crate::units::STANDARD_GRAVITY;
 use crate::vector::Vec3;
 use crate::window::Filling;
 
-/// What a self-calibrating estimate is made from, checked.
+/// Checked inputs of a self-calibrating estimate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StillnessConfig {
     constants: Constants,
@@ -73,7 +73,7 @@ pub(crate) struct StillnessConfig {
 }
 
 impl StillnessConfig {
-    /// Checks what the constants' own type has not checked already.
+    /// Checks the fields that the constants' own type has not checked already.
     pub fn new(
         constants: &Constants,
         learning: Learning,
@@ -92,25 +92,25 @@ impl StillnessConfig {
     }
 }
 
-/// What does not change from sample to sample.
+/// Values that do not change from sample to sample.
 #[derive(Clone, Copy, Debug)]
 struct Coefficients {
     learning: Learning,
     learner: LearnerCoefficients,
-    /// An acceleration counts in the leaky mean up to this, m/s², and its square.
+    /// Limit of an acceleration in the leaky mean, m/s²; its square follows.
     impact: f32,
     impact_squared: f32,
-    /// The foot counts as quiet from this share of mass on.
+    /// Share of mass from which the foot counts as quiet.
     quiet: f32,
     /// Share of the newest mass in its mean.
     newest: f32,
     /// Share of the newest acceleration in the leaky mean.
     leak: f32,
-    /// Samples after which the means are worth their name.
+    /// Samples until the means have settled.
     window: u32,
 }
 
-/// The estimate and all that it has learnt.
+/// The estimate and its learnt state.
 #[derive(Clone, Debug)]
 pub(crate) struct Stillness {
     coefficients: Coefficients,
@@ -118,7 +118,7 @@ pub(crate) struct Stillness {
     gravity_error: GravityError,
     slide: Slide,
     evidence: Evidence,
-    /// Factor of the probability: no slide, and evidence.
+    /// Factor of the probability by slide and evidence.
     believed: f32,
     /// The leaky mean of the acceleration, m/s², sensor frame.
     velocity: Vec3,
@@ -132,25 +132,25 @@ pub(crate) struct Stillness {
     lesson: Lesson,
 }
 
-/// What is left to be done with the newest sample once its probability is known.
+/// Remaining work for the newest sample after its probability is known.
 #[derive(Clone, Debug)]
 struct Lesson {
     state: LessonState,
     motion: Motion,
     /// Logarithms of the amplitudes.
     logarithms: PerQuantity<f32>,
-    /// The probability of stillness that the sample teaches with.
+    /// Probability of stillness with which the sample is learnt.
     stable: f32,
 }
 
-/// Whether there is anything left to be done.
+/// Whether a lesson is pending.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum LessonState {
     Due,
     Over,
 }
 
-/// Where up is not known, neither yes nor no can be said.
+/// Probabilities while up is unknown: neither yes nor no.
 const UP_UNKNOWN: Probabilities = Probabilities {
     axes: PerAxis::splat(0.5),
     tangential: 0.5,
@@ -202,7 +202,7 @@ impl Stillness {
         }
     }
 
-    /// What the newest sample came to; 0 before the first.
+    /// Probabilities of the newest sample; 0 before the first.
     pub const fn probabilities(&self) -> Probabilities {
         self.probabilities
     }
@@ -212,22 +212,22 @@ impl Stillness {
         self.coefficients.window
     }
 
-    /// What is left of gravity, m/s², sensor frame.
+    /// Residual of gravity, m/s², sensor frame.
     pub const fn gravity_error(&self) -> Vec3 {
         self.gravity_error.value()
     }
 
-    /// What the foot has taught.
+    /// State learnt from the foot.
     pub fn learnt(&self) -> Learnt {
         self.learner.learnt(&self.coefficients.learner)
     }
 
-    /// Whether what was learnt rests on enough.
+    /// Returns whether enough steps were observed.
     pub fn is_settled(&self) -> bool {
         self.learner.is_settled()
     }
 
-    /// Takes in one sample's motion, gravity, its [error](Self::gravity_error) and bias removed; `up`
+    /// Processes one sample's motion, with gravity, its [error](Self::gravity_error) and bias removed; `up`
     /// is the unit vector that points up, sensor frame.
     pub fn push(
         &mut self,
@@ -276,7 +276,7 @@ impl Stillness {
             velocity: amplitude(motion.squares.velocity, quantities.velocity.floor_squared),
         };
         self.lesson.logarithms = logarithms;
-        // Until the window has passed, the means are over the samples so far.
+        // Until the window has passed, the means cover the samples so far.
         self.filled = self.filled.saturating_add(1);
         let newest = newest.greater(1.0 / self.filled as f32);
         let mass_of_acceleration = mass(logarithms.acceleration, &edges.acceleration);
@@ -300,8 +300,8 @@ impl Stillness {
         self.probabilities
     }
 
-    /// Judges the parts of the newest sample's motion and learns from it, which the next sample would
-    /// do first: so that a foot can do it once it has sent the probability.
+    /// Judges the parts of the newest sample's motion and learns from it. The next sample would do so
+    /// first; calling it earlier moves the work behind the transmission of the probability.
     #[inline(never)]
     pub fn finish(&mut self) {
         let Lesson {
@@ -337,7 +337,7 @@ impl Stillness {
         }
     }
 
-    /// What the three quantities say together, with the slide and the evidence; and of the parts.
+    /// Combines the three quantities, the slide and the evidence; also for the parts.
     fn combine(&self, still: f32) -> Probabilities {
         let believed = self.believed;
         let stable = still * believed;
@@ -351,11 +351,11 @@ impl Stillness {
         }
     }
 
-    /// Takes in one sample of a foot of which up is not known yet: its whole specific force, m/s², and
-    /// angular rate. What differs from gravity in size moves the foot; what turns it is seen anyway.
-    /// Which way it moves is not, so the probability is at most [`UP_UNKNOWN`].
+    /// Processes one sample of a foot while up is unknown: its whole specific force, m/s², and
+    /// angular rate. A force that differs from gravity in size counts as motion; turns are observed anyway.
+    /// The direction of the motion is unknown, so the probability is at most [`UP_UNKNOWN`].
     pub fn push_unaligned(&mut self, force: Vec3, rate: AngularRate) -> Probabilities {
-        // Along the force, however the sensor is mounted.
+        // Up is taken along the force, however the sensor is mounted.
         let length = force.length();
         let up = match length > 0.0 {
             true => force * (1.0 / length),
@@ -367,8 +367,8 @@ impl Stillness {
         self.probabilities
     }
 
-    /// Takes in a sample that cannot be believed, or at the end of the sensor's range: it counts as one in
-    /// motion, and teaches nothing. What it may have added to the speed of a slide is limited anyway.
+    /// Processes an unreliable sample, or one at the end of the sensor's range: it counts as one in
+    /// motion, and is not learnt from. Its contribution to the speed of a slide is limited anyway.
     #[inline(never)]
     pub fn push_doubt(&mut self) -> Probabilities {
         self.finish();
@@ -381,7 +381,7 @@ impl Stillness {
         self.probabilities
     }
 
-    /// Whether the means are over a whole window.
+    /// Returns whether the means cover a whole window.
     pub const fn filling(&self) -> Filling {
         if self.filled >= self.coefficients.window {
             Filling::Full
@@ -391,7 +391,7 @@ impl Stillness {
     }
 }
 
-/// Logarithm of an amplitude that is given squared.
+/// Logarithm of an amplitude given as its square.
 #[inline(never)]
 fn amplitude(square: f32, floor_squared: f32) -> f32 {
     0.5 * ln(square + floor_squared)
@@ -403,12 +403,12 @@ fn mass(logarithm: f32, edge: &Edge) -> f32 {
     0.5 + 0.5 * erf((edge.at - logarithm) * edge.inverse_scale)
 }
 
-/// The same at an amplitude that is given squared.
+/// The kernel's mass below the edge at an amplitude given as its square.
 fn mass_of(square: f32, floor_squared: f32, edge: &Edge) -> f32 {
     mass(amplitude(square, floor_squared), edge)
 }
 
-/// What a quantity with this mean mass leaves of the probability.
+/// Factor of the probability for a quantity with this mean mass.
 fn heard(mass: f32, edge: &Edge) -> f32 {
     edge.floor + (1.0 - edge.floor) * mass
 }
@@ -429,8 +429,8 @@ mod tests {
         stillness.push(LinearAcceleration(acceleration), AngularRate(rate), UP)
     }
 
-    /// A walk of `steps` strides at `RATE`, whose amplitudes are `size` times those of a middling
-    /// robot: the least P in mid-stance and the greatest in mid-swing of the last stride.
+    /// A walk of `steps` strides at `RATE`, with `size` times the amplitudes of a typical
+    /// robot; returns the least P in mid-stance and the largest in mid-swing of the last stride.
     fn walk(stillness: &mut Stillness, steps: usize, size: f32) -> (f32, f32) {
         let (mut least, mut greatest) = (1.0_f32, 0.0_f32);
         for step in 0..steps {
@@ -454,7 +454,7 @@ mod tests {
     }
 
     #[test]
-    fn feet_of_every_size_are_told_apart_from_their_swing_within_five_steps() {
+    fn stance_and_swing_separate_within_five_steps_at_every_size() {
         for size in [0.3, 0.5, 1.0, 2.0, 4.0] {
             let (stance, swing) = walk(&mut stillness(), 5, size);
             assert!(stance > 0.6 && swing < 0.4, "{size}: {stance}, {swing}");
@@ -462,7 +462,7 @@ mod tests {
     }
 
     #[test]
-    fn a_foot_that_hits_the_ground_is_not_still_in_the_same_millisecond() {
+    fn foot_is_not_still_in_the_millisecond_of_touchdown() {
         let mut stillness = stillness();
         walk(&mut stillness, 5, 1.0);
         let before = stillness.probabilities().stable;
@@ -492,7 +492,7 @@ mod tests {
     }
 
     #[test]
-    fn a_motion_along_the_ground_lowers_the_tangential_probability_and_leaves_the_vertical() {
+    fn horizontal_motion_lowers_only_the_tangential_probability() {
         for (direction, slides) in [(Vec3::new(8.0, 0.0, 0.0), true), (UP * 8.0, false)] {
             let mut stillness = stillness();
             walk(&mut stillness, 5, 1.0);
@@ -510,7 +510,7 @@ mod tests {
     }
 
     #[test]
-    fn frozen_learning_gives_the_same_motion_the_same_probability_for_ever() {
+    fn frozen_learning_keeps_the_probability_of_a_motion() {
         let config = StillnessConfig::new(&Constants::DEFAULT, Learning::Frozen, None, RATE);
         let mut stillness = Stillness::new(&config.expect("the default"));
         let before = stillness.learnt();
@@ -550,7 +550,7 @@ mod tests {
     }
 
     #[test]
-    fn an_amplitude_is_a_natural_logarithm_that_the_floor_keeps_from_falling() {
+    fn amplitude_is_a_natural_logarithm_limited_by_the_floor() {
         let near = |found: f32, expected: f32| assert!((found - expected).abs() < 1.0e-5);
         near(amplitude(4.0, 0.0), libm::logf(2.0));
         near(amplitude(9.0, 16.0), libm::logf(5.0));

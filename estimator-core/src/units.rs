@@ -1,4 +1,4 @@
-//! Units of what can be set, and the constants that lead to them.
+//! Units of parameters, and constants for their conversion.
 
 /// Standard gravity, m/s².
 pub const STANDARD_GRAVITY: f32 = 9.806_65;
@@ -6,7 +6,7 @@ pub const STANDARD_GRAVITY: f32 = 9.806_65;
 /// One degree in radians.
 pub(crate) const DEGREE: f32 = core::f32::consts::PI / 180.0;
 
-/// The unit of a number that can be set.
+/// Unit of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
     /// A ratio, a probability or a factor.
@@ -32,7 +32,7 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// The symbol; empty for [`Unit::One`].
+    /// Symbol of the unit; empty for [`Unit::One`].
     #[must_use]
     pub const fn symbol(self) -> &'static str {
         match self {
@@ -55,7 +55,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_unit_has_a_symbol_of_its_own_and_a_ratio_has_none() {
+    fn symbols_are_unique_and_a_ratio_has_an_empty_one() {
         let units = [
             Unit::One,
             Unit::Hertz,

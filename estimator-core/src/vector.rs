@@ -1,4 +1,4 @@
-//! Three-vectors and unit quaternions: just what the attitude filter needs.
+//! Three-vectors and unit quaternions, as required by the attitude filter.
 //!
 //! Only additions, multiplications, divisions and square roots, which IEEE 754 rounds the same
 //! way everywhere, and never a fused multiply-add: so the bits agree on every machine.
@@ -20,7 +20,7 @@ impl Vec3 {
     /// The zero vector.
     pub const ZERO: Self = Self::new(0.0, 0.0, 0.0);
 
-    /// A vector from its components.
+    /// Creates a vector from its components.
     #[must_use]
     pub const fn new(x: f32, y: f32, z: f32) -> Self {
         Self { x, y, z }
@@ -51,11 +51,11 @@ impl Vec3 {
         crate::root::sqrt(self.dot(self))
     }
 
-    /// Whether every component is a number of magnitude at most `limit`.
+    /// Returns whether every component is a number of magnitude at most `limit`.
     #[inline]
     #[must_use]
     pub fn is_within(self, limit: f32) -> bool {
-        // A comparison with NaN is false, so this also rejects what is not finite.
+        // A comparison with NaN is false, so this also rejects values that are not finite.
         self.x.abs() <= limit && self.y.abs() <= limit && self.z.abs() <= limit
     }
 }
@@ -99,7 +99,7 @@ impl Mul<f32> for Vec3 {
     }
 }
 
-/// A unit quaternion in Hamilton's convention, sensor → world unless it says otherwise: it turns a
+/// A unit quaternion in Hamilton's convention, sensor → world unless stated otherwise: it rotates a
 /// vector's sensor-frame components into world-frame components. World z points up; heading is arbitrary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quaternion {
@@ -129,11 +129,11 @@ impl Quaternion {
     };
 
     /// The shortest rotation that takes the direction of `up` (a sensor-frame vector) to world z.
-    /// `None` where `up` has no usable length.
+    /// `None` if `up` has no usable length.
     #[must_use]
     pub fn from_up(up: Vec3) -> Option<Self> {
         let length = up.length();
-        // Not `length <= …`: a NaN must fail too.
+        // Not `length <= …`: a NaN must fail as well.
         if !(length > f32::MIN_POSITIVE && length <= f32::MAX) {
             return None;
         }
@@ -159,7 +159,7 @@ impl Quaternion {
                 .normalised(),
             )
         } else {
-            // Upside down: any horizontal axis will do.
+            // Upside down, any horizontal axis will do.
             Some(Self {
                 w: 0.0,
                 x: 1.0,
@@ -169,7 +169,7 @@ impl Quaternion {
         }
     }
 
-    /// A turn by the small rotation vector `angle` (rad), accurate to the fifth power of its length.
+    /// A rotation by the small rotation vector `angle` (rad), accurate to the fifth power of its length.
     #[inline]
     #[must_use]
     pub fn from_small_rotation(angle: Vec3) -> Self {
@@ -209,7 +209,7 @@ impl Quaternion {
         }
     }
 
-    /// World-frame components of a vector given in the sensor frame.
+    /// Returns the world-frame components of a vector given in the sensor frame.
     #[inline]
     #[must_use]
     pub fn rotate(self, vector: Vec3) -> Vec3 {
@@ -229,14 +229,14 @@ impl Quaternion {
         )
     }
 
-    /// Unit length again, from a length that is off by rounding only: one Newton step, no root.
+    /// Restores unit length after rounding errors: one Newton step, no root.
     #[inline]
     #[must_use]
     pub fn renormalised(self) -> Self {
         self.scaled(1.5 - 0.5 * self.norm_squared())
     }
 
-    /// Unit length, from any length; the identity where there is none.
+    /// Restores unit length from any length; the identity if the length is unusable.
     #[must_use]
     pub fn normalised(self) -> Self {
         let length = crate::root::sqrt(self.norm_squared());
@@ -292,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn a_vector_without_length_has_no_attitude() {
+    fn vector_without_length_gives_no_attitude() {
         for up in [
             Vec3::ZERO,
             Vec3::new(f32::NAN, 0.0, 1.0),
@@ -332,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn the_three_units_multiply_as_hamilton_defined_it() {
+    fn units_multiply_by_hamiltons_rules() {
         let unit = |x: f32, y: f32, z: f32| Quaternion { w: 0.0, x, y, z };
         let (i, j, k) = (
             unit(1.0, 0.0, 0.0),
@@ -350,7 +350,7 @@ mod tests {
     }
 
     #[test]
-    fn any_length_becomes_one_and_none_becomes_the_identity() {
+    fn normalised_restores_unit_length_or_gives_identity() {
         let long = Quaternion {
             w: 1.0,
             x: -2.0,

@@ -1,4 +1,4 @@
-//! Standard deviation of "the foot's velocity is zero", for a state estimator that takes the foot as a
+//! Standard deviation of "the foot's velocity is zero", for a state estimator that uses the foot as a
 //! velocity measurement at each sample instead of switching it on and off.
 //!
 //! ```text
@@ -17,11 +17,11 @@ use crate::vector::Vec3;
 /// Parameters of the standard deviation of the zero-velocity measurement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VelocityParams {
-    /// The standard deviation at P = ½ of a foot that does not turn, m/s.
+    /// Standard deviation at P = ½ of a foot that does not turn, m/s.
     pub speed: f32,
     /// Distance between the IMU and the point about which a standing foot turns, m.
     pub lever: f32,
-    /// The least standard deviation, m/s: that of a foot that stands for certain.
+    /// Least standard deviation, m/s: that of a foot that certainly stands.
     pub floor: f32,
 }
 
@@ -32,7 +32,7 @@ impl Default for VelocityParams {
 }
 
 impl VelocityParams {
-    /// For any foot of a person or of a legged robot of like size.
+    /// For any foot of a person or of a legged robot of similar size.
     ///
     /// | field | value | reason |
     /// |---|---|---|
@@ -74,7 +74,7 @@ pub struct VelocityCoefficients {
 }
 
 impl VelocityCoefficients {
-    /// Of parameters, whatever they are; those that [`Params::validate`](crate::Params::validate) rejects
+    /// Coefficients of any parameters; those rejected by [`Params::validate`](crate::Params::validate)
     /// give [`VelocitySigma::MOST`] or a number below it.
     #[must_use]
     pub const fn new(params: &VelocityParams) -> Self {
@@ -85,9 +85,9 @@ impl VelocityCoefficients {
         }
     }
 
-    /// The standard deviation for a probability of stable contact in [0, 1] and an angular rate, rad/s.
+    /// Returns the standard deviation for a probability of stable contact in [0, 1] and an angular rate, rad/s.
     ///
-    /// Total: never NaN. It is [`VelocitySigma::MOST`] where the probability is 0 or not a number, and where
+    /// Total: never NaN. The result is [`VelocitySigma::MOST`] if the probability is 0 or not a number, and if
     /// `flags` are [doubt](Flags::are_doubt).
     #[must_use]
     pub fn sigma(&self, probability: f32, rate: Vec3, flags: Flags) -> VelocitySigma {
@@ -135,14 +135,14 @@ mod tests {
     }
 
     #[test]
-    fn no_probability_gives_the_largest_value() {
+    fn vanishing_probability_gives_the_largest_value() {
         for probability in [0.0, -1.0, f32::NAN, 1.0e-9, f32::MIN_POSITIVE] {
             assert_eq!(sigma(probability, 0.0), 100.0, "{probability}");
         }
     }
 
     #[test]
-    fn rate_that_is_no_number_gives_the_largest_value() {
+    fn nan_or_huge_rate_gives_the_largest_value() {
         for rate in [f32::NAN, f32::INFINITY, 1.0e4] {
             assert_eq!(sigma(1.0, rate), 100.0, "{rate}");
         }

@@ -1,19 +1,19 @@
-//! The trailing window: a ring of masses and the exact sums over its newest.
+//! The trailing window: a ring of masses and the exact sums over the newest of them.
 //!
-//! Masses are integers, so the running sum is the sum, whatever has passed through: no drift
+//! Masses are integers, so the running sum is exact for any history: no drift
 //! after a billion samples, no dependence on order, and one addition and one subtraction per
 //! axis whatever the window's length is.
 //!
-//! The sums do not depend on how much room the ring has, so there is one machine code for rings of
-//! all sizes: the ring comes last and is seen as a slice. It is optimised as this crate is, whatever
+//! The sums do not depend on the ring's capacity, so one machine code serves rings of
+//! all sizes: the ring comes last and is seen as a slice. It is optimised with this crate, whatever
 //! the crate that chose the size.
 
 use crate::axis::PerAxis;
 use crate::kernel::Mass;
 
-/// The last *n* samples' masses on all six axes, 1 ≤ n ≤ the room in the ring, with *n* chosen at
+/// Masses of the last *n* samples on all six axes, 1 ≤ n ≤ the ring's capacity, with *n* chosen at
 /// run time, and the sums over all of them. Made as a `Window<Ring<N>>`, used
-/// as a `Window<AnyRing>`, which a reference to it turns into.
+/// as a `Window<AnyRing>`, to which a reference to it coerces.
 #[derive(Clone, Debug)]
 pub struct Window<R: ?Sized> {
     whole: Trailing,
@@ -27,7 +27,7 @@ pub type Ring<const CAPACITY: usize> = [PerAxis<Mass>; CAPACITY];
 /// A ring of any size.
 pub type AnyRing = [PerAxis<Mass>];
 
-/// The sum over the newest samples of a ring.
+/// Sums over the newest samples of a ring.
 #[derive(Clone, Copy, Debug)]
 struct Trailing {
     sum: PerAxis<u64>,
@@ -44,12 +44,12 @@ impl Trailing {
         }
     }
 
-    /// Takes in the newest sample's masses; `oldest` are those from `length` samples before it.
+    /// Adds the newest sample's masses; `oldest` are those from `length` samples before it.
     #[inline]
     fn push(&mut self, masses: &PerAxis<Mass>, oldest: &PerAxis<Mass>) {
         let full = self.filled == self.length;
         self.filled += usize::from(!full);
-        // All bits where the oldest leave, none where there are none yet.
+        // All bits set if the oldest masses leave, all clear while the window is not full.
         let leaving = u32::from(full).wrapping_neg();
         // In place, axis by axis: an MCU would copy sums more often than it adds. Masses have 25
         // bits, so their difference fits into 32 with its sign.
@@ -79,12 +79,12 @@ impl Trailing {
     }
 }
 
-/// How much of a [`Window`] holds samples.
+/// Fill level of a [`Window`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filling {
-    /// Fewer samples than the window's length have passed: means are over those there are.
+    /// Fewer samples than the window's length have passed: means cover the available ones.
     Partial,
-    /// It holds as many samples as it can.
+    /// The window holds as many samples as its length.
     Full,
 }
 
@@ -102,10 +102,10 @@ impl<const CAPACITY: usize> Window<Ring<CAPACITY>> {
 }
 
 impl Window<AnyRing> {
-    /// Takes in the newest sample's masses and, where the window is full, lets go of the oldest.
+    /// Adds the newest sample's masses and, if the window is full, removes the oldest.
     #[inline]
     pub fn push(&mut self, masses: PerAxis<Mass>) {
-        // `next` stays below `length`, which the ring has room for: the slot is always there.
+        // `next` stays below `length`, which the ring has room for: the slot always exists.
         let Some(slot) = self.ring.get_mut(self.next) else {
             return;
         };
@@ -117,15 +117,15 @@ impl Window<AnyRing> {
         }
     }
 
-    /// The mean mass per axis over the samples held: the probability in [0, 1] that the axis is
-    /// at rest. 0 where nothing has been pushed.
+    /// Returns the mean mass per axis over the samples held: the probability in [0, 1] that the axis is
+    /// at rest. 0 while the window is empty.
     #[inline]
     #[must_use]
     pub fn mean(&self) -> PerAxis<f32> {
         self.whole.mean()
     }
 
-    /// Forgets every sample. O(1): what lies in the ring is never read again.
+    /// Discards every sample. O(1): the old contents of the ring are never read again.
     pub fn clear(&mut self) {
         self.whole = Trailing::new(self.whole.length);
         self.next = 0;
@@ -137,7 +137,7 @@ impl Window<AnyRing> {
         self.whole.length
     }
 
-    /// Whether the window holds as many samples as it is long.
+    /// Returns whether the window holds as many samples as its length.
     #[must_use]
     pub const fn filling(&self) -> Filling {
         if self.whole.filled == self.whole.length {
@@ -169,7 +169,7 @@ mod tests {
         Box::new(Window::<Ring<CAPACITY>>::new(length))
     }
 
-    /// What a running sum must be, added up again.
+    /// Reference for a running sum, computed from all masses.
     fn sum_of(masses: &[PerAxis<Mass>]) -> PerAxis<u64> {
         masses.iter().fold(PerAxis::splat(0), |sum, masses| {
             sum.zip_with(*masses, |sum, mass| sum + u64::from(mass.steps()))
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn until_it_is_full_the_mean_is_over_the_samples_so_far() {
+    fn mean_covers_the_samples_so_far_until_the_window_is_full() {
         let mut window = window::<4>(4);
         window.push(masses(1.0));
         assert_eq!(window.mean().ax, 1.0);
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn a_window_full_of_certainty_has_probability_exactly_one_at_every_length() {
+    fn window_of_full_masses_has_probability_exactly_one() {
         for length in 1..=300 {
             let mut window = window::<300>(length);
             for _ in 0..length {
@@ -276,7 +276,7 @@ mod tests {
             let sum = sum >> (16 + i % 48);
             assert_eq!(nearest(sum), sum as f32, "{sum}");
         }
-        // Halfway between two, and next to it.
+        // Halfway between two values, and next to it.
         for middle in [(1 << 24) + 1, (1 << 40) + (1 << 16), 3 << 38 | 1 << 15] {
             for sum in middle - 1..=middle + 1 {
                 assert_eq!(nearest(sum), sum as f32, "{sum}");

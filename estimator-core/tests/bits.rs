@@ -1,4 +1,4 @@
-//! The tests of the foot's self-check, run beside those of what it checks: one of them pins the
+//! Tests of the foot's self-check, run beside those of the checked code: one of them pins the
 //! estimator's bits.
 
 #[path = "../../firmware/src/self_check.rs"]

@@ -1,12 +1,12 @@
-//! The method as its authors' script computes it: not causal.
+//! The method as computed by its authors' script, which is not causal.
 //!
-//! Differences from the formula, all of them as published in `offline/src` of
+//! Differences from the formula, all as published in `offline/src` of
 //! <https://github.com/MichaelMarav/ProbabilisticContactEstimation>:
 //!
-//! * The window of a sample begins with it and looks ahead. The first window's result stands for
-//!   all of its samples, and the samples of the last window have none.
+//! * The window of a sample begins with it and looks ahead. The first window's result is used for
+//!   all of its samples, and the samples of the last window have no result.
 //! * The density is summed at [`POINTS`] points from −δ to δ, both ends in full, times their
-//!   distance, which comes to more than the integral; each axis is rounded to four decimals.
+//!   distance, which is more than the integral; each axis is rounded to four decimals.
 
 use std::f64::consts::PI;
 
@@ -14,16 +14,16 @@ use estimator_core::Params;
 
 use crate::window::Reading;
 
-/// Points at which the density is evaluated.
+/// Number of points at which the density is evaluated.
 pub const POINTS: u32 = 50;
 
-/// P(stable) per sample for windows of `length` samples; none for the last window's. Of `params`
-/// it needs bandwidths and half-widths.
+/// P(stable) per sample for windows of `length` samples, without the samples of the last window. Only the
+/// bandwidths and half-widths of `params` are used.
 #[must_use]
 pub fn probabilities(readings: &[Reading], length: usize, params: &Params) -> Vec<f64> {
     let bandwidths = params.bandwidth.to_array().map(f64::from);
     let half_widths = params.half_width.to_array().map(f64::from);
-    // A window's sum of densities is a sum over its samples: each sample's is computed once.
+    // The density of a window is a sum over its samples, so each sample's part is computed once.
     let masses: Vec<[f64; 6]> = readings
         .iter()
         .map(|reading| std::array::from_fn(|i| mass(reading[i], bandwidths[i], half_widths[i])))
@@ -39,7 +39,7 @@ pub fn probabilities(readings: &[Reading], length: usize, params: &Params) -> Ve
         .collect()
 }
 
-/// The rectangle rule over one sample's kernel.
+/// Integrates one sample's kernel by the rectangle rule.
 fn mass(value: f64, bandwidth: f64, half_width: f64) -> f64 {
     let step = 2.0 * half_width / f64::from(POINTS - 1);
     let points = (0..POINTS).map(|k| f64::from(k) * step - half_width);
@@ -57,7 +57,7 @@ mod tests {
     }
 
     #[test]
-    fn it_knows_of_a_motion_before_it_begins() {
+    fn motion_is_detected_before_it_begins() {
         let p = probabilities(&step_at(200, 300), 50, &Params::PAPER);
         assert!(p[150] > 0.9, "{}", p[150]);
         assert!(p[175] < 0.1, "{}", p[175]);
@@ -65,14 +65,14 @@ mod tests {
     }
 
     #[test]
-    fn the_first_window_stands_for_all_of_its_samples() {
+    fn first_window_result_applies_to_all_its_samples() {
         let p = probabilities(&step_at(20, 300), 50, &Params::PAPER);
         assert!(p[..50].iter().all(|early| *early == p[0]));
     }
 
     #[test]
-    fn the_rectangle_rule_gives_more_than_the_integral() {
-        // At the edge of the interval half of the kernel lies inside.
+    fn rectangle_rule_exceeds_the_integral() {
+        // At the edge of the interval, half of the kernel lies inside.
         let whole = mass(0.04, 0.016_53, 0.04);
         assert!(whole > 0.5 && whole < 0.6, "{whole}");
     }

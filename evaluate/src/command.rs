@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::report::{full_tables, histogram, odometry_tables, reliability, table::Style};
 use crate::{Evaluation, Odometry, sets};
 
-/// The folder of datasets if none is named.
+/// Default folder of datasets.
 const DATASETS: &str = "../shared/datasets";
 
 /// Scores this estimator and the methods of others on all recordings that have labels, and on simulated walks
@@ -40,10 +40,10 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// Evaluates, and writes what was asked for.
+    /// Runs the evaluation and writes the requested output.
     ///
     /// # Errors
-    /// A recording is absent or cannot be scored, or a result cannot be written.
+    /// A recording is missing or cannot be scored, or a result cannot be written.
     pub fn run(&self) -> Result<(), Error> {
         let pictures = [&self.histogram, &self.reliability];
         let pictures: Vec<_> = pictures

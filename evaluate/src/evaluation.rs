@@ -1,7 +1,7 @@
-//! Every method on every recording with labels.
+//! Evaluation of every method on every recording with labels.
 //!
-//! All figures are of whole recordings, by sample; those of several recordings are of all their
-//! samples together. A mean over sets is the mean of the sets' figures.
+//! Figures are computed over all samples of a recording, or of several recordings together. A mean over
+//! sets is the mean of the sets' figures.
 
 use std::path::Path;
 
@@ -94,7 +94,7 @@ impl Evaluation {
     /// Runs every method on every set; files are in the folder of datasets.
     ///
     /// # Errors
-    /// A recording is absent or damaged, or the estimator refuses its sample rate.
+    /// A recording is missing or damaged, or the estimator refuses its sample rate.
     pub fn run(datasets: &Path) -> Result<Self, Error> {
         let recordings = Labelled::all(datasets)?;
         let methods = Method::ALL
@@ -111,13 +111,13 @@ impl Evaluation {
         })
     }
 
-    /// A method with its figures; `None` where it was not run.
+    /// Figures of a method; `None` if it was not run.
     #[must_use]
     pub fn evaluated(&self, method: Method) -> Option<&Evaluated> {
         self.methods.iter().find(|e| e.method == method)
     }
 
-    /// The probabilities of a method, sample by sample, on the sets for which `of` holds.
+    /// Probabilities of a method at each sample of the sets selected by `of`.
     #[must_use]
     pub fn scored(&self, method: Method, of: impl Fn(Set) -> bool) -> Vec<Scored> {
         let sets = self.evaluated(method).into_iter().flat_map(|e| &e.sets);
@@ -174,14 +174,14 @@ impl Evaluated {
         }
     }
 
-    /// Its figures on a set; `None` where it cannot run on it.
+    /// Figures on a set; `None` if the method cannot run on it.
     #[must_use]
     pub fn on_set(&self, set: Set) -> Option<&Figures> {
         let found = self.sets.iter().find(|on| on.set == set);
         found.map(|on| &on.figures)
     }
 
-    /// Its figures on a pool; `None` where it cannot run on any of its sets.
+    /// Figures on a pool; `None` if the method cannot run on any of its sets.
     #[must_use]
     pub fn on_pool(&self, pool: Pool) -> Option<&Figures> {
         let found = self.pools.iter().find(|on| on.pool == pool);

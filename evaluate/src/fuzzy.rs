@@ -10,12 +10,11 @@
 //! u_ik = 1 / Σ_j (‖x_k − v_i‖ / ‖x_k − v_j‖)²,  v_i = Σ_k u_ik² x_k / Σ_k u_ik²
 //! ```
 //!
-//! The original gives a probability per degree of freedom; what is compared here is one, that of
-//! stable contact. So one clustering sees all sensors, each by the length of its vector: force,
-//! torque, acceleration, angular rate, in units of their standard deviation. Of the readings that
-//! were tried (twelve components, their magnitudes, pairs and triples of forces and motion per
-//! degree of freedom with the product or the mean of the six) this one does best over all
-//! recordings.
+//! The original gives one probability per degree of freedom, but the comparison here needs a single one, that
+//! of stable contact. Therefore one clustering uses all sensors, each by the length of its vector: force,
+//! torque, acceleration, angular rate, in units of their standard deviation. Among the tested features
+//! (twelve components, their magnitudes, pairs and triples of forces and motion per degree of freedom with
+//! the product or the mean of the six), this choice performs best over all recordings.
 
 use crate::labelled::{GroundReaction, Labelled};
 use crate::window::Reading;
@@ -23,14 +22,14 @@ use crate::window::Reading;
 /// Lengths of force, torque, acceleration and angular rate.
 type Features = [f64; 4];
 
-/// Above this share of the robot's weight a foot is in the cluster of contact at first.
+/// Share of the robot's weight above which a sample initially belongs to the cluster of contact.
 const FIRST_GUESS: f64 = 0.3;
 
-/// Far more than it takes: on all recordings the centres stand still after fifty.
+/// Number of iterations; the centres converge within fifty on all recordings.
 const ITERATIONS: usize = 100;
 
-/// The probability of contact at each sample of `scored`, by clusters that were found in
-/// `learnt_on`; `None` where either lacks the force. Labels are not looked at.
+/// Probability of contact at each sample of `scored`, from clusters found in `learnt_on`; `None` if either
+/// has no force. Labels are not used.
 #[must_use]
 pub fn probabilities(learnt_on: &Labelled, scored: &Labelled) -> Option<Vec<f64>> {
     let ground_reaction = learnt_on.ground_reaction.as_ref()?;
@@ -75,7 +74,7 @@ impl Scale {
         let mean = std::array::from_fn(|i| features.iter().map(|x| x[i]).sum::<f64>() / samples);
         let deviation = std::array::from_fn(|i| {
             let squares = features.iter().map(|x| (x[i] - mean[i]).powi(2));
-            // A feature that never changes says nothing.
+            // A constant feature carries no information.
             (squares.sum::<f64>() / samples)
                 .sqrt()
                 .max(f64::MIN_POSITIVE)
@@ -88,14 +87,14 @@ impl Scale {
     }
 }
 
-/// The two centres.
+/// Centres of the two clusters.
 struct Clusters {
     contact: Features,
     other: Features,
 }
 
 impl Clusters {
-    /// Finds them from a first guess of each point's membership in the cluster of contact.
+    /// Finds the centres from an initial membership of each point in the cluster of contact.
     fn find(points: &[Features], mut memberships: Vec<f64>) -> Self {
         let mut clusters = Self::centres(points, &memberships);
         for _ in 0..ITERATIONS {
@@ -122,7 +121,7 @@ impl Clusters {
         }
     }
 
-    /// The membership of a point in the cluster of contact, in [0, 1].
+    /// Membership of a point in the cluster of contact, in [0, 1].
     fn membership(&self, point: &Features) -> f64 {
         let distance = |centre: &Features| -> f64 {
             let squares = point.iter().zip(centre).map(|(x, v)| (x - v).powi(2));
@@ -144,7 +143,7 @@ mod tests {
     use crate::testing::labelled;
     use recordings::recording::Label;
 
-    /// Standing and swinging by turns, with loads and readings that differ by `scatter`.
+    /// Alternating stance and swing, with loads and readings that vary by `scatter`.
     fn walk(scatter: f64) -> Labelled {
         let rows = (0..2000_u32).map(|k| {
             let noise = scatter * (f64::from(k * 7919 % 1000) / 1000.0 - 0.5);
@@ -159,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn standing_and_swinging_fall_into_clusters_of_their_own() {
+    fn stance_and_swing_form_separate_clusters() {
         let walk = walk(1.0);
         let memberships = probabilities(&walk, &walk).expect("a force");
         for (membership, label) in memberships.iter().zip(walk.labels()) {
@@ -171,20 +170,20 @@ mod tests {
     }
 
     #[test]
-    fn clusters_of_one_recording_serve_for_another() {
+    fn clusters_apply_to_another_recording() {
         let memberships = probabilities(&walk(1.0), &walk(0.5)).expect("a force");
         assert!(memberships[50] > 0.95 && memberships[150] < 0.05);
     }
 
     #[test]
-    fn a_point_between_the_centres_belongs_to_both_alike() {
+    fn point_between_the_centres_has_equal_memberships() {
         let clusters = Clusters {
             contact: [1.0; 4],
             other: [-1.0; 4],
         };
         assert_eq!(clusters.membership(&[0.0; 4]), 0.5);
         assert_eq!(clusters.membership(&[1.0; 4]), 1.0);
-        // Twice as far from one as from the other: the squares are as four to one.
+        // Twice as far from one centre as from the other: the squares have a ratio of 4 to 1.
         assert!((clusters.membership(&[1.0 / 3.0; 4]) - 0.8).abs() < 1e-12);
     }
 }

@@ -13,45 +13,45 @@ use crate::window::Reading;
 use gait;
 use scoring::scored::Scored;
 
-/// The share of samples that lie below the robot's weight: in single support, when a foot bears
-/// all of it, the load passes the weight at every bounce. Read off the load, with no label.
+/// Quantile of the load that is taken as the robot's weight: in single support, a foot bears all of it, and
+/// the load exceeds the weight at every bounce. It is computed without labels.
 const WEIGHT_QUANTILE: f64 = 0.95;
 
-/// Name of the file that says that the recordings beside it are without gravity.
+/// Name of the file that marks the recordings in its folder as free of gravity.
 pub const GRAVITY_REMOVED: &str = "gravity_removed";
 
-/// A recording with labels.
+/// Recording with labels.
 #[derive(Clone, Debug)]
 pub struct Labelled {
-    /// The set it belongs to.
+    /// Set that the recording belongs to.
     pub set: Set,
     /// Samples; those without a label are not scored.
     pub recording: Recording,
-    /// The six readings at each sample; their acceleration contains gravity where the recording does.
+    /// The six readings of each sample; the acceleration contains gravity if that of the recording does.
     pub readings: Vec<Reading>,
-    /// Force and torque, where the foot has a sensor for them.
+    /// Force and torque, if the foot has a sensor for them.
     pub ground_reaction: Option<GroundReaction>,
 }
 
-/// What a force/torque sensor in the ankle measured.
+/// Measurements of a force/torque sensor in the ankle.
 #[derive(Clone, Debug)]
 pub struct GroundReaction {
-    /// The wrench at each sample.
+    /// Wrench at each sample.
     pub wrenches: Vec<Wrench>,
-    /// The robot's weight, N, by its load.
+    /// Weight of the robot, N, estimated from the load.
     pub weight: f64,
 }
 
 impl Labelled {
-    /// The recordings of all sets, in their order; files are in the folder of datasets.
+    /// Reads the recordings of all sets, in their order, from the folder of datasets.
     ///
     /// # Errors
-    /// A file is absent, or what is wrong with it.
+    /// A file is missing or invalid.
     pub fn all(datasets: &Path) -> Result<Vec<Self>, Error> {
         Self::of_sets(Set::ALL, datasets)
     }
 
-    /// The same of some sets.
+    /// Like [`Self::all`], for some sets.
     ///
     /// # Errors
     /// Those of [`Self::all`].
@@ -104,7 +104,7 @@ impl Labelled {
         }
     }
 
-    /// A recording with labels, and the wrench at each of its samples where there is one.
+    /// Creates a recording with labels, and with the wrench of each sample if available.
     pub(crate) fn new(set: Set, recording: Recording, wrenches: Option<Vec<Wrench>>) -> Self {
         let reading = |sample: &recordings::recording::RecordedSample| {
             let (a, w) = (sample.imu.specific_force.0, sample.imu.angular_rate.0);
@@ -121,26 +121,26 @@ impl Labelled {
         }
     }
 
-    /// Its name.
+    /// Name of the recording.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.recording.name
     }
 
-    /// The samples in a duration, s.
+    /// Number of samples in a duration, s.
     #[must_use]
     pub fn samples_in(&self, seconds: f64) -> usize {
         let samples = (seconds * f64::from(self.recording.sample_rate)).round() as usize;
         samples.max(1)
     }
 
-    /// The labels in order, of the samples that have one.
+    /// Labels of the samples that have one, in order.
     pub fn labels(&self) -> impl Iterator<Item = Label> {
         self.recording.samples.iter().filter_map(|s| s.label)
     }
 
-    /// Puts the truth beside one value per sample. Values may be fewer than samples: the last
-    /// samples then go unscored.
+    /// Pairs one value per sample with its label. If there are fewer values than samples, the last samples are
+    /// not scored.
     #[must_use]
     pub fn scored(&self, values: &[f64]) -> Vec<Scored> {
         let samples = self.recording.samples.iter().zip(values);
@@ -168,7 +168,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_weight_is_what_a_foot_bears_alone_and_not_the_impact() {
+    fn weight_is_the_single_support_load_without_impacts() {
         let loads = [
             vec![0.0; 400],
             vec![800.0; 500],

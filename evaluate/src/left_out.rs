@@ -1,17 +1,16 @@
-//! The constants of self-calibration as they come out where a family of recordings is left out of
-//! their choice.
+//! Constants of self-calibration chosen without one family of recordings.
 //!
-//! Each set is chosen as the default's first constants are, by the same search from the same start, but shorter,
-//! and on the recordings of the other families alone. What it reaches on the family that was left out shows
-//! what the choice carries over. The constants of the slide and of the evidence are the default's, which were
-//! chosen with all recordings in view.
+//! Each set is chosen like the default's first constants, by the same but shorter search from the same start,
+//! on the recordings of the other families only. Its figures on the family that was left out show how well the
+//! choice generalises. The constants of the slide and of the evidence are the default's, which were chosen with
+//! all recordings.
 
 use estimator_core::StillnessParams;
 use estimator_core::stillness::{GravityErrorParams, QuantityParams};
 
 use crate::sets::Family;
 
-/// The constants that were chosen without a family.
+/// Constants chosen without a family.
 #[must_use]
 pub const fn without(family: Family) -> StillnessParams {
     match family {
@@ -19,7 +18,7 @@ pub const fn without(family: Family) -> StillnessParams {
         Family::Lcd => WITHOUT_LCD,
         Family::Shoe => WITHOUT_SHOE,
         Family::Simulated => WITHOUT_SIMULATED,
-        // The search for the default had none of their recordings.
+        // The search for the default did not use their recordings.
         Family::Robots => StillnessParams::DEFAULT,
     }
 }

@@ -1,5 +1,5 @@
-//! The estimator beside the methods of others, on all recordings with labels: a research program, which is
-//! not part of the product.
+//! Comparison of the estimator with published methods on all recordings with labels: a research program, which
+//! is not part of the product.
 //!
 //! | step | module |
 //! |---|---|

@@ -1,4 +1,4 @@
-//! Every method that is compared, and how each is run over all recordings.
+//! Methods that are compared, and their runs over all recordings.
 
 use std::collections::BTreeMap;
 
@@ -67,17 +67,17 @@ pub struct Knowledge {
     pub labels_of: Vec<String>,
 }
 
-/// One method on one recording.
+/// Run of one method on one recording.
 #[derive(Clone, Debug)]
 pub struct Run {
-    /// What it answered.
+    /// Answers of the method.
     pub answers: Answers,
-    /// What it knew.
+    /// Knowledge of the method.
     pub knowledge: Knowledge,
 }
 
 impl Method {
-    /// All methods in the order in which they are shown.
+    /// All methods in display order.
     pub const ALL: [Self; 20] = [
         Self::Default,
         Self::WarmStart,
@@ -101,7 +101,7 @@ impl Method {
         Self::FuzzyCMeans,
     ];
 
-    /// A detector with a threshold that the labels of `teachers` teach.
+    /// Detector with a threshold tuned on the labels of `teachers`.
     #[must_use]
     pub const fn tuned(detector: Detector, teachers: Teachers) -> Self {
         Self::Tuned { detector, teachers }
@@ -131,7 +131,7 @@ impl Method {
         }
     }
 
-    /// Whether a robot can run it.
+    /// Returns whether a robot can run the method.
     #[must_use]
     pub const fn causality(self) -> Causality {
         match self {
@@ -140,8 +140,8 @@ impl Method {
         }
     }
 
-    /// Runs it over all recordings: one run each, in their order; `None` where the recording lacks
-    /// what the method needs.
+    /// Runs the method on each recording, in order; `None` if a recording lacks a signal that the method
+    /// needs.
     ///
     /// # Errors
     /// The estimator refuses a recording's sample rate.
@@ -198,7 +198,7 @@ impl Method {
 }
 
 impl Run {
-    /// Of a method whose probability is its ranking, and which used no labels.
+    /// Run of a method without labels, whose ranking is its probability.
     fn of(file: &Labelled, probabilities: &[f64], learnt: &str) -> Self {
         let scored = file.scored(probabilities);
         Self {
@@ -213,7 +213,7 @@ impl Run {
         }
     }
 
-    /// Of a method that answers "stable" where a score is above a threshold.
+    /// Run of a method that answers "stable" if a score is above a threshold.
     fn thresholded(file: &Labelled, scores: &[f64], threshold: f64, knowledge: Knowledge) -> Self {
         Self {
             answers: Answers {
@@ -226,7 +226,7 @@ impl Run {
 }
 
 impl Knowledge {
-    /// What a method knew of several recordings: each thing once.
+    /// Merges the knowledge of several runs without duplicates.
     #[must_use]
     pub fn of_all(runs: &[&Run]) -> Self {
         let mut learnt: Vec<&str> = Vec::new();
@@ -256,7 +256,7 @@ fn each(
     runs.map(|(index, file)| run(index, file)).collect()
 }
 
-/// The paper's preset with its window as a duration.
+/// Paper's preset with the window as a duration.
 fn paper_params() -> Params {
     Params {
         window: WindowLength::Duration(PAPER_WINDOW),
@@ -271,7 +271,7 @@ fn estimated(file: &Labelled, params: &Params, learnt: &str) -> Result<Run, Para
     Ok(Run::of(file, &probabilities, learnt))
 }
 
-/// The script has no means to take out gravity.
+/// Runs the authors' script, which cannot remove gravity.
 fn authors_run(file: &Labelled) -> Option<Run> {
     match file.recording.gravity {
         Gravity::Included => None,
@@ -300,14 +300,14 @@ fn force_trigger_run(file: &Labelled) -> Option<Run> {
     ))
 }
 
-/// A detector with the threshold that gives the fewest wrong answers on its teachers' recordings, in
-/// which each family counts alike.
+/// Runs a detector with the threshold that gives the fewest wrong answers on its teachers' recordings, each
+/// family with equal weight.
 fn tuned(recordings: &[Labelled], detector: Detector, teachers: Teachers) -> Vec<Option<Run>> {
     let scores: Vec<_> = recordings
         .iter()
         .map(|file| detector.scores(file))
         .collect();
-    // The recordings of a family have the same teachers in the other families.
+    // All recordings of a family have the same teachers in other families.
     let mut thresholds: BTreeMap<Vec<usize>, f64> = BTreeMap::new();
     let of_index = |(index, file): (usize, &Labelled)| {
         let scores_here = scores[index].as_ref()?;
@@ -336,8 +336,8 @@ fn tuned(recordings: &[Labelled], detector: Detector, teachers: Teachers) -> Vec
     recordings.iter().enumerate().map(of_index).collect()
 }
 
-/// The scores of recordings beside their labels, one group a family. The recordings of a family are
-/// next to each other.
+/// Pairs the scores of recordings with their labels, one group per family. The recordings of a family are
+/// adjacent.
 fn by_family<'a>(
     recordings: &[Labelled],
     indices: &[usize],

@@ -1,5 +1,5 @@
-//! The estimator at several sample rates: a foot does not move otherwise because its sensor is read more
-//! often, so the figures should be alike.
+//! Evaluation of the estimator at several sample rates. The figures should be similar, because the motion of
+//! a foot does not depend on the sample rate.
 
 use estimator_core::{Params, ParamsError};
 use recordings::replay::replay;
@@ -54,7 +54,7 @@ pub struct SetAtRate {
 }
 
 impl SampleRate {
-    /// All in the order in which they are shown.
+    /// All sample rates in display order.
     pub const ALL: [Self; 6] = [
         Self::Native,
         Self::Hz(LOWEST),
@@ -75,7 +75,7 @@ impl SampleRate {
 }
 
 impl AtRate {
-    /// The figures of a set; `None` where it is not at this rate.
+    /// Figures of a set; `None` if it is not scored at this rate.
     #[must_use]
     pub fn on_set(&self, set: Set) -> Option<&Scores> {
         let found = self.sets.iter().find(|on| on.set == set);
@@ -83,7 +83,8 @@ impl AtRate {
     }
 }
 
-/// Answers of the estimator with `params` on a recording at a sample rate; `None` where it is not scored at this rate.
+/// Answers of the estimator with `params` on a recording at a sample rate; `None` if it is not scored at this
+/// rate.
 ///
 /// # Errors
 /// The estimator refuses a parameter or the rate.
@@ -106,7 +107,7 @@ pub fn answers(
     }))
 }
 
-/// The figures of `params` at all rates.
+/// Computes the figures of `params` at all rates.
 ///
 /// # Errors
 /// Those of [`answers`].
@@ -117,7 +118,7 @@ pub fn evaluate(recordings: &[Labelled], params: &Params) -> Result<Vec<AtRate>,
         .collect()
 }
 
-/// The figures of `params` at one rate.
+/// Computes the figures of `params` at one rate.
 ///
 /// # Errors
 /// Those of [`answers`].

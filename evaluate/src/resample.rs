@@ -1,24 +1,24 @@
-//! A recording as another sample rate would have shown it.
+//! Conversion of a recording to another sample rate.
 //!
 //! | to | values | label, load |
 //! |---|---|---|
 //! | a higher rate | linear interpolation between the samples on both sides | of the sample before |
 //! | a lower rate | weighted mean, Hann window two new periods long | of the sample before |
 //!
-//! The window has its −6 dB at half the new rate and a zero at the new rate. It has no negative weight, so
-//! that a landing does not ring in the samples before it. Times may be uneven. A gap is bridged like any
-//! other step.
+//! The window attenuates by 6 dB at half the new rate and has a zero at the new rate. It has no negative
+//! weights, so a landing does not ring in the samples before it. Times may be uneven. A gap is bridged like
+//! any other step.
 
 use std::f64::consts::PI;
 
 use estimator_core::{AngularRate, ImuSample, SpecificForce, Timestamp, Validity, Vec3};
 use recordings::recording::{RecordedSample, Recording};
 
-/// Rates that differ by less, as a fraction, are one.
+/// Relative difference below which rates are treated as equal.
 const SAME_RATE: f64 = 0.01;
 
-/// The recording at `sample_rate`, Hz, from its first sample to its last; the same bits where it has this
-/// rate already, to 1 %.
+/// Converts a recording to `sample_rate`, Hz, from its first sample to its last; it is unchanged if its rate
+/// is the same within 1 %.
 #[must_use]
 pub fn resample(recording: &Recording, sample_rate: f32) -> Recording {
     let (old, new) = (f64::from(recording.sample_rate), f64::from(sample_rate));
@@ -31,7 +31,7 @@ pub fn resample(recording: &Recording, sample_rate: f32) -> Recording {
     let (first, last) = (micros(first), micros(last));
     let period = 1.0e6 / new;
     let count = ((last - first) / period) as usize + 1;
-    // Index of the newest sample that is not after the new one.
+    // Index of the newest sample that is not later than the new one.
     let mut before = 0;
     let samples = (0..count).map(|k| {
         let time = (first + k as f64 * period).round();
@@ -54,7 +54,7 @@ fn micros(sample: &RecordedSample) -> f64 {
     sample.imu.timestamp.as_micros() as f64
 }
 
-/// A sample between the one at `before` and the next.
+/// Interpolates between the sample at `before` and the next.
 fn interpolated(samples: &[RecordedSample], before: usize, time: f64) -> RecordedSample {
     let from = &samples[before];
     let Some(to) = samples.get(before + 1) else {
@@ -64,7 +64,7 @@ fn interpolated(samples: &[RecordedSample], before: usize, time: f64) -> Recorde
     weighted(from, time, [(from, 1.0 - share), (to, share)].into_iter())
 }
 
-/// The mean of the samples within a period, the nearest with the largest weight.
+/// Weighted mean of the samples within a period, with the largest weight for the nearest.
 fn smoothed(samples: &[RecordedSample], before: usize, time: f64, period: f64) -> RecordedSample {
     let weight = |sample: &RecordedSample| {
         let away = (micros(sample) - time).abs() / period;
@@ -85,8 +85,8 @@ fn smoothed(samples: &[RecordedSample], before: usize, time: f64, period: f64) -
     weighted(&samples[before], time, weights)
 }
 
-/// The weighted mean of samples, with the label and the load of the one before. A sample that is not valid
-/// makes the mean so.
+/// Weighted mean of samples, with the label and the load of the one before. An invalid sample makes the mean
+/// invalid.
 fn weighted<'a>(
     before: &RecordedSample,
     time: f64,
@@ -135,7 +135,7 @@ mod tests {
         labelled(Set::Ground, (0..2000).map(row)).recording
     }
 
-    /// Away from both ends, where a window has one half only.
+    /// Largest force away from both ends, where a window has only one half.
     fn largest_force(recording: &Recording) -> f32 {
         let inner = &recording.samples[1..recording.samples.len() - 1];
         let forces = inner.iter().map(|s| s.imu.specific_force.0.x.abs());
@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn label_is_that_of_the_sample_before() {
+    fn label_is_taken_from_the_sample_before() {
         for rate in [100.0, 390.0, 1660.0] {
             for sample in resample(&recording(|_| 0.0), rate).samples {
                 let stable = sample.imu.timestamp.as_micros() >= 1_000_000;
@@ -174,7 +174,7 @@ mod tests {
         let wave = |frequency: f64| recording(move |t| (2.0 * PI * frequency * t).sin());
         let at_100 = |frequency| largest_force(&resample(&wave(frequency), 100.0));
         assert!(at_100(5.0) > 0.99, "{}", at_100(5.0));
-        // 210 Hz would show as 10 Hz.
+        // 210 Hz would alias to 10 Hz.
         assert!(at_100(210.0) < 0.03, "{}", at_100(210.0));
         assert!(largest_force(&wave(210.0)) > 0.99);
     }

@@ -1,4 +1,4 @@
-//! The figures of a method on one recording, on several together, and their mean over sets.
+//! Figures of a method on one recording, on several together, and their mean over sets.
 
 use recordings::recording::Label;
 use serde::Serialize;
@@ -7,13 +7,13 @@ use scoring::metrics::{Latency, best_f1, brier_score, f1, latency_over, roc_auc}
 use scoring::reliability::calibration_error;
 use scoring::scored::{DECISION_THRESHOLD, Scored};
 
-/// What a method answered on one recording, with the truth beside it.
+/// Answers of a method on one recording, with the truth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answers {
-    /// Its probability; of a detector, 1 or 0.
+    /// Probability; 1 or 0 for a detector.
     pub scored: Vec<Scored>,
-    /// What its answer is a threshold on, larger where rather stable; else its probability. For the
-    /// figures that are about all thresholds.
+    /// Score that the answer is a threshold on, larger if more stable, or else the probability; used by figures
+    /// over all thresholds.
     pub ranking: Vec<Scored>,
 }
 
@@ -40,8 +40,8 @@ pub struct Scores {
 }
 
 impl Scores {
-    /// The mean of each figure over several sets, each of which counts alike; a figure that one of
-    /// them lacks has none. `None` where there is no set.
+    /// Mean of each figure over several sets with equal weight; a figure missing in one set has no mean.
+    /// `None` if there is no set.
     #[must_use]
     pub fn mean(sets: &[Self]) -> Option<Self> {
         let known = |of: fn(&Self) -> Option<f64>| -> Option<f64> {
@@ -79,7 +79,7 @@ pub struct Figures {
 }
 
 impl Figures {
-    /// Over the samples of all answers together; `None` where there is none.
+    /// Computes the figures over the samples of all answers together; `None` if there is none.
     #[must_use]
     pub fn of(answers: &[&Answers]) -> Option<Self> {
         let together = |pick: fn(&Answers) -> &[Scored]| -> Vec<Scored> {
@@ -106,14 +106,14 @@ impl Figures {
         })
     }
 
-    /// Transitions of the label, either way, that were never answered.
+    /// Number of missed transitions of the label in both directions.
     #[must_use]
     pub const fn missed(&self) -> usize {
         self.latency_on.missed + self.latency_off.missed
     }
 }
 
-/// Share of the samples with a label that are answered stable; `None` where there are none.
+/// Share of the samples with this label that are answered stable; `None` if there are none.
 fn answered_stable(scored: &[Scored], label: Label) -> Option<f64> {
     let labelled = || scored.iter().filter(|s| s.label == label);
     let answered = labelled().filter(|s| s.probability > DECISION_THRESHOLD);
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn answers_make_the_error_and_the_ranking_makes_the_area() {
+    fn error_uses_the_answers_and_auc_the_ranking() {
         use Label::{NotStable, Stable};
         let labels = [NotStable, Stable, Stable, NotStable];
         let with = |values: [f64; 4]| scored(&[0, 1, 2, 3].map(|k| (values[k], labels[k])));
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sample_of_one_recording_counts_like_one_of_another() {
+    fn samples_of_all_recordings_have_equal_weight() {
         let right = Answers {
             scored: scored(&[(1.0, Label::Stable); 3]),
             ranking: scored(&[(1.0, Label::Stable); 3]),
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn false_stable_is_a_share_of_what_is_not_stable() {
+    fn false_stable_is_a_share_of_the_not_stable_samples() {
         use Label::{NotStable, Stable};
         let samples = scored(&[
             (0.9, NotStable),
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn in_the_mean_a_short_set_counts_like_a_long_one() {
+    fn mean_weights_sets_equally() {
         let scores = |rmse, roc_auc| Scores {
             rmse,
             brier_score: rmse * rmse,
@@ -197,7 +197,7 @@ mod tests {
         };
         let mean = Scores::mean(&[scores(0.25, Some(0.5)), scores(0.75, Some(1.0))]).unwrap();
         assert_eq!((mean.rmse, mean.roc_auc), (0.5, Some(0.75)));
-        // A figure that one set lacks has no mean, instead of that of the others.
+        // A figure missing in one set has no mean.
         let mean = Scores::mean(&[scores(0.25, None), scores(0.75, Some(1.0))]).unwrap();
         assert_eq!((mean.rmse, mean.roc_auc), (0.5, None));
         assert_eq!(Scores::mean(&[]), None);

@@ -1,8 +1,8 @@
-//! The sets of recordings with labels, and the families that they belong to.
+//! Sets of recordings with labels, and their families.
 //!
-//! A set is scored as one. Sets of a family share robots, sensors or the definition of their label,
-//! so that a constant found on one of them says little about how it does elsewhere: a fair one comes
-//! from another family ([`teaching`](crate::teaching)).
+//! A set is scored as a whole. Sets of a family share robots, sensors or the definition of their label, so the
+//! result of a constant tuned on one of them says little about others: constants are tuned on other families
+//! ([`teaching`](crate::teaching)).
 
 use serde::Serialize;
 
@@ -11,20 +11,20 @@ use gait::slips;
 use gait::{GaitName, Ground, Plan, SensorParams};
 use recordings::input::pce::LabelScheme;
 
-/// Of each simulated walk, trot and run, s.
+/// Duration of each simulated walk, trot and run, s.
 const STEADY_SECONDS: f64 = 30.0;
 
-/// The seed of each simulated walk, trot and run.
+/// Seed of each simulated walk, trot and run.
 const STEADY_SEED: u64 = 1;
 
-/// Of each walk with slips, s.
+/// Duration of each walk with slips, s.
 const SLIPS_SECONDS: f64 = 14.0;
 
-/// Step through the profiles of the grid of slips. It has no divisor with any side of the
-/// grid in common, so speeds, floors, headings and vibrations all vary.
+/// Step through the profiles of the grid of slips. It is coprime to each side of the grid, so speeds,
+/// floors, headings and vibrations all vary.
 const SLIPS_STEP: usize = 31;
 
-/// The seed of the first walk with slips; the others follow.
+/// Seed of the first walk with slips, incremented for each further one.
 const SLIPS_SEED: u64 = 3000;
 
 /// Sets that share their robots, sensors or labels.
@@ -96,7 +96,7 @@ pub enum Set {
 }
 
 impl Set {
-    /// All sets in the order in which they are shown.
+    /// All sets in display order.
     pub const ALL: [Self; 16] = [
         Self::Ground,
         Self::ThreeSteps,
@@ -116,8 +116,8 @@ impl Set {
         Self::PushedNao,
     ];
 
-    /// The sets that the mean over sets is taken of. The others show how the simulated foot does in
-    /// each gait; in the mean, that family would outweigh all recordings of others.
+    /// Sets included in the mean. The others cover the gaits of the simulated foot, which would outweigh all
+    /// other recordings in the mean.
     pub const AVERAGED: [Self; 7] = [
         Self::Ground,
         Self::ThreeSteps,
@@ -128,7 +128,7 @@ impl Set {
         Self::Demo,
     ];
 
-    /// The sets of real robots, which have a mean of their own.
+    /// Sets of real robots, which have a separate mean.
     pub const ROBOTS: [Self; 4] = [Self::Talos, Self::RealNao, Self::Go1, Self::PushedNao];
 
     /// Its name in tables.
@@ -154,7 +154,7 @@ impl Set {
         }
     }
 
-    /// The family it belongs to.
+    /// Family of the set.
     #[must_use]
     pub const fn family(self) -> Family {
         match self {
@@ -166,14 +166,14 @@ impl Set {
         }
     }
 
-    /// Whether its labels may tune a method for other families. Those of the real robots say
+    /// Returns whether its labels may tune a method for other families. The labels of the real robots mean
     /// "loaded", and the runs at 500 Hz have spikes in their stances.
     #[must_use]
     pub const fn teaches_other_families(self) -> bool {
         !matches!(self, Self::Atlas500) && !matches!(self.family(), Family::Robots)
     }
 
-    /// Where its recordings come from, in the order in which they are scored.
+    /// Sources of its recordings, in the order of scoring.
     #[must_use]
     pub fn sources(self) -> Vec<Source> {
         match self {
@@ -229,10 +229,10 @@ pub enum Pool {
 }
 
 impl Pool {
-    /// All pools in the order in which they are shown.
+    /// All pools in display order.
     pub const ALL: [Self; 2] = [Self::Atlas, Self::Lcd];
 
-    /// The sets in it.
+    /// Sets in the pool.
     #[must_use]
     pub const fn sets(self) -> &'static [Set] {
         match self {
@@ -260,18 +260,18 @@ impl Pool {
     }
 }
 
-/// Where a recording comes from.
+/// Source of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Source {
     /// A file in the folder of datasets.
     File(File),
     /// A foot simulated by [`gait::simulate`].
     Simulated {
-        /// What the foot does.
+        /// Motion of the foot.
         plan: Plan,
-        /// What the sensor is like.
+        /// Model of the sensor.
         sensor: SensorParams,
-        /// Which specimen of the sensor.
+        /// Seed of the sensor's specimen.
         seed: u64,
     },
 }
@@ -281,27 +281,27 @@ pub enum Source {
 pub struct File {
     /// Its path in that folder.
     pub path: &'static str,
-    /// How it is laid out.
+    /// Layout of the file.
     pub layout: Layout,
 }
 
-/// What stands in a file.
+/// Layout of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layout {
     /// Force, torque and motion without gravity, of a simulated robot.
     Robot(LabelScheme),
     /// A header and motion with gravity.
     Walk,
-    /// A header, motion and force; gravity is removed where the folder has a file
+    /// A header, motion and force; gravity is removed if the folder has a file
     /// [`GRAVITY_REMOVED`](crate::labelled::GRAVITY_REMOVED).
     Foot {
-        /// Where the file can be had.
+        /// Origin of the file.
         origin: &'static str,
     },
 }
 
 impl File {
-    /// Where the file can be had.
+    /// Origin of the file.
     #[must_use]
     pub const fn origin(&self) -> &'static str {
         self.layout.origin()
@@ -309,7 +309,7 @@ impl File {
 }
 
 impl Layout {
-    /// Where files of this layout can be had.
+    /// Origin of files with this layout.
     #[must_use]
     pub const fn origin(self) -> &'static str {
         match self {
@@ -334,7 +334,7 @@ pub fn files() -> Vec<File> {
     sources.filter_map(file).collect()
 }
 
-/// The files that are needed in the folder of datasets, under where they can be had.
+/// Lists the files needed in the folder of datasets, by origin.
 #[must_use]
 pub fn needed() -> String {
     let mut text = "All of these are needed:".to_owned();
@@ -348,7 +348,7 @@ pub fn needed() -> String {
     text
 }
 
-/// The walks whose labels come from an optical truth, by when they were recorded.
+/// Walks whose labels come from an optical reference, named by their time of recording.
 pub(crate) const SHOE_WALKS: [&str; 12] = [
     "pyshoe/2017-11-22-11-22-03.csv",
     "pyshoe/2017-11-22-11-22-46.csv",
@@ -402,7 +402,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_set_has_a_recording_and_its_family_is_in_a_mean() {
+    fn every_set_has_a_recording_and_its_family_a_mean() {
         for set in Set::ALL {
             assert!(!set.sources().is_empty(), "{set:?}");
             let counted = Set::AVERAGED.into_iter().chain(Set::ROBOTS);
@@ -416,7 +416,7 @@ mod tests {
     }
 
     #[test]
-    fn the_sample_of_slips_has_every_speed_and_both_gaits() {
+    fn sample_of_slips_covers_all_speeds_and_both_gaits() {
         let sample: Vec<_> = slips::profiles().step_by(SLIPS_STEP).collect();
         for speed in slips::SPEEDS {
             assert!(

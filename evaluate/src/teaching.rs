@@ -1,7 +1,6 @@
-//! Which recordings a method may learn from before it is scored on one.
+//! Recordings that a method may learn from before it is scored on one.
 //!
-//! Labels never come from the recording that is scored. An index is one into the recordings, in
-//! the order of their sets.
+//! Labels never come from the scored recording. Indices refer to the recordings in the order of their sets.
 
 use serde::Serialize;
 
@@ -20,7 +19,7 @@ pub enum Teachers {
 }
 
 impl Teachers {
-    /// The indices of the recordings whose labels may be used for the one at `index`.
+    /// Indices of the recordings whose labels may be used for the one at `index`.
     #[must_use]
     pub fn indices(self, recordings: &[Labelled], index: usize) -> Vec<usize> {
         match self {
@@ -36,17 +35,17 @@ impl Teachers {
     }
 }
 
-/// The index of the recording that is looked at without its labels for the one at `index`: another
-/// one of the same robot, or itself where the robot has no other.
+/// Index of the recording used without its labels for the one at `index`: another one of the same robot, or
+/// itself if the robot has no other.
 #[must_use]
 pub fn unlabelled(recordings: &[Labelled], index: usize) -> usize {
     match recordings[index].set.family() {
-        // Its two recordings are of two robots.
+        // The two recordings are from two robots.
         Family::Lcd => index,
         Family::Atlas | Family::Shoe | Family::Simulated => {
             first_relative(recordings, index).unwrap_or(index)
         }
-        // Each of its sets is of another robot.
+        // Each of the sets is from another robot.
         Family::Robots => {
             let set = |index: usize| recordings[index].set;
             let other =
@@ -74,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn no_threshold_comes_from_the_recording_that_is_scored() {
+    fn threshold_never_comes_from_the_scored_recording() {
         use Set::{Atlas7k, Demo, Ground, Nao, Shoe, Slip, ThreeSteps, Walk};
         let recordings = recordings(&[
             Ground, ThreeSteps, Slip, Atlas7k, Nao, Shoe, Shoe, Demo, Walk,
@@ -93,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn real_robots_teach_no_other_family() {
+    fn real_robots_do_not_teach_other_families() {
         use Set::{Atlas500, Demo, Go1, Ground, Talos};
         let recordings = recordings(&[Ground, Demo, Atlas500, Talos, Go1, Go1]);
         let others = |index| Teachers::OtherFamilies.indices(&recordings, index);
@@ -105,14 +104,14 @@ mod tests {
     }
 
     #[test]
-    fn a_recording_without_relatives_has_no_teacher_of_its_family() {
+    fn single_recording_of_a_family_has_no_teacher_in_it() {
         let recordings = recordings(&[Set::Ground, Set::Demo]);
         assert!(Teachers::SameFamily.indices(&recordings, 0).is_empty());
         assert_eq!(unlabelled(&recordings, 0), 0);
     }
 
     #[test]
-    fn what_needs_no_labels_is_learnt_on_the_same_robot() {
+    fn unlabelled_learning_uses_the_same_robot() {
         let recordings = recordings(&[Set::Ground, Set::Slip, Set::Atlas7k, Set::Nao]);
         let learnt_on: Vec<_> = (0..4).map(|index| unlabelled(&recordings, index)).collect();
         assert_eq!(learnt_on, [1, 0, 2, 3]);

@@ -1,4 +1,4 @@
-//! Recordings with labels, made up for tests.
+//! Synthetic recordings with labels for tests.
 
 use estimator_core::params::STANDARD_GRAVITY;
 use estimator_core::{AngularRate, Gravity, ImuSample, SpecificForce, Timestamp, Vec3};
@@ -9,8 +9,8 @@ use crate::labelled::Labelled;
 use crate::sets::{Family, Set};
 use crate::window::Reading;
 
-/// A recording at 1 kHz, as of a set: where the set's recordings contain gravity, it comes on top
-/// of each motion, and the wrenches are left out.
+/// Creates a recording at 1 kHz for a set. If the set's recordings contain gravity, it is added to each motion,
+/// and the wrenches are omitted.
 pub(crate) fn labelled(set: Set, rows: impl Iterator<Item = (Wrench, Reading, Label)>) -> Labelled {
     let gravity = match set.family() {
         Family::Atlas | Family::Lcd => Gravity::Removed,

@@ -1,16 +1,16 @@
-//! Trailing windows over readings, for the detectors that others published.
+//! Trailing windows over readings, for published detectors.
 
 use std::collections::VecDeque;
 
-/// Duration of the paper's window, s: 50 samples at 1 kHz. At another rate it is this duration and
-/// not that count, for the paper's preset and for all peers with a tuned threshold.
+/// Duration of the paper's window, s: 50 samples at 1 kHz. At other rates, the duration is kept and not the
+/// number of samples, for the paper's preset and for all peers with a tuned threshold.
 pub const PAPER_WINDOW: f32 = 0.05;
 
 /// The six readings of a sample: ax, ay, az in m/s², wx, wy, wz in rad/s.
 pub type Reading = [f64; 6];
 
-/// A statistic of each sample's trailing window, which has `length` samples, itself included; at
-/// the start, the samples so far.
+/// Computes a statistic over each sample's trailing window of `length` samples, itself included; at the start,
+/// over the samples so far.
 pub fn over_windows(
     readings: &[Reading],
     length: usize,
@@ -27,7 +27,7 @@ pub fn over_windows(
     readings.iter().map(of_sample).collect()
 }
 
-/// The mean over each trailing window of a value per sample.
+/// Mean of a value per sample over each trailing window.
 pub fn moving_mean(
     readings: &[Reading],
     length: usize,
@@ -38,12 +38,12 @@ pub fn moving_mean(
     })
 }
 
-/// The acceleration's squared length, m²/s⁴.
+/// Squared length of the acceleration, m²/s⁴.
 pub fn acceleration_energy([x, y, z, ..]: &Reading) -> f64 {
     x * x + y * y + z * z
 }
 
-/// The angular rate's squared length, rad²/s².
+/// Squared length of the angular rate, rad²/s².
 pub fn rate_energy([_, _, _, x, y, z]: &Reading) -> f64 {
     x * x + y * y + z * z
 }
@@ -53,7 +53,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_window_ends_with_its_sample_and_sees_nothing_later() {
+    fn window_ends_with_its_sample() {
         let readings: Vec<Reading> = (0..5).map(|k| [f64::from(k); 6]).collect();
         let means = moving_mean(&readings, 3, |reading| reading[0]);
         assert_eq!(means, [0.0, 0.5, 1.0, 2.0, 3.0]);

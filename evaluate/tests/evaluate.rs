@@ -1,4 +1,4 @@
-//! `evaluate` from outside, on recordings made up for it.
+//! Tests of the `evaluate` command on synthetic recordings.
 
 mod bench;
 
@@ -14,7 +14,7 @@ fn array<'a>(value: &'a Value, name: &str) -> &'a Vec<Value> {
 }
 
 #[test]
-fn every_method_is_scored_on_every_set_that_has_what_it_needs() {
+fn methods_are_scored_on_all_sets_with_their_inputs() {
     let json = Bench::with_recordings().stdout("--datasets data --json");
     let evaluation: Value = serde_json::from_str(&json).expect("JSON");
     assert_eq!(array(&evaluation, "sets").len(), Set::ALL.len());
@@ -23,7 +23,7 @@ fn every_method_is_scored_on_every_set_that_has_what_it_needs() {
     for method in methods {
         let sets = array(method, "sets");
         let count = match method["method"].as_str() {
-            // Without gravity are the five with a wrench, and ATLAS at 500 Hz.
+            // The five sets with a wrench and ATLAS at 500 Hz are without gravity.
             Some("authors") => 6,
             _ if method["mean"].is_null() => 5,
             _ => Set::ALL.len(),
@@ -33,7 +33,7 @@ fn every_method_is_scored_on_every_set_that_has_what_it_needs() {
             assert!(on["figures"]["rmse"].is_number(), "{on}");
             assert!(on["learnt"].is_string(), "{on}");
         }
-        // Standing and swinging are that plain here.
+        // Stance and swing are easy to distinguish here.
         let auc = method["pools"][0]["figures"]["roc_auc"].as_f64();
         assert!(auc.expect("both labels") > 0.9, "{method}");
     }
@@ -54,7 +54,7 @@ fn every_method_is_scored_on_every_set_that_has_what_it_needs() {
 }
 
 #[test]
-fn tables_are_for_a_terminal_or_in_markdown() {
+fn tables_are_written_as_text_or_markdown() {
     let bench = Bench::with_recordings();
     let text = bench.stdout("--datasets data");
     assert!(
@@ -72,7 +72,7 @@ fn tables_are_for_a_terminal_or_in_markdown() {
     );
     assert!(markdown.contains("| threshold from ATLAS_01ground_3steps |\n"));
     assert!(markdown.contains("| threshold from ATLAS, LCD, simulated |\n"));
-    // What a method has no figure for is no zero.
+    // A missing figure is not shown as zero.
     assert!(markdown.contains("\n| force Schmitt trigger 10/5 % | – | "));
 }
 
@@ -85,7 +85,7 @@ fn both_pictures_are_drawn() {
 }
 
 #[test]
-fn a_picture_that_cannot_be_written_is_found_before_anything_is_computed() {
+fn unwritable_picture_fails_before_the_evaluation() {
     let bench = Bench::new();
     for (arguments, why) in [
         (
@@ -107,7 +107,7 @@ fn a_picture_that_cannot_be_written_is_found_before_anything_is_computed() {
 }
 
 #[test]
-fn the_help_names_every_recording_that_is_wanted_and_where_it_is_from() {
+fn help_lists_every_recording_and_its_origin() {
     let help = Bench::new().stdout("--help");
     for file in files() {
         let (before, _) = help.split_once(file.path).expect(file.path);
@@ -117,7 +117,7 @@ fn the_help_names_every_recording_that_is_wanted_and_where_it_is_from() {
 }
 
 #[test]
-fn a_recording_that_is_absent_is_named_with_where_to_get_it() {
+fn missing_recording_error_names_its_origin() {
     let bench = Bench::with_recordings();
     for (file, origin) in [
         (

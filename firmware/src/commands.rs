@@ -1,7 +1,7 @@
-//! Requests over UART: bytes become messages, messages become answers.
+//! Requests over UART: bytes become messages, messages become responses.
 //!
-//! [`UartReceiver`] runs with the UART, without a deadline: it finds frames, counts those that it
-//! refuses and passes requests on. [`answer`] runs in the tick that takes the request in, and follows
+//! [`UartReceiver`] runs with the UART, without a deadline: it finds frames, counts rejected ones
+//! and passes requests on. [`answer`] runs in the tick that handles the request, and follows
 //! the rules of the object dictionary: the same as over SDO.
 
 use wire::uart::{Answer, ConfigResponse, Decoder, Message, NmtRequest};
@@ -9,23 +9,23 @@ use wire::{AbortCode, Address, Event, Node};
 
 use crate::ports::{Input, UartRequest};
 
-/// Finds requests in the bytes of the UART.
+/// Decoder of requests from the bytes of the UART.
 #[derive(Clone, Debug, Default)]
 pub struct UartReceiver {
     decoder: Decoder,
-    /// Sound frames that are no requests.
+    /// Valid frames other than requests.
     unexpected: u32,
     reported: u32,
 }
 
 impl UartReceiver {
-    /// A receiver before its first byte.
+    /// Creates a receiver before its first byte.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Takes in a byte; returns a request at its last byte.
+    /// Takes a byte; returns a request at its last byte.
     pub fn push(&mut self, byte: u8) -> Option<Input> {
         let frame = self.decoder.push(byte)?.ok()?;
         let request = match frame.message {
@@ -40,8 +40,8 @@ impl UartReceiver {
         Some(Input::Uart(request))
     }
 
-    /// The frames refused since the last call, where there are any. Called once for each piece of
-    /// bytes, so that a flood of garbage makes no flood of reports.
+    /// Frames rejected since the last call, if any. Called once for each piece of
+    /// bytes, so that a flood of garbage does not cause a flood of reports.
     pub fn refused(&mut self) -> Option<Input> {
         let refused = self.decoder.drops().refused().wrapping_add(self.unexpected);
         let new = refused.wrapping_sub(self.reported);
@@ -50,14 +50,14 @@ impl UartReceiver {
     }
 }
 
-/// The result of a request.
+/// Result of a request.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UartReply {
-    /// The answer to send at once; a store or a restore is answered when it is done.
+    /// Response to send at once; a store or a restore is answered on completion.
     pub response: Option<ConfigResponse>,
-    /// What the foot has to do for it.
+    /// Event for the foot.
     pub event: Option<Event>,
-    /// The object that was requested.
+    /// Object that was requested.
     pub address: Option<Address>,
 }
 
@@ -97,7 +97,7 @@ pub fn answer(node: &mut Node, request: &UartRequest) -> UartReply {
     }
 }
 
-/// The answer to a store or a restore that was asked for at `address`.
+/// Response to a store or a restore that was requested at `address`.
 #[must_use]
 pub fn finished(address: Address, result: Result<(), AbortCode>) -> ConfigResponse {
     let answer = match result {
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn requests_pass_and_what_a_foot_sends_itself_is_refused() {
+    fn requests_pass_and_messages_of_a_foot_are_rejected() {
         let mut receiver = UartReceiver::new();
         let contact = Message::Contact(ContactMessage::default());
         let bytes = [encode(0, &contact), encode(1, &Message::ConfigGet(GET))];
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn a_damaged_request_is_refused_and_the_next_one_is_not() {
+    fn a_damaged_request_is_rejected_and_the_next_one_passes() {
         let mut receiver = UartReceiver::new();
         let mut damaged = encode(0, &Message::ConfigGet(GET)).as_bytes().to_vec();
         damaged[6] ^= 1;
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn each_kind_of_request_passes_as_it_was_sent() {
+    fn each_kind_of_request_passes_unchanged() {
         let set = ConfigSet {
             address: GET.address,
             value: Value::U16(7).into(),

@@ -1,6 +1,6 @@
-//! The foot: a sample goes in each tick, frames come out on the same tick.
+//! The foot: takes a sample each tick, and sends frames on the same tick.
 //!
-//! [`Foot::tick`] reads top to bottom as what happens in a millisecond. Its work is bounded: at most
+//! [`Foot::tick`] lists the steps of a millisecond in order. Its work is bounded: at most
 //! [`INPUTS_PER_TICK`] requests, one estimate, one frame of each kind.
 //!
 //! | step | file |
@@ -11,9 +11,9 @@
 //! | the sample put right and turned to the foot's axes; the estimate, by a new estimator after a change of settings | `renewal`, `estimator_core` |
 //! | frames and lines of text to the queues | `output` |
 //!
-//! **Fail-safe.** While a fault of the sensor lasts, every frame has P = 0 and the fault flag,
-//! whatever the estimator says; without a believable sample no frame says "stable". A fault lasts
-//! until [`SOUND_TICKS`] good samples have come in a row.
+//! **Fail-safe.** While a fault of the sensor is active, every frame has P = 0 and the fault flag,
+//! whatever the estimate is; without a valid sample no frame reports "stable". A fault stays
+//! active until [`SOUND_TICKS`] consecutive samples are good.
 
 mod faults;
 mod load;
@@ -44,17 +44,17 @@ pub use faults::SOUND_TICKS;
 pub use load::LOAD_READINGS;
 pub use requests::INPUTS_PER_TICK;
 
-/// Ticks from one check of the gyroscope's bias to the next.
+/// Ticks between two checks of the gyroscope's bias.
 const BIAS_TICKS: u32 = 1024;
 
-/// What is known at the start, beside the settings.
+/// State at the start, besides the settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Start {
-    /// The board's serial number, unique to it.
+    /// Serial number, unique to the board.
     pub serial: u32,
-    /// Whether the start was commanded.
+    /// Cause of the boot.
     pub cause: BootCause,
-    /// The previous crash, where it caused this start: a [`CrashRecord`] or
+    /// Previous crash, if it caused this start: a [`CrashRecord`] or
     /// [`Fault::WatchdogReset`].
     ///
     /// [`CrashRecord`]: crate::supervision::CrashRecord
@@ -63,23 +63,23 @@ pub struct Start {
     pub settings_corrupted: bool,
     /// The crystal does not start: there is no CAN.
     pub crystal_missing: bool,
-    /// The level of the chip's brown-out reset: 0 off, 1 to 3.
+    /// Level of the chip's brown-out reset: 0 off, 1 to 3.
     pub brown_out_level: u8,
 }
 
-/// The node, the estimator and the state between them.
+/// Node, estimator and the state between them.
 #[derive(Debug)]
 pub struct Foot {
     node: Node,
     estimator: ContactEstimator<WINDOW_CAPACITY>,
-    /// The correction of the settings, kept apart because every tick needs it.
+    /// Correction from the settings, kept apart because every tick needs it.
     accelerometer: AccelerometerCorrection,
-    /// The same of the mounting.
+    /// Mounting from the settings, likewise.
     mounting: Mounting,
-    /// A new estimator, asked for since the last tick.
+    /// New estimator, requested since the last tick.
     renewal: Option<Renewal>,
     counters: Counters,
-    /// Of the sensor, °C; NaN before the first sample.
+    /// Temperature of the sensor, °C; NaN before the first sample.
     temperature: f32,
     stage: Stage,
     /// Present until the first tick has reported it.
@@ -92,17 +92,17 @@ pub struct Foot {
 }
 
 impl Foot {
-    /// A foot before its first tick, on which it reports its boot.
+    /// Creates a foot, which reports its boot on the first tick.
     ///
     /// # Errors
-    /// What checked [`Settings`] never cause: parameters that do not fit each other.
+    /// The parameters do not fit each other, which checked [`Settings`] exclude.
     pub fn new(settings: Settings, start: Start) -> Result<Self, ParamsError> {
         let config = settings.params().validate()?;
         Ok(Self::with_config(settings, &config, start))
     }
 
-    /// The same with the estimator's `config`, which is that of the settings; made in its place
-    /// where there is one.
+    /// Creates a foot with the estimator's `config`, which is that of the settings; built in place
+    /// if possible.
     #[must_use]
     #[inline]
     pub fn with_config(settings: Settings, config: &Config<WINDOW_CAPACITY>, start: Start) -> Self {
@@ -124,43 +124,43 @@ impl Foot {
         }
     }
 
-    /// The settings in use.
+    /// Settings in use.
     #[must_use]
     pub const fn settings(&self) -> &Settings {
         self.node.settings()
     }
 
-    /// The stage, for the LED.
+    /// Stage, for the LED.
     #[must_use]
     pub const fn stage(&self) -> Stage {
         self.stage
     }
 
-    /// The active faults, for the LED.
+    /// Active faults, for the LED.
     #[must_use]
     pub const fn faults(&self) -> wire::Faults {
         self.node.faults()
     }
 
-    /// The newest estimate.
+    /// Newest estimate.
     #[must_use]
     pub const fn estimate(&self) -> &ContactEstimate {
         self.node.estimate()
     }
 
-    /// What the estimator has learnt so far.
+    /// Values learnt by the estimator so far.
     #[must_use]
     pub fn learnt(&self) -> Learnt {
         self.estimator.learnt()
     }
 
-    /// The counters since the start.
+    /// Counters since the start.
     #[must_use]
     pub const fn counters(&self) -> &Counters {
         &self.counters
     }
 
-    /// One millisecond. `reading` is the newest of the analog load input, where the board has one.
+    /// Advances by one millisecond. `reading` is the newest of the analog load input, if the board has one.
     pub fn tick(
         &mut self,
         tick: &Tick,
@@ -187,7 +187,7 @@ impl Foot {
 
         self.send_can(&estimate, ports);
         self.send_uart(&estimate, measurement, tick.time, ports);
-        // Learning and answers have no deadline: they come after the frames are sent.
+        // Learning and responses have no deadline: they follow after the frames are sent.
         self.estimator.finish();
         self.answer(INPUTS_PER_TICK - taken, ports);
         self.clear_expired_faults(ports);
@@ -197,7 +197,7 @@ impl Foot {
         self.report_liveness(measurement, ports);
     }
 
-    /// On the first tick: the boot-up message, and the faults known since before the start.
+    /// Reports, on the first tick, the boot-up and the faults known since before the start.
     fn report_boot(&mut self, ports: &Ports) {
         if let Some(start) = self.start {
             self.start = None;
@@ -270,7 +270,7 @@ impl Foot {
         }
     }
 
-    /// Reports to the watchdog. A sensor that fails has its fault, and is no reason to restart.
+    /// Reports to the watchdog. A failed sensor has its fault, and does not cause a restart.
     fn report_liveness(&self, measurement: &Measurement, ports: &Ports) {
         let excused = measurement.activity != Activity::Measuring || self.faults().void_estimate();
         if measurement.raw.is_some() || excused {

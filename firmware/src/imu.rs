@@ -1,25 +1,25 @@
-//! The sensor's samples as the estimator takes them.
+//! Conversion of the sensor's samples to those of the estimator.
 //!
-//! Sensor and estimator do not know each other; they meet here, on the foot and in every program
-//! on a host. Units are SI on both sides, so what is added here is time and validity, and the
-//! bandwidths that the sensor's setting makes.
+//! Sensor and estimator are independent; they meet here, on the foot and in every program
+//! on a host. Units are SI on both sides, so this module adds time and validity, and the
+//! bandwidths that follow from the sensor's setting.
 
 use estimator_core::{
     AngularRate, ImuSample, Params, PerAxis, Saturation, SpecificForce, Timestamp, Validity, Vec3,
 };
 use lsm6dsox::{Config, Noise, RawSample, Sample};
 
-/// How the foot sets its sensor.
+/// Configuration of the foot's sensor.
 pub const SENSOR: Config = Config::FRESH_KILOHERTZ;
 
-/// The estimator's default parameters for this sensor: its own defaults, with the bandwidths of
+/// Default parameters of the estimator for this sensor: its own defaults, with the bandwidths of
 /// [`SENSOR`].
 #[must_use]
 pub fn default_params() -> Params {
     with_bandwidth_of(&SENSOR.noise(), Params::DEFAULT)
 }
 
-/// The sample that was read at the data-ready edge at `timestamp`.
+/// Converts the sample read at the data-ready edge at `timestamp`.
 #[must_use]
 pub fn imu_sample(raw: &RawSample, timestamp: Timestamp) -> ImuSample {
     let sample = raw.to_si();
@@ -32,7 +32,7 @@ pub fn imu_sample(raw: &RawSample, timestamp: Timestamp) -> ImuSample {
     }
 }
 
-/// An invalid sample, for one that could not be read at `timestamp`.
+/// Creates an invalid sample for one that could not be read at `timestamp`.
 #[must_use]
 pub fn missing_sample(timestamp: Timestamp) -> ImuSample {
     ImuSample {
@@ -42,8 +42,8 @@ pub fn missing_sample(timestamp: Timestamp) -> ImuSample {
     }
 }
 
-/// Parameters whose bandwidths are the noise of the sensor's setting. Where that is not known,
-/// they stay as they are.
+/// Sets the bandwidths of the parameters to the noise of the sensor's setting. If that is unknown,
+/// they are unchanged.
 #[must_use]
 pub fn with_bandwidth_of(noise: &Noise, params: Params) -> Params {
     Params {
@@ -55,7 +55,7 @@ pub fn with_bandwidth_of(noise: &Noise, params: Params) -> Params {
     }
 }
 
-/// A sample of which one sensor gave nothing new is stale as a whole, whatever its range.
+/// A sample without new data of one sensor is stale as a whole, whatever its range.
 const fn validity(sample: &Sample) -> Validity {
     if !(sample.accel_fresh && sample.gyro_fresh) {
         return Validity::Stale;
@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn units_axes_and_time_are_kept() {
+    fn units_axes_and_time_are_preserved() {
         let sample = read(0b11, -1000, 2000);
         assert_eq!(sample.timestamp.as_micros(), 1_234);
         assert_eq!(sample.validity, Validity::Valid);
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn a_saturated_sample_says_which_sensor_it_is() {
+    fn a_saturated_sample_identifies_the_sensor() {
         for (rate, force, saturation) in [
             (0, i16::MIN, Saturation::Accelerometer),
             (28_571, 0, Saturation::Gyroscope),
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn one_sensor_without_news_makes_the_sample_stale_even_at_the_end_of_its_range() {
+    fn missing_data_of_one_sensor_makes_a_saturated_sample_stale() {
         for status in [0b00, 0b01, 0b10] {
             assert_eq!(
                 read(status, i16::MAX, 0).validity,
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn what_could_not_be_read_is_invalid() {
+    fn a_missing_sample_is_invalid() {
         let sample = missing_sample(Timestamp::from_micros(7));
         assert_eq!(
             (sample.timestamp.as_micros(), sample.validity),
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn bandwidths_are_the_noise_of_the_setting_and_stay_where_it_is_not_known() {
+    fn bandwidths_follow_the_noise_if_it_is_known() {
         let noise = Noise {
             specific_force: Some(0.5),
             angular_rate: None,

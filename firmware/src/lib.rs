@@ -1,4 +1,4 @@
-//! The portable part of the foot's program: everything but the pins.
+//! The portable part of the foot's program: everything except the pins.
 //!
 //! The path of a sample, one module a step:
 //!
@@ -9,7 +9,7 @@
 //! | sample → estimate → frames, and all that is decided on the way | [`foot`] |
 //! | frames go to the bus at once, or are queued; the newest win | [`telemetry`], behind [`ports`] |
 //!
-//! And the other way, and beside it:
+//! And in the other direction, and in parallel:
 //!
 //! | what | module |
 //! |---|---|
@@ -18,7 +18,7 @@
 //! | faults that come and go, liveness for the watchdog, the record of a crash | [`supervision`] |
 //! | the estimator's bits on the target | [`self_check`] |
 //!
-//! Two levels, and nothing of the lower can delay the upper:
+//! Two levels; the lower cannot delay the upper:
 //!
 //! - **The sampling loop** owns the sensor and the [`Foot`], and runs at
 //!   interrupt priority: [`sampling::run`] calls [`Foot::tick`](foot::Foot::tick) once a
@@ -26,7 +26,7 @@
 //! - **Everything else** moves bytes between the peripherals and [`Ports`], without a
 //!   deadline. Ports are queues: short critical sections, no locks held across a wait.
 //!
-//! What a board provides:
+//! Interfaces that a board implements:
 //!
 //! | it provides | for |
 //! |---|---|

@@ -1,8 +1,8 @@
-//! The foot's program, from top to bottom as a sample goes: the board starts, the sampling loop
-//! turns data-ready edges into frames, the communication takes frames out and requests in, and
+//! The foot's program, in the order of a sample's path: the board starts, the sampling loop
+//! turns data-ready edges into frames, the communication sends frames and receives requests, and
 //! the thread level stores settings and feeds the watchdog.
 //!
-//! Three levels, and nothing of a lower one delays a higher one:
+//! Three levels; a lower one never delays a higher one:
 //!
 //! | level | what runs there |
 //! |---|---|
@@ -41,29 +41,29 @@ use board::clocks::Source;
 use board::crash::Reset;
 use board::flash::ConfigFlash;
 
-/// All that the levels share.
+/// State shared between the interrupt levels.
 static PORTS: Ports = Ports::new();
 
-/// What the LED shows: the stage's code, and [`FAULT`] while a fault is active.
+/// State shown by the LED: the stage's code, and [`FAULT`] while a fault is active.
 static LIGHT: AtomicU8 = AtomicU8::new(0);
 const FAULT: u8 = 0x80;
 
-/// The UART's new rate.
+/// New rate of the UART.
 static UART_RATE: Signal<CriticalSectionRawMutex, u32> = Signal::new();
 
 static SAMPLING: InterruptExecutor = InterruptExecutor::new();
 static COMMUNICATION: InterruptExecutor = InterruptExecutor::new();
 
-/// How long the bus may take no frame before the queued ones are too old.
+/// Time without a frame taken by the bus after which queued frames are too old.
 const BUS_DEADLINE: Duration = Duration::from_millis(20);
 
-/// How often the watchdog can be fed.
+/// Interval of feeding the watchdog.
 const FEEDING: Duration = Duration::from_millis(board::watchdog::FEEDING_MILLIS as u64);
 
-/// Identifiers of process data: a later frame makes an earlier one worthless.
+/// Identifiers of process data: a later frame supersedes an earlier one.
 const PROCESS_DATA: Range<u16> = 0x180..0x580;
 
-/// The flash with the settings.
+/// Flash with the settings.
 type Settings = Storage<ConfigFlash>;
 
 #[cortex_m_rt::entry]
@@ -107,7 +107,7 @@ fn main() -> ! {
 
     interrupt::UART5.set_priority(board::COMMUNICATION_EXECUTOR_PRIORITY);
     let communication = COMMUNICATION.start(interrupt::UART5);
-    // Without a crystal the bus is left alone: the clock is not good enough for it.
+    // Without a crystal the bus is not joined: the clock is not accurate enough for it.
     let can = (board.clock == Source::Crystal).then(|| {
         let (control, can_out, can_in) = board.can.start(can_rate);
         PORTS.connect_can(board::can::try_send);
@@ -127,7 +127,7 @@ fn main() -> ! {
 
 // The sampling level.
 
-/// Tick, edge, burst, estimate, frames: without end.
+/// Runs tick, edge, burst, estimate and frames, forever.
 #[embassy_executor::task]
 async fn sample(
     sensor: Sensor<board::sensor::SensorBus>,
@@ -193,7 +193,7 @@ async fn receive_can(mut can: board::can::Receiver) {
     }
 }
 
-/// Sends frames over the serial line, all that are queued in one transfer.
+/// Sends frames over the serial line, all queued ones in one transfer.
 #[embassy_executor::task]
 async fn send_uart(mut uart: board::uart::Sender) {
     let mut batch = UartBatch::new();
@@ -227,7 +227,7 @@ async fn receive_uart(mut uart: board::uart::Receiver) {
     loop {
         let Some(bytes) = uart.receive(&mut bytes).await else {
             PORTS.put(Input::UartLost(1)).await;
-            // A line with the wrong rate gives only errors.
+            // A line with the wrong rate causes only errors.
             Timer::after_millis(1).await;
             continue;
         };
@@ -244,7 +244,7 @@ async fn receive_uart(mut uart: board::uart::Receiver) {
 
 // The thread level.
 
-/// Serves the requests of the foot, which take longer than a tick.
+/// Serves requests of the foot that take longer than a tick.
 #[embassy_executor::task]
 async fn serve_requests(mut storage: Settings, mut can: Option<board::can::Control>) {
     loop {
@@ -290,7 +290,7 @@ async fn feed_watchdog() {
     }
 }
 
-/// Shows the stage: how long the LED is on and then off, ms.
+/// Shows the stage: duration of the LED on and then off, ms.
 #[embassy_executor::task]
 async fn blink(mut led: Output<'static>) {
     loop {
@@ -312,7 +312,7 @@ async fn blink(mut led: Output<'static>) {
 
 // Starting.
 
-/// The previous crash, where it caused this start.
+/// Previous crash, if it caused this start.
 fn reason_for_start(crash: Option<board::crash::Crash>, reset: Reset) -> Option<Crash> {
     if let Some(crash) = crash {
         defmt::error!(
@@ -347,7 +347,7 @@ fn log_boot(start: &Start, origin: Origin) {
     );
 }
 
-/// The foot, made in its static place. Apart from `main`, so that the stack it needs is free again.
+/// Creates the foot in its static place. Separate from `main`, so that the stack it needs is free again.
 #[inline(never)]
 fn make_foot(settings: wire::Settings, start: Start) -> Option<&'static mut Foot> {
     static FOOT: StaticCell<Foot> = StaticCell::new();
@@ -364,7 +364,7 @@ fn once<S>(task: Result<SpawnToken<S>, SpawnError>, spawn: impl FnOnce(SpawnToke
     }
 }
 
-/// Ends a start that contradicts itself: LED on, a line in the log, and in time the watchdog's reset.
+/// Ends a start with an inconsistency: LED on, a line in the log, and finally the watchdog's reset.
 fn halt(led: &mut Output<'static>, why: &str) -> ! {
     led.set_high();
     defmt::error!("cannot start: {=str}", why);
@@ -373,16 +373,16 @@ fn halt(led: &mut Output<'static>, why: &str) -> ! {
     }
 }
 
-// The interrupts that stand for the executors; their own peripherals are not used.
+// The interrupts that run the executors; their own peripherals are not used.
 
 #[embassy_stm32::interrupt]
 unsafe fn UART4() {
-    // SAFETY: called by this very interrupt.
+    // SAFETY: called by this interrupt.
     unsafe { SAMPLING.on_interrupt() };
 }
 
 #[embassy_stm32::interrupt]
 unsafe fn UART5() {
-    // SAFETY: called by this very interrupt.
+    // SAFETY: called by this interrupt.
     unsafe { COMMUNICATION.on_interrupt() };
 }

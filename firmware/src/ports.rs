@@ -1,6 +1,6 @@
-//! Where the sampling loop meets everything slower: queues, and nothing else.
+//! Queues between the sampling loop and everything slower.
 //!
-//! One `static PORTS: Ports` is all that the tasks of a board share.
+//! One `static PORTS: Ports` is the only state shared by the tasks of a board.
 //!
 //! | what | file |
 //! |---|---|
@@ -21,11 +21,11 @@ use crate::telemetry::{Lane, Outlet, Sink};
 pub use batch::UartBatch;
 pub use message::{BusState, Input, Reloaded, Request, UartRequest};
 
-/// With room for a few lines about faults, and for one contact, which the next one replaces: so none is
-/// older than a tick when its turn comes.
+/// With room for a few lines about faults, and for one contact, which the next one replaces: so a contact is
+/// never older than a tick when it is sent.
 type UartQueue = Outlet<uart::Encoded, 4, 1, 8, 8>;
 
-/// The queues between the sampling loop and everything slower.
+/// Queues between the sampling loop and everything slower.
 #[derive(Debug)]
 pub struct Ports {
     can: Outlet<CanFrame, 16, 16, 16, 16>,
@@ -33,7 +33,7 @@ pub struct Ports {
     inputs: Channel<CriticalSectionRawMutex, Input, 16>,
     requests: Channel<CriticalSectionRawMutex, Request, 2>,
     reloaded: Channel<CriticalSectionRawMutex, Reloaded, 1>,
-    /// The tasks that were alive since the watchdog was last fed.
+    /// Tasks that have reported since the watchdog was last fed.
     pub liveness: Liveness,
 }
 
@@ -44,7 +44,7 @@ impl Default for Ports {
 }
 
 impl Ports {
-    /// Empty queues.
+    /// Creates empty queues.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -62,27 +62,27 @@ impl Ports {
         self.can.ready().await;
     }
 
-    /// Whether no frame is queued for the CAN bus.
+    /// Returns whether no frame is queued for the CAN bus.
     pub fn can_is_empty(&self) -> bool {
         self.can.is_empty()
     }
 
-    /// Connects the CAN bus: `try_send` is offered each frame at once, and what it refuses is queued.
+    /// Connects the CAN bus: `try_send` is offered each frame at once; frames it refuses are queued.
     pub fn connect_can(&self, try_send: Sink<CanFrame>) {
         self.can.connect(try_send);
     }
 
-    /// Offers the queued frames to the bus, until it takes none of those that are next.
+    /// Offers the queued frames to the bus, until it refuses the next of each lane.
     pub fn send_can(&self) {
         self.can.flush();
     }
 
-    /// Withdraws the process data that are queued for the CAN bus; returns how many frames those were.
+    /// Withdraws the process data queued for the CAN bus; returns the number of frames.
     pub fn withdraw_can(&self) -> u32 {
         self.can.clear(Lane::Estimate) + self.can.clear(Lane::Stream)
     }
 
-    /// The next frame for the CAN bus, if there is one.
+    /// Takes the next frame for the CAN bus, if there is one.
     pub fn try_next_can(&self) -> Option<CanFrame> {
         self.can.try_next()
     }
@@ -97,7 +97,7 @@ impl Ports {
         batch.fill(&self.uart)
     }
 
-    /// The next frame for the UART, if there is one.
+    /// Takes the next frame for the UART, if there is one.
     pub fn try_next_uart(&self) -> Option<uart::Encoded> {
         self.uart.try_next()
     }
@@ -113,18 +113,18 @@ impl Ports {
         self.requests.receive().await
     }
 
-    /// The next request of the foot, if there is one.
+    /// Takes the next request of the foot, if there is one.
     pub fn try_next_request(&self) -> Option<Request> {
         self.requests.try_receive().ok()
     }
 
-    /// Queues an input for the foot's next tick. Waits while the queue is full: what comes too fast is
+    /// Queues an input for the foot's next tick. Waits while the queue is full: excess input is
     /// lost, and counted, at its source.
     pub async fn put(&self, input: Input) {
         self.inputs.send(input).await;
     }
 
-    /// Queues an input for the foot's next tick; `false` where the queue is full.
+    /// Queues an input for the foot's next tick; `false` if the queue is full.
     pub fn try_put(&self, input: Input) -> bool {
         self.inputs.try_send(input).is_ok()
     }
@@ -149,7 +149,7 @@ impl Ports {
     }
 
     pub(crate) fn take_input(&self) -> Option<Input> {
-        // Usually there is none; then nothing is copied.
+        // The queue is usually empty; nothing is copied then.
         if self.inputs.is_empty() {
             return None;
         }
@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn process_data_are_withdrawn_and_everything_else_stays() {
+    fn process_data_are_withdrawn_and_other_frames_stay() {
         let ports = Ports::new();
         assert!(ports.can_is_empty());
         for (id, lane) in (1..).zip([Lane::Stream, Lane::Answer, Lane::Estimate, Lane::Notice]) {
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn the_connected_bus_gets_each_frame_first_and_the_queued_ones_on_request() {
+    fn the_bus_gets_new_frames_first_and_queued_ones_on_request() {
         let ports = Ports::new();
         ports.push_can(Lane::Notice, &frame(1));
         ports.connect_can(|frame| frame.id() < 3);
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn a_call_ends_the_wait_of_both_tasks_that_empty_the_queues() {
+    fn a_call_ends_the_wait_of_both_sending_tasks() {
         use core::pin::pin;
         use core::task::{Context, Waker};
         let ports = Ports::new();

@@ -1,4 +1,4 @@
-//! The sampling loop: each tick the data-ready edge that follows it, one burst, and a check of the
+//! The sampling loop: each tick the following data-ready edge, one burst, and a check of the
 //! sensor's health.
 //!
 //! | step | file |
@@ -9,8 +9,8 @@
 //! | which fault is it? | `diagnosis` |
 //!
 //! [`run`] never misses a tick because of the sensor. While the sensor is being initialised, which
-//! takes 100 ms of waiting, both run side by side: every tick is served with "no sample", and the
-//! initialisation goes on between them. Ticks and initialisation never use the bus together,
+//! takes 100 ms of waiting, both run concurrently: every tick is served with "no sample", and the
+//! initialisation continues between them. Ticks and initialisation never use the bus at the same time,
 //! because without a running sensor a tick has nothing to read.
 //!
 //! | what is wrong | how it is noticed | after at most |
@@ -23,12 +23,12 @@
 //! | edges too many or too few, where they are counted | three bad ticks in five | 3 ticks |
 //! | at the end of the range for long | [`SATURATED_TICKS`] in a row; until then each sample is flagged | 50 ticks |
 //!
-//! After three failures in a row to read identity or registers right, the clock of the bus is halved:
+//! After three consecutive failures to read identity or registers correctly, the clock of the bus is halved:
 //! at full speed the slowest data line that the part may have leaves no time to read it.
 //!
-//! From the first bad tick on its sample is flagged, so that the estimate says "not stable" before
-//! the fault has a name. After outputs have repeated, samples stay flagged until each axis has
-//! changed: an axis that is still stuck is never believed again.
+//! From the first bad tick on its sample is flagged, so that the estimate is "not stable" before
+//! the fault is identified. After outputs have repeated, samples stay flagged until each axis has
+//! changed: an axis that is still stuck is never trusted again.
 
 mod diagnosis;
 mod sensor;
@@ -48,41 +48,41 @@ pub use diagnosis::{READ_BACK_TICKS, SensorFault};
 pub use sensor::{Activity, Measurement, Sensor};
 pub use watch::{FROZEN_REPEATS, SATURATED_TICKS};
 
-/// How long after its tick a data-ready edge may come, µs. Edges are 150 µs apart; a sensor whose
+/// Maximum time from a tick to its data-ready edge, µs. Edges are 150 µs apart; a sensor whose
 /// clock is a third too slow still keeps within it.
 pub const EDGE_LIMIT_US: u64 = 200;
 
-/// Good ticks after which a restart counts as a success, so that the next one need not wait.
+/// Good ticks after which a restart counts as successful, so that the next one need not wait.
 const SETTLED_TICKS: u32 = 1000;
 
-/// The first and the longest wait between two attempts to start the sensor, ticks.
+/// First and longest wait between two attempts to start the sensor, ticks.
 const BACK_OFF_TICKS: (u32, u32) = (10, 1000);
 
-/// Wrong identities or registers in a row after which the bus is slowed down, until the board starts
+/// Consecutive wrong identities or registers after which the bus is slowed down, until the board starts
 /// again: the sensor's data line may be too slow for the clock.
 const SLOW_AFTER: u32 = 3;
 
-/// A tick of the timer that drives the sampling, as the board saw it.
+/// Tick of the timer that drives the sampling, as observed by the board.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tick {
-    /// When the timer ticked.
+    /// Time of the tick.
     pub time: Timestamp,
-    /// The first data-ready edge after it, captured by hardware; `None` where none came within
+    /// First data-ready edge after it, captured by hardware; `None` if none came within
     /// [`EDGE_LIMIT_US`].
     pub edge: Option<Timestamp>,
-    /// Edges since the previous tick, where the hardware counts them.
+    /// Edges since the previous tick, if the hardware counts them.
     pub edges: Option<u16>,
-    /// Ticks that were missed since the previous one, because its work took too long.
+    /// Ticks missed since the previous one, because its work took too long.
     pub missed: u32,
 }
 
-/// The timer and the captured edges of a board.
+/// Timer and captured edges of a board.
 pub trait Ticks {
     /// Waits for the next tick, and then for its data-ready edge, at most [`EDGE_LIMIT_US`].
     fn next(&mut self) -> impl Future<Output = Tick>;
 }
 
-/// Runs the sensor without end: starts it, with its self-test if `self_test` is set, reads it each
+/// Runs the sensor forever: starts it, with its self-test if `self_test` is set, reads it each
 /// tick, and starts it again after a fault, after waits that double from 10 ms to 1 s. `each` is
 /// called with every tick and its measurement.
 pub async fn run<SPI: SpiDevice + SetSpiClock>(
@@ -133,7 +133,7 @@ pub async fn run<SPI: SpiDevice + SetSpiClock>(
             }
             each(&tick, &measurement);
         }
-        // A first failure is followed by another attempt at once.
+        // The first failure is followed by another attempt at once.
         let (first, longest) = BACK_OFF_TICKS;
         misread = match reason {
             Some(Fault::SensorWrongId | Fault::SensorConfigMismatch) => misread.saturating_add(1),
@@ -158,7 +158,7 @@ pub async fn run<SPI: SpiDevice + SetSpiClock>(
     }
 }
 
-/// Serves ticks until `work` is done, and to the end of the tick on which it is.
+/// Serves ticks until `work` is done, to the end of the tick on which it completes.
 async fn alongside<T>(
     work: impl Future<Output = T>,
     ticks: &mut impl Ticks,

@@ -1,9 +1,9 @@
-//! Whether the estimator computes the same bits here as elsewhere.
+//! Check that the estimator computes the same bits here as elsewhere.
 //!
 //! A stimulus from integers alone drives the estimator through rest, motion, impacts, saturation,
-//! readings that are no numbers, stale samples and gaps in time; a digest takes in every bit of
-//! every estimate, and now and then what has been learnt. Two machines that print the same digests
-//! agree on all of it.
+//! readings that are not numbers, stale samples and gaps in time; a digest covers every bit of
+//! every estimate, and at intervals the learnt values. Two machines that print the same digests
+//! agree on all of these.
 
 use estimator_core::params::STANDARD_GRAVITY;
 use estimator_core::vector::{Quaternion, Vec3};
@@ -12,20 +12,20 @@ use estimator_core::{
     Saturation, SpecificForce, Timestamp, Validity,
 };
 
-/// Samples in one run: long enough to meet every kind of input many times.
+/// Samples per run: enough to cover every kind of input many times.
 pub const SAMPLES: u32 = 20_000;
 
-/// The number of samples from one digest to the next, so that a difference can be found.
+/// Samples from one digest to the next, so that a difference can be located.
 pub const CHECKPOINT: u32 = 2_000;
 
-/// Room for the window; the one the firmware is made with.
+/// Capacity of the window, that of the firmware.
 pub const CAPACITY: usize = 256;
 
 /// Runs the estimator with `params` over the stimulus and hands the digest so far to `report` at
 /// every checkpoint, with the number of samples taken in.
 ///
 /// # Errors
-/// Where the parameters are refused.
+/// The parameters are invalid.
 pub fn run(params: &Params, mut report: impl FnMut(u32, u64)) -> Result<(), ParamsError> {
     let mut estimator = ContactEstimator::<CAPACITY>::new(&params.validate()?);
     let mut stimulus = Stimulus::new();
@@ -41,7 +41,7 @@ pub fn run(params: &Params, mut report: impl FnMut(u32, u64)) -> Result<(), Para
     Ok(())
 }
 
-/// What the foot does in a stretch of the stimulus.
+/// Kind of a stretch of the stimulus.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Stretch {
     /// At rest with a few counts of noise.
@@ -50,7 +50,7 @@ enum Stretch {
     Motion,
     /// Large jumps, many of them to the end of the range.
     Impacts,
-    /// Readings that are no numbers, or beyond any sensor.
+    /// Readings that are not numbers, or beyond the range of any sensor.
     Garbage,
     /// Stale samples, gaps and steps back in time.
     BrokenTime,
@@ -92,7 +92,7 @@ impl Stimulus {
     const FORCE_PER_COUNT: f32 = 0.488e-3 * STANDARD_GRAVITY;
     /// rad/s per count at ±2000 °/s.
     const RATE_PER_COUNT: f32 = 70.0e-3 * (core::f32::consts::PI / 180.0);
-    /// A sensor that rests a little askew and has a gyro bias.
+    /// Codes at rest of a sensor that is slightly tilted and has a gyro bias.
     const REST: [i32; 6] = [120, -75, 2045, 5, -3, 2];
 
     fn new() -> Self {
@@ -183,7 +183,7 @@ impl Stimulus {
         }
     }
 
-    /// A number from 0 to `below` − 1 (Marsaglia's xorshift32).
+    /// Draws a number from 0 to `below` − 1 (Marsaglia's xorshift32).
     fn draw(&mut self, below: u32) -> i32 {
         self.random ^= self.random << 13;
         self.random ^= self.random >> 17;
@@ -261,7 +261,7 @@ mod tests {
     use estimator_core::{Flag, Learning, Method, Phase};
 
     #[test]
-    fn the_stimulus_meets_every_flag_and_every_phase_and_teaches_a_bias_and_both_classes() {
+    fn the_stimulus_covers_all_flags_phases_and_learning() {
         let mut estimator =
             ContactEstimator::<CAPACITY>::new(&Params::DEFAULT.validate().expect("a preset"));
         let mut stimulus = Stimulus::new();
@@ -285,16 +285,16 @@ mod tests {
     }
 
     #[test]
-    fn the_presets_are_one_of_each_method_and_the_first_learns() {
+    fn the_presets_cover_both_methods_and_the_first_learns() {
         let [learns, is_set] = [Params::DEFAULT, Params::PAPER];
         assert_eq!(learns.method, Method::SelfCalibrating);
         assert_eq!(learns.learning, Learning::On);
         assert_eq!(is_set.method, Method::HalfWidths);
     }
 
-    // Where they are meant to change, the commit says why.
+    // A commit that changes them on purpose gives the reason.
     #[test]
-    fn both_methods_give_the_bits_that_were_pinned() {
+    fn both_methods_give_the_pinned_bits() {
         for (name, params, pinned) in [
             ("default", Params::DEFAULT, 0xc805_28fe_ac8b_53e4),
             ("paper", Params::PAPER, 0xdeb1_b3da_e6f0_c453),
@@ -309,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn one_bit_of_what_was_learnt_changes_the_digest() {
+    fn one_bit_of_the_learnt_values_changes_the_digest() {
         let digest = |learnt: &Learnt| {
             let mut digest = Digest::new();
             digest.add_learnt(learnt);

@@ -1,13 +1,13 @@
-//! Settings in flash: two pages, one record, the newest complete one counts.
+//! Settings in flash: two pages, one record, the newest complete one is valid.
 //!
-//! A record is appended to a page with a checksum, read back, and only then reported as stored; where
-//! it does not read back it is written once more, behind the first. Whatever byte a power cut falls
-//! on, the next load gives the settings from before or from after the write, never a mixture. Where
-//! the newest record has decayed, the one before it counts, and that is reported. A load writes
+//! A record is appended to a page with a checksum, read back, and only then reported as stored; if
+//! it does not read back it is written once more, behind the first. Whichever byte a power cut interrupts,
+//! the next load gives the settings from before or from after the write, never a mixture. If
+//! the newest record has decayed, the previous one is used, and that is reported. A load writes
 //! nothing. The pages themselves are described in `pages`.
 //!
-//! **What a store costs.** Where code runs from the flash that is written, as on the board, each of
-//! some 160 words holds everything up for 16 µs, 100 µs at most: no tick is lost. About one
+//! **Cost of a store.** If code runs from the flash that is written, as on the board, each of
+//! some 160 words stalls the processor for 16 µs, 100 µs at most: no tick is lost. About one
 //! store in 25 finds its page full and must erase the other, which stops everything for 0.25 to
 //! 0.5 s. That is done only where it is [allowed](Erase): the foot allows it in pre-operational and in
 //! stopped state, where no process data go out, and refuses a store in operational state that would
@@ -24,9 +24,9 @@
 //! | 3 to 6 | the value, zero-extended |
 //!
 //! Settings are found by address, and a record may be of any length, so another version of the
-//! dictionary reads what it knows: what is new has its default, what is not known or no longer allowed
-//! is left out and reported. Later versions of the record, up to 15, may append entries of the same
-//! form; an older program reads those it knows. An address is never used again for something else.
+//! dictionary reads the settings it knows: new ones have their defaults, unknown or no longer allowed ones
+//! are left out and reported. Later versions of the record, up to 15, may append entries of the same
+//! form; an older program reads those it knows. An address is never reused.
 
 mod pages;
 
@@ -38,33 +38,33 @@ use wire::{AbortCode, Address, Settings, Value};
 
 use pages::{Item, KEY, Pages};
 
-/// The version of the record.
+/// Version of the record.
 const VERSION: u8 = 1;
 
-/// Versions of which the form of the entries is known.
+/// Versions with a known form of the entries.
 const READABLE: core::ops::RangeInclusive<u8> = 1..=15;
 
-/// Bytes of a setting in the record.
+/// Size of a setting in the record, bytes.
 const ENTRY: usize = 7;
 
-/// Key and version.
+/// Size of key and version, bytes.
 const HEAD: usize = 2;
 
-/// Room for the longest record, with an entry that stands in it twice.
+/// Size of the longest record, with one entry repeated, bytes.
 const RECORD: usize = HEAD + (SETTINGS + 1) * ENTRY;
 
-/// A record with this address is of an earlier program, for which index 0x2016 was another object: its
+/// A record with this address was written by an earlier program, for which index 0x2016 was another object: its
 /// sub-index 2 was the slide speed, and now switches learning.
 const OLD_DETECTORS: Address = Address::new(index::ESTIMATION, 5);
 
-/// The origin of loaded settings.
+/// Origin of loaded settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
     /// The flash.
     Stored,
     /// Defaults: none were stored, or the defaults were restored.
     Blank,
-    /// Stored settings cannot be read, or not all of them: older ones or defaults replace the rest.
+    /// Stored settings cannot be read, or only some of them: older ones or defaults replace the rest.
     Corrupted,
 }
 
@@ -72,17 +72,17 @@ pub enum Origin {
 /// nothing else.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Erase {
-    /// It may.
+    /// The erase is allowed.
     Allowed,
-    /// It may not: the foot is streaming.
+    /// The erase is refused: the foot is streaming.
     Refused,
 }
 
-/// Why the settings, or the brown-out level, could not be written. The previous ones are still there.
+/// Reason why the settings, or the brown-out level, could not be written. The previous ones are unchanged.
 /// The number is the detail of [`Fault::ConfigStore`](wire::Fault::ConfigStore).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StoreFailed {
-    /// The flash refused, or did not hold what was written.
+    /// The flash refused the write, or its contents do not read back.
     Flash,
     /// The supply is too low to write flash.
     SupplyLow,
@@ -91,7 +91,7 @@ pub enum StoreFailed {
 }
 
 impl StoreFailed {
-    /// The code with which the request is aborted.
+    /// Abort code of the request.
     #[must_use]
     pub const fn abort_code(self) -> AbortCode {
         match self {
@@ -101,7 +101,7 @@ impl StoreFailed {
     }
 }
 
-/// Flash with settings in it.
+/// Settings in flash.
 pub struct Storage<F: NorFlash> {
     pages: Pages<F>,
 }
@@ -114,16 +114,16 @@ impl<F: NorFlash> Storage<F>
 where
     StoreFailed: From<F::Error>,
 {
-    /// Settings in the first two pages of `range`, in bytes from the beginning of `flash`.
+    /// Opens the settings in the first two pages of `range`, in bytes from the beginning of `flash`.
     ///
     /// # Errors
-    /// The range is not two or more pages.
+    /// The range is less than two pages.
     pub fn new(flash: F, range: &Range<u32>) -> Result<Self, WrongRange> {
         let pages = Pages::new(flash, range).ok_or(WrongRange)?;
         Ok(Self { pages })
     }
 
-    /// The stored settings, or defaults. Writes nothing.
+    /// Loads the stored settings, or defaults. Writes nothing.
     pub fn load(&mut self) -> (Settings, Origin) {
         let Ok(latest) = self.pages.newest() else {
             return (Settings::default(), Origin::Corrupted);
@@ -143,10 +143,10 @@ where
         }
     }
 
-    /// Stores settings. The previous ones are the older record, and are erased in time.
+    /// Stores settings. The previous ones are the older record, and are erased later.
     ///
     /// # Errors
-    /// As [`StoreFailed`] says; the previous record is still there.
+    /// See [`StoreFailed`]; the previous record is unchanged.
     pub fn store(&mut self, settings: &Settings, erase: Erase) -> Result<(), StoreFailed> {
         let mut record = [0; RECORD];
         let length = encode(settings, &mut record);
@@ -154,7 +154,7 @@ where
         self.pages.append(record, erase)
     }
 
-    /// Forgets the stored settings: the next load returns the defaults.
+    /// Deletes the stored settings: the next load returns the defaults.
     ///
     /// # Errors
     /// As [`store`](Self::store).
@@ -162,12 +162,12 @@ where
         self.pages.append(&[KEY, VERSION], erase)
     }
 
-    /// The flash.
+    /// Flash with the settings.
     pub const fn flash(&mut self) -> &mut F {
         self.pages.flash()
     }
 
-    /// Gives the flash back.
+    /// Returns the flash.
     pub fn release(self) -> F {
         self.pages.release()
     }
@@ -228,8 +228,8 @@ fn encode(settings: &Settings, record: &mut [u8; RECORD]) -> usize {
     };
     *head = [KEY, VERSION];
     let (entries, _) = entries.as_chunks_mut::<ENTRY>();
-    // Where the record would fill its last word, its first entry stands in it twice: the byte behind
-    // a record tells one that has decayed from one that a power cut has cut short.
+    // If the record would fill its last word, its first entry is repeated: the byte behind
+    // a record distinguishes one that has decayed from one that a power cut interrupted.
     let again = (HEAD + SETTINGS * ENTRY).is_multiple_of(4);
     let values = settings.iter();
     let values = values.chain(settings.iter().take(usize::from(again)));
@@ -247,7 +247,7 @@ const fn address_of(&[i0, i1, subindex, ..]: &[u8; ENTRY]) -> Address {
     Address::new(u16::from_le_bytes([i0, i1]), subindex)
 }
 
-/// The setting that an entry holds, where this program has it with a type that fits.
+/// Setting in an entry, if this program has it with a matching type.
 fn setting(entry: &[u8; ENTRY]) -> Option<(Address, Value)> {
     let (address, &[.., v0, v1, v2, v3]) = (address_of(entry), entry);
     let Ok(Place::Entry(known, Some(_))) = dictionary::find(address) else {
@@ -263,7 +263,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_store_that_needs_an_erase_is_refused_by_the_state_and_the_others_by_the_hardware() {
+    fn each_store_failure_has_its_abort_code_and_detail() {
         for (failed, code, detail) in [
             (StoreFailed::Flash, AbortCode::Hardware, 0),
             (StoreFailed::SupplyLow, AbortCode::Hardware, 1),

@@ -1,26 +1,26 @@
-//! Faults that come and go, the liveness that the watchdog needs, and the record of a crash.
+//! Faults with hysteresis or a hold time, the liveness for the watchdog, and the record of a crash.
 
 use core::sync::atomic::{AtomicU8, Ordering};
 
 use wire::Fault;
 use wire::node::Crash;
 
-/// A part of the program that must be alive for the watchdog to be fed.
+/// Part of the program that must be alive for the watchdog to be fed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Worker {
-    /// A tick gave a sample, or a fault that explains why not. Reported by the foot.
+    /// A tick gave a sample, or a fault that explains its absence. Reported by the foot.
     Sampling,
-    /// The estimator has taken it in. Reported by the foot.
+    /// The estimator has processed it. Reported by the foot.
     Estimator,
     /// The CAN task: it sent a frame, had none to send, or waited for the bus until its deadline. A bus
-    /// without other nodes is no reason to restart.
+    /// without other nodes does not cause a restart.
     Can,
     /// The UART task, likewise.
     Uart,
 }
 
 impl Worker {
-    /// All of them.
+    /// All workers.
     pub const ALL: [Self; 4] = [Self::Sampling, Self::Estimator, Self::Can, Self::Uart];
 
     const fn bit(self) -> u8 {
@@ -28,26 +28,26 @@ impl Worker {
     }
 }
 
-/// The workers that were alive since the watchdog was last fed.
+/// Workers that have reported since the watchdog was last fed.
 ///
-/// The task of the lowest priority asks [`all_alive`](Self::all_alive) ten times in the watchdog's
-/// period, and feeds it if they are. That this task runs shows that no other one hogs the processor.
+/// The task of the lowest priority calls [`all_alive`](Self::all_alive) ten times in the watchdog's
+/// period, and feeds it if all are alive. That this task runs shows that no other one blocks the processor.
 #[derive(Debug, Default)]
 pub struct Liveness(AtomicU8);
 
 impl Liveness {
-    /// No worker has reported yet.
+    /// Creates the state without reports.
     #[must_use]
     pub const fn new() -> Self {
         Self(AtomicU8::new(0))
     }
 
-    /// `worker` is alive.
+    /// Reports that `worker` is alive.
     pub fn report(&self, worker: Worker) {
         self.0.fetch_or(worker.bit(), Ordering::Relaxed);
     }
 
-    /// Whether all have reported since this was last true: feed the watchdog. While it is false, the
+    /// Returns whether all have reported since this was last true: feed the watchdog. While it is false, the
     /// reports are kept.
     #[must_use]
     pub fn all_alive(&self) -> bool {
@@ -60,7 +60,7 @@ impl Liveness {
     }
 }
 
-/// A condition that holds once it has been seen for long enough, and until it has not been seen for
+/// Condition that becomes true once it has been seen for long enough, and false once it has not been seen for
 /// long enough.
 #[derive(Clone, Copy, Debug)]
 pub struct Hysteresis {
@@ -71,7 +71,7 @@ pub struct Hysteresis {
 }
 
 impl Hysteresis {
-    /// On after `on_after` times in a row, off after `off_after` times in a row without.
+    /// On after `on_after` consecutive times, off after `off_after` consecutive times without.
     #[must_use]
     pub const fn new(on_after: u16, off_after: u16) -> Self {
         Self {
@@ -82,7 +82,7 @@ impl Hysteresis {
         }
     }
 
-    /// Takes in the condition now; returns whether it holds.
+    /// Updates the condition; returns whether it holds.
     pub fn update(&mut self, now: bool) -> bool {
         self.age = if now == self.is_on {
             0
@@ -105,9 +105,9 @@ impl Hysteresis {
 /// Keeps faults that are events active for a while after the last event.
 #[derive(Clone, Copy, Debug)]
 pub struct FaultLatch {
-    /// Ticks left, by the faults' numbers.
+    /// Ticks left, by fault number.
     left: [u16; Fault::NUMBERS],
-    /// How many have ticks left: mostly none, which is to cost nothing.
+    /// Number of faults with ticks left: usually 0, a case that must cost nothing.
     timed: usize,
 }
 
@@ -121,7 +121,7 @@ impl Default for FaultLatch {
 }
 
 impl FaultLatch {
-    /// Keeps a fault active for this many ticks from now on.
+    /// Keeps a fault active for this number of ticks.
     pub fn hold_for(&mut self, fault: Fault, ticks: u16) {
         if let Some(left) = self.left.get_mut(usize::from(fault.number())) {
             self.timed += usize::from(*left == 0);
@@ -137,7 +137,7 @@ impl FaultLatch {
         }
     }
 
-    /// Lets one tick pass; calls `clear` with each fault whose time is over.
+    /// Advances by one tick; calls `clear` with each fault whose time is over.
     pub fn tick(&mut self, mut clear: impl FnMut(Fault)) {
         if self.timed == 0 {
             return;
@@ -155,40 +155,40 @@ impl FaultLatch {
     }
 }
 
-/// Words of a [`CrashRecord`] in memory.
+/// Size of a [`CrashRecord`] in memory, words.
 pub const CRASH_WORDS: usize = 4;
 
-/// Marks a record, version 1.
+/// Mark of a record, version 1.
 const CRASH_MARK: u32 = u32::from_le_bytes(*b"fal\x01");
 
-/// Why and where the program stopped. It is kept in memory that a reset leaves alone, and believed
-/// afterwards only if its checksum fits, since such memory holds anything after power-up.
+/// Cause and location of a crash. It is kept in memory that a reset does not change, and is valid
+/// afterwards only if its checksum matches, since such memory is random after power-up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CrashRecord {
-    /// Why.
+    /// Cause.
     pub reason: CrashReason,
-    /// The program counter.
+    /// Program counter.
     pub program_counter: u32,
 }
 
-/// Why the program stopped.
+/// Reason why the program stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CrashReason {
-    /// It panicked.
+    /// A panic.
     Panic = 1,
-    /// The processor took a fault exception.
+    /// A fault exception of the processor.
     HardFault = 2,
 }
 
 impl CrashRecord {
-    /// The record as words. Words that are all 0 are no record.
+    /// Encodes the record as words. All words 0 is never a valid record.
     #[must_use]
     pub fn to_words(self) -> [u32; CRASH_WORDS] {
         let (reason, counter) = (self.reason as u32, self.program_counter);
         [CRASH_MARK, reason, counter, check(reason, counter)]
     }
 
-    /// The record in these words; `None` where they are none.
+    /// Decodes the record; `None` if the words are invalid.
     #[must_use]
     pub fn from_words([mark, reason, counter, sum]: [u32; CRASH_WORDS]) -> Option<Self> {
         if mark != CRASH_MARK || sum != check(reason, counter) {
@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_that_is_kept_is_not_cleared() {
+    fn a_kept_fault_is_not_cleared() {
         let mut latch = FaultLatch::default();
         let cleared_within = |latch: &mut FaultLatch, ticks: u32| {
             let mut cleared = false;
@@ -289,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn each_fault_has_a_time_of_its_own_and_one_tick_at_the_least() {
+    fn each_fault_has_its_own_time_of_at_least_one_tick() {
         let mut latch = FaultLatch::default();
         latch.hold_for(Fault::LateTick, 0);
         latch.hold_for(Fault::UartOverrun, 2);
@@ -308,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn a_latch_looks_at_its_faults_only_while_one_has_time_left() {
+    fn a_latch_checks_its_faults_only_while_one_has_time_left() {
         let mut latch = FaultLatch::default();
         let timed = |latch: &mut FaultLatch| {
             latch.tick(|_| {});
@@ -324,7 +324,7 @@ mod tests {
     }
 
     #[test]
-    fn a_crash_record_survives_and_no_damaged_one_is_believed() {
+    fn a_crash_record_round_trips_and_damage_is_detected() {
         for reason in [CrashReason::Panic, CrashReason::HardFault] {
             let record = CrashRecord {
                 reason,

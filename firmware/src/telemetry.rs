@@ -1,7 +1,7 @@
-//! Frames on their way out: bounded queues in which the newest win.
+//! Outgoing frames: bounded queues in which the newest item wins.
 //!
-//! Each outlet has four lanes. Notices are rare and go first. Then come estimates: no request makes
-//! them late. Answers go before the stream, which goes when nothing else waits. A full lane drops its
+//! Each outlet has four lanes. Notices are rare and go first. Then come estimates: no request delays
+//! them. Responses go before the stream, which goes when nothing else waits. A full lane drops its
 //! oldest item and counts it: the sender never waits.
 
 use core::cell::RefCell;
@@ -12,25 +12,25 @@ use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::waitqueue::WakerRegistration;
 
-/// Which of the four lanes an item takes.
+/// Lane of an item.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lane {
     /// Rare reports of the foot itself: boot-up, heartbeat, faults. Goes first.
     Notice,
     /// The contact, each tick.
     Estimate,
-    /// Answers to requests, of which there can be any number.
+    /// Responses to requests, of which there can be any number.
     Answer,
     /// Periodic data.
     Stream,
 }
 
 impl Lane {
-    /// All lanes, in the order in which they go.
+    /// All lanes, in the order in which they are sent.
     pub const ALL: [Self; 4] = [Self::Notice, Self::Estimate, Self::Answer, Self::Stream];
 }
 
-/// A queue with room for `NOTICES`, `ESTIMATES`, `ANSWERS` and `STREAM` items in its lanes.
+/// Queue with room for `NOTICES`, `ESTIMATES`, `ANSWERS` and `STREAM` items in its lanes.
 #[derive(Debug)]
 pub struct Outlet<
     T,
@@ -53,18 +53,18 @@ struct Lanes<
     answers: [T; ANSWERS],
     stream: [T; STREAM],
     orders: [Order; Lane::ALL.len()],
-    /// Takes items past the queue.
+    /// Sends items without queuing them.
     sink: Option<Sink<T>>,
-    /// The task that empties the queue is to wake up, even if it is empty.
+    /// Whether the task that empties the queue must wake up, even if it is empty.
     called: bool,
     waker: WakerRegistration,
 }
 
-/// Sends an item at once, or returns `false`: not now. It is called with the queue locked, so never
+/// Sends an item at once, or returns `false` if it cannot. It is called with the queue locked, so never
 /// twice at the same time.
 pub type Sink<T> = fn(&T) -> bool;
 
-/// Which slots of a lane are taken. With a `heapless::Deque` for each lane the source was 43 lines and the
+/// Used slots of a lane. With a `heapless::Deque` for each lane the source was 43 lines and the
 /// flash 404 bytes smaller, but the median tick had 9000 instructions, of 8000 in the budget.
 #[derive(Clone, Copy, Debug)]
 struct Order {
@@ -73,7 +73,7 @@ struct Order {
 }
 
 impl Order {
-    /// The index of the slot that is `ahead` of the first, of `room` slots in a ring.
+    /// Index of the slot that is `ahead` of the first, of `room` slots in a ring.
     const fn index(self, ahead: usize, room: usize) -> usize {
         let index = self.first + ahead;
         if index >= room { index - room } else { index }
@@ -84,7 +84,7 @@ impl Order {
         self.count = self.count.saturating_sub(1);
     }
 
-    /// Has `put` fill the next slot; returns how many items were dropped for it.
+    /// Lets `put` fill the next slot; returns the number of items dropped for it.
     fn push<T>(&mut self, slots: &mut [T], put: impl FnOnce(&mut T)) -> u32 {
         let full = self.count == slots.len();
         if full {
@@ -148,7 +148,7 @@ impl<
     const STREAM: usize,
 > Outlet<T, NOTICES, ESTIMATES, ANSWERS, STREAM>
 {
-    /// An empty queue without a sink. `filler` fills the unused slots.
+    /// Creates an empty queue without a sink. `filler` fills the unused slots.
     #[must_use]
     pub const fn new(filler: T) -> Self
     where
@@ -178,8 +178,8 @@ impl<
         self.with(|lanes| lanes.sink = Some(sink));
     }
 
-    /// Sends an item at once, where the sink takes it and nothing of its lane waits; else queues it.
-    /// Returns how many items were dropped for it.
+    /// Sends an item at once, if the sink takes it and its lane is empty; otherwise queues it.
+    /// Returns the number of items dropped for it.
     pub fn push(&self, lane: Lane, item: &T) -> u32 {
         self.with(|lanes| {
             let sink = lanes.sink;
@@ -194,14 +194,14 @@ impl<
         })
     }
 
-    /// Queues a large item, which `put` writes over whatever its slot held. Returns how many items were
+    /// Queues a large item, which `put` writes over the previous content of its slot. Returns the number of items
     /// dropped for it.
     pub fn push_in_place(&self, lane: Lane, put: impl FnOnce(&mut T)) -> u32 {
         self.with(|lanes| lanes.push(lane, put))
     }
 
-    /// Offers the queued items to the sink: of each lane, in the order of [`Lane::ALL`], until it takes
-    /// no more.
+    /// Offers the queued items to the sink: of each lane, in the order of [`Lane::ALL`], until it refuses
+    /// one.
     pub fn flush(&self) {
         self.with(|lanes| {
             if let Some(sink) = lanes.sink {
@@ -210,13 +210,13 @@ impl<
         });
     }
 
-    /// Offers the queued items to `take`: of each lane, in the order of [`Lane::ALL`], until it takes no
-    /// more.
+    /// Offers the queued items to `take`: of each lane, in the order of [`Lane::ALL`], until it refuses
+    /// one.
     pub fn take_all(&self, take: impl FnMut(Lane, &T) -> bool) {
         self.with(|lanes| lanes.take_all(take));
     }
 
-    /// Takes out the next item, if there is one.
+    /// Takes the next item, if there is one.
     pub fn try_next(&self) -> Option<T> {
         let mut next = None;
         self.take_all(|_, item| {
@@ -229,12 +229,12 @@ impl<
         next
     }
 
-    /// Whether it is empty.
+    /// Returns whether the queue is empty.
     pub fn is_empty(&self) -> bool {
         self.with(|lanes| lanes.is_empty())
     }
 
-    /// Waits until there is an item, or for [`call`](Self::call).
+    /// Waits for an item, or for [`call`](Self::call).
     pub async fn ready(&self) {
         poll_fn(|context| {
             self.with(|lanes| {
@@ -256,7 +256,7 @@ impl<
         });
     }
 
-    /// Empties a lane; returns how many items it held.
+    /// Empties a lane; returns the number of items dropped.
     pub fn clear(&self, lane: Lane) -> u32 {
         self.with(|lanes| {
             let (order, _) = lanes.lane(lane);
@@ -281,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn a_full_lane_drops_its_oldest_and_counts_them() {
+    fn a_full_lane_drops_and_counts_its_oldest_items() {
         let outlet = Small::new(0);
         let dropped: u32 = (0..10).map(|i| queued(&outlet, Lane::Stream, i)).sum();
         assert_eq!(dropped, 7);
@@ -289,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn answers_go_before_the_stream_and_are_not_pushed_out_by_it() {
+    fn answers_go_before_the_stream_and_are_not_dropped_for_it() {
         let outlet = Small::new(0);
         assert_eq!(queued(&outlet, Lane::Stream, 1), 0);
         assert_eq!(queued(&outlet, Lane::Answer, 100), 0);
@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn estimates_go_before_answers_however_many_of_those_there_are() {
+    fn estimates_go_before_any_number_of_answers() {
         let outlet = Small::new(0);
         for answer in 100..150 {
             queued(&outlet, Lane::Answer, answer);
@@ -311,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn an_item_that_the_sink_takes_is_not_queued_and_never_overtakes_its_own_lane() {
+    fn an_item_taken_by_the_sink_never_overtakes_its_own_lane() {
         let outlet = Small::new(0);
         queued(&outlet, Lane::Stream, 2);
         outlet.connect(|_| true);
@@ -323,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn an_item_that_the_sink_refuses_waits_and_lets_the_next_lane_pass() {
+    fn an_item_refused_by_the_sink_lets_the_next_lane_pass() {
         let outlet = Small::new(0);
         outlet.connect(|item| *item >= 100);
         assert_eq!(queued(&outlet, Lane::Estimate, 1), 0);

@@ -1,4 +1,4 @@
-//! The inclination errors of several recordings, as a report.
+//! Report of inclination errors over several recordings.
 
 use std::fmt::{self, Write};
 
@@ -20,7 +20,7 @@ pub struct AttitudeReport {
 }
 
 impl AttitudeReport {
-    /// Sums up scores.
+    /// Combines the scores of several recordings.
     #[must_use]
     pub fn of(recordings: Vec<InclinationScore>) -> Self {
         let mean = |value: fn(&InclinationScore) -> f64| {
@@ -37,7 +37,7 @@ impl AttitudeReport {
         }
     }
 
-    /// As a Markdown table.
+    /// Formats the report as a Markdown table.
     #[must_use]
     pub fn markdown(&self) -> String {
         let mut table =
@@ -78,7 +78,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_mean_is_over_recordings_however_long_they_are() {
+    fn mean_weights_recordings_equally() {
         let score = |rms_deg: f64, scored_samples: usize| InclinationScore {
             recording: format!("of {scored_samples}"),
             scored_samples,

@@ -1,4 +1,4 @@
-//! Everything that can end a command, as one clear sentence each.
+//! Errors that end a command, each reported as one sentence.
 
 use std::io;
 
@@ -16,16 +16,16 @@ use thiserror::Error;
 use crate::feature::{Feature, NotBuilt};
 use crate::files::OutputError;
 
-/// Why a command could not do what it was asked.
+/// Reason a command failed.
 #[derive(Debug, Error)]
 pub enum Error {
-    /// This program does not have what it takes.
+    /// A feature required by the command is not built.
     #[error(transparent)]
     NotBuilt(#[from] NotBuilt),
     /// The recording cannot be used.
     #[error(transparent)]
     Input(InputError),
-    /// What was to be decoded cannot be.
+    /// The input of a decoding cannot be used.
     #[error(transparent)]
     Decode(#[from] DecodeError),
     /// Names of feet contradict each other.
@@ -34,114 +34,114 @@ pub enum Error {
     /// The configuration file cannot be used.
     #[error(transparent)]
     Config(#[from] ConfigError),
-    /// There is no such key in a configuration file.
+    /// The configuration file has no key of this name.
     #[error("there is no key {key}: {hint}")]
     UnknownKey {
-        /// As it was asked for.
+        /// Key as given.
         key: String,
-        /// What may have been meant.
+        /// Suggestion of similar keys.
         hint: String,
     },
-    /// There is no such fault, flag or refusal.
+    /// No fault, flag or refusal has this name.
     #[error("nothing is called {wanted:?}; footfall explain lists all faults, flags and refusals")]
     NothingToExplain {
-        /// As it was asked for.
+        /// Name as given.
         wanted: String,
     },
-    /// The parameters are not valid, in the estimator's words.
+    /// The parameters are invalid; described by the estimator.
     #[error("parameter {0}")]
     Params(#[from] ParamsError),
-    /// The parameters are not valid, in the words of the option or key that sets them.
+    /// The parameters are invalid; described by the option or key that sets them.
     #[error(transparent)]
     Refused(#[from] Refusal),
-    /// The recordings do not show what a calibration needs.
+    /// The recordings do not contain the data a calibration needs.
     #[error(transparent)]
     Calibration(#[from] CalibrationError),
-    /// A recording is not plausible, and it should be.
+    /// A recording is implausible and `--strict` is given.
     #[error("{file}: --strict does not let {count} of the above pass")]
     Implausible {
-        /// The recording, as it was named.
+        /// Recording as given.
         file: String,
-        /// How many things are not.
+        /// Number of findings.
         count: usize,
     },
-    /// The part of the recording that is asked for is over before it begins.
+    /// The requested span ends before it begins.
     #[error("--to {to} does not come after --from {from}")]
     EmptySpan {
-        /// Its start, s.
+        /// Start of the span, s.
         from: f64,
-        /// Its end, s.
+        /// End of the span, s.
         to: f64,
     },
-    /// The part of the recording that is asked for begins after its end.
+    /// The requested span begins after the end of the recording.
     #[error("{file}: --from {from} is beyond its end: it lasts {duration:.3} s")]
     BeyondTheEnd {
-        /// The recording, as it was named.
+        /// Recording as given.
         file: String,
-        /// The start that was asked for, s since the first sample.
+        /// Requested start, s since the first sample.
         from: f64,
-        /// From its first sample to its last, s.
+        /// Duration from the first to the last sample, s.
         duration: f64,
     },
-    /// The part of the recording that is asked for lies in a gap of it.
+    /// The requested span lies in a gap of the recording.
     #[error("{file}: there is no sample from --from to --to")]
     NothingInSpan {
-        /// The recording, as it was named.
+        /// Recording as given.
         file: String,
     },
-    /// The samples or rows cannot be kept while they are worked on.
+    /// The samples or rows cannot be stored temporarily.
     #[error(transparent)]
     Replay(#[from] ReplayError),
-    /// The results of a batch cannot be written, or its temporary files.
+    /// The results or temporary files of a batch cannot be written.
     #[cfg(feature = "parquet")]
     #[error(transparent)]
     Batch(#[from] BatchError),
-    /// A source of a batch is not there.
+    /// A source of a batch does not exist.
     #[cfg(feature = "parquet")]
     #[error(transparent)]
     NoSource(#[from] NoSource),
-    /// Recordings of a batch have failed, as was said.
+    /// Recordings of a batch have failed; each was reported.
     #[error("{failed} of {recordings} recordings failed")]
     Failed {
-        /// How many.
+        /// Number of failed recordings.
         failed: usize,
-        /// Of how many.
+        /// Total number of recordings.
         recordings: usize,
     },
-    /// A result could not be written.
+    /// A result cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// A foot could not be asked or set.
+    /// A request to a foot failed.
     #[error(transparent)]
     Foot(#[from] crate::commands::foot::FootError),
-    /// Nothing can be published in ROS 2.
+    /// The ROS 2 node failed.
     #[cfg(feature = "ros2")]
     #[error("ROS 2: {0}")]
     Ros2(#[from] ros_node::NodeError),
-    /// The source has nothing to give.
+    /// The source failed.
     #[error(transparent)]
     Source(#[from] live::LinkError),
-    /// Several feet would become a table, which has one.
+    /// Several feet cannot be written to one table.
     #[error(
         "{file} has several feet, and a table has one: {}; choose one with --topic, or write .mcap",
         feet.join(", ")
     )]
     OneFootOnly {
-        /// The recording, as it was named.
+        /// Recording as given.
         file: String,
-        /// Their names.
+        /// Names of the feet.
         feet: Vec<String>,
     },
-    /// Nothing can be served to viewers.
+    /// The viewer server failed.
     #[cfg(feature = "foxglove")]
     #[error(transparent)]
     View(#[from] crate::view::ViewError),
-    /// The summary could not be printed.
+    /// The summary cannot be printed.
     #[error("the summary cannot be printed: {0}")]
     Print(#[source] io::Error),
 }
 
-/// A format that this program does not read takes one of its features.
+/// An unsupported format is reported as a missing feature.
 impl From<InputError> for Error {
     fn from(error: InputError) -> Self {
         if let InputError::Container(ContainerError::NotBuilt { file, feature, .. }) = &error

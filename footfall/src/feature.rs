@@ -1,30 +1,30 @@
-//! The parts of the program that are built only where they are asked for: ways to programs of others,
-//! each of which takes longer to build than all the rest.
+//! Optional parts of the program: interfaces to third-party programs, each of which takes longer to build than the
+//! rest of the program.
 
 use std::fmt;
 use std::sync::LazyLock;
 
 use thiserror::Error;
 
-/// A part that is built with `--features` and its name.
+/// A part that is built with `--features NAME`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Feature {
-    /// Bags of ROS 2, MCAP and rosbag2, are read and written.
+    /// Reads and writes ROS 2 bags, MCAP and rosbag2.
     Bags,
-    /// Foxglove and `PlotJuggler` show feet that stream.
+    /// Shows streaming feet in Foxglove and `PlotJuggler`.
     Foxglove,
-    /// Parquet is read and written, and folders of recordings become tables of it.
+    /// Reads and writes Parquet, and converts directories of recordings to Parquet tables.
     Parquet,
-    /// A replay is drawn in pixels.
+    /// Draws replays as PNG.
     Png,
-    /// Feet that stream are a node of ROS 2.
+    /// Publishes streaming feet as a ROS 2 node.
     Ros2,
-    /// The monitor draws a picture of the feet in the terminal.
+    /// Shows the feet on a terminal in `footfall monitor`.
     Screen,
 }
 
 impl Feature {
-    /// All of them.
+    /// All features.
     pub const ALL: [Self; 6] = [
         Self::Bags,
         Self::Foxglove,
@@ -34,13 +34,13 @@ impl Feature {
         Self::Screen,
     ];
 
-    /// The feature of this name.
+    /// Returns the feature with this name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|feature| feature.name() == name)
     }
 
-    /// Its name in `--features`.
+    /// Returns its name in `--features`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -53,7 +53,7 @@ impl Feature {
         }
     }
 
-    /// Whether this program has it.
+    /// Returns whether this program is built with the feature.
     #[must_use]
     pub const fn is_built(self) -> bool {
         match self {
@@ -66,10 +66,10 @@ impl Feature {
         }
     }
 
-    /// Makes sure that this program has it; `what` cannot be done otherwise.
+    /// Checks that this program is built with the feature, which `what` requires.
     ///
     /// # Errors
-    /// It does not.
+    /// The feature is not built.
     pub fn needed_for(self, what: impl fmt::Display) -> Result<(), NotBuilt> {
         if self.is_built() {
             Ok(())
@@ -78,7 +78,7 @@ impl Feature {
         }
     }
 
-    /// Why `what` cannot be done by a program that does not have it.
+    /// Returns the error that `what` requires this feature.
     #[must_use]
     pub fn missing_for(self, what: impl fmt::Display) -> NotBuilt {
         NotBuilt {
@@ -94,7 +94,7 @@ impl fmt::Display for Feature {
     }
 }
 
-/// What was asked for takes a part that this program does not have.
+/// A required feature is not built.
 #[derive(Debug, Error)]
 #[error(
     "{what} needs the feature {feature}, and this footfall is built without it; \
@@ -105,7 +105,7 @@ pub struct NotBuilt {
     feature: Feature,
 }
 
-/// The version, with the features that are built.
+/// Returns the version with the list of built features.
 pub fn version() -> &'static str {
     static VERSION: LazyLock<String> = LazyLock::new(|| {
         let built = Feature::ALL
@@ -126,7 +126,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_not_built_is_named_with_the_command_that_builds_it() {
+    fn missing_feature_error_names_the_build_command() {
         for feature in Feature::ALL {
             let name = feature.name();
             assert_eq!(version().contains(name), feature.is_built(), "{name}");

@@ -1,4 +1,4 @@
-//! How a result gets to disk, and why it may not.
+//! Writing of results to disk, and its errors.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -10,95 +10,94 @@ use thiserror::Error;
 
 use crate::feature::NotBuilt;
 
-/// Why a result could not be written.
+/// Reason a result cannot be written.
 #[derive(Debug, Error)]
 pub enum OutputError {
-    /// The directory it should go to does not exist.
+    /// The target directory does not exist.
     #[error("{file} cannot be written: there is no directory {directory}")]
     NoDirectory {
-        /// The result, as it was named.
+        /// Result as given.
         file: String,
-        /// The missing directory.
+        /// Missing directory.
         directory: String,
     },
-    /// The result would take the place of the recording it is made from.
+    /// The result would overwrite its source recording.
     #[error("{file} cannot be written: it is the recording itself")]
     OverInput {
-        /// The result, as it was named.
+        /// Result as given.
         file: String,
     },
-    /// Two results would go into one file.
+    /// Two results would be written to one file.
     #[error("{file} cannot be written: it is named for two results")]
     SameFile {
-        /// The second result, as it was named.
+        /// Second result as given.
         file: String,
     },
-    /// There is a file of that name, and what is in it would be lost.
+    /// A file of this name exists and would be overwritten.
     #[error("{file} is there already: name another file, or add --overwrite")]
     Exists {
-        /// The file, as it was named.
+        /// File as given.
         file: String,
     },
-    /// There is a file of that name, in place of which a folder would come.
+    /// A file of this name exists, and a directory does not replace it.
     #[error("{file} is there already, and a folder replaces nothing: name another")]
     NotReplaced {
-        /// The file, as it was named.
+        /// File as given.
         file: String,
     },
-    /// There is a directory of that name.
+    /// A directory of this name exists.
     #[error("{file} cannot be written: it is a directory")]
     IsDirectory {
-        /// The result, as it was named.
+        /// Result as given.
         file: String,
     },
-    /// There is a file where the results' directory should be.
+    /// A file exists in place of the results directory.
     #[error("{file} is a file, but results go into a directory")]
     NotADirectory {
-        /// The directory, as it was named.
+        /// Directory as given.
         file: String,
     },
-    /// A result has the name of something else.
+    /// The file extension does not match the result.
     #[error("{file} cannot be written: {kind}, so the name must end in .{expected}")]
     Extension {
-        /// The result, as it was named.
+        /// Result as given.
         file: String,
-        /// What results of its kind are.
+        /// Description of this kind of result.
         kind: &'static str,
-        /// What its name must end in; several are joined by "or".
+        /// Expected extension; several are joined by "or".
         expected: String,
     },
-    /// A rosbag2 would go to standard output.
+    /// A rosbag2 cannot be written to standard output.
     #[error("a rosbag2 is a folder, which cannot go to standard output")]
     NoStdout,
-    /// A bag has no times as late as those of the recording.
+    /// The times of the recording exceed the range of a bag.
     #[error(
         "{file} cannot be written: messages of ROS 2 have no times after 2038; check the unit of the times"
     )]
     TooLate {
-        /// The bag, as it was named.
+        /// Bag as given.
         file: String,
     },
-    /// This program cannot write it.
+    /// The feature for this format is not built.
     #[error(transparent)]
     NotBuilt(#[from] NotBuilt),
-    /// Two results would go to standard output.
+    /// Two results would be written to standard output.
     #[error("standard output takes one result: a table or picture (-), or --json")]
     StdoutTwice,
-    /// Something else went wrong.
+    /// Any other error.
     #[error("{file} cannot be written: {source}")]
     Unwritable {
-        /// The result, as it was named.
+        /// Result as given.
         file: String,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: io::Error,
     },
 }
 
-/// The name that stands for standard input or standard output.
+/// Name for standard input or standard output.
 pub const STANDARD: &str = "-";
 
-/// Writes a file so that it appears under its name when it is complete, and not at all where
-/// something fails.
+/// Writes a file that appears under its name only when complete, and not at all on an error.
 ///
 /// # Errors
 /// The directory is missing, or the file cannot be written.
@@ -120,11 +119,10 @@ pub fn write_file(
     written(path, content).map_err(|source| OutputError::Unwritable { file, source })
 }
 
-/// That a reader has gone, such as `head`, is no failure: it has seen enough. What else there is to do
-/// is done.
+/// Ignores an error caused by a closed reader, such as `head`; remaining work continues.
 ///
 /// # Errors
-/// Any other that `written` has.
+/// Any other error in `written`.
 pub fn unless_closed(written: io::Result<()>) -> io::Result<()> {
     match written {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
@@ -138,7 +136,7 @@ fn to_stdout(content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Resu
     buffer.flush()
 }
 
-/// The directory that a path names, where it names one.
+/// Returns the directory part of a path, if any.
 #[must_use]
 pub fn directory_of(path: &Path) -> Option<&Path> {
     path.parent()
@@ -147,7 +145,7 @@ pub fn directory_of(path: &Path) -> Option<&Path> {
 
 fn written(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     if path.exists() && !path.is_file() {
-        // A pipe or a terminal cannot be replaced by a file, and must not be.
+        // Pipes and terminals must be written in place, not replaced by a file.
         return unless_closed(filled(File::options().write(true).open(path)?, content));
     }
     let mut file = WholeFile::create(path)?;
@@ -161,14 +159,14 @@ fn filled(file: File, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) ->
     buffer.flush()
 }
 
-/// What an interruption does: ends the program at once; asks it to finish; it has been asked, so that the
-/// next one ends it.
+/// Effect of an interruption: exits at once; requests an orderly end; or, once requested, exits on the next
+/// interruption.
 static INTERRUPTION: AtomicU8 = AtomicU8::new(ENDS);
 const ENDS: u8 = 0;
 const FINISHES: u8 = 1;
 const FINISHING: u8 = 2;
 
-/// What an interruption does now.
+/// Handles an interruption.
 pub(crate) fn interrupt() {
     let is_asked =
         INTERRUPTION.compare_exchange(FINISHES, FINISHING, Ordering::Relaxed, Ordering::Relaxed);
@@ -177,19 +175,19 @@ pub(crate) fn interrupt() {
     }
 }
 
-/// From now on, the first interruption only asks this command to finish what it does:
-/// [`is_interrupted`]. The next one ends it.
+/// Makes the first interruption request an orderly end, reported by [`is_interrupted`]. The next interruption exits
+/// at once.
 pub fn finish_when_interrupted() {
     INTERRUPTION.store(FINISHES, Ordering::Relaxed);
 }
 
-/// Whether this command has been asked to finish.
+/// Returns whether an orderly end was requested.
 #[must_use]
 pub fn is_interrupted() -> bool {
     INTERRUPTION.load(Ordering::Relaxed) == FINISHING
 }
 
-/// The exit code of a program that Ctrl-C has ended, as shells have it.
+/// Exit code of a program ended by Ctrl-C, as used by shells.
 pub const INTERRUPTED: i32 = 130;
 
 #[cfg(test)]
@@ -198,7 +196,7 @@ mod tests {
     use std::fs;
 
     #[test]
-    fn a_failure_halfway_leaves_what_was_there_before() {
+    fn failed_write_keeps_the_previous_file() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("out.csv");
         fs::write(&path, "before").unwrap();
@@ -212,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_directory_is_named() {
+    fn missing_directory_is_named() {
         let error = write_file(Path::new("no/such/place/out.csv"), |_| Ok(())).unwrap_err();
         assert_eq!(
             error.to_string(),

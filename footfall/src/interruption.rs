@@ -1,15 +1,15 @@
-//! What interrupts a program: SIGINT, SIGTERM and SIGHUP, and Ctrl-C where there are no signals.
+//! Interruption by SIGINT, SIGTERM and SIGHUP, and by Ctrl-C on systems without signals.
 //!
-//! A signal that is ignored when the program starts stays so: `nohup` ignores SIGHUP, and shells without job
-//! control ignore SIGINT for what they start in the background. The others must work all the same: `kill` sends
-//! SIGTERM. `ctrlc` listens to all or none of them, so it does for systems without them alone.
+//! A signal that is ignored at program start stays ignored: `nohup` ignores SIGHUP, and shells without job control
+//! ignore SIGINT for background jobs. The other signals must still work: `kill` sends SIGTERM. `ctrlc` handles all
+//! of them or none, so it is used only on systems without signals.
 
-/// From now on, an interrupted program leaves no unfinished file behind: it removes them and ends with
-/// [`INTERRUPTED`]. Where the system does not let it, they stay.
+/// Makes an interruption remove unfinished files and exit with [`INTERRUPTED`]. If the handler cannot be installed,
+/// the files remain.
 ///
 /// [`INTERRUPTED`]: crate::files::INTERRUPTED
 pub fn tidy_up_when_interrupted() {
-    // Without it the program works all the same.
+    // The program also works without the handler.
     let _ = listen();
 }
 

@@ -1,25 +1,25 @@
-//! The `footfall` program: recordings in, probabilities, numbers and pictures out.
+//! The `footfall` program: estimates from recordings as tables, numbers and pictures.
 //!
-//! The path of a recording, one module a step; a crate where the step has one of its own:
+//! Processing steps of a recording, one module per step; some steps are crates.
 //!
 //! | step | module or crate |
 //! |---|---|
-//! | the command line, one command a file | [`commands`] |
-//! | the parameters, from preset, file and options | [`analysis::config`] |
-//! | a file becomes a recording | [`recordings::input`], with a bar from [`progress`] |
-//! | or a simulated foot walks one | [`gait`] |
-//! | whether the results can be written | [`targets`] |
-//! | the estimator runs over it, sample by sample | [`analysis::replay`], drawn by [`replay`] |
-//! | or learns a foot in advance, or finds what is wrong with the sensor | [`analysis::calibrate`] |
-//! | or becomes a file of another format | [`convert`] |
-//! | how good that was | [`scoring`]; as a report [`attitude`] |
-//! | what the foot sends of it, and back again | [`walking_foot`], [`mod@decode`] |
-//! | feet that stream, from a source that is read by a thread | [`monitor`], [`mod@live`], [`mod@ros`]; as messages [`stream`], for viewers [`view`] |
-//! | the table, the picture, the summary | [`recordings::output`], [`plot`], [`analysis::summary`], put together by [`report`] |
-//! | a result becomes a file | [`files`]; nothing is left of one that is interrupted: [`interruption`] |
-//! | results as JSON: the parameters in force, the schemas | [`analysis::parameters`], [`schema`] |
-//! | what is said on standard error | [`messages`] |
-//! | what is built only where it is asked for | [`feature`] |
+//! | command line, one file per command | [`commands`] |
+//! | parameters from preset, file and options | [`analysis::config`] |
+//! | reading a recording | [`recordings::input`], with a bar from [`progress`] |
+//! | or simulating a walk | [`gait`] |
+//! | checking the output files | [`targets`] |
+//! | running the estimator, sample by sample | [`analysis::replay`], drawn by [`replay`] |
+//! | or calibrating: learning a foot in advance, or finding sensor errors | [`analysis::calibrate`] |
+//! | or converting to another format | [`convert`] |
+//! | scoring the estimates | [`scoring`]; as a report [`attitude`] |
+//! | simulating and decoding the output of a foot | [`walking_foot`], [`mod@decode`] |
+//! | streaming feet | [`monitor`], [`mod@live`], [`mod@ros`]; as messages [`stream`], in viewers [`view`] |
+//! | writing the results | [`recordings::output`], [`plot`], [`analysis::summary`], combined by [`report`] |
+//! | writing files, and removing unfinished ones on interruption | [`files`], [`interruption`] |
+//! | JSON output: parameters in force, schemas | [`analysis::parameters`], [`schema`] |
+//! | messages on standard error | [`messages`] |
+//! | optional features | [`feature`] |
 
 pub mod attitude;
 pub mod commands;

@@ -1,9 +1,8 @@
-//! What is said on standard error: errors, warnings, and with `--verbose` what was recognised.
+//! Messages on standard error: errors, warnings, and details with `--verbose`.
 //!
-//! Each message is one line that is written at once, so that those of several threads do not mix. On a
-//! terminal it begins with `error:` or `warning:`, in colour unless `NO_COLOR` is set; elsewhere with
-//! `footfall:`. `CLICOLOR_FORCE` makes any standard error a terminal. Where it is closed, the command
-//! goes on.
+//! Each message is one line written at once, so that messages of several threads do not mix. On a terminal it
+//! begins with `error:` or `warning:`, in colour unless `NO_COLOR` is set; elsewhere with `footfall:`. With
+//! `CLICOLOR_FORCE` any standard error counts as a terminal. If standard error is closed, the command continues.
 
 use std::fmt::Display;
 use std::io::{self, IsTerminal, Write};
@@ -12,7 +11,7 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use anstream::{AutoStream, ColorChoice};
 use anstyle::{AnsiColor, Style};
 
-/// How much is said.
+/// Amount of output on standard error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verbosity {
     /// Errors only.
@@ -20,43 +19,43 @@ pub enum Verbosity {
     /// Errors and warnings.
     #[default]
     Normal,
-    /// What was recognised, too.
+    /// Errors, warnings and details.
     Verbose,
 }
 
 static VERBOSITY: AtomicU8 = AtomicU8::new(Verbosity::Normal as u8);
 
-/// Sets how much is said from now on.
+/// Sets the verbosity for all further messages.
 pub fn set_verbosity(verbosity: Verbosity) {
     VERBOSITY.store(verbosity as u8, Ordering::Relaxed);
 }
 
-/// Whether what was recognised is said.
+/// Returns whether details are printed.
 #[must_use]
 pub fn is_verbose() -> bool {
     is_said(Verbosity::Verbose)
 }
 
-/// Says why a command has failed.
+/// Prints the error that ended a command.
 pub fn error(message: impl Display) {
     say(Kind::Error, &message);
 }
 
-/// Says what was left out, reinterpreted or looks wrong.
+/// Prints a warning about omitted, reinterpreted or suspicious data.
 pub fn warn(message: impl Display) {
     if is_said(Verbosity::Normal) {
         say(Kind::Warning, &message);
     }
 }
 
-/// Says what was recognised, which hardly anyone wants to know.
+/// Prints a detail, shown with `--verbose` only.
 pub fn detail(message: impl Display) {
     if is_verbose() {
         say(Kind::Detail, &message);
     }
 }
 
-/// Writes a report to standard error as it is, where standard output has something else.
+/// Prints a report unchanged on standard error, for use when standard output holds a result.
 pub fn aside(report: impl Display) {
     if is_said(Verbosity::Normal) {
         let _ = io::stderr()
@@ -77,7 +76,7 @@ enum Kind {
 }
 
 impl Kind {
-    /// What a line begins with on a terminal, and how that looks.
+    /// Returns the prefix of a line on a terminal, and its style.
     const fn label(self) -> (&'static str, Style) {
         match self {
             Self::Error => ("error:", AnsiColor::Red.on_default().bold()),
@@ -87,7 +86,7 @@ impl Kind {
     }
 }
 
-/// What a line looks like.
+/// Appearance of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Look {
     Plain,
@@ -121,7 +120,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_line_names_the_program_where_no_person_reads_it_and_else_what_it_is() {
+    fn prefix_is_the_program_or_on_a_terminal_the_kind() {
         assert_eq!(
             line(Kind::Warning, Look::Plain, &"x.csv: no time"),
             "footfall: x.csv: no time\n"

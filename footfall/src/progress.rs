@@ -1,4 +1,4 @@
-//! A progress bar for long recordings, on stderr and only where that is a terminal.
+//! Progress bar for long recordings, on stderr if that is a terminal.
 
 use std::path::Path;
 
@@ -7,34 +7,34 @@ use recordings::input::{Format, InputError, Opened};
 
 use crate::files::STANDARD;
 
-/// Where the system has standard input.
+/// Path of standard input on Unix.
 const STDIN: &str = "/dev/stdin";
 
-/// From this many samples on a bar is worth showing: below it the work takes no second.
+/// Number of samples from which a bar is shown; fewer take less than a second.
 const LONG_RECORDING: u64 = 200_000;
 
-/// From this many bytes on a file counts as long; a row takes about a hundred.
+/// File size from which a bar is shown, bytes; a row has about a hundred.
 const LONG_FILE: u64 = 100 * LONG_RECORDING;
 
-/// The bars of recordings that are worked on at the same time.
+/// Progress bars of recordings processed concurrently.
 #[derive(Debug, Default)]
 pub struct Bars(MultiProgress);
 
 impl Bars {
-    /// A bar over the samples that are estimated.
+    /// Returns a bar over the samples to be estimated.
     #[must_use]
     pub fn estimating(&self, samples: u64) -> ProgressBar {
         self.0.add(bar("estimating", samples, LONG_RECORDING))
     }
 
-    /// A bar over the bytes of all recordings of a batch.
+    /// Returns a bar over the bytes of all recordings of a batch.
     #[must_use]
     pub fn batch(&self, bytes: u64) -> ProgressBar {
         self.0.add(bar("batch", bytes, LONG_FILE))
     }
 }
 
-/// [`Opened::new`], with a bar while the file is read; `-` is standard input.
+/// Opens a file like [`Opened::new`], with a bar while it is read; `-` is standard input.
 ///
 /// # Errors
 /// Those of [`Opened::new`].
@@ -50,9 +50,9 @@ pub fn open(path: &Path, format: Option<Format>, bars: &Bars) -> Result<Opened, 
     })
 }
 
-/// A bar over `length`, hidden where that is below `shown_from`.
+/// Returns a bar over `length`, hidden if it is below `shown_from`.
 fn bar(activity: &'static str, length: u64, shown_from: u64) -> ProgressBar {
-    // A stderr target hides itself where stderr is no terminal.
+    // A stderr target is hidden unless stderr is a terminal.
     let target = if length >= shown_from {
         ProgressDrawTarget::stderr()
     } else {

@@ -1,4 +1,4 @@
-//! The picture of a foot, drawn while it is estimated, with a bar that shows how far that is.
+//! Picture of a foot, drawn during the estimation, with a progress bar.
 
 use analysis::replay::foot::{self, Observer};
 use analysis::replay::span::Span;
@@ -12,16 +12,16 @@ use crate::plot::page::PageFoot;
 use crate::plot::{self, Figure};
 use crate::targets::Drawing;
 
-/// The picture of a foot.
+/// Picture of a foot.
 pub enum Picture {
-    /// One of its own.
+    /// A figure of its own.
     Figure(Figure),
-    /// Its share of a page.
+    /// Its part of a page.
     Page(PageFoot),
 }
 
 impl Picture {
-    /// Of the part `span` of a foot, without a sample.
+    /// Creates the picture for the part `span` of a foot, without samples.
     #[must_use]
     pub fn new(drawing: Drawing, stored: &Stored, span: Span) -> Self {
         let name = foot::name(stored);
@@ -37,11 +37,11 @@ impl Picture {
     }
 }
 
-/// Watches a foot for the terminal and its picture.
+/// Observer of a foot for the progress bar and its picture.
 pub struct Watched {
-    /// How far it is.
+    /// Progress bar.
     pub bar: ProgressBar,
-    /// Its picture, where one is drawn.
+    /// Picture of the foot, if drawn.
     pub picture: Option<Picture>,
 }
 

@@ -1,4 +1,4 @@
-//! What a command writes in the end: tables, picture, summary.
+//! Results of a command: tables, picture, summary.
 
 use std::fmt::Display;
 use std::io::{self, BufWriter, Write};
@@ -16,34 +16,33 @@ use crate::schema::{Described, Document};
 
 pub use crate::messages::warn;
 
-/// How the summary is printed.
+/// Format of the summary.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SummaryStyle {
-    /// A few lines for a person.
+    /// A few lines of text.
     #[default]
     Text,
-    /// One JSON object, and nothing else, on stdout.
+    /// One JSON object as the only output on stdout.
     Json,
-    /// Nothing: stdout has the table.
+    /// None: stdout holds the table.
     Silent,
 }
 
-/// Where the demo's results go.
+/// Output files of the demo.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outputs {
-    /// The table of samples with their estimates.
+    /// Table of samples with their estimates.
     pub samples: PathBuf,
-    /// The picture.
+    /// Picture of the walk.
     pub plot: PathBuf,
-    /// What has been written already and is to be named too.
+    /// Files already written, to be listed too.
     pub others: Vec<PathBuf>,
 }
 
-/// Writes the table and the picture of a recording and its estimates, one per sample, and prints
-/// the summary.
+/// Writes the table and the picture of a recording with one estimate per sample, and prints the summary.
 ///
 /// # Errors
-/// A file cannot be written, or stdout cannot.
+/// A file or stdout cannot be written.
 pub fn write_outputs(
     outputs: &Outputs,
     recording: &Recording,
@@ -65,7 +64,7 @@ pub fn write_outputs(
     print(&summary, SummaryStyle::Text, files).map_err(Error::Print)
 }
 
-/// Prints a summary, and for a person which files were written.
+/// Prints a summary; as text, it is followed by the written files.
 ///
 /// # Errors
 /// Stdout cannot be written.
@@ -87,8 +86,7 @@ pub fn print<'a>(
     }
 }
 
-/// Prints one JSON object, with the version of the program and what describes the object. A number
-/// that is not finite is `null`.
+/// Prints one JSON object with the program version and the id of its schema. Non-finite numbers become `null`.
 ///
 /// # Errors
 /// Stdout cannot be written.
@@ -99,7 +97,7 @@ pub fn print_json(what: &impl Described) -> io::Result<()> {
     }))
 }
 
-/// Prints a text that ends its last line.
+/// Prints a text that includes its final newline.
 ///
 /// # Errors
 /// Stdout cannot be written.

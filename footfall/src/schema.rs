@@ -1,8 +1,7 @@
-//! What the JSON of a command is described by: a JSON Schema (draft 2020-12) for each kind of object.
+//! JSON Schemas (draft 2020-12) of the commands' JSON output, one per kind of object.
 //!
-//! Each object names its schema under `schema`, but for those whose keys are settings and for lists. The
-//! number at its end grows where a field is removed or changes its meaning; that a field is added changes
-//! nothing for those who do not know it.
+//! Each object names its schema under `schema`, except objects keyed by setting, and lists. The number at the end
+//! of the name is increased when a field is removed or changes its meaning; adding a field is compatible.
 //! `docs/schemas` keeps the schemas as files.
 
 use analysis::calibrate::learnt::LearntFoot;
@@ -70,7 +69,7 @@ impl Kind {
         Self::FootChanges,
     ];
 
-    /// Its name, as `footfall schema` takes it.
+    /// Returns the name used by `footfall schema`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -89,7 +88,7 @@ impl Kind {
         }
     }
 
-    /// What its schema is called, with its number.
+    /// Returns the id of the schema, with its version number.
     #[must_use]
     pub const fn id(self) -> &'static str {
         match self {
@@ -108,10 +107,10 @@ impl Kind {
         }
     }
 
-    /// Its schema as text that ends its last line.
+    /// Returns the schema as text with a final newline.
     ///
     /// # Errors
-    /// This program does not have the command.
+    /// The command is not built.
     pub fn text(self) -> Result<String, NotBuilt> {
         let schema = match self {
             Self::Replay => self.schema::<Document<'_, Summaries>>(),
@@ -135,7 +134,7 @@ impl Kind {
         Ok(format!("{:#}\n", schema.as_value()))
     }
 
-    /// The schema of what is printed as a `T`.
+    /// Returns the schema of a `T` as printed.
     fn schema<T: JsonSchema>(self) -> Schema {
         let settings = SchemaSettings::draft2020_12().for_serialize();
         let mut schema = settings.into_generator().into_root_schema_for::<T>();
@@ -152,9 +151,9 @@ impl Kind {
     }
 }
 
-/// What can be printed as JSON.
+/// A report that can be printed as JSON.
 pub trait Described: Serialize + JsonSchema {
-    /// What it is.
+    /// Kind of the report.
     const KIND: Kind;
 }
 
@@ -207,7 +206,7 @@ pub struct Document<'a, R> {
 }
 
 impl<'a, R: Described> Document<'a, R> {
-    /// Of what was found.
+    /// Wraps a report for printing.
     pub const fn of(report: &'a R) -> Self {
         Self {
             schema: R::KIND.id(),
@@ -228,7 +227,7 @@ pub struct Line<'a, R> {
 }
 
 impl<'a, R: Described> Line<'a, R> {
-    /// Of a foot as it is.
+    /// Wraps the state of a foot for printing.
     pub const fn of(line: &'a R) -> Self {
         Self {
             schema: R::KIND.id(),
@@ -237,7 +236,7 @@ impl<'a, R: Described> Line<'a, R> {
     }
 }
 
-/// Takes out what is for readers of the code: links, and that a type, where a file is read, takes no
+/// Removes details for readers of the code: links, and the restriction that a type read from a file accepts no
 /// unknown fields.
 fn for_readers_of_json(schema: &mut Schema) {
     if let Some(Value::String(text)) = schema.get_mut("description") {
@@ -253,7 +252,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_of_kinds_are_those_of_the_option_and_of_the_schema() {
+    fn kind_names_match_the_option_and_the_schema() {
         for kind in Kind::ALL {
             let value = kind.to_possible_value().expect("none is hidden");
             assert_eq!(value.get_name(), kind.name());
@@ -263,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_that_is_not_finite_is_null() {
+    fn non_finite_number_is_null() {
         let report = AttitudeReport {
             recordings: Vec::new(),
             mean_rms_deg: f64::NAN,

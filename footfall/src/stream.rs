@@ -1,5 +1,4 @@
-//! Feet that stream, as messages: what `footfall record` writes, `footfall ros2` publishes and `footfall
-//! view` serves.
+//! Messages of streaming feet, for `footfall record`, `footfall ros2` and `footfall view`.
 
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
@@ -16,34 +15,34 @@ use crate::error::Error;
 use crate::files::is_interrupted;
 use crate::messages::warn;
 
-/// How long nothing arrives before [`Sink::idle`] is called.
+/// Time without arrivals after which [`Sink::idle`] is called.
 const QUIET: Duration = Duration::from_millis(200);
 
-/// How long nothing arrives before it is looked whether feet are silent.
+/// Time without arrivals after which feet are checked for silence.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Where messages go.
+/// Destination of messages.
 pub trait Sink {
-    /// Takes a message.
+    /// Publishes a message.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The message cannot be written.
     fn publish(&mut self, published: Published) -> Result<(), Error>;
 
-    /// Nothing has come for a while.
+    /// Called when nothing has arrived for a while.
     ///
     /// # Errors
-    /// What waits cannot be written.
+    /// Pending messages cannot be written.
     fn idle(&mut self) -> Result<(), Error>;
 }
 
-/// The longest time that can be given, s: thirty years.
+/// Maximum duration of a stream, s: about thirty years.
 const LONGEST_S: f64 = 1.0e9;
 
-/// Reads after how many seconds a stream is to end.
+/// Parses the duration of a stream, s.
 ///
 /// # Errors
-/// A sentence that says how to write it.
+/// A sentence that states the accepted values.
 pub fn parse_seconds(text: &str) -> Result<f64, String> {
     let seconds = text.parse().ok();
     seconds
@@ -51,42 +50,42 @@ pub fn parse_seconds(text: &str) -> Result<f64, String> {
         .ok_or_else(|| format!("write seconds from 0 to {LONGEST_S}"))
 }
 
-/// When a stream ends before its source does; an interruption always ends it.
+/// Returns the deadline of a stream; an interruption always ends it.
 #[must_use]
 pub fn deadline(seconds: Option<f64>) -> Option<Instant> {
     let time = Duration::try_from_secs_f64(seconds?).ok()?;
     Instant::now().checked_add(time)
 }
 
-/// Whether that is now.
+/// Returns whether the deadline has passed or an interruption was requested.
 #[must_use]
 pub fn is_over(deadline: Option<Instant>) -> bool {
     is_interrupted() || deadline.is_some_and(|deadline| Instant::now() >= deadline)
 }
 
-/// Feet that stream.
+/// A stream of messages from the feet.
 pub struct Stream {
     feed: Feed,
     listener: Listener,
     bridge: Bridge,
-    /// The newest arrival: its time, and when that was.
+    /// Timestamp of the newest arrival, and the local time at which it arrived.
     newest: Option<(Timestamp, Instant)>,
     unreadable: u64,
     has_spoken: bool,
-    /// Feet that several boards are, as it was last said.
+    /// Feet whose id is used by several boards, as last reported.
     shared: BTreeSet<String>,
-    /// Whether there were any: numbers of several boards do not say what is missing.
+    /// Whether any id was shared; sequence numbers then do not show losses.
     was_shared: bool,
 }
 
 impl Stream {
-    /// Opens a source with these feet.
+    /// Opens a source with the given feet.
     #[must_use]
     pub fn open(source: Source, feet: Feet) -> Self {
         Self::with_bridge(source, feet, Bridge::default())
     }
 
-    /// Opens a source, whose messages a bridge of its own makes.
+    /// Opens a source with the given bridge.
     #[must_use]
     pub fn with_bridge(source: Source, feet: Feet, bridge: Bridge) -> Self {
         Self {
@@ -101,10 +100,10 @@ impl Stream {
         }
     }
 
-    /// Waits until the source is open, or is waited for: what is played can be read from then on.
+    /// Waits until the source is open or is being waited for. Recorded sources can be read from then on.
     ///
     /// # Errors
-    /// It cannot.
+    /// The source cannot be opened.
     pub fn wait_until_open(&mut self) -> Result<(), LinkError> {
         while !is_interrupted() {
             match self.feed.next(QUIET) {
@@ -114,17 +113,17 @@ impl Stream {
                     return Ok(());
                 }
                 Some(Fed::Opened) => return Ok(()),
-                // Neither comes before those above.
+                // These do not occur before the source is open.
                 Some(Fed::Arrived(_) | Fed::NotSent(_)) | None => {}
             }
         }
         Ok(())
     }
 
-    /// Hands on all messages until the source ends, which is returned, or the time is over.
+    /// Publishes all messages until the deadline or until the source ends, whose error is returned.
     ///
     /// # Errors
-    /// Those of the sink.
+    /// Errors of the sink.
     pub fn run(
         &mut self,
         deadline: Option<Instant>,
@@ -150,16 +149,16 @@ impl Stream {
         Ok(ended)
     }
 
-    /// Hands on that all feet are silent: nothing will come any more.
+    /// Reports all feet as silent at the end of the stream.
     ///
     /// # Errors
-    /// Those of the sink.
+    /// Errors of the sink.
     pub fn end(&mut self, sink: &mut impl Sink) -> Result<(), Error> {
         let mut last = self.bridge.end().into_iter();
         last.try_for_each(|published| sink.publish(published))
     }
 
-    /// Nothing has come for a while: time goes on without it.
+    /// Advances the time while nothing arrives.
     fn idle(&mut self, sink: &mut impl Sink) -> Result<(), Error> {
         let Some((at, arrived)) = self.newest else {
             return Ok(());
@@ -195,7 +194,7 @@ impl Stream {
         Ok(())
     }
 
-    /// Says where several boards have one id, once for each time that they begin.
+    /// Warns about ids used by several boards, once each time it begins.
     fn warn_of_shared_ids(&mut self) {
         if self.shared.is_empty() && self.bridge.shared_ids().next().is_none() {
             return;
@@ -211,7 +210,7 @@ impl Stream {
         self.was_shared = true;
     }
 
-    /// Says what was lost or could not be read.
+    /// Warns about lost and unreadable data.
     pub fn report(&self) {
         let reports = self.listener.reports();
         let missing: u64 = reports.iter().map(|(_, report)| report.missing).sum();
@@ -239,7 +238,7 @@ fn warn_of_waiting(error: &LinkError) {
     warn(format!("{error}; waiting for it"));
 }
 
-/// Says how much this machine has lost, where it has.
+/// Warns about arrivals lost on this machine, if any.
 pub fn warn_of_lost(feed: &Feed) {
     if feed.lost() > 0 {
         warn(format!(

@@ -1,4 +1,4 @@
-//! Where results go, checked before anything is computed.
+//! Output files, checked before anything is computed.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,18 +9,18 @@ use recordings::input::{InputError, recording_name};
 use crate::feature::Feature;
 use crate::files::{OutputError, STANDARD, directory_of};
 
-/// A result, as its file is named.
+/// An output file by kind of result.
 #[derive(Clone, Copy, Debug)]
 pub enum Target<'a> {
-    /// A table of estimates of a replay.
+    /// Table of replay estimates.
     Estimates(&'a Path),
-    /// A table of rows.
+    /// Table of rows.
     Table(&'a Path),
-    /// A table of events.
+    /// Table of events.
     Events(&'a Path),
     /// A picture.
     Picture(&'a Path),
-    /// A picture of a replay, in any of the ways in [`Drawing`].
+    /// Picture of a replay, in any format of [`Drawing`].
     Drawing(&'a Path),
     /// A configuration file.
     Configuration(&'a Path),
@@ -28,7 +28,7 @@ pub enum Target<'a> {
     Bag(&'a Path),
     /// Settings of a foot.
     Settings(&'a Path),
-    /// A recording; how it is laid out, its name or an option has said.
+    /// Recording in the format given by its name or by an option.
     Samples(&'a Path),
 }
 
@@ -47,7 +47,7 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// The feature that writes it; `None` where it takes none.
+    /// Returns the feature that writes the format; `None` if it needs none.
     fn feature(self) -> Option<Feature> {
         match self {
             Self::Estimates(path) if Layout::of(path) == Layout::Parquet => Some(Feature::Parquet),
@@ -57,7 +57,7 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// What it is, for people.
+    /// Returns the description of the result for error messages.
     const fn kind(self) -> &'static str {
         match self {
             Self::Estimates(_) => "tables are CSV or Parquet",
@@ -71,7 +71,7 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// What its name ends in, one of these; in anything where there are none.
+    /// Accepted file extensions; empty accepts any.
     const fn extensions(self) -> &'static [&'static str] {
         match self {
             Self::Estimates(_) => &Layout::EXTENSIONS,
@@ -86,22 +86,22 @@ impl<'a> Target<'a> {
     }
 }
 
-/// How a replay is drawn; the name of the file says it.
+/// Format of a replay picture, selected by the file name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Drawing {
-    /// As an SVG, one of each foot.
+    /// SVG, one per foot.
     Svg,
-    /// As a PNG, one of each foot.
+    /// PNG, one per foot.
     Png,
-    /// As a page of all feet.
+    /// HTML page of all feet.
     Page,
 }
 
 impl Drawing {
-    /// What the names of files end in.
+    /// Accepted file extensions.
     const EXTENSIONS: [&'static str; 3] = ["svg", "png", "html"];
 
-    /// Of a file of this name; standard output, a pipe and the like get an SVG.
+    /// Returns the format for a file of this name; standard output, pipes and other names get an SVG.
     #[must_use]
     pub fn of(path: &Path) -> Self {
         let extension = path.extension().unwrap_or_default();
@@ -115,12 +115,12 @@ impl Drawing {
     }
 }
 
-/// Checks that results can go where they should: into directories that exist, not over a
-/// recording, not over each other, and under names that tell what they are. Standard output takes
-/// one of them, but no recording that streams: that needs a file.
+/// Checks the output files: their directories exist, no recording and no other output is overwritten, and
+/// extensions match the results. Standard output takes one result, but not a streamed recording, which needs a
+/// file.
 ///
 /// # Errors
-/// The first of these that does not hold.
+/// The first violation found.
 pub fn check(inputs: &[PathBuf], targets: &[Target<'_>]) -> Result<(), OutputError> {
     for (k, target) in targets.iter().enumerate() {
         let path = target.path();
@@ -146,10 +146,10 @@ pub fn check(inputs: &[PathBuf], targets: &[Target<'_>]) -> Result<(), OutputErr
     Ok(())
 }
 
-/// Checks that a directory is there or can be made: that no file has its name.
+/// Checks that a directory exists or can be created, i.e. that no file has its name.
 ///
 /// # Errors
-/// A file has its name.
+/// A file has this name.
 pub fn check_can_be_directory(path: &Path) -> Result<(), OutputError> {
     if path.exists() && !path.is_dir() {
         return Err(OutputError::NotADirectory { file: named(path) });
@@ -172,7 +172,7 @@ fn check_directory(target: &Path) -> Result<(), OutputError> {
     }
 }
 
-/// The file of one of several feet: the foot's name comes before the extension.
+/// Returns the file name for one of several feet, with the foot's name before the extension.
 #[must_use]
 pub fn with_foot(path: &Path, foot: &str) -> PathBuf {
     let safe: String = foot
@@ -194,7 +194,7 @@ pub fn with_foot(path: &Path, foot: &str) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// The file's name; where it is taken, with a number before the extension.
+/// Returns the path, with a number before the extension if it is already taken.
 #[must_use]
 pub fn unlike(path: PathBuf, taken: &[PathBuf]) -> PathBuf {
     let numbered = (2..).map(|number: u32| with_foot(&path, &number.to_string()));
@@ -204,7 +204,7 @@ pub fn unlike(path: PathBuf, taken: &[PathBuf]) -> PathBuf {
 
 fn check_extension(target: Target<'_>) -> Result<(), OutputError> {
     let path = target.path();
-    // A pipe or a terminal is fine whatever its name.
+    // Pipes and terminals are accepted under any name.
     let special = path.exists() && !path.is_file();
     let extension = path.extension().unwrap_or_default();
     let mut known = target.extensions().iter();
@@ -222,10 +222,10 @@ fn check_extension(target: Target<'_>) -> Result<(), OutputError> {
     }
 }
 
-/// Checks that no recording is named twice: what it shows would count twice.
+/// Checks that no recording is named twice, as it would count twice.
 ///
 /// # Errors
-/// One is.
+/// A recording is named twice.
 pub fn check_inputs(inputs: &[PathBuf]) -> Result<(), InputError> {
     for (k, input) in inputs.iter().enumerate() {
         let is_standard = |path: &Path| path == Path::new(STANDARD);
@@ -239,8 +239,7 @@ pub fn check_inputs(inputs: &[PathBuf]) -> Result<(), InputError> {
     Ok(())
 }
 
-/// What the recording in a file is called where another of `inputs` would be called the same by its
-/// file's name: by its path.
+/// Returns the path of a recording as its name if another of `inputs` has the same file name.
 #[must_use]
 pub fn name_among(inputs: &[PathBuf], input: &Path) -> Option<String> {
     let name = recording_name(input);
@@ -250,7 +249,7 @@ pub fn name_among(inputs: &[PathBuf], input: &Path) -> Option<String> {
         .then(|| named(input))
 }
 
-/// Whether two names stand for one file, which need not exist yet.
+/// Returns whether two paths refer to one file, which may not exist yet.
 fn same_file(a: &Path, b: &Path) -> bool {
     if a == Path::new(STANDARD) || b == Path::new(STANDARD) {
         return false;

@@ -1,8 +1,7 @@
-//! The foot of the demo: the firmware's own [`Foot`], fed with the samples of a simulated walk, and
-//! all that it sends.
+//! Foot of the demo: the firmware's own [`Foot`], fed with the samples of a simulated walk, with its output.
 //!
-//! Each millisecond has what it has on a board: the sample of its data-ready edge, the load from the
-//! robot's control over CAN, [`Foot::tick`], and ports from which everything is taken at once.
+//! Each millisecond has the inputs of a board: the sample of its data-ready edge, the load sent over CAN by the
+//! robot controller, [`Foot::tick`], and output ports that are emptied at once.
 
 use decode::can_log::Logged;
 use estimator_core::{ContactEstimate, ParamsError, Timestamp};
@@ -15,22 +14,22 @@ use gait::record::TICK_US;
 use live::robot::board::{self, Bus, settings, switched_on};
 use wire::Settings;
 
-/// The serial number of the foot.
+/// Serial number of the foot.
 const SERIAL: u32 = 1;
 
-/// Everything that a foot has estimated and sent.
+/// Estimates and output of a foot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Transmission {
-    /// One per sample.
+    /// Estimates, one per sample.
     pub estimates: Vec<ContactEstimate>,
-    /// On CAN, in the order of time.
+    /// CAN frames in order of time.
     pub can: Vec<Logged>,
-    /// On the serial line.
+    /// Bytes of the serial line.
     pub uart: Vec<u8>,
 }
 
 impl Transmission {
-    /// The CAN frames as a log of `candump -l`.
+    /// Returns the CAN frames as a log of `candump -l`.
     #[must_use]
     pub fn can_log(&self) -> String {
         self.can
@@ -40,7 +39,7 @@ impl Transmission {
     }
 }
 
-/// Walks with [`settings`]: one tick per sample.
+/// Simulates a foot with [`settings`]: one tick per sample.
 ///
 /// # Errors
 /// Those of [`walk_with`].
@@ -48,14 +47,13 @@ pub fn walk(simulation: &Simulation) -> Result<Transmission, ParamsError> {
     walk_with(&settings(), simulation, |_, _| ())
 }
 
-/// Walks with other settings, and with changes to the measurement of each tick, which are counted
-/// from 0.
+/// Simulates a foot with other settings and with changes to the measurement of each tick, counted from 0.
 ///
 /// # Errors
-/// The settings' parameters do not fit each other.
+/// The parameters of the settings are inconsistent.
 ///
 /// # Panics
-/// Never: each tick takes in the load that was put in before it.
+/// Never: each tick processes the load that was queued before it.
 pub fn walk_with(
     settings: &Settings,
     simulation: &Simulation,
@@ -105,7 +103,7 @@ mod tests {
     use recordings::replay::replay;
     use wire::{Counter, Pdo};
 
-    /// A foot that stands for a second.
+    /// A foot that stands for one second.
     fn standing() -> Simulation {
         let plan = Plan::steady(GaitName::Stand, Ground::Hard, 1.0, 1);
         simulate(&plan, &SensorParams::LSM6DSOX, 1)
@@ -116,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn a_second_brings_what_the_dictionarys_defaults_say_after_the_boot_up() {
+    fn default_messages_follow_the_boot_up() {
         let transmission = sent(|_, _| ());
         let frames: Vec<_> = transmission.can.iter().map(|logged| logged.frame).collect();
         assert_eq!((frames[0].id(), frames[0].data()), (0x711, &[0][..]));
@@ -146,13 +144,13 @@ mod tests {
     }
 
     #[test]
-    fn the_foot_estimates_what_a_replay_of_its_samples_does() {
+    fn estimates_match_a_replay_of_the_samples() {
         let walk = simulate(&Plan::demo(1), &SensorParams::LSM6DSOX, 1);
         let replayed = replay(&walk.recording, &default_params()).expect("the preset");
         assert!(super::walk(&walk).expect("valid settings").estimates == replayed);
     }
 
-    /// The last health message of a second on the serial line.
+    /// Last health message of one second on the serial line.
     fn health_after(change: impl FnMut(usize, &mut Measurement)) -> BoardReport {
         let decoded =
             decode(&sent(change).uart, "uart.bin", &Feet::default()).expect("a recording");
@@ -160,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_are_counted_by_their_validity() {
+    fn samples_are_counted_by_validity() {
         let health = health_after(|index, measurement| {
             measurement.sample.validity = match index {
                 500 => Validity::Stale,
@@ -178,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn health_has_the_stage_and_a_temperature_only_where_there_is_one() {
+    fn health_has_stage_and_optional_temperature() {
         let health = health_after(|_, _| ());
         assert_eq!((health.stage, health.temperature), ("running", Some(25.0)));
         let health = health_after(|_, measurement| {

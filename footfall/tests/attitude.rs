@@ -1,11 +1,10 @@
-//! `footfall attitude` from outside: what it prints and what it refuses.
+//! Tests of `footfall attitude` as a program: output and rejected inputs.
 
 mod common;
 
 use common::{AXES, Bench};
 
-/// A sensor that lies level for two seconds while the truth, from the second on that counts, leans
-/// by 2 · asin(0.01) about x.
+/// Returns a level sensor for two seconds. The truth counts from the second on and leans by 2 · asin(0.01) about x.
 fn leaning(movement: &str) -> String {
     let rows: String = (0..200)
         .map(|k| {
@@ -34,7 +33,7 @@ fn each_recording_and_the_mean_are_scored() {
 }
 
 #[test]
-fn a_table_of_others_is_read_with_the_options_of_a_replay() {
+fn foreign_table_is_read_with_replay_options() {
     let ours = leaning("1");
     let bench = Bench::with("level.csv", &ours);
     let score = |text: String| {
@@ -42,7 +41,7 @@ fn a_table_of_others_is_read_with_the_options_of_a_replay() {
         mean.expect("a line")
     };
     let expected = score(bench.stdout("attitude level.csv"));
-    // In g, in ms, with other names.
+    // In g and ms, with other column names.
     let theirs = format!(
         "stamp,a,b,c,d,e,f,{}",
         ours.split_once("wz,").expect("axes").1
@@ -66,7 +65,7 @@ fn a_table_of_others_is_read_with_the_options_of_a_replay() {
 }
 
 #[test]
-fn a_recording_counts_once() {
+fn recording_counts_once() {
     let bench = Bench::with("level.csv", leaning("1"));
     assert_eq!(
         bench.error("attitude level.csv ./level.csv"),
@@ -75,7 +74,7 @@ fn a_recording_counts_once() {
 }
 
 #[test]
-fn a_configuration_changes_the_filter() {
+fn configuration_changes_the_filter() {
     let bench = Bench::with("level.csv", leaning("1"));
     std::fs::write(bench.path("wrong.toml"), "[attitude]\nquiet_gain = 0.5\n").expect("a file");
     let error = bench.error("attitude level.csv --config wrong.toml");
@@ -86,7 +85,7 @@ fn a_configuration_changes_the_filter() {
 }
 
 #[test]
-fn what_has_no_truth_is_refused_with_what_is_missing() {
+fn recording_without_truth_is_rejected_with_reason() {
     let bench = Bench::with("plain.csv", common::standing());
     assert_eq!(
         bench.error("attitude plain.csv"),
@@ -115,7 +114,7 @@ fn what_has_no_truth_is_refused_with_what_is_missing() {
 }
 
 #[test]
-fn an_estimate_is_no_truth() {
+fn estimate_is_rejected_as_truth() {
     let bench = Bench::with(
         "level.csv",
         leaning("1").replacen("movement", "p_stable", 1),
@@ -133,7 +132,7 @@ fn an_estimate_is_no_truth() {
 }
 
 #[test]
-fn the_sample_rate_may_be_given_where_no_times_tell_it() {
+fn sample_rate_option_replaces_missing_times() {
     let timeless = leaning("1").replacen("t,ax", "when,ax", 1);
     let bench = Bench::with("level.csv", timeless);
     assert!(bench.error("attitude level.csv").contains("--sample-rate"));
@@ -142,7 +141,7 @@ fn the_sample_rate_may_be_given_where_no_times_tell_it() {
 }
 
 #[test]
-fn a_replay_does_not_see_the_truth() {
+fn replay_ignores_the_truth() {
     let bench = Bench::with("level.csv", leaning("1"));
     let output = bench.run("replay level.csv");
     assert!(common::text(&output.stderr).contains("ignored columns: qw, qx, qy, qz, movement"));

@@ -1,4 +1,4 @@
-//! `--axes` and the key `axes` from outside: how the sensor lies in the foot.
+//! Tests of `--axes` and the key `axes` as a program: orientation of the sensor in the foot.
 
 mod common;
 
@@ -17,12 +17,12 @@ fn table(recording: &Recording) -> Vec<u8> {
     bytes
 }
 
-/// A walk, as `walk.csv` with z up, and as the sensor on its side sees it, whose y is up.
+/// Returns a bench with a walk as `walk.csv` with z up, and as `side.csv` from a sensor on its side, with y up.
 fn bench() -> Bench {
     turned_by(|v| Vec3::new(v.x, v.z, -v.y))
 }
 
-/// The same with the sensor as `to_sensor` has it.
+/// Returns the same with the sensor axes given by `to_sensor`.
 fn turned_by(to_sensor: impl Fn(Vec3) -> Vec3) -> Bench {
     let plan = Plan::steady(GaitName::Walk, Ground::Hard, 12.0, 3);
     let mut recording = record(&plan, &SensorParams::LSM6DSOX, 3);
@@ -36,14 +36,14 @@ fn turned_by(to_sensor: impl Fn(Vec3) -> Vec3) -> Bench {
     bench
 }
 
-/// The table of estimates of a replay.
+/// Returns the table of estimates of a replay.
 fn estimates(bench: &Bench, arguments: &str) -> String {
     bench.stdout(&format!("replay {arguments} --output out.csv"));
     read(&bench.path("out.csv"))
 }
 
 #[test]
-fn with_its_axes_a_sensor_on_its_side_gives_the_same_table() {
+fn axes_option_gives_the_table_of_an_upright_sensor() {
     let bench = bench();
     let expected = estimates(&bench, "walk.csv");
     assert_eq!(estimates(&bench, "side.csv --axes x,-z,y"), expected);
@@ -53,7 +53,7 @@ fn with_its_axes_a_sensor_on_its_side_gives_the_same_table() {
 }
 
 #[test]
-fn an_option_wins_over_the_file_and_may_begin_with_a_minus() {
+fn axes_option_overrides_file_and_may_start_with_minus() {
     let bench = bench();
     fs::write(bench.path("robot.toml"), "axes = '-x,z,y'\n").expect("a file");
     let by_file = estimates(&bench, "side.csv --config robot.toml");
@@ -64,7 +64,7 @@ fn an_option_wins_over_the_file_and_may_begin_with_a_minus() {
 }
 
 #[test]
-fn what_no_sensor_has_is_refused_with_what_to_change() {
+fn impossible_axes_are_rejected_with_a_correction() {
     let bench = bench();
     for (axes, expected) in [
         ("x,z,y", "flip the sign of one axis, as in x,-z,y or -x,z,y"),
@@ -95,7 +95,7 @@ fn what_no_sensor_has_is_refused_with_what_to_change() {
 }
 
 #[test]
-fn the_finding_names_the_axes_that_answer_it() {
+fn finding_suggests_the_axes() {
     let row = |k: u32| format!("{:.3},0,9.81,0,0,0,0\n", f64::from(k) * 1e-3);
     let rows: String = (0..1000).map(row).collect();
     let bench = Bench::with("side.csv", format!("t,{AXES}\n{rows}"));
@@ -105,7 +105,7 @@ fn the_finding_names_the_axes_that_answer_it() {
         "footfall: side.csv: y is up at rest, where the foot has z: --axes x,-z,y\n"
     );
     assert_eq!(stderr("replay side.csv --axes x,-z,y --strict"), "");
-    // Of axes that are wrong it names those to be used in their place.
+    // If the given axes are wrong, it suggests their replacement.
     assert_eq!(
         stderr("replay side.csv --axes x,z,-y"),
         "footfall: side.csv: -z is up at rest, where the foot has z: --axes x,-z,y\n"
@@ -113,7 +113,7 @@ fn the_finding_names_the_axes_that_answer_it() {
 }
 
 #[test]
-fn a_calibration_finds_the_axes_and_a_replay_takes_them_from_its_file() {
+fn calibration_stores_axes_for_the_replay() {
     let bench = bench();
     let report = bench.stdout("calibrate side.csv --output robot.toml");
     assert!(
@@ -133,7 +133,7 @@ fn a_calibration_finds_the_axes_and_a_replay_takes_them_from_its_file() {
         let row = |row: &str| row.split(',').nth(1).expect("p_stable").parse().expect("P");
         table.lines().skip(1).map(row).collect()
     };
-    // What was learnt from the sensor's own axes holds in the foot's, but for rounding.
+    // Values learnt in the sensor's own axes also hold in the foot's, except for rounding.
     let level = columns(&estimates(&bench, "walk.csv --config level.toml"));
     let side = columns(&with_file);
     let differs = |(a, b): (&f64, &f64)| (a - b).abs() > 1e-3;
@@ -148,7 +148,7 @@ fn a_calibration_finds_the_axes_and_a_replay_takes_them_from_its_file() {
     assert_eq!(report["mounting"]["object"][0], 162);
     assert!(json("calibrate walk.csv --json")["mounting"].is_null());
 
-    // Given axes are kept where they are right, and what is wrong is replaced.
+    // Given axes are kept if they are right, and replaced if wrong.
     let given = json("calibrate side.csv --axes -x,z,y --output given.toml --json");
     assert_eq!(given["mounting"]["source"], "given");
     assert!(read(&bench.path("given.toml")).contains("axes = \"-x,z,y\"\n"));
@@ -159,8 +159,8 @@ fn a_calibration_finds_the_axes_and_a_replay_takes_them_from_its_file() {
 }
 
 #[test]
-fn a_sensor_that_lies_askew_is_turned_by_a_quaternion_that_reads_back_to_the_bit() {
-    // 37° about x: from the foot to the sensor.
+fn quaternion_of_tilted_sensor_round_trips_exactly() {
+    // 37° about x, from the foot to the sensor.
     let bench = turned_by(|v| Vec3::new(v.x, 0.8 * v.y + 0.6 * v.z, 0.8 * v.z - 0.6 * v.y));
     let report = bench.stdout("calibrate side.csv --output robot.toml");
     let axes = report.lines().find_map(|line| line.strip_prefix("axes "));
@@ -180,8 +180,8 @@ fn a_sensor_that_lies_askew_is_turned_by_a_quaternion_that_reads_back_to_the_bit
 }
 
 #[test]
-fn the_orientation_in_a_table_is_the_sensors_whatever_the_axes_are() {
-    // It lies with y up, and the truth leans by 2 · asin(0.01) about z.
+fn table_orientation_is_that_of_the_sensor_for_any_axes() {
+    // The sensor lies with y up, and the truth leans by 2 · asin(0.01) about z.
     let rows: String = (0..200)
         .map(|k| {
             let half = 0.5_f64.sqrt();

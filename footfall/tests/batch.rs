@@ -1,4 +1,4 @@
-//! `footfall batch`: what it writes, what it leaves alone, and what is there after it was killed.
+//! Tests of `footfall batch`: output, unchanged files, and recovery from a killed run.
 
 mod common;
 
@@ -14,7 +14,7 @@ use common::{AXES, Bench, standing};
 use gait::GaitName;
 use serde_json::Value;
 
-/// A tree of two robots: three recordings that are fine and one that is not.
+/// Returns a tree of two robots with three valid recordings and an invalid one.
 fn lab() -> Bench {
     let bench = Bench::new();
     for folder in ["logs/spot/monday", "logs/go2"] {
@@ -33,7 +33,7 @@ fn lab() -> Bench {
     bench
 }
 
-/// The files below a folder, with their bytes.
+/// Returns the files below a directory with their content.
 fn tree(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     fn collect(folder: &Path, top: &Path, files: &mut BTreeMap<PathBuf, Vec<u8>>) {
         for entry in fs::read_dir(folder).into_iter().flatten() {
@@ -51,7 +51,7 @@ fn tree(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     files
 }
 
-/// The report, whatever the exit code.
+/// Returns the report, for any exit code.
 fn report(bench: &Bench, arguments: &str) -> Value {
     let output = bench.run(&format!("batch {arguments} --json"));
     serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{output:?}"))
@@ -61,7 +61,7 @@ fn counts(report: &Value) -> [u64; 3] {
     ["done", "up_to_date", "failed"].map(|name| report[name].as_u64().expect("a count"))
 }
 
-/// Name, action and reason of each recording.
+/// Returns name, action and reason of each recording.
 fn actions(report: &Value) -> Vec<String> {
     let recordings = report["recordings"].as_array().expect("a list");
     let of = |recording: &Value| {
@@ -72,7 +72,7 @@ fn actions(report: &Value) -> Vec<String> {
 }
 
 #[test]
-fn a_tree_is_estimated_and_one_bad_recording_is_a_row_and_not_the_end() {
+fn invalid_recording_is_a_row_and_does_not_stop_the_batch() {
     let bench = lab();
     let output = bench.run("batch logs --out out");
     assert_eq!(output.status.code(), Some(1));
@@ -110,14 +110,14 @@ fn a_tree_is_estimated_and_one_bad_recording_is_a_row_and_not_the_end() {
 }
 
 #[test]
-fn a_second_run_does_what_is_missing_or_has_changed_and_nothing_else() {
+fn second_run_processes_only_missing_or_changed() {
     let bench = lab();
     fs::remove_file(bench.path("logs/go2/broken.csv")).expect("it is there");
     assert_eq!(counts(&report(&bench, "logs --out out")), [3, 0, 0]);
     let first = tree(&bench.path("out"));
     assert_eq!(counts(&report(&bench, "logs --out out")), [0, 3, 0]);
     assert!(tree(&bench.path("out")) == first);
-    // Another recording, another input, a file that is lost.
+    // A new recording, a changed input and a lost output file.
     fs::write(bench.path("logs/go2/new.csv"), standing()).expect("a file");
     fs::write(
         bench.path("logs/spot/fr.csv"),
@@ -143,7 +143,7 @@ fn a_second_run_does_what_is_missing_or_has_changed_and_nothing_else() {
         expected("estimated")
     );
     assert_eq!(counts(&report(&bench, "logs --out out")), [0, 4, 0]);
-    // Other settings, and another robot: nothing is left of the old ones.
+    // Other settings, then another robot: no old output remains.
     let again = report(&bench, "logs --out out --preset paper --gravity included");
     let reasons = actions(&again);
     assert!(
@@ -178,7 +178,7 @@ fn a_second_run_does_what_is_missing_or_has_changed_and_nothing_else() {
 }
 
 #[test]
-fn a_failure_that_would_be_the_same_again_is_reported_without_doing_it_again() {
+fn unchanged_failure_is_reported_without_retry() {
     let bench = lab();
     report(&bench, "logs --out out");
     let again = report(&bench, "logs --out out");
@@ -187,7 +187,7 @@ fn a_failure_that_would_be_the_same_again_is_reported_without_doing_it_again() {
 }
 
 #[test]
-fn what_vanished_is_reported_and_removed_where_that_is_asked_for() {
+fn removed_sources_are_reported_and_pruned_on_request() {
     let bench = lab();
     report(&bench, "logs --out out");
     fs::remove_dir_all(bench.path("logs/go2")).expect("it is there");
@@ -206,7 +206,7 @@ fn what_vanished_is_reported_and_removed_where_that_is_asked_for() {
 }
 
 #[test]
-fn the_number_of_jobs_changes_nothing_nor_does_an_output_within_the_source() {
+fn results_are_independent_of_jobs_and_output_location() {
     let bench = lab();
     report(&bench, "logs --out one --jobs 1");
     report(&bench, "logs --out logs/results --jobs 7");
@@ -216,7 +216,7 @@ fn the_number_of_jobs_changes_nothing_nor_does_an_output_within_the_source() {
 }
 
 #[test]
-fn the_samples_are_those_of_a_replay() {
+fn samples_match_a_replay() {
     let bench = lab();
     report(&bench, "logs/spot/monday/fl.csv --out out");
     bench.stdout("replay logs/spot/monday/fl.csv --output replayed.csv --events events.csv");
@@ -237,7 +237,7 @@ fn the_samples_are_those_of_a_replay() {
 }
 
 #[test]
-fn paths_say_robot_foot_and_day() {
+fn paths_give_robot_foot_and_day() {
     let bench = Bench::new();
     fs::create_dir_all(bench.path("data/20240501/spot-3")).expect("a folder");
     fs::write(bench.path("data/20240501/spot-3/run1_fl.csv"), standing()).expect("a file");
@@ -261,7 +261,7 @@ fn paths_say_robot_foot_and_day() {
 
 #[cfg(unix)]
 #[test]
-fn links_are_followed_once_and_loops_and_folders_that_cannot_be_read_are_passed_over() {
+fn links_are_followed_once_and_loops_are_skipped() {
     use std::os::unix::fs::symlink;
     let bench = lab();
     fs::remove_file(bench.path("logs/go2/broken.csv")).expect("it is there");
@@ -284,7 +284,7 @@ fn links_are_followed_once_and_loops_and_folders_that_cannot_be_read_are_passed_
 }
 
 #[test]
-fn a_source_that_is_not_there_and_settings_that_cannot_be_are_said_before_anything_is_done() {
+fn missing_source_and_invalid_settings_fail_early() {
     let bench = lab();
     let error = bench.error("batch absent --out out");
     assert!(
@@ -302,7 +302,7 @@ fn a_source_that_is_not_there_and_settings_that_cannot_be_are_said_before_anythi
 }
 
 #[test]
-fn what_is_not_plausible_is_a_warning_or_with_strict_a_failure() {
+fn finding_is_a_warning_and_with_strict_an_error() {
     let row = |k: u32| format!("{:.3},0,0,1,0,0,0\n", f64::from(k) * 0.002);
     let in_g: String = (0..2000).map(row).collect();
     let bench = Bench::with("g.csv", format!("t,{AXES}\n{in_g}"));
@@ -316,7 +316,7 @@ fn what_is_not_plausible_is_a_warning_or_with_strict_a_failure() {
     assert!(common::text(&output.stderr).contains("--strict does not let"));
 }
 
-/// The command, killed after this time; whether it was still running.
+/// Kills the command after this time; returns whether it was still running.
 fn killed_after(bench: &Bench, out: &str, time: Duration) -> bool {
     let mut child = Command::new(env!("CARGO_BIN_EXE_footfall"))
         .args(["batch", "logs", "--quiet", "--jobs", "3", "--out", out])
@@ -332,11 +332,11 @@ fn killed_after(bench: &Bench, out: &str, time: Duration) -> bool {
     was_running
 }
 
-/// How often a run is killed twice before the test gives up.
+/// Maximum number of runs, each killed twice.
 const MOST_KILLS: u32 = 160;
 
 #[test]
-fn after_a_run_that_was_killed_another_gives_the_bytes_of_one_that_was_not() {
+fn rerun_after_kill_gives_identical_output() {
     let bench = lab();
     for k in 0..6 {
         let path = bench.path(&format!("logs/spot/more{k}.csv"));
@@ -348,17 +348,17 @@ fn after_a_run_that_was_killed_another_gives_the_bytes_of_one_that_was_not() {
     let expected = tree(&bench.path("whole"));
     let is_unfinished = |name: &PathBuf| name.display().to_string().ends_with(".part");
     let (mut killed, mut halfway) = (0, 0);
-    // On a busy machine few kills hit a run, and fewer a file that is being written: then there are more.
+    // On a busy machine few kills hit a run, and fewer a file being written, so the test repeats until enough do.
     for k in 0..MOST_KILLS {
         let out = format!("killed{k}");
-        // A second kill hits what the first has left.
+        // The second kill hits the restart after the first.
         for part in [k % 16, 16 - k % 16] {
             killed += u32::from(killed_after(&bench, &out, whole * part / 18));
         }
         let left = tree(&bench.path(&out));
         halfway += u32::from(left.keys().any(is_unfinished));
         for (name, bytes) in &left {
-            // What has its name is whole.
+            // Files with final names are complete.
             assert!(
                 is_unfinished(name) || expected.get(name) == Some(bytes),
                 "{name:?}"
@@ -375,7 +375,7 @@ fn after_a_run_that_was_killed_another_gives_the_bytes_of_one_that_was_not() {
 
 #[cfg(unix)]
 #[test]
-fn two_runs_do_not_write_to_one_folder_at_once() {
+fn concurrent_runs_into_one_folder_are_rejected() {
     let bench = lab();
     fs::create_dir(bench.path("out")).expect("a folder");
     let folder = fs::File::open(bench.path("out")).expect("a folder");

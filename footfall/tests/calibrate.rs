@@ -1,4 +1,4 @@
-//! `footfall calibrate` from outside: what it prints, writes and refuses.
+//! Tests of `footfall calibrate` as a program: output, files and rejected inputs.
 
 mod common;
 
@@ -12,7 +12,7 @@ use gait::GaitName;
 use recordings::input::{self, Format, Hints};
 use recordings::replay::replay_and_learn;
 
-/// What a configuration file starts with.
+/// Returns the learnt values of a configuration file.
 fn learnt(bench: &Bench, file: &str) -> Learnt {
     let overrides = Overrides::parse(&read(&bench.path(file)), file).expect("a configuration");
     let mut params = Params::DEFAULT;
@@ -21,7 +21,7 @@ fn learnt(bench: &Bench, file: &str) -> Learnt {
 }
 
 #[test]
-fn what_is_learnt_is_reported_drawn_and_accepted_by_a_replay() {
+fn learnt_values_are_reported_drawn_and_replayed() {
     let bench = Bench::with("walk.csv", csv(GaitName::Walk, 12.0));
     let report = bench.stdout("calibrate walk.csv --output robot.toml --plot amplitudes.svg");
     assert!(report.starts_with("learnt from walk 12."), "{report}");
@@ -33,7 +33,7 @@ fn what_is_learnt_is_reported_drawn_and_accepted_by_a_replay() {
     let picture = read(&bench.path("amplitudes.svg"));
     assert!(picture.contains("amplitudes, learnt from"));
 
-    // The file, the report for the foot, the JSON and the estimator itself agree to the bit.
+    // The file, the object values in the report, the JSON and the estimator agree to the bit.
     let found = learnt(&bench, "robot.toml");
     let values: Vec<String> = (1..)
         .zip(found.to_array())
@@ -53,7 +53,7 @@ fn what_is_learnt_is_reported_drawn_and_accepted_by_a_replay() {
     let (_, expected) = replay_and_learn(&recording, &Params::DEFAULT).expect("the preset");
     assert_eq!(found, expected);
 
-    // A warm start is settled from the first sample on.
+    // A warm start is settled from the first sample.
     let flags = |arguments: &str| {
         let summary = bench.stdout(&format!("replay walk.csv --json {arguments}"));
         let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
@@ -64,7 +64,7 @@ fn what_is_learnt_is_reported_drawn_and_accepted_by_a_replay() {
 }
 
 #[test]
-fn several_recordings_are_learnt_one_after_another() {
+fn recordings_are_learnt_in_sequence() {
     let bench = Bench::with("one.csv", csv(GaitName::Walk, 3.4));
     fs::write(bench.path("two.csv"), csv(GaitName::Walk, 9.0)).expect("a file");
     let error = bench.error("calibrate one.csv");
@@ -77,13 +77,13 @@ fn several_recordings_are_learnt_one_after_another() {
     bench.stdout("calibrate one.csv --config two.toml --output more.toml");
     let [both, two, more] = ["both.toml", "two.toml", "more.toml"].map(|f| learnt(&bench, f));
     assert!(both.still_seconds > two.still_seconds);
-    // What was learnt before a start counts for a second at most.
+    // Values learnt before a start count as one second at most.
     assert!(more.still_seconds > 1.0 && more.still_seconds < two.still_seconds);
     assert!(both != more && more != two);
 }
 
 #[test]
-fn frozen_or_not_a_calibration_learns() {
+fn calibration_learns_even_if_learning_is_frozen() {
     let bench = Bench::with("walk.csv", csv(GaitName::Walk, 12.0));
     fs::write(bench.path("frozen.toml"), "learning = 'frozen'\n").expect("a file");
     bench.stdout("calibrate walk.csv --output robot.toml");
@@ -93,7 +93,7 @@ fn frozen_or_not_a_calibration_learns() {
 }
 
 #[test]
-fn the_papers_method_has_nothing_to_learn() {
+fn paper_method_is_rejected_by_calibration() {
     let bench = Bench::with("walk.csv", csv(GaitName::Walk, 2.0));
     let error = bench.error("calibrate walk.csv --preset paper");
     assert!(
@@ -103,7 +103,7 @@ fn the_papers_method_has_nothing_to_learn() {
 }
 
 #[test]
-fn a_recording_that_is_named_twice_does_not_count_twice() {
+fn recording_named_twice_is_rejected() {
     let bench = Bench::with("one.csv", csv(GaitName::Walk, 6.0));
     for command in ["calibrate", "calibrate --rests"] {
         assert_eq!(
@@ -114,7 +114,7 @@ fn a_recording_that_is_named_twice_does_not_count_twice() {
 }
 
 #[test]
-fn where_no_sample_is_valid_that_is_what_is_said() {
+fn invalid_samples_are_named_in_the_error() {
     let rows: String = (0..2000)
         .map(|k| format!("{:.3},nan,nan,nan,0,0,0\n", f64::from(k) * 1e-3))
         .collect();
@@ -127,7 +127,7 @@ fn where_no_sample_is_valid_that_is_what_is_said() {
 }
 
 #[test]
-fn a_refused_parameter_is_named_as_in_a_replay() {
+fn rejected_parameter_is_named_as_in_a_replay() {
     let bench = Bench::with("walk.csv", csv(GaitName::Walk, 2.0));
     let complaint = |text: &str| {
         fs::write(bench.path("wrong.toml"), text).expect("a file");
@@ -145,7 +145,7 @@ fn a_refused_parameter_is_named_as_in_a_replay() {
 }
 
 #[test]
-fn a_foot_that_has_not_walked_is_refused_with_what_may_be_the_matter() {
+fn recording_without_steps_is_rejected_with_causes() {
     let bench = Bench::with("stand.csv", csv(GaitName::Stand, 12.0));
     let error = bench.error("calibrate stand.csv --output robot.toml");
     assert!(error.contains("the foot never swung"), "{error}");
@@ -159,7 +159,7 @@ fn a_foot_that_has_not_walked_is_refused_with_what_may_be_the_matter() {
 }
 
 #[test]
-fn a_configuration_is_kept_and_what_is_found_replaces_what_it_says() {
+fn results_replace_keys_and_other_settings_are_kept() {
     let bench = Bench::with("walk.csv", csv(GaitName::Walk, 12.0));
     let before = "learning = 'frozen'\n[load]\non_threshold = 20.0\n[learnt]\nstill_seconds = 0\n\
                   moving_seconds = 0\nidle_seconds = 0\n";
@@ -183,17 +183,17 @@ fn a_configuration_is_kept_and_what_is_found_replaces_what_it_says() {
         (corrected.accelerometer.bias.x - 0.1).abs() < 1e-3,
         "{text}"
     );
-    // A second time, what was found before is not found in addition.
+    // A second calibration replaces the first result and does not add to it.
     bench.stdout("calibrate rests.csv --rests --config robot.toml --output again.toml");
     assert_eq!(read(&bench.path("again.toml")), text);
 }
 
 #[test]
-fn a_replay_puts_readings_right() {
+fn replay_corrects_the_readings() {
     let bench = Bench::with("rests.csv", lying(6, 9.81));
     let report = bench.stdout("calibrate --rests rests.csv --output robot.toml");
     assert!(report.contains("6 rests in 6 orientations"), "{report}");
-    // The report names for the foot what the file says.
+    // The object values in the report match the file.
     let text = read(&bench.path("robot.toml"));
     let overrides = Overrides::parse(&text, "robot.toml").expect("a configuration");
     let accelerometer = overrides.correction("robot.toml").expect("a sensor");
@@ -212,7 +212,7 @@ fn a_replay_puts_readings_right() {
             .map(|cell| cell.parse::<f64>().expect("a number").abs())
             .sum()
     };
-    // What the estimator learns of gravity's remains by itself is not what is asked here.
+    // The paper method avoids learning of the residual gravity, which is not under test.
     let paper = "method = 'half_widths'\n";
     fs::write(bench.path("paper.toml"), paper).expect("a file");
     let calibrated = paper.to_owned() + &read(&bench.path("robot.toml"));
@@ -225,7 +225,7 @@ fn a_replay_puts_readings_right() {
 }
 
 #[test]
-fn rests_that_do_not_tell_are_refused() {
+fn insufficient_rests_are_rejected() {
     let bench = Bench::with("four.csv", lying(4, 9.81));
     assert!(bench.error("calibrate --rests four.csv").contains(
         "4 rests in 4 of the 6 orientations that are needed: lay the sensor still for two seconds on each of its six sides"
@@ -244,7 +244,7 @@ fn rests_that_do_not_tell_are_refused() {
 }
 
 #[test]
-fn results_do_not_go_over_any_recording() {
+fn results_never_overwrite_a_recording() {
     let bench = Bench::with("one.csv", lying(6, 9.81));
     fs::write(bench.path("two.csv"), lying(6, 9.81)).expect("a file");
     let error = bench.error("calibrate --rests one.csv two.csv --output two.csv");
@@ -253,7 +253,7 @@ fn results_do_not_go_over_any_recording() {
 
 #[cfg(unix)]
 #[test]
-fn a_configuration_that_can_be_read_only_once_is_kept_all_the_same() {
+fn piped_configuration_is_kept() {
     let bench = Bench::with("rests.csv", lying(6, 9.81));
     fs::write(bench.path("robot.toml"), "learning = 'frozen'\n").expect("a file");
     let command = format!(

@@ -1,4 +1,4 @@
-//! The command line as a whole: messages, pipes, interruption, configuration, shells and manual pages.
+//! Tests of the command line: messages, pipes, interruption, configuration, shells and manual pages.
 
 mod common;
 
@@ -11,7 +11,7 @@ use common::{AXES, Bench, read, standing, text, unmet};
 
 const SHELLS: [&str; 5] = ["bash", "zsh", "fish", "powershell", "elvish"];
 
-/// A shell's command in a bench; `$0` is the program.
+/// Runs a shell command in a bench; `$0` is the program.
 fn shell(bench: &Bench, name: &str, command: &str) -> std::io::Result<Output> {
     Command::new(name)
         .args(["-c", command, env!("CARGO_BIN_EXE_footfall")])
@@ -27,7 +27,7 @@ fn with_another_column() -> Bench {
 }
 
 #[test]
-fn quiet_leaves_errors_and_verbose_adds_what_was_recognised() {
+fn quiet_keeps_errors_and_verbose_adds_details() {
     let bench = with_another_column();
     let said = |arguments: &str| text(&bench.run(arguments).stderr);
     assert_eq!(
@@ -54,7 +54,7 @@ fn quiet_leaves_errors_and_verbose_adds_what_was_recognised() {
 }
 
 #[test]
-fn what_strict_fails_for_is_said_even_quietly() {
+fn strict_findings_are_printed_with_quiet() {
     let rows: String = (0..2000)
         .map(|k| format!("{},0,0,1,0,0,0\n", f64::from(k) * 0.01))
         .collect();
@@ -64,7 +64,7 @@ fn what_strict_fails_for_is_said_even_quietly() {
 }
 
 #[test]
-fn colour_is_for_terminals_and_those_who_force_it() {
+fn colour_is_used_on_terminals_or_when_forced() {
     let bench = Bench::new();
     let said = |variables: &[(&str, &str)]| {
         let output = Command::new(env!("CARGO_BIN_EXE_footfall"))
@@ -83,7 +83,7 @@ fn colour_is_for_terminals_and_those_who_force_it() {
 }
 
 #[test]
-fn a_reader_that_has_seen_enough_is_no_failure_and_the_rest_is_done() {
+fn closed_stdout_is_not_an_error() {
     let rows: String = (0..30_000)
         .map(|k| format!("{},0,0,9.81,0,0,0\n", f64::from(k) * 0.01))
         .collect();
@@ -98,12 +98,12 @@ fn a_reader_that_has_seen_enough_is_no_failure_and_the_rest_is_done() {
         "man",
         "--help",
     ] {
-        // The reader has gone before anything is written.
+        // The reader closes the pipe before anything is written.
         let pipe = format!("{{ \"$0\" {command}; echo $? >&2; }} | true");
         let output = shell(&bench, "bash", &pipe).expect("bash");
         let said = text(&output.stderr);
         if command.contains("long.csv long.csv") {
-            // Twice the same is refused, which is another failure.
+            // A recording named twice is rejected, which is a different failure.
             assert!(said.ends_with("1\n"), "{said}");
             continue;
         }
@@ -114,15 +114,15 @@ fn a_reader_that_has_seen_enough_is_no_failure_and_the_rest_is_done() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn an_interrupted_command_leaves_nothing_unfinished() {
+fn interrupted_command_leaves_no_unfinished_file() {
     let rows: String = (0..100_000)
         .map(|k| format!("{},0,0,9.81,0,0,0\n", f64::from(k) * 0.01))
         .collect();
     let bench = Bench::with("long.csv", format!("t,{AXES}\n{rows}"));
     let is_unfinished = || bench.files().iter().any(|name| name.ends_with(".part"));
-    // It may be done before it is interrupted.
+    // The command may finish before it is interrupted.
     let interrupted = (0..20).any(|_| {
-        // Interrupts are ignored where a shell without job control has started this.
+        // SIGINT is ignored if a shell without job control started the test.
         let mut child = Command::new("env")
             .args(["--default-signal", env!("CARGO_BIN_EXE_footfall")])
             .args(["replay", "long.csv", "--output", "out.csv"])
@@ -147,7 +147,7 @@ fn an_interrupted_command_leaves_nothing_unfinished() {
 
 #[cfg(all(target_os = "linux", feature = "bags"))]
 #[test]
-fn a_signal_that_is_ignored_at_the_start_stays_so_and_the_others_work() {
+fn signals_ignored_at_start_stay_ignored() {
     for (ignored, sent) in [("INT", "TERM"), ("HUP", "INT"), ("HUP", "TERM")] {
         let bench = Bench::new();
         let mut child = Command::new("env")
@@ -174,7 +174,7 @@ fn a_signal_that_is_ignored_at_the_start_stays_so_and_the_others_work() {
 }
 
 #[test]
-fn a_configuration_is_checked_with_place_and_suggestion() {
+fn configuration_errors_give_place_and_suggestion() {
     let bench = Bench::new();
     let check = |content: &str| {
         fs::write(bench.path("c.toml"), content).expect("a file");
@@ -230,7 +230,7 @@ fn a_configuration_is_checked_with_place_and_suggestion() {
 }
 
 #[test]
-fn an_example_can_be_used_as_it_is_printed() {
+fn printed_example_is_a_valid_configuration() {
     let bench = Bench::with("x.csv", standing());
     for preset in ["default", "paper"] {
         let example = bench.stdout(&format!("config --example --preset {preset}"));
@@ -242,7 +242,7 @@ fn an_example_can_be_used_as_it_is_printed() {
             ))
         };
         assert!(replay("") == replay("--config c.toml"));
-        // A key of it that is set is one that counts.
+        // Activating a key of the example takes effect.
         let set = example.replace("#decision.on_delay_s = 0.02", "decision.on_delay_s = 0.5");
         assert_ne!(set, example);
         fs::write(bench.path("c.toml"), set).expect("a file");
@@ -257,7 +257,7 @@ fn an_example_can_be_used_as_it_is_printed() {
 }
 
 #[test]
-fn a_typing_error_in_an_option_is_answered_with_what_is_near() {
+fn misspelt_option_error_suggests_a_similar_one() {
     let bench = Bench::with("x.csv", standing());
     for (arguments, expected) in [
         ("replay x.csv --gravity inclded", "'included'"),
@@ -293,7 +293,7 @@ fn a_typing_error_in_an_option_is_answered_with_what_is_near() {
 }
 
 #[test]
-fn the_help_fits_80_columns_and_has_its_options_under_headings() {
+fn help_fits_80_columns_and_groups_options() {
     let bench = Bench::new();
     let help = |command: &str| {
         let output = Command::new(env!("CARGO_BIN_EXE_footfall"))
@@ -328,7 +328,7 @@ fn the_help_fits_80_columns_and_has_its_options_under_headings() {
 }
 
 #[test]
-fn bash_takes_the_completions() {
+fn bash_accepts_the_completions() {
     let bench = Bench::new();
     for name in SHELLS {
         let script = bench.stdout(&format!("completions {name}"));
@@ -349,7 +349,7 @@ fn bash_takes_the_completions() {
 }
 
 #[test]
-fn manual_pages_are_without_a_warning() {
+fn manual_pages_cause_no_warning() {
     let bench = Bench::new();
     bench.stdout("man --out pages");
     let pages: Vec<String> = fs::read_dir(bench.path("pages"))

@@ -1,4 +1,4 @@
-//! `footfall convert`, as a whole program: an estimate from what it writes is that from what it reads.
+//! Tests of `footfall convert` as a program: estimates from the output equal those from the source.
 
 mod common;
 
@@ -8,11 +8,11 @@ use std::path::Path;
 use common::{AXES, Bench, read, standing, text};
 use serde_json::Value;
 
-/// All that a recording can become.
+/// All output formats.
 const TARGETS: [&str; 5] = ["b.csv", "b.csv.gz", "b.parquet", "b.mcap", "b --as rosbag2"];
 
-/// A walk in g and °/s, with a clock that begins before its trigger, samples that are no numbers, a load that is
-/// blank in between, and labels.
+/// Returns a walk in g and °/s, with a clock that starts before its trigger, non-numeric samples, a load with
+/// blanks, and labels.
 fn logged() -> String {
     let row = |k: u32| {
         let t = -0.75 + f64::from(k) * 0.005;
@@ -46,7 +46,7 @@ fn logged() -> String {
     format!("t,{AXES},force,label,validity\n{rows}")
 }
 
-/// The same without a header, a clock and units: 13 columns, 1 kHz, gravity removed.
+/// Returns a recording without header, clock and units: 13 columns, 1 kHz, gravity removed.
 fn atlas() -> String {
     let row = |k: u32| {
         let shake = if k % 800 > 500 {
@@ -55,7 +55,7 @@ fn atlas() -> String {
             0.01 * (f64::from(k) * 3.1).cos()
         };
         let axis = |scale: f64| format!("{:.7}", scale * shake);
-        // The thresholds of this format are others than those of a table.
+        // The default thresholds of this format differ from those of a table.
         let wrench = format!("0,0,{},0,0,0", (k * 7) % 300);
         let label = u32::from(k % 800 <= 500);
         let [a, b, c, d, e, f] = [3.0, -2.0, 1.0, 0.5, -0.25, 0.125].map(axis);
@@ -64,7 +64,7 @@ fn atlas() -> String {
     (0..4000).map(row).collect()
 }
 
-/// Recordings of each kind, and how they are read.
+/// Returns recordings of each kind, with the options to read them.
 fn sources(bench: &Bench) -> Vec<(&'static str, &'static str)> {
     bench.stdout("demo --out demo");
     bench.stdout("record demo:feet=2,line=uart,seconds=4 -o feet.mcap");
@@ -93,7 +93,7 @@ fn sources(bench: &Bench) -> Vec<(&'static str, &'static str)> {
     ]
 }
 
-/// The rows of a table of estimates: when they are, µs, and all else, bit for bit.
+/// Returns the rows of a table of estimates as time, µs, and all other cells as text.
 fn rows(table: &str) -> Vec<(i64, String)> {
     let mut lines = table.lines();
     let header = lines.next().expect("a header");
@@ -101,7 +101,7 @@ fn rows(table: &str) -> Vec<(i64, String)> {
     let column = column.expect("times");
     let row = |line: &str| {
         let mut cells: Vec<&str> = line.split(',').collect();
-        // A foot is called after its file and itself.
+        // The name of a foot includes the name of its file.
         if header.starts_with("foot,") {
             cells[0] = cells[0].rsplit(' ').next().expect("a name");
         }
@@ -111,7 +111,7 @@ fn rows(table: &str) -> Vec<(i64, String)> {
     lines.map(row).collect()
 }
 
-/// Makes sure that two tables have the same rows, at times that are the same by whole seconds.
+/// Checks that two tables have the same rows, with times shifted by whole seconds only.
 fn assert_same(found: &str, expected: &str, what: &str) {
     let (found, expected) = (rows(found), rows(expected));
     assert_eq!(found.len(), expected.len(), "{what}");
@@ -123,7 +123,7 @@ fn assert_same(found: &str, expected: &str, what: &str) {
     }
 }
 
-/// The metrics of all feet, and how many samples they have.
+/// Returns the metrics and sample counts of all feet.
 fn metrics(bench: &Bench, arguments: &str) -> Vec<(Value, Value)> {
     let json = bench.stdout(&format!("--quiet replay {arguments} --json"));
     let json: Value = serde_json::from_str(&json).expect("JSON");
@@ -133,7 +133,7 @@ fn metrics(bench: &Bench, arguments: &str) -> Vec<(Value, Value)> {
         .collect()
 }
 
-/// The options that a conversion says its result is read with.
+/// Returns the options that a conversion suggests for reading its output.
 fn told(bench: &Bench, said: &str) -> String {
     let line = said
         .lines()
@@ -148,7 +148,7 @@ fn told(bench: &Bench, said: &str) -> String {
     }
 }
 
-/// Removes what a conversion has written.
+/// Removes the output of a conversion.
 fn forget(bench: &Bench, target: &str) {
     let path = bench.path(target.split_whitespace().next().expect("a name"));
     if path.is_dir() {
@@ -159,7 +159,7 @@ fn forget(bench: &Bench, target: &str) {
 }
 
 #[test]
-fn estimates_from_what_is_written_are_those_from_what_is_read() {
+fn estimates_from_output_match_those_from_source() {
     let bench = Bench::new();
     for (source, options) in sources(&bench) {
         let expected = bench.stdout(&format!("--quiet replay {source} {options} --output -"));
@@ -187,7 +187,7 @@ fn estimates_from_what_is_written_are_those_from_what_is_read() {
             assert_same(&found, &expected, &what);
             assert_eq!(metrics(&bench, &reading), scores, "{what}");
             if is_alone {
-                // And back: the same table as from the source itself.
+                // Converting back gives the same table as the source itself.
                 let table = |arguments: &str| {
                     let said = bench.stdout(&format!("--quiet convert {arguments} - "));
                     assert!(said.starts_with("t,ax,"), "{said}");
@@ -203,7 +203,7 @@ fn estimates_from_what_is_written_are_those_from_what_is_read() {
 }
 
 #[test]
-fn a_part_is_cut_out_at_the_times_that_it_had() {
+fn span_keeps_the_times_of_the_recording() {
     let bench = Bench::with("walk.csv", standing());
     bench.stdout("convert walk.csv part.csv --from 0.25 --to 0.5");
     let part = read(&bench.path("part.csv"));
@@ -222,7 +222,7 @@ fn a_part_is_cut_out_at_the_times_that_it_had() {
 }
 
 #[test]
-fn what_cannot_be_written_is_refused_before_anything_is() {
+fn unwritable_output_is_rejected_before_writing() {
     let bench = Bench::with("walk.csv", standing());
     fs::write(bench.path("there.mcap"), "precious").expect("a file");
     fs::create_dir(bench.path("folder")).expect("a folder");
@@ -285,7 +285,7 @@ fn what_cannot_be_written_is_refused_before_anything_is() {
 }
 
 #[test]
-fn a_clock_that_does_not_count_from_1970_is_moved_for_a_bag_and_that_is_said() {
+fn clock_shift_of_a_bag_is_reported() {
     let bench = Bench::with("walk.csv", standing());
     let output = bench.run("convert walk.csv walk.mcap");
     assert!(

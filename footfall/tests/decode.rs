@@ -1,4 +1,4 @@
-//! `footfall decode` from outside: what it prints, writes and returns.
+//! Tests of `footfall decode` as a program: output, files and exit codes.
 
 mod common;
 
@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 use common::{Bench, read, standing, text};
 
 #[test]
-fn what_the_demos_foot_sent_can_be_decoded() {
+fn demo_output_is_decoded() {
     let bench = Bench::new();
     bench.stdout("demo --out walk");
     let rows = read(&bench.path("walk/samples.csv")).lines().count() - 1;
@@ -36,7 +36,7 @@ fn what_the_demos_foot_sent_can_be_decoded() {
 }
 
 #[test]
-fn a_broken_line_of_a_log_is_named_and_not_fatal() {
+fn invalid_log_line_is_reported_and_skipped() {
     let bench = Bench::with("x.log", "(1.000000) can0 711#00\n(1.000000) can0 191#0\n");
     let output = bench.run("decode x.log");
     assert!(output.status.success());
@@ -46,7 +46,7 @@ fn a_broken_line_of_a_log_is_named_and_not_fatal() {
 }
 
 #[test]
-fn what_cannot_be_decoded_is_an_error_that_names_the_file() {
+fn decode_error_names_the_file() {
     let bench = Bench::with("walk.csv", standing());
     let said = bench.error("decode walk.csv");
     assert!(
@@ -70,7 +70,7 @@ fn what_cannot_be_decoded_is_an_error_that_names_the_file() {
 }
 
 #[test]
-fn a_program_is_neither_a_log_nor_a_recording() {
+fn executable_is_rejected_as_input() {
     // Zeros look like the ends of frames.
     let program: Vec<u8> = (0..100_000_u32)
         .map(|k| (k.wrapping_mul(2_654_435_761) >> 24) as u8 & if k % 3 == 0 { 0 } else { 0xFF })
@@ -83,7 +83,7 @@ fn a_program_is_neither_a_log_nor_a_recording() {
 }
 
 #[test]
-fn a_node_with_another_id_is_a_foot_where_it_is_named() {
+fn node_option_adds_a_foot_with_another_id() {
     let bench = Bench::with("x.log", "(1.000000) can1 1A1#FFFF80800C00071A\n");
     let output = bench.run("decode x.log");
     assert!(text(&output.stdout).starts_with("CAN log: 0 rows\nframes   of_other_nodes 1\n"));
@@ -108,7 +108,7 @@ fn a_node_with_another_id_is_a_foot_where_it_is_named() {
     }
 }
 
-/// A contact each millisecond, whose numbers go on.
+/// Returns one contact per millisecond with consecutive sequence numbers.
 fn log(count: u32) -> String {
     let line = |k: u32| {
         let [low, high, ..] = (100 * k).to_le_bytes();
@@ -119,7 +119,7 @@ fn log(count: u32) -> String {
 }
 
 #[test]
-fn a_hyphen_is_standard_input_and_standard_output() {
+fn hyphen_selects_stdin_and_stdout() {
     let bench = Bench::new();
     let output = bench.piped("decode - --output rows.csv", &log(5));
     assert!(output.status.success());
@@ -128,7 +128,7 @@ fn a_hyphen_is_standard_input_and_standard_output() {
 
     let output = bench.piped("decode - --output -", &log(5));
     assert!(output.status.success());
-    // Rows alone; the report is on the other stream.
+    // Rows only; the report goes to standard error.
     assert_eq!(text(&output.stdout), rows);
     assert!(text(&output.stderr).starts_with("CAN log: 5 rows, "));
     assert_eq!(bench.files(), ["rows.csv"]);
@@ -142,8 +142,8 @@ fn a_hyphen_is_standard_input_and_standard_output() {
 }
 
 #[test]
-fn a_reader_that_has_had_enough_is_no_error() {
-    // More than a pipe holds.
+fn closed_stdout_is_not_an_error() {
+    // More than the capacity of a pipe.
     let bench = Bench::with("x.log", log(10_000));
     for arguments in [
         "decode x.log --output -",
@@ -157,7 +157,7 @@ fn a_reader_that_has_had_enough_is_no_error() {
             .stderr(Stdio::piped())
             .spawn()
             .expect("the command that was just built");
-        // The other end of the pipe closes before anything is read.
+        // The reader closes the pipe before anything is read.
         drop(child.stdout.take());
         let output = child.wait_with_output().expect("it ends");
         assert!(output.status.success(), "{arguments}: {output:?}");
@@ -166,7 +166,7 @@ fn a_reader_that_has_had_enough_is_no_error() {
 }
 
 #[test]
-fn a_table_with_the_suffix_of_something_else_is_not_written() {
+fn table_with_wrong_extension_is_rejected() {
     let bench = Bench::with("x.log", log(5));
     for name in ["rows.parquet", "rows.csv.gz", "rows"] {
         let said = bench.error(&format!("decode x.log --output {name}"));
@@ -183,7 +183,7 @@ fn a_table_with_the_suffix_of_something_else_is_not_written() {
 }
 
 #[test]
-fn feet_have_names_beside_their_ids() {
+fn feet_are_listed_with_name_and_id() {
     let two = log(2) + &log(2).replace(" 191#", " 181#");
     let bench = Bench::with("x.log", two);
     let foot = |row: &str| {
@@ -218,7 +218,7 @@ fn feet_have_names_beside_their_ids() {
 }
 
 #[test]
-fn files_of_others_are_named_with_what_to_do() {
+fn foreign_files_are_identified_with_a_remedy() {
     let bench = Bench::with("x.blf", b"LOGG\x90\0\0\0");
     assert_eq!(
         bench.error("decode x.blf"),

@@ -1,11 +1,11 @@
-//! `footfall demo` from outside: what it prints, writes and returns.
+//! Tests of `footfall demo` as a program: output, files and exit codes.
 
 mod common;
 
 use common::{Bench, read};
 
 #[test]
-fn the_demo_needs_nothing_and_writes_samples_a_picture_and_what_the_foot_sends() {
+fn demo_without_input_writes_all_results() {
     let bench = Bench::new();
     let summary = bench.stdout("");
     assert!(summary.contains("labels   RMSE "), "{summary}");
@@ -27,7 +27,7 @@ fn the_demo_needs_nothing_and_writes_samples_a_picture_and_what_the_foot_sends()
 }
 
 #[test]
-fn what_the_demo_wrote_can_be_replayed() {
+fn demo_output_can_be_replayed() {
     let bench = Bench::new();
     bench.stdout("demo --out walk --seed 3");
     let summary = bench.stdout("replay walk/samples.csv");
@@ -35,7 +35,7 @@ fn what_the_demo_wrote_can_be_replayed() {
 }
 
 #[test]
-fn the_same_seed_gives_the_same_demo_and_another_one_another() {
+fn seed_determines_the_demo() {
     let bench = Bench::new();
     for (out, seed) in [("a", 7), ("b", 7), ("c", 8)] {
         bench.stdout(&format!("demo --out {out} --seed {seed}"));
@@ -46,7 +46,7 @@ fn the_same_seed_gives_the_same_demo_and_another_one_another() {
 }
 
 #[test]
-fn a_file_where_the_demos_directory_should_be_is_called_one() {
+fn file_in_place_of_the_demo_directory_is_reported() {
     let bench = Bench::with("walk", "");
     assert_eq!(
         bench.error("demo --out walk"),

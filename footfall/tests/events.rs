@@ -1,4 +1,4 @@
-//! `footfall replay --events` and `--plot` from outside.
+//! Tests of `footfall replay --events` and `--plot` as a program.
 
 mod common;
 
@@ -8,7 +8,7 @@ use common::{Bench, read, standing};
 use gait::{Plan, SensorParams, simulate};
 use recordings::output::write_recording;
 
-/// The demo's walk as a table.
+/// Returns the demo walk as a table.
 fn walk() -> Vec<u8> {
     let walk = simulate(&Plan::demo(1), &SensorParams::LSM6DSOX, 1).recording;
     let mut table = Vec::new();
@@ -16,14 +16,14 @@ fn walk() -> Vec<u8> {
     table
 }
 
-/// The cells of a table without its header.
+/// Returns the cells of a table without its header.
 fn rows(table: &str) -> Vec<Vec<&str>> {
     let rows = table.lines().skip(1);
     rows.map(|row| row.split(',').collect()).collect()
 }
 
 #[test]
-fn the_events_of_a_walk_have_one_row_each() {
+fn each_event_of_a_walk_has_one_row() {
     let bench = Bench::with("walk.csv", walk());
     let said = bench.stdout("replay walk.csv --events events.csv");
     assert!(said.ends_with("written  events.csv\n"), "{said}");
@@ -36,7 +36,7 @@ fn the_events_of_a_walk_have_one_row_each() {
     for row in &rows {
         assert_eq!(row[4].is_empty(), !row[1].starts_with("slip"), "{row:?}");
     }
-    // It stood when the recording began, and stands when it ends.
+    // The recording begins and ends in stance.
     let blank: Vec<_> = rows.iter().filter(|row| row[2].is_empty()).collect();
     assert_eq!(
         blank.iter().map(|row| row[1]).collect::<Vec<_>>(),
@@ -46,7 +46,7 @@ fn the_events_of_a_walk_have_one_row_each() {
 }
 
 #[test]
-fn events_of_several_feet_name_the_foot_and_standard_output_takes_them() {
+fn events_of_several_feet_name_the_foot_on_stdout() {
     let bench = Bench::with("RL.csv", walk());
     fs::write(bench.path("R,R.csv"), walk()).expect("a file");
     let table = bench.stdout("replay RL.csv R,R.csv --events -");
@@ -58,7 +58,7 @@ fn events_of_several_feet_name_the_foot_and_standard_output_takes_them() {
 }
 
 #[test]
-fn times_of_events_are_on_the_recordings_clock() {
+fn event_times_are_on_the_recording_clock() {
     let late = |line: &str| {
         let (time, rest) = line.split_once(',').expect("a row");
         let time: f64 = time.parse().expect("a time");
@@ -77,7 +77,7 @@ fn times_of_events_are_on_the_recordings_clock() {
 }
 
 #[test]
-fn a_part_of_a_recording_has_the_events_in_it() {
+fn span_contains_its_events() {
     let bench = Bench::with("walk.csv", walk());
     let whole = bench.stdout("replay walk.csv --events -");
     let part = bench.stdout("replay walk.csv --events - --from 5 --to 6.2");
@@ -87,7 +87,7 @@ fn a_part_of_a_recording_has_the_events_in_it() {
         .filter(|row| (5.0..6.2).contains(&row[0].parse::<f64>().expect("a time")))
         .collect();
     assert_eq!(part.len(), within.len());
-    // The last stance and the slip in it have not ended.
+    // The last stance and its slip have not ended.
     let complete = part
         .iter()
         .zip(within)
@@ -97,7 +97,7 @@ fn a_part_of_a_recording_has_the_events_in_it() {
 }
 
 #[test]
-fn a_foot_that_stands_has_a_table_without_rows() {
+fn standing_foot_has_no_events() {
     let bench = Bench::with("walk.csv", standing());
     assert_eq!(
         bench.stdout("replay walk.csv --events -"),
@@ -106,7 +106,7 @@ fn a_foot_that_stands_has_a_table_without_rows() {
 }
 
 #[test]
-fn standard_output_takes_one_result() {
+fn stdout_accepts_one_result() {
     let bench = Bench::with("walk.csv", standing());
     for two in [
         "--events - --output -",
@@ -123,7 +123,7 @@ fn standard_output_takes_one_result() {
 }
 
 #[test]
-fn a_page_is_one_file_of_all_feet() {
+fn page_is_one_file_for_all_feet() {
     let bench = Bench::with("RL.csv", standing());
     fs::write(bench.path("<!--<script>.csv"), standing()).expect("a file");
     let said = bench.stdout("replay RL.csv <!--<script>.csv --plot out.html");
@@ -137,7 +137,7 @@ fn a_page_is_one_file_of_all_feet() {
 
 #[cfg(feature = "png")]
 #[test]
-fn a_png_is_a_picture_of_each_foot() {
+fn png_is_written_per_foot() {
     let row = |k: u32| format!("{:.3},0,0,9.81,0,0,0\n", f64::from(k) * 1e-3);
     let table = format!(
         "t,{}\n{}",
@@ -149,7 +149,7 @@ fn a_png_is_a_picture_of_each_foot() {
     bench.stdout("replay RL.csv RR.csv --plot out.png");
     for file in ["out-RL.png", "out-RR.png"] {
         let bytes = fs::read(bench.path(file)).expect("a picture");
-        // The signature; then the first chunk, whose first number is the width.
+        // PNG signature, then the first chunk, which starts with the width.
         assert_eq!(bytes[..8], *b"\x89PNG\r\n\x1a\n");
         assert_eq!(bytes[16..20], 1600_u32.to_be_bytes());
     }

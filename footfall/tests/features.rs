@@ -1,12 +1,11 @@
-//! What needs a feature: where it is not built, the feature and the command that builds it are named, and
-//! nothing is written.
+//! Tests of optional features: without a feature, the error names it and the build command, and nothing is written.
 
 mod common;
 
 use common::Bench;
 use footfall::feature::Feature;
 
-/// What is asked for, by the feature that it needs.
+/// Commands by the feature they need.
 const NEEDS: [(Feature, &str); 13] = [
     (Feature::Bags, "replay walk.mcap"),
     (Feature::Bags, "replay walk.db3"),
@@ -24,7 +23,7 @@ const NEEDS: [(Feature, &str); 13] = [
 ];
 
 #[test]
-fn what_is_not_built_is_refused_with_the_command_that_builds_it() {
+fn missing_feature_error_names_the_build_command() {
     let bench = Bench::new();
     let table = b"t,ax,ay,az,wx,wy,wz\n0,0,0,9.8,0,0,0\n0.001,0,0,9.8,0,0,0\n";
     let files: [(_, &[u8]); 4] = [
@@ -51,7 +50,7 @@ fn what_is_not_built_is_refused_with_the_command_that_builds_it() {
 }
 
 #[test]
-fn the_version_lists_the_features_that_are_built() {
+fn version_lists_the_built_features() {
     let version = Bench::new().stdout("--version");
     let (number, features) = version.split_once(" (features: ").expect("features");
     assert_eq!(number, concat!("footfall ", env!("CARGO_PKG_VERSION")));

@@ -1,17 +1,17 @@
-//! `footfall foot`, as a whole program, on a simulated foot that runs the board's program.
+//! Tests of `footfall foot` as a program, on a simulated foot that runs the board's firmware.
 
 mod common;
 
 use common::{Bench, read, text};
 
-/// What a command prints, and its errors.
+/// Returns stdout and stderr of a command.
 fn foot(bench: &Bench, arguments: &str) -> (String, String) {
     let output = bench.run(&format!("foot {arguments}"));
     (text(&output.stdout), text(&output.stderr))
 }
 
 #[test]
-fn a_foot_is_found_described_and_asked() {
+fn foot_is_scanned_described_and_read() {
     let bench = Bench::new();
     let (scan, _) = foot(&bench, "demo:feet=4,speed=10 scan");
     assert_eq!(
@@ -32,7 +32,7 @@ fn a_foot_is_found_described_and_asked() {
 }
 
 #[test]
-fn settings_go_to_a_file_and_back() {
+fn settings_are_exported_and_imported() {
     let bench = Bench::new();
     let (_, error) = foot(&bench, "demo:speed=10 export foot.txt");
     assert_eq!(error, "");
@@ -64,7 +64,7 @@ fn settings_go_to_a_file_and_back() {
 }
 
 #[test]
-fn a_setting_that_is_wrong_is_refused_with_its_name_and_range() {
+fn invalid_setting_error_gives_name_and_range() {
     let bench = Bench::new();
     for (arguments, expected) in [
         (
@@ -86,7 +86,7 @@ fn a_setting_that_is_wrong_is_refused_with_its_name_and_range() {
 }
 
 #[test]
-fn a_board_is_made_another_foot_and_described_as_that() {
+fn id_command_changes_the_foot_of_a_board() {
     let bench = Bench::new();
     let (info, error) = foot(&bench, "demo:speed=10 id rr");
     assert!(info.starts_with("foot     RR, node 20\n"), "{info}{error}");
@@ -105,7 +105,7 @@ fn a_board_is_made_another_foot_and_described_as_that() {
 }
 
 #[test]
-fn a_foot_that_walks_is_calibrated_and_one_that_does_not_learn_says_so() {
+fn calibration_needs_a_walking_and_learning_foot() {
     let bench = Bench::new();
     let (text, error) = foot(&bench, "demo:speed=5 --node 17 calibrate");
     for expected in [
@@ -137,14 +137,14 @@ fn a_foot_that_walks_is_calibrated_and_one_that_does_not_learn_says_so() {
 }
 
 #[test]
-fn a_sensor_is_tested() {
+fn sensor_self_test_passes() {
     let bench = Bench::new();
     let (text, error) = foot(&bench, "demo selftest");
     assert_eq!(text, "the sensor has passed its self-test\n", "{error}");
 }
 
 #[test]
-fn the_clocks_of_four_feet_are_compared_with_their_errors() {
+fn clocks_of_four_feet_are_compared_with_errors() {
     let bench = Bench::new();
     let (text, error) = foot(&bench, "demo:feet=4 sync --seconds 3");
     let lines: Vec<_> = text.lines().collect();
@@ -171,16 +171,16 @@ fn the_clocks_of_four_feet_are_compared_with_their_errors() {
 
 #[cfg(unix)]
 #[test]
-fn what_is_interrupted_while_it_sets_a_foot_is_done_to_its_end() {
+fn interrupted_id_change_is_completed() {
     use std::process::{Command, Stdio};
-    // Interrupts are ignored where a shell without job control has started this.
+    // SIGINT is ignored if a shell without job control started the test.
     let child = Command::new("env")
         .args(["--default-signal", env!("CARGO_BIN_EXE_footfall")])
         .args(["foot", "demo", "id", "FR"])
         .stdout(Stdio::piped())
         .spawn()
         .expect("the command that was just built");
-    // It listens for feet for 1.2 s, and again for boards that have the id: it is in between.
+    // The command scans for feet for 1.2 s and then for boards with the id; 2 s is in between.
     std::thread::sleep(std::time::Duration::from_millis(2000));
     let id = child.id().to_string();
     let kill = Command::new("kill").args(["-s", "INT", &id]).status();
@@ -192,7 +192,7 @@ fn what_is_interrupted_while_it_sets_a_foot_is_done_to_its_end() {
 }
 
 #[test]
-fn a_file_without_settings_and_a_setting_named_twice_are_refused() {
+fn empty_file_and_duplicate_setting_are_rejected() {
     let bench = Bench::with("foot.txt", "# settings of a foot\n");
     for action in ["import", "diff"] {
         let (output, error) = foot(&bench, &format!("demo:speed=10 {action} foot.txt"));
@@ -205,7 +205,7 @@ fn a_file_without_settings_and_a_setting_named_twice_are_refused() {
 }
 
 #[test]
-fn settings_come_from_standard_input_too_and_what_is_too_long_is_none() {
+fn settings_are_read_from_stdin_with_a_size_limit() {
     let bench = Bench::with("zeros.txt", vec![0; 2 << 20]);
     let output = bench.piped(
         "foot demo:speed=10 import -",

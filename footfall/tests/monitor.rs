@@ -1,4 +1,4 @@
-//! `footfall monitor` and `footfall explain`, as whole programs.
+//! Tests of `footfall monitor` and `footfall explain` as programs.
 
 mod common;
 
@@ -22,7 +22,7 @@ fn monitor(arguments: &[&str]) -> (String, String, Option<i32>) {
 }
 
 #[test]
-fn where_there_is_no_terminal_each_foot_is_a_line_a_second() {
+fn output_without_terminal_is_one_line_per_foot_and_second() {
     let (lines, warnings, code) = monitor(&["demo:feet=4,seconds=2.5"]);
     assert_eq!((warnings.as_str(), code), ("", Some(0)));
     for foot in ["FL", "FR", "RL", "RR"] {
@@ -37,7 +37,7 @@ fn where_there_is_no_terminal_each_foot_is_a_line_a_second() {
 }
 
 #[test]
-fn as_json_every_line_is_an_object() {
+fn json_output_has_one_object_per_line() {
     let (lines, _, code) = monitor(&["demo:feet=2,speed=max,seconds=3", "--json"]);
     assert_eq!(code, Some(0));
     let objects: Vec<serde_json::Value> = lines
@@ -62,14 +62,14 @@ fn as_json_every_line_is_an_object() {
 }
 
 #[test]
-fn what_is_no_source_is_an_error_of_the_command_line() {
+fn invalid_source_is_a_command_line_error() {
     let (_, error, code) = monitor(&["ttyACM0"]);
     assert_eq!(code, Some(2));
     assert!(error.contains("sources are uart:PORT[@BAUD]"), "{error}");
 }
 
 #[test]
-fn a_log_and_a_recording_of_the_demo_are_played() {
+fn demo_log_and_recording_are_played() {
     let folder = tempfile::tempdir().expect("a folder");
     let demo = Command::new(PROGRAM)
         .args(["demo", "--out"])
@@ -87,7 +87,7 @@ fn a_log_and_a_recording_of_the_demo_are_played() {
 }
 
 #[test]
-fn what_cannot_be_played_is_an_error() {
+fn unplayable_source_is_an_error() {
     let (lines, error, code) = monitor(&["file:there-is-none.log"]);
     assert_eq!(code, Some(1), "{lines}");
     assert!(error.contains("there-is-none.log"), "{error}");

@@ -1,4 +1,4 @@
-//! What is not plausible about a recording is said, one line for each, and with `--strict` it fails.
+//! Tests of findings: each is printed on one line, and fails the command with `--strict`.
 
 mod common;
 
@@ -6,7 +6,7 @@ use std::fs;
 
 use common::{AXES, Bench, standing, text};
 
-/// A foot at rest whose rows are what `row` makes of the time in s.
+/// Returns a foot at rest with 1000 rows `seconds` apart; `row` maps the time, s, to a row.
 fn resting(seconds: f64, row: impl Fn(f64) -> String) -> Bench {
     let rows: String = (0..1000)
         .map(|k| row(f64::from(k) * seconds) + "\n")
@@ -14,7 +14,7 @@ fn resting(seconds: f64, row: impl Fn(f64) -> String) -> Bench {
     Bench::with("x.csv", format!("t,{AXES}\n{rows}"))
 }
 
-/// What is said about a recording on stderr and in the JSON.
+/// Returns the findings on stderr and their names in the JSON.
 fn said(bench: &Bench, options: &str) -> (String, Vec<String>) {
     let output = bench.run(&format!("replay x.csv --json {options}"));
     assert!(output.status.success(), "{output:?}");
@@ -27,13 +27,13 @@ fn said(bench: &Bench, options: &str) -> (String, Vec<String>) {
 }
 
 #[test]
-fn a_plausible_recording_passes_without_a_word() {
+fn plausible_recording_has_no_finding() {
     let bench = Bench::with("x.csv", standing());
     assert_eq!(said(&bench, "--strict"), (String::new(), vec![]));
 }
 
 #[test]
-fn each_finding_is_a_line_and_a_name() {
+fn finding_has_a_line_and_a_name() {
     let at = |force: &'static str| move |t: f64| format!("{t:.4},{force},0,0,0");
     for (bench, options, name, line) in [
         (
@@ -105,8 +105,8 @@ fn each_finding_is_a_line_and_a_name() {
 }
 
 #[test]
-fn rows_in_batches_are_a_finding_that_spacing_by_the_rate_answers() {
-    // Two rows every 2 ms, 0.1 ms apart.
+fn batched_rows_finding_is_resolved_by_spacing() {
+    // Two rows 0.1 ms apart, every 2 ms.
     let bench = resting(0.001, |t| {
         let row = (t * 1e3).round() as i64;
         let micros = row / 2 * 2_000 + row % 2 * 100;
@@ -125,15 +125,15 @@ fn rows_in_batches_are_a_finding_that_spacing_by_the_rate_answers() {
 }
 
 #[test]
-fn calibrate_says_the_same() {
+fn calibrate_reports_the_same_findings() {
     let bench = resting(0.001, |t| format!("{t:.4},0,0,1,0,0,0"));
     let stderr = bench.error("calibrate x.csv --strict");
     assert!(stderr.contains("which looks like g: --units g"), "{stderr}");
 }
 
 #[test]
-fn the_json_of_calibrate_has_the_findings_of_each_file() {
-    // Too slow a rate, on each side of the sensor: gravity need not be along z here.
+fn calibrate_json_has_findings_of_each_file() {
+    // The rate is too low on each side of the sensor; gravity need not be along z here.
     let bench = Bench::new();
     let mut files = Vec::new();
     for (k, side) in ["g,0,0", "-g,0,0", "0,g,0", "0,-g,0", "0,0,g", "0,0,-g"]

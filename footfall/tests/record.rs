@@ -1,4 +1,4 @@
-//! `footfall record`, as a whole program.
+//! Tests of `footfall record` as a program.
 
 mod common;
 
@@ -13,7 +13,7 @@ use live::feed::Fed;
 use live::{Arrival, Feed};
 use wire::Foot as Position;
 
-/// The counts that a recording reports, by topic.
+/// Returns the reported message count of a topic.
 fn count(report: &str, topic: &str) -> u64 {
     let line = report
         .lines()
@@ -23,7 +23,7 @@ fn count(report: &str, topic: &str) -> u64 {
 }
 
 #[test]
-fn four_feet_with_their_samples_are_recorded_without_a_loss_and_replayed() {
+fn recording_of_four_feet_is_complete_and_replayable() {
     let bench = Bench::new();
     let output = bench.run("record demo:feet=4,line=uart,seconds=10 -o walk.mcap");
     let report = text(&output.stdout);
@@ -50,7 +50,7 @@ fn four_feet_with_their_samples_are_recorded_without_a_loss_and_replayed() {
 }
 
 #[test]
-fn a_recording_that_is_cut_off_anywhere_has_what_came_a_second_before() {
+fn truncated_recording_loses_only_its_end() {
     let bench = Bench::new();
     bench.run("record demo:feet=1,line=uart,seconds=6 -o whole.mcap");
     let whole = fs::read(bench.path("whole.mcap")).expect("a recording");
@@ -63,7 +63,7 @@ fn a_recording_that_is_cut_off_anywhere_has_what_came_a_second_before() {
             let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
             json["recordings"][0]["samples"].as_u64().expect("a count")
         } else {
-            // Nothing but what comes before the first chunk.
+            // Only the data before the first chunk is present.
             assert_eq!(last, 0, "{}", text(&output.stderr));
             0
         };
@@ -80,10 +80,10 @@ fn a_recording_that_is_cut_off_anywhere_has_what_came_a_second_before() {
 
 #[cfg(unix)]
 #[test]
-fn an_interrupted_recording_is_finished_and_a_killed_one_opens() {
+fn interrupted_and_killed_recordings_are_readable() {
     for signal in ["INT", "KILL"] {
         let bench = Bench::new();
-        // Interrupts are ignored where a shell without job control has started this.
+        // SIGINT is ignored if a shell without job control started the test.
         let mut child = Command::new("env")
             .args(["--default-signal", env!("CARGO_BIN_EXE_footfall")])
             .args(["record", "demo:feet=2,speed=1", "-o", "walk.mcap"])
@@ -105,13 +105,13 @@ fn an_interrupted_recording_is_finished_and_a_killed_one_opens() {
             text(&output.stderr)
         );
         let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
-        // On CAN, an IMU's sample comes with each motion, 50 times a second.
+        // On CAN, each motion message carries an IMU sample, 50 times a second.
         let samples = json["recordings"][0]["samples"].as_u64().expect("a count");
         assert!(samples > 75, "{signal}: {samples}");
     }
 }
 
-/// What two boards that both are FL send within three seconds, as `candump -L` logs it.
+/// Returns three seconds of output of two boards with the id of FL, in the format of `candump -L`.
 fn log_of_two_boards_with_one_id() -> String {
     let source = "demo:feet=2,speed=max,seconds=3".parse();
     let feed = Feed::open(source.expect("a source"));
@@ -137,7 +137,7 @@ fn log_of_two_boards_with_one_id() -> String {
 }
 
 #[test]
-fn two_boards_with_one_id_are_named_and_recorded_as_not_valid() {
+fn contacts_of_boards_sharing_an_id_are_invalid() {
     let bench = Bench::with("two.log", log_of_two_boards_with_one_id());
     let output = bench.run("record file:two.log@max -o two.mcap");
     assert!(output.status.success());
@@ -152,8 +152,8 @@ fn two_boards_with_one_id_are_named_and_recorded_as_not_valid() {
 }
 
 #[test]
-fn a_foot_with_an_id_of_its_own_is_recorded_where_it_is_named() {
-    // A contact of node 34 a millisecond: what it says, its time in steps of 10 µs, its number, its status.
+fn foot_with_custom_id_is_recorded_when_named() {
+    // One contact of node 34 per millisecond: probabilities, time in steps of 10 µs, sequence number, status.
     let contact = |ms: u16| {
         let [low, high] = (100 * ms).to_le_bytes();
         format!("(1.{ms:03}000) can0 1A2#00000000{low:02X}{high:02X}{ms:02X}80\n")
@@ -176,7 +176,7 @@ fn a_foot_with_an_id_of_its_own_is_recorded_where_it_is_named() {
 }
 
 #[test]
-fn what_is_there_is_not_replaced_unless_it_is_asked_for() {
+fn existing_file_needs_overwrite_option() {
     let bench = Bench::with("walk.mcap", "precious");
     let output = bench.run("record demo:seconds=1 -o walk.mcap");
     assert_eq!(output.status.code(), Some(1));
@@ -202,7 +202,7 @@ fn what_is_there_is_not_replaced_unless_it_is_asked_for() {
 }
 
 #[test]
-fn nothing_is_replaced_by_a_recording_of_itself_or_of_what_cannot_be_read() {
+fn invalid_source_never_replaces_a_file() {
     let bench = Bench::with("walk.mcap", "precious");
     for (source, says) in [
         ("walk.mcap", "it is the recording itself"),

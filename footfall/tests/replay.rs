@@ -1,4 +1,4 @@
-//! `footfall replay` from outside: what it prints, writes and returns.
+//! Tests of `footfall replay` as a program: output, files and exit codes.
 
 mod common;
 
@@ -12,7 +12,7 @@ use recordings::input::{self, Format, Hints};
 use recordings::replay::replay;
 
 #[test]
-fn a_replay_writes_one_row_per_sample_under_the_documented_header() {
+fn replay_writes_header_and_one_row_per_sample() {
     let bench = Bench::with("walk.csv", standing());
     bench.stdout("replay walk.csv --format csv --output out.csv");
     let table = read(&bench.path("out.csv"));
@@ -37,7 +37,7 @@ fn a_replay_writes_one_row_per_sample_under_the_documented_header() {
 }
 
 #[test]
-fn times_come_out_as_they_went_in_wherever_the_clock_starts() {
+fn times_are_preserved_for_any_clock_origin() {
     for start in [-500, 0, 1_700_000_000_000_i64] {
         let time = |k: i64| {
             let ms = start + k;
@@ -65,7 +65,7 @@ fn times_come_out_as_they_went_in_wherever_the_clock_starts() {
 }
 
 #[test]
-fn the_figure_is_that_of_the_whole_recording() {
+fn figure_covers_the_whole_recording() {
     let bench = Bench::with("walk.csv", standing());
     bench.stdout("replay walk.csv --plot out.svg");
     let loaded = input::read(&bench.path("walk.csv"), Format::Csv, &Hints::default());
@@ -73,12 +73,12 @@ fn the_figure_is_that_of_the_whole_recording() {
     let estimates = replay(&recording, &Params::DEFAULT).expect("the preset");
     let expected = plot::svg(&recording, &estimates).expect("a picture");
     assert!(read(&bench.path("out.svg")) == expected);
-    // The same as in the process, and not the same as with the first estimate alone.
+    // The figure matches the one drawn in process, and differs from that of the first estimate alone.
     assert!(expected != plot::svg(&recording, &estimates[..1]).expect("a picture"));
 }
 
 #[test]
-fn a_replay_prints_a_summary() {
+fn replay_prints_a_summary() {
     let bench = Bench::with("walk.csv", standing());
     let summary = bench.stdout("replay walk.csv");
     assert!(
@@ -89,7 +89,7 @@ fn a_replay_prints_a_summary() {
 }
 
 #[test]
-fn with_json_stdout_holds_one_object_and_nothing_else() {
+fn json_option_prints_a_single_object() {
     let bench = Bench::with("walk.csv", standing());
     let stdout = bench.stdout("replay walk.csv --json --output out.csv --plot out.svg");
     let json: serde_json::Value = serde_json::from_str(&stdout).expect("one JSON object");
@@ -100,7 +100,7 @@ fn with_json_stdout_holds_one_object_and_nothing_else() {
 }
 
 #[test]
-fn a_replay_draws_the_figure() {
+fn replay_draws_the_figure() {
     let bench = Bench::with("walk.csv", standing());
     bench.stdout("replay walk.csv --plot out.svg");
     let svg = read(&bench.path("out.svg"));
@@ -108,7 +108,7 @@ fn a_replay_draws_the_figure() {
 }
 
 #[test]
-fn options_win_over_the_configuration_file_which_wins_over_the_preset() {
+fn options_override_configuration_and_preset() {
     let bench = Bench::with("walk.csv", standing());
     fs::write(
         bench.path("robot.toml"),
@@ -127,7 +127,7 @@ fn options_win_over_the_configuration_file_which_wins_over_the_preset() {
 }
 
 #[test]
-fn columns_nobody_asked_for_are_named_in_one_line_on_stderr() {
+fn ignored_columns_are_listed_on_stderr() {
     let bench = Bench::with(
         "walk.csv",
         format!("t,{AXES},qw,mood\n0,0,0,9,0,0,0,,\n1,0,0,9,0,0,0,,\n"),
@@ -148,7 +148,7 @@ fn columns_nobody_asked_for_are_named_in_one_line_on_stderr() {
 }
 
 #[test]
-fn go1_rows_without_imu_values_are_accounted_for_on_stderr() {
+fn skipped_go1_rows_are_reported_on_stderr() {
     let rows = "250,0,0,1,0,0,0\n".repeat(40) + &"250,,,,,,\n".repeat(60);
     let bench = Bench::with("go1.csv", rows);
     let output = bench.run("replay go1.csv --format pce-go1 --preset paper");
@@ -161,7 +161,7 @@ fn go1_rows_without_imu_values_are_accounted_for_on_stderr() {
 }
 
 #[test]
-fn samples_that_are_not_finite_are_flagged_and_not_refused() {
+fn non_finite_samples_are_flagged() {
     let rows = standing().replace("0.500,0,", "0.500,nan,");
     let bench = Bench::with("walk.csv", rows);
     let summary = bench.stdout("replay walk.csv");
@@ -169,7 +169,7 @@ fn samples_that_are_not_finite_are_flagged_and_not_refused() {
 }
 
 #[test]
-fn a_recording_may_come_through_a_pipe() {
+fn recording_is_read_from_a_pipe() {
     let bench = Bench::with("walk.csv", standing());
     let output = Command::new("sh")
         .args(["-c", "cat walk.csv | \"$0\" replay /dev/stdin --json"])
@@ -183,11 +183,11 @@ fn a_recording_may_come_through_a_pipe() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn where_nothing_can_be_said_nothing_panics() {
+fn unwritable_output_streams_cause_no_panic() {
     let bench = Bench::with("x.csv", format!("{AXES},more\n0,0,9,0,0,0,1\n"));
-    // A panic's status is 101.
+    // Exit code of a panic is 101.
     for (arguments, expected) in [
-        // It would say that a column is ignored.
+        // This command warns about an ignored column.
         ("replay x.csv --sample-rate 100 2>/dev/full", 0),
         ("replay absent.csv 2>/dev/full", 1),
         ("replay x.csv --sample-rate 100 >/dev/full", 1),
@@ -208,7 +208,7 @@ fn where_nothing_can_be_said_nothing_panics() {
 }
 
 #[test]
-fn the_configuration_files_sample_rate_counts_where_the_recording_has_none() {
+fn configuration_sets_a_missing_sample_rate() {
     let bench = Bench::with("x.csv", format!("{AXES}\n0,0,9,0,0,0\n0,0,9,0,0,0\n"));
     fs::write(bench.path("robot.toml"), "sample_rate_hz = 400\n").expect("a file");
     let summary = bench.stdout("replay x.csv --config robot.toml");
@@ -221,14 +221,14 @@ fn the_configuration_files_sample_rate_counts_where_the_recording_has_none() {
 }
 
 #[test]
-fn the_default_preset_takes_the_load_trigger_of_the_formats_robot() {
-    // 100 N would be a loaded GO1, but not a loaded ATLAS; 100 raw is no loaded GO1.
+fn default_preset_uses_load_threshold_of_the_format() {
+    // 100 N exceeds the threshold of a GO1, but not of an ATLAS; 100 raw units do not exceed that of a GO1.
     let atlas = |load: u32| format!("0,0,{load},0,0,0,0,0,0,0,0,0,1\n").repeat(400);
     let go1 = |load: u32| format!("{load},0,0,1,0,0,0\n").repeat(400);
     for (content, format, state) in [
         (atlas(100), "pce-atlas", "quiet_swing"),
         (atlas(200), "pce-atlas", "stance"),
-        // A NAO weighs 50 N, so 12 N are a load already.
+        // A NAO weighs 50 N, so 12 N is already a load.
         (atlas(5), "lcd", "quiet_swing"),
         (atlas(20), "lcd", "stance"),
         (go1(100), "pce-go1", "quiet_swing"),
@@ -250,14 +250,14 @@ fn the_default_preset_takes_the_load_trigger_of_the_formats_robot() {
 }
 
 #[test]
-fn the_figure_may_go_into_a_pipe() {
+fn figure_is_written_to_a_pipe() {
     let bench = Bench::with("x.csv", standing());
     let stdout = bench.stdout("replay x.csv --plot /dev/stdout");
     assert!(stdout.starts_with("<svg"), "{stdout}");
 }
 
 #[test]
-fn the_papers_window_says_how_long_it_lasts_at_another_rate() {
+fn paper_window_duration_is_reported_at_other_rates() {
     let rows = |seconds: f64| -> String {
         let row = |k: u32| format!("{:.3},0,0,9.81,0,0,0\n", f64::from(k) * seconds);
         (0..100).map(row).collect()

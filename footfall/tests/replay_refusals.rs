@@ -1,4 +1,4 @@
-//! What `footfall replay` refuses, and how it says so.
+//! Tests of inputs rejected by `footfall replay`, and of its error messages.
 
 mod common;
 
@@ -6,13 +6,13 @@ use std::fs;
 
 use common::{AXES, Bench, read, standing};
 
-/// What is said about a file named x.csv with this content.
+/// Returns the error about a file x.csv with this content.
 fn complaint(content: impl AsRef<[u8]>, options: &str) -> String {
     Bench::with("x.csv", content).error(&format!("replay x.csv {options}"))
 }
 
 #[test]
-fn a_missing_file_is_an_error() {
+fn missing_file_is_rejected() {
     assert_eq!(
         Bench::new().error("replay none.csv --format csv"),
         "footfall: none.csv cannot be read: No such file or directory (os error 2)\n"
@@ -20,7 +20,7 @@ fn a_missing_file_is_an_error() {
 }
 
 #[test]
-fn an_empty_file_is_an_error() {
+fn empty_file_is_rejected() {
     for format in ["pce-atlas", "pce-go1", "lcd", "csv"] {
         assert_eq!(
             complaint("", &format!("--format {format}")),
@@ -34,7 +34,7 @@ fn an_empty_file_is_an_error() {
 }
 
 #[test]
-fn a_file_that_does_not_tell_its_format_is_an_error_that_lists_the_formats() {
+fn unrecognised_file_error_lists_the_formats() {
     let expected = "footfall: x.csv has no header that names the six axes, so its format must \
                     be given: --format pce-atlas, pce-go1, lcd or csv\n";
     for content in ["250,0,0,1,0,0,0\n", "time,mood\n0,0\n"] {
@@ -43,7 +43,7 @@ fn a_file_that_does_not_tell_its_format_is_an_error_that_lists_the_formats() {
 }
 
 #[test]
-fn without_a_format_an_empty_file_is_called_empty() {
+fn empty_file_of_unknown_format_is_called_empty() {
     for content in ["", "\n\n"] {
         assert_eq!(
             complaint(content, ""),
@@ -53,7 +53,7 @@ fn without_a_format_an_empty_file_is_called_empty() {
 }
 
 #[test]
-fn without_a_format_a_header_that_lacks_an_axis_is_told_which() {
+fn missing_axis_is_named_without_a_format() {
     let missing = |header: &str| {
         let stderr = complaint(format!("{header}\n0,0,0,0,0,0,0\n"), "");
         let said = stderr.strip_prefix("footfall: x.csv, line 1: missing in the header: ");
@@ -71,7 +71,7 @@ fn without_a_format_a_header_that_lacks_an_axis_is_told_which() {
 }
 
 #[test]
-fn numbers_in_messages_are_as_short_as_they_were_written() {
+fn numbers_in_messages_are_as_written() {
     assert_eq!(
         complaint(format!("t,{AXES}\n1e300,0,0,0,0,0,0\n"), ""),
         "footfall: x.csv, line 2, column 1 (t): 1e300 is no time in s: -4e9 to 4e9 is expected\n"
@@ -88,7 +88,7 @@ fn numbers_in_messages_are_as_short_as_they_were_written() {
 }
 
 #[test]
-fn times_in_milliseconds_are_suspected_where_the_rate_given_says_so() {
+fn rate_option_reveals_times_in_milliseconds() {
     let in_ms = format!("t,{AXES}\n0,0,0,9,0,0,0\n1,0,0,9,0,0,0\n2,0,0,9,0,0,0\n");
     assert_eq!(
         complaint(in_ms, "--sample-rate 1000"),
@@ -106,7 +106,7 @@ fn missing_columns_are_named() {
 }
 
 #[test]
-fn a_column_that_stands_twice_is_named() {
+fn duplicate_column_is_named() {
     assert_eq!(
         complaint(format!("{AXES},ay\n0,0,0,0,0,0,0\n"), ""),
         "footfall: x.csv, line 1, column 7 (ay): this name stands in the header twice\n"
@@ -114,7 +114,7 @@ fn a_column_that_stands_twice_is_named() {
 }
 
 #[test]
-fn a_wrong_number_of_columns_names_the_line() {
+fn wrong_column_count_error_names_the_line() {
     assert_eq!(
         complaint("0,0,0,0,0,0,0,0,0,0,0,0,1\n0,0,0\n", "--format pce-atlas"),
         "footfall: x.csv, line 2: 3 columns where 13 are expected\n"
@@ -126,7 +126,7 @@ fn a_wrong_number_of_columns_names_the_line() {
 }
 
 #[test]
-fn what_is_no_number_is_quoted_with_its_place() {
+fn invalid_number_is_quoted_with_its_place() {
     assert_eq!(
         complaint(format!("{AXES}\r\n0,0,0,0,0,0\r\n0,0,1.2.3,0,0,0\r\n"), ""),
         "footfall: x.csv, line 3, column 3 (az): \"1.2.3\" is not a number\n"
@@ -134,7 +134,7 @@ fn what_is_no_number_is_quoted_with_its_place() {
 }
 
 #[test]
-fn a_blank_cell_in_an_axis_is_an_error() {
+fn blank_axis_cell_is_rejected() {
     assert_eq!(
         complaint(format!("{AXES}\n0,0,0, ,0,0\n"), ""),
         "footfall: x.csv, line 2, column 4 (wx): blank where a number is needed\n"
@@ -142,7 +142,7 @@ fn a_blank_cell_in_an_axis_is_an_error() {
 }
 
 #[test]
-fn what_is_not_utf8_is_named_with_its_place() {
+fn invalid_utf8_is_reported_with_its_place() {
     let content = [AXES.as_bytes(), b"\n0,0,\xff,0,0,0\n"].concat();
     assert_eq!(
         complaint(content, ""),
@@ -151,7 +151,7 @@ fn what_is_not_utf8_is_named_with_its_place() {
 }
 
 #[test]
-fn a_label_that_is_neither_0_nor_1_is_an_error() {
+fn label_other_than_0_or_1_is_rejected() {
     assert_eq!(
         complaint("0,0,0,0,0,0,0,0,0,0,0,0,2\n", "--format pce-atlas"),
         "footfall: x.csv, line 1, column 13 (label): label 2 where 0 (not stable) or 1 (stable) \
@@ -160,7 +160,7 @@ fn a_label_that_is_neither_0_nor_1_is_an_error() {
 }
 
 #[test]
-fn a_time_that_does_not_advance_is_an_error() {
+fn non_increasing_time_is_rejected() {
     assert_eq!(
         complaint(
             format!("t,{AXES}\n0.02,0,0,0,0,0,0\n0.01,0,0,0,0,0,0\n"),
@@ -173,7 +173,7 @@ fn a_time_that_does_not_advance_is_an_error() {
 }
 
 #[test]
-fn a_time_that_is_no_time_is_an_error() {
+fn invalid_time_is_rejected() {
     assert_eq!(
         complaint(format!("t,{AXES}\nnan,0,0,0,0,0,0\n"), ""),
         "footfall: x.csv, line 2, column 1 (t): nan is no time in s: -4e9 to 4e9 is expected\n"
@@ -181,7 +181,7 @@ fn a_time_that_is_no_time_is_an_error() {
 }
 
 #[test]
-fn imu_values_after_rows_of_force_alone_are_an_error() {
+fn imu_values_after_force_only_rows_are_rejected() {
     assert_eq!(
         complaint(
             "1,0,0,1,0,0,0\n1,,,,,,\n1,0,0,1,0,0,0\n",
@@ -193,7 +193,7 @@ fn imu_values_after_rows_of_force_alone_are_an_error() {
 }
 
 #[test]
-fn without_times_the_sample_rate_must_be_given() {
+fn missing_times_require_a_sample_rate() {
     assert_eq!(
         complaint(format!("{AXES}\n0,0,0,0,0,0\n"), ""),
         "footfall: x.csv has no times that tell the sample rate, so it must be given: \
@@ -202,7 +202,7 @@ fn without_times_the_sample_rate_must_be_given() {
 }
 
 #[test]
-fn a_sample_rate_that_contradicts_the_times_is_an_error_that_names_both() {
+fn contradictory_sample_rate_error_names_both_rates() {
     assert_eq!(
         complaint(standing(), "--sample-rate 500"),
         "footfall: x.csv: column t says 1000.00 Hz, but the sample rate was given as 500 Hz\n"
@@ -210,7 +210,7 @@ fn a_sample_rate_that_contradicts_the_times_is_an_error_that_names_both() {
 }
 
 #[test]
-fn times_in_another_unit_than_s_are_suspected_where_the_rate_says_so() {
+fn implausible_rate_error_suspects_unit_of_times() {
     for (step, rate, unit, name) in [
         (1, "1", "milliseconds", "ms"),
         (1000, "0.001", "microseconds", "us"),
@@ -228,7 +228,7 @@ fn times_in_another_unit_than_s_are_suspected_where_the_rate_says_so() {
 }
 
 #[test]
-fn times_closer_than_samples_can_be_are_suspected_to_be_batches() {
+fn too_close_times_are_suspected_to_be_batches() {
     let row = |k: u32| {
         format!(
             "{:.6},0,0,9.81,0,0,0\n",
@@ -244,7 +244,7 @@ fn times_closer_than_samples_can_be_are_suspected_to_be_batches() {
 }
 
 #[test]
-fn a_sample_rate_out_of_range_names_the_option() {
+fn out_of_range_sample_rate_error_names_the_option() {
     assert_eq!(
         complaint(
             "0,0,0,0,0,0,0,0,0,0,0,0,1\n",
@@ -255,7 +255,7 @@ fn a_sample_rate_out_of_range_names_the_option() {
 }
 
 #[test]
-fn a_parameter_out_of_its_range_is_named_with_value_and_range() {
+fn out_of_range_parameter_error_gives_value_and_range() {
     assert_eq!(
         complaint(standing(), "--preset paper --window 9000samples"),
         "footfall: --window comes to 9000 samples at this sample rate, allowed is 1 to \
@@ -274,7 +274,7 @@ fn a_parameter_out_of_its_range_is_named_with_value_and_range() {
 }
 
 #[test]
-fn half_widths_without_their_method_are_refused_with_what_to_do() {
+fn half_widths_without_their_method_are_rejected() {
     assert_eq!(
         complaint(standing(), "--window 20ms"),
         "footfall: --window has an effect with method = \"half_widths\" only, and the method is \
@@ -291,7 +291,7 @@ fn half_widths_without_their_method_are_refused_with_what_to_do() {
 }
 
 #[test]
-fn a_warm_start_out_of_its_range_is_named_with_value_and_range() {
+fn out_of_range_warm_start_error_gives_value_and_range() {
     let classes = "{ still = -1, moving = -2, width = 0.5 }";
     let text = format!(
         "[learnt]\nstill_seconds = 2\nmoving_seconds = 3\nidle_seconds = 4\n\
@@ -307,7 +307,7 @@ fn a_warm_start_out_of_its_range_is_named_with_value_and_range() {
 }
 
 #[test]
-fn a_wrong_configuration_file_is_an_error_that_names_file_line_and_key() {
+fn configuration_error_names_file_line_and_key() {
     let bench = Bench::with("x.csv", standing());
     let complaint = |content: &str| {
         fs::write(bench.path("robot.toml"), content).expect("a file");
@@ -330,7 +330,7 @@ fn a_wrong_configuration_file_is_an_error_that_names_file_line_and_key() {
 }
 
 #[test]
-fn a_wrong_option_is_an_error_that_says_how_to_write_it() {
+fn invalid_option_error_states_the_syntax() {
     let bench = Bench::with("x.csv", standing());
     for (option, hint) in [
         (
@@ -351,7 +351,7 @@ fn a_wrong_option_is_an_error_that_says_how_to_write_it() {
 }
 
 #[test]
-fn a_result_in_a_directory_that_does_not_exist_is_an_error() {
+fn missing_result_directory_is_rejected() {
     assert_eq!(
         complaint(standing(), "--output no/out.csv"),
         "footfall: no/out.csv cannot be written: there is no directory no\n"
@@ -359,7 +359,7 @@ fn a_result_in_a_directory_that_does_not_exist_is_an_error() {
 }
 
 #[test]
-fn a_result_never_takes_the_place_of_the_recording() {
+fn result_never_overwrites_the_recording() {
     let bench = Bench::with("x.csv", standing());
     assert_eq!(
         bench.error("replay x.csv --output ./x.csv"),
@@ -369,7 +369,7 @@ fn a_result_never_takes_the_place_of_the_recording() {
 }
 
 #[test]
-fn two_results_never_go_into_one_file() {
+fn two_results_in_one_file_are_rejected() {
     let bench = Bench::with("x.csv", standing());
     assert_eq!(
         bench.error("replay x.csv --output - --json"),
@@ -385,7 +385,7 @@ fn two_results_never_go_into_one_file() {
 }
 
 #[test]
-fn what_cannot_be_written_is_found_before_anything_is() {
+fn unwritable_result_is_rejected_before_writing() {
     let bench = Bench::with("x.csv", standing());
     fs::create_dir(bench.path("walks.svg")).expect("a directory");
     for (picture, why) in [
@@ -409,7 +409,7 @@ fn what_cannot_be_written_is_found_before_anything_is() {
 }
 
 #[test]
-fn an_error_leaves_no_result_behind() {
+fn failed_replay_leaves_no_result() {
     let bench = Bench::with("x.csv", standing() + "1.0,0,0,oops,0,0,0,50,1\n");
     bench.error("replay x.csv --output out.csv --plot out.svg");
     assert_eq!(bench.files(), ["x.csv"]);

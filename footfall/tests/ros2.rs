@@ -1,4 +1,4 @@
-//! `footfall ros2`, judged by `CycloneDDS` and by the parsers of others.
+//! Tests of `footfall ros2` against `CycloneDDS` and third-party parsers.
 
 use std::process::{self, Command};
 
@@ -14,8 +14,8 @@ use common::{Bench, text, unmet};
 const REQUIREMENTS: &str = include_str!("python/ros2.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/ros2.py");
 
-/// `CycloneDDS` on the loopback interface alone, without multicast: machines that run tests may have neither
-/// another interface nor permission.
+/// `CycloneDDS` on the loopback interface only, without multicast: test machines may lack other interfaces or the
+/// permission to use them.
 const LOOPBACK: &str = "<CycloneDDS><Domain><General>\
     <Interfaces><NetworkInterface address=\"127.0.0.1\" multicast=\"false\"/></Interfaces>\
     <AllowMulticast>false</AllowMulticast></General>\
@@ -23,12 +23,12 @@ const LOOPBACK: &str = "<CycloneDDS><Domain><General>\
     <Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery></Domain></CycloneDDS>";
 
 #[test]
-fn cyclonedds_gets_every_message_of_ten_seconds_of_four_feet() {
+fn cyclonedds_receives_every_message_of_four_feet() {
     let packages = match packages::install("python-ros2", REQUIREMENTS) {
         Ok(packages) => packages,
         Err(missing) => return unmet(&missing),
     };
-    // Feet that walk for longer than the subscriber takes to find their topics.
+    // The walk is longer than topic discovery by the subscriber.
     let feet = "demo:feet=4,seconds=13";
     for (turn, (compat, reliability)) in [("champ", "reliable"), ("pronto", "best-effort")]
         .into_iter()
@@ -36,7 +36,7 @@ fn cyclonedds_gets_every_message_of_ten_seconds_of_four_feet() {
     {
         let bench = Bench::new();
         bench.run(&format!("record {feet} -o walk.mcap"));
-        // A domain of its own, should several of these tests run on one machine.
+        // Separate domains allow several of these tests to run on one machine.
         let domain = 1 + turn as u32 + process::id() % 100 * 2;
         let output = Command::new(&packages.interpreter)
             .args([SCRIPT, compat, reliability, env!("CARGO_BIN_EXE_footfall")])
@@ -50,19 +50,19 @@ fn cyclonedds_gets_every_message_of_ten_seconds_of_four_feet() {
             .expect("Python runs");
         let [stdout, stderr] = [&output.stdout, &output.stderr].map(|bytes| text(bytes));
         assert!(output.status.success(), "{compat}:\n{stdout}\n{stderr}");
-        // Nothing was refused, nothing is missing.
+        // No message was rejected or is missing.
         assert_eq!(stderr, "", "{compat}");
     }
 }
 
 #[test]
-fn what_ros_cannot_take_is_refused_by_name() {
+fn invalid_ros_options_are_rejected_by_name() {
     let bench = Bench::new();
     for (arguments, culprit) in [
         ("--namespace /robot//1", "\"/robot//1\""),
         ("--node-name foot-fall", "\"foot-fall\""),
         ("--node-name foot__fall", "\"foot__fall\""),
-        // Reserved for documents: no interface has it.
+        // Reserved for documentation, so no interface has it.
         ("--network 192.0.2.1", "network 192.0.2.1"),
         ("--network 0.0.0.0", "network 0.0.0.0"),
         ("--network ::1", "network ::1"),
@@ -78,7 +78,7 @@ fn what_ros_cannot_take_is_refused_by_name() {
 }
 
 #[test]
-fn the_variables_of_ros_are_followed() {
+fn ros_environment_variables_are_applied() {
     let bench = Bench::new();
     for (variable, value) in [
         ("ROS_DOMAIN_ID", ""),

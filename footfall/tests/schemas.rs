@@ -1,4 +1,4 @@
-//! The JSON of every command against its schema, by another's validator.
+//! Validation of every command's JSON against its schema, by a third-party validator.
 
 mod common;
 #[path = "../../wire/tests/python/environment.rs"]
@@ -19,7 +19,7 @@ use serde_json::Value;
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python");
 const REQUIREMENTS: &str = include_str!("python/requirements.txt");
 
-/// What a command prints, beside the schema of its kind, in files.
+/// Output objects with the schema of their kind, in files.
 struct Objects {
     bench: Bench,
     files: Vec<PathBuf>,
@@ -49,7 +49,7 @@ impl Objects {
         self.files.contains(&self.bench.path(&schema_file(kind)))
     }
 
-    /// Has them checked; what stands in the way is said in one line.
+    /// Validates the objects; missing prerequisites are returned as one line.
     fn check(&self) -> Result<(), String> {
         let packages = packages::install("python-jsonschema", REQUIREMENTS)?;
         let output = Command::new(packages.interpreter)
@@ -58,7 +58,7 @@ impl Objects {
             .env("PYTHONPATH", packages.folder)
             .output()
             .map_err(|error| error.to_string())?;
-        // From here on a failure is no lack of packages.
+        // Any failure after this point is not due to missing packages.
         assert!(
             output.status.success(),
             "{}",
@@ -72,7 +72,7 @@ fn schema_file(kind: Kind) -> String {
     format!("{}.schema.json", kind.name())
 }
 
-/// The kind that an object names.
+/// Returns the kind named by an object.
 fn kind_of(object: &Value) -> Kind {
     let named = Kind::ALL
         .into_iter()
@@ -80,10 +80,10 @@ fn kind_of(object: &Value) -> Kind {
     named.expect("a schema")
 }
 
-/// Recordings whose numbers are anything.
+/// Returns recordings that cover the range of values.
 fn benches() -> Bench {
     let bench = Bench::with("stand.csv", standing());
-    // In g, with samples that are not finite, and without labels.
+    // In g, with non-finite samples and without labels.
     let in_g: String = (0..2000)
         .map(|k| match k % 500 {
             7 => format!("{},nan,inf,1,0,-inf,1e300\n", f64::from(k) * 0.002),
@@ -116,7 +116,7 @@ fn benches() -> Bench {
     bench
 }
 
-/// A sensor that lies level, with its true orientation, which is lost once.
+/// Returns a level sensor with its true orientation, which is missing once.
 fn level() -> String {
     let row = |k: u32| {
         let truth = if k == 150 { ",,," } else { "1,0,0,0" };
@@ -129,7 +129,7 @@ fn level() -> String {
 }
 
 #[test]
-fn every_object_is_as_its_schema_says() {
+fn every_object_matches_its_schema() {
     let bench = benches();
     let mut objects = Objects::new();
     bench.stdout("calibrate walk.csv --output learnt.toml");
@@ -151,7 +151,7 @@ fn every_object_is_as_its_schema_says() {
     fs::write(bench.path("broken.csv"), "t,ax\n0,0\n").expect("a file");
     let all = "batch . --out out --json";
     objects.add(Kind::Batch, &bench.stdout(&format!("{all} --dry-run")));
-    // Some of these fail, and their rows are in the report all the same.
+    // Some recordings fail; their rows are still in the report.
     for _ in 0..2 {
         objects.add(Kind::Batch, &common::text(&bench.run(all).stdout));
     }
@@ -168,7 +168,7 @@ fn every_object_is_as_its_schema_says() {
             &bench.stdout(&format!("decode demo/{log} --json")),
         );
     }
-    // Damage and a fault.
+    // Frames with damage and a fault.
     let damaged = "(1.000000) can0 091#0170010100000000\n(1.000000) can0 191#FF\nnonsense\n";
     fs::write(bench.path("damaged.log"), damaged).expect("a file");
     objects.add(Kind::Decode, &bench.stdout("decode damaged.log --json"));
@@ -209,7 +209,7 @@ fn every_object_is_as_its_schema_says() {
 }
 
 #[test]
-fn the_json_of_a_replay_says_what_it_was_computed_with() {
+fn replay_json_states_its_parameters() {
     let bench = benches();
     let replay = |arguments: &str| -> Value {
         let json = bench.stdout(&format!("replay stand.csv {arguments} --json"));
@@ -246,7 +246,7 @@ fn the_json_of_a_replay_says_what_it_was_computed_with() {
 }
 
 #[test]
-fn a_command_that_fails_prints_no_json() {
+fn failed_command_prints_no_json() {
     let bench = benches();
     for arguments in [
         "replay absent.csv --json",

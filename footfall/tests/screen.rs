@@ -1,4 +1,4 @@
-//! `footfall monitor` on a terminal.
+//! Tests of `footfall monitor` on a terminal.
 
 mod common;
 
@@ -8,10 +8,10 @@ use std::time::{Duration, Instant};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_footfall");
 
-/// How long is waited for what comes: a busy machine takes its time.
+/// Timeout for expected output, with margin for a busy machine.
 const LONGEST: Duration = Duration::from_secs(60);
 
-/// Runs a command in tmux, and looks at what is on the terminal until it has all of `words`.
+/// Runs a command in tmux until the terminal shows all of `words`.
 fn on_a_terminal(command: &str, columns: u16, rows: u16, keys: &[&str], words: &[&str]) {
     let session = format!("footfall-{columns}x{rows}-{}", std::process::id());
     let folder = tempfile::tempdir().expect("a folder");
@@ -69,7 +69,7 @@ fn on_a_terminal(command: &str, columns: u16, rows: u16, keys: &[&str], words: &
 }
 
 #[test]
-fn on_a_real_terminal_four_feet_walk_and_keys_work() {
+fn terminal_shows_four_feet_and_handles_keys() {
     if Command::new("tmux").arg("-V").output().is_err() {
         return common::unmet("tmux is not installed");
     }
@@ -89,7 +89,7 @@ fn on_a_real_terminal_four_feet_walk_and_keys_work() {
 }
 
 #[test]
-fn a_key_begins_a_recording_that_quitting_ends() {
+fn key_starts_a_recording_and_quitting_ends_it() {
     if Command::new("tmux").arg("-V").output().is_err() {
         return common::unmet("tmux is not installed");
     }
@@ -100,7 +100,7 @@ fn a_key_begins_a_recording_that_quitting_ends() {
         "cd {} && {PROGRAM} monitor demo:line=uart",
         folder.display()
     );
-    // The third key comes a second after the first.
+    // The third key is sent one second after the first.
     let keys = ["r", "m", "m", "m", "m"];
     let words = ["recording to footfall-2.mcap", "mark 4"];
     on_a_terminal(&command, 110, 30, &keys, &words);
@@ -111,12 +111,12 @@ fn a_key_begins_a_recording_that_quitting_ends() {
 }
 
 #[test]
-fn a_signal_gives_the_terminal_back() {
+fn signal_restores_the_terminal() {
     if Command::new("tmux").arg("-V").output().is_err() {
         return common::unmet("tmux is not installed");
     }
     let monitor = format!("timeout --foreground -s TERM 2 {PROGRAM} monitor demo");
-    // Raw, it would have -icanon and -echo.
+    // In raw mode, it would have -icanon and -echo.
     let command = format!("{monitor}; stty -a; sleep 10");
     on_a_terminal(&command, 100, 24, &[], &["isig icanon", " echo "]);
 }

@@ -1,4 +1,4 @@
-//! Several recordings at once, standard input and output, a part of a recording, and a long one.
+//! Tests of several recordings at once, standard input and output, spans, and a long recording.
 
 mod common;
 
@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 
 use common::{AXES, Bench, read, standing};
 
-/// A bench with three recordings, each of a foot that rests in its own direction.
+/// Returns a bench with three recordings, each of a foot at rest in a different orientation.
 fn three() -> Bench {
     let bench = Bench::new();
     for (name, tilt) in [("one", 0.0), ("two", 0.5), ("three", 1.0)] {
@@ -26,7 +26,7 @@ fn recordings(json: &str) -> Vec<serde_json::Value> {
 }
 
 #[test]
-fn the_table_of_several_recordings_has_the_rows_of_each_with_its_name_in_order() {
+fn table_of_several_recordings_is_in_order_with_names() {
     let bench = three();
     bench.stdout("replay one.csv two.csv three.csv --output all.csv");
     let all = read(&bench.path("all.csv"));
@@ -44,7 +44,7 @@ fn the_table_of_several_recordings_has_the_rows_of_each_with_its_name_in_order()
 }
 
 #[test]
-fn recordings_of_one_name_in_two_folders_stay_apart() {
+fn same_name_in_two_folders_is_kept_apart() {
     let bench = Bench::new();
     for folder in ["left", "right"] {
         fs::create_dir(bench.path(folder)).expect("a folder");
@@ -63,7 +63,7 @@ fn recordings_of_one_name_in_two_folders_stay_apart() {
 }
 
 #[test]
-fn feet_whose_names_look_alike_in_the_names_of_files_have_pictures_of_their_own() {
+fn similar_foot_names_get_separate_pictures() {
     let bench = Bench::new();
     for name in ["a+b.csv", "a~b.csv"] {
         fs::write(bench.path(name), standing()).expect("a file");
@@ -76,7 +76,7 @@ fn feet_whose_names_look_alike_in_the_names_of_files_have_pictures_of_their_own(
 }
 
 #[test]
-fn standard_input_is_read_once() {
+fn stdin_is_read_once() {
     let bench = Bench::new();
     let said = bench.piped("replay - -", "").stderr;
     assert_eq!(
@@ -86,7 +86,7 @@ fn standard_input_is_read_once() {
 }
 
 #[test]
-fn a_part_that_begins_beyond_the_end_is_an_error() {
+fn span_beyond_the_end_is_rejected() {
     let bench = Bench::with("walk.csv", standing());
     assert_eq!(
         bench.error("replay walk.csv --from 2 --output p.csv"),
@@ -96,7 +96,7 @@ fn a_part_that_begins_beyond_the_end_is_an_error() {
 }
 
 #[test]
-fn the_number_of_jobs_changes_nothing() {
+fn results_are_independent_of_jobs() {
     let bench = three();
     let inputs = "one.csv two.csv three.csv";
     let outputs = |jobs: u32| {
@@ -115,7 +115,7 @@ fn the_number_of_jobs_changes_nothing() {
 }
 
 #[test]
-fn each_of_several_recordings_has_its_picture() {
+fn each_recording_has_its_picture() {
     let bench = three();
     let summary = bench.stdout("replay one.csv two.csv --plot p.svg");
     assert!(
@@ -126,7 +126,7 @@ fn each_of_several_recordings_has_its_picture() {
 }
 
 #[test]
-fn one_recording_that_cannot_be_read_is_named_and_nothing_is_written() {
+fn unreadable_recording_is_named_and_nothing_written() {
     let bench = three();
     fs::write(bench.path("two.csv"), "t,ax\n0,0\n").expect("a file");
     let error = bench.error("replay one.csv two.csv three.csv --output all.csv");
@@ -138,7 +138,7 @@ fn one_recording_that_cannot_be_read_is_named_and_nothing_is_written() {
 }
 
 #[test]
-fn a_dash_is_standard_input_and_standard_output() {
+fn dash_selects_stdin_and_stdout() {
     let bench = Bench::with("x.csv", standing());
     bench.stdout("replay x.csv --output out.csv");
     let output = bench.piped("replay - --output -", &standing());
@@ -149,7 +149,7 @@ fn a_dash_is_standard_input_and_standard_output() {
 }
 
 #[test]
-fn a_part_of_a_recording_has_the_estimates_that_it_has_in_the_whole() {
+fn span_has_the_estimates_of_the_whole_recording() {
     let bench = Bench::with("x.csv", standing());
     bench.stdout("replay x.csv --output whole.csv");
     let json = bench.stdout("replay x.csv --from 0.25 --to 0.5 --output part.csv --json");
@@ -163,7 +163,7 @@ fn a_part_of_a_recording_has_the_estimates_that_it_has_in_the_whole() {
 }
 
 #[test]
-fn a_part_that_is_none_is_refused() {
+fn empty_span_is_rejected() {
     let bench = Bench::with("x.csv", standing());
     assert_eq!(
         bench.error("replay x.csv --from 2 --to 1.5"),
@@ -178,7 +178,7 @@ fn a_part_that_is_none_is_refused() {
     }
 }
 
-/// The most memory a replay of `rows` rows from a pipe takes, KiB.
+/// Returns the peak memory of a replay of `rows` rows from a pipe, KiB.
 #[cfg(target_os = "linux")]
 fn peak_memory(rows: u32, options: &str) -> u64 {
     let bench = Bench::new();
@@ -229,12 +229,12 @@ fn peak_memory(rows: u32, options: &str) -> u64 {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn memory_does_not_grow_with_the_length_of_a_recording() {
+fn memory_is_independent_of_recording_length() {
     let options = "--output out.csv --plot out.svg";
     let (short, long) = (
         peak_memory(200_000, options),
         peak_memory(1_600_000, options),
     );
-    // The parts that are kept in memory are full after some 800,000 rows.
+    // Buffers kept in memory are full after about 800,000 rows.
     assert!(short > 1000 && long < 120_000, "{short} and {long} KiB");
 }

@@ -1,5 +1,5 @@
-//! Tables as people have them: the same walk gives the same P by every road, and a header that is
-//! not understood is answered with what would be.
+//! Tests of table formats in use: the same walk gives the same P in each of them, and an unknown header is answered
+//! with a working mapping.
 
 mod common;
 
@@ -8,7 +8,7 @@ use std::path::Path;
 
 use common::{AXES, Bench, read, standing, text};
 
-/// The rows of the committed walk that the files beside this one hold.
+/// Number of rows of the committed walk in the files in this directory.
 const ROWS: usize = 400;
 
 /// A row of the walk as text.
@@ -32,7 +32,7 @@ fn walk() -> Vec<Sample> {
     read(&path).lines().skip(1).take(ROWS).map(row).collect()
 }
 
-/// A table with this header, and what `row` makes of each sample.
+/// Returns a table with this header, and the result of `row` for each sample.
 fn table(header: &str, row: impl Fn(&Sample) -> String) -> String {
     let rows: String = walk().iter().map(|sample| row(sample) + "\n").collect();
     format!("{header}\n{rows}")
@@ -53,7 +53,7 @@ fn plain() -> String {
     })
 }
 
-/// All estimates of a recording without their times.
+/// Returns all estimates of a recording without their times.
 fn estimates(bench: &Bench, arguments: &str) -> Vec<String> {
     bench.stdout(&format!("replay {arguments} --output out.csv"));
     let row = |line: &str| line.split_once(',').map(|(_, rest)| rest.to_owned());
@@ -61,14 +61,14 @@ fn estimates(bench: &Bench, arguments: &str) -> Vec<String> {
     table.lines().filter_map(row).collect()
 }
 
-/// A row of estimates without the state, which needs a load.
+/// Returns a row of estimates without the state, which needs a load.
 fn without_state(row: &str) -> String {
     let mut cells: Vec<_> = row.split(',').collect();
     cells.remove(cells.len() - 3);
     cells.join(",")
 }
 
-/// Makes sure that a file gives the estimates of the plain walk, to the last digit.
+/// Checks that a file gives the estimates of the plain walk, to the last digit.
 fn assert_same(name: &str, content: impl AsRef<[u8]>, options: &str) {
     let bench = Bench::with(name, content);
     fs::write(bench.path("plain.csv"), plain()).expect("a file");
@@ -85,13 +85,13 @@ fn assert_same(name: &str, content: impl AsRef<[u8]>, options: &str) {
     }
 }
 
-/// The six axes in the order that ROS has them: rates first.
+/// Returns the six axes in ROS order: rates first.
 fn rates_first(axes: &[String; 6]) -> String {
     [&axes[3..], &axes[..3]].concat().join(",")
 }
 
 #[test]
-fn ros2_topic_echo_needs_no_header() {
+fn ros2_topic_echo_is_read_without_header() {
     let zeros = ["0.0"; 9].join(",");
     let text: String = walk()
         .iter()
@@ -105,10 +105,10 @@ fn ros2_topic_echo_needs_no_header() {
         })
         .collect();
     assert_same("echo.csv", &text, "");
-    // An orientation that is not known: -1 in its covariance.
+    // Unknown orientation: -1 in its covariance.
     let unknown = text.replace("0.0,0.0,0.0,1.0,0.0,0.0", "0.0,0.0,0.0,0.0,-1.0,0.0");
     assert_same("unknown.csv", unknown, "");
-    // Forty numbers are no message.
+    // Forty arbitrary numbers are not accepted as a message.
     let numbers = text.replace("0.0,0.0,0.0,1.0", "0.0,0.0,0.0,2.0");
     assert!(
         Bench::with("x.csv", numbers)
@@ -118,7 +118,7 @@ fn ros2_topic_echo_needs_no_header() {
 }
 
 #[test]
-fn plotjuggler_has_rows_of_other_topics_in_between() {
+fn plotjuggler_rows_of_other_topics_are_skipped() {
     let header = "__time,/cmd/x,/imu/angular_velocity/x,/imu/angular_velocity/y,\
                   /imu/angular_velocity/z,/imu/linear_acceleration/x,\
                   /imu/linear_acceleration/y,/imu/linear_acceleration/z";
@@ -149,11 +149,11 @@ fn plotjuggler_has_rows_of_other_topics_in_between() {
 }
 
 #[test]
-fn rostopic_echo_of_ros_1_has_nanoseconds() {
+fn ros_1_rostopic_echo_times_are_nanoseconds() {
     let header = "%time,field.header.seq,field.header.stamp,field.angular_velocity.x,\
                   field.angular_velocity.y,field.angular_velocity.z,field.linear_acceleration.x,\
                   field.linear_acceleration.y,field.linear_acceleration.z";
-    // The second is a simulation's clock, which starts at 0.
+    // The second start is that of a simulation clock, which begins at 0.
     for start in [1_714_564_800_000_000, 0] {
         let content = table(header, |sample| {
             let nanoseconds = (start + sample.micros) * 1000;
@@ -167,13 +167,13 @@ fn rostopic_echo_of_ros_1_has_nanoseconds() {
 }
 
 #[test]
-fn pandas_has_dates_in_an_index_without_a_name() {
+fn pandas_datetime_index_without_name_is_read() {
     // Written by pandas 3.1.1, `to_csv` of a table with a `DatetimeIndex`.
     assert_same("pandas.csv", include_bytes!("tables/pandas.csv"), "");
 }
 
 #[test]
-fn a_blank_cell_of_pandas_is_not_a_number() {
+fn blank_pandas_cell_is_an_invalid_sample() {
     let mut rows = 0;
     let content: String =
         read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/tables/pandas.csv"))
@@ -199,7 +199,7 @@ fn a_blank_cell_of_pandas_is_not_a_number() {
 }
 
 #[test]
-fn logs_of_unitree_robots_are_known_by_their_fields() {
+fn unitree_logs_are_recognised_by_their_fields() {
     for (time, acceleration, rate) in [
         ("timestamp", "imu.accelerometer[#]", "imu.gyroscope[#]"),
         (
@@ -227,7 +227,7 @@ fn logs_of_unitree_robots_are_known_by_their_fields() {
 }
 
 #[test]
-fn gzip_and_zstd_are_known_by_their_first_bytes_whatever_the_name() {
+fn gzip_and_zstd_are_recognised_by_content() {
     // Written by gzip 1.12 and zstd 1.5.
     let gzip = include_bytes!("tables/walk.csv.gz");
     assert_same("walk.csv.gz", gzip, "");
@@ -245,7 +245,7 @@ fn gzip_and_zstd_are_known_by_their_first_bytes_whatever_the_name() {
 }
 
 #[test]
-fn semicolons_tabs_comments_line_ends_and_a_byte_order_mark_change_nothing() {
+fn separators_comments_and_line_ends_do_not_matter() {
     for separator in [";", "\t"] {
         assert_same("walk.csv", plain().replace(',', separator), "");
     }
@@ -254,7 +254,7 @@ fn semicolons_tabs_comments_line_ends_and_a_byte_order_mark_change_nothing() {
         plain().replacen('\n', "\n# and a comment, in the table\n", 5)
     );
     assert_same("walk.csv", comments.replace('\n', "\r\n"), "");
-    // As `numpy.savetxt` writes a header.
+    // Header as written by `numpy.savetxt`.
     assert_same("walk.csv", format!("# {}", plain()), "");
 }
 
@@ -268,7 +268,7 @@ fn comments_are_counted_as_lines() {
 }
 
 #[test]
-fn any_column_can_be_mapped_to_ours() {
+fn any_column_can_be_mapped() {
     let header = "clock,u,v,w,p,q,r,/foot/load";
     let content = table(header, |sample| {
         format!(
@@ -289,7 +289,7 @@ fn any_column_can_be_mapped_to_ours() {
 }
 
 #[test]
-fn a_mapped_column_takes_the_place_of_one_with_our_name() {
+fn mapped_column_replaces_a_standard_one() {
     let header = format!("t,{AXES},force,az_corrected");
     let content = table(&header, |sample| {
         let [ax, ay, az, wx, wy, wz] = &sample.axes;
@@ -300,7 +300,7 @@ fn a_mapped_column_takes_the_place_of_one_with_our_name() {
 }
 
 #[test]
-fn a_header_that_is_not_understood_is_answered_with_a_mapping_that_works() {
+fn unknown_header_error_suggests_a_working_mapping() {
     let header = "Time [s],BodyAccX (m/s^2),BodyAccY (m/s^2),BodyAccZ (m/s^2),RotX,RotY,RotZ";
     let content = table(header, |sample| {
         format!("{},{}", seconds(sample), sample.axes.join(","))
@@ -315,14 +315,14 @@ fn a_header_that_is_not_understood_is_answered_with_a_mapping_that_works() {
              --map {mapping}?\n"
         )
     );
-    // What is suggested works; a shell would quote it, this bench splits at spaces.
+    // The suggestion works; a shell would quote it, but this bench splits at spaces.
     let renamed = content.replace(" [s]", "").replace(" (m/s^2)", "");
     let mapping = mapping.replace(" [s]", "").replace(" (m/s^2)", "");
     assert_same("x.csv", renamed, &format!("--map {mapping}"));
 }
 
 #[test]
-fn a_time_with_another_name_is_suggested_where_the_rate_is_missing() {
+fn missing_rate_error_suggests_the_time_column() {
     let content = standing().replacen("t,", "time,", 1);
     let bench = Bench::with("x.csv", content);
     assert!(bench.error("replay x.csv").ends_with(
@@ -330,12 +330,12 @@ fn a_time_with_another_name_is_suggested_where_the_rate_is_missing() {
          did you mean `t` for `time`? --map t=time\n"
     ));
     bench.stdout("replay x.csv --map t=time");
-    // As before: the column is ignored where the rate is given.
+    // As before, the column is ignored if the rate is given.
     bench.stdout("replay x.csv --sample-rate 1000");
 }
 
 #[test]
-fn two_sensors_in_one_table_are_an_error_that_names_both() {
+fn two_sensors_error_names_both() {
     let names = |foot: &str| {
         let axis = |field: &str| ["x", "y", "z"].map(|axis| format!("/{foot}/{field}/{axis}"));
         [axis("linear_acceleration"), axis("angular_velocity")]
@@ -388,7 +388,7 @@ fn units_and_units_of_time_are_converted() {
 }
 
 #[test]
-fn times_since_1970_show_their_unit() {
+fn unit_of_times_since_1970_is_detected() {
     for (unit, factor) in [("ms", 1_000), ("us", 1), ("ns", 0)] {
         let content = table(&format!("t,{AXES}"), |sample| {
             let micros = 1_714_564_800_000_000 + sample.micros;
@@ -404,7 +404,7 @@ fn times_since_1970_show_their_unit() {
     }
 }
 
-/// A foot that stands for a second at 1 kHz, with these times in ms.
+/// Returns a foot that stands for one second at 1 kHz, with these times in ms.
 fn standing_at(times: impl Fn(i64) -> i64) -> String {
     let rows: String = (0..1000)
         .map(|k| format!("{},0,0,9.81,0,0,0\n", times(k)))
@@ -413,7 +413,7 @@ fn standing_at(times: impl Fn(i64) -> i64) -> String {
 }
 
 #[test]
-fn times_that_do_not_advance_are_dropped_where_that_is_wanted_and_counted() {
+fn non_increasing_times_are_dropped_on_request() {
     let content = standing_at(|k| match k {
         100 => 99,
         500 => 900_000,
@@ -438,7 +438,7 @@ fn times_that_do_not_advance_are_dropped_where_that_is_wanted_and_counted() {
 }
 
 #[test]
-fn batches_are_spaced_by_the_rate_where_that_is_wanted_and_counted() {
+fn batches_are_spaced_by_the_rate_on_request() {
     let content = standing_at(|k| k / 10 * 10);
     let bench = Bench::with("x.csv", content);
     for rate in ["", "--sample-rate 1000"] {
@@ -453,7 +453,7 @@ fn batches_are_spaced_by_the_rate_where_that_is_wanted_and_counted() {
 }
 
 #[test]
-fn formats_with_units_of_their_own_refuse_the_options_for_tables() {
+fn fixed_unit_formats_reject_table_options() {
     let row = "0,0,0,0,0,0,0,0,0,0,0,0,1\n".repeat(100);
     assert_eq!(
         Bench::with("x.csv", row).error("replay x.csv --format pce-atlas --units g"),
@@ -464,7 +464,7 @@ fn formats_with_units_of_their_own_refuse_the_options_for_tables() {
 }
 
 #[test]
-fn options_that_mean_nothing_are_answered_with_those_that_do() {
+fn unknown_option_value_error_lists_valid_ones() {
     let bench = Bench::with("x.csv", standing());
     for (option, hint) in [
         (

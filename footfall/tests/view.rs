@@ -1,4 +1,4 @@
-//! `footfall view`, as a whole program: a client of others, and the layouts.
+//! Tests of `footfall view` as a program: a third-party client, and the layouts.
 
 mod common;
 #[path = "../../wire/tests/python/environment.rs"]
@@ -22,10 +22,10 @@ const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/view.py"
 const REQUIREMENTS: &str = include_str!("python/view.txt");
 const PROGRAM: &str = env!("CARGO_BIN_EXE_footfall");
 
-/// The names of the feet of a robot.
+/// Names of the feet of a robot.
 const FEET: [&str; 4] = ["FL", "FR", "RL", "RR"];
 
-/// What the client prints; `None` where there is no Python for it.
+/// Returns the output of the client; `None` if Python is unavailable for it.
 fn client(arguments: &[&str]) -> Option<String> {
     let packages = match packages::install("python-view", REQUIREMENTS) {
         Ok(packages) => packages,
@@ -45,7 +45,7 @@ fn client(arguments: &[&str]) -> Option<String> {
 }
 
 #[test]
-fn a_foreign_client_gets_every_message_that_a_recording_has() {
+fn third_party_client_receives_every_recorded_message() {
     let bench = Bench::new();
     let demo = "demo:feet=4,seed=7,seconds=12";
     bench.stdout(&format!("record {demo} -o walk.mcap"));
@@ -59,20 +59,20 @@ fn a_foreign_client_gets_every_message_that_a_recording_has() {
         for (topic, _) in topics.all() {
             assert!(counts.contains_key(topic), "{topic}: {counts:?}");
         }
-        // Ten of the twelve seconds at least: it connects as soon as the server is there.
+        // At least ten of the twelve seconds: the client connects as soon as the server is up.
         let contacts = counts[topics.contact.as_ref()];
         assert!((10_000..=12_000).contains(&contacts), "{counts:?}");
     }
 }
 
 #[test]
-fn a_client_that_does_not_read_is_named_and_delays_no_other() {
-    // As fast as it can be computed: half a million messages.
+fn stalled_client_is_reported_and_delays_no_other() {
+    // Half a million messages, produced at full speed.
     client(&["slow", PROGRAM, "demo:feet=4,speed=max,seconds=60"]);
 }
 
 #[test]
-fn a_port_that_is_taken_is_named() {
+fn used_port_is_named() {
     let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
     let port = taken.local_addr().expect("an address").port();
     let bench = Bench::new();
@@ -84,7 +84,7 @@ fn a_port_that_is_taken_is_named() {
     assert!(said.contains("--port 0"), "{said}");
     assert_eq!(bench.run("view").status.code(), Some(2), "no source");
     let missing = bench.error("view file:absent.mcap --port 0");
-    // Nothing is said about what was to be served, or of feet.
+    // Nothing about feet or serving is printed.
     assert!(missing.starts_with("footfall: absent.mcap "), "{missing}");
     let nowhere = bench.error("view demo --host nowhere.invalid");
     assert!(
@@ -94,7 +94,7 @@ fn a_port_that_is_taken_is_named() {
 }
 
 #[test]
-fn a_host_may_be_a_name_and_all_addresses_are_said_to_be_all() {
+fn host_may_be_a_name_or_all_addresses() {
     let bench = Bench::new();
     for (host, says) in [
         ("localhost", " at ws://127.0.0.1:"),
@@ -111,14 +111,14 @@ fn a_host_may_be_a_name_and_all_addresses_are_said_to_be_all() {
 }
 
 #[test]
-fn it_ends_after_the_time_that_is_given() {
+fn view_ends_after_the_given_time() {
     let bench = Bench::new();
     let output = bench.run("view demo:feet=2 --port 0 --seconds 1");
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     assert!(output.stdout.is_empty());
 }
 
-/// The type of a field of a message, by its path, with a point before each part of a part.
+/// Returns the type of a message field by its path, with nested fields separated by points.
 fn type_of(definition: Definition, path: &str) -> Option<String> {
     let text = definition.text();
     let mut sections = text.split("MSG: ");
@@ -137,7 +137,7 @@ fn type_of(definition: Definition, path: &str) -> Option<String> {
     found
 }
 
-/// Makes sure that a layout names a number that is published.
+/// Checks that a numeric field named by a layout is published.
 fn assert_published(topic: &str, field: &str) {
     let published = FEET.map(Topics::of);
     let definition = published
@@ -157,7 +157,7 @@ fn assert_published(topic: &str, field: &str) {
 }
 
 #[test]
-fn fields_are_found_by_their_definitions() {
+fn fields_are_found_by_definition() {
     let kind = |definition, path| type_of(definition, path);
     assert_eq!(
         kind(Definition::CONTACT, "p_stable").as_deref(),
@@ -177,7 +177,7 @@ fn fields_are_found_by_their_definitions() {
 }
 
 #[test]
-fn every_number_in_the_layout_of_foxglove_is_published() {
+fn foxglove_layout_uses_published_fields() {
     let layout: Value =
         serde_json::from_str(&Viewer::Foxglove.layout(&FEET.map(str::to_owned))).expect("JSON");
     let panels = layout["configById"].as_object().expect("panels");
@@ -195,12 +195,12 @@ fn every_number_in_the_layout_of_foxglove_is_published() {
         }
     }
     for topics in FEET.map(Topics::of) {
-        // P three times and once for all feet, decision, state and once for all feet; the load twice.
+        // P three times and once for all feet; decision; state, and once for all feet; the load twice.
         for (topic, times) in [(topics.contact, 7), (topics.load, 2), (topics.imu, 6)] {
             assert_eq!(shown.get(topic.as_ref()), Some(&times), "{topic}");
         }
     }
-    // Every panel has its place.
+    // Every panel has its place in the layout.
     let mut placed = vec![&layout["layout"]];
     let tabs = layout["configById"]["Tab!pages"]["tabs"].as_array();
     placed.extend(tabs.expect("tabs").iter().map(|tab| &tab["layout"]));
@@ -216,7 +216,7 @@ fn every_number_in_the_layout_of_foxglove_is_published() {
 }
 
 #[test]
-fn every_number_in_the_layout_of_plotjuggler_is_published() {
+fn plotjuggler_layout_uses_published_fields() {
     let layout = Viewer::Plotjuggler.layout(&FEET.map(str::to_owned));
     let mut curves = 0;
     for line in layout.lines() {
@@ -224,7 +224,7 @@ fn every_number_in_the_layout_of_plotjuggler_is_published() {
             continue;
         };
         let name = name.split('"').next().expect("a name");
-        // Names of topics begin with one another: the longest is meant.
+        // One topic name may be the prefix of another: the longest match is used.
         let mut topics: Vec<String> = FEET
             .map(Topics::of)
             .iter()
@@ -245,7 +245,7 @@ fn every_number_in_the_layout_of_plotjuggler_is_published() {
 }
 
 #[test]
-fn the_layouts_that_are_committed_are_those_that_are_printed() {
+fn committed_layouts_match_the_printed_ones() {
     let bench = Bench::new();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/layouts");
     for (viewer, file) in [

@@ -1,16 +1,16 @@
-//! The names of what a foot does in a stride.
+//! Activities of a foot in a stride.
 
-/// What a foot is doing.
+/// Activity of a foot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Activity {
-    /// It stands.
+    /// Standing on the ground.
     Standing,
-    /// It peels off the ground, heel first, with what load is left.
+    /// Peeling off the ground, heel first, under the remaining load.
     Peeling,
-    /// It is in the air.
+    /// In the air.
     Swinging,
-    /// It has touched down and not yet come to rest.
+    /// Touched down, but not yet at rest.
     Landing,
-    /// It slides under load.
+    /// Sliding under load.
     Slipping,
 }

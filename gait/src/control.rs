@@ -1,23 +1,23 @@
-//! The control of a simulated robot: which feet it has, how they follow one another, and its frames on
-//! their bus. At 100 Hz it sends a numbered SYNC, and to each foot its load.
+//! Control of a simulated robot: its feet, their phases, and its frames on their bus. At 100 Hz it sends a
+//! numbered SYNC, and to each foot its load.
 
 use wire::foot::cob_id;
 use wire::pdo::{LastSync, Load};
 use wire::{CanFrame, Foot, NodeId, Value};
 
-/// The most feet of a robot.
+/// Largest number of feet of a robot.
 pub const MOST_FEET: usize = 6;
 
-/// The phase between one foot and the next, s: a quarter of a stride of a walk.
+/// Phase between one foot and the next, s: a quarter of a stride of a walk.
 pub const PHASE_S: f64 = 0.225;
 
-/// The value of a foot's setting for the source of its load that is these reports.
+/// Value of a foot's load-source setting that selects load reports over CAN.
 pub const LOAD_OVER_CAN: Value = Value::U8(2);
 
-/// From one SYNC to the next, and from one report of loads to the next, ms.
+/// Period of SYNCs and of load reports, ms.
 const PERIOD_MS: u64 = 10;
 
-/// The places of a robot's feet, 1 to [`MOST_FEET`]; two are those of a biped.
+/// Returns the places of a robot's feet, 1 to [`MOST_FEET`]; two are those of a biped.
 #[must_use]
 pub fn feet(count: usize) -> &'static [Foot] {
     match count {
@@ -26,7 +26,7 @@ pub fn feet(count: usize) -> &'static [Foot] {
     }
 }
 
-/// The frame with which a robot reports a load, N, to a foot.
+/// Returns the frame that reports a load, N, to a foot.
 #[must_use]
 pub fn load_frame(node: NodeId, load_n: f32) -> Option<CanFrame> {
     CanFrame::new(node.cob_id(Load::BASE), &Load(load_n).encode())
@@ -39,7 +39,7 @@ pub struct Control {
 }
 
 impl Control {
-    /// The frames that it sends in a millisecond since it was switched on, with the load of each foot, N.
+    /// Returns the frames sent in a millisecond since power-up, with the load of each foot, N.
     pub fn frames(
         &mut self,
         ms: u64,
@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn syncs_are_numbered_from_1_to_240_and_again() {
+    fn sync_numbers_run_from_1_to_240_and_repeat() {
         let mut control = Control::default();
         let numbers: Vec<u8> = (0..2410)
             .flat_map(|ms| control.frames(ms, []))

@@ -1,17 +1,17 @@
-//! A number that changes with time, together with its first two derivatives.
+//! Number that changes with time, together with its first two derivatives.
 //!
-//! Every closed form of the motion is written once, in jets; velocity and acceleration then
-//! follow from the position by the rules of calculus and cannot disagree with it.
+//! Every closed form of the motion is written once, in jets; velocity and acceleration are derived from the
+//! position by the rules of calculus and cannot disagree with it.
 //!
-//! Exponential, sine and cosine come from the `libm` crate and not from the platform, so that
-//! the bits are the same on every machine.
+//! Exponential, sine and cosine come from the `libm` crate, not from the platform, so that the bits are the same
+//! on every machine.
 
 use std::ops::{Add, AddAssign, Mul, Sub};
 
 /// Value, first and second derivative with respect to time in s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Jet {
-    /// The value, in whatever unit the quantity has.
+    /// Value, in the unit of the quantity.
     pub value: f64,
     /// First derivative, in that unit per s.
     pub rate: f64,
@@ -20,12 +20,12 @@ pub(crate) struct Jet {
 }
 
 impl Jet {
-    /// What does not change.
+    /// Creates a constant.
     pub const fn constant(value: f64) -> Self {
         Self::moving(value, 0.0)
     }
 
-    /// What changes steadily.
+    /// Creates a value that changes at a constant rate.
     pub const fn moving(value: f64, rate: f64) -> Self {
         Self {
             value,
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn the_derivatives_are_those_of_calculus() {
+    fn derivatives_match_closed_forms() {
         let t = 0.7_f64;
         let time = Jet::moving(t, 1.0);
 

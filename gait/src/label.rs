@@ -1,28 +1,27 @@
-//! When a foot is in stable contact: decided from its own true velocity, not from forces.
+//! Labels of stable contact, from the foot's own true velocity, not from forces.
 
 use recordings::recording::Label;
 
 use crate::track::FootState;
 
-/// A foot that moves faster slips, m/s. Over a stance of 0.3 s it is 1.5 mm, about what a rubber
-/// sole gives under load; and it is a hundredth of a walking speed of 0.5 m/s, which is what a leg
-/// odometry that takes the foot for fixed would be wrong by.
+/// Speed above which a foot slips, m/s. Over a stance of 0.3 s it is 1.5 mm, about what a rubber sole gives under
+/// load. It is a hundredth of a walking speed of 0.5 m/s, the resulting error of a leg odometry that assumes a
+/// fixed foot.
 pub const SPEED_LIMIT: f64 = 5e-3;
 
-/// A foot that turns faster rocks, rad/s. On a lever of 25 mm, the radius of a GO1's foot, it
-/// moves the sensor at half of [`SPEED_LIMIT`].
+/// Angular rate above which a foot rocks, rad/s. On a lever of 25 mm, the radius of a GO1's foot, it moves the
+/// sensor at half of [`SPEED_LIMIT`].
 pub const RATE_LIMIT: f64 = 0.1;
 
-/// A foot that bears less is about to lift off or has only just touched, N: a twelfth of a GO1's
-/// weight of 118 N.
+/// Load below which a foot is about to lift off or has only just touched, N: a twelfth of a GO1's weight of 118 N.
 pub const LOAD_LIMIT: f64 = 10.0;
 
-/// Rest shorter than this is the turning point of a vibration, s: more than a quarter of the
-/// period of the slowest ringing after a hard landing (28 Hz).
+/// Shortest rest, s; anything shorter is the turning point of a vibration. It is more than a quarter of the period
+/// of the slowest ringing after a hard landing (28 Hz).
 pub const SHORTEST_REST: f64 = 0.01;
 
 impl FootState {
-    /// Whether the foot bears load and neither moves nor turns at this moment.
+    /// Returns whether the foot bears load and neither moves nor turns at this moment.
     #[must_use]
     pub fn is_at_rest_under_load(&self) -> bool {
         self.load >= LOAD_LIMIT
@@ -31,8 +30,8 @@ impl FootState {
     }
 }
 
-/// The label of every sample of a motion: stable where the foot is at rest under load, and has
-/// been or will be so for [`SHORTEST_REST`] in a row. `period` is the time between samples in s.
+/// Returns the label of every sample of a motion: stable if it belongs to a rest under load of at least
+/// [`SHORTEST_REST`]. `period` is the time between samples in s.
 pub(crate) fn labels(truth: &[FootState], period: f64) -> Vec<Label> {
     truth
         .chunk_by(|a, b| a.is_at_rest_under_load() == b.is_at_rest_under_load())
@@ -61,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn a_foot_is_stable_only_if_it_bears_load_and_neither_moves_nor_turns() {
+    fn only_a_loaded_foot_at_rest_is_stable() {
         assert!(standing().is_at_rest_under_load());
         let unloaded = FootState {
             load: 5.0,
@@ -81,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn the_turning_point_of_a_vibration_is_not_rest() {
+    fn turning_point_of_a_vibration_is_not_rest() {
         let moving = FootState {
             velocity: Vector::new(0.1, 0.0, 0.0),
             ..standing()
@@ -98,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn a_demo_has_stable_stances_and_no_stable_slip_or_swing() {
+    fn demo_is_stable_in_stance_but_not_in_slip_or_swing() {
         let plan = Plan::demo(1);
         let motion = Track::new(&plan);
         let truth: Vec<FootState> = (0..)
@@ -121,7 +120,7 @@ mod tests {
         assert!(stable.iter().all(|s| s.activity != Activity::Swinging));
         let share = stable.len() as f64 / truth.len() as f64;
         assert!((0.4..0.7).contains(&share), "{share}");
-        // What is called slipping and yet stable is the first and last moment of a slide.
+        // Samples both slipping and stable are the first and last moments of a slide.
         let slipping = |s: &&FootState| s.activity == Activity::Slipping;
         let all = truth.iter().filter(slipping).count();
         let stable = stable.into_iter().filter(|s| slipping(s)).count();

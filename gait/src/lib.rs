@@ -1,24 +1,24 @@
-//! A walking foot where there is no recording: its true motion, and what its IMU measures.
+//! Simulated walking foot: its true motion, and the readings of its IMU.
 //!
-//! The path from intention to sample, one module a step:
+//! The modules, from the plan to the sample:
 //!
 //! | step | module |
 //! |---|---|
-//! | which steps, on which ground | [`plan`]; a grid of slips, [`slips`] |
+//! | steps and ground | [`plan`]; a grid of slips, [`slips`] |
 //! | one step in numbers | [`step`] |
-//! | what the foot does in it | [`Activity`] |
-//! | the true motion at any moment, in closed form | [`track`] |
+//! | activity of the foot | [`Activity`] |
+//! | true motion at any moment, in closed form | [`track`] |
 //! | whether the foot is in stable contact, from its own velocity | [`label`] |
-//! | the specimen of the sensor, and what acts on it | [`sensor`] |
-//! | the robot around it: other feet, SYNCs, reports of load | [`control`] |
-//! | its registers, read at 1 kHz as the foot reads them: a recording | [`record`](mod@record) |
+//! | specimen of the sensor, and its stimulus | [`sensor`] |
+//! | robot around it: other feet, SYNCs, load reports | [`control`] |
+//! | sensor registers, read at 1 kHz as the foot reads them: a recording | [`record`](mod@record) |
 //!
 //! The sensor itself is [`lsm6dsox::sim`], register for register.
 //!
-//! The truth is kinematic: motion, load and slips are prescribed as smooth functions of time, not
-//! the outcome of a simulation of bodies. So velocity, acceleration and label are exact, and what
-//! an estimator is measured against is no other estimator. It says nothing about how often a real
-//! robot slips, and a score reached here is no score on a robot.
+//! The truth is kinematic: motion, load and slips are prescribed as smooth functions of time, not simulated from
+//! bodies and forces. Velocity, acceleration and label are therefore exact, and an estimator is not measured
+//! against another estimator. The simulation does not show how often a real robot slips, and a score reached here
+//! is not a score on a robot.
 //!
 //! The same plan, sensor and seed give the same bits on every machine: f64 arithmetic, square
 //! roots, and `libm` for everything else.

@@ -1,4 +1,4 @@
-//! Plans: which steps a foot takes, on which ground, with a variation that comes from a seed.
+//! Plans: the steps of a foot and the ground, with variation from a seed.
 
 use std::fmt;
 use std::ops::Range;
@@ -7,10 +7,10 @@ use std::str::FromStr;
 use crate::random::{Random, Stream};
 use crate::step::{Sinking, Slip, Spring, Step, TouchDown, Tremor};
 
-/// The seed of the walk that `footfall demo` shows, and that is scored as one of the sets.
+/// Seed of the walk that `footfall demo` shows, which is also one of the scored sets.
 pub const DEMO_SEED: u64 = 1;
 
-/// What is under the foot.
+/// Ground under the foot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ground {
     /// A firm floor with grip: a short, hard landing, then rest.
@@ -22,10 +22,10 @@ pub enum Ground {
 }
 
 impl Ground {
-    /// All of them.
+    /// All kinds of ground.
     pub const ALL: [Self; 3] = [Self::Hard, Self::Greased, Self::Soft];
 
-    /// Its name.
+    /// Returns the name.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -42,7 +42,7 @@ impl fmt::Display for Ground {
     }
 }
 
-/// The gaits that have a name.
+/// Named gaits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GaitName {
     /// Standing still: no steps at all.
@@ -56,10 +56,10 @@ pub enum GaitName {
 }
 
 impl GaitName {
-    /// All of them.
+    /// All gaits.
     pub const ALL: [Self; 4] = [Self::Stand, Self::Walk, Self::Trot, Self::Run];
 
-    /// The name as people write it.
+    /// Returns the name as people write it.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -95,7 +95,7 @@ impl FromStr for GaitName {
     }
 }
 
-/// A name that belongs to no gait.
+/// Error for an unknown name of a gait.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnknownGait(pub String);
 
@@ -108,13 +108,12 @@ impl fmt::Display for UnknownGait {
 
 impl std::error::Error for UnknownGait {}
 
-/// The usual numbers of a gait, for a foot of a Unitree GO1: a quadruped of 12 kg with legs of
-/// about 0.4 m.
+/// Typical values of a gait, for a foot of a Unitree GO1: a quadruped of 12 kg with legs of about 0.4 m.
 #[derive(Clone, Copy, Debug)]
 struct Style {
     /// s.
     swing: f64,
-    /// With the peel, s.
+    /// Including the peel, s.
     contact: f64,
     /// s.
     peel: f64,
@@ -126,7 +125,7 @@ struct Style {
     pitch_swing: f64,
     /// m/s.
     landing_speed: f64,
-    /// In mid-stance, N: the weight of 118 N on as many feet as stand at a time.
+    /// In mid-stance, N: the weight of 118 N divided by the number of standing feet.
     load: f64,
     /// s.
     load_change: f64,
@@ -182,7 +181,7 @@ impl Style {
             ],
             clearance: self.clearance * random.uniform(0.9..1.1),
             pitch_swing: self.pitch_swing * random.uniform(0.9..1.1),
-            // A floor is flat to a degree or two, and so is the foot's ankle.
+            // Floor and ankle are level to a degree or two.
             tilt: [0.03, 0.04, 0.03].map(|limit| random.uniform(-limit..limit)),
             touch_down: match ground {
                 Ground::Hard | Ground::Greased => hard_landing(self.landing_speed, random),
@@ -233,7 +232,7 @@ fn hard_landing(speed: f64, random: &mut Random) -> TouchDown {
     }
 }
 
-/// A mat: some 4 g, and a rocking of a few degrees that takes a quarter of a second to settle.
+/// A mat: some 4 g, and a rocking of a few degrees that settles in a quarter of a second.
 fn soft_landing(speed: f64, random: &mut Random) -> TouchDown {
     TouchDown {
         speed: speed * random.uniform(0.75..1.0),
@@ -254,8 +253,8 @@ fn soft_landing(speed: f64, random: &mut Random) -> TouchDown {
     }
 }
 
-/// A slide over the given time after touch-down: backwards, as a foot that pushes off loses its
-/// hold, at a top speed of 0.2 m/s to 0.5 m/s.
+/// A slide over the given time after touch-down: backwards, as a foot that pushes off loses its grip, at a top
+/// speed of 0.2 m/s to 0.5 m/s.
 fn slip(when: Range<f64>, random: &mut Random) -> Slip {
     let duration = when.end - when.start;
     Slip {
@@ -269,7 +268,7 @@ fn slip(when: Range<f64>, random: &mut Random) -> Slip {
     }
 }
 
-/// Firm ground, a greased patch, a soft mat and firm ground again, of three steps each.
+/// Returns firm ground, a greased patch, a soft mat and firm ground again, of three steps each.
 fn round(random: &mut Random) -> Vec<Step> {
     let grounds = [Ground::Hard, Ground::Greased, Ground::Soft, Ground::Hard];
     let mut steps: Vec<Step> = grounds
@@ -287,22 +286,22 @@ fn round(random: &mut Random) -> Vec<Step> {
     steps
 }
 
-/// How long a foot stands before its first step, s: an attitude filter aligns meanwhile.
+/// Standing time before the first step, s, in which an attitude filter aligns.
 const STANDING_BEFORE: f64 = 2.0;
 
-/// How long the demo stands after its last touch-down, s.
+/// Standing time of the demo after its last touch-down, s.
 const STANDING_AFTER: f64 = 1.2;
 
-/// What a foot will do: it stands, takes its steps, and stands on.
+/// Plan of a foot: it stands, takes its steps, and stands again.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// Where a recording of it says it comes from.
+    /// Origin stated in a recording of the plan.
     pub name: String,
-    /// Standing still at the beginning, s.
+    /// Standing time at the beginning, s.
     pub standing: f64,
-    /// In order of time. After the last touch-down the foot stays where it is.
+    /// Steps in order of time. After the last touch-down the foot stays in place.
     pub steps: Vec<Step>,
-    /// From the beginning to the end of the recording, s.
+    /// Duration of the recording, s.
     pub duration: f64,
 }
 
@@ -321,8 +320,8 @@ impl Plan {
         }
     }
 
-    /// The ground of [`Plan::demo`] again and again, never with the same steps: for `seconds` at
-    /// least, the standing at the beginning included. `seconds` is finite.
+    /// Repeats the ground of [`Plan::demo`] with different steps for at least `seconds`, including the standing at
+    /// the beginning. `seconds` is finite.
     #[must_use]
     pub fn rounds(seconds: f64, seed: u64) -> Self {
         let mut random = Random::new(seed, Stream::Steps);
@@ -341,8 +340,8 @@ impl Plan {
         }
     }
 
-    /// A gait on one kind of ground for a number of seconds, the standing at the beginning
-    /// included. The recording ends wherever the foot then is. `seconds` is finite.
+    /// A gait on one kind of ground for `seconds`, including the standing at the beginning. The recording may end
+    /// in any activity. `seconds` is finite.
     #[must_use]
     pub fn steady(gait: GaitName, ground: Ground, seconds: f64, seed: u64) -> Self {
         let robot = Robot {
@@ -354,35 +353,35 @@ impl Plan {
     }
 }
 
-/// What sets one robot apart from another, and where it walks.
+/// Properties of a robot and of its ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Robot {
-    /// How it walks.
+    /// Gait.
     pub gait: GaitName,
-    /// What is under its feet.
+    /// Ground under its feet.
     pub ground: Ground,
-    /// The share of steps that meet a greased patch, in [0, 1].
+    /// Share of steps that meet a greased patch, in [0, 1].
     pub greased: f64,
-    /// How long its steps are, as a factor of those of the gait.
+    /// Step length, as a factor of the gait's.
     pub step_length: f64,
-    /// How much it shakes its standing feet, as a factor of what is usual with the gait. Faster, not
-    /// further: above about 1.5 at the usual frequency a foot would not count as stable.
+    /// Shaking of the standing feet, as a factor of the gait's. It raises the frequency, not the amplitude: above
+    /// about 1.5 at the usual frequency a foot would not count as stable.
     pub shaking: f64,
-    /// Whether it stands still now and then.
+    /// Pauses in which it stands still, if any.
     pub rests: Option<Rests>,
 }
 
-/// When a robot stands still.
+/// Pauses in which a robot stands still.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rests {
-    /// It walks for so long, s.
+    /// Walking time between pauses, s.
     pub every: f64,
-    /// Then it stands for so long, s.
+    /// Duration of a pause, s.
     pub lasting: f64,
 }
 
 impl Default for Robot {
-    /// One that walks on a firm floor, as is usual.
+    /// Returns a robot that walks on a firm floor, with the usual values.
     fn default() -> Self {
         Self {
             gait: GaitName::Walk,
@@ -396,8 +395,8 @@ impl Default for Robot {
 }
 
 impl Robot {
-    /// What one of its feet does for a number of seconds, the standing at the beginning included. The
-    /// recording ends wherever the foot then is. `seconds` is finite.
+    /// Plans one of its feet for `seconds`, including the standing at the beginning. The recording may end in any
+    /// activity. `seconds` is finite.
     #[must_use]
     pub fn plan(&self, seconds: f64, seed: u64) -> Plan {
         let mut random = Random::new(seed, Stream::Steps);
@@ -448,7 +447,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_robot_slips_where_the_floor_is_greased_and_its_steps_are_its_own() {
+    fn robot_settings_change_rests_slips_and_steps() {
         let usual = Plan::steady(GaitName::Trot, Ground::Hard, 300.0, 5);
         let robot = Robot {
             gait: GaitName::Trot,
@@ -474,14 +473,14 @@ mod tests {
     }
 
     #[test]
-    fn every_gait_is_found_by_its_name() {
+    fn every_gait_parses_from_its_name() {
         for gait in GaitName::ALL {
             assert_eq!(gait.to_string().parse(), Ok(gait));
         }
     }
 
     #[test]
-    fn an_unknown_gait_is_answered_with_the_known_ones() {
+    fn unknown_gait_error_lists_the_known_ones() {
         let error = "gallop".parse::<GaitName>().expect_err("not a gait");
         assert_eq!(
             error.to_string(),
@@ -490,7 +489,7 @@ mod tests {
     }
 
     #[test]
-    fn the_demo_visits_all_grounds_in_twelve_to_fifteen_seconds() {
+    fn demo_visits_all_grounds_in_12_to_15_seconds() {
         for seed in 0..20 {
             let plan = Plan::demo(seed);
             assert!((12.0..15.5).contains(&plan.duration), "{}", plan.duration);
@@ -504,7 +503,7 @@ mod tests {
     }
 
     #[test]
-    fn no_two_steps_are_the_same_and_a_seed_repeats_them() {
+    fn steps_differ_and_a_seed_repeats_them() {
         let plan = Plan::steady(GaitName::Trot, Ground::Hard, 10.0, 3);
         for (one, next) in plan.steps.iter().zip(&plan.steps[1..]) {
             assert_ne!(one, next);
@@ -514,7 +513,7 @@ mod tests {
     }
 
     #[test]
-    fn rounds_begin_as_the_demo_and_go_on_with_other_steps() {
+    fn rounds_begin_as_the_demo_and_then_differ() {
         let (demo, rounds) = (Plan::demo(5), Plan::rounds(60.0, 5));
         assert_eq!(rounds.steps[..12], demo.steps);
         assert_ne!(rounds.steps[12..24], demo.steps);

@@ -1,23 +1,21 @@
-//! Chance with a seed: the same numbers on every machine and from every version of a library.
+//! Seeded random numbers, the same on every machine and with every version of a library.
 //!
-//! Only the raw 64-bit words come from a crate (PCG's `pcg64`, a published algorithm that does
-//! not change); how they become real numbers is written here, because libraries are free to change
-//! theirs.
+//! Only the raw 64-bit words come from a crate (PCG's `pcg64`, a published algorithm that does not change); they
+//! are converted to real numbers here, because libraries are free to change their conversion.
 
 use std::ops::Range;
 
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
-/// What the numbers are for. Each use has a stream of its own, so that more draws in one do not
-/// shift the others.
+/// Use of the numbers. Each use has its own stream, so that more draws in one do not shift the others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Stream {
-    /// The variation from step to step.
+    /// Variation from step to step.
     Steps = 1,
-    /// What a sensor's specimen is like.
+    /// Errors of a sensor's specimen.
     Specimen = 2,
-    /// Which steps meet a patch of other ground.
+    /// Choice of the steps that meet a patch of other ground.
     Patches = 3,
 }
 
@@ -28,20 +26,20 @@ pub(crate) struct Random {
 }
 
 impl Random {
-    /// The stream of numbers that belongs to `seed` and use.
+    /// Creates the stream of a seed and use.
     pub fn new(seed: u64, stream: Stream) -> Self {
         Self {
             words: Pcg64::new(u128::from(seed), stream as u128),
         }
     }
 
-    /// Evenly from [0, 1), in steps of 2⁻⁵³.
+    /// Draws uniformly from [0, 1), in steps of 2⁻⁵³.
     fn unit(&mut self) -> f64 {
         const STEP: f64 = 1.0 / (1_u64 << 53) as f64;
         (self.words.next_u64() >> 11) as f64 * STEP
     }
 
-    /// Evenly from a range.
+    /// Draws uniformly from a range.
     pub fn uniform(&mut self, range: Range<f64>) -> f64 {
         range.start + (range.end - range.start) * self.unit()
     }

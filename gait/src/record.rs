@@ -1,7 +1,7 @@
-//! A foot that follows a plan, recorded by a sensor that is read 1000 times a second.
+//! Recording of a foot that follows a plan, by a sensor that is read 1000 times a second.
 //!
-//! From here on everything is the foot's own program: the driver over SPI, one burst at the first
-//! data-ready edge after each tick, and the conversion in [`firmware::imu`].
+//! The rest is the foot's own program: the driver over SPI, one burst at the first data-ready edge after each
+//! tick, and the conversion in [`firmware::imu`].
 
 use std::fmt;
 
@@ -16,26 +16,26 @@ use crate::plan::Plan;
 use crate::sensor::SensorParams;
 use crate::track::{FootState, Track};
 
-/// Time between ticks, µs: the firmware's.
+/// Period of the firmware's ticks, µs.
 pub const TICK_US: u64 = 1000;
 
-/// From power-up to the first tick, µs. The sensor needs 45 ms of it to boot and to turn on.
+/// Time from power-up to the first tick, µs. The sensor needs 45 ms of it to boot and to turn on.
 const START_US: u64 = 100_000;
 
-/// A recording together with what really happened.
+/// Recording together with the true motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Simulation {
-    /// What a robot would have recorded.
+    /// Recording as a robot would have made it.
     pub recording: Recording,
-    /// The state of the foot at each sample's timestamp.
+    /// State of the foot at each sample's timestamp.
     pub truth: Vec<FootState>,
-    /// The sensor's codes behind each sample; `None` where none could be read.
+    /// Sensor codes of each sample; `None` if they could not be read.
     pub raw: Vec<Option<RawSample>>,
 }
 
-/// A foot that follows a plan, tick by tick: what [`simulate`] does at once.
+/// Foot that follows a plan, tick by tick; [`simulate`] runs all ticks at once.
 ///
-/// After the end of its plan the foot stays where it is.
+/// After the end of its plan the foot stays in place.
 pub struct Walking {
     motion: Track,
     part: SharedPart,
@@ -43,19 +43,19 @@ pub struct Walking {
     ticks: u64,
 }
 
-/// What a tick of a walking foot gave.
+/// Result of a tick of a walking foot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Walked {
-    /// The sample.
+    /// Sample of the tick.
     pub imu: ImuSample,
-    /// The sensor's codes behind it; `None` where none could be read.
+    /// Sensor codes of the sample; `None` if they could not be read.
     pub raw: Option<RawSample>,
-    /// The state of the foot at the sample's timestamp.
+    /// State of the foot at the sample's timestamp.
     pub truth: FootState,
 }
 
 impl Walking {
-    /// Before the first tick, with the sensor that belongs to `seed`.
+    /// Creates a foot before its first tick, with the sensor specimen of `seed`.
     ///
     /// # Panics
     /// Never: a simulated part without a fault starts.
@@ -76,7 +76,7 @@ impl Walking {
         }
     }
 
-    /// The next tick, [`TICK_US`] after the one before.
+    /// Advances to the next tick, [`TICK_US`] after the previous one.
     pub fn tick(&mut self) -> Walked {
         let (imu, raw) = sample_after(&self.part, &mut self.driver, self.ticks * TICK_US);
         self.ticks += 1;
@@ -93,12 +93,11 @@ impl fmt::Debug for Walking {
     }
 }
 
-/// Simulates a plan with the sensor that belongs to `seed`, from time 0 on.
+/// Simulates a plan with the sensor specimen of `seed`, from time 0 on.
 ///
-/// Each sample is that of the first data-ready edge after its tick, at most 155 µs later, and
-/// carries that edge's time; the sensor's filters delay it by another 0.7 ms. Truth, load and
-/// label are those of the edge; the load is without error. The same arguments give the same bits
-/// on every machine.
+/// Each sample is that of the first data-ready edge after its tick, at most 155 µs later, and carries that edge's
+/// time; the sensor's filters delay it by another 0.7 ms. Truth, load and label are those of the edge; the load
+/// has no error. The same arguments give the same bits on every machine.
 ///
 /// # Panics
 /// Never: a simulated part without a fault starts.
@@ -138,14 +137,14 @@ pub fn simulate(plan: &Plan, sensor: &SensorParams, seed: u64) -> Simulation {
     }
 }
 
-/// The recording of [`simulate`] alone.
+/// Returns only the recording of [`simulate`].
 #[must_use]
 pub fn record(plan: &Plan, sensor: &SensorParams, seed: u64) -> Recording {
     simulate(plan, sensor, seed).recording
 }
 
-/// What the foot's program does at the tick at `tick_us`: wait for the next data-ready edge, take
-/// its time, and read one burst. The sensor's codes come with it, where they could be read.
+/// Runs the foot's program at the tick at `tick_us`: waits for the next data-ready edge, takes its time, and reads
+/// one burst. Returns the sensor codes with the sample if they could be read.
 fn sample_after(
     part: &SharedPart,
     driver: &mut Lsm6dsox<SimSpi>,
@@ -180,7 +179,7 @@ mod tests {
         simulate(&Plan::demo(seed), &SensorParams::LSM6DSOX, seed)
     }
 
-    /// FNV-1a over the bits of all that a recording holds.
+    /// Returns the FNV-1a hash of the bits of a recording.
     fn fingerprint(recording: &Recording) -> u64 {
         let mut hash = 0xcbf2_9ce4_8422_2325_u64;
         let mut add = |bits: u64| {
@@ -207,14 +206,14 @@ mod tests {
 
     #[test]
     fn the_same_seed_gives_the_same_bits_on_every_machine() {
-        // Where this number changes, so does every recording that was ever simulated.
+        // A change of this number changes every simulated recording.
         const SEED_1: u64 = 0xaf85_f2fc_a414_446d;
         assert_eq!(fingerprint(&demo(1).recording), SEED_1);
         assert_ne!(fingerprint(&demo(2).recording), SEED_1);
     }
 
     #[test]
-    fn samples_come_at_the_first_edge_after_each_millisecond_with_load_and_label() {
+    fn each_tick_samples_the_next_edge_with_load_and_label() {
         let Simulation {
             recording,
             truth,
@@ -228,7 +227,7 @@ mod tests {
         assert!(celsius.eq(vec![Some(25.0); truth.len()]));
         assert_eq!(recording.sample_rate, 1000.0);
         for (k, sample) in (0..).zip(&recording.samples) {
-            // One period of the sensor's slowest clock.
+            // The limit is one period of the sensor's slowest clock.
             let wait = sample.imu.timestamp.as_micros() - k * 1000;
             assert!(wait <= 155, "{wait} µs after tick {k}");
             assert_ne!(sample.imu.validity, Validity::Stale);
@@ -239,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn some_hard_landings_saturate_the_sensor_and_nothing_else_does() {
+    fn only_hard_landings_saturate_the_sensor() {
         let Simulation {
             recording, truth, ..
         } = demo(1);
@@ -258,8 +257,8 @@ mod tests {
         );
     }
 
-    /// P per sample from the estimator's default preset, gravity taken out with the true
-    /// orientation so that no attitude filter has a part in it.
+    /// Returns P per sample from the estimator's default preset. Gravity is subtracted with the true orientation,
+    /// so that no attitude filter is involved.
     fn probabilities(simulation: &Simulation) -> Vec<f32> {
         let params = Params {
             gravity: Gravity::Removed,
@@ -282,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn good_stances_look_stable_to_the_estimator_and_slips_and_swings_do_not() {
+    fn only_good_stances_are_estimated_stable() {
         for gait in [GaitName::Walk, GaitName::Trot, GaitName::Run] {
             for ground in [Ground::Hard, Ground::Greased] {
                 let plan = Plan::steady(gait, ground, 20.0, 4);
@@ -301,7 +300,7 @@ mod tests {
                     let whole = phase.len() > 20;
                     match (activity, ground) {
                         (Activity::Standing, Ground::Hard) if whole => {
-                            // The accelerometer's bias stays in.
+                            // The accelerometer bias is not corrected.
                             assert!(peak > 0.75, "{gait}: {peak}");
                         }
                         // A runner's slide is smooth and over in 75 ms.

@@ -1,7 +1,6 @@
-//! A stretch of motion in one piece: a stance, a peel or a swing.
+//! Segment of a motion: a stance, a peel or a swing.
 //!
-//! Three positions and three angles, each a base path plus terms, and the load while there is
-//! contact.
+//! It has three positions and three angles, each a base path plus terms, and the load during contact.
 
 use crate::activity::Activity;
 use crate::jet::Jet;
@@ -17,13 +16,13 @@ pub(crate) const ROLL: usize = 3;
 pub(crate) const PITCH: usize = 4;
 pub(crate) const YAW: usize = 5;
 
-/// The state of all channels.
+/// State of all channels.
 pub(crate) type Pose = [Jet; CHANNELS];
 
-/// Mass of foot and shank that an impact has to stop, kg.
+/// Mass of foot and shank that an impact stops, kg.
 const EFFECTIVE_MASS: f64 = 0.25;
 
-/// A time in which something changes from 0 to 1, with least jerk.
+/// Transition from 0 to 1, with least jerk.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Change {
     /// s.
@@ -33,19 +32,19 @@ pub(crate) struct Change {
 }
 
 impl Change {
-    /// A change that came before all time.
+    /// Change that is always complete.
     pub const ALREADY: Self = Self {
         start: f64::NEG_INFINITY,
         duration: 1.0,
     };
 
-    /// A change that does not come.
+    /// Change that never begins.
     pub const NEVER: Self = Self {
         start: f64::INFINITY,
         duration: 1.0,
     };
 
-    /// How far it has come at time `t` in s.
+    /// Returns the progress at time `t` in s.
     pub fn progress(self, t: f64) -> f64 {
         let term = Term {
             start: self.start,
@@ -56,7 +55,7 @@ impl Change {
     }
 }
 
-/// The vertical load over one contact: it builds up, stays, and goes.
+/// Vertical load over one contact: it builds up, stays, and decreases.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LoadProfile {
     /// N.
@@ -71,37 +70,37 @@ impl LoadProfile {
     }
 }
 
-/// What holds the foot.
+/// Contact of the foot.
 #[derive(Clone, Debug)]
 pub(crate) enum Kind {
-    /// The ground, at the whole sole.
+    /// The whole sole is on the ground.
     Stance {
-        /// Until when the foot is landing, s.
+        /// End of the landing, s.
         settled: f64,
-        /// Their onsets count from the segment's start.
+        /// Slides; their onsets count from the segment's start.
         slips: Vec<Slip>,
     },
-    /// The ground, at the toes.
+    /// The toes are on the ground.
     Peel,
-    /// Nothing.
+    /// No contact.
     Swing,
 }
 
-/// One of the pieces a motion consists of; it ends where the next one starts.
+/// Piece of a motion; it ends where the next one starts.
 #[derive(Clone, Debug)]
 pub(crate) struct Segment {
     pub kind: Kind,
     /// s.
     pub start: f64,
     pub base: [Quintic; CHANNELS],
-    /// With the channel each belongs to.
+    /// Terms, each with its channel.
     pub terms: Vec<(usize, Term)>,
-    /// None in the air.
+    /// Load; `None` in the air.
     pub load: Option<LoadProfile>,
 }
 
 impl Segment {
-    /// Where the foot is and how it moves at time `t` in s.
+    /// Returns position and motion of the foot at time `t` in s.
     pub fn pose(&self, t: f64) -> Pose {
         let mut pose = self.base.map(|path| path.at(t));
         for (channel, term) in &self.terms {
@@ -110,7 +109,7 @@ impl Segment {
         pose
     }
 
-    /// What the foot is doing at time `t` in s.
+    /// Returns the activity of the foot at time `t` in s.
     pub fn activity(&self, t: f64) -> Activity {
         match &self.kind {
             Kind::Peel => Activity::Peeling,
@@ -130,7 +129,7 @@ impl Segment {
         }
     }
 
-    /// Vertical load in N at time `t` in s, where the foot accelerates upwards by
+    /// Returns the vertical load in N at time `t` in s, while the foot accelerates upwards by
     /// `upward_acceleration` in m/s².
     pub fn load(&self, t: f64, upward_acceleration: f64) -> f64 {
         let profile = self.load.map_or(0.0, |profile| profile.at(t));
@@ -141,7 +140,7 @@ impl Segment {
         }
     }
 
-    /// How far the foot has slid since the segment's start at time `t` in s, in m.
+    /// Returns the distance slid from the segment's start to time `t` in s, m.
     pub fn slip(&self, t: f64) -> f64 {
         match &self.kind {
             Kind::Stance { slips, .. } => slips

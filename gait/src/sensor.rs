@@ -1,10 +1,10 @@
-//! The LSM6DSOX on the foot: which specimen it is, how warm it gets, and what it feels.
+//! LSM6DSOX on the foot: its specimen, temperature and stimulus.
 //!
-//! Everything else about the part (noise, filters, codes, range, clock, registers) is
-//! [`lsm6dsox::sim`]'s, and what the foot's own program does with it, its driver's.
+//! The rest of the part (noise, filters, codes, range, clock, registers) is modelled in [`lsm6dsox::sim`]; the
+//! foot's program accesses it through its own driver.
 //!
-//! Left out: scale-factor and axis-alignment errors, sensitivity of the gyroscope to
-//! acceleration, vibration rectification, and the small delay between the axes.
+//! Not modelled: scale-factor and axis-alignment errors, sensitivity of the gyroscope to acceleration, vibration
+//! rectification, and the small delay between the axes.
 
 use lsm6dsox::scale::{DEGREE, STANDARD_GRAVITY};
 use lsm6dsox::sim::{Part, PartOptions, SharedPart, Stimulus};
@@ -22,29 +22,28 @@ pub const MILLI_G: f64 = 1e-3 * GRAVITY;
 /// One thousandth of a degree per second, rad/s.
 pub const MILLI_DPS: f64 = 1e-3 * DEGREE as f64;
 
-/// Time that a byte takes on the bus, ns: 10 MHz.
+/// Duration of a byte on the bus, ns: 10 MHz.
 const BYTE_TIME_NS: u32 = 800;
 
-/// By how much specimens of three axes of one kind differ. `unit` is m/s² or rad/s.
+/// Spread of the errors of three axes between specimens. `unit` is m/s² or rad/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisErrors {
-    /// Each axis has a bias at 25 °C evenly drawn from ± this, unit.
+    /// Bias of each axis at 25 °C, drawn uniformly from ± this, unit.
     pub bias_limit: f64,
-    /// Each axis' bias changes with temperature by a coefficient evenly drawn from ± this,
-    /// unit/°C.
+    /// Temperature coefficient of each axis' bias, drawn uniformly from ± this, unit/°C.
     pub drift_limit: f64,
 }
 
-/// How warm the sensor is.
+/// Temperature of the sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Temperature {
-    /// Always the same, °C.
+    /// Constant temperature, °C.
     Constant(f64),
-    /// A robot that has just been switched on.
+    /// Temperature on a robot that has just been switched on.
     Warming {
         /// At the beginning, °C.
         from: f64,
-        /// In the end, °C.
+        /// Final value, °C.
         to: f64,
         /// Time in which the difference falls to 1/e, s.
         time_constant: f64,
@@ -52,7 +51,7 @@ pub enum Temperature {
 }
 
 impl Temperature {
-    /// At time `t` in s, in °C; before 0 as at 0.
+    /// Returns the temperature at time `t` in s, °C; before 0 as at 0.
     #[must_use]
     pub fn at(&self, t: f64) -> f64 {
         match *self {
@@ -66,18 +65,18 @@ impl Temperature {
     }
 }
 
-/// What specimens of the sensor are like, and how warm they are.
+/// Spread of the sensor's specimens, and their temperature.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorParams {
     /// The accelerometer, m/s².
     pub accelerometer: AxisErrors,
     /// The gyroscope, rad/s.
     pub gyroscope: AxisErrors,
-    /// A specimen's clock is fast by a fraction evenly drawn from ± this.
+    /// Fraction by which a specimen's clock is fast, drawn uniformly from ± this.
     pub clock_limit: f64,
     /// The sensor's temperature.
     pub temperature: Temperature,
-    /// By how much the gyroscope's bias grows in each second, per axis, rad/s²: a sensor that fails.
+    /// Growth of the gyroscope bias per axis, rad/s²: a failing sensor.
     pub gyroscope_drift: [f64; 3],
 }
 
@@ -114,7 +113,7 @@ impl SensorParams {
         ..Self::LSM6DSOX
     };
 
-    /// The specimen that belongs to `seed`.
+    /// Returns the specimen of `seed`.
     #[must_use]
     pub fn specimen(&self, seed: u64) -> PartOptions {
         let mut random = Random::new(seed, Stream::Specimen);
@@ -136,8 +135,8 @@ impl SensorParams {
         }
     }
 
-    /// The specimen that belongs to `seed` on a foot, just powered up; the foot begins to move
-    /// `delay` s later, and until then stands as in the beginning.
+    /// Returns the specimen of `seed` on a foot, just powered up. The foot begins to move `delay` s later; until
+    /// then it stands as in the beginning.
     #[must_use]
     pub fn mounted(&self, motion: Track, delay: f64, seed: u64) -> SharedPart {
         let (temperature, drift) = (self.temperature, self.gyroscope_drift);
@@ -159,7 +158,7 @@ impl Default for SensorParams {
     }
 }
 
-/// What acts on a sensor at `temperature`, °C, whose foot is in this state.
+/// Returns the stimulus of a sensor at `temperature`, °C, on a foot in this state.
 #[must_use]
 pub fn felt_by(foot: &FootState, temperature: f64) -> Stimulus {
     let against_gravity = foot.acceleration + Vector::new(0.0, 0.0, GRAVITY);
@@ -177,7 +176,7 @@ mod tests {
     use crate::record::record;
     use estimator_core::Vec3;
 
-    /// Force and rate of each sample of a foot that stands.
+    /// Returns force and rate of each sample of a standing foot.
     fn standing(seconds: u32, params: &SensorParams, seed: u64) -> Vec<[Vector; 2]> {
         let plan = Plan::steady(GaitName::Stand, Ground::Hard, f64::from(seconds), 1);
         let double = |v: Vec3| Vector::from_array([v.x, v.y, v.z].map(f64::from));
@@ -205,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn the_noise_at_rest_is_two_milli_g_and_seventy_milli_degrees_per_second() {
+    fn noise_at_rest_is_2_mg_and_70_mdps() {
         let samples = standing(20, &SensorParams::LSM6DSOX, 1);
         for axis in 0..3 {
             let of = |sensor: usize| deviation(samples.iter().map(|s| s[sensor].to_array()[axis]));
@@ -216,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn at_rest_the_specific_force_is_gravity_pointing_up_plus_bias() {
+    fn force_at_rest_is_gravity_pointing_up_plus_bias() {
         for seed in 0..20 {
             let samples = standing(1, &SensorParams::LSM6DSOX, seed);
             let bias = Vector::from_array(SensorParams::LSM6DSOX.specimen(seed).accel_bias);
@@ -266,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn every_seed_is_a_specimen_of_its_own_within_the_limits() {
+    fn each_seed_gives_its_own_specimen_within_limits() {
         let specimens = [1, 2, 3].map(|seed| SensorParams::LSM6DSOX.specimen(seed));
         assert_eq!(specimens[0], SensorParams::LSM6DSOX.specimen(1));
         assert_ne!(specimens[0].gyro_bias, specimens[1].gyro_bias);

@@ -1,4 +1,4 @@
-//! The closed forms a foot's motion is put together from.
+//! Closed forms that make up a foot's motion.
 //!
 //! A [`Quintic`] carries a channel from one place to the next; on top of it lie [`Term`]s: the
 //! ringing after an impact, a slide, a vibration. All of them are C² in time, but for the start
@@ -12,19 +12,19 @@ use crate::jet::Jet;
 pub(crate) struct Quintic {
     start: f64,
     duration: f64,
-    /// Of the powers of (t − start)/duration, lowest first.
+    /// Coefficients of the powers of (t − start)/duration, lowest first.
     coefficients: [f64; 6],
 }
 
 impl Quintic {
-    /// From the state `from` at `start` to the state `to`, `duration` later; times in s.
+    /// Joins the state `from` at `start` to the state `to`, `duration` later; times in s.
     pub fn between(from: Jet, to: Jet, start: f64, duration: f64) -> Self {
         let (rate, curvature) = (
             from.rate * duration,
             from.acceleration * duration * duration,
         );
         let half = 0.5 * curvature;
-        // What the three upper terms have to add at the end.
+        // Contribution of the three upper terms at the end.
         let p = to.value - from.value - rate - half;
         let v = to.rate * duration - rate - curvature;
         let a = to.acceleration * duration * duration - curvature;
@@ -51,7 +51,7 @@ impl Quintic {
         }
     }
 
-    /// The state at time `t` in s, which lies between start and end.
+    /// Returns the state at time `t` in s, which lies between start and end.
     pub fn at(&self, t: f64) -> Jet {
         let s = Jet::moving((t - self.start) / self.duration, 1.0 / self.duration);
         self.coefficients
@@ -61,10 +61,10 @@ impl Quintic {
     }
 }
 
-/// How a [`Term`] runs in time.
+/// Course of a [`Term`] over time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Shape {
-    /// Up to `height` at half-time and back.
+    /// Rises to `height` at half-time and falls back.
     Pulse {
         /// In the unit of the channel.
         height: f64,
@@ -78,23 +78,23 @@ pub(crate) enum Shape {
         /// At the start, rad.
         phase: f64,
     },
-    /// A damped spring that is hit: begins at 0 with `speed`, and has come to rest at the end.
+    /// A damped spring after an impact: begins at 0 with `speed`, and is at rest at the end.
     Ring {
         /// At the start, in the unit of the channel per s.
         speed: f64,
-        /// Of the damped oscillation, rad/s.
+        /// Angular frequency of the damped oscillation, rad/s.
         angular_frequency: f64,
         /// Exponential decay, 1/s.
         decay: f64,
     },
-    /// From 0 to `distance` with least jerk, and stays there.
+    /// Runs from 0 to `distance` with least jerk, and stays there.
     Slide {
         /// In the unit of the channel.
         distance: f64,
     },
 }
 
-/// One contribution to one channel: 0 before its start, at rest after its end.
+/// Contribution to one channel: 0 before its start, at rest after its end.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Term {
     /// s.
@@ -105,7 +105,7 @@ pub(crate) struct Term {
 }
 
 impl Term {
-    /// What the term adds at time `t` in s.
+    /// Returns the contribution of the term at time `t` in s.
     pub fn at(&self, t: f64) -> Jet {
         if t < self.start {
             return Jet::default();
@@ -133,7 +133,7 @@ impl Term {
                 angular_frequency,
                 decay,
             } => {
-                // The cubic takes to exactly 0 what an exponential never ends.
+                // The cubic brings the exponential, which never ends, to exactly 0.
                 let fade = (Jet::constant(1.0) - s).cubed();
                 (elapsed * -decay).exp()
                     * (elapsed * angular_frequency).sin_cos().0

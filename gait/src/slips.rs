@@ -6,19 +6,19 @@ use crate::record::{Simulation, simulate};
 use crate::sensor::SensorParams;
 use crate::step::Slip;
 
-/// What the floor is like, as what a foot on it feels besides the slide.
+/// Friction of the floor, as felt by the foot besides the slide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Friction {
-    /// None to speak of: the foot glides.
+    /// Negligible friction: the foot glides.
     Ice,
-    /// A film of oil or water: it drags a little, unevenly.
+    /// A film of oil or water: slight, uneven drag.
     Wet,
-    /// Rubber beyond its grip: it sticks and slips.
+    /// Rubber beyond its grip: stick-slip.
     Rubber,
 }
 
 impl Friction {
-    /// All of them.
+    /// All kinds of floor.
     pub const ALL: [Self; 3] = [Self::Ice, Self::Wet, Self::Rubber];
 
     /// Amplitude of stick-slip, m/s².
@@ -31,37 +31,37 @@ impl Friction {
     }
 }
 
-/// How much the robot shakes the standing foot.
+/// Vibration of the standing foot caused by the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Vibration {
     /// As the gait has it: 7 to 14 Hz, up to 0.08 m/s² and 0.008 rad/s.
     Usual,
-    /// Three times as fast at the same speed, and so three times as hard. At the usual frequency so
-    /// much would move the foot faster than
-    /// [`SPEED_LIMIT`](crate::label::SPEED_LIMIT), and be no good stance.
+    /// Three times the frequency at the same speed, and so three times the acceleration. At the usual frequency
+    /// that would move the foot faster than [`SPEED_LIMIT`](crate::label::SPEED_LIMIT), which is not a good
+    /// stance.
     Strong,
 }
 
-/// One point of the grid.
+/// Point of the grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Profile {
-    /// How the robot walks.
+    /// Gait of the robot.
     pub gait: GaitName,
     /// Top speed of each slide, m/s.
     pub speed: f64,
-    /// What the floor is like.
+    /// Friction of the floor.
     pub friction: Friction,
-    /// Counter-clockwise from forward, quarter turns.
+    /// Direction of the slide, counter-clockwise from forward, quarter turns.
     pub heading: u8,
-    /// What the robot adds.
+    /// Vibration of the standing foot.
     pub vibration: Vibration,
 }
 
-/// The sensor that the walks are recorded with.
+/// Sensor that records the walks.
 pub const SENSOR: SensorParams = SensorParams::LSM6DSOX_WARMING;
 
-/// Top speeds of the slides, m/s: from twice
-/// [`SPEED_LIMIT`](crate::label::SPEED_LIMIT), a creep, to a foot that is lost.
+/// Top speeds of the slides, m/s: from twice [`SPEED_LIMIT`](crate::label::SPEED_LIMIT), a creep, to a foot that
+/// has lost its grip.
 pub const SPEEDS: [f64; 5] = [0.01, 0.02, 0.05, 0.15, 0.40];
 
 /// All profiles.
@@ -85,8 +85,8 @@ pub fn profiles() -> impl Iterator<Item = Profile> {
 }
 
 impl Profile {
-    /// A walk in which every other stance slips: from 45 % of the stance on, for 15 % of it and
-    /// for half of it by turns.
+    /// Plans a walk in which every other stance slips: from 45 % of the stance on, alternately for 15 % and for
+    /// half of it.
     #[must_use]
     pub fn plan(&self, seconds: f64, seed: u64) -> Plan {
         let mut plan = Plan::steady(self.gait, Ground::Hard, seconds, seed);
@@ -112,7 +112,7 @@ impl Profile {
         plan
     }
 
-    /// [`Self::plan`] as the foot's sensor records it.
+    /// Simulates [`Self::plan`] as recorded by the foot's sensor.
     #[must_use]
     pub fn simulate(&self, seconds: f64, seed: u64) -> Simulation {
         simulate(&self.plan(seconds, seed), &SENSOR, seed)

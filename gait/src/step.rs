@@ -1,16 +1,15 @@
-//! One step, from lift-off to the next lift-off, as numbers: what a plan is a list of.
+//! Numbers of one step, from lift-off to the next lift-off; a plan is a list of steps.
 //!
-//! Everything here can be set by hand, to lay out a grid of slips or of landings.
+//! Every number can be set by hand, for a grid of slips or of landings.
 
 /// A swing and the stance after it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step {
-    /// How long the foot peels off the ground before it is free, s.
+    /// Duration of the peel off the ground, s.
     pub peel: f64,
-    /// How long the foot is in the air, s.
+    /// Time in the air, s.
     pub swing: f64,
-    /// From touch-down to the beginning of the next peel, s. It lasts longer where the last slip
-    /// does.
+    /// Time from touch-down to the beginning of the next peel, s; extended to the end of the last slip.
     pub stance: f64,
     /// Forward (x) and to the left (y), m, from where the foot stood to where it lands.
     pub travel: [f64; 2],
@@ -22,19 +21,19 @@ pub struct Step {
     pub tilt: [f64; 3],
     /// The landing.
     pub touch_down: TouchDown,
-    /// Where the ground gives way.
+    /// Yielding of the ground, if any.
     pub sinking: Option<Sinking>,
     /// Slides during the stance, in order of time.
     pub slips: Vec<Slip>,
-    /// What the moving robot passes on to the standing foot.
+    /// Vibration of the standing foot under the moving robot.
     pub tremor: Tremor,
     /// Vertical load in mid-stance, N.
     pub load: f64,
-    /// How long the load takes to build up, and to go again before lift-off, s.
+    /// Time in which the load builds up, and in which it decreases before lift-off, s.
     pub load_change: f64,
 }
 
-/// A damped spring, as the foot is one against the ground when it lands.
+/// Damped spring, as of a landing foot against the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spring {
     /// Natural frequency, Hz.
@@ -43,21 +42,20 @@ pub struct Spring {
     pub damping: f64,
 }
 
-/// How a foot meets the ground: the speeds it still has, and the springs that take them up.
+/// Landing of a foot: its remaining speeds, and the springs that absorb them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TouchDown {
     /// Downward, m/s.
     pub speed: f64,
     /// Forward (x) and to the left (y), m/s.
     pub scuff: [f64; 2],
-    /// Of roll and pitch, rad/s.
+    /// Rates of roll and pitch, rad/s.
     pub turn: [f64; 2],
-    /// Takes up `speed`. At a damping of 0.3 the deceleration peaks at about 2π · frequency ·
-    /// speed.
+    /// Absorbs `speed`. At a damping of 0.3 the deceleration peaks at about 2π · frequency · speed.
     pub vertical: Spring,
-    /// Takes up `scuff`.
+    /// Absorbs `scuff`.
     pub tangential: Spring,
-    /// Takes up `turn`.
+    /// Absorbs `turn`.
     pub rotational: Spring,
 }
 
@@ -75,7 +73,7 @@ pub struct Sinking {
 /// A slide under load: it starts from rest, speeds up, and is caught again.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slip {
-    /// From touch-down, s.
+    /// Time from touch-down, s.
     pub onset: f64,
     /// s. The top speed is 1.875 · distance / duration.
     pub duration: f64,
@@ -88,11 +86,11 @@ pub struct Slip {
     /// Acceleration amplitude of stick-slip along the slide at half-time, m/s². A third of it
     /// acts vertically.
     pub chatter: f64,
-    /// Of stick-slip, Hz.
+    /// Frequency of stick-slip, Hz.
     pub chatter_frequency: f64,
 }
 
-/// The vibration of a foot that stands under a moving robot, strongest in mid-stance.
+/// Vibration of a foot standing under a moving robot, strongest in mid-stance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tremor {
     /// Hz.
@@ -104,14 +102,14 @@ pub struct Tremor {
 }
 
 impl Step {
-    /// From touch-down to the beginning of the next peel, s, with all slips inside.
+    /// Returns the time from touch-down to the beginning of the next peel, s, including all slips.
     #[must_use]
     pub fn standing(&self) -> f64 {
         let slips = self.slips.iter().map(|slip| slip.onset + slip.duration);
         slips.fold(self.stance, f64::max)
     }
 
-    /// From the beginning of the peel to the next one, s.
+    /// Returns the time from the beginning of the peel to the next one, s.
     #[must_use]
     pub fn duration(&self) -> f64 {
         self.peel + self.swing + self.standing()

@@ -1,4 +1,4 @@
-//! From a step's numbers to its three segments: peel, swing, stance.
+//! Conversion of a step into its three segments: peel, swing, stance.
 
 use crate::jet::Jet;
 use crate::segment::{
@@ -7,30 +7,29 @@ use crate::segment::{
 use crate::shape::{Quintic, Shape, Term};
 use crate::step::{Slip, Spring, Step};
 
-/// After this many time constants a ring has ended: e⁻¹⁰ of 25 g is 0.01 m/s², less than the noise.
+/// Time constants after which a ring has ended: e⁻¹⁰ of 25 g is 0.01 m/s², less than the noise.
 const RING_TIME_CONSTANTS: f64 = 10.0;
 
-/// After this share of its rings a landing is over: e⁻⁵ and the shape's own fading leave a
-/// thousandth of the landing's speed.
+/// Share of its rings after which a landing is over: e⁻⁵ and the shape's own fading leave a thousandth of the
+/// landing's speed.
 const LANDING_SHARE: f64 = 0.5;
 
-/// At the end of the peel the foot's pitch in rad and its rate: a heel that rolls off as the
-/// swing takes over.
+/// Foot pitch in rad and its rate at the end of the peel: a heel that rolls off as the swing takes over.
 const PEEL_PITCH: Jet = Jet::moving(0.04, 1.5);
 
-/// At the end of the peel the sensor's height in m and its rate.
+/// Sensor height in m and its rate at the end of the peel.
 const PEEL_HEIGHT: Jet = Jet::moving(0.003, 0.15);
 
 /// Load on a foot while the robot stands on all four, N: a quarter of a GO1's 12 kg.
 const STANDING_LOAD: f64 = 29.4;
 
-/// One period under a ripple's envelope reaches this share of its amplitude.
+/// Share of a ripple's amplitude that one period reaches under its envelope.
 const ONE_PERIOD_PEAK: f64 = 0.56;
 
-/// The share of stick-slip that acts vertically: the contact force dips whenever the foot lets go.
+/// Share of stick-slip that acts vertically: the contact force dips whenever the foot lets go.
 const VERTICAL_CHATTER: f64 = 1.0 / 3.0;
 
-/// Standing still from time 0 on, at the origin and level; `until` in s the step `next` begins.
+/// Stands still at the origin and level, from time 0 until the step `next` begins at `until` in s.
 pub(crate) fn standing_still(until: f64, next: Option<&Step>) -> Segment {
     Segment {
         kind: Kind::Stance {
@@ -48,8 +47,8 @@ pub(crate) fn standing_still(until: f64, next: Option<&Step>) -> Segment {
     }
 }
 
-/// The segments of `step` from time `start` in s on, after the stance `before`; the step `next`
-/// decides how the load goes in the end.
+/// Returns the segments of `step` from time `start` in s on, after the stance `before`; the step `next` determines
+/// how the load decreases at the end.
 pub(crate) fn stride(
     before: &Segment,
     start: f64,
@@ -64,8 +63,8 @@ pub(crate) fn stride(
     [peel, swing, stance(step, touch_down, &landed, next)]
 }
 
-/// The load's way down to the lift-off of the step `next`, whose peel begins at `peel_start`: much
-/// of it is gone before the foot moves.
+/// Decrease of the load before the lift-off of the step `next`, whose peel begins at `peel_start`: much of it is
+/// gone before the foot moves.
 fn unloading(peel_start: f64, next: Option<&Step>) -> Change {
     next.map_or(Change::NEVER, |next| Change {
         start: peel_start + next.peel - next.load_change,
@@ -94,7 +93,7 @@ fn swing(step: &Step, start: f64, lifted: &Pose, stood_at: &Pose) -> (Segment, P
     let landed = [
         Jet::moving(stood_at[X].value + step.travel[0], landing.scuff[0]),
         Jet::moving(stood_at[Y].value + step.travel[1], landing.scuff[1]),
-        // Where the foot sank in, it leaves the hollow behind.
+        // A foot that sank in leaves the hollow behind.
         Jet::moving(0.0, -landing.speed),
         Jet::moving(roll, landing.turn[0]),
         Jet::moving(pitch, landing.turn[1]),
@@ -194,7 +193,7 @@ fn ring(speed: f64, spring: Spring, start: f64, at_most: f64) -> Term {
     }
 }
 
-/// A sine of its own phase on every axis that trembles.
+/// Returns a sine with its own phase for every axis that trembles.
 fn tremor(step: &Step, start: f64, duration: f64) -> [(usize, Term); 5] {
     let angular_frequency = std::f64::consts::TAU * step.tremor.frequency;
     let length = step.tremor.acceleration / (angular_frequency * angular_frequency);
@@ -221,7 +220,7 @@ fn tremor(step: &Step, start: f64, duration: f64) -> [(usize, Term); 5] {
     })
 }
 
-/// A foot that slides in contact with touch-down at `touch_down`.
+/// Slide of a foot in contact since touch-down at `touch_down`.
 fn slide(slip: &Slip, touch_down: f64) -> [(usize, Term); 6] {
     let (sin, cos) = libm::sincos(slip.heading);
     let angular_frequency = std::f64::consts::TAU * slip.chatter_frequency;

@@ -1,17 +1,17 @@
-//! The true motion of a foot at any moment, in closed form.
+//! True motion of a foot at any moment, in closed form.
 //!
-//! A plan becomes a row of segments: a stance, the peel, the swing, the next stance. In each,
-//! three positions and three angles are a base path plus a few terms,
-//! so nothing is integrated and any moment costs the same: one binary search and a few formulas.
+//! A plan becomes a sequence of segments: a stance, the peel, the swing, the next stance. In each, three positions
+//! and three angles are a base path plus a few terms. Nothing is integrated, and any moment takes one binary
+//! search and a few formulas.
 //!
-//! Position and velocity are continuous everywhere. So is the acceleration, but for the instants
-//! of [`Track::impacts`], where a foot that still moves meets the ground and a spring takes over.
+//! Position and velocity are continuous everywhere. So is the acceleration, except at the instants of
+//! [`Track::impacts`], where a moving foot meets the ground and a spring takes over.
 //!
-//! What is left out, on purpose:
+//! Deliberate simplifications:
 //! - The foot has a flat sole on an ankle: in a good stance it does not turn with the leg. A ball
 //!   foot fixed to the shank rolls over by a third of a radian in each stance and would want
 //!   wider half-widths.
-//! - Track is prescribed, not caused: slips come from the plan rather than from a friction cone,
+//! - The motion is prescribed, not caused: slips come from the plan rather than from a friction cone,
 //!   and the load is a profile plus what the landing's deceleration adds.
 //! - The position is that of the sensor; there is no lever between it and the sole.
 
@@ -23,7 +23,7 @@ use crate::segment::{Kind, Segment};
 use crate::stride::{standing_still, stride};
 use crate::turn::from_roll_pitch_yaw;
 
-/// The truth about a foot at one moment.
+/// True state of a foot at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FootState {
     /// World frame, m; x forward, y to the left, z up.
@@ -38,23 +38,22 @@ pub struct FootState {
     pub angular_rate: Vector,
     /// Vertical load, N; never negative.
     pub load: f64,
-    /// What the foot is doing.
+    /// Activity of the foot.
     pub activity: Activity,
-    /// How far the foot has slid since it touched down, along its path, m. Ringing and sinking do
-    /// not count.
+    /// Distance slid since touch-down, along the path, m. Ringing and sinking do not count.
     pub slip: f64,
 }
 
-/// The true motion of a foot that follows a plan.
+/// True motion of a foot that follows a plan.
 #[derive(Clone, Debug)]
 pub struct Track {
     standing: Segment,
-    /// In order of time; the last never ends.
+    /// Segments in order of time; the last never ends.
     strides: Vec<Segment>,
 }
 
 impl Track {
-    /// Works out the segments of a plan.
+    /// Computes the segments of a plan.
     #[must_use]
     pub fn new(plan: &Plan) -> Self {
         let standing = standing_still(plan.standing, plan.steps.first());
@@ -69,7 +68,7 @@ impl Track {
         Self { standing, strides }
     }
 
-    /// The foot at time `t` in s from the beginning; before it, as at the beginning.
+    /// Returns the state at time `t` in s from the beginning; before it, as at the beginning.
     #[must_use]
     pub fn at(&self, t: f64) -> FootState {
         let begun = self.strides.partition_point(|segment| segment.start <= t);
@@ -88,7 +87,7 @@ impl Track {
         }
     }
 
-    /// The instants of touch-down in s, where the acceleration jumps, in order of time.
+    /// Returns the instants of touch-down in s, where the acceleration jumps, in order of time.
     pub fn impacts(&self) -> impl Iterator<Item = f64> {
         let stances = self
             .strides
@@ -107,7 +106,7 @@ mod tests {
     /// the quantity's peak.
     const HALF_STEP: f64 = 2e-6;
 
-    /// Every 0.37 ms of a motion, where no impact lies within the difference quotient.
+    /// Returns moments of a motion, every 0.37 ms, without an impact within the difference quotient.
     fn moments(plan: &Plan, motion: &Track) -> Vec<f64> {
         let impacts: Vec<f64> = motion.impacts().collect();
         (1..)
@@ -151,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn the_angular_rate_is_the_turning_of_the_orientation() {
+    fn angular_rate_matches_the_change_of_orientation() {
         for plan in plans() {
             let motion = Track::new(&plan);
             for t in moments(&plan, &motion) {
@@ -178,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn velocity_is_continuous_through_impacts_while_the_acceleration_jumps() {
+    fn only_the_acceleration_jumps_at_impacts() {
         let motion = Track::new(&Plan::demo(1));
         assert_eq!(motion.impacts().count(), 12);
         for impact in motion.impacts() {
@@ -193,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn the_foot_swings_between_six_and_nine_centimetres_high_and_pitches_by_about_thirty_degrees() {
+    fn swing_is_6_to_9_cm_high_and_pitches_by_30_degrees() {
         let plan = Plan::steady(GaitName::Walk, Ground::Hard, 12.0, 2);
         let motion = Track::new(&plan);
         let states: Vec<FootState> = (0..12_000)
@@ -249,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn in_the_air_there_is_neither_load_nor_slip() {
+    fn swinging_foot_has_neither_load_nor_slip() {
         let plan = Plan::steady(GaitName::Trot, Ground::Greased, 8.0, 2);
         let motion = Track::new(&plan);
         let states = moments(&plan, &motion).into_iter().map(|t| motion.at(t));

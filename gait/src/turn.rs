@@ -1,11 +1,11 @@
-//! Angles that change with time become a rotation and its angular rate.
+//! Conversion of changing angles to a rotation and its angular rate.
 
 use recordings::space::{Rotation, Vector};
 
 use crate::jet::Jet;
 
-/// From roll about x, pitch about y and yaw about z in rad, applied in this order (world from
-/// sensor = yaw · pitch · roll): the rotation, and the angular rate in the sensor frame, rad/s.
+/// Converts roll about x, pitch about y and yaw about z in rad, applied in this order (world from sensor = yaw ·
+/// pitch · roll), to the rotation and the angular rate in the sensor frame, rad/s.
 pub(crate) fn from_roll_pitch_yaw([roll, pitch, yaw]: [Jet; 3]) -> (Rotation, Vector) {
     let (sr, cr) = (roll * 0.5).sin_cos();
     let (sp, cp) = (pitch * 0.5).sin_cos();

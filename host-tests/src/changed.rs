@@ -1,4 +1,4 @@
-//! Recordings with something changed: lost samples, jitter, biases, what the foot did before.
+//! Modified recordings: lost samples, jitter, biases, earlier motion of the foot.
 
 use estimator_core::{AngularRate, Gravity, ImuSample, SpecificForce, Timestamp, Validity, Vec3};
 use recordings::recording::{RecordedSample, Recording};
@@ -6,7 +6,7 @@ use recordings::recording::{RecordedSample, Recording};
 /// Noise of a sensor at rest, m/s² and rad/s: about that of an LSM6DSOX.
 const NOISE: (f32, f32) = (0.02, 0.0012);
 
-/// Samples from whose mean a foot that [`stood`] takes its orientation.
+/// Number of samples from whose mean a foot that [`stood`] takes its orientation.
 const FIRST: usize = 30;
 
 /// A xorshift generator: the same numbers from the same seed on every machine.
@@ -14,14 +14,14 @@ const FIRST: usize = 30;
 pub struct Chance(u64);
 
 impl Chance {
-    /// A seed of 0 counts as 1.
+    /// Creates a generator; a seed of 0 counts as 1.
     #[must_use]
     pub fn new(seed: u64) -> Self {
-        // Small seeds would begin with small numbers.
+        // Small seeds would give small numbers at first.
         Self(seed.max(1).wrapping_mul(0x9E37_79B9_7F4A_7C15))
     }
 
-    /// Any bits.
+    /// Returns 64 random bits.
     pub fn bits(&mut self) -> u64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -29,24 +29,24 @@ impl Chance {
         self.0
     }
 
-    /// Evenly from [0, 1).
+    /// Returns a uniformly distributed number in [0, 1).
     pub fn even(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Nearly Gaussian, with a standard deviation of 1.
+    /// Returns an approximately Gaussian number with a standard deviation of 1.
     pub fn gaussian(&mut self) -> f64 {
         (0..12).map(|_| self.even()).sum::<f64>() - 6.0
     }
 
-    /// Three Gaussian components with this standard deviation.
+    /// Returns three Gaussian components with this standard deviation.
     pub fn vector(&mut self, deviation: f32) -> Vec3 {
         let [x, y, z] = [(); 3].map(|()| deviation * self.gaussian() as f32);
         Vec3::new(x, y, z)
     }
 }
 
-/// Without a share of its samples, each of which is lost by itself.
+/// Removes a share of the samples, each independently.
 #[must_use]
 pub fn losing_single(recording: &Recording, share: f64, seed: u64) -> Recording {
     let mut chance = Chance::new(seed);
@@ -55,7 +55,7 @@ pub fn losing_single(recording: &Recording, share: f64, seed: u64) -> Recording 
     changed
 }
 
-/// Without a share of its samples, which are lost `length` in a row.
+/// Removes a share of the samples in bursts of `length`.
 #[must_use]
 pub fn losing_bursts(recording: &Recording, share: f64, length: u32, seed: u64) -> Recording {
     let mut chance = Chance::new(seed);
@@ -73,7 +73,7 @@ pub fn losing_bursts(recording: &Recording, share: f64, length: u32, seed: u64) 
     changed
 }
 
-/// With times that are off by up to a share of the period, in order all the same.
+/// Moves times by up to a share of the period, without a change of order.
 #[must_use]
 pub fn jittering(recording: &Recording, share: f64, seed: u64) -> Recording {
     let mut chance = Chance::new(seed);
@@ -87,7 +87,7 @@ pub fn jittering(recording: &Recording, share: f64, seed: u64) -> Recording {
     })
 }
 
-/// With an accelerometer that reads this much more, m/s².
+/// Adds a bias to the accelerometer, m/s².
 #[must_use]
 pub fn with_force_bias(recording: &Recording, bias: Vec3) -> Recording {
     changed(recording, |sample| {
@@ -96,7 +96,7 @@ pub fn with_force_bias(recording: &Recording, bias: Vec3) -> Recording {
     })
 }
 
-/// With a gyroscope that reads this much more, rad/s.
+/// Adds a bias to the gyroscope, rad/s.
 #[must_use]
 pub fn with_rate_bias(recording: &Recording, bias: Vec3) -> Recording {
     changed(recording, |sample| {
@@ -105,7 +105,7 @@ pub fn with_rate_bias(recording: &Recording, bias: Vec3) -> Recording {
     })
 }
 
-/// With every sample changed.
+/// Applies a change to every sample.
 #[must_use]
 pub fn changed(recording: &Recording, change: impl FnMut(&mut RecordedSample)) -> Recording {
     let mut changed = recording.clone();
@@ -113,8 +113,7 @@ pub fn changed(recording: &Recording, change: impl FnMut(&mut RecordedSample)) -
     changed
 }
 
-/// With a number of seconds of standing still in front, as the foot stands at its beginning; they have no
-/// labels.
+/// Prepends a number of seconds of standing still, in the pose at the start of the recording, without labels.
 #[must_use]
 pub fn stood(recording: &Recording, seconds: f64, seed: u64) -> Recording {
     let mut chance = Chance::new(seed);
@@ -137,8 +136,7 @@ pub fn stood(recording: &Recording, seconds: f64, seed: u64) -> Recording {
     after(standing, recording)
 }
 
-/// A recording, and before it a foot that measured these specific forces and angular rates, without
-/// load and label.
+/// Prepends samples of a foot that measured these specific forces and angular rates, without load and label.
 #[must_use]
 pub fn after(motions: impl IntoIterator<Item = (Vec3, Vec3)>, recording: &Recording) -> Recording {
     let valid = |(force, rate)| ImuSample {
@@ -150,7 +148,7 @@ pub fn after(motions: impl IntoIterator<Item = (Vec3, Vec3)>, recording: &Record
     after_samples(motions.into_iter().map(valid), recording)
 }
 
-/// The same with samples of any validity; their times are set.
+/// Prepends samples of any validity; their times are set.
 #[must_use]
 pub fn after_samples(
     before: impl IntoIterator<Item = ImuSample>,

@@ -1,14 +1,14 @@
-//! Files that are generated and committed: checked to be current, or written again.
+//! Generated files in the repository: checked to be current, or written again.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::{env, fs};
 
-/// Checks that the file at `path` holds just `expected`. With `FOOTFALL_UPDATE=1` in the
-/// environment it is written instead.
+/// Checks that the file at `path` has exactly the content `expected`. With `FOOTFALL_UPDATE=1` in the environment
+/// it is written instead.
 ///
 /// # Panics
-/// Where the file is absent or holds something else, with the first line that differs.
+/// If the file is absent or has other content, with the first line that differs.
 pub fn assert_current(path: &Path, expected: &str) {
     let committed = fs::read_to_string(path).unwrap_or_default();
     if committed == expected {
@@ -33,12 +33,12 @@ pub fn assert_current(path: &Path, expected: &str) {
     );
 }
 
-/// Checks that a block of a Markdown file in the repository holds just `content`.
+/// Checks that a block of a Markdown file in the repository has exactly this content.
 ///
 /// # Panics
-/// Where it does not, or where there is no such file or block.
+/// If the content differs, or the file or the block is missing.
 pub fn assert_block(file: &str, name: &str, content: &str) {
-    // Tests of one program run side by side: one at a time rewrites a file.
+    // Tests of one program run in parallel: only one at a time rewrites a file.
     static REWRITING: Mutex<()> = Mutex::new(());
     let _turn = REWRITING.lock().unwrap_or_else(PoisonError::into_inner);
     let path = workspace().join(file);
@@ -52,11 +52,10 @@ pub fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Replaces what stands between the lines `<!-- begin NAME -->` and `<!-- end NAME -->` of a
-/// Markdown text.
+/// Replaces the text between the lines `<!-- begin NAME -->` and `<!-- end NAME -->` of a Markdown text.
 ///
 /// # Panics
-/// Where the text has no such block.
+/// If the text has no such block.
 fn with_block(text: &str, name: &str, content: &str) -> String {
     let (begin, end) = (
         format!("<!-- begin {name} -->\n"),

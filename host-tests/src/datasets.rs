@@ -1,9 +1,9 @@
-//! Where recorded data are, and what happens where they are not.
+//! Location of recorded data, and the handling of missing files.
 //!
-//! Recordings of others are not part of this repository. They are looked for in the folder that
-//! the environment variable `FOOTFALL_DATASETS` names, else in `../shared/datasets` beside the
-//! repository. Where a file is absent the test that wants it says so and how to get it, and
-//! passes, or fails where [`unmet`] may leave nothing unchecked.
+//! Third-party recordings are not part of this repository. They are expected in the folder that the environment
+//! variable `FOOTFALL_DATASETS` names, else in `../shared/datasets` beside the repository. If a file is absent,
+//! the test that needs it reports this and how to get the file, and passes, or fails if [`unmet`] requires every
+//! check.
 
 use std::env;
 use std::path::PathBuf;
@@ -11,10 +11,10 @@ use std::path::PathBuf;
 use crate::committed::workspace;
 use crate::requirements::unmet;
 
-/// The path of a recorded file, such as `pce/ATLAS_01ground.csv`, or `None` where it is absent.
+/// Path of a recorded file, such as `pce/ATLAS_01ground.csv`, or `None` if it is absent.
 ///
 /// # Panics
-/// Where the file is absent and nothing may be left unchecked.
+/// If the file is absent and every check is required.
 #[must_use]
 pub fn recorded(file: &str) -> Option<PathBuf> {
     let folder = env::var_os("FOOTFALL_DATASETS")
@@ -47,7 +47,7 @@ fn how_to_get(file: &str) -> &'static str {
     }
 }
 
-/// The path of a recording that the simulator made and the repository holds.
+/// Path of a recording made by the simulator and stored in the repository.
 #[must_use]
 pub fn simulated(file: &str) -> PathBuf {
     workspace().join("host-tests/recordings").join(file)

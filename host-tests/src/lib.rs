@@ -1,6 +1,6 @@
-//! What the tests of footfall from outside share: the oracle and the way to the recordings.
+//! Code shared by the integration tests of footfall: the oracle and access to the recordings.
 //!
-//! The tests themselves are in `tests/`, one file a subject.
+//! The tests themselves are in `tests/`, one file per subject.
 
 pub mod changed;
 pub mod committed;

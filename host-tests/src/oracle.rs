@@ -1,14 +1,13 @@
-//! The paper's formula in f64, written from the page: slow, plain, and sharing no code with
-//! the estimator.
+//! The paper's formula in f64, written from the page: slow, plain, and without code in common with the estimator.
 //!
 //! ```text
 //! P_i = (1/n) Σ_k ½ [erf((δ_i − m_k)/(h_i√2)) + erf((δ_i + m_k)/(h_i√2))]
 //! ```
 //!
-//! over the last n samples, or over those so far, and the products of axes. The error function
-//! is that of the `libm` crate in f64.
+//! over the last n samples, or over fewer at the start, and the products of axes. The error function is that of
+//! the `libm` crate in f64.
 
-/// The three products of the paper, as the formula gives them.
+/// The three products of the paper, as given by the formula.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OracleProbabilities {
     /// P(ax)·P(ay)·P(ωz).
@@ -31,10 +30,10 @@ pub struct Oracle {
 }
 
 impl Oracle {
-    /// The probabilities after the last of `history`, a run of samples with six axes each.
+    /// Probabilities after the last of `history`, a sequence of samples with six axes each.
     ///
     /// # Panics
-    /// Where `history` is empty.
+    /// If `history` is empty.
     #[must_use]
     pub fn probabilities(&self, history: &[[f64; 6]]) -> OracleProbabilities {
         assert!(!history.is_empty(), "the formula needs a sample");

@@ -1,4 +1,4 @@
-//! Stock QEMU as a second opinion on what runs on the target.
+//! Stock QEMU as an independent check of target programs.
 
 use std::process::Command;
 
@@ -6,8 +6,8 @@ use crate::requirements::unmet;
 
 const QEMU: &str = "qemu-system-arm";
 
-/// QEMU's machine with an STM32F405, of which programs here use the core alone, with semihosting;
-/// `None` where QEMU is not installed.
+/// QEMU's machine with an STM32F405, of which the test programs use only the core, with semihosting; `None` if
+/// QEMU is not installed.
 #[must_use]
 pub fn stock_board() -> Option<Command> {
     if Command::new(QEMU).arg("--version").output().is_err() {

@@ -1,10 +1,10 @@
-//! What an estimator makes of the slips and good stances of a simulated foot, on the grid of
-//! [`gait::slips`]. The truth is the foot's own motion.
+//! Score of an estimator on the slips and good stances of a simulated foot, on the grid of [`gait::slips`]. The
+//! truth is the foot's own motion.
 //!
-//! A slip counts from the moment at which the foot's own speed passes [`SPEED_LIMIT`], and is found
-//! with the first sample of P < 0.5; the slip distance at detection is what the foot has slid until
-//! then. A good stance is one without a slip; it has one false slip, however often, where a decision
-//! that was "stable" ends before the foot peels off.
+//! A slip counts from the moment at which the foot's own speed exceeds [`SPEED_LIMIT`], and is found with the
+//! first sample of P < 0.5; the slip distance at detection is the distance slid until then. A good stance is one
+//! without a slip; it has one false slip, however often, if a decision that was "stable" ends before the foot
+//! peels off.
 
 use estimator_core::{ContactEstimate, Decision, Params};
 use gait::label::SPEED_LIMIT;
@@ -14,42 +14,42 @@ use recordings::recording::Label;
 use recordings::replay::replay;
 use recordings::space::Vector;
 
-/// A rest under load that is to be found lasts so long, s. A foot that sticks and slips rests for
-/// less, again and again.
+/// Minimum duration of a rest under load that is to be found, s. A foot in stick-slip motion has shorter rests
+/// repeatedly.
 const SHORTEST_REST: f64 = 0.1;
 
-/// One slip out of a stance that the decision had called stable.
+/// A slip in a stance that the decision had called stable.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlipFound {
-    /// From the foot's own speed passing [`SPEED_LIMIT`] to P < 0.5, s; negative where its chatter
-    /// shows before. Infinite where the slip was not found.
+    /// Time from the foot's own speed exceeding [`SPEED_LIMIT`] to P < 0.5, s; negative if its chatter is detected
+    /// before. Infinite if the slip was not found.
     pub latency: f64,
-    /// Slip distance at detection, m; in all where the slip was not found.
+    /// Slip distance at detection, m; the total distance if the slip was not found.
     pub distance: f64,
 }
 
-/// What an estimator made of one or more walks.
+/// Score of an estimator on one or more walks.
 #[derive(Clone, Debug, Default)]
 pub struct Score {
-    /// The slips that a stable decision preceded.
+    /// Slips after a stable decision.
     pub slips: Vec<SlipFound>,
-    /// Slips out of stances that had not been called stable yet.
+    /// Number of slips in stances that had not been called stable yet.
     pub not_ready: usize,
-    /// Stances without a slip that were called stable.
+    /// Number of stances without a slip that were called stable.
     pub good_stances: usize,
-    /// Those in which the decision did not stay stable.
+    /// Number of these in which the decision did not stay stable.
     pub false_slips: usize,
-    /// Stances without a slip that were never called stable.
+    /// Number of stances without a slip that were never called stable.
     pub never_stable: usize,
-    /// From rest under load to P > 0.5, s; infinite where it never came. Of rests that last 0.1 s.
+    /// Times from rest under load to P > 0.5, s; infinite if it never occurred. For rests of at least 0.1 s.
     pub onsets: Vec<f64>,
 }
 
 impl Score {
-    /// Runs an estimator over a walk and adds what it made of it.
+    /// Runs an estimator over a walk and adds the results.
     ///
     /// # Panics
-    /// Parameters that are not valid.
+    /// If the parameters are invalid.
     pub fn add(&mut self, simulation: &Simulation, params: &Params) {
         let estimates = replay(&simulation.recording, params).expect("valid parameters");
         let stances = simulation
@@ -63,7 +63,7 @@ impl Score {
             .filter(|(_, stance)| is_stance(&stance[0]));
         for (start, stance) in stances {
             let ends_with_the_recording = start + stance.len() == estimates.len();
-            // The standing at the beginning is no step either.
+            // The initial standing is not a step either.
             if start > 0 && !ends_with_the_recording {
                 self.add_stance(stance, &estimates[start..start + stance.len()]);
             }
@@ -137,13 +137,13 @@ impl Score {
         self.onsets.extend(&other.onsets);
     }
 
-    /// The latency, s, below which a share of the slips was found.
+    /// Latency below which a share of the slips was found, s.
     #[must_use]
     pub fn latency(&self, share: f64) -> f64 {
         quantile(self.slips.iter().map(|slip| slip.latency).collect(), share)
     }
 
-    /// The time, s, after which a share of the stances was found.
+    /// Time after which a share of the stances was found, s.
     #[must_use]
     pub fn onset(&self, share: f64) -> f64 {
         quantile(self.onsets.clone(), share)
@@ -159,26 +159,26 @@ impl Score {
         (mean, libm::sqrt(variance))
     }
 
-    /// Slips that were not found.
+    /// Number of slips that were not found.
     #[must_use]
     pub fn missed(&self) -> usize {
         let missed = |slip: &&SlipFound| slip.latency.is_infinite();
         self.slips.iter().filter(missed).count()
     }
 
-    /// False slips, in a thousand good stances.
+    /// False slips per thousand good stances.
     #[must_use]
     pub fn false_per_thousand(&self) -> f64 {
         1e3 * self.false_slips as f64 / self.good_stances.max(1) as f64
     }
 }
 
-/// From the end of the landing to the beginning of the peel.
+/// Returns whether the foot is between the end of the landing and the beginning of the peel.
 fn is_stance(state: &FootState) -> bool {
     matches!(state.activity, Activity::Standing | Activity::Slipping)
 }
 
-/// The smallest value that a share of all does not exceed.
+/// Smallest value that at least this share of all values does not exceed.
 fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let rank = libm::ceil(share * values.len() as f64) as usize;

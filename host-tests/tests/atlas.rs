@@ -1,5 +1,5 @@
-//! The authors' ATLAS recordings with the paper's parameters: every sample against the oracle,
-//! and the figures that the method is known by.
+//! The authors' ATLAS recordings with the paper's parameters: every sample against the oracle, and the published
+//! figures.
 
 use estimator_core::{ContactEstimate, Params};
 use host_tests::committed::assert_block;
@@ -11,7 +11,7 @@ use recordings::replay::replay;
 use scoring::metrics::Metrics;
 use scoring::scored::Scored;
 
-/// How far a probability may lie from the formula in f64.
+/// Maximum difference of a probability from the formula in f64.
 const PARITY: f64 = 5.0e-7;
 
 /// The files with the RMSE over the whole file, from the formula in double precision.
@@ -22,7 +22,7 @@ const FILES: [(&str, f64); 3] = [
 ];
 const RMSE_TOLERANCE: f64 = 0.0005;
 
-/// A file with its estimates by the paper preset, or `None` where the file is absent.
+/// Replays a file with the paper preset; `None` if the file is absent.
 fn replayed(file: &str) -> Option<(Recording, Vec<ContactEstimate>)> {
     let path = recorded(file)?;
     let loaded = input::read(&path, Format::PceAtlas, &Hints::default()).expect("a readable file");
@@ -30,7 +30,7 @@ fn replayed(file: &str) -> Option<(Recording, Vec<ContactEstimate>)> {
     Some((loaded.recording, estimates))
 }
 
-/// The largest difference from the formula in double precision, at any sample.
+/// Largest difference from the formula in double precision, at any sample.
 fn worst_parity(recording: &Recording, estimates: &[ContactEstimate]) -> f64 {
     let oracle = Oracle {
         bandwidth: Params::PAPER.bandwidth.to_array().map(f64::from),
@@ -64,7 +64,7 @@ fn metrics(recording: &Recording, estimates: &[ContactEstimate]) -> Metrics {
 }
 
 #[test]
-fn every_probability_is_the_one_the_formula_gives_in_double_precision() {
+fn every_probability_matches_the_formula_in_double_precision() {
     for (file, _) in FILES {
         let Some((recording, estimates)) = replayed(file) else {
             continue;
@@ -75,7 +75,7 @@ fn every_probability_is_the_one_the_formula_gives_in_double_precision() {
 }
 
 #[test]
-fn the_error_against_the_labels_is_the_one_the_method_is_known_by() {
+fn the_error_against_the_labels_matches_the_published_value() {
     for (file, rmse) in FILES {
         let Some((recording, estimates)) = replayed(file) else {
             continue;
@@ -89,7 +89,7 @@ fn the_error_against_the_labels_is_the_one_the_method_is_known_by() {
 }
 
 #[test]
-fn the_readme_states_what_the_recordings_give() {
+fn the_readme_states_the_results_on_the_recordings() {
     let mut table = String::from(
         "| recording | RMSE | ROC-AUC | F1 at 0.5 | off the formula by |\n|---|---|---|---|---|\n",
     );

@@ -27,8 +27,8 @@ fn single(vector: Vector) -> Vec3 {
     Vec3::new(x, y, z)
 }
 
-/// An accelerometer without bias: with one, gravity itself seems to lean, which no filter can see
-/// and only calibration removes. The gyroscope keeps its bias.
+/// An accelerometer without bias: a bias tilts the measured gravity, which no filter can detect and only
+/// calibration removes. The gyroscope keeps its bias.
 const CALIBRATED: SensorParams = SensorParams {
     accelerometer: AxisErrors {
         bias_limit: 0.0,
@@ -37,7 +37,7 @@ const CALIBRATED: SensorParams = SensorParams {
     ..SensorParams::LSM6DSOX
 };
 
-/// Tilt of the estimate in degrees at every sample of a simulated walk.
+/// Tilt error of the estimate, degrees, at every sample of a simulated walk.
 fn tilt_errors(plan: &Plan, seed: u64) -> Vec<(f64, f64)> {
     let simulation = simulate(plan, &CALIBRATED, seed);
     let mut filter = filter(&Params::DEFAULT);
@@ -56,7 +56,7 @@ fn tilt_errors(plan: &Plan, seed: u64) -> Vec<(f64, f64)> {
 
 #[test]
 fn no_gait_tilts_the_estimate_far() {
-    // A run lands beyond ±16 g and rests too briefly to settle: what clipping hides is lost.
+    // A run lands beyond ±16 g and rests too briefly to settle: motion hidden by clipping is lost.
     for (gait, limit) in [
         (GaitName::Walk, 0.5),
         (GaitName::Trot, 0.8),
@@ -72,7 +72,7 @@ fn no_gait_tilts_the_estimate_far() {
 }
 
 #[test]
-fn after_a_third_of_a_second_of_quiet_stance_the_tilt_is_below_one_degree() {
+fn quiet_stance_brings_the_tilt_below_one_degree() {
     let plan = Plan::steady(GaitName::Walk, Ground::Hard, 60.0, 5);
     let simulation = simulate(&plan, &CALIBRATED, 5);
     let mut quiet_since = None;
@@ -91,8 +91,8 @@ fn after_a_third_of_a_second_of_quiet_stance_the_tilt_is_below_one_degree() {
     assert!(checked > 5_000, "{checked} samples were quiet");
 }
 
-/// The foot's motion as an ideal sensor without noise sees it at `rate` Hz, and the filter's
-/// orientation every 20 ms.
+/// The foot's motion as measured by an ideal sensor without noise at `rate` Hz, and the filter's orientation every
+/// 20 ms.
 fn orientations_at(motion: &Track, rate: f32, seconds: f64) -> Vec<Quaternion> {
     let params = Params {
         sample_rate: rate,
@@ -136,7 +136,7 @@ proptest! {
 
     #[test]
     fn the_result_does_not_depend_on_the_sample_rate(seed in 0_u64..1_000) {
-        // Soft landings: what an impact does between two samples no rate can know.
+        // Soft landings: no rate resolves an impact between two samples.
         let seconds = 10.0;
         let motion = Track::new(&Plan::steady(GaitName::Walk, Ground::Soft, seconds, seed));
         let reference = orientations_at(&motion, 4000.0, seconds);
@@ -153,22 +153,22 @@ proptest! {
     }
 }
 
-/// What can be wrong with a sensor or with the way of its samples.
+/// An error of the sensor or of the transmission of its samples.
 #[derive(Clone, Copy, Debug)]
 enum Degradation {
     None,
-    /// °/s on top of the part's own, on every axis.
+    /// Additional bias of the gyroscope on every axis, °/s.
     GyroscopeBias(f32),
-    /// m/s² on every axis.
+    /// Bias of the accelerometer on every axis, m/s².
     AccelerometerBias(f32),
-    /// 5 % of the samples are lost, this number at a time.
+    /// Loss of 5 % of the samples, in bursts of this number.
     Lost(usize),
-    /// Timestamps are wrong by up to this number of periods.
+    /// Jitter of timestamps of up to this number of periods.
     Jitter(f64),
 }
 
 impl Degradation {
-    /// What the filter gets to see, with the index of each sample.
+    /// Input of the filter, with the index of each sample.
     fn apply(self, simulation: &Simulation) -> Vec<(usize, ImuSample)> {
         let mut random = Xorshift(88_172_645_463_325_252);
         let samples = simulation.recording.samples.iter().map(|sample| sample.imu);
@@ -215,7 +215,7 @@ impl Degradation {
 struct Xorshift(u64);
 
 impl Xorshift {
-    /// 0 to 1.
+    /// Uniformly distributed number, 0 to 1.
     fn uniform(&mut self) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -224,7 +224,7 @@ impl Xorshift {
     }
 }
 
-/// What the filter leaves while the foot stands, from two seconds after the start on.
+/// Errors of the filter while the foot stands, from two seconds after the start on.
 struct InStance {
     /// RMS of the inclination error, degrees.
     tilt: f64,
@@ -232,7 +232,7 @@ struct InStance {
     acceleration: f64,
     /// RMS of the error of the angular rate, rad/s.
     rate: f64,
-    /// Whether up was known in all of it.
+    /// Whether up was known throughout.
     always_aligned: bool,
 }
 
@@ -267,9 +267,9 @@ fn in_stance(simulation: &Simulation, degradation: Degradation) -> InStance {
 }
 
 #[test]
-fn a_foot_with_a_poor_sensor_or_lost_samples_keeps_its_motion_right_in_stance() {
+fn a_poor_sensor_or_lost_samples_keep_stance_errors_bounded() {
     use Degradation::{AccelerometerBias, GyroscopeBias, Jitter, Lost, None};
-    // Limits: tilt in degrees, for the walk and the trot; what is left of gravity in m/s².
+    // Limits: tilt in degrees, for the walk and the trot; residual of gravity in m/s².
     let cases = [
         ("nothing", None, 0.15, 0.06),
         (

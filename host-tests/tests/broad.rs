@@ -1,9 +1,8 @@
 //! The attitude filter on six trials of BROAD: a hand-held IMU with optical truth (Laidig, Caruso,
 //! Cereatti, Seel, *BROAD: A Benchmark for Robust Inertial Orientation Estimation*, 2021).
 //!
-//! The filter's parameters were chosen on these very trials, so the scores alone say little. The
-//! tests on perturbed parameters and on parameters chosen on other trials say how much of them is
-//! choice.
+//! The filter's parameters were chosen on these trials, so the scores alone are biased. The tests on perturbed
+//! parameters and on parameters chosen on other trials show the size of this bias.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -40,7 +39,7 @@ struct Trial {
     truth: Vec<Option<Rotation>>,
 }
 
-/// The trials' files, or `None` where they are absent.
+/// Files of the trials, or `None` if they are absent.
 fn files() -> Option<Vec<PathBuf>> {
     TRIALS
         .into_iter()
@@ -48,7 +47,7 @@ fn files() -> Option<Vec<PathBuf>> {
         .collect()
 }
 
-/// All trials, or `None` where they are absent.
+/// All trials, or `None` if they are absent.
 fn trials() -> Option<Vec<Trial>> {
     files()?
         .into_iter()
@@ -75,7 +74,7 @@ fn scores(trials: &[Trial], attitude: AttitudeParams) -> AttitudeReport {
     AttitudeReport::of(trials.iter().map(score).collect())
 }
 
-/// The preset with one of its constants multiplied.
+/// Presets with one of the constants multiplied.
 fn perturbed(factor: f32) -> Vec<AttitudeParams> {
     type Constant = fn(&mut AttitudeParams) -> &mut f32;
     let constants: [Constant; 8] = [
@@ -96,7 +95,7 @@ fn perturbed(factor: f32) -> Vec<AttitudeParams> {
     constants.into_iter().map(perturb).collect()
 }
 
-/// What one may choose from: far to either side of the preset.
+/// Grid of candidate parameters: far to either side of the preset.
 fn grid() -> Vec<AttitudeParams> {
     let mut grid = Vec::new();
     for motion_time_constant in [2.5, 3.5, 5.0, 7.0] {
@@ -111,7 +110,7 @@ fn grid() -> Vec<AttitudeParams> {
     grid
 }
 
-/// All ways to choose three trials of six, as bits.
+/// All selections of three trials of six, as bits.
 fn halves() -> impl Iterator<Item = u32> {
     (0..1_u32 << TRIALS.len()).filter(|half| half.count_ones() == 3)
 }
@@ -121,8 +120,7 @@ fn mean_over(half: u32, rms: &[f64]) -> f64 {
     chosen.map(|(_, rms)| rms).sum::<f64>() / f64::from(half.count_ones())
 }
 
-/// For each half of the trials, the mean RMS error on the other half with the parameters that are
-/// best on the first.
+/// For each half of the trials, the mean RMS error on the other half with the best parameters of the first.
 fn held_out(trials: &[Trial]) -> Vec<f64> {
     let by_params: Vec<Vec<f64>> = grid()
         .into_iter()
@@ -155,7 +153,7 @@ fn range(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
 }
 
 #[test]
-fn the_filter_keeps_its_bounds_on_broad_and_the_readme_says_how_good_it_is() {
+fn the_filter_keeps_its_bounds_on_broad_and_the_readme_agrees() {
     let Some(trials) = trials() else {
         return;
     };
@@ -195,7 +193,7 @@ fn the_filter_keeps_its_bounds_on_broad_and_the_readme_says_how_good_it_is() {
 }
 
 #[test]
-fn the_readme_shows_what_published_filters_leave_on_the_same_trials() {
+fn the_readme_shows_published_filters_on_the_same_trials() {
     let (Some(files), Some(trials)) = (files(), trials()) else {
         return;
     };

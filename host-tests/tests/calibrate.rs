@@ -1,5 +1,5 @@
-//! A warm start and sensor errors from recordings, against what is known: the estimator that learns
-//! by itself, labels that it never sees, and the sensor that was simulated.
+//! A warm start and sensor errors from recordings, against known values: the learning of the estimator, labels
+//! that the calibration does not use, and the simulated sensor.
 
 mod labelled;
 
@@ -27,10 +27,10 @@ const CALIBRATED: SensorParams = SensorParams {
     ..SensorParams::LSM6DSOX
 };
 
-/// A warm start costs no more than this in RMSE, on any recording.
+/// Maximum increase of the RMSE by a warm start, on any recording.
 const WARM_COSTS: f64 = 0.02;
 
-/// Less is noise, and in the mean over recordings a warm start has to be no worse.
+/// Maximum increase of the mean RMSE over the recordings; less is noise.
 const WARM_COSTS_IN_THE_MEAN: f64 = 0.002;
 
 fn walk(seconds: f64, seed: u64) -> Recording {
@@ -46,7 +46,7 @@ fn learnt_by_the_program(recordings: &[&Recording]) -> Learnt {
     calibration.finish().expect("a walk").learnt
 }
 
-/// What the foot's own estimator, with its capacity, learns from the same samples.
+/// Values learnt by the estimator of the foot, with its capacity, from the same samples.
 fn learnt_by_the_estimator(recording: &Recording, learnt: Option<Learnt>) -> Learnt {
     let params = Params {
         learnt,
@@ -63,7 +63,7 @@ fn learnt_by_the_estimator(recording: &Recording, learnt: Option<Learnt>) -> Lea
 }
 
 #[test]
-fn the_program_learns_the_bits_that_the_estimator_learns() {
+fn the_program_learns_the_same_bits_as_the_estimator() {
     let (one, other) = (walk(12.0, 1), walk(9.0, 2));
     let first = learnt_by_the_estimator(&one, None);
     assert_eq!(learnt_by_the_program(&[&one]), first);
@@ -73,7 +73,7 @@ fn the_program_learns_the_bits_that_the_estimator_learns() {
 }
 
 #[test]
-fn what_is_learnt_goes_through_a_configuration_file_to_the_bit() {
+fn learnt_values_pass_through_a_configuration_file_exactly() {
     let recording = walk(12.0, 3);
     let mut calibration = LearntCalibration::new(&Params::DEFAULT).expect("a method that learns");
     calibration.add(&recording).expect("valid parameters");
@@ -89,7 +89,7 @@ fn what_is_learnt_goes_through_a_configuration_file_to_the_bit() {
     assert_eq!(foot.object.map(f32::to_bits), bits(foot.learnt));
 }
 
-/// The samples of a part of a recording.
+/// Samples of a part of a recording.
 fn part(recording: &Recording, samples: Range<usize>) -> Recording {
     Recording {
         samples: recording.samples[samples].to_vec(),
@@ -98,7 +98,7 @@ fn part(recording: &Recording, samples: Range<usize>) -> Recording {
 }
 
 #[test]
-fn a_warm_start_from_the_first_half_of_a_recording_does_not_harm_the_second() {
+fn a_warm_start_from_the_first_half_does_not_harm_the_second() {
     let Some(recordings) = averaged() else {
         return;
     };
@@ -126,7 +126,7 @@ fn a_warm_start_from_the_first_half_of_a_recording_does_not_harm_the_second() {
 }
 
 #[test]
-fn a_foot_that_has_not_walked_enough_is_refused() {
+fn a_recording_with_too_few_steps_is_rejected() {
     let refused = |recording: &Recording| {
         let mut calibration =
             LearntCalibration::new(&Params::DEFAULT).expect("a method that learns");
@@ -141,7 +141,7 @@ fn a_foot_that_has_not_walked_enough_is_refused() {
         let least = unsettled.still_seconds.min(unsettled.moving_seconds);
         assert!(least < SETTLED_AFTER, "{unsettled}");
     }
-    // Gravity that is declared removed but is there.
+    // Gravity is declared removed but present.
     let mut wrong = walk(12.0, 1);
     wrong.gravity = Gravity::Removed;
     assert!(matches!(
@@ -150,8 +150,8 @@ fn a_foot_that_has_not_walked_enough_is_refused() {
     ));
 }
 
-/// A sensor with known errors that lies still for two seconds on each of some sides, and is turned
-/// by hand in between.
+/// A sensor with known errors that lies still for two seconds on each of some sides, and is turned by hand in
+/// between.
 fn lying(sides: &[Vector], bias: Vector, scale: Vector, gyro_bias: Vector) -> Recording {
     let mut recording = simulate(
         &Plan::steady(GaitName::Stand, Ground::Hard, 2.5 * sides.len() as f64, 1),
@@ -169,7 +169,7 @@ fn lying(sides: &[Vector], bias: Vector, scale: Vector, gyro_bias: Vector) -> Re
     for (k, sample) in recording.samples.iter_mut().enumerate() {
         let side = sides[k / 2500];
         let turning = k % 2500 >= 2000;
-        // The noise of the simulated sensor, and the force of this side.
+        // Noise of the simulated sensor, and the force of this side.
         let f = sample.imu.specific_force.0;
         let noise = Vector::new(f.x.into(), f.y.into(), f.z.into()) - up;
         let force = side * (GRAVITY / side.length());
@@ -184,7 +184,7 @@ fn lying(sides: &[Vector], bias: Vector, scale: Vector, gyro_bias: Vector) -> Re
     recording
 }
 
-/// By hand: no side is quite level.
+/// Sides placed by hand: no side is exactly level.
 fn six_sides() -> Vec<Vector> {
     [
         [1.0, 0.05, -0.08],
@@ -203,7 +203,7 @@ const SCALE: Vector = Vector::new(1.01, 0.992, 1.006);
 const GYRO_BIAS: Vector = Vector::new(0.006, -0.008, 0.002);
 
 #[test]
-fn six_rests_tell_bias_and_scale_of_each_axis() {
+fn six_rests_determine_bias_and_scale_of_each_axis() {
     let recording = lying(&six_sides(), BIAS, SCALE, GYRO_BIAS);
     let found = SensorCalibration::of([&recording]).expect("six sides");
     println!("{found}");
@@ -238,7 +238,7 @@ fn rests_may_be_spread_over_recordings_and_repeat() {
 }
 
 #[test]
-fn rests_that_do_not_tell_are_refused() {
+fn insufficient_rests_are_rejected() {
     let sides = six_sides();
     let refused = |sides: &[Vector]| {
         SensorCalibration::of([&lying(sides, BIAS, SCALE, GYRO_BIAS)]).expect_err("refused")
@@ -250,7 +250,7 @@ fn rests_that_do_not_tell_are_refused() {
             orientations: 4
         }
     );
-    // Always more or less upright.
+    // All sides are approximately upright.
     let upright: Vec<Vector> = (0..8)
         .map(|k| {
             let (sine, cosine) = (f64::from(k) * std::f64::consts::FRAC_PI_4).sin_cos();
@@ -261,7 +261,7 @@ fn rests_that_do_not_tell_are_refused() {
         refused(&upright),
         RestsError::Span { axis: "az", .. }
     ));
-    // In g instead of m/s².
+    // The unit is g instead of m/s².
     let mut in_g = lying(&sides, BIAS, SCALE, GYRO_BIAS);
     for sample in &mut in_g.samples {
         sample.imu.specific_force.0 = sample.imu.specific_force.0 * (1.0 / GRAVITY as f32);

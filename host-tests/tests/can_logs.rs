@@ -1,4 +1,4 @@
-//! The demo's CAN log in the forms of other programs, and logs that are damaged.
+//! The demo's CAN log in the formats of other programs, and damaged logs.
 
 use std::fs::{self, File};
 use std::io::Write;
@@ -23,7 +23,7 @@ use tempfile::TempDir;
 #[path = "../../wire/tests/python/environment.rs"]
 mod environment;
 
-/// The log of `candump -l` that the demo writes.
+/// Log of `candump -l` that the demo writes.
 static DEMO: LazyLock<String> = LazyLock::new(|| {
     let simulation = simulate(&Plan::demo(DEMO_SEED), &SensorParams::LSM6DSOX, DEMO_SEED);
     walk(&simulation).expect("valid settings").can_log()
@@ -33,7 +33,7 @@ fn decoded(bytes: &[u8]) -> Decoded {
     decode(bytes, "file", &Feet::default()).expect("a log")
 }
 
-/// A row without what another form of log calls otherwise.
+/// A row without the fields that other log formats name differently.
 fn bare(row: &Row) -> String {
     let row = Row {
         received: None,
@@ -46,14 +46,14 @@ fn bare(row: &Row) -> String {
     String::from_utf8(cells).expect("a table")
 }
 
-/// Received since the first row, µs.
+/// Times of reception since the first row, µs.
 fn received(rows: &[Row]) -> Vec<i64> {
     let micros = |row: &Row| row.received.expect("a time").as_micros() as i64;
     let first = rows.first().map_or(0, micros);
     rows.iter().map(|row| micros(row) - first).collect()
 }
 
-/// The log decodes to the rows of the demo's, with times of reception to `resolution_us`.
+/// Asserts that the log decodes to the rows of the demo, with times of reception to `resolution_us`.
 fn assert_is_the_demo(bytes: &[u8], name: &str, resolution_us: i64) {
     let (expected, got) = (decoded(DEMO.as_bytes()), decoded(bytes));
     assert_eq!(got.rows.len(), expected.rows.len(), "{name}");
@@ -92,7 +92,7 @@ fn contents(folder: &Path, name: &str) -> Vec<u8> {
 }
 
 #[test]
-fn every_form_that_python_can_writes_is_decoded_or_named_with_a_way_that_leads_here() {
+fn python_can_formats_are_decoded_or_named_with_an_alternative() {
     let python = match environment::make() {
         Ok(python) => python,
         Err(missing) => return unmet(&missing),
@@ -111,10 +111,10 @@ fn every_form_that_python_can_writes_is_decoded_or_named_with_a_way_that_leads_h
         "python_can.log",
         "from_blf.asc",
     ] {
-        // Python's floats are a quarter of a microsecond apart in 2021.
+        // The resolution of Python's float timestamps in 2021 is a quarter of a microsecond.
         assert_is_the_demo(&contents(folder.path(), name), name, 1);
     }
-    // TRC has steps of a microsecond, from the start of a millisecond.
+    // TRC has a resolution of a microsecond, from the start of a millisecond.
     assert_is_the_demo(&contents(folder.path(), "from_trc.asc"), "from_trc.asc", 2);
     for (name, what) in [
         ("python_can.blf", "file is a BLF log of a CAN bus, which"),
@@ -129,8 +129,7 @@ fn every_form_that_python_can_writes_is_decoded_or_named_with_a_way_that_leads_h
     }
 }
 
-/// What a program of can-utils makes of the log that it is given on standard input; `None` where
-/// it is not installed.
+/// Output of a can-utils program for the log on its standard input; `None` if the program is not installed.
 fn can_utils(program: &str, arguments: &[&str], input: &Path) -> Option<Vec<u8>> {
     let output = Command::new(program)
         .args(arguments)
@@ -143,7 +142,7 @@ fn can_utils(program: &str, arguments: &[&str], input: &Path) -> Option<Vec<u8>>
 }
 
 #[test]
-fn every_form_that_can_utils_writes_is_decoded() {
+fn every_can_utils_format_is_decoded() {
     let folder = folder_with_the_log();
     let log = folder.path().join("can.log");
     for (program, arguments, resolution_us) in [
@@ -167,7 +166,7 @@ fn every_form_that_can_utils_writes_is_decoded() {
     }
 }
 
-/// The demo's log as `candump` prints it, with these times and this beside the interface.
+/// The demo's log as printed by `candump`, with these times and this text beside the interface.
 fn printed(time: impl Fn(u64, u64) -> String, direction: &str) -> String {
     let mut before = None;
     let mut text = String::new();
@@ -200,7 +199,7 @@ fn brackets(micros: u64) -> String {
 }
 
 #[test]
-fn what_candump_prints_is_decoded_with_each_kind_of_time() {
+fn candump_output_is_decoded_with_each_kind_of_time() {
     let start = 1_609_459_200_000_140;
     for direction in ["", "  RX - -", "  TX B E"] {
         for log in [
@@ -222,7 +221,7 @@ fn what_candump_prints_is_decoded_with_each_kind_of_time() {
     }
 }
 
-/// The demo's log as an ASC with decimal numbers and times since the line before.
+/// The demo's log as an ASC with decimal numbers and times relative to the previous line.
 fn relative_decimal_asc() -> String {
     let mut text = "date Fri Jan 1 00:00:00 2021\r\nbase dec  timestamps relative\r\n".to_owned();
     let mut before = 1_609_459_200_000_000_u64;
@@ -250,7 +249,7 @@ fn relative_decimal_asc() -> String {
 }
 
 #[test]
-fn an_asc_says_itself_its_base_and_what_its_times_count_from() {
+fn an_asc_declares_its_base_and_the_reference_of_its_times() {
     let log = relative_decimal_asc();
     assert_is_the_demo(log.as_bytes(), "relative", 0);
 }
@@ -262,7 +261,7 @@ fn gzip(bytes: &[u8]) -> Vec<u8> {
 }
 
 #[test]
-fn a_compressed_log_is_decoded_as_far_as_it_goes() {
+fn a_truncated_compressed_log_is_decoded_up_to_its_end() {
     let whole = gzip(DEMO.as_bytes());
     assert_is_the_demo(&whole, "gzip", 0);
     let cut = decoded(&whole[..whole.len() / 2]);
@@ -271,7 +270,7 @@ fn a_compressed_log_is_decoded_as_far_as_it_goes() {
     assert!(cut.notices.iter().any(|said| said.contains("ends early")));
 }
 
-/// A few frames of every kind in every form, with what each counts.
+/// A few frames of every kind in every format, with the expected counts.
 fn small() -> Vec<(&'static str, String)> {
     let candump = "\
         (1609459200.000111) can0 191#FFFF80800C0007D8\n\
@@ -320,7 +319,7 @@ fn small() -> Vec<(&'static str, String)> {
 }
 
 #[test]
-fn every_form_counts_the_same_frames_whatever_its_ends_of_lines() {
+fn every_format_counts_the_same_frames_with_any_line_ending() {
     for (name, log) in small() {
         for log in [
             log.clone(),
@@ -329,7 +328,7 @@ fn every_form_counts_the_same_frames_whatever_its_ends_of_lines() {
         ] {
             let Decoded { rows, report, .. } = decoded(log.as_bytes());
             assert_eq!(rows.len(), 3, "{name}");
-            // One millisecond apart, though another foot was between them.
+            // The times are one millisecond apart, with a frame of another foot between them.
             let times = [&rows[0], &rows[2]].map(|row| row.timestamp.as_micros());
             assert_eq!(times, [120, 1120], "{name}");
             for kind in ["extended", "remote", "fd", "error_frame", "not_of_a_foot"] {
@@ -344,7 +343,7 @@ fn every_form_counts_the_same_frames_whatever_its_ends_of_lines() {
     }
 }
 
-/// Lines that are no header and not blank.
+/// Number of lines that are neither header nor blank.
 fn entries(bytes: &[u8]) -> u64 {
     let text = String::from_utf8_lossy(bytes).into_owned();
     let is_header = |line: &str| {
@@ -359,7 +358,7 @@ fn entries(bytes: &[u8]) -> u64 {
     text.lines().filter(is_entry).count() as u64
 }
 
-/// Each entry of a log is counted once.
+/// Asserts that each entry of a log is counted once.
 fn assert_counts_add_up(bytes: &[u8]) {
     let Ok(Decoded { rows, report, .. }) = decode(bytes, "file", &Feet::default()) else {
         return;
@@ -385,7 +384,7 @@ fn assert_counts_add_up(bytes: &[u8]) {
 }
 
 #[test]
-fn a_log_that_is_cut_off_anywhere_loses_the_cut_line_alone() {
+fn a_truncated_log_loses_only_the_cut_line() {
     for (name, log) in small() {
         for log in [log.clone(), log.replace('\n', "\r\n")] {
             for length in 1..log.len() {
@@ -408,7 +407,7 @@ fn a_log_that_is_cut_off_anywhere_loses_the_cut_line_alone() {
 }
 
 #[test]
-fn a_log_whose_beginning_is_lost_is_recognised_by_the_next_line() {
+fn a_log_without_its_beginning_is_recognised_by_the_next_line() {
     for (name, log) in small() {
         for start in 1..log.find("18").expect("a third frame") {
             let decoded = decode(&log.as_bytes()[start..], "file", &Feet::default());
@@ -418,9 +417,9 @@ fn a_log_whose_beginning_is_lost_is_recognised_by_the_next_line() {
 }
 
 #[test]
-fn interfaces_and_forms_may_be_mixed() {
+fn interfaces_and_formats_may_be_mixed() {
     let log = small();
-    // A terminal's output behind a log: one file, two feet of the same id on two buses.
+    // Terminal output appended to a log: one file, two feet of the same id on two buses.
     let both = [log[0].1.as_str(), log[1].1.as_str()].concat();
     let Decoded { rows, report, .. } = decoded(both.as_bytes());
     assert_eq!(rows.len(), 6 - report.duplicates as usize);
@@ -429,7 +428,7 @@ fn interfaces_and_forms_may_be_mixed() {
 }
 
 #[test]
-fn ten_megabytes_of_anything_are_refused_in_one_line() {
+fn ten_megabytes_of_garbage_are_rejected_in_one_line() {
     let mut state = 1_u32;
     let mut byte = || {
         // Marsaglia's xorshift.
@@ -451,7 +450,7 @@ fn ten_megabytes_of_anything_are_refused_in_one_line() {
     ] {
         match decode(&bytes, "file", &Feet::default()) {
             Err(error) => assert_eq!(error.to_string().lines().count(), 1),
-            // Digits and brackets may make a line of a log now and then.
+            // Digits and brackets occasionally form a valid line of a log.
             Ok(Decoded {
                 report, notices, ..
             }) => {
@@ -466,7 +465,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
     #[test]
-    fn whatever_happens_to_a_log_each_of_its_lines_is_counted_once(
+    fn every_line_of_a_damaged_log_is_counted_once(
         which in 0_usize..4,
         damage in vec((any::<Index>(), any::<u8>()), 1..12),
         cut in any::<Index>(),

@@ -1,7 +1,7 @@
-//! Why the default preset is as it is: what each part of it earns, and how much hangs on each number.
+//! Justification of the default preset: the benefit of each part, and the sensitivity to each number.
 //!
-//! Scores are the RMSE of P on the labelled sets of `evaluate`, cold, with nothing set; and
-//! what simulated slips show. `docs/choosing.md` holds the tables. A change of any result shows.
+//! Scores are the RMSE of P on the labelled sets of `evaluate`, cold, with default settings, and the results on
+//! simulated slips. `docs/choosing.md` has the tables. Any change of a result is shown.
 
 mod labelled;
 
@@ -18,22 +18,22 @@ use recordings::recording::Recording;
 
 const DOCUMENT: &str = "docs/choosing.md";
 
-/// Step through the profiles of the grid of slips. It has no divisor with any side of the
-/// grid in common, so all values of each occur.
+/// Stride through the profiles of the grid of slips. It is coprime with every dimension of the grid, so all values
+/// of each occur.
 const PROFILE_STEP: usize = 7;
 
-/// Standing still in front of every recording, in one column, s.
+/// Duration of standing still before every recording, in one column, s.
 const STANDING: f64 = 60.0;
 
-/// Limit of the mean RMSE of the default preset: measured is 0.2488. It was 0.2421 with a limit of the slide
-/// that fitted the one family recorded at 1 kHz; the goal is 0.245.
+/// Limit of the mean RMSE of the default preset: measured is 0.2488. It was 0.2421 with a limit of the slide that
+/// fitted the one family recorded at 1 kHz; the goal is 0.245.
 const DEFAULT_RMSE: f64 = 0.25;
 
-/// Limit of what half or twice of a number gains over the default, of the mean RMSE: measured is
-/// 0.0025, by half of the acceleration of stillness, with which a mattress is no firm ground to a GO1.
+/// Limit of the improvement of the mean RMSE over the default by half or twice a number: measured is 0.0025, by
+/// half of the acceleration of stillness, with which a mattress is not firm ground for a GO1.
 const NEIGHBOUR_GAINS: f64 = 0.003;
 
-/// Limit of what leaving a part out gains, of the mean RMSE.
+/// Limit of the improvement of the mean RMSE by leaving a part out.
 const LEFT_OUT_GAINS: f64 = 0.002;
 
 /// The default preset with other constants.
@@ -41,7 +41,7 @@ fn with(change: impl FnOnce(&mut StillnessParams)) -> Params {
     within_range(change).expect("constants within their ranges")
 }
 
-/// The same, where these constants may be.
+/// The default preset with other constants; `None` if they are out of range.
 fn within_range(change: impl FnOnce(&mut StillnessParams)) -> Option<Params> {
     let mut constants = StillnessParams::DEFAULT;
     change(&mut constants);
@@ -55,7 +55,7 @@ fn mean(of_sets: [f64; 7]) -> f64 {
     of_sets.iter().sum::<f64>() / of_sets.len() as f64
 }
 
-/// What settings score on the simulated foot, as cells.
+/// Scores of parameters on the simulated foot, as cells.
 fn walked(walks: &[Simulation], params: &Params) -> String {
     let mut score = Score::default();
     walks.iter().for_each(|walk| score.add(walk, params));
@@ -174,7 +174,7 @@ fn each_part_of_the_default_preset_earns_its_place() {
     assert_block(DOCUMENT, "parts", &table);
 }
 
-/// A constant by its name, and where it is.
+/// Name of a constant, and its field.
 type Constant = (&'static str, fn(&mut StillnessParams) -> &mut f32);
 
 macro_rules! constants {
@@ -261,14 +261,14 @@ const CONSTANTS: [Constant; 74] = constants![
 ];
 
 #[test]
-fn half_or_twice_of_a_number_gains_little_and_each_sensitivity_is_the_one_that_was_written_down() {
+fn neighbours_gain_little_and_sensitivities_are_as_documented() {
     let Some(recordings) = averaged() else {
         return;
     };
     let default = mean(rmse_by_set(&recordings, &Params::DEFAULT));
     assert!(default <= DEFAULT_RMSE, "{default}");
     let scored = |name: &str, of: fn(&mut StillnessParams) -> &mut f32, factor: f32| {
-        // Out of its range there is nothing to score.
+        // A constant out of its range cannot be scored.
         match within_range(|s| *of(s) *= factor) {
             None => "–".to_owned(),
             Some(params) => {

@@ -1,4 +1,4 @@
-//! What `footfall convert` writes: any samples come back as they were, and the libraries of others read them.
+//! Output of `footfall convert`: any samples are restored, and third-party libraries read them.
 
 use std::fs::{self, File};
 use std::path::Path;
@@ -25,7 +25,7 @@ mod packages;
 const REQUIREMENTS: &str = include_str!("python/roads.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/convert.py");
 
-/// What a walk is converted to.
+/// Targets of the conversion of a walk.
 const TARGETS: [(&str, Form); 5] = [
     ("walk.csv.gz", Form::CsvGz),
     ("walk.parquet", Form::Parquet),
@@ -34,7 +34,7 @@ const TARGETS: [(&str, Form); 5] = [
     ("again.csv", Form::Csv),
 ];
 
-/// What the command does, without its words.
+/// Converts as the command does, without its messages.
 fn convert(folder: &Path, target: &str, form: Form) {
     let opened = Opened::new(&folder.join("walk.csv"), None);
     let stored = opened.and_then(|opened| opened.store(&Hints::default()));
@@ -68,7 +68,7 @@ fn convert(folder: &Path, target: &str, form: Form) {
     written.unwrap_or_else(|error| panic!("{target}: {error}"));
 }
 
-/// What is read, with when it begins on its clock, µs.
+/// Reads a file, with the start of its clock, µs.
 fn read(path: &Path, has_load: bool) -> (i64, Vec<RecordedSample>) {
     let is_bag = path.extension().is_none_or(|extension| extension == "mcap");
     let load = "/footfall/walk/load".parse().expect("a topic");
@@ -90,7 +90,7 @@ fn read(path: &Path, has_load: bool) -> (i64, Vec<RecordedSample>) {
     (loaded.start_us, loaded.recording.samples)
 }
 
-/// The bits of a sample; all that are no numbers are the same.
+/// Bits of a sample; all NaNs are equal.
 fn bits(sample: &RecordedSample) -> impl PartialEq + std::fmt::Debug + use<> {
     let number = |value: f32| {
         if value.is_nan() {
@@ -123,7 +123,7 @@ fn vector() -> impl Strategy<Value = Vec3> {
     (reading(), reading(), reading()).prop_map(|(x, y, z)| Vec3::new(x, y, z))
 }
 
-/// Any sample, and the time since the one before, µs.
+/// Any sample, and the time since the previous one, µs.
 fn step() -> impl Strategy<Value = (u64, RecordedSample)> {
     let validity = prop_oneof![
         3 => Just(Validity::Valid),
@@ -145,12 +145,12 @@ fn step() -> impl Strategy<Value = (u64, RecordedSample)> {
             false => Label::NotStable,
         }),
     });
-    // Gaps that are longer than a load is believed.
+    // Includes gaps that exceed the lifetime of a load.
     (prop_oneof![9 => 500_u64..3000, 1 => 1_u64..400_000], sample)
 }
 
 #[test]
-fn any_samples_come_back_from_every_format_as_they_were() {
+fn any_samples_are_restored_from_every_format() {
     let starts = prop_oneof![
         Just(0_i64),
         -5_000_000_i64..5_000_000,
@@ -190,7 +190,7 @@ fn any_samples_come_back_from_every_format_as_they_were() {
 }
 
 #[test]
-fn the_libraries_of_others_find_every_value() {
+fn third_party_libraries_find_every_value() {
     let packages = match packages::install("python-roads", REQUIREMENTS) {
         Ok(packages) => packages,
         Err(missing) => return unmet(&missing),
@@ -199,7 +199,7 @@ fn the_libraries_of_others_find_every_value() {
     let simulation = simulate(&Plan::demo(DEMO_SEED), &SensorParams::LSM6DSOX, DEMO_SEED);
     let mut samples = simulation.recording.samples;
     for (number, sample) in samples.iter_mut().enumerate() {
-        // All that a table can have: gaps in loads and labels, samples that are no numbers.
+        // All cases of a table: gaps in loads and labels, samples that are not numbers.
         if number % 700 >= 600 {
             sample.load = None;
         }

@@ -1,4 +1,4 @@
-//! What the demo's foot sends, decoded again: by this program, and by Python with the DBC.
+//! Output of the demo's foot, decoded: by this program, and by Python with the DBC.
 
 use std::collections::BTreeMap;
 use std::process::Command;
@@ -25,7 +25,7 @@ use wire::{Fault, Foot};
 #[path = "../../wire/tests/python/environment.rs"]
 mod environment;
 
-/// Half a step of 16 and of 8 bits, and what f32 adds.
+/// Half a step of 16 and of 8 bits, plus the rounding of f32.
 const HALF_P16: f32 = 0.5 / 65_535.0 + 1e-7;
 const HALF_P8: f32 = 0.5 / 255.0 + 1e-7;
 
@@ -33,12 +33,12 @@ fn demo_walk() -> Simulation {
     simulate(&Plan::demo(DEMO_SEED), &SensorParams::LSM6DSOX, DEMO_SEED)
 }
 
-/// What the foot of the demo estimates and sends, with changes to its measurements.
+/// Estimates and output of the demo's foot, with changes to its measurements.
 fn sent_with(change: impl FnMut(usize, &mut Measurement)) -> Transmission {
     walk_with(&settings(), &demo_walk(), change).expect("valid settings")
 }
 
-/// What the foot of the demo estimates and sends.
+/// Estimates and output of the demo's foot.
 fn demo() -> Transmission {
     sent_with(|_, _| ())
 }
@@ -51,7 +51,7 @@ fn probabilities(row: &Row) -> [f32; 3] {
     [row.stable, row.tangential, row.vertical]
 }
 
-/// What was decided, which a doubtful estimate does not say.
+/// Asserts the decided status, which a doubtful estimate does not have.
 fn assert_status(row: &Row, estimate: &ContactEstimate) {
     let status = row.status;
     if estimate.flags.are_doubt() {
@@ -73,7 +73,7 @@ fn assert_status(row: &Row, estimate: &ContactEstimate) {
     assert!(!status.has_fault());
 }
 
-/// Each number is what was sent, to half a step and what f32 makes of a product with it.
+/// Asserts that each number equals the sent one, to half a step and the rounding of an f32 product.
 fn assert_near<const N: usize>(got: [f32; N], sent: [f32; N], step: f64) {
     for (got, sent) in got.into_iter().zip(sent) {
         let limit = 0.5 * step as f32 + 1e-6 * sent.abs().max(1.0);
@@ -92,7 +92,7 @@ fn counts(of: &[(&str, u64)]) -> BTreeMap<String, u64> {
 }
 
 #[test]
-fn the_serial_line_gives_back_every_time_probability_and_state_of_the_demo() {
+fn the_serial_line_preserves_times_probabilities_and_states() {
     let demo = demo();
     let Decoded { rows, report, .. } = decoded(&demo.uart);
     assert_eq!(rows.len(), demo.estimates.len());
@@ -110,7 +110,7 @@ fn the_serial_line_gives_back_every_time_probability_and_state_of_the_demo() {
         assert_status(row, estimate);
         assert_eq!(row.interface, None);
     }
-    // The node id comes with the first health message, which follows a contact.
+    // The node id arrives with the first health message, which follows a contact.
     let period = usize::from(settings().uart_streams().health);
     let first = rows.iter().position(|row| row.node.is_some());
     let id = Foot::FrontLeft.default_node_id();
@@ -121,10 +121,9 @@ fn the_serial_line_gives_back_every_time_probability_and_state_of_the_demo() {
 }
 
 #[test]
-fn can_gives_back_every_time_probability_and_state_of_the_demo() {
+fn can_preserves_times_probabilities_and_states() {
     let mut temperatures = Vec::new();
-    // The demo's sensor does not warm up, nor does it fail; here it does both, and once 25 ms pass
-    // without a sample.
+    // The demo's sensor neither warms up nor fails; here it does both, and 25 ms pass once without a sample.
     let demo = sent_with(|k, measurement| {
         let raw = measurement.raw.as_mut().expect("a sound sensor");
         raw.temperature.0 = (k as i16).wrapping_mul(2);
@@ -164,7 +163,7 @@ fn can_gives_back_every_time_probability_and_state_of_the_demo() {
                 assert!((got - sent).abs() <= HALF_P8);
             }
         }
-        // Without value where the motion is not known.
+        // No value while the motion is unknown.
         let known = ![
             Flag::AttitudeNotInitialised,
             Flag::Stale,
@@ -222,13 +221,13 @@ fn can_gives_back_every_time_probability_and_state_of_the_demo() {
 }
 
 #[test]
-fn the_readme_shows_what_is_printed_of_the_demo() {
+fn the_readme_shows_the_output_of_the_demo() {
     let report = decoded(demo().can_log().as_bytes()).report;
     assert_block("README.md", "decode", &format!("```text\n{report}\n```\n"));
 }
 
 #[test]
-fn faults_of_the_foot_come_out_with_their_time_name_and_detail() {
+fn faults_of_the_foot_have_their_time_name_and_detail() {
     let demo = sent_with(|k, measurement| {
         if (3000..3100).contains(&k) {
             measurement.fault = Some(SensorFault {
@@ -250,7 +249,7 @@ fn faults_of_the_foot_come_out_with_their_time_name_and_detail() {
         .expect("there were contacts before it");
     assert!((2.99..=3.0).contains(&t), "{t}");
     let faulty: Vec<_> = rows.iter().filter(|row| row.status.has_fault()).collect();
-    // It is over with the last of the good samples in a row that it takes.
+    // It ends with the last of the required consecutive good samples.
     let lasts = 100 + usize::from(SOUND_TICKS) - 1;
     assert_eq!(faulty.len(), lasts);
     for row in faulty {
@@ -267,7 +266,7 @@ fn faults_of_the_foot_come_out_with_their_time_name_and_detail() {
     );
 }
 
-/// Where each frame of a recording of the serial line begins, with a zero, and where the last ends.
+/// Starts of the frames in a recording of the serial line, including a zero, and the end of the last.
 fn frames(uart: &[u8]) -> Vec<usize> {
     let between = uart.windows(2).enumerate();
     let begins = between.filter(|(_, pair)| **pair == [0, 0]);
@@ -278,25 +277,25 @@ fn frames(uart: &[u8]) -> Vec<usize> {
 }
 
 #[test]
-fn damage_on_the_serial_line_costs_the_frames_it_hits_and_is_counted() {
+fn serial_damage_costs_only_the_hit_frames_and_is_counted() {
     let clean = demo().uart;
     let all = decoded(&clean).rows.len() as u64;
     let starts = frames(&clean);
     let mut damaged = clean;
-    // From the end, so that places stay where they are. The last frame is cut off.
+    // From the end, so that positions stay valid. The last frame is cut off.
     damaged.truncate(damaged.len() - 3);
-    // Garbage with an end of its own between two frames, and without one: neither hits a frame.
+    // Garbage between two frames, with and without a terminator: neither damages a frame.
     let garbage: Vec<u8> = (1..=200).map(|k| (k * 37 % 255) as u8 + 1).collect();
     damaged.splice(
         starts[9000]..starts[9000],
         garbage.iter().copied().chain([0]),
     );
     damaged.splice(starts[8000]..starts[8000], garbage);
-    // A frame of another version: its CRC is not computed again, so it is damage like any other.
+    // A frame of another version: its CRC is not updated, so it counts as damaged.
     damaged[starts[7000] + 2] ^= 2;
     // Ten whole frames are lost.
     damaged.drain(starts[6000]..starts[6010]);
-    // Bits flip in frames that are not neighbours.
+    // Bits flip in frames that are not adjacent.
     for frame in [1000, 2000, 3000, 4000, 5000] {
         damaged[starts[frame] + 20] ^= 0x40;
     }
@@ -307,12 +306,12 @@ fn damage_on_the_serial_line_costs_the_frames_it_hits_and_is_counted() {
     let all_frames = rows.len() as u64 + others.iter().sum::<u64>();
     assert_eq!(all_frames, starts.len() as u64 - 1 - lost);
     assert!(rows.len() as u64 >= all - lost);
-    // The truncated one is at the end, where nothing shows that a number is missing.
+    // The truncated one is at the end, where a gap cannot be detected.
     assert_eq!((report.gaps, report.missing), (7, lost - 1));
     let wrong: u64 = report.problems.values().sum();
     assert_eq!(report.problems["unfinished_frames"], 1);
     assert_eq!(wrong, 9, "{:?}", report.problems);
-    // What did come through is right.
+    // The remaining frames are correct.
     assert!(
         rows.windows(2)
             .all(|pair| pair[0].timestamp < pair[1].timestamp)
@@ -320,8 +319,8 @@ fn damage_on_the_serial_line_costs_the_frames_it_hits_and_is_counted() {
 }
 
 #[test]
-fn other_versions_and_types_are_told_from_damage() {
-    // Frames made by hand, with a CRC-32 of another implementation.
+fn other_versions_and_types_are_distinguished_from_damage() {
+    // Frames made by hand, with the CRC-32 of another implementation.
     let clean = demo().uart;
     let plain = |version: u8, kind: u8| {
         let body = [version, kind, 7, 1];
@@ -351,7 +350,7 @@ fn crc32(bytes: &[u8]) -> u32 {
 }
 
 #[test]
-fn damage_in_a_can_log_costs_the_lines_it_hits_and_is_counted() {
+fn can_log_damage_costs_only_the_hit_lines_and_is_counted() {
     let log = demo().can_log();
     let contacts: Vec<usize> = log
         .lines()
@@ -360,7 +359,7 @@ fn damage_in_a_can_log_costs_the_lines_it_hits_and_is_counted() {
         .map(|(index, _)| index)
         .collect();
     let mut lines: Vec<String> = log.lines().map(str::to_owned).collect();
-    // Cut in the middle of a line, as when the disk was full; and lines lost for two seconds.
+    // A line cut in the middle, as on a full disk, and lines lost for two seconds.
     lines[contacts[500]].truncate(30);
     let lost = contacts[3000]..contacts[5000];
     let times = decoded(log.as_bytes()).rows;
@@ -376,13 +375,13 @@ fn damage_in_a_can_log_costs_the_lines_it_hits_and_is_counted() {
     let number = format!("file, line {}: ", contacts[500] + 1);
     assert!(notices[0].starts_with(&number), "{}", notices[0]);
     assert_eq!(rows.len(), times.len() - 2001);
-    // 2000 frames are 7 turns of the sequence number and 208: what the times show beside.
+    // 2000 frames are 7 periods of the sequence number and 208: only the times show the full periods.
     assert_eq!((report.gaps, report.missing), (2, 1 + 2000 % 256));
     assert!(
         (2.0..2.002).contains(&report.longest_step_s.expect("rows")),
         "{report}"
     );
-    // The short time was bridged by the log's: the rest is where it was.
+    // The short time was extended by the log's: the remaining rows are unchanged.
     assert_eq!(
         rows.last().map(|row| row.timestamp),
         times.last().map(|row| row.timestamp)
@@ -405,12 +404,12 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
     #[test]
-    fn whatever_a_file_holds_it_is_decoded_or_refused(bytes in vec(any::<u8>(), 0..2000)) {
+    fn arbitrary_files_are_decoded_or_rejected(bytes in vec(any::<u8>(), 0..2000)) {
         let _ = decode(&bytes, "file", &Feet::default());
     }
 
     #[test]
-    fn whatever_happens_to_a_file_what_it_says_adds_up(
+    fn the_counts_of_a_damaged_file_add_up(
         which in 0_usize..2,
         damage in vec((any::<Index>(), any::<u8>()), 1..20),
         cut in any::<Index>(),
@@ -434,7 +433,7 @@ proptest! {
 }
 
 #[test]
-fn cantools_reads_the_same_values_from_the_log_as_there_are_in_the_samples() {
+fn cantools_reads_the_values_of_the_samples_from_the_log() {
     let python = match environment::make() {
         Ok(python) => python,
         Err(missing) => return unmet(&missing),

@@ -40,7 +40,7 @@ fn mean_while(activity: Activity) -> f64 {
 }
 
 #[test]
-fn the_picture_has_a_high_probability_in_stances_and_a_low_one_in_swings_and_slips() {
+fn p_is_high_in_stances_and_low_in_swings_and_slips() {
     let standing = mean_while(Activity::Standing);
     assert!((STANDING_P..=1.0).contains(&standing), "{standing}");
     let swinging = mean_while(Activity::Swinging);
@@ -50,7 +50,7 @@ fn the_picture_has_a_high_probability_in_stances_and_a_low_one_in_swings_and_sli
 }
 
 #[test]
-fn the_picture_is_what_the_demo_draws() {
+fn the_picture_matches_the_output_of_the_demo() {
     let recording = demo_recording();
     let estimates = replay(&recording, &default_params()).expect("the preset");
     let svg = plot::svg(&recording, &estimates).expect("a picture");
@@ -58,7 +58,7 @@ fn the_picture_is_what_the_demo_draws() {
 }
 
 #[test]
-fn the_demos_figures_are_what_the_demo_prints() {
+fn the_demo_figures_match_its_output() {
     let recording = demo_recording();
     let estimates = replay(&recording, &default_params()).expect("the preset");
     let metrics = Metrics::of(&Scored::collect(&recording.samples, &estimates)).expect("labels");

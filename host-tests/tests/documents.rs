@@ -1,5 +1,5 @@
-//! The documents: their links lead somewhere, the code that they name is there, the README and the
-//! source files are short.
+//! The documents: their links are valid, the code that they name exists, and the README and the source files are
+//! short.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ const README_LINES: usize = 160;
 
 const SOURCE_LINES: usize = 500;
 
-/// Folders without documents of ours.
+/// Folders without documents of this project.
 const SKIPPED: [&str; 2] = ["target", ".git"];
 
 /// All Markdown files of the repository.
@@ -46,7 +46,7 @@ fn links(text: &str) -> Vec<Link<'_>> {
     ends.filter_map(link).collect()
 }
 
-/// The anchor that a heading has: lower case, spaces as hyphens, without punctuation.
+/// Anchor of a heading: lower case, spaces as hyphens, without punctuation.
 fn anchor(heading: &str) -> String {
     let kept = heading.trim().to_lowercase();
     let kept = kept.chars().filter_map(|letter| match letter {
@@ -64,7 +64,7 @@ fn has_anchor(document: &str, wanted: &str) -> bool {
     anchors.any(|anchor| anchor == wanted)
 }
 
-/// The last name of a path of code: `tick` of `Foot::tick`. Nothing for a file or other text.
+/// Last name of a path of code: `tick` of `Foot::tick`. `None` for a file or other text.
 fn code_name(text: &str) -> Option<&str> {
     let path = text.strip_prefix('`')?.strip_suffix('`')?;
     let name = path.rsplit("::").next()?;
@@ -72,7 +72,7 @@ fn code_name(text: &str) -> Option<&str> {
     (path.contains("::") && name.chars().all(is_name)).then_some(name)
 }
 
-/// What is wrong with a link from a document.
+/// Error of a link from a document.
 fn problem(from: &Path, link: &Link<'_>) -> Option<String> {
     if link.target.starts_with("http") {
         return None;
@@ -108,7 +108,7 @@ fn problem(from: &Path, link: &Link<'_>) -> Option<String> {
 }
 
 #[test]
-fn every_link_of_a_document_leads_to_a_file_a_heading_or_the_code_that_it_names() {
+fn links_of_documents_lead_to_files_headings_or_named_code() {
     let mut found = Vec::new();
     documents(&workspace(), &mut found);
     assert!(found.len() > 8, "{found:?}");
@@ -132,7 +132,7 @@ fn the_readme_is_short() {
 }
 
 #[test]
-fn a_link_is_judged_by_its_file_its_heading_and_its_name() {
+fn a_link_is_checked_by_its_file_heading_and_name() {
     let from = workspace().join("README.md");
     let judged = |text, target| problem(&from, &Link { text, target });
     assert_eq!(judged("LICENSE", "LICENSE-MIT"), None);
@@ -146,13 +146,13 @@ fn a_link_is_judged_by_its_file_its_heading_and_its_name() {
     assert!(judged("`host_tests::no_such`", "host-tests/src/lib.rs").is_some());
 }
 
-/// Lines of a source file without its tests.
+/// Number of lines of a source file without its tests.
 fn lines_without_tests(text: &str) -> usize {
     let is_code = |line: &&str| !line.starts_with("#[cfg(test)]");
     text.lines().take_while(is_code).count()
 }
 
-/// All Rust sources below a `src` folder; tests in files of their own are left out.
+/// All Rust sources below a `src` folder; separate test files are left out.
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("the folder can be read") {
         let path = entry.expect("the entry can be read").path();
@@ -167,7 +167,7 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
 }
 
 #[test]
-fn no_source_file_is_longer_than_500_lines_without_its_tests() {
+fn no_source_file_exceeds_500_lines_without_its_tests() {
     let mut found = Vec::new();
     sources(&workspace(), &mut found);
     assert!(found.len() > 200, "{} files", found.len());

@@ -1,5 +1,5 @@
-//! A gyroscope whose bias drifts while the foot walks costs no stances: there is no rest in which the bias
-//! could be learnt.
+//! A gyroscope bias that drifts while the foot walks costs no stances, although there is no rest in which it could
+//! be learnt.
 
 use std::f32::consts::PI;
 
@@ -9,10 +9,10 @@ use host_tests::changed::changed;
 use recordings::recording::{Label, Recording};
 use recordings::replay::replay;
 
-/// What the bias has drifted by after a minute, rad/s: 0.05 °/s/K over 40 K.
+/// Drift of the bias after a minute, rad/s: 0.05 °/s/K over 40 K.
 const DRIFT: f32 = 2.0 * PI / 180.0;
 
-/// Share of the stable samples that the drift may cost.
+/// Maximum share of the stable samples lost by the drift.
 const LOST: f64 = 0.01;
 
 /// Share of the stable samples of the last half of a recording with P > 0.5.

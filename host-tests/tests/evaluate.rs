@@ -1,5 +1,5 @@
-//! `evaluate` on the real recordings: what is known of each method, what the texts say
-//! about it, and the tables and pictures that are committed.
+//! `evaluate` on the real recordings: the known results of each method, the statements in the documents, and the
+//! committed tables and plots.
 
 use std::path::PathBuf;
 use std::sync::OnceLock;
@@ -17,7 +17,7 @@ use scoring::reliability::{bins, calibration_error};
 
 const ATLAS: [Set; 3] = [Set::Ground, Set::ThreeSteps, Set::Slip];
 
-/// Everything, evaluated once for all tests; `None` where a recording is absent.
+/// The evaluation, run once for all tests; `None` if a recording is absent.
 fn evaluation() -> Option<&'static Evaluation> {
     static EVALUATION: OnceLock<Option<Evaluation>> = OnceLock::new();
     EVALUATION
@@ -55,7 +55,7 @@ fn assert_near(actual: f64, expected: f64, tolerance: f64, what: &str) {
 }
 
 #[test]
-fn the_authors_script_gives_what_it_gives_in_python() {
+fn the_authors_script_reproduces_its_python_results() {
     let Some(evaluation) = evaluation() else {
         return;
     };
@@ -77,7 +77,7 @@ fn the_authors_script_gives_what_it_gives_in_python() {
 }
 
 #[test]
-fn the_paper_preset_gives_the_parity_target_on_whole_files() {
+fn the_paper_preset_reaches_the_parity_target_on_whole_files() {
     let Some(evaluation) = evaluation() else {
         return;
     };
@@ -90,7 +90,7 @@ fn the_paper_preset_gives_the_parity_target_on_whole_files() {
 /// RMSE, ROC-AUC and best F1 on the slip file as computed independently, in double precision with
 /// numpy. Thresholds there gave the best F1, so RMSE may differ a little more.
 #[test]
-fn the_peers_give_what_an_independent_computation_gave() {
+fn the_peers_match_an_independent_computation() {
     let Some(evaluation) = evaluation() else {
         return;
     };
@@ -113,7 +113,7 @@ fn the_peers_give_what_an_independent_computation_gave() {
 
 /// RMSE as computed independently with the same constants, on all recordings of others.
 #[test]
-fn published_shoe_gives_what_an_independent_computation_gave() {
+fn published_shoe_matches_an_independent_computation() {
     let Some(evaluation) = evaluation() else {
         return;
     };
@@ -131,7 +131,7 @@ fn published_shoe_gives_what_an_independent_computation_gave() {
 }
 
 #[test]
-fn a_mean_over_sets_is_that_of_the_seven_sets_figures() {
+fn a_mean_over_sets_is_the_mean_of_the_seven_sets() {
     let Some(evaluation) = evaluation() else {
         return;
     };
@@ -153,7 +153,7 @@ fn no_method_but_the_authors_script_looks_ahead() {
 }
 
 #[test]
-fn the_readme_shows_how_the_methods_compare() {
+fn the_readme_shows_the_comparison_of_the_methods() {
     let Some(evaluation) = evaluation() else {
         return;
     };
@@ -187,7 +187,7 @@ fn the_evaluation_is_documented_in_full() {
 }
 
 #[test]
-fn the_pictures_are_those_of_the_evaluation() {
+fn the_pictures_match_the_evaluation() {
     let Some(evaluation) = evaluation() else {
         return;
     };
@@ -198,13 +198,13 @@ fn the_pictures_are_those_of_the_evaluation() {
     assert_current(&docs.join("reliability.svg"), &reliability);
 }
 
-/// Limits of the errors |P − label| on slip, of the default preset: half of them are within 0.017,
-/// and 10.4 % beyond a half.
+/// Limits of the errors |P − label| on slip, of the default preset: half of them are within 0.017, and 10.4 %
+/// above 0.5.
 const MEDIAN_ERROR: f64 = 0.02;
 const FAR_SHARE: f64 = 0.11;
 
 #[test]
-fn the_errors_in_the_picture_are_small_and_few_are_far() {
+fn most_errors_in_the_picture_are_small() {
     let Some(evaluation) = evaluation() else {
         return;
     };
@@ -232,12 +232,12 @@ fn the_errors_in_the_picture_are_small_and_few_are_far() {
 /// Limits of the calibration error of the default preset, by pool: measured are 0.0743 and 0.045.
 const CALIBRATION_ERRORS: [(Pool, f64); 2] = [(Pool::Atlas, 0.077), (Pool::Lcd, 0.049)];
 
-/// Limit of the distance between P and how often it comes true, in a bin with a thousand samples:
-/// measured is 0.189.
+/// Limit of the difference between P and its observed frequency, in a bin with a thousand samples: measured is
+/// 0.189.
 const BIN_DISTANCE: f64 = 0.2;
 
 #[test]
-fn the_probability_in_the_reliability_picture_comes_true_about_as_often_as_it_says() {
+fn the_reliability_picture_shows_a_calibrated_probability() {
     let Some(evaluation) = evaluation() else {
         return;
     };

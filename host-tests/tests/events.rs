@@ -1,4 +1,4 @@
-//! Events of simulated walks against what really happened.
+//! Events of simulated walks against the truth.
 
 mod labelled;
 
@@ -12,13 +12,13 @@ use recordings::events::{Event, Events, Kind};
 use recordings::recording::{Label, Recording};
 use recordings::replay::Replay;
 
-/// From rest under load to the decision, s: window and on-delay.
+/// Delay from rest under load to the decision, s: window and on-delay.
 const DEBOUNCE: f64 = 0.06;
 
-/// From the landing to rest under load, s.
+/// Delay from the landing to rest under load, s.
 const LANDING: f64 = 0.12;
 
-/// What happens so shortly before the end of a recording may not be decided in it, s.
+/// Time before the end of a recording in which an event may remain undecided, s.
 const UNDECIDED: f64 = 0.2;
 
 fn events(recording: &Recording) -> Vec<Event> {
@@ -35,7 +35,7 @@ fn events(recording: &Recording) -> Vec<Event> {
     found
 }
 
-/// The walk as it is, and as a foot sees it that has no load signal.
+/// The walk as recorded, and without its load signal.
 fn with_and_without_load(simulation: &Simulation) -> [Recording; 2] {
     let mut alone = simulation.recording.clone();
     for sample in &mut alone.samples {
@@ -53,12 +53,12 @@ fn times(events: &[Event], kind: Kind) -> Vec<f64> {
     of_kind.map(|event| seconds(event.time)).collect()
 }
 
-/// Whether this is not in doubt because the recording ends.
+/// Returns whether the event is decided before the recording ends.
 fn is_decided(time: f64, plan: &Plan) -> bool {
     time < plan.duration - UNDECIDED
 }
 
-/// Leaves out the last event where it is one more than expected, and in doubt.
+/// Removes the last event if it is one more than expected, and undecided.
 fn drop_undecided(found: &mut Vec<f64>, expected: usize, plan: &Plan) {
     if found.len() == expected + 1 {
         found.pop_if(|last| !is_decided(*last, plan));
@@ -72,7 +72,7 @@ fn steady(gait: GaitName, ground: Ground, seed: u64) -> (Plan, Simulation) {
     (plan, simulation)
 }
 
-/// When the foot is at rest under load for the first time after each of the impacts, as the labels say.
+/// Times of the first rest under load after each of the impacts, according to the labels.
 fn rests(plan: &Plan, simulation: &Simulation) -> Vec<f64> {
     let samples = &simulation.recording.samples;
     let stable_after = |impact: f64| {
@@ -87,7 +87,7 @@ fn rests(plan: &Plan, simulation: &Simulation) -> Vec<f64> {
 }
 
 #[test]
-fn every_touch_down_has_one_event_within_the_debounce_and_no_other_is_there() {
+fn every_touch_down_has_exactly_one_event_within_the_debounce() {
     for gait in [GaitName::Walk, GaitName::Trot, GaitName::Run] {
         for seed in 1..4 {
             let (plan, simulation) = steady(gait, Ground::Hard, seed);
@@ -103,7 +103,7 @@ fn every_touch_down_has_one_event_within_the_debounce_and_no_other_is_there() {
                     let late = event - rest;
                     assert!((-0.01..DEBOUNCE).contains(&late), "{gait}, {rest}: {late}");
                 }
-                // Running, the decision ends once in a few hundred good stances (`tests/slip.rs`).
+                // In a run the decision ends once in a few hundred good stances (`tests/slip.rs`).
                 let false_slips = times(&events, Kind::SlipStart).len();
                 let most = usize::from(gait == GaitName::Run);
                 assert!(false_slips <= most, "{gait}, seed {seed}: {false_slips}");
@@ -141,7 +141,7 @@ fn every_lift_off_has_one_event_while_the_foot_peels_off() {
 }
 
 #[test]
-fn soft_ground_that_gives_way_is_no_slip() {
+fn yielding_soft_ground_is_not_a_slip() {
     for gait in [GaitName::Walk, GaitName::Trot] {
         let (plan, simulation) = steady(gait, Ground::Soft, 3);
         for recording in with_and_without_load(&simulation) {
@@ -166,7 +166,7 @@ fn a_foot_that_stands_has_no_events() {
     }
 }
 
-/// One slip of the truth: from when to when, s, and how far, m.
+/// A true slip: start and end, s, and distance, m.
 struct TrueSlip {
     from: f64,
     to: f64,
@@ -192,16 +192,16 @@ fn true_slips(simulation: &Simulation) -> Vec<TrueSlip> {
     slips
 }
 
-/// What was found of the slips of the grid.
+/// Events found for the slips of the grid.
 #[derive(Default)]
 struct Found {
     slips: usize,
-    /// As one event, and as several: a foot that sticks and slips.
+    /// Slips found as one event, and as several, in stick-slip motion.
     once: usize,
     several: usize,
-    /// Events where there was no slip.
+    /// Number of events without a slip.
     false_events: usize,
-    /// Of the distances of those that were found once, m.
+    /// Errors of the distance of slips found as one event, m.
     errors: Vec<f64>,
 }
 
@@ -237,7 +237,7 @@ impl Found {
 const UNSEEN: usize = 3;
 
 #[test]
-fn slips_are_found_and_their_distance_is_right_to_a_millimetre_or_two() {
+fn slip_distances_are_accurate_to_two_millimetres() {
     let mut all = Found::default();
     for (seed, profile) in (1000..).zip(profiles()).step_by(3) {
         let simulation = profile.simulate(12.0, seed);
@@ -270,11 +270,11 @@ fn slips_are_found_and_their_distance_is_right_to_a_millimetre_or_two() {
     assert!((2.0..5.0).contains(&worst), "{worst} mm");
 }
 
-/// Limit of the slips that are reported on the twelve walks in a shoe, none of which slips: measured are 3.
+/// Limit of the slips reported on the twelve walks in a shoe, none of which slips: measured are 3.
 const SHOE_SLIPS: usize = 5;
 
 #[test]
-fn ordinary_walks_in_a_shoe_have_few_slips() {
+fn ordinary_shoe_walks_have_few_slips() {
     let Some(walks) = of_sets(&[Set::Shoe]) else {
         return;
     };
@@ -290,7 +290,7 @@ fn ordinary_walks_in_a_shoe_have_few_slips() {
 }
 
 #[test]
-fn the_demo_has_the_events_that_its_ground_makes() {
+fn the_demo_has_the_events_of_its_ground() {
     let simulation = simulate(&Plan::demo(1), &SENSOR, 1);
     let truth = true_slips(&simulation);
     for recording in with_and_without_load(&simulation) {
@@ -301,7 +301,7 @@ fn the_demo_has_the_events_that_its_ground_makes() {
         let distances: Vec<_> = distances.filter_map(|event| event.distance_m).collect();
         assert_eq!(truth.len(), 4);
         for (found, slip) in distances.iter().zip(&truth) {
-            // The last one ends in a lift-off, where the speed is not known.
+            // The last one ends in a lift-off, where the speed is unknown.
             let limit = if slip.to - slip.from > 0.3 {
                 1e-2
             } else {

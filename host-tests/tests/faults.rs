@@ -1,4 +1,4 @@
-//! The document of faults, flags and refusals is the table that `footfall explain` has.
+//! The document of faults, flags and rejections matches the table of `footfall explain`.
 
 use decode::remedy::Trouble;
 use host_tests::committed::assert_block;
@@ -35,7 +35,7 @@ fn table(kind: &str) -> String {
 }
 
 #[test]
-fn the_document_has_every_fault_flag_and_refusal() {
+fn the_document_lists_every_fault_flag_and_rejection() {
     for (block, kind) in [
         ("faults", "fault"),
         ("flags", "flag"),

@@ -1,5 +1,5 @@
-//! The attitude filter on a foot for a long time: impacts, clipping, a sensor that warms up.
-//! The truth is the simulator's.
+//! The attitude filter on a foot over a long time: impacts, clipping, a sensor that warms up. The truth is the
+//! simulator's.
 
 use std::fmt::Write;
 
@@ -10,8 +10,8 @@ use gait::{GaitName, Ground, Plan, SensorParams, simulate};
 use host_tests::committed::assert_block;
 use scoring::inclination::inclination_error_degrees;
 
-/// An accelerometer whose bias at 25 °C is calibrated away, and which warms up by 30 °C: its bias
-/// and that of the gyroscope drift by up to the part's typical 0.1 mg and 0.01 °/s per °C.
+/// An accelerometer whose bias at 25 °C is calibrated, and which warms up by 30 °C: its bias and that of the
+/// gyroscope drift by up to the part's typical 0.1 mg and 0.01 °/s per °C.
 const WARMING: SensorParams = SensorParams {
     accelerometer: AxisErrors {
         bias_limit: 0.0,
@@ -25,21 +25,20 @@ const WARMING: SensorParams = SensorParams {
     ..SensorParams::LSM6DSOX
 };
 
-/// What the filter has to show at one sample.
+/// Errors of the filter at one sample.
 #[derive(Clone, Copy)]
 struct Moment {
-    /// s.
+    /// Time, s.
     time: f64,
-    /// How long the foot has stood still under load, s; `None` while it does not.
+    /// Time for which the foot has stood still under load, s; `None` while it moves.
     quiet: Option<f64>,
     /// Inclination error, degrees.
     tilt: f64,
-    /// What is left of gravity, m/s²: the length of the difference between gravity and what the
-    /// filter takes for it.
+    /// Residual of gravity, m/s²: the length of the difference between gravity and its estimate by the filter.
     residual: f64,
 }
 
-/// Follows a plan; how many of its samples were saturated comes, too.
+/// Runs the filter over a plan. Also returns the number of saturated samples.
 fn follow(plan: &Plan, seed: u64) -> (Vec<Moment>, usize) {
     let simulation = simulate(plan, &WARMING, seed);
     let mut filter = AttitudeFilter::new(&Params::DEFAULT.validate::<256>().expect("the preset"));
@@ -83,7 +82,7 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 #[test]
-fn after_impacts_and_clipping_a_third_of_a_second_of_quiet_brings_the_tilt_below_0_2_degrees() {
+fn quiet_after_clipping_brings_the_tilt_below_0_2_degrees() {
     for gait in [GaitName::Walk, GaitName::Trot, GaitName::Run] {
         for ground in [Ground::Hard, Ground::Soft, Ground::Greased] {
             for seed in 1..4 {
@@ -103,8 +102,8 @@ fn after_impacts_and_clipping_a_third_of_a_second_of_quiet_brings_the_tilt_below
 }
 
 #[test]
-fn in_ten_minutes_of_any_gait_the_quiet_stances_keep_little_of_gravity_while_the_sensor_warms_up() {
-    // The goal is 0.3 m/s² for every gait; it was 0.025, 0.038 and 0.215 when this was written.
+fn a_warming_sensor_keeps_gravity_out_of_quiet_stances() {
+    // The goal is 0.3 m/s² for every gait; measured were 0.025, 0.038 and 0.215.
     let mut table =
         String::from("| gait | samples clipped | tilt | gravity left in |\n|---|---|---|---|\n");
     for (gait, limit) in [
@@ -130,7 +129,7 @@ fn in_ten_minutes_of_any_gait_the_quiet_stances_keep_little_of_gravity_while_the
 }
 
 #[test]
-fn a_sensor_that_warms_up_at_rest_keeps_its_bias_known() {
+fn a_sensor_warming_up_at_rest_keeps_its_bias_known() {
     let plan = Plan::steady(GaitName::Stand, Ground::Hard, 600.0, 2);
     let simulation = simulate(&plan, &WARMING, 2);
     let specimen = WARMING.specimen(2);

@@ -1,5 +1,5 @@
-//! What programs of others are given, on all that the foot of the demo sends: the decoder in C,
-//! `wire/c`, and the example of a consumer in Rust, `wire/examples/listen.rs`.
+//! Interfaces for other programs, on the output of the demo's foot: the decoder in C, `wire/c`, and the example of
+//! a consumer in Rust, `wire/examples/listen.rs`.
 
 #[path = "../../wire/tests/c/compare.rs"]
 mod compare;
@@ -50,7 +50,7 @@ fn c_and_cpp_decode_the_demo_as_rust_does() {
     }
 }
 
-/// Checks lines of P and phase against what the foot has estimated; `foot` is what stands before.
+/// Checks lines of P and phase against the estimates of the foot; `foot` is the prefix of a line.
 fn assert_estimates(printed: &str, foot: &str, sent: &Transmission) {
     assert_eq!(printed.lines().count(), sent.estimates.len());
     for (line, estimate) in printed.lines().zip(&sent.estimates) {
@@ -65,7 +65,7 @@ fn assert_estimates(printed: &str, foot: &str, sent: &Transmission) {
 }
 
 #[test]
-fn the_example_in_rust_prints_what_the_foot_has_estimated() {
+fn the_rust_example_prints_the_estimates_of_the_foot() {
     let sent = demo();
     let others = "nonsense\n(1.0) can0 191#R\n(1.0) can0 191#FF\n(1.0) can0 11#00\n";
     let mut printed = Vec::new();
@@ -75,7 +75,7 @@ fn the_example_in_rust_prints_what_the_foot_has_estimated() {
 }
 
 #[test]
-fn the_program_in_c_of_the_readme_prints_what_the_foot_has_estimated() {
+fn the_c_program_of_the_readme_prints_the_estimates() {
     let sent = demo();
     let program = Program::build_of(
         "readme",

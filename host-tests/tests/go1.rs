@@ -1,5 +1,5 @@
-//! The authors' recordings of a real GO1, gravity and all: does the filter keep upright on a
-//! foot, and does the probability tell grease from ground?
+//! The authors' recordings of a real GO1 with gravity: whether the filter keeps upright on a foot, and whether the
+//! probability distinguishes grease from ground.
 
 mod labelled;
 
@@ -14,21 +14,20 @@ use recordings::plausible::{Finding, check};
 use recordings::recording::{RecordedSample, Recording};
 use recordings::replay::replay;
 
-/// Shorter contacts are bounces, s.
+/// Minimum duration of a stance, s; shorter contacts are bounces.
 const SHORTEST_STANCE: f64 = 0.25;
 
 const SLIPPERY: &str = "pce/GO1_slippery_surface.csv";
 const MATTRESS: &str = "pce/GO1_matress.csv";
 const NORMAL: &str = "pce/GO1_normal_surface.csv";
 
-/// Standing still in front of a recording, s.
+/// Duration of standing still before a recording, s.
 const STANDING: f64 = 60.0;
 
-/// The peak of P in each stance, in order of time.
+/// Peak of P in each stance, in order of time.
 ///
-/// A stance begins where the load passes 150 and ends where it falls below 90, in the raw units
-/// of the robot's pressure sensor. Each recording starts on a foot that already stands: that is
-/// no step and is left out.
+/// A stance begins when the load exceeds 150 and ends when it falls below 90, in the raw units of the robot's
+/// pressure sensor. Each recording starts on a foot that already stands, which is not a step and is left out.
 fn peaks(recording: &Recording, params: &Params) -> Vec<f32> {
     let estimates = replay(recording, params).expect("a preset");
     stances(&recording.samples)
@@ -48,7 +47,7 @@ fn stance_peaks(file: &str) -> Option<Vec<f32>> {
     Some(peaks(&recording(file)?, &Params::PAPER_GO1))
 }
 
-/// [`peaks`] with the default preset and nothing set: as recorded, and after a minute of standing.
+/// [`peaks`] with the default preset: as recorded, and after a minute of standing.
 fn default_peaks(file: &str) -> Option<[Vec<f32>; 2]> {
     let recording = recording(file)?;
     let stood = stood(&recording, STANDING, 1);
@@ -60,7 +59,7 @@ fn peak(estimates: &[ContactEstimate]) -> f32 {
     probabilities.fold(0.0, f32::max)
 }
 
-/// The ranges of samples in which the foot is loaded, from touch-down to lift-off.
+/// Ranges of samples in which the foot is loaded, from touch-down to lift-off.
 fn stances(samples: &[RecordedSample]) -> Vec<std::ops::Range<usize>> {
     let mut stances = Vec::new();
     let mut start = None;
@@ -84,7 +83,7 @@ fn stances(samples: &[RecordedSample]) -> Vec<std::ops::Range<usize>> {
 }
 
 #[test]
-fn greased_stances_stay_improbable_and_those_after_the_grease_do_not() {
+fn p_stays_low_on_grease_and_recovers_after_it() {
     let Some(peaks) = stance_peaks(SLIPPERY) else {
         return;
     };
@@ -119,7 +118,7 @@ fn every_stance_on_normal_ground_is_probable() {
 }
 
 #[test]
-fn by_default_greased_stances_stay_improbable_and_those_after_the_grease_do_not() {
+fn p_stays_low_on_grease_and_recovers_with_defaults() {
     for (peaks, when) in default_peaks(SLIPPERY).into_iter().flatten().zip(WHEN) {
         let (greased, good) = peaks.split_at(3);
         assert!(greased.iter().all(|p| *p < 0.6), "{when}: {peaks:?}");
@@ -134,7 +133,7 @@ fn by_default_greased_stances_stay_improbable_and_those_after_the_grease_do_not(
 const WHEN: [&str; 2] = ["as recorded", "after a minute of standing"];
 
 #[test]
-fn by_default_every_stance_on_a_mattress_is_probable() {
+fn every_mattress_stance_is_probable_with_defaults() {
     for (peaks, when) in default_peaks(MATTRESS).into_iter().flatten().zip(WHEN) {
         assert_eq!(peaks.len(), 6);
         assert!(peaks.iter().all(|p| *p > 0.89), "{when}: {peaks:?}");
@@ -142,7 +141,7 @@ fn by_default_every_stance_on_a_mattress_is_probable() {
 }
 
 #[test]
-fn by_default_every_stance_on_normal_ground_is_probable() {
+fn every_stance_on_normal_ground_is_probable_with_defaults() {
     for (peaks, when) in default_peaks(NORMAL).into_iter().flatten().zip(WHEN) {
         assert_eq!(peaks.len(), 10);
         assert!(peaks.iter().all(|p| *p > 0.9), "{when}: {peaks:?}");
@@ -174,7 +173,7 @@ fn the_readme_states_every_peak() {
     assert_block("docs/evaluation.md", "go1", &table);
 }
 
-/// The IMU was read at about 70 Hz and held to 250 Hz. Recordings of others are not held: the simulated ATLAS
+/// The IMU was read at about 70 Hz and held to 250 Hz. Other recordings have no held readings: the simulated ATLAS
 /// repeats one reading in sixty, at rest.
 #[test]
 fn held_readings_are_found_on_the_go1_alone() {

@@ -1,7 +1,7 @@
-//! A foot that has walked and then hangs, is carried, lies on a mattress or is shaken is not stable, for
-//! as long as that lasts; and when it walks again, its stances are found as before.
+//! A foot that has walked and then hangs, is carried, lies on a mattress or is shaken is not stable for as long as
+//! that lasts; when it walks again, its stances are found as before.
 //!
-//! None of these motions was made with a robot: they are sums of sines with the noise of the sensor.
+//! These motions were not recorded on a robot: they are sums of sines with the noise of the sensor.
 
 use std::f64::consts::TAU;
 
@@ -14,21 +14,21 @@ use recordings::recording::{Label, Recording};
 
 const GRAVITY: f64 = 9.806_65;
 
-/// Length of each walk, s.
+/// Duration of each walk, s.
 const WALK: f64 = 60.0;
 
-/// Length of each motion, s.
+/// Duration of each motion, s.
 const LASTS: u32 = 600;
 
-/// A half-minute of the motion in which most is called stable may have this share with P > 0.5; its first
-/// half-minute is left out, in which the last step counts as evidence.
+/// Maximum share with P > 0.5 in any half-minute of the motion; its first half-minute is left out, in which the
+/// last step counts as evidence.
 const CALLED_STABLE: f64 = 0.03;
 
-/// The same of all ten minutes.
+/// Maximum share with P > 0.5 in all ten minutes.
 const CALLED_STABLE_IN_ALL: f64 = 0.03;
 
-/// The share of stable samples with P > 0.5 in the walk after it may be lower by this than in the walk
-/// before it; the first ten seconds of both are left out.
+/// Maximum decrease of the share of stable samples with P > 0.5, from the walk before to the walk after; the first
+/// ten seconds of both are left out.
 const LOST: f64 = 0.02;
 
 /// Noise of the sensor, m/s² and rad/s.
@@ -41,7 +41,7 @@ struct Motion {
     rate: f64,
 }
 
-/// What the sensor of a foot that moves like this measures.
+/// Readings of the sensor of a foot with this motion.
 fn measured(motion: &Motion) -> (Vec3, Vec3) {
     let [x, y, z] = motion.acceleration;
     let (sin, cos) = motion.angle.sin_cos();
@@ -51,7 +51,7 @@ fn measured(motion: &Motion) -> (Vec3, Vec3) {
     (Vec3::new(x, y, z), Vec3::new(0.0, motion.rate as f32, 0.0))
 }
 
-/// A sum of sines of these frequencies, Hz, with a phase of their own, and its derivative.
+/// A sum of sines of these frequencies, Hz, with individual phases, and its derivative.
 fn sines(t: f64, frequencies: &[f64], amplitude: f64) -> (f64, f64) {
     let share = amplitude / (frequencies.len() as f64).sqrt();
     let terms = frequencies.iter().enumerate().map(|(k, frequency)| {
@@ -62,8 +62,8 @@ fn sines(t: f64, frequencies: &[f64], amplitude: f64) -> (f64, f64) {
     terms.fold((0.0, 0.0), |sum, term| (sum.0 + term.0, sum.1 + term.1))
 }
 
-/// Half a hertz, 8.6 degrees to each side, and at most 0.24 m/s: a rod of half a metre that turns
-/// about its upper end, driven.
+/// Half a hertz, 8.6 degrees to each side, and at most 0.24 m/s: a driven rod of half a metre that turns about its
+/// upper end.
 fn pendulum(t: f64) -> Motion {
     let omega = TAU * 0.5;
     let amplitude = 8.6_f64.to_radians();
@@ -147,7 +147,7 @@ impl Foot {
         self.estimator.update(&sample, None).probabilities.stable > 0.5
     }
 
-    /// Walks; the share of stable samples that are found.
+    /// Walks. Returns the share of stable samples that are found.
     fn walk(&mut self, walk: &Recording) -> f64 {
         let (mut stable, mut found) = (0, 0);
         for sample in &walk.samples {
@@ -161,7 +161,7 @@ impl Foot {
         f64::from(found) / f64::from(stable)
     }
 
-    /// Moves for ten minutes; the share of each half-minute that is called stable.
+    /// Moves for ten minutes. Returns the share of each half-minute that is called stable.
     fn move_like(&mut self, motion: &dyn Fn(f64) -> Motion) -> Vec<f64> {
         let half_minute = |part: u32| {
             let mut found = 0;

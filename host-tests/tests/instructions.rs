@@ -1,5 +1,5 @@
-//! What a sample costs, in instructions of the host, held against its budget from both sides: a
-//! gain that was not intended needs an explanation as much as a loss does.
+//! Cost of a sample, in instructions of the host, compared with its budget in both directions: an unintended gain
+//! needs an explanation as much as a loss does.
 
 use std::env;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ const TOLERANCE: f64 = 0.03;
 const SAMPLES: f64 = 5000.0;
 
 #[test]
-fn a_sample_costs_what_it_did_when_the_budget_was_written() {
+fn the_cost_of_a_sample_matches_its_budget() {
     let Some(runner) = runner() else {
         return;
     };
@@ -40,7 +40,7 @@ fn a_sample_costs_what_it_did_when_the_budget_was_written() {
 }
 
 #[test]
-fn a_window_five_times_as_long_costs_no_more() {
+fn a_window_five_times_as_long_has_the_same_cost() {
     let budget = |name| BUDGETS.iter().find(|(n, _)| *n == name).map(|(_, b)| *b);
     let [short, long] = ["kde/paper_50", "kde/paper_250"].map(|n| budget(n).expect("a budget"));
     assert!((long / short - 1.0).abs() < 0.01, "{short} and {long}");
@@ -56,7 +56,7 @@ fn the_readme_states_the_budgets() {
     assert_block("docs/evaluation.md", "instructions", &table);
 }
 
-/// Runs the bench and returns each benchmark's name with its instructions per sample.
+/// Runs the bench. Returns each benchmark's name with its instructions per sample.
 fn count_instructions(runner: &Path) -> Vec<(String, f64)> {
     let output = Command::new(env!("CARGO"))
         .args(["bench", "--package", "estimator-core"])
@@ -83,7 +83,7 @@ fn count_instructions(runner: &Path) -> Vec<(String, f64)> {
         .collect()
 }
 
-/// The program that runs the bench under valgrind, or `None` where something is missing.
+/// The program that runs the bench under valgrind, or `None` if a requirement is missing.
 fn runner() -> Option<PathBuf> {
     if Command::new("valgrind").arg("--version").output().is_err() {
         unmet("valgrind is not installed (Debian: apt-get install valgrind)");

@@ -1,6 +1,5 @@
-//! It is safe to learn: whatever a foot goes through before it walks, within ten steps of the walk the
-//! estimate is right again; what it has learnt stays within the limits of what can be learnt; and no
-//! sample in doubt is ever called stable.
+//! Safety of learning: after any motion of the foot, the estimate is right again within ten steps of the walk; the
+//! learnt values stay within their limits; and no sample in doubt is ever called stable.
 
 use std::f32::consts::TAU;
 use std::ops::Range;
@@ -17,22 +16,22 @@ use recordings::replay::replay_and_learn;
 
 const GRAVITY: f32 = 9.806_65;
 
-/// Of the walk, after which the estimate has to be right.
+/// Steps of the walk after which the estimate has to be right.
 const STEPS: usize = 10;
 
-/// Of the whole walk, s: ten steps of 0.9 s, and as many that are checked.
+/// Duration of the whole walk, s: ten steps of 0.9 s, and as many that are checked.
 const WALK_SECONDS: f64 = 22.0;
 
-/// Shorter rests under load are no good stance, s.
+/// Minimum duration of a good stance, s; shorter rests under load are ignored.
 const SHORTEST_STANCE: f64 = 0.1;
 
-/// Share of a good stance with P > 0.5.
+/// Minimum share of a good stance with P > 0.5.
 const OF_A_STANCE: f64 = 0.5;
 
-/// Share of a swing with P < 0.5.
+/// Minimum share of a swing with P < 0.5.
 const OF_A_SWING: f64 = 0.9;
 
-/// What a foot goes through before it walks, s.
+/// Duration of the motion before the walk, s.
 const MINUTES: f32 = 180.0;
 
 /// Noise of the sensor, m/s² and rad/s.
@@ -43,8 +42,8 @@ fn walk() -> Simulation {
     simulate(&plan, &SensorParams::LSM6DSOX, 7)
 }
 
-/// Specific force and angular rate at 1 kHz over a duration in s, by a function of time in s, with the
-/// sensor's noise.
+/// Specific force and angular rate at 1 kHz over a duration in s, from a function of time in s, with the sensor's
+/// noise.
 fn motion(
     seconds: f32,
     seed: u64,
@@ -52,7 +51,7 @@ fn motion(
 ) -> impl Iterator<Item = (Vec3, Vec3)> {
     let mut chance = Chance::new(seed);
     (0..(1000.0 * seconds) as u32).map(move |k| {
-        // In f32 minutes at 1 kHz would have a grain of some hundredths of a millisecond.
+        // In f32, minutes at 1 kHz have a resolution of some hundredths of a millisecond.
         let (force, rate) = at((f64::from(k) * 1e-3) as f32);
         (
             force + chance.vector(NOISE.0),
@@ -61,7 +60,7 @@ fn motion(
     })
 }
 
-/// The stretches of samples in which something holds.
+/// The ranges of samples for which a condition holds.
 fn stretches<T>(items: &[T], holds: impl Fn(&T) -> bool) -> Vec<Range<usize>> {
     let mut stretches = Vec::new();
     let mut start = 0;
@@ -75,8 +74,7 @@ fn stretches<T>(items: &[T], holds: impl Fn(&T) -> bool) -> Vec<Range<usize>> {
     stretches
 }
 
-/// What is wrong with the estimates of a walk from the eleventh step on; of its stances and swings the
-/// last may be cut off.
+/// Errors of the estimates of a walk from the eleventh step on; the last stance or swing may be cut off.
 fn wrong(walk: &Simulation, estimates: &[ContactEstimate], steps: usize) -> Vec<String> {
     let swings = stretches(&walk.truth, |state: &FootState| {
         state.activity == Activity::Swinging
@@ -127,8 +125,8 @@ fn assert_can_be_learnt(name: &str, learnt: Learnt) {
     assert_eq!(valid, Ok(()), "{name}: {learnt:?}");
 }
 
-/// Runs the estimator over what was before and the walk, which is at the end of `recording`, and says
-/// what is [`wrong`].
+/// Runs the estimator over the earlier motion and the walk, which is at the end of `recording`. Returns the errors
+/// of [`wrong`].
 fn walk_after(
     name: &str,
     recording: &Recording,
@@ -164,13 +162,13 @@ fn assert_nothing_wrong(wrong: &[String]) {
 const UP: Vec3 = Vec3::new(0.0, 0.0, GRAVITY);
 
 #[test]
-fn a_foot_that_walks_at_once() {
+fn a_foot_that_walks_at_once_is_estimated_correctly() {
     assert_nothing_wrong(&walk_after_motion("nothing before", []));
 }
 
 #[test]
-fn a_foot_that_has_only_slid() {
-    // To and fro without a rest, once smoothly and once with stick-slip.
+fn a_walk_after_sliding_is_estimated_correctly() {
+    // To and fro without a rest, once smoothly and once in stick-slip motion.
     let mut wrong = Vec::new();
     for (name, chatter) in [("ice", 0.0_f32), ("rubber", 3.0)] {
         let slide = motion(MINUTES, 1, |t| {
@@ -183,7 +181,7 @@ fn a_foot_that_has_only_slid() {
 }
 
 #[test]
-fn a_foot_that_was_carried_about_gently() {
+fn a_walk_after_gentle_carrying_is_estimated_correctly() {
     let mut wrong = Vec::new();
     for strength in [0.3_f32, 1.0] {
         // Rolls by a fifth of a radian and is lifted and lowered.
@@ -204,19 +202,19 @@ fn a_foot_that_was_carried_about_gently() {
 }
 
 #[test]
-fn a_foot_that_lay_in_a_box_on_its_side() {
+fn a_walk_after_lying_in_a_box_is_estimated_correctly() {
     let rest = motion(MINUTES, 3, |_| (Vec3::new(GRAVITY, 0.0, 0.0), Vec3::ZERO));
     assert_nothing_wrong(&walk_after_motion("in a box", rest));
 }
 
 #[test]
-fn a_foot_that_stood_for_ten_minutes() {
+fn a_walk_after_ten_minutes_of_standing_is_right() {
     let stood = motion(600.0, 4, |_| (UP, Vec3::ZERO));
     assert_nothing_wrong(&walk_after_motion("stood", stood));
 }
 
 #[test]
-fn a_foot_that_hung_in_the_air_and_vibrated() {
+fn a_walk_after_hanging_and_vibrating_is_right() {
     let mut wrong = Vec::new();
     for (hertz, amplitude) in [
         (12.0_f32, 0.3_f32),
@@ -243,7 +241,7 @@ fn a_foot_that_hung_in_the_air_and_vibrated() {
 }
 
 #[test]
-fn a_foot_of_which_an_axis_was_stuck() {
+fn a_walk_after_a_stuck_axis_is_estimated_correctly() {
     let long = Plan::steady(GaitName::Walk, Ground::Hard, MINUTES.into(), 8);
     let long = simulate(&long, &SensorParams::LSM6DSOX, 8).recording;
     let walk = walk();
@@ -252,7 +250,7 @@ fn a_foot_of_which_an_axis_was_stuck() {
         ("ay at 0", STEPS, |imu| imu.specific_force.0.y = 0.0),
         ("ax at 20 m/s²", STEPS, |imu| imu.specific_force.0.x = 20.0),
         ("az at 0", STEPS, |imu| imu.specific_force.0.z = 0.0),
-        // What was taken for a bias meanwhile is forgotten within 10 s, and until then tilts the foot.
+        // The resulting bias estimate decays within 10 s, and until then tilts the foot.
         ("wy at 1 rad/s", STEPS + 6, |imu| {
             imu.angular_rate.0.y = 1.0;
         }),
@@ -268,7 +266,7 @@ fn a_foot_of_which_an_axis_was_stuck() {
 }
 
 #[test]
-fn a_foot_that_starts_with_what_another_robot_has_learnt() {
+fn a_walk_with_values_learnt_by_another_robot_is_right() {
     let walk = walk();
     let (_, own) = replay_and_learn(&walk.recording, &Params::DEFAULT).expect("valid parameters");
     let mut wrong = Vec::new();
@@ -321,7 +319,7 @@ fn garbage(samples: usize) -> impl Iterator<Item = ImuSample> {
 }
 
 #[test]
-fn a_foot_after_garbage_and_saturation() {
+fn a_walk_after_garbage_and_saturation_is_right() {
     let walk = walk();
     let recording = after_samples(garbage(120_000), &walk.recording);
     assert_nothing_wrong(&walk_after(
@@ -348,7 +346,7 @@ fn a_foot_after_garbage_and_saturation() {
 }
 
 #[test]
-fn at_every_moment_of_garbage_what_is_learnt_can_be_learnt() {
+fn garbage_never_leads_to_unlearnable_values() {
     let config = Params::DEFAULT.validate::<256>().expect("the preset");
     let mut estimator = ContactEstimator::new(&config);
     for (k, sample) in (0_u64..).zip(garbage(50_000)) {

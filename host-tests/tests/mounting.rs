@@ -1,5 +1,5 @@
-//! However the sensor lies in the foot, what is estimated is the same: the same motion, recorded by a
-//! sensor with other axes and read with its mounting.
+//! The estimate is independent of the sensor's orientation in the foot: the same motion, recorded by a sensor with
+//! other axes and read with its mounting.
 
 use estimator_core::{
     AngularRate, ContactEstimate, Method, Mounting, MountingParams, Params, SensorAxis,
@@ -14,7 +14,7 @@ use recordings::recording::Recording;
 use recordings::replay::replay;
 use recordings::space::Vector;
 
-/// Half-widths judge axis by axis: a mounting that is left out shows at once.
+/// Half-widths judge axis by axis: a missing mounting shows at once.
 const HALF_WIDTHS: Params = Params {
     method: Method::HalfWidths,
     ..Params::DEFAULT
@@ -31,7 +31,7 @@ fn go1() -> Option<Recording> {
     Some(loaded.expect("a readable file").recording)
 }
 
-/// The ways in which axes lie along axes.
+/// Mountings with axes along axes.
 fn mountings() -> Vec<Mounting> {
     let mut all = Vec::new();
     for x in SensorAxis::ALL {
@@ -48,7 +48,7 @@ fn mounting(text: &str) -> Mounting {
     text.parse().expect(text)
 }
 
-/// What a sensor that lies otherwise would have recorded of the same motion.
+/// Recording of the same motion by a sensor in another orientation.
 fn recorded_by(recording: &Recording, to_sensor: impl Fn(Vec3) -> Vec3) -> Recording {
     let mut turned = recording.clone();
     for sample in &mut turned.samples {
@@ -59,7 +59,7 @@ fn recorded_by(recording: &Recording, to_sensor: impl Fn(Vec3) -> Vec3) -> Recor
     turned
 }
 
-/// The estimates of a recording that is written to a table and read with a mounting.
+/// Estimates of a recording that is written to a table and read with a mounting.
 fn estimates(recording: &Recording, mounting: Mounting, params: &Params) -> Vec<ContactEstimate> {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("walk.csv");
@@ -81,12 +81,12 @@ fn estimates(recording: &Recording, mounting: Mounting, params: &Params) -> Vec<
 
 /// All of the estimates, to the bit.
 fn bits(estimates: &[ContactEstimate]) -> Vec<String> {
-    // The shortest text that is no other number, and tells −0 from 0.
+    // The shortest unambiguous text, which distinguishes −0 from 0.
     estimates.iter().map(|e| format!("{e:?}")).collect()
 }
 
 #[test]
-fn with_its_mounting_a_sensor_that_lies_in_any_of_24_ways_gives_the_same_bits() {
+fn any_of_24_mountings_gives_the_same_bits() {
     let walk = walk();
     let mut cases = vec![(&walk, HALF_WIDTHS), (&walk, Params::DEFAULT)];
     let go1 = go1();
@@ -106,7 +106,7 @@ fn with_its_mounting_a_sensor_that_lies_in_any_of_24_ways_gives_the_same_bits() 
     }
 }
 
-/// The largest differences of P, in all, tangential and vertical.
+/// The largest differences of P: total, tangential and vertical.
 fn differences(found: &[ContactEstimate], expected: &[ContactEstimate]) -> [f32; 3] {
     let mut largest = [0.0_f32; 3];
     for (found, expected) in found.iter().zip(expected) {
@@ -122,7 +122,7 @@ fn differences(found: &[ContactEstimate], expected: &[ContactEstimate]) -> [f32;
 }
 
 #[test]
-fn with_its_quaternion_a_sensor_that_lies_askew_gives_nearly_the_same() {
+fn an_oblique_sensor_with_its_quaternion_agrees_closely() {
     let walk = walk();
     for text in ["0.8,0.6,0,0", "0.1,-0.7,0.5,0.5", "0.3,0.2,-0.9,0.24494897"] {
         let mounting = mounting(text);
@@ -141,7 +141,7 @@ fn with_its_quaternion_a_sensor_that_lies_askew_gives_nearly_the_same() {
                 "{found:?}"
             );
         }
-        // Without it the parts are others.
+        // Without the mounting the components differ.
         let [_, tangential, vertical] = differences(
             &estimates(&turned, Mounting::IDENTITY, &HALF_WIDTHS),
             &estimates(&walk, Mounting::IDENTITY, &HALF_WIDTHS),
@@ -150,7 +150,7 @@ fn with_its_quaternion_a_sensor_that_lies_askew_gives_nearly_the_same() {
     }
 }
 
-/// A foot that slides level, and the same that is lifted and set down, at 1 kHz.
+/// A foot that slides horizontally, and one that is lifted and set down, at 1 kHz.
 fn shaken(along: Vec3) -> Recording {
     let mut recording = walk();
     recording.samples.truncate(4000);
@@ -168,7 +168,7 @@ fn shaken(along: Vec3) -> Recording {
 }
 
 #[test]
-fn tangential_and_vertical_mean_what_they_say_on_a_sensor_on_its_side() {
+fn tangential_and_vertical_are_correct_on_a_tilted_sensor() {
     let mounting = mounting("x,-z,y");
     // From the foot to the sensor.
     let back = |v: Vec3| Vec3::new(v.x, v.z, -v.y);

@@ -1,10 +1,10 @@
-//! The sensor's noise and the estimator's bandwidths: two crates that do not know each other.
+//! The sensor's noise and the estimator's bandwidths: two crates without a common dependency.
 
 use estimator_core::{Axis, Params};
 use firmware::imu::{SENSOR, default_params};
 
 #[test]
-fn the_default_bandwidths_are_the_noise_of_the_sensors_setting() {
+fn the_default_bandwidths_match_the_sensor_noise() {
     let noise = SENSOR.noise();
     let force = noise.specific_force.expect("a known cut-off");
     let rate = noise.angular_rate.expect("a known cut-off");

@@ -8,7 +8,7 @@ use evaluate::report::{odometry_tables, table::Style};
 use host_tests::committed::assert_block;
 use host_tests::datasets::recorded;
 
-/// Evaluated once for all tests; `None` where a recording is absent.
+/// The odometry, evaluated once for all tests; `None` if a recording is absent.
 fn odometry() -> Option<&'static Odometry> {
     static ODOMETRY: OnceLock<Option<Odometry>> = OnceLock::new();
     ODOMETRY

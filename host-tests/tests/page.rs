@@ -1,4 +1,4 @@
-//! The page of a replay in a browser: what it draws, by its own account and by its pixels.
+//! The page of a replay in a browser: its drawing, by its own report and by its pixels.
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -20,7 +20,7 @@ use tiny_skia::Pixmap;
 
 const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 
-/// A name that would end the script if it were put into the page as it is.
+/// A name that would end the script if it were inserted into the page without escaping.
 const NASTY: &str = "</script><script>document.body.dataset.errors = 'injected'</script><!--";
 
 fn browser() -> Option<&'static str> {
@@ -35,7 +35,7 @@ fn browser() -> Option<&'static str> {
     found
 }
 
-/// Opens a page; returns what the browser prints.
+/// Opens a page. Returns the output of the browser.
 fn open(browser: &str, page: &Path, arguments: &[&OsStr]) -> String {
     let profile = TempDir::new().expect("a temporary directory");
     let output = Command::new(browser)
@@ -67,7 +67,7 @@ fn open(browser: &str, page: &Path, arguments: &[&OsStr]) -> String {
 
 type Attributes = BTreeMap<String, String>;
 
-/// The attributes of all tags that have this one.
+/// The attributes of all tags with this attribute.
 fn tags(document: &str, with: &str) -> Vec<Attributes> {
     let mut found = Vec::new();
     for tag in document
@@ -96,7 +96,7 @@ fn number(attributes: &Attributes, name: &str) -> f64 {
         .unwrap_or_else(|_| panic!("{name} is {value}"))
 }
 
-/// A foot with all that a page shows of it.
+/// A foot with all data that a page shows.
 struct Foot {
     name: String,
     recording: Recording,
@@ -105,7 +105,7 @@ struct Foot {
 }
 
 impl Foot {
-    /// The demo's walk, of another foot for each seed; every third has no load signal and no labels.
+    /// The demo's walk, of another foot for each seed; every third foot has no load signal and no labels.
     fn walks(name: &str, seed: u64) -> Self {
         let mut recording = simulate(&Plan::demo(seed), &SensorParams::LSM6DSOX, seed).recording;
         if seed.is_multiple_of(3) {
@@ -153,7 +153,7 @@ impl Foot {
         page
     }
 
-    /// How many stretches there are in which `is` holds.
+    /// Number of ranges in which `is` holds.
     fn stretches(&self, is: impl Fn(usize) -> bool) -> f64 {
         let starts = (0..self.estimates.len()).filter(|k| is(*k) && (*k == 0 || !is(*k - 1)));
         starts.count() as f64
@@ -176,7 +176,7 @@ impl Foot {
     }
 }
 
-/// Compares what a page says that it has drawn with what it was to draw.
+/// Compares the report of a page about its drawing with the expected values.
 fn assert_shows(document: &str, feet: &[Foot]) {
     let body = &tags(document, "data-ready")[0];
     assert_eq!(body["data-errors"], "0", "{body:?}");
@@ -242,7 +242,7 @@ fn assert_shows(document: &str, feet: &[Foot]) {
 
 fn assert_states(panel: &Attributes, foot: &Foot) {
     for phase in [Phase::Swing, Phase::QuietSwing, Phase::Slip, Phase::Unknown] {
-        // Without a load it is always unknown, and nothing is shaded.
+        // Without a load the phase is always unknown, and nothing is shaded.
         let expected = match foot.loads().is_empty() {
             true => 0.0,
             false => foot.stretches(|k| foot.estimates[k].phase == phase),
@@ -252,7 +252,7 @@ fn assert_states(panel: &Attributes, foot: &Foot) {
     }
 }
 
-/// How many pixels below the legend have about this colour.
+/// Number of pixels below the legend with approximately this colour.
 fn pixels(picture: &Pixmap, [r, g, b]: [u8; 3]) -> usize {
     let near = |a: u8, b: u8| a.abs_diff(b) < 24;
     let below_legend = picture.width() as usize * 100;
@@ -271,7 +271,7 @@ fn written(folder: &TempDir, feet: &[Foot]) -> PathBuf {
 }
 
 #[test]
-fn a_page_draws_all_that_there_is_of_one_foot_and_of_four() {
+fn a_page_draws_all_data_of_one_foot_and_of_four() {
     let Some(browser) = browser() else { return };
     let four = [("RL", 1), (NASTY, 2), ("no load", 3), ("FR", 4)];
     for names in [&four[..1], &four[..]] {
@@ -309,7 +309,7 @@ fn a_page_draws_all_that_there_is_of_one_foot_and_of_four() {
     }
 }
 
-/// Drags over half of the first chart, then double-clicks; notes what is in sight.
+/// Drags over half of the first chart, then double-clicks; records the visible range.
 const MOUSE: &str = "<script>
 setTimeout(() => {
   const note = (name) => {
@@ -337,7 +337,7 @@ setTimeout(() => {
 </script>";
 
 #[test]
-fn the_mouse_zooms_all_feet_reads_them_out_and_shows_the_whole_again() {
+fn the_mouse_zooms_reads_out_and_restores_all_feet() {
     let Some(browser) = browser() else { return };
     let feet = [Foot::walks("RL", 1), Foot::walks("RR", 2)];
     let folder = TempDir::new().expect("a temporary directory");

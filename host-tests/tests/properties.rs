@@ -1,4 +1,4 @@
-//! What holds for the estimator whatever comes in.
+//! Properties of the estimator for arbitrary input.
 
 use estimator_core::stillness::{
     Classes, Constants, EvidenceParams, GravityErrorParams, QuantityParams, SlideParams,
@@ -17,7 +17,7 @@ use std::sync::OnceLock;
 
 const CAPACITY: usize = 128;
 
-/// Any bit pattern, with the awkward ones often, and ordinary motion most of the time.
+/// Any bit pattern, with special values often, and ordinary motion most of the time.
 fn any_component() -> impl Strategy<Value = f32> {
     prop_oneof![
         6 => -20.0_f32..20.0,
@@ -45,7 +45,7 @@ fn any_validity() -> impl Strategy<Value = Validity> {
     ]
 }
 
-/// A sample with the time that has passed since the one before, in µs: mostly 1 ms.
+/// A sample with the time since the previous one, µs: mostly 1 ms.
 fn any_sample() -> impl Strategy<Value = (ImuSample, u64)> {
     let elapsed = prop_oneof![8 => Just(1_000_u64), 1 => 0_u64..5_000, 1 => any::<u32>().prop_map(u64::from), 1 => any::<u64>()];
     (any_vector(), any_vector(), any_validity(), elapsed).prop_map(
@@ -192,7 +192,7 @@ prop_compose! {
 }
 
 prop_compose! {
-    /// Parameters from all over their allowed ranges.
+    /// Parameters from their whole allowed ranges.
     fn any_params()(
         gravity in prop_oneof![Just(Gravity::Included), Just(Gravity::Removed)],
         window in (1_u32..=CAPACITY as u32).prop_map(WindowLength::Samples),
@@ -222,7 +222,7 @@ fn estimator(params: &Params) -> ContactEstimator<CAPACITY> {
     ContactEstimator::new(&params.validate().expect("parameters in their ranges"))
 }
 
-/// A part's probability may lie below that of the whole by this: rounding.
+/// Maximum amount by which a partial probability may be below the total: rounding.
 const ABOVE_THE_WHOLE: f32 = 1.0e-5;
 
 fn assert_is_sound(estimate: &ContactEstimate) -> Result<(), TestCaseError> {
@@ -253,7 +253,7 @@ fn assert_is_sound(estimate: &ContactEstimate) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// The standard deviation of the zero-velocity measurement against its formula in f64.
+/// Checks the standard deviation of the zero-velocity measurement against its formula in f64.
 fn assert_sigma(params: &VelocityParams, estimate: &ContactEstimate) -> Result<(), TestCaseError> {
     let VelocitySigma(found) = estimate.velocity_sigma;
     prop_assert!(found > 0.0 && found <= 100.0, "{estimate:?}");
@@ -278,7 +278,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
     #[test]
-    fn whatever_comes_in_every_output_is_a_number_in_its_range(
+    fn every_output_is_a_number_in_its_range_for_any_input(
         params in any_params(),
         samples in prop::collection::vec((any_sample(), prop::option::of(any_component())), 1..400),
     ) {
@@ -296,12 +296,12 @@ proptest! {
     }
 
     #[test]
-    fn a_reading_that_is_no_number_has_mass_zero_on_all_axes_and_raises_its_flag(
+    fn a_nan_reading_has_zero_mass_on_all_axes_and_raises_its_flag(
         axis in 0_usize..6,
         value in prop::sample::select(vec![f32::NAN, f32::INFINITY, f32::NEG_INFINITY]),
         at in 0_usize..50,
     ) {
-        // Kernels whose masses are whole at rest.
+        // Kernels whose masses are 1 at rest.
         let params = Params { gravity: Gravity::Removed, bandwidth: Params::DEFAULT.bandwidth, ..Params::PAPER };
         let mut estimator = estimator(&params);
         for k in 0..50_usize {
@@ -321,7 +321,7 @@ proptest! {
             if k == at {
                 prop_assert_eq!(estimate.phase, Phase::Unknown);
             }
-            // All the other samples are at rest: each axis has lost one sample's mass.
+            // All other samples are at rest: each axis has lost one sample's mass.
             let lost = if k >= at { 1.0 } else { 0.0 };
             let samples = k as f32 + 1.0;
             for p in estimate.probabilities.axes.to_array() {
@@ -362,7 +362,7 @@ proptest! {
     }
 
     #[test]
-    fn the_order_of_samples_within_a_window_does_not_change_a_bit(
+    fn the_order_of_samples_within_a_window_changes_no_bit(
         mut motion in prop::collection::vec(prop::array::uniform6(-1.0_f32..1.0), 50),
         seed in any::<u64>(),
     ) {
@@ -388,7 +388,7 @@ proptest! {
     }
 }
 
-/// How far P may lie from that of the same foot with its sensor mounted another way.
+/// Maximum difference of P from that of the same foot with its sensor mounted differently.
 const MOUNTED_OTHERWISE: f32 = 0.01;
 
 /// A walk with gravity, and its P.
@@ -422,7 +422,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
     #[test]
-    fn how_the_sensor_is_mounted_does_not_change_the_probability(
+    fn the_mounting_does_not_change_the_probability(
         (height, around) in (-1.0_f64..1.0, 0.0_f64..std::f64::consts::TAU),
         angle in 0.0_f64..std::f64::consts::PI,
     ) {

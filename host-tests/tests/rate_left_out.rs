@@ -1,4 +1,4 @@
-//! Leave one sample rate out: constants chosen on the sets of all other rates, scored on those of this rate.
+//! Leave-one-rate-out test: constants chosen on the sets of all other rates, scored on those of this rate.
 //!
 //! The search that chose the default is not in this repository. This is a coarse substitute: a grid of three
 //! factors on each of the four constants that the mean depends on most (`docs/choosing.md`, sensitivity), without
@@ -14,7 +14,7 @@ use evaluate::sets::Set;
 use host_tests::committed::assert_block;
 use labelled::{of_sets, rmse};
 
-/// A constant by its name, and where it is.
+/// Name of a constant, and its field.
 type Constant = (&'static str, fn(&mut StillnessParams) -> &mut f32);
 
 const CONSTANTS: [Constant; 4] = [
@@ -24,7 +24,7 @@ const CONSTANTS: [Constant; 4] = [
     ("rate.inflation", |s| &mut s.rate.inflation),
 ];
 
-/// Smallest factor, none, and its inverse.
+/// Smallest factor, unity, and the inverse.
 const FACTORS: [f32; 3] = [0.8, 1.0, 1.25];
 
 /// Limit of the loss by a choice without a rate on the sets of this rate against the default, of the mean RMSE:
@@ -60,7 +60,7 @@ fn params(point: &Point) -> Params {
     }
 }
 
-/// The sets of about one rate, Hz: those of up to 120 Hz are one.
+/// Rate group of a set, Hz: rates of up to 120 Hz form one group.
 fn group(file: &Labelled) -> u32 {
     match file.recording.sample_rate.round() as u32 {
         ..=120 => 100,
@@ -68,7 +68,7 @@ fn group(file: &Labelled) -> u32 {
     }
 }
 
-/// The mean RMSE over the sets of each rate; recordings of a set count alike.
+/// Mean RMSE over the sets of each rate; recordings of a set have equal weight.
 fn means(recordings: &[Labelled], params: &Params) -> BTreeMap<u32, f64> {
     let mut sets: BTreeMap<u32, BTreeMap<&str, Vec<f64>>> = BTreeMap::new();
     for file in recordings {
@@ -87,7 +87,7 @@ fn means(recordings: &[Labelled], params: &Params) -> BTreeMap<u32, f64> {
 }
 
 #[test]
-fn constants_chosen_without_a_rate_serve_it() {
+fn constants_chosen_without_a_rate_perform_well_at_it() {
     let sets = [&Set::AVERAGED[..], &Set::ROBOTS, &[Set::Atlas500]];
     let Some(recordings) = of_sets(&sets.concat()) else {
         return;

@@ -1,9 +1,9 @@
-//! Invariances of the estimate: the sample rate, the amplitude of the motion, and when the recording
-//! begins. That the 24 mountings change nothing is in `mounting.rs`.
+//! Invariances of the estimate: the sample rate, the amplitude of the motion, and the start of the recording.
+//! `mounting.rs` tests the invariance to the 24 mountings.
 //!
-//! At 300 Hz and above every set is judged alike. Against its own, lower rate a set may change by more:
-//! below 300 Hz the slide counts less and less. Tests that fail are kept with what they show, and run with
-//! `--ignored`; `docs/evaluation.md` has the figures at each rate.
+//! At 300 Hz and above every set is judged alike. Against its own, lower rate a set may change by more: below 300
+//! Hz the slide counts less and less. Failing tests are kept with their results, and run with `--ignored`;
+//! `docs/evaluation.md` has the figures at each rate.
 
 mod labelled;
 
@@ -24,8 +24,8 @@ const AMONG_HIGH_RATES: f64 = 0.02;
 /// Limit of the change of a set's RMSE by interpolation to a higher rate: measured is 0.0352. The goal is 0.02.
 const INTERPOLATED: f64 = 0.037;
 
-/// The same of ATLAS 7k, whose stances end with 2 to 4 m/s² along the ground: a slide to a foot that cannot feel
-/// the load.
+/// The same limit for ATLAS 7k, whose stances end with 2 to 4 m/s² along the ground: a slide to a foot without a
+/// load signal.
 const INTERPOLATED_7K: f64 = 0.14;
 
 /// Limit of the change of the RMSE on ATLAS by decimation to 100 Hz.
@@ -37,10 +37,10 @@ const SCALED: f64 = 0.04;
 /// Limit of the change of a set's RMSE by a later start.
 const CUT: f64 = 0.03;
 
-/// A cut recording is scored from here on, s after its first sample.
+/// Time from which a cut recording is scored, s after its first sample.
 const SETTLED: f64 = 10.0;
 
-/// The sets that a mean is taken of, and ATLAS at 500 Hz.
+/// The sets of the mean, and ATLAS at 500 Hz.
 fn recordings() -> Option<Vec<Labelled>> {
     let sets = [&Set::AVERAGED[..], &Set::ROBOTS, &[Set::Atlas500]];
     of_sets(&sets.concat())
@@ -52,7 +52,7 @@ fn sets(recordings: &[Labelled]) -> Vec<Set> {
     sets
 }
 
-/// Collects what lies outside its bound, so that one run shows all of it.
+/// Collects the values outside their limits, so that one run shows all of them.
 #[derive(Default)]
 struct Outside(Vec<String>);
 
@@ -74,7 +74,7 @@ fn scores_at(recordings: &[Labelled], rate: SampleRate) -> Vec<(Set, Scores)> {
     at.sets.into_iter().map(|on| (on.set, on.scores)).collect()
 }
 
-/// A recording is interpolated where it was not made at this rate or a higher one.
+/// Returns whether a recording is interpolated, as it was recorded at a lower rate.
 fn is_interpolated(recordings: &[Labelled], set: Set, hz: f32) -> bool {
     let file = recordings.iter().find(|file| file.set == set);
     file.is_some_and(|file| file.recording.sample_rate < hz)
@@ -145,7 +145,7 @@ fn decimation_keeps_rmse_on_atlas() {
     outside.assert_none();
 }
 
-/// RMSE over the recordings of a set, from a time after the first sample on, s, of copies that `change` makes.
+/// RMSE over the recordings of a set, from a time after the first sample on, s, for copies modified by `change`.
 fn rmse_of(
     recordings: &[Labelled],
     set: Set,
@@ -174,7 +174,7 @@ fn half_and_twice_the_motion_keep_rmse() {
         return;
     };
     let mut outside = Outside::default();
-    // Only without gravity are all readings motion.
+    // Only without gravity are all readings due to motion.
     let removed = |set: &Set| {
         let mut files = recordings.iter().filter(|file| file.set == *set);
         files.all(|file| file.recording.gravity == Gravity::Removed)
@@ -199,7 +199,7 @@ fn half_and_twice_the_motion_keep_rmse() {
 
 #[test]
 #[ignore = "fails: ATLAS that starts in a step, 0.14"]
-fn later_start_keeps_rmse_once_settled() {
+fn a_later_start_keeps_rmse_once_settled() {
     let Some(recordings) = recordings() else {
         return;
     };

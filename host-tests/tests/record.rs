@@ -1,4 +1,4 @@
-//! A recording of feet that stream, read by the libraries of others.
+//! A recording of streaming feet, read by third-party libraries.
 
 use std::process::Command;
 
@@ -20,7 +20,7 @@ fn footfall(arguments: &[&str]) {
 }
 
 #[test]
-fn two_foreign_readers_find_every_value_that_the_foot_has_sent() {
+fn two_foreign_readers_find_every_value_sent_by_the_foot() {
     let packages = match packages::install("python-record", REQUIREMENTS) {
         Ok(packages) => packages,
         Err(missing) => return unmet(&missing),

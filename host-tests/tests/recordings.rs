@@ -1,5 +1,5 @@
-//! The recordings that the repository holds: made by the simulator, the same on every machine,
-//! and estimated as they were when they were committed.
+//! The recordings stored in the repository: made by the simulator, the same on every machine, with the same
+//! estimates as when they were committed.
 //!
 //! `FOOTFALL_UPDATE=1 cargo test -p host-tests --test recordings` writes them again.
 
@@ -21,7 +21,7 @@ use scoring::scored::Scored;
 const SECONDS: f64 = 5.0;
 const SEED: u64 = 1;
 
-/// A committed file: where the foot walks, and the RMSE of the default preset's P on it.
+/// A committed file: the ground of the walk, and the RMSE of the default preset's P on it.
 struct Walk {
     file: &'static str,
     ground: Ground,
@@ -41,7 +41,7 @@ const WALKS: [Walk; 2] = [
     },
 ];
 
-/// Either way: a gain that was not intended needs an explanation, too.
+/// In both directions: an unintended gain needs an explanation, too.
 const RMSE_TOLERANCE: f64 = 0.001;
 
 fn simulation(ground: Ground) -> Simulation {
@@ -60,7 +60,7 @@ fn the_simulator_makes_the_committed_recordings_bit_for_bit() {
 }
 
 #[test]
-fn a_fresh_clone_tells_stance_from_slip_and_swing() {
+fn a_fresh_clone_distinguishes_stance_from_slip_and_swing() {
     for Walk { file, ground, rmse } in WALKS {
         let truth = simulation(ground).truth;
         let path = simulated(file);
@@ -73,7 +73,7 @@ fn a_fresh_clone_tells_stance_from_slip_and_swing() {
             "{file}: {metrics:?}"
         );
 
-        // Deep inside each activity there is no excuse.
+        // Deep inside each activity the estimate has to be right.
         let share = |activity: Activity, phase: Phase| {
             let inside = (100..truth.len()).filter(|k| {
                 let settled = k.saturating_sub(100)..=*k;
@@ -124,12 +124,12 @@ fn a_table_of_samples_replays_to_the_bits_of_the_live_run() {
         write_estimates(estimates, start_us, &mut bytes).expect("memory is enough");
         bytes
     };
-    // Numbers are written so that different bits are different text.
+    // Numbers are written so that different bits give different text.
     assert!(table(&replayed, loaded.start_us) == table(&live, 0));
 }
 
 #[test]
-fn there_is_no_recording_that_nobody_makes() {
+fn every_recording_has_a_generator() {
     let folder = simulated("");
     let mut files: Vec<String> = fs::read_dir(&folder)
         .expect("the folder of recordings")

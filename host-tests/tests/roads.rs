@@ -1,5 +1,5 @@
-//! The same walk gives the same probabilities by every road: as our table, in bags of ROS 2 and in
-//! Parquet, written by the libraries of others.
+//! The same walk gives the same probabilities from every format: as a CSV table, in bags of ROS 2 and in Parquet,
+//! written by third-party libraries.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -30,13 +30,13 @@ const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/roads.py
 
 const ESTIMATES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/estimates.py");
 
-/// Rows of the walk: five seconds with steps on firm ground.
+/// Number of rows of the walk: five seconds with steps on firm ground.
 const ROWS: usize = 5000;
 
-/// As many of them are in the bags of two feet.
+/// Number of these rows in the bags of two feet.
 const ROWS_OF_FEET: usize = 2000;
 
-/// The files of the script and `walk.csv` beside them; what stands in the way is said in one line.
+/// The files of the script and `walk.csv` beside them; an error is a single line.
 static ROADS: LazyLock<Result<TempDir, String>> = LazyLock::new(|| {
     let packages = packages::install("python-roads", REQUIREMENTS)?;
     let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
@@ -45,7 +45,7 @@ static ROADS: LazyLock<Result<TempDir, String>> = LazyLock::new(|| {
     let mut table = Vec::new();
     let mut samples = simulation.recording.samples[..ROWS].to_vec();
     for sample in &mut samples {
-        // No message says what the sensor knew about its samples.
+        // Messages do not carry the validity of samples.
         sample.imu.validity = Validity::Valid;
     }
     write_recording(&samples, &mut table).expect("a table");
@@ -57,13 +57,13 @@ static ROADS: LazyLock<Result<TempDir, String>> = LazyLock::new(|| {
         .env("PYTHONPATH", packages.folder)
         .output()
         .map_err(|error| error.to_string())?;
-    // From here on a failure is no lack of packages.
+    // A failure after this point is not caused by missing packages.
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{stderr}");
     Ok(folder)
 });
 
-/// The folder with the files, or `None` where they cannot be made.
+/// The folder with the files, or `None` if they cannot be created.
 fn roads() -> Option<&'static Path> {
     match &*ROADS {
         Ok(folder) => Some(folder.path()),
@@ -74,7 +74,7 @@ fn roads() -> Option<&'static Path> {
     }
 }
 
-/// Files and folders, by name.
+/// Files and folders, sorted by name.
 fn entries(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).expect("a folder");
     let mut paths: Vec<PathBuf> = entries
@@ -98,7 +98,7 @@ fn hints(topics: &[&str], loads: &[&str]) -> Hints {
     }
 }
 
-/// A foot: its name, its samples, and what is estimated from them.
+/// A foot: its name, its samples, and its estimates.
 struct Foot {
     name: Option<String>,
     samples: Vec<RecordedSample>,
@@ -128,7 +128,7 @@ fn read(path: &Path, hints: &Hints) -> Vec<Foot> {
     feet.into_iter().map(foot).collect()
 }
 
-/// Makes sure that a foot is that of the table but for labels, which bags do not have.
+/// Asserts that a foot equals that of the table except for labels, which bags do not have.
 fn assert_same(foot: &Foot, expected: &Foot, path: &Path) {
     let named = path.display();
     assert_eq!(foot.samples.len(), expected.samples.len(), "{named}");
@@ -140,7 +140,7 @@ fn assert_same(foot: &Foot, expected: &Foot, path: &Path) {
 }
 
 #[test]
-fn the_same_walk_gives_the_same_probabilities_by_every_road() {
+fn every_format_gives_the_same_probabilities() {
     let Some(folder) = roads() else { return };
     let table = read(&folder.join("walk.csv"), &Hints::default());
     let [expected] = &table[..] else {
@@ -171,7 +171,7 @@ fn the_same_walk_gives_the_same_probabilities_by_every_road() {
 }
 
 #[test]
-fn two_feet_of_a_bag_are_those_of_the_table_and_its_mirror() {
+fn two_feet_of_a_bag_match_the_table_and_its_mirror() {
     let Some(folder) = roads() else { return };
     let table = read(&folder.join("walk.csv"), &Hints::default());
     let mut left = table.into_iter().next().expect("a foot");
@@ -238,7 +238,7 @@ fn the_command_takes_topics_and_loads() {
 }
 
 #[test]
-fn estimates_in_parquet_are_those_of_the_table_to_pandas() {
+fn pandas_reads_the_table_estimates_from_parquet() {
     let Some(folder) = roads() else { return };
     let (csv, parquet) = (
         folder.join("estimates.csv"),
@@ -267,7 +267,7 @@ fn estimates_in_parquet_are_those_of_the_table_to_pandas() {
 }
 
 #[test]
-fn files_of_other_kinds_are_called_by_their_names() {
+fn files_of_unsupported_kinds_are_named() {
     let Some(folder) = roads() else { return };
     let kinds = [
         ("arrow_ipc.feather", Foreign::ArrowIpc),
@@ -297,7 +297,7 @@ fn files_of_other_kinds_are_called_by_their_names() {
 }
 
 #[test]
-fn the_document_lists_the_other_kinds() {
+fn the_document_lists_the_unsupported_kinds() {
     let mut table = "| it is | do this |\n|---|---|\n".to_owned();
     for kind in Foreign::ALL {
         let Some(advice) = kind.advice() else {

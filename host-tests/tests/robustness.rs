@@ -1,5 +1,5 @@
-//! What real installations do to samples: the default preset on the walk of `footfall demo`, and a
-//! foot that has stood for long before it walks. Limits are on the RMSE of P against the labels.
+//! Sample defects of real installations: the default preset on the walk of `footfall demo`, and a foot that has
+//! stood for long before it walks. Limits are on the RMSE of P against the labels.
 
 mod labelled;
 
@@ -14,7 +14,7 @@ use recordings::recording::Recording;
 
 const SEED: u64 = 1;
 
-/// Most that a minute of standing changes, in RMSE.
+/// Maximum change of the RMSE by a minute of standing.
 const STANDING_CHANGES: f64 = 0.02;
 
 fn demo() -> Recording {
@@ -28,22 +28,22 @@ fn assert_rmse(recording: &Recording, limit: f64) {
 }
 
 #[test]
-fn one_sample_in_twenty_may_be_lost() {
+fn one_lost_sample_in_twenty_is_tolerated() {
     assert_rmse(&losing_single(&demo(), 0.05, SEED), 0.23);
 }
 
 #[test]
-fn one_sample_in_twenty_may_be_lost_in_bursts_of_ten_milliseconds() {
+fn lost_bursts_of_ten_milliseconds_are_tolerated() {
     assert_rmse(&losing_bursts(&demo(), 0.05, 10, SEED), 0.25);
 }
 
 #[test]
-fn times_may_be_off_by_half_a_period() {
+fn times_off_by_half_a_period_are_tolerated() {
     assert_rmse(&jittering(&demo(), 0.5, SEED), 0.22);
 }
 
 #[test]
-fn a_gyroscope_may_have_two_degrees_per_second_of_bias_on_each_axis() {
+fn gyroscope_bias_of_two_degrees_per_second_is_tolerated() {
     for sign in [1.0_f32, -1.0] {
         let bias = sign * 2.0_f32.to_radians();
         assert_rmse(&with_rate_bias(&demo(), Vec3::new(bias, bias, bias)), 0.22);
@@ -51,7 +51,7 @@ fn a_gyroscope_may_have_two_degrees_per_second_of_bias_on_each_axis() {
 }
 
 #[test]
-fn an_accelerometer_may_have_a_third_of_a_metre_per_second_squared_of_bias_on_each_axis() {
+fn accelerometer_bias_of_a_third_of_a_metre_is_tolerated() {
     for sign in [1.0_f32, -1.0] {
         let bias = sign * 0.3;
         assert_rmse(&with_force_bias(&demo(), Vec3::new(bias, bias, bias)), 0.23);
@@ -59,13 +59,13 @@ fn an_accelerometer_may_have_a_third_of_a_metre_per_second_squared_of_bias_on_ea
 }
 
 #[test]
-fn what_is_left_of_gravity_where_it_was_removed_is_found() {
+fn a_residual_of_removed_gravity_is_found() {
     let Some(recordings) = averaged() else {
         return;
     };
     let ground = recordings.into_iter().find(|(set, _)| *set == Set::Ground);
     let (_, ground) = ground.expect("a set that is averaged");
-    // In the first stances the bias counts as a speed that is usual for this foot.
+    // In the first stances the bias counts as a usual speed of this foot.
     assert_rmse(&with_force_bias(&ground, Vec3::new(0.1, 0.1, 0.1)), 0.365);
 }
 

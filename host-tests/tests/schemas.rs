@@ -1,4 +1,4 @@
-//! The schemas in `docs/schemas` are those of the program, and so are the columns in `docs/batch.md`.
+//! The schemas in `docs/schemas` match those of the program, and so do the columns in `docs/batch.md`.
 
 use analysis::batch::Row;
 use footfall::schema::Kind;
@@ -6,7 +6,7 @@ use host_tests::committed::{assert_block, assert_current, workspace};
 use serde_json::Value;
 
 #[test]
-fn the_schemas_in_the_documents_are_those_of_the_program() {
+fn the_documented_schemas_match_the_program() {
     for kind in Kind::ALL {
         let path = workspace().join(format!("docs/schemas/{}.json", kind.name()));
         assert_current(&path, &kind.text().expect("all features"));
@@ -14,7 +14,7 @@ fn the_schemas_in_the_documents_are_those_of_the_program() {
 }
 
 #[test]
-fn the_columns_of_the_summary_are_those_of_the_program() {
+fn the_documented_summary_columns_match_the_program() {
     let schema: Value =
         serde_json::from_str(&Kind::Batch.text().expect("all features")).expect("JSON");
     let meanings = &schema["$defs"]["Row"]["properties"];

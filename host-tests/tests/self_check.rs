@@ -1,5 +1,5 @@
-//! The target's bits against the host's: the self-check ELF runs on an emulated Cortex-M4F and
-//! must print the digests that the same code gives here.
+//! Bitwise comparison of target and host: the self-check ELF runs on an emulated Cortex-M4F and must print the
+//! digests that the same code gives here.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -10,7 +10,7 @@ use host_tests::committed::workspace;
 use host_tests::qemu;
 
 #[test]
-fn the_estimator_has_the_same_bits_on_an_emulated_cortex_m4f_as_on_the_host() {
+fn the_estimator_gives_the_host_bits_on_an_emulated_m4f() {
     let Some(mut qemu) = qemu::stock_board() else {
         return;
     };

@@ -1,5 +1,5 @@
-//! How soon a slip is found, the slip distance at detection, and how often a good stance has a false
-//! slip: over a grid of slips of a simulated foot, against the goals.
+//! Detection time of a slip, slip distance at detection, and rate of false slips in good stances: over a grid of
+//! slips of a simulated foot, against the goals.
 
 use estimator_core::{Method, Params};
 use firmware::imu::default_params;
@@ -7,7 +7,7 @@ use gait::{GaitName, Ground, Plan, SensorParams, Simulation, simulate};
 use host_tests::committed::assert_block;
 use host_tests::slips::{Profile, SPEEDS, Score, profiles};
 
-/// Of each walk, s.
+/// Duration of each walk, s.
 const SECONDS: f64 = 14.0;
 
 /// Limit of the median time from the foot's own speed passing 5 mm/s to detection, s.
@@ -16,11 +16,11 @@ const SLIP_LATENCY: f64 = 0.020;
 const STANCE_LATENCY: f64 = 0.060;
 /// Limit of the mean slip distance at detection, m.
 const DISTANCE: f64 = 5.0e-3;
-/// Limit of the false slips in a thousand good stances.
+/// Limit of the false slips per thousand good stances.
 const FALSE_PER_THOUSAND: f64 = 1.0;
 /// Share of the slips that may begin before the stance has been called stable.
 const LEFT_OUT: f64 = 0.005;
-/// In a run, where stances last a tenth of a second and landings saturate the sensor.
+/// Limit for a run, where stances last a tenth of a second and landings saturate the sensor.
 const FALSE_PER_THOUSAND_RUNNING: f64 = 4.0;
 
 /// The paper's method with the default preset's kernels and half-widths.
@@ -31,7 +31,7 @@ fn half_widths() -> Params {
     }
 }
 
-/// What each of two settings makes of the same walks.
+/// Scores of two settings on the same walks.
 fn both(simulation: &Simulation, scores: &mut [Score; 2]) {
     let [default, one] = scores;
     default.add(simulation, &default_params());
@@ -100,7 +100,7 @@ fn stance_row(name: &str, score: &Score) -> String {
 }
 
 #[test]
-fn slips_are_found_soon_and_good_stances_are_left_alone() {
+fn slips_are_found_soon_without_false_slips() {
     let grid = grid();
     let running = running();
     let (default, one) = (all(&grid, 0), all(&grid, 1));
@@ -132,7 +132,7 @@ fn slips_are_found_soon_and_good_stances_are_left_alone() {
     assert!(default.distance().0 <= DISTANCE);
     assert!(default.false_per_thousand() <= FALSE_PER_THOUSAND);
     assert!(running[0].false_per_thousand() <= FALSE_PER_THOUSAND_RUNNING);
-    // A slip out of a stance that was not called stable yet misleads no consumer. They are few.
+    // A slip in a stance that was not called stable yet misleads no consumer. Such slips are rare.
     let left_out = default.not_ready as f64 / (default.not_ready + default.slips.len()) as f64;
     assert!(left_out <= LEFT_OUT, "{left_out}");
     assert_eq!(one.not_ready, 0);

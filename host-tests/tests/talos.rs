@@ -10,13 +10,13 @@ use labelled::of_sets;
 use recordings::recording::Recording;
 use recordings::replay::replay;
 
-/// The foot bears the robot above this force, N.
+/// Force above which the foot bears the robot, N.
 const LOADED: f32 = 850.0;
 
-/// It swings, or is about to, below this force, N.
+/// Force below which the foot swings, or is about to, N.
 const UNLOADED: f32 = 150.0;
 
-/// The median of P above [`LOADED`] and below [`UNLOADED`].
+/// Medians of P above [`LOADED`] and below [`UNLOADED`].
 fn medians(recording: &Recording, params: &Params) -> [f32; 2] {
     let estimates = replay(recording, params).expect("a preset");
     let pairs = || recording.samples.iter().zip(&estimates);

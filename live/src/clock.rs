@@ -1,49 +1,49 @@
-//! The clock of a foot on that of the receiver.
+//! Conversion of a foot's clock to that of the receiver.
 //!
 //! A message is received later than it was made, by a delay that varies but is never negative: the least
-//! difference of both clocks is the nearest to their offset. Clocks drift, so only the newest seconds
-//! count. Where a lesser difference comes, times do not go back: they advance by half until it is reached,
-//! but not beyond the time of reception. So it is where a time is known otherwise, by SYNCs, whose reception varies as well.
+//! difference of both clocks is the best estimate of their offset. Clocks drift, so only the newest seconds
+//! are used. If a smaller difference is observed, times do not go back: they advance at half speed until it is
+//! reached, but not beyond the time of reception. The same applies to times from SYNCs, whose reception varies
+//! as well.
 
 use estimator_core::Timestamp;
 
-/// How long a least difference counts, µs: clocks that are 100 ppm apart drift by 0.4 ms in it.
+/// Validity of a least difference, µs: clocks that are 100 ppm apart drift by 0.4 ms in it.
 const KEPT_US: u64 = 4_000_000;
 
-/// The clock of a foot, and what is to be added to it for the receiver's.
+/// Clock of a foot with its offset to the receiver's.
 #[derive(Clone, Debug, Default)]
 pub struct FootClock {
-    /// The least difference since `since_us`, and the one of as long before.
+    /// Least difference since `since_us`, and that of the interval before.
     newest: Option<i64>,
     before: Option<i64>,
     since_us: u64,
-    /// The last time, on the clock of the foot and on that of the receiver.
+    /// Last time on the foot's clock and on the receiver's, µs.
     last: Option<(u64, u64)>,
 }
 
 impl FootClock {
-    /// The time on the receiver's clock at which a foot made what is of `made` on its own, and was
-    /// received at `received`.
+    /// Converts the time `made` on the foot's clock, of a message received at `received`, to the receiver's clock.
     pub fn time(&mut self, made: Timestamp, received: Timestamp) -> Timestamp {
         let time_us = self.by_least_delay(made.as_micros(), received.as_micros());
         self.advancing(made.as_micros(), received.as_micros(), time_us)
     }
 
-    /// The same, where SYNCs say that it was `by_sync`.
+    /// Like [`Self::time`], with the time `by_sync` known from SYNCs.
     pub fn synchronised(
         &mut self,
         made: Timestamp,
         received: Timestamp,
         by_sync: Timestamp,
     ) -> Timestamp {
-        // The least delay is followed all the same: SYNCs may end.
+        // The least delay is tracked as well, because SYNCs may end.
         self.by_least_delay(made.as_micros(), received.as_micros());
         self.advancing(made.as_micros(), received.as_micros(), by_sync.as_micros())
     }
 
     fn by_least_delay(&mut self, made_us: u64, received_us: u64) -> u64 {
         if self.last.is_some_and(|(last, _)| made_us < last) {
-            // It has started again. Its times go on after those before.
+            // The foot has restarted: its times continue after the last one.
             let last = self.last.map(|(_, time)| (made_us, time + 1));
             *self = Self {
                 last,
@@ -65,8 +65,8 @@ impl FootClock {
         made_us.saturating_add_signed(offset)
     }
 
-    /// A time that is after the last by half of what has passed on the clock of the foot, at least, but not
-    /// after the time of reception; where the last was, it is a microsecond after that.
+    /// Limits a time to advance by at least half of the time passed on the foot's clock, but not beyond the time of
+    /// reception; if the last time was beyond it, by 1 µs.
     fn advancing(&mut self, made_us: u64, received_us: u64, time_us: u64) -> Timestamp {
         let least = self.last.map_or(0, |(made, time)| {
             let passed = made_us - made;
@@ -89,11 +89,11 @@ mod tests {
     }
 
     #[test]
-    fn delays_that_vary_are_taken_out_and_a_drift_is_followed() {
+    fn varying_delay_is_removed_and_drift_is_tracked() {
         let mut clock = FootClock::default();
         for ms in 0..60_000_u64 {
             let made = ms * 1000;
-            // 50 ppm fast, and delays of 0.2 to 5 ms, the least once in a tenth of a second.
+            // 50 ppm fast, delays of 0.2 to 5 ms, the shortest once every 0.1 s.
             let true_time = 7_000_000 + made + made / 20_000;
             let delay = 200 + (ms * 37 % 100) * 48;
             let time = clock
@@ -107,11 +107,11 @@ mod tests {
     }
 
     #[test]
-    fn a_lesser_delay_is_taken_up_and_no_time_goes_back() {
+    fn smaller_delay_is_applied_without_going_back() {
         let mut clock = FootClock::default();
         let mut last = 0;
         for ms in 0..200_u64 {
-            // The first 20 were waiting when the line was opened.
+            // The first 20 were queued when the line was opened.
             let received = 9_000_000 + 1000 * ms.max(20);
             let time = clock.time(micros(1000 * ms), micros(received)).as_micros();
             assert!(time > last, "{time} after {last} at {ms} ms");
@@ -125,10 +125,10 @@ mod tests {
     }
 
     #[test]
-    fn no_time_is_ahead_of_reception_by_more_than_a_microsecond_each() {
+    fn times_exceed_reception_by_at_most_1_us_per_message() {
         let mut clock = FootClock::default();
         for ms in 0..3000_u64 {
-            // The first thousand were waiting, and came all at once.
+            // The first thousand were queued and arrive at once.
             let received = 9_000_000 + 1000 * ms.max(1000);
             let time = clock.time(micros(1000 * ms), micros(received)).as_micros();
             assert!(time <= received + ms.min(1000), "{time} at {ms} ms");
@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn a_foot_that_starts_again_has_another_offset() {
+    fn restart_of_a_foot_resets_the_offset() {
         let mut clock = FootClock::default();
         clock.time(micros(5_000_000), micros(9_000_000));
         let time = clock.time(micros(1000), micros(9_500_000));

@@ -1,5 +1,4 @@
-//! A line that a thread of its own reads, so that nothing waits for whoever uses what arrives; and that
-//! is opened again when it breaks.
+//! Line that is read by its own thread, so that a slow consumer does not block it, and reopened when it breaks.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -13,31 +12,31 @@ use std::time::Duration;
 use crate::link::{self, Arrived, Link, LinkError, Sending};
 use crate::source::Source;
 
-/// Arrivals that wait at most: three seconds of four feet on CAN.
+/// Capacity of the queue, arrivals: three seconds of four feet on CAN.
 const WAITING: usize = 1 << 14;
 
-/// How long the thread waits for an arrival before it looks for something to send.
+/// Timeout of one receive; between two, the thread sends pending data.
 const LISTEN: Duration = Duration::from_millis(5);
 
-/// How long it waits before it opens a line again.
+/// Delay before a line is reopened.
 const RETRY: Duration = Duration::from_millis(500);
 
-/// What comes from a feed.
+/// Event of a feed.
 #[derive(Debug)]
 pub enum Fed {
     /// Something has arrived.
     Arrived(Arrived),
     /// The line is open.
     Opened,
-    /// The line has broken, or is not there: it is tried again, without end.
+    /// The line has broken or is unavailable; opening it is retried without limit.
     WaitsFor(LinkError),
     /// Something could not be sent.
     NotSent(LinkError),
-    /// There is nothing more: what is played has ended, or cannot be read.
+    /// End of the feed: the playback has ended, or the file cannot be read.
     Ended(LinkError),
 }
 
-/// A line that is read by a thread of its own.
+/// Line that is read by its own thread.
 pub struct Feed {
     fed: Receiver<Fed>,
     sendings: Sender<Sending>,
@@ -45,8 +44,7 @@ pub struct Feed {
 }
 
 impl Feed {
-    /// Opens a source. What is played waits until it is taken; what a device sends is dropped, and counted,
-    /// where too much of it waits.
+    /// Opens a source. If the queue is full, playback waits, and arrivals from a device are dropped and counted.
     #[must_use]
     pub fn open(source: Source) -> Self {
         let (to, fed) = sync_channel(WAITING);
@@ -59,7 +57,7 @@ impl Feed {
             to_send,
             lost: Arc::clone(&lost),
         };
-        // It ends when the feed is dropped, at the next arrival or pause.
+        // The thread ends at the next arrival or timeout after the feed is dropped.
         thread::spawn(move || feeder.run());
         Self {
             fed,
@@ -68,27 +66,27 @@ impl Feed {
         }
     }
 
-    /// The next, within `longest`; `None` where nothing comes.
+    /// Returns the next event, or `None` if there is none within `longest`.
     #[must_use]
     pub fn next(&self, longest: Duration) -> Option<Fed> {
         match self.fed.recv_timeout(longest) {
             Ok(fed) => Some(fed),
             Err(RecvTimeoutError::Timeout) => None,
             Err(RecvTimeoutError::Disconnected) => {
-                // The end was said before; whoever goes on asking need not spin.
+                // The end was reported already; the sleep keeps a polling caller from spinning.
                 thread::sleep(longest.min(LISTEN));
                 None
             }
         }
     }
 
-    /// Sends something; what cannot be sent comes back as [`Fed::NotSent`].
+    /// Queues data for sending; a failure is reported as [`Fed::NotSent`].
     pub fn send(&self, sending: Sending) {
-        // Where the line has ended, that was reported already.
+        // If the line has ended, that was reported already.
         let _ = self.sendings.send(sending);
     }
 
-    /// How many arrivals were lost because nobody took them in time.
+    /// Number of arrivals dropped because the queue was full.
     #[must_use]
     pub fn lost(&self) -> u64 {
         self.lost.load(Ordering::Relaxed)
@@ -104,12 +102,12 @@ struct Feeder {
     lost: Arc<AtomicU64>,
 }
 
-/// Nobody listens any more.
+/// The feed was dropped.
 struct Left;
 
 impl Feeder {
     fn run(self) {
-        // That nobody listens any more ends it.
+        // The only error is that the feed was dropped, which ends the thread.
         let _ = self.serve();
     }
 
@@ -136,7 +134,7 @@ impl Feeder {
         }
     }
 
-    /// Whether the feed was dropped: its end of the sendings is gone.
+    /// Returns whether the feed was dropped, which closes the channel of sendings.
     fn is_left(&self) -> bool {
         matches!(self.to_send.try_recv(), Err(TryRecvError::Disconnected))
     }
@@ -184,7 +182,7 @@ mod tests {
     use crate::link::Arrival;
 
     #[test]
-    fn a_demo_without_pace_hands_on_every_frame_and_its_end() {
+    fn demo_at_max_speed_yields_every_frame_and_its_end() {
         let source = "demo:feet=2,speed=max,seconds=2".parse().expect("a source");
         let feed = Feed::open(source);
         let mut contacts = 0;
@@ -204,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn a_device_that_is_not_there_is_waited_for_and_named() {
+    fn missing_device_is_named_and_retried() {
         let source = "uart:/dev/there-is-none".parse().expect("a source");
         let feed = Feed::open(source);
         match feed.next(Duration::from_secs(5)) {
@@ -223,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_is_not_there_ends_it() {
+    fn missing_file_ends_the_feed() {
         let feed = Feed::open("file:there-is-none.log".parse().expect("a source"));
         match feed.next(Duration::from_secs(5)) {
             Some(Fed::Ended(error)) => {

@@ -1,16 +1,16 @@
-//! One foot, asked and set over its line.
+//! Requests to one foot over its line.
 //!
-//! | what | file |
+//! | item | file |
 //! |---|---|
 //! | objects by name: `half_width.ax`, with type, range and unit | [`name`] |
-//! | requests over CAN (SDO) and the serial line, one after the other, with their answers | [`client`] |
-//! | many settings at once, all or none | [`settings`] |
-//! | the feet on a line | [`scan`] |
-//! | a reset, until the foot is back in the state before | [`restart`] |
-//! | which foot a board is | [`position`] |
-//! | what the foot has learnt while it walked, and keeping it | [`calibration`] |
-//! | the sensor's self-test | [`self_test`] |
-//! | the clocks of several feet on one another | [`sync`] |
+//! | requests and responses over CAN (SDO) and the serial line | [`client`] |
+//! | sets of settings, written all or none | [`settings`] |
+//! | scan of a line for feet | [`scan`] |
+//! | reset and return to the previous state | [`restart`] |
+//! | position of a board | [`position`] |
+//! | calibration that the foot has learnt, and its storage | [`calibration`] |
+//! | self-test of the sensor | [`self_test`] |
+//! | comparison of the clocks of several feet | [`sync`] |
 
 pub mod calibration;
 pub mod client;

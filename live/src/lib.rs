@@ -1,17 +1,17 @@
-//! Feet that stream: where their bytes come from, in one spelling for every command.
+//! Sources of live data from feet, with the same syntax in every command.
 //!
-//! | what | module |
+//! | item | module |
 //! |---|---|
-//! | how a source is written: `uart:/dev/ttyACM0`, `can:can0`, `demo:feet=4` | [`source`] |
-//! | a line to feet: what arrives and what is sent, and what goes wrong | [`link`] |
-//! | the lines: a serial port, an slcan adapter, a CAN interface, a file that is played | [`link`]'s files |
-//! | a robot whose feet are simulated, and run the board's own program | [`robot`] |
-//! | a line that is read by a thread of its own, and opened again when it breaks | [`feed`] |
-//! | one foot, asked and set over its line | [`foot`] |
-//! | the foot's clock on that of the receiver | [`clock`] |
-//! | its rate and jitter, and whether one board alone sends them | [`newest_second`] |
+//! | syntax of a source: `uart:/dev/ttyACM0`, `can:can0`, `demo:feet=4` | [`source`] |
+//! | line to feet: received and sent data, and errors | [`link`] |
+//! | kinds of lines: serial port, slcan adapter, CAN interface, playback of a file | [`link`]'s files |
+//! | robot with simulated feet that run the board's own program | [`robot`] |
+//! | line that is read by its own thread and reopened when it breaks | [`feed`] |
+//! | requests to one foot over its line | [`foot`] |
+//! | conversion of the foot's clock to that of the receiver | [`clock`] |
+//! | rate and jitter of the contacts, and detection of several boards with one id | [`newest_second`] |
 //!
-//! What the bytes mean, [`decode::live`] knows.
+//! [`decode::live`] decodes the bytes.
 
 pub mod clock;
 pub mod feed;

@@ -1,13 +1,13 @@
-//! A line to feet.
+//! Lines to feet.
 //!
 //! | line | file |
 //! |---|---|
-//! | a serial port | [`serial`] |
-//! | an adapter that speaks slcan over a serial port | [`slcan`] |
-//! | an interface of `SocketCAN` | `can` |
-//! | a log or a recording that is played | [`file`](mod@file) |
+//! | serial port | [`serial`] |
+//! | adapter that speaks slcan over a serial port | [`slcan`] |
+//! | interface of `SocketCAN` | `can` |
+//! | playback of a log or a recording | [`file`](mod@file) |
 //! | simulated feet | [`demo`] |
-//! | how fast the last two go | [`pace`] |
+//! | speed of the last two | [`pace`] |
 
 #[cfg(target_os = "linux")]
 mod can;
@@ -30,7 +30,7 @@ use wire::CanFrame;
 use crate::source::Source;
 use pace::Speed;
 
-/// Something that has arrived.
+/// Received data.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Arrival {
     /// A frame of a CAN bus.
@@ -47,14 +47,14 @@ pub enum Arrival {
         /// The bytes.
         bytes: Vec<u8>,
     },
-    /// An estimate that was made here, of a recording of an IMU.
+    /// An estimate computed here from a recording of an IMU.
     Estimate(Box<Row>),
-    /// A line of what is played that means nothing, or a frame that is none of ours, counted.
+    /// Unreadable line of a log or of an slcan adapter.
     Unreadable(String),
 }
 
 impl Arrival {
-    /// Hands it to a listener, as received at `at`; returns the text of what could not be read.
+    /// Passes the data to a listener, as received at `at`; returns the text if it is unreadable.
     pub fn hand_to(self, listener: &mut Listener, at: Timestamp) -> Option<String> {
         match self {
             Self::Frame { interface, frame } => listener.frame(&interface, &frame, at),
@@ -66,12 +66,12 @@ impl Arrival {
     }
 }
 
-/// Something to be sent.
+/// Data to send.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Sending {
     /// A frame, to the CAN bus.
     Frame(CanFrame),
-    /// Bytes, to the serial line of this name; to all where it is `None`.
+    /// Bytes, to the serial line with this name, or to all lines if `port` is `None`.
     Bytes {
         /// The port.
         port: Option<Arc<str>>,
@@ -80,49 +80,49 @@ pub enum Sending {
     },
 }
 
-/// Why a line cannot be used.
+/// Error of a line.
 #[derive(Debug, Error)]
 pub enum LinkError {
-    /// The device is not there or cannot be used.
+    /// The device is missing or cannot be used.
     #[error("{device}: {source}")]
     Device {
         /// Its name.
         device: String,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// An adapter does not answer as one.
+    /// The device does not respond as an slcan adapter.
     #[error("{device} does not answer as an slcan adapter does: {what}")]
     Adapter {
         /// Its name.
         device: String,
-        /// What it did.
+        /// Description of the failure.
         what: &'static str,
     },
-    /// What is played cannot be read.
+    /// The file cannot be read.
     #[error("{0}")]
     File(String),
-    /// It has ended.
+    /// The playback has ended.
     #[error("{0} has ended")]
     Ended(String),
-    /// What was to be sent cannot go there.
+    /// The line does not accept this kind of data.
     #[error("{device} takes {takes} alone")]
     WrongKind {
         /// Its name.
         device: String,
-        /// What it takes.
+        /// Kind of data that it accepts.
         takes: &'static str,
     },
-    /// Nothing can be sent to what is played.
+    /// A file does not accept data.
     #[error("{0} is a file: nothing can be sent to it")]
     ReadOnly(String),
-    /// This machine has no such lines.
+    /// `SocketCAN` is unavailable on this system.
     #[error("can:{0}: SocketCAN is a part of Linux; an adapter that speaks slcan works everywhere")]
     NoSocketCan(String),
 }
 
 impl LinkError {
-    /// Whether it may be gone after a while: a device that is plugged in again.
+    /// Returns whether the error may be temporary, as for a device that is unplugged.
     #[must_use]
     pub fn may_pass(&self) -> bool {
         matches!(self, Self::Device { .. } | Self::Adapter { .. })
@@ -134,25 +134,25 @@ impl LinkError {
     }
 }
 
-/// What has arrived, and when by the clock of the receiver, or by that of what is played.
+/// Received data with its time on the clock of the receiver, or of the recording.
 pub type Arrived = (Timestamp, Arrival);
 
-/// A line to feet.
+/// Line to feet.
 pub trait Link {
-    /// What arrives next, within `longest`; `None` where nothing does.
+    /// Returns the next data, or `None` if there is none within `longest`.
     ///
     /// # Errors
     /// The line has broken or ended.
     fn receive(&mut self, longest: Duration) -> Result<Option<Arrived>, LinkError>;
 
-    /// Sends something.
+    /// Sends data.
     ///
     /// # Errors
-    /// The line has broken, or takes no such thing.
+    /// The line has broken, or does not accept this kind of data.
     fn send(&mut self, sending: &Sending) -> Result<(), LinkError>;
 }
 
-/// Opens a line; what is played goes at its own speed unless the source says another.
+/// Opens a line; files and demos are played at their original speed unless the source has another.
 ///
 /// # Errors
 /// The device or file cannot be used.
@@ -169,7 +169,7 @@ pub fn open(source: &Source) -> Result<Box<dyn Link>, LinkError> {
     })
 }
 
-/// The time now, µs since 1970.
+/// Current time, µs since 1970.
 #[must_use]
 pub fn now() -> Timestamp {
     let since = SystemTime::now().duration_since(UNIX_EPOCH);

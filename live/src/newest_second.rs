@@ -1,58 +1,58 @@
-//! The newest second of a foot's contacts: how many come, how evenly, and whether one board alone sends them.
+//! Statistics of the newest second of a foot's contacts: rate, jitter, and whether one board alone sends them.
 //!
-//! Two boards with one id are a common mistake on a new robot: a board that has forgotten its settings is
-//! FL, and so is the next. What they send says nothing about either foot.
+//! Two boards with the same id are a common mistake on a new robot: every board without stored settings is
+//! FL. Their messages are valid for neither foot.
 
 use std::collections::VecDeque;
 
 use estimator_core::Timestamp;
 
-/// The time over which rate and jitter are taken, µs.
+/// Window of rate and jitter, µs.
 const SECOND_US: u64 = 1_000_000;
 
-/// A foot that sends no contact for so long is silent, µs.
+/// Time without a contact after which a foot is silent, µs.
 pub const SILENT_US: u64 = 500_000;
 
-/// A board makes 1000 contacts a second, and its crystal is off by less than a thousandth: more than this are of
-/// several boards, Hz.
+/// Maximum contact rate of one board, Hz: 1000 Hz nominal, with a crystal error below 0.1 %. A higher rate
+/// means several boards.
 const MOST_HZ: f32 = 1200.0;
 
-/// The number of contacts from which on a rate is believed.
+/// Number of contacts above which the rate is checked.
 const FEWEST: usize = 200;
 
-/// A board sends its contacts in order, and its clock does not run ahead of the receiver's. More contradictions
-/// than this in a second mean several boards; losses in a stall of this machine cause a few.
+/// Maximum number of contacts of one board in a second that are out of order or too early. More mean several
+/// boards; losses in a stall of this machine cause a few.
 const MOST_DISORDERED: usize = 50;
 
-/// By how much sooner after it was made than any before a contact may come, µs.
+/// Tolerance by which a contact's delay may fall below the least delay so far, µs.
 const SOONER_US: i64 = 50_000;
 
-/// A part of a time by which clocks drift at most: 250 ppm.
+/// Divisor of an interval for the maximum clock drift within it: 250 ppm.
 const DRIFT: i64 = 4096;
 
-/// A board takes longer to start than a second divided by this: clocks that begin again more often are of several.
+/// Maximum number of starts of one board in a second; more mean several boards.
 const MOST_STARTS: usize = 3;
 
-/// The newest second of a foot's contacts.
+/// Statistics of the newest second of a foot's contacts.
 #[derive(Clone, Debug, Default)]
 pub struct NewestSecond {
-    /// When each contact was made on the foot's clock, and received, µs.
+    /// Time of each contact on the foot's clock, and of its reception, µs.
     contacts: VecDeque<(u64, u64)>,
-    /// How often the foot had started before the newest contact.
+    /// Number of starts of the foot before the newest contact.
     segment: Option<u32>,
-    /// The newest contact's time of reception, µs, and the least delay so far.
+    /// Reception time of the newest contact, and least delay so far, µs.
     least: Option<(u64, i64)>,
-    /// When contacts were received that were made before the one before, or that came too soon, µs.
+    /// Reception times of contacts that were out of order or too early, µs.
     disordered: VecDeque<u64>,
-    /// When its clock began again, µs.
+    /// Reception times of the first contacts after a start, µs.
     starts: VecDeque<u64>,
-    /// When contacts were last seen that one board alone does not send, µs.
+    /// Time at which contacts of several boards were last detected, µs.
     several_us: Option<u64>,
 }
 
 impl NewestSecond {
-    /// Takes in a contact: when it was made on the foot's clock, how often the foot had started before,
-    /// and when it was received.
+    /// Adds a contact: its time on the foot's clock, the number of starts of the foot before it, and its
+    /// reception time.
     pub fn take(&mut self, made: Timestamp, segment: u32, received: Timestamp) {
         let (made, received) = (made.as_micros(), received.as_micros());
         if self
@@ -89,13 +89,13 @@ impl NewestSecond {
         }
     }
 
-    /// The foot has started: its rate and jitter begin again.
+    /// Resets rate and jitter after a start of the foot.
     pub fn start_again(&mut self) {
         self.contacts.clear();
         self.least = None;
     }
 
-    /// Whether a contact comes sooner after it was made than its foot's clock allows.
+    /// Returns whether a contact's delay is shorter than the foot's clock allows.
     fn is_too_soon(&mut self, made: u64, received: u64) -> bool {
         let delay = received.wrapping_sub(made).cast_signed();
         let Some((before, least)) = self.least.replace((received, delay)) else {
@@ -107,24 +107,24 @@ impl NewestSecond {
         least.saturating_sub(delay) > SOONER_US
     }
 
-    /// How many contacts are missing before one that was made at `made`; less than 0 where it is older than
-    /// the newest. `None` before there are two. It looks at all contacts of the second.
+    /// Number of contacts missing before the one made at `made`, negative if it is older than the newest; `None`
+    /// with fewer than two contacts. It takes time proportional to the number of contacts in the second.
     #[must_use]
     pub fn missing_before(&self, made: Timestamp) -> Option<i64> {
         let (last, _) = self.contacts.back()?;
         let period = self.period_us()?.cast_signed();
-        // A step of one period and a half has lost one; a step back was counted too far before.
+        // A step of 1.5 periods has lost one contact; a step back corrects an earlier count that was too high.
         let step = made.as_micros().wrapping_sub(*last) as i64;
         let periods = step.saturating_add(period / 2).div_euclid(period);
         Some(periods.saturating_sub(1))
     }
 
-    /// The time from one contact to the next, µs: the mean of those that have lost none.
+    /// Mean interval between consecutive contacts, without intervals in which contacts were lost, µs.
     fn period_us(&self) -> Option<u64> {
         let times = self.contacts.iter().zip(self.contacts.iter().skip(1));
         let steps = times.map(|((from, _), (to, _))| to.saturating_sub(*from));
         let steps = steps.filter(|step| *step > 0);
-        // The time of a sample is that of its data-ready edge: a step varies by a sixth.
+        // A sample has the time of its data-ready edge, so an interval varies by a sixth.
         let longest = steps.clone().min()?.saturating_mul(3) / 2;
         let (sum, count) = steps
             .filter(|step| *step <= longest)
@@ -132,7 +132,7 @@ impl NewestSecond {
         sum.checked_div(count)
     }
 
-    /// Contacts in a second, on the foot's clock.
+    /// Rate of the contacts on the foot's clock, Hz.
     #[must_use]
     pub fn rate_hz(&self) -> Option<f32> {
         let ((first, _), (last, _)) = (self.contacts.front()?, self.contacts.back()?);
@@ -141,7 +141,7 @@ impl NewestSecond {
         Some(steps as f32 * 1.0e6 / span as f32)
     }
 
-    /// By how much the delay from contact to reception varied, ms.
+    /// Peak-to-peak variation of the delay from contact to reception, ms.
     #[must_use]
     pub fn jitter_ms(&self) -> Option<f32> {
         let delays = self.contacts.iter();
@@ -150,7 +150,7 @@ impl NewestSecond {
         Some((most - least) as f32 / 1000.0)
     }
 
-    /// Whether its contacts are those of several boards with one id: they say nothing about any.
+    /// Returns whether several boards with this id sent the contacts, which are then valid for none of them.
     #[must_use]
     pub fn is_of_several_boards(&self, now: Timestamp) -> bool {
         let since = |seen| now.as_micros().saturating_sub(seen);
@@ -162,7 +162,7 @@ impl NewestSecond {
 mod tests {
     use super::*;
 
-    /// Contacts of a board at 1 kHz whose clock is ahead of the receiver's: when made, and when received.
+    /// Contacts of a board at 1 kHz, as times on its clock, offset by `ahead_us`, and of reception.
     fn board(ahead_us: u64, count: u64) -> impl Iterator<Item = (Timestamp, Timestamp)> {
         let micros = Timestamp::from_micros;
         (0..count).map(move |k| (micros(1000 * k + ahead_us), micros(1000 * k + 9_000_300)))
@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn two_boards_in_turns_are_seen_within_a_tenth_of_a_second_and_one_never_is() {
+    fn two_alternating_boards_are_detected_within_100_ms() {
         let two = |ahead_us| {
             let pairs = board(0, 3000).zip(board(ahead_us, 3000));
             pairs.flat_map(|(one, other)| [one, other])
@@ -190,14 +190,14 @@ mod tests {
             );
         }
         assert_eq!(seen(board(0, 10_000)), None);
-        // One that was reset once, and one of which half is missing.
+        // A board that was reset once, and one that lost every second contact.
         assert_eq!(seen(board(5_000_000, 2000).chain(board(0, 2000))), None);
         assert_eq!(seen(board(0, 5000).step_by(2)), None);
     }
 
     #[test]
-    fn two_boards_that_a_decoder_takes_for_a_fast_clock_are_seen() {
-        // Their times modulo 0.66 s, counted as if each followed the one before.
+    fn two_boards_decoded_as_a_fast_clock_are_detected() {
+        // Times modulo 0.66 s, unwrapped as if each followed the one before.
         let contacts = board(0, 3000).flat_map(|(made, received)| {
             let turns = made.as_micros() / 1000 * 655_360;
             [0, 137_000].map(|ahead| {
@@ -212,8 +212,8 @@ mod tests {
     }
 
     #[test]
-    fn what_a_stalled_machine_has_kept_is_of_one_board() {
-        // Every third second stands still: its first half comes at its end, the rest is lost.
+    fn stalled_receiver_is_not_taken_for_several_boards() {
+        // The receiver stalls every third second: the first half is received at its end, the rest is lost.
         let contacts = board(0, 30_000).filter_map(|(made, received)| {
             let (since, in_stall) = (
                 made.as_micros() % 1_000_000,
@@ -232,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn after_a_second_of_one_board_alone_it_is_believed() {
+    fn warning_ends_after_a_second_of_one_board_alone() {
         let mut second = NewestSecond::default();
         for ((one, at), (other, _)) in board(0, 500).zip(board(70_000, 500)) {
             second.take(one, 0, at);
@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn rate_jitter_and_what_is_missing_are_those_of_the_newest_second() {
+    fn rate_jitter_and_losses_cover_the_newest_second() {
         let mut second = NewestSecond::default();
         for (made, received) in board(0, 3000).step_by(2) {
             second.take(made, 0, received);

@@ -1,13 +1,13 @@
-//! A robot with simulated feet, each of which runs the board's own program: [`firmware::Foot`] with its
-//! ports and its settings in flash. What is simulated is the walk, the sensor, the bus and the robot's
-//! control, which reports loads and numbers its SYNCs.
+//! Robot with simulated feet, each of which runs the board's own program: [`firmware::Foot`] with its
+//! ports and its settings in flash. The walk, the sensor, the bus and the robot's control, which reports
+//! loads and numbers its SYNCs, are simulated.
 //!
-//! | what | file |
+//! | item | file |
 //! |---|---|
 //! | the robot: one bus, or a serial line for each foot | this one |
 //! | its control: SYNCs and loads | [`gait::control`] |
 //! | a foot: its walk, its program, its requests | `foot` |
-//! | what a board adds: settings for its place, start, measurements; and the bus | [`board`] |
+//! | board around a foot: settings, start, measurements; and the bus | [`board`] |
 //! | flash with its settings | `flash` |
 
 pub mod board;
@@ -25,21 +25,21 @@ use crate::source::DemoLine;
 use board::Bus;
 use foot::SimulatedFoot;
 
-/// A robot.
+/// Simulated robot.
 pub struct Robot {
     feet: Vec<SimulatedFoot>,
     line: DemoLine,
     ticks: u64,
     control: Control,
-    /// Frames that the bus has carried and nobody has taken yet.
+    /// Frames that the bus has carried and that were not read yet.
     carried: VecDeque<(Timestamp, CanFrame)>,
-    /// Frames of a master that the bus still has to carry.
+    /// Frames of a master waiting for the bus.
     pending: Vec<CanFrame>,
     bus: Bus,
 }
 
 impl Robot {
-    /// A robot that has just been switched on, with up to six feet, connected by `line`.
+    /// Creates a robot that has just been switched on, with up to six feet, connected by `line`.
     #[must_use]
     pub fn new(feet: usize, seed: u64, line: DemoLine) -> Self {
         let feet = gait::control::feet(feet).iter().enumerate();
@@ -58,41 +58,41 @@ impl Robot {
         }
     }
 
-    /// What the feet are called.
+    /// Names of the feet.
     pub fn names(&self) -> impl Iterator<Item = &'static str> + '_ {
         self.feet.iter().map(|foot| foot.position().name())
     }
 
-    /// Time since it was switched on, µs.
+    /// Time since the robot was switched on, µs.
     #[must_use]
     pub const fn elapsed_us(&self) -> u64 {
         self.ticks * TICK_US
     }
 
-    /// The time in logs.
+    /// Current time as logged.
     #[must_use]
     pub fn now(&self) -> Timestamp {
         board::in_logs(Timestamp::from_micros(self.elapsed_us()))
     }
 
-    /// A master sends a frame: the bus carries it with the next tick.
+    /// Sends a frame as a master; the bus carries it with the next tick.
     pub fn send(&mut self, frame: CanFrame) {
         self.pending.push(frame);
     }
 
-    /// Somebody sends bytes to the serial line of a foot, counted from 0.
+    /// Sends bytes to the serial line of a foot, counted from 0.
     pub fn send_serial(&mut self, foot: usize, bytes: &[u8]) {
         if let Some(foot) = self.feet.get_mut(foot) {
             foot.receive_serial(bytes);
         }
     }
 
-    /// The next frame that the bus has carried, and when it was complete.
+    /// Returns the next frame that the bus has carried, and the time of its end.
     pub fn next_frame(&mut self) -> Option<(Timestamp, CanFrame)> {
         self.carried.pop_front()
     }
 
-    /// The bytes that a foot, counted from 0, has sent on its serial line since they were last taken.
+    /// Returns the bytes that a foot, counted from 0, has sent on its serial line since the last call.
     pub fn take_serial(&mut self, foot: usize) -> Vec<u8> {
         self.feet
             .get_mut(foot)
@@ -100,15 +100,15 @@ impl Robot {
             .unwrap_or_default()
     }
 
-    /// From the next self-test of a foot, counted from 0, these axes of its sensor fail: bit *i* is
-    /// axis *i*.
+    /// Makes these axes of a foot's sensor fail from its next self-test on: bit *i* is axis *i*. Feet are counted
+    /// from 0.
     pub fn fail_self_test(&mut self, foot: usize, axes: u32) {
         if let Some(foot) = self.feet.get_mut(foot) {
             foot.fail_self_test(axes);
         }
     }
 
-    /// A millisecond.
+    /// Simulates one millisecond.
     pub fn tick(&mut self) {
         let now_us = self.elapsed_us();
         let walked: Vec<_> = self.feet.iter_mut().map(SimulatedFoot::walk).collect();
@@ -128,12 +128,12 @@ impl Robot {
             foot.tick(Timestamp::from_micros(now_us), &walked);
             sent.extend(foot.take_frames());
         }
-        // The lowest identifier wins the bus; those of one foot keep their order where they are equal.
+        // The lowest identifier wins the bus; frames of one foot with equal identifiers keep their order.
         sent.sort_by_key(CanFrame::id);
         for frame in sent {
             self.carry(now_us, frame);
         }
-        // What goes out where nothing is connected is lost, and none of the foot's business.
+        // Output on an unconnected line is discarded.
         match self.line {
             DemoLine::Can => self.feet.iter_mut().for_each(|foot| {
                 foot.take_serial();
@@ -143,8 +143,7 @@ impl Robot {
         self.ticks += 1;
     }
 
-    /// The bus carries a frame that is ready at `ready_us`: when it is complete, on the clock of the
-    /// robot.
+    /// Carries a frame that is ready at `ready_us`; returns the time of its end on the robot's clock.
     fn carry(&mut self, ready_us: u64, frame: CanFrame) -> Timestamp {
         let complete = self.bus.carry(Timestamp::from_micros(ready_us));
         self.carried.push_back((board::in_logs(complete), frame));
@@ -164,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn four_feet_send_all_that_the_dictionary_says_and_share_the_bus() {
+    fn four_feet_share_the_bus_without_losing_contacts() {
         let mut robot = Robot::new(4, 1, DemoLine::Can);
         let frames = run(&mut robot, 1000);
         for position in &Position::ALL[..4] {
@@ -180,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_walking_foot_comes_to_stand_and_to_swing() {
+    fn walking_foot_reports_stance_swing_and_load() {
         let mut robot = Robot::new(1, 1, DemoLine::Can);
         let mut listener = Listener::default();
         for (at, frame) in run(&mut robot, 12_000) {
@@ -206,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn on_serial_lines_each_foot_sends_its_samples_too() {
+    fn serial_lines_carry_contacts_and_raw_samples() {
         let mut robot = Robot::new(2, 1, DemoLine::Uart);
         let mut listener = Listener::default();
         for _ in 0..500 {

@@ -1,4 +1,4 @@
-//! How a source is written, the same in every command.
+//! Syntax of a source, the same in every command.
 //!
 //! | written | is |
 //! |---|---|
@@ -17,13 +17,13 @@ use thiserror::Error;
 
 use crate::link::pace::Speed;
 
-/// The rate of a foot's serial port where none is set, Bd.
+/// Default rate of a foot's serial port, Bd.
 pub const DEFAULT_BAUD: u32 = 1_000_000;
 
-/// The rate of a CAN bus where none is set, kbit/s.
+/// Default rate of a CAN bus, kbit/s.
 pub const DEFAULT_KBIT: u32 = 1000;
 
-/// Where feet stream from.
+/// Source of live or recorded data from feet.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Source {
     /// A serial port.
@@ -49,7 +49,7 @@ pub enum Source {
     File {
         /// Its name.
         path: PathBuf,
-        /// How fast; `None`: as the command thinks best.
+        /// Playback speed; `None` for the command's default.
         speed: Option<Speed>,
     },
     /// Simulated feet.
@@ -59,25 +59,25 @@ pub enum Source {
 /// Simulated feet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Demo {
-    /// `feet`: how many, 1 to [`MOST_FEET`].
+    /// `feet`: their number, 1 to [`MOST_FEET`].
     pub feet: usize,
-    /// `seed`: what steps and sensors are drawn from.
+    /// `seed`: seed of steps and sensors.
     pub seed: u64,
-    /// `speed`: how fast; `None`: as the command thinks best.
+    /// `speed`: playback speed; `None` for the command's default.
     pub speed: Option<Speed>,
-    /// `seconds`: after how many of the feet's own it ends; without end where there are none.
+    /// `seconds`: duration in simulated time, s; `None` for no end.
     pub seconds: Option<f64>,
-    /// `line`: what they are connected by, `can` or `uart`.
+    /// `line`: connection, `can` or `uart`.
     pub line: DemoLine,
 }
 
-/// What simulated feet are connected by.
+/// Connection of simulated feet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DemoLine {
     /// One CAN bus.
     #[default]
     Can,
-    /// A serial line each, with the samples of the sensor.
+    /// One serial line per foot, with the samples of the sensor.
     Uart,
 }
 
@@ -93,38 +93,38 @@ impl Default for Demo {
     }
 }
 
-/// A text that is no source.
+/// Error in the text of a source.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SourceError {
-    /// It begins with no kind of source.
+    /// The kind of source is unknown.
     #[error(
         "{0:?} is no source; sources are uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT], file:PATH[@SPEED] and demo[:feet=4]"
     )]
     Unknown(String),
-    /// What comes after the kind is missing.
+    /// The part after the kind is missing.
     #[error("{source_text:?} lacks {lacking}, as in {example}")]
     Lacks {
         /// The text.
         source_text: String,
-        /// What is missing.
+        /// Missing part.
         lacking: &'static str,
-        /// A source that has it.
+        /// Valid example.
         example: &'static str,
     },
-    /// A number after `@`, or a value of a key, is none that is allowed.
+    /// The number after `@`, or the value of a key, is invalid.
     #[error("{key} is {value:?}, but {expected} is expected")]
     Value {
-        /// Of what.
+        /// Name of the value.
         key: &'static str,
-        /// What was written.
+        /// Text of the value.
         value: String,
-        /// What would be right.
+        /// Expected values.
         expected: &'static str,
     },
-    /// A key of a demo is there twice.
+    /// A key of a demo is given twice.
     #[error("{0} is there twice")]
     Twice(String),
-    /// A key that a demo does not have.
+    /// A key of a demo is unknown.
     #[error("demo has no key {0:?}; its keys are feet, seed, speed, seconds and line")]
     Key(String),
 }
@@ -181,7 +181,7 @@ impl FromStr for Source {
                 })
             }
             "file" => {
-                // A name may have an @ itself: what follows the last one is a speed if it is one.
+                // A name may contain an @: the part after the last one is a speed only if it parses as one.
                 let split = rest.rsplit_once('@');
                 let (path, speed) = match split.map(|(path, speed)| (path, speed.parse())) {
                     Some((path, Ok(speed))) => (path, Some(speed)),
@@ -218,7 +218,7 @@ impl fmt::Display for Source {
 }
 
 impl Source {
-    /// The file that is played.
+    /// Path of the file that is played, if the source is a file.
     #[must_use]
     pub fn file(&self) -> Option<&Path> {
         match self {
@@ -227,7 +227,7 @@ impl Source {
         }
     }
 
-    /// This source at `speed`, where it is played and its text names no speed.
+    /// Sets the speed of a file or demo if its text has none.
     #[must_use]
     pub fn at_speed(mut self, other: Speed) -> Self {
         match &mut self {
@@ -240,7 +240,7 @@ impl Source {
     }
 }
 
-/// The rate behind the last `@`, where there is one.
+/// Splits off the rate after the last `@`, if there is one.
 fn with_rate(text: &str) -> (&str, Option<&str>) {
     match text.rsplit_once('@') {
         Some((port, rate)) => (port, Some(rate)),
@@ -331,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn every_source_is_written_as_the_documentation_says() {
+    fn documented_sources_are_parsed() {
         let uart = |port: &str, baud| Source::Uart {
             port: port.to_owned(),
             baud,
@@ -374,14 +374,14 @@ mod tests {
     }
 
     #[test]
-    fn the_default_rates_are_those_of_a_foot() {
+    fn default_rates_match_the_settings_of_a_foot() {
         let settings = wire::Settings::default();
         assert_eq!(DEFAULT_BAUD, settings.uart_rate());
         assert_eq!(DEFAULT_KBIT * 1000, settings.can_bit_rate());
     }
 
     #[test]
-    fn a_text_that_is_no_source_is_answered_with_what_would_be() {
+    fn invalid_source_error_names_the_expected_form() {
         assert_eq!(
             error("/dev/ttyACM0"),
             "\"/dev/ttyACM0\" is no source; sources are uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT], file:PATH[@SPEED] and demo[:feet=4]"
@@ -412,7 +412,7 @@ mod tests {
     }
 
     #[test]
-    fn a_commands_speed_is_for_what_is_played_and_names_none() {
+    fn default_speed_applies_to_playback_without_a_speed() {
         let played = source("file:x@2").at_speed(Speed::Max);
         assert_eq!(played, source("file:x@2"));
         assert_eq!(source("file:x").at_speed(Speed::Max), source("file:x@max"));

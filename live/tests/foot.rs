@@ -1,4 +1,4 @@
-//! A foot that is asked and set, over CAN and over its serial line: the board's own program answers.
+//! Requests to a foot over CAN and over its serial line, answered by the board's own program.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -54,7 +54,7 @@ fn get(client: &mut Client, name: &str) -> String {
 }
 
 #[test]
-fn every_setting_of_a_new_foot_is_its_default() {
+fn new_foot_has_default_settings() {
     for line in LINES {
         let mut client = client(line);
         let own = settings::read(&mut client).expect("answers");
@@ -62,7 +62,7 @@ fn every_setting_of_a_new_foot_is_its_default() {
         let defaults = settings::defaults(client.node());
         let differ = settings::differences(&defaults, &own);
         let names: Vec<_> = differ.iter().map(|(named, ..)| named.name()).collect();
-        // What the demo sets: the load comes over CAN, and samples over the serial line.
+        // The demo enables the load over CAN, and samples over the serial line.
         let expected = ["uart_streams.raw_sample", "load_input.source"];
         let expected = &expected[usize::from(line == "can")..];
         assert_eq!(names, expected, "{line}");
@@ -70,7 +70,7 @@ fn every_setting_of_a_new_foot_is_its_default() {
 }
 
 #[test]
-fn texts_come_in_segments_and_whole() {
+fn long_texts_are_read_completely() {
     for line in LINES {
         let mut client = client(line);
         let name = client
@@ -81,7 +81,7 @@ fn texts_come_in_segments_and_whole() {
 }
 
 #[test]
-fn settings_are_written_read_back_stored_and_there_after_a_reset() {
+fn stored_settings_survive_a_reset() {
     for line in LINES {
         let mut client = client(line);
         let wanted = values(
@@ -100,7 +100,7 @@ fn settings_are_written_read_back_stored_and_there_after_a_reset() {
                 .expect("taken")
                 .is_empty()
         );
-        // Without a store a reset forgets them; with one it does not.
+        // A reset discards settings unless they are stored.
         for (stored, threshold) in [(false, "0.5"), (true, "0.625")] {
             if stored {
                 settings::write(&mut client, &wanted, Lasting::Stored).expect("stored");
@@ -120,7 +120,7 @@ fn settings_are_written_read_back_stored_and_there_after_a_reset() {
 }
 
 #[test]
-fn a_foot_that_gets_another_id_is_followed_over_the_reset_and_found_by_a_scan() {
+fn foot_with_a_new_id_is_followed_and_found_by_a_scan() {
     let source = "demo:feet=2,speed=20".parse().expect("a source");
     let mut link = link::open(&source).expect("a demo");
     let mut listener = Listener::default();
@@ -144,7 +144,7 @@ fn a_foot_that_gets_another_id_is_followed_over_the_reset_and_found_by_a_scan() 
     assert_eq!(get(&mut again, "foot"), "6");
 }
 
-/// A line that several use, one after the other.
+/// Line shared by several clients.
 #[derive(Clone)]
 struct Shared(Rc<RefCell<Box<dyn Link>>>);
 
@@ -159,9 +159,9 @@ impl Link for Shared {
 }
 
 #[test]
-fn settings_that_fit_only_in_some_order_are_taken_in_any() {
+fn order_dependent_settings_are_accepted_in_any_order() {
     let mut client = client("can");
-    // Both above the upper threshold that the foot has: the lower one fits only after the upper one.
+    // Both exceed the foot's upper threshold, so the lower one is accepted only after the upper one.
     let upper = Named::find("load_input.on_threshold").expect("a name");
     let wanted = values(
         &client,
@@ -184,7 +184,7 @@ fn settings_that_fit_only_in_some_order_are_taken_in_any() {
 }
 
 #[test]
-fn settings_that_do_not_go_together_change_nothing() {
+fn incompatible_settings_change_nothing() {
     for line in LINES {
         let mut client = client(line);
         let before = settings::read(&mut client).expect("answers");
@@ -211,11 +211,11 @@ fn settings_that_do_not_go_together_change_nothing() {
 }
 
 #[test]
-fn a_value_that_is_refused_says_why_in_words() {
+fn refused_value_error_states_the_reason() {
     for line in LINES {
         let mut client = client(line);
         let window = Named::find("window").expect("a name");
-        // Without a pause the foot is operational, and refuses settings.
+        // The foot is operational without a pause, and refuses settings.
         let error = client
             .write(window.address, window.entry.default)
             .expect_err("refused");
@@ -240,7 +240,7 @@ fn a_value_that_is_refused_says_why_in_words() {
 }
 
 #[test]
-fn four_feet_want_to_be_told_apart() {
+fn several_feet_require_a_node_id() {
     let open = || link::open(&"demo:feet=4,speed=20".parse().expect("a source")).expect("a demo");
     match Client::new(open(), None) {
         Err(error) => assert_eq!(
@@ -261,7 +261,7 @@ fn four_feet_want_to_be_told_apart() {
     );
 }
 
-/// A line that breaks after some frames were sent.
+/// Line that breaks after `left` frames were sent.
 struct Breaking {
     link: Box<dyn Link>,
     left: u32,
@@ -270,7 +270,7 @@ struct Breaking {
 impl Link for Breaking {
     fn receive(&mut self, longest: Duration) -> Result<Option<Arrived>, LinkError> {
         let arrived = self.link.receive(longest)?;
-        // What the foot says is lost, too.
+        // Messages of the foot are lost as well.
         Ok(arrived.filter(|_| self.left > 0))
     }
 
@@ -284,13 +284,13 @@ impl Link for Breaking {
 }
 
 #[test]
-fn a_foot_that_vanishes_in_between_is_said_to_have_some_of_both() {
+fn foot_lost_during_a_write_is_reported_as_partly_set() {
     let settings_read = Named::settings().count() as u32;
     for more in [3, 4] {
         let source = "demo:feet=1,speed=20".parse().expect("a source");
         let link = Breaking {
             link: link::open(&source).expect("a demo"),
-            // All settings are read, the foot is asked whether it is alone, paused, and some are written.
+            // All settings are read, uniqueness is checked, the foot is paused, and some settings are written.
             left: settings_read + more,
         };
         let mut client = Client::new(Box::new(link), NodeId::new(17)).expect("a foot");
@@ -311,12 +311,12 @@ fn a_foot_that_vanishes_in_between_is_said_to_have_some_of_both() {
 }
 
 #[test]
-fn a_store_that_is_not_answered_leaves_open_whether_it_was_done() {
+fn unanswered_store_is_reported_as_unknown() {
     let source = "demo:feet=1,speed=20".parse().expect("a source");
     let link = Breaking {
         link: link::open(&source).expect("a demo"),
-        // All settings are read, the foot is asked whether it is alone, paused, one is written, read back, and
-        // the store sent.
+        // All settings are read, uniqueness is checked, the foot is paused, one setting is written and read
+        // back, and the store is sent.
         left: Named::settings().count() as u32 + 5,
     };
     let mut client = Client::new(Box::new(link), NodeId::new(17)).expect("a foot");
@@ -329,7 +329,7 @@ fn a_store_that_is_not_answered_leaves_open_whether_it_was_done() {
 }
 
 #[test]
-fn a_board_becomes_another_foot_and_is_found_as_that_one() {
+fn board_with_a_new_position_is_found_under_its_new_id() {
     for line in LINES {
         let mut client = client(line);
         position::set(&mut client, Foot::RearLeft).expect("no other board is there");
@@ -338,14 +338,14 @@ fn a_board_becomes_another_foot_and_is_found_as_that_one() {
         if line == "can" {
             assert_eq!(client.node(), NodeId::new(0x13));
         }
-        // It is stored.
+        // The position is stored.
         client.restart(None).expect("it is back");
         assert_eq!(get(&mut client, "foot"), "3", "{line}");
     }
 }
 
 #[test]
-fn a_board_does_not_become_a_foot_that_another_one_is() {
+fn position_of_another_board_is_rejected() {
     let source = "demo:feet=4,speed=20".parse().expect("a source");
     let link = link::open(&source).expect("a demo");
     let mut client = Client::new(link, NodeId::new(0x12)).expect("a foot");
@@ -358,7 +358,7 @@ fn a_board_does_not_become_a_foot_that_another_one_is() {
 }
 
 #[test]
-fn no_way_of_setting_a_foot_gives_it_the_id_of_another() {
+fn id_of_another_board_is_rejected_by_all_commands() {
     let source = "demo:feet=4,speed=20".parse().expect("a source");
     let link = link::open(&source).expect("a demo");
     let mut client = Client::new(link, NodeId::new(0x12)).expect("a foot");
@@ -380,15 +380,15 @@ fn no_way_of_setting_a_foot_gives_it_the_id_of_another() {
     assert_eq!(client.state().expect("a state"), State::Operational);
 }
 
-/// What becomes of something that is sent.
+/// Fate of sent data.
 enum Meddling {
     Passed,
     Lost,
-    /// The foot is reset before it could arrive.
+    /// The data is lost because the foot is reset first.
     LostInAReset,
 }
 
-/// A line to the foot with id 17 on which not everything arrives.
+/// Lossy line to the foot with id 17.
 struct Meddled<F> {
     link: Box<dyn Link>,
     meddle: F,
@@ -408,7 +408,7 @@ impl<F: FnMut(&Sending) -> Meddling + Send> Link for Meddled<F> {
     }
 }
 
-/// A command to reset, on the line that something else was sent on.
+/// Reset command for the kind of line of `sending`.
 fn reset_like(sending: &Sending) -> Sending {
     match sending {
         Sending::Frame(_) => {
@@ -424,7 +424,7 @@ fn reset_like(sending: &Sending) -> Sending {
     }
 }
 
-/// Whether it is a command to reset.
+/// Returns whether this is a reset command.
 fn is_reset(sending: &Sending) -> bool {
     match sending {
         Sending::Frame(frame) => frame.id() == 0 && frame.data() == [Command::ResetNode as u8, 17],
@@ -433,7 +433,7 @@ fn is_reset(sending: &Sending) -> bool {
     }
 }
 
-/// Whether it asks the foot to store all settings.
+/// Returns whether this is a request to store all settings.
 fn is_store(sending: &Sending) -> bool {
     let [low, high] = index::STORE.to_le_bytes();
     match sending {
@@ -460,7 +460,7 @@ fn meddled(line: &str, meddle: impl FnMut(&Sending) -> Meddling + Send + 'static
 }
 
 #[test]
-fn a_reset_that_is_lost_is_commanded_again() {
+fn lost_reset_command_is_repeated() {
     for line in LINES {
         let mut resets = 0;
         let mut client = meddled(line, move |sending| {
@@ -479,7 +479,7 @@ fn a_reset_that_is_lost_is_commanded_again() {
 }
 
 #[test]
-fn a_foot_that_never_resets_is_not_said_to_have_started_again() {
+fn missing_reset_is_reported_as_an_error() {
     for line in LINES {
         let mut client = meddled(line, |sending| match is_reset(sending) {
             true => Meddling::Lost,
@@ -495,7 +495,7 @@ fn a_foot_that_never_resets_is_not_said_to_have_started_again() {
 }
 
 #[test]
-fn a_foot_that_starts_again_before_it_stores_is_not_said_to_have_stored() {
+fn restart_before_a_store_is_reported_as_an_error() {
     for line in LINES {
         let mut stores = 0;
         let mut client = meddled(line, move |sending| {
@@ -522,7 +522,7 @@ fn a_foot_that_starts_again_before_it_stores_is_not_said_to_have_stored() {
     }
 }
 
-/// Two boards that are both new, and so have the same id: each frame of theirs comes twice.
+/// Two new boards with the same id: each frame arrives twice.
 struct Twice {
     link: Box<dyn Link>,
     again: Option<Arrived>,
@@ -544,7 +544,7 @@ impl Link for Twice {
 }
 
 #[test]
-fn two_new_boards_at_once_are_not_set() {
+fn two_boards_with_the_same_id_are_not_configured() {
     let source = "demo:feet=1,speed=20".parse().expect("a source");
     let link = link::open(&source).expect("a demo");
     let mut client = Client::new(Box::new(Twice { link, again: None }), None).expect("one id");
@@ -560,7 +560,7 @@ fn two_new_boards_at_once_are_not_set() {
 }
 
 #[test]
-fn what_a_foot_has_learnt_is_kept_over_a_reset_and_forgotten_on_command() {
+fn calibration_survives_a_reset_and_is_erased_on_command() {
     for line in LINES {
         let mut client = client(line);
         let still = |client: &mut Client, index| {
@@ -588,7 +588,7 @@ fn what_a_foot_has_learnt_is_kept_over_a_reset_and_forgotten_on_command() {
     }
 }
 
-/// A robot as fast as it is asked for, whose sensor fails its self-test.
+/// Robot at maximum speed whose sensor fails its self-test.
 struct Failing {
     robot: Robot,
     line: DemoLine,
@@ -625,9 +625,9 @@ impl Link for Failing {
 }
 
 #[test]
-fn a_self_test_passes_or_names_the_axes_and_leaves_the_settings_as_they_were() {
+fn self_test_reports_failed_axes_and_restores_settings() {
     for (name, line) in LINES.into_iter().zip([DemoLine::Can, DemoLine::Uart]) {
-        // Slow enough for the stage to be seen.
+        // Slow enough for the stage to be polled.
         let mut good = client_at(name, 1);
         assert_eq!(
             self_test::run(&mut good).expect("a verdict"),
@@ -650,7 +650,7 @@ fn a_self_test_passes_or_names_the_axes_and_leaves_the_settings_as_they_were() {
 }
 
 #[test]
-fn the_clocks_of_simulated_feet_are_what_they_are_made_to_be() {
+fn simulated_offset_and_drift_of_clocks_are_measured() {
     let mut robot = Robot::new(4, 1, DemoLine::Can);
     let mut listener = Listener::default();
     let mut clocks = Clocks::default();
@@ -668,7 +668,7 @@ fn the_clocks_of_simulated_feet_are_what_they_are_made_to_be() {
     }
     let (first, compared) = clocks.compare().expect("four feet");
     assert_eq!(first.node, Some(0x11));
-    // Each foot was on for 137 ms more than the one before; the drift counts up to the middle.
+    // Each foot was switched on 137 ms before the preceding one; the offset applies to the middle.
     for (compared, (before_us, ppm)) in
         compared
             .iter()
@@ -688,13 +688,13 @@ fn the_clocks_of_simulated_feet_are_what_they_are_made_to_be() {
 }
 
 #[test]
-fn a_text_reads_back_as_the_settings_it_was_made_of() {
+fn settings_text_parses_back_to_the_same_settings() {
     let mut client = client("can");
     let own = settings::read(&mut client).expect("answers");
     let text = settings::to_text(&own, "settings");
     let back = settings::from_text(&text, client.node()).expect("settings");
     assert_eq!(back, own);
-    // On another foot, identifiers of PDOs are its own.
+    // The identifiers of PDOs depend on the foot.
     let other = settings::from_text(&text, NodeId::new(0x14)).expect("settings");
     assert!(settings::differences(&own, &other).is_empty());
     for (wrong, message) in [
@@ -728,7 +728,7 @@ fn a_text_reads_back_as_the_settings_it_was_made_of() {
 }
 
 #[test]
-fn a_foot_without_heartbeats_is_still_set() {
+fn foot_without_heartbeats_is_configured() {
     let mut client = client("can");
     for time in ["0", "200"] {
         let values = values(&client, &[("producer_heartbeat_time", time)]);

@@ -1,5 +1,4 @@
-//! Real serial ports, as far as the system has them: pseudo-terminals, with the board's own program
-//! behind them.
+//! Serial ports as pseudo-terminals, with the board's own program behind them.
 
 #![cfg(unix)]
 
@@ -21,7 +20,7 @@ use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use wire::CanFrame;
 
-/// A pseudo-terminal: our end, and the name of the other.
+/// Opens a pseudo-terminal; returns our end and the name of the other.
 fn terminal() -> (OwnedFd, String) {
     let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a pseudo-terminal");
     grantpt(&ours).expect("granted");
@@ -33,13 +32,13 @@ fn terminal() -> (OwnedFd, String) {
     (ours, name.into_string().expect("text"))
 }
 
-/// The bytes that arrive at our end.
+/// Receives the bytes that arrive at our end.
 fn received(ours: &OwnedFd) -> Receiver<Vec<u8>> {
     let mut file = File::from(ours.try_clone().expect("a second handle"));
     let (to, bytes) = channel();
     thread::spawn(move || {
         let mut piece = [0; 4096];
-        // An error says that the other end is closed: it may be opened again.
+        // An error means that the other end is closed; it may be reopened.
         loop {
             match file.read(&mut piece) {
                 Ok(0) => return,
@@ -55,7 +54,7 @@ fn received(ours: &OwnedFd) -> Receiver<Vec<u8>> {
     bytes
 }
 
-/// How long is waited for something that comes: a busy machine takes its time.
+/// Timeout of expected data, long enough for a busy machine.
 const LONGEST: Duration = Duration::from_secs(60);
 
 /// Listens to a source until `is_enough`.
@@ -83,7 +82,7 @@ fn contacts(heard: &[Heard]) -> usize {
 }
 
 #[test]
-fn a_foot_on_a_serial_port_is_heard_and_answers() {
+fn foot_on_a_serial_port_streams_and_responds() {
     use wire::uart::{Answer, ConfigGet, Message, encode};
     let (ours, name) = terminal();
     let requests = received(&ours);
@@ -126,8 +125,8 @@ fn a_foot_on_a_serial_port_is_heard_and_answers() {
     }
 }
 
-/// An adapter at our end of a terminal, with a robot of four feet on its bus. Frames that it is given
-/// come back through `given`.
+/// Runs an adapter at our end of a terminal, with a robot of four feet on its bus. The frames that it receives
+/// are returned through the channel.
 fn adapter(ours: OwnedFd) -> Receiver<CanFrame> {
     let commands = received(&ours);
     let (to_test, given) = channel();
@@ -178,7 +177,7 @@ fn adapter(ours: OwnedFd) -> Receiver<CanFrame> {
 }
 
 #[test]
-fn four_feet_behind_an_slcan_adapter_are_heard_and_take_frames() {
+fn slcan_adapter_receives_from_and_sends_to_four_feet() {
     let (ours, name) = terminal();
     let given = adapter(ours);
     let feed = Feed::open(format!("slcan:{name}").parse().expect("a source"));
@@ -203,7 +202,7 @@ fn four_feet_behind_an_slcan_adapter_are_heard_and_take_frames() {
 }
 
 #[test]
-fn a_port_without_an_adapter_is_no_adapter() {
+fn port_without_an_adapter_is_reported() {
     let (ours, name) = terminal();
     let feed = Feed::open(format!("slcan:{name}").parse().expect("a source"));
     match feed.next(LONGEST) {
@@ -221,7 +220,7 @@ fn a_port_without_an_adapter_is_no_adapter() {
 }
 
 #[test]
-fn a_port_that_is_plugged_out_is_waited_for() {
+fn unplugged_port_is_retried() {
     let (ours, name) = terminal();
     let feed = Feed::open(format!("uart:{name}").parse().expect("a source"));
     assert!(matches!(feed.next(LONGEST), Some(Fed::Opened)));
@@ -233,7 +232,7 @@ fn a_port_that_is_plugged_out_is_waited_for() {
 }
 
 #[test]
-fn a_port_is_for_one_program_at_a_time() {
+fn second_open_of_a_port_is_rejected() {
     let (_ours, name) = terminal();
     let source = format!("uart:{name}").parse().expect("a source");
     let first = link::open(&source).expect("a port");

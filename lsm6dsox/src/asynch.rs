@@ -1,8 +1,8 @@
-//! The driver over `embedded_hal_async::spi::SpiDevice`: where its logic is written.
+//! The driver over `embedded_hal_async::spi::SpiDevice`, which contains the driver's logic.
 //!
-//! [`crate::Lsm6dsox`] is the same over the blocking traits. It runs these very functions on a
-//! bus whose every answer is there at once, so that nothing is written twice and no macro has to
-//! rewrite anything.
+//! [`crate::Lsm6dsox`] is the driver over the blocking traits. It runs these functions on a
+//! bus whose answers are always ready, so that no code is duplicated and no macro has to
+//! rewrite it.
 
 use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::spi::{Operation, SpiDevice};
@@ -15,19 +15,19 @@ use crate::sample::{RawSample, SAMPLE_BYTES, Status};
 use crate::self_test::{self, SelfTest};
 use crate::timestamp::{FrequencyFine, SensorTimestamp};
 
-/// From power-up until the part answers, µs \[P example\].
+/// Time from power-up until the part answers, µs \[P example\].
 pub const BOOT_MICROS: u32 = 10_000;
 
-/// From the gyroscope's start until its samples can be used, µs: up to 70 ms from power-down to
-/// high performance, as ST gives it for a sibling (AN5040, LSM6DSL, turn-on time), and three
+/// Time from the gyroscope's start until its samples are usable, µs: up to 70 ms from power-down to
+/// high performance, as ST specifies for a sibling (AN5040, LSM6DSL, turn-on time), and three
 /// periods of the narrowest cut-off of [`Params::FRESH_KILOHERTZ`](crate::Params::FRESH_KILOHERTZ)
 /// for its filter. The first samples come after 35 ms \[D\].
 pub const TURN_ON_MICROS: u32 = 80_000;
 
-/// Between two polls of `SW_RESET`, µs.
+/// Interval between two polls of `SW_RESET`, µs.
 const RESET_POLL_MICROS: u32 = 100;
 
-/// Polls of `SW_RESET` until it counts as stuck; 10 ms in all.
+/// Polls of `SW_RESET` until the reset counts as failed; 10 ms in total.
 const RESET_POLLS: u32 = 100;
 
 /// Polls of `STATUS_REG`, 1 ms apart, until a sample of the self-test counts as missing.
@@ -38,13 +38,13 @@ const DATA_READY_POLLS: u32 = 100;
 pub struct Lsm6dsox<SPI> {
     pub(crate) spi: SPI,
     config: Config,
-    /// What the part was last read to hold; `None` from before the first write that changes it
-    /// until all of it has been read back. Codes get their scale from here and nowhere else.
+    /// Configuration that the part was last read to hold; `None` from before the first write that changes
+    /// it until all of it has been read back. The only source of the scale of codes.
     held: Option<Config>,
 }
 
 impl<SPI: SpiDevice> Lsm6dsox<SPI> {
-    /// A driver that has not touched the bus; [`init`](Self::init) comes next.
+    /// Creates a driver without accessing the bus; [`init`](Self::init) comes next.
     pub const fn new(spi: SPI, config: Config) -> Self {
         Self {
             spi,
@@ -58,12 +58,12 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         &self.config
     }
 
-    /// The bus, to be set otherwise between two transfers.
+    /// The bus, to change its settings between two transfers.
     pub const fn bus(&mut self) -> &mut SPI {
         &mut self.spi
     }
 
-    /// Gives the bus back.
+    /// Releases the bus.
     pub fn release(self) -> SPI {
         self.spi
     }
@@ -74,7 +74,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// called again at any time.
     ///
     /// # Errors
-    /// The first register that does not hold what it should.
+    /// The first register that does not hold the expected value.
     pub async fn init(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<SPI::Error>> {
         self.held = None;
         delay.delay_us(BOOT_MICROS).await;
@@ -88,10 +88,10 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         Ok(())
     }
 
-    /// Changes the configuration; [`init`](Self::init) with another one.
+    /// Changes the configuration and runs [`init`](Self::init).
     ///
     /// # Errors
-    /// As [`init`](Self::init). There are no samples then until one of the two has succeeded.
+    /// As [`init`](Self::init). Samples are unavailable until one of the two has succeeded.
     pub async fn reconfigure(
         &mut self,
         config: Config,
@@ -101,10 +101,10 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         self.init(delay).await
     }
 
-    /// Whether a part with the right identity answers.
+    /// Checks that a part with the right identity answers.
     ///
     /// # Errors
-    /// [`Error::Identity`] with what was read instead.
+    /// [`Error::Identity`] with the value read instead.
     pub async fn check_identity(&mut self) -> Result<(), Error<SPI::Error>> {
         let read = self.read(register::WHO_AM_I.address).await?;
         if read == register::WHO_AM_I.reset {
@@ -114,11 +114,11 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         }
     }
 
-    /// Reads every register of the configuration back. A part that was reset behind the driver's
-    /// back, by a dip of its supply, is found here.
+    /// Reads every register of the configuration back. Detects a part that was reset unnoticed,
+    /// by a dip of its supply.
     ///
     /// # Errors
-    /// [`Error::ReadBack`] with the first register that differs. There are no samples then until
+    /// [`Error::ReadBack`] with the first register that differs. Samples are unavailable until
     /// [`init`](Self::init) has succeeded.
     pub async fn verify(&mut self) -> Result<(), Error<SPI::Error>> {
         let config = self.config;
@@ -128,11 +128,11 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         Ok(())
     }
 
-    /// Reads one register of [`Config::writes`] back: a look at a time, where
+    /// Reads one register of [`Config::writes`] back, if
     /// [`verify`](Self::verify) would take too long.
     ///
     /// # Errors
-    /// [`Error::ReadBack`] where it differs.
+    /// [`Error::ReadBack`] if it differs.
     pub async fn check(&mut self, write: Write) -> Result<(), Error<SPI::Error>> {
         let read = self.read(write.register.address).await?;
         if read == write.value {
@@ -149,14 +149,14 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// Reads status, temperature, angular rate and specific force in one transfer of 17 bytes.
     ///
     /// # Errors
-    /// [`Error::Status`] where what came back cannot be a sample, [`Error::Unconfigured`] where
+    /// [`Error::Status`] if the bytes read cannot be a sample, [`Error::Unconfigured`] if
     /// the part is not known to hold the configuration.
     pub async fn sample(&mut self) -> Result<RawSample, Error<SPI::Error>> {
         if self.held.is_none() {
             return Err(Error::Unconfigured);
         }
         let mut frame = BURST;
-        // Straight to the bus: this is what each tick does, and each future in between costs.
+        // Straight to the bus: this runs at each tick, and each future in between has a cost.
         let mut operations = [Operation::TransferInPlace(&mut frame)];
         self.spi.transaction(&mut operations).await?;
         let config = self.held.as_ref().ok_or(Error::Unconfigured)?;
@@ -166,7 +166,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// Reads `STATUS_REG` alone.
     ///
     /// # Errors
-    /// [`Error::Status`] where what came back cannot be a status.
+    /// [`Error::Status`] if the byte read cannot be a status.
     pub async fn status(&mut self) -> Result<Status, Error<SPI::Error>> {
         let register = register::STATUS_REG;
         let read = self.read(register.address).await?;
@@ -176,7 +176,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// Reads the part's 25 µs counter.
     ///
     /// # Errors
-    /// Those of the bus.
+    /// Errors of the bus.
     pub async fn timestamp(&mut self) -> Result<SensorTimestamp, Error<SPI::Error>> {
         let mut frame = [register::TIMESTAMP0.read_address(), 0, 0, 0, 0];
         self.transfer(&mut frame).await?;
@@ -187,25 +187,25 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// Sets the part's 25 µs counter to zero.
     ///
     /// # Errors
-    /// Those of the bus.
+    /// Errors of the bus.
     pub async fn reset_timestamp(&mut self) -> Result<(), Error<SPI::Error>> {
         self.write(register::TIMESTAMP2.address, register::TIMESTAMP_RESET)
             .await
     }
 
-    /// Reads by how much the part's clock is off.
+    /// Reads the error of the part's clock.
     ///
     /// # Errors
-    /// Those of the bus.
+    /// Errors of the bus.
     pub async fn frequency_fine(&mut self) -> Result<FrequencyFine, Error<SPI::Error>> {
         let read = self.read(register::INTERNAL_FREQ_FINE.address).await?;
         Ok(FrequencyFine(i8::from_le_bytes([read])))
     }
 
-    /// Reads the FIFO's level and alarms. Reading clears the note of an overrun.
+    /// Reads the FIFO's level and flags. Reading clears the latched overrun flag.
     ///
     /// # Errors
-    /// [`Error::Status`] where what came back cannot be a status.
+    /// [`Error::Status`] if the bytes read cannot be a status.
     pub async fn fifo_status(&mut self) -> Result<FifoStatus, Error<SPI::Error>> {
         let mut frame = [register::FIFO_STATUS1.read_address(), 0, 0];
         self.transfer(&mut frame).await?;
@@ -216,11 +216,11 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         })
     }
 
-    /// Reads the FIFO's status and then, in one transfer, as many words as there are and as fit
-    /// into `buffer`.
+    /// Reads the FIFO's status and then, in one transfer, the words available, up to the size
+    /// of `buffer`.
     ///
     /// # Errors
-    /// [`Error::Status`] where what came back cannot be a status, [`Error::Unconfigured`] where
+    /// [`Error::Status`] if the bytes read cannot be a status, [`Error::Unconfigured`] if
     /// the part is not known to hold the configuration.
     pub async fn read_fifo<'a>(
         &mut self,
@@ -247,11 +247,11 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         })
     }
 
-    /// Switches both sensors off. [`init`](Self::init) switches them on again; until then there
-    /// are no samples.
+    /// Switches both sensors off. Samples are unavailable until [`init`](Self::init) switches
+    /// them on again.
     ///
     /// # Errors
-    /// [`Error::ReadBack`] with the data rate that did not take.
+    /// [`Error::ReadBack`] with the data rate that was not accepted.
     pub async fn power_down(&mut self) -> Result<(), Error<SPI::Error>> {
         self.held = None;
         const OFF: [Write; 2] = [
@@ -274,8 +274,8 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// Runs ST's self-test, then [`init`](Self::init). The part must lie still for a second.
     ///
     /// # Errors
-    /// Those of the bus and the registers; a part that fails its limits is a result, not an error.
-    /// After an error the part may be under a test signal: there are no samples until
+    /// Errors of the bus and the registers; a part that fails its limits is a result, not an error.
+    /// After an error the part may be under a test signal: samples are unavailable until
     /// [`init`](Self::init) has succeeded.
     pub async fn self_test(
         &mut self,
@@ -300,7 +300,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         })
     }
 
-    /// Means of samples without and with a test signal.
+    /// Returns the means of samples without and with a test signal.
     async fn test_signal(
         &mut self,
         config: &Config,
@@ -347,9 +347,9 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         Err(Error::DataReadyTimeout { read })
     }
 
-    /// Writes what keeps a part from being read at all, without reading: in another bank `WHO_AM_I`
-    /// is another register, and with 3-wire SPI the answers come on the part's input. Neither goes
-    /// away by itself before the part loses its supply. A part that has its configuration keeps it.
+    /// Writes the settings that prevent reading, without reading: in another bank `WHO_AM_I`
+    /// is another register, and with 3-wire SPI the answers come on the part's input. Both persist
+    /// until the part loses its supply. A part that has its configuration keeps it.
     async fn make_readable(&mut self) -> Result<(), Error<SPI::Error>> {
         self.write(register::FUNC_CFG_ACCESS.address, 0).await?;
         self.write(register::CTRL3_C.address, self.config.params().ctrl3_c())
@@ -408,7 +408,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     }
 }
 
-/// What asks for a sample: an address, and room for what comes.
+/// Request for a sample: an address, and space for the answer.
 const BURST: [u8; SAMPLE_BYTES + 1] = {
     let mut frame = [0; SAMPLE_BYTES + 1];
     let [address, ..] = &mut frame;
@@ -416,7 +416,7 @@ const BURST: [u8; SAMPLE_BYTES + 1] = {
     frame
 };
 
-/// The sample in a burst.
+/// Decodes the sample in a burst.
 fn decode<E>(
     [_, bytes @ ..]: &[u8; SAMPLE_BYTES + 1],
     config: &Config,

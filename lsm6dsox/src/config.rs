@@ -1,7 +1,7 @@
-//! What can be set, and its check: parameters go in, a configuration the part has comes out.
+//! Settings of the part and their validation: parameters go in, a valid configuration comes out.
 //!
-//! [`Params`] is what a person writes; [`Params::validate`] turns it into the [`Config`] a
-//! driver takes, or names the field that cannot be. [`Config::writes`] is the only place where
+//! [`Params`] is the user's input; [`Params::validate`] turns it into the [`Config`] a
+//! driver takes, or names the invalid field. [`Config::writes`] is the only place where
 //! settings become register values.
 
 use core::fmt;
@@ -13,15 +13,15 @@ use crate::register::{
 use crate::scale::{AccelFullScale, GyroFullScale};
 use crate::setting::{AccelFilter, DataReadyMode, Ftype, GyroFilter, Odr, Pin, Sensor};
 
-/// A pin that says when a sample is new.
+/// Pin that signals new samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct DataReady {
-    /// Which sensor's samples.
+    /// Sensor whose samples are signalled.
     pub sensor: Sensor,
-    /// On which pin.
+    /// Pin that is driven.
     pub pin: Pin,
-    /// For how long.
+    /// Duration of the signal.
     pub mode: DataReadyMode,
 }
 
@@ -49,23 +49,23 @@ pub struct GyroParams {
     pub filter: GyroFilter,
 }
 
-/// Batching in the FIFO: each chosen sensor at its full data rate, oldest words overwritten.
+/// Batching in the FIFO: each enabled sensor at its full data rate, oldest words overwritten.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FifoParams {
-    /// The level that raises the watermark flag, in words; 1 to 511.
+    /// Level that raises the watermark flag, in words; 1 to 511.
     pub watermark: u16,
-    /// Take the accelerometer's samples.
+    /// Enables batching of the accelerometer's samples.
     pub accel: bool,
-    /// Take the gyroscope's samples.
+    /// Enables batching of the gyroscope's samples.
     pub gyro: bool,
-    /// Take a timestamp with each of them.
+    /// Enables batching of a timestamp with each of them.
     pub timestamp: bool,
-    /// The pin that the watermark flag drives.
+    /// Pin that the watermark flag drives.
     pub pin: Option<Pin>,
 }
 
-/// Everything that can be set.
+/// Settings of the part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Params {
@@ -76,11 +76,11 @@ pub struct Params {
     /// A word being read is not updated between its two bytes. It protects each 16-bit word,
     /// not the set of six.
     pub block_data_update: bool,
-    /// The pin that announces samples.
+    /// Pin that signals new samples.
     pub data_ready: Option<DataReady>,
-    /// The 25 µs counter.
+    /// Enables the 25 µs counter.
     pub timestamp: bool,
-    /// The FIFO; `None` leaves it empty.
+    /// Settings of the FIFO; `None` keeps it empty.
     pub fifo: Option<FifoParams>,
 }
 
@@ -112,10 +112,10 @@ impl Params {
         fifo: None,
     };
 
-    /// Checks that the part has this combination.
+    /// Checks that the part supports this combination.
     ///
     /// # Errors
-    /// The first field that cannot be, and why.
+    /// The first invalid field, and the reason.
     pub const fn validate(&self) -> Result<Config, ParamsError> {
         let (accel_off, gyro_off) = (self.accel.odr.is_off(), self.gyro.odr.is_off());
         if accel_off && gyro_off {
@@ -159,7 +159,7 @@ impl Params {
         Ok(Config::new(*self))
     }
 
-    /// What [`Config::writes`] has.
+    /// Register values for [`Config::writes`].
     const fn writes(&self) -> [Write; Config::WRITES] {
         let Params {
             accel,
@@ -234,12 +234,12 @@ impl Params {
         ]
     }
 
-    /// `CTRL3_C`.
+    /// Value of `CTRL3_C`.
     pub(crate) const fn ctrl3_c(&self) -> u8 {
         ctrl3_c::IF_INC.mask() | ctrl3_c::BDU.place(self.block_data_update as u8)
     }
 
-    /// `COUNTER_BDR_REG1`, `INT1_CTRL` and `INT2_CTRL`.
+    /// Values of `COUNTER_BDR_REG1`, `INT1_CTRL` and `INT2_CTRL`.
     const fn pins(&self) -> (u8, u8, u8) {
         let (mut pulsed, mut int1, mut int2) = (0, 0, 0);
         if let Some(DataReady { sensor, pin, mode }) = self.data_ready {
@@ -264,7 +264,7 @@ impl Params {
         (pulsed, int1, int2)
     }
 
-    /// Watermark, `BDR_XL`, `BDR_GY` and `FIFO_CTRL4`.
+    /// Values of watermark, `BDR_XL`, `BDR_GY` and `FIFO_CTRL4`.
     const fn fifo(&self) -> (u16, u8, u8, u8) {
         const CONTINUOUS: u8 = 6;
         const WITH_EACH_SAMPLE: u8 = 1;
@@ -280,7 +280,7 @@ impl Params {
     }
 }
 
-/// Settings that the part has. Only [`Params::validate`] makes one.
+/// Validated settings. Only [`Params::validate`] makes one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Config {
@@ -289,13 +289,13 @@ pub struct Config {
     values: [u8; Self::WRITES],
 }
 
-/// A register and what goes into it.
+/// A register and the value to write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Write {
-    /// Where.
+    /// Register to write.
     pub register: &'static Register,
-    /// What.
+    /// Value to write.
     pub value: u8,
 }
 
@@ -333,23 +333,23 @@ impl Config {
         Self { params, values }
     }
 
-    /// How many registers a configuration takes.
+    /// Number of registers in a configuration.
     pub const WRITES: usize = 23;
 
-    /// The settings as they were given.
+    /// The settings as given.
     #[must_use]
     pub const fn params(&self) -> &Params {
         &self.params
     }
 
-    /// Cut-off of the accelerometer's filter, Hz; `None` where it is off.
+    /// Cut-off of the accelerometer's filter, Hz; `None` if it is off.
     #[must_use]
     pub fn accel_cutoff(&self) -> Option<f32> {
         let accel = &self.params.accel;
         (!accel.odr.is_off()).then(|| accel.odr.hertz() / accel.filter.divisor())
     }
 
-    /// Cut-off of the gyroscope's filters, Hz; `None` where it is off or the cut-off is not known.
+    /// Cut-off of the gyroscope's filters, Hz; `None` if it is off or the cut-off is unknown.
     #[must_use]
     pub const fn gyro_cutoff(&self) -> Option<f32> {
         self.params.gyro.filter.cutoff(self.params.gyro.odr)
@@ -358,7 +358,7 @@ impl Config {
     /// The configuration as register values, in the order in which they are written after a
     /// reset: the register bank and foreign interfaces first, data rates last.
     ///
-    /// Registers that this configuration leaves as after a reset are in it where another value
+    /// Registers that this configuration leaves at their reset value are included if another value
     /// would void the data: self-test, high-pass filter and low power of the gyroscope, user
     /// offsets, pins.
     pub fn writes(&self) -> impl Iterator<Item = Write> + '_ {
@@ -369,7 +369,7 @@ impl Config {
         })
     }
 
-    /// The write with this index in [`writes`](Self::writes); `None` from [`WRITES`](Self::WRITES) on.
+    /// Returns the write with this index in [`writes`](Self::writes); `None` from [`WRITES`](Self::WRITES) on.
     #[must_use]
     pub fn write(&self, index: usize) -> Option<Write> {
         Some(Write {
@@ -413,13 +413,13 @@ const fn write(register: &'static Register, value: u8) -> Write {
     Write { register, value }
 }
 
-/// Why parameters were refused.
+/// Reason for which parameters were rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ParamsError {
-    /// The field's path in [`Params`].
+    /// Path of the field in [`Params`].
     pub field: &'static str,
-    /// What is wrong with it.
+    /// Description of the problem.
     pub problem: &'static str,
 }
 

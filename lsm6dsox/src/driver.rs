@@ -1,7 +1,7 @@
 //! The driver over `embedded_hal::spi::SpiDevice`.
 //!
-//! Every method is the one of [`asynch::Lsm6dsox`] on a bus whose every
-//! answer is there at once: polling it a single time runs it to its end.
+//! Every method corresponds to one of [`asynch::Lsm6dsox`] on a bus whose
+//! answers are always ready: polling it a single time completes it.
 
 use core::pin::pin;
 use core::task::{Context, Poll, Waker};
@@ -17,29 +17,29 @@ use crate::sample::{RawSample, Status};
 use crate::self_test::SelfTest;
 use crate::timestamp::{FrequencyFine, SensorTimestamp};
 
-/// How the part's SPI is clocked; mode 0 does too \[D\].
+/// SPI mode of the part; mode 0 works as well \[D\].
 pub const SPI_MODE: Mode = MODE_3;
 
-/// The fastest clock of the part's SPI, Hz \[D\]. Clock dividers that round up go beyond it.
+/// Largest clock of the part's SPI, Hz \[D\]. Clock dividers that round up exceed it.
 ///
 /// On a sibling the data line is valid up to 50 ns after the clock's edge (LSM6DSL, SPI slave timing,
-/// `tv(SO)`), which is the whole half period: at this clock a slow part leaves the master's setup time
-/// nothing. [`SpiClock::Half`] leaves 50 ns.
+/// `tv(SO)`), which is the whole half period: at this clock a slow part leaves no setup time for the
+/// master. [`SpiClock::Half`] leaves 50 ns.
 pub const SPI_MAX_HERTZ: u32 = 10_000_000;
 
-/// The clock of the part's SPI.
+/// Clock of the part's SPI.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SpiClock {
     /// [`SPI_MAX_HERTZ`].
     #[default]
     Full,
-    /// Half of it.
+    /// Half of [`SPI_MAX_HERTZ`].
     Half,
 }
 
 impl SpiClock {
-    /// Hz.
+    /// Clock frequency, Hz.
     #[must_use]
     pub const fn hertz(self) -> u32 {
         match self {
@@ -49,13 +49,13 @@ impl SpiClock {
     }
 }
 
-/// A bus whose clock can be slowed down.
+/// A bus whose clock can be reduced.
 pub trait SetSpiClock {
-    /// Transfers from now on run at no more than this clock.
+    /// Limits the clock of the following transfers.
     fn set_spi_clock(&mut self, clock: SpiClock);
 }
 
-/// A blocking bus or delay with the face of an asynchronous one.
+/// Adapter from a blocking bus or delay to the asynchronous traits.
 #[derive(Debug)]
 struct Blocking<T>(T);
 
@@ -86,7 +86,7 @@ impl<D: DelayNs> embedded_hal_async::delay::DelayNs for Blocking<&mut D> {
     }
 }
 
-/// Runs a future that never waits.
+/// Runs a future that is always ready.
 fn run<F: Future>(future: F) -> F::Output {
     let mut future = pin!(future);
     let mut context = Context::from_waker(Waker::noop());
@@ -104,7 +104,7 @@ pub struct Lsm6dsox<SPI> {
 }
 
 impl<SPI: SpiDevice> Lsm6dsox<SPI> {
-    /// A driver that has not touched the bus; [`init`](Self::init) comes next.
+    /// Creates a driver without accessing the bus; [`init`](Self::init) comes next.
     pub const fn new(spi: SPI, config: Config) -> Self {
         Self {
             inner: asynch::Lsm6dsox::new(Blocking(spi), config),
@@ -116,7 +116,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         self.inner.config()
     }
 
-    /// Gives the bus back.
+    /// Releases the bus.
     pub fn release(self) -> SPI {
         self.inner.release().0
     }
@@ -127,15 +127,15 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// called again at any time.
     ///
     /// # Errors
-    /// The first register that does not hold what it should.
+    /// The first register that does not hold the expected value.
     pub fn init(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<SPI::Error>> {
         run(self.inner.init(&mut Blocking(delay)))
     }
 
-    /// Changes the configuration; [`init`](Self::init) with another one.
+    /// Changes the configuration and runs [`init`](Self::init).
     ///
     /// # Errors
-    /// As [`init`](Self::init). There are no samples then until one of the two has succeeded.
+    /// As [`init`](Self::init). Samples are unavailable until one of the two has succeeded.
     pub fn reconfigure(
         &mut self,
         config: Config,
@@ -144,29 +144,29 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         run(self.inner.reconfigure(config, &mut Blocking(delay)))
     }
 
-    /// Whether a part with the right identity answers.
+    /// Checks that a part with the right identity answers.
     ///
     /// # Errors
-    /// [`Error::Identity`] with what was read instead.
+    /// [`Error::Identity`] with the value read instead.
     pub fn check_identity(&mut self) -> Result<(), Error<SPI::Error>> {
         run(self.inner.check_identity())
     }
 
-    /// Reads every register of the configuration back. A part that was reset behind the driver's
-    /// back, by a dip of its supply, shows here.
+    /// Reads every register of the configuration back. Detects a part that was reset unnoticed,
+    /// by a dip of its supply.
     ///
     /// # Errors
-    /// [`Error::ReadBack`] with the first register that differs. There are no samples then until
+    /// [`Error::ReadBack`] with the first register that differs. Samples are unavailable until
     /// [`init`](Self::init) has succeeded.
     pub fn verify(&mut self) -> Result<(), Error<SPI::Error>> {
         run(self.inner.verify())
     }
 
-    /// Reads one register of [`Config::writes`] back: a look at a time, where
+    /// Reads one register of [`Config::writes`] back, if
     /// [`verify`](Self::verify) would take too long.
     ///
     /// # Errors
-    /// [`Error::ReadBack`] where it differs.
+    /// [`Error::ReadBack`] if it differs.
     pub fn check(&mut self, write: Write) -> Result<(), Error<SPI::Error>> {
         run(self.inner.check(write))
     }
@@ -174,7 +174,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// Reads status, temperature, angular rate and specific force in one transfer of 17 bytes.
     ///
     /// # Errors
-    /// [`Error::Status`] where what came back cannot be a sample, [`Error::Unconfigured`] where
+    /// [`Error::Status`] if the bytes read cannot be a sample, [`Error::Unconfigured`] if
     /// the part is not known to hold the configuration.
     pub fn sample(&mut self) -> Result<RawSample, Error<SPI::Error>> {
         run(self.inner.sample())
@@ -183,7 +183,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// Reads `STATUS_REG` alone.
     ///
     /// # Errors
-    /// [`Error::Status`] where what came back cannot be a status.
+    /// [`Error::Status`] if the byte read cannot be a status.
     pub fn status(&mut self) -> Result<Status, Error<SPI::Error>> {
         run(self.inner.status())
     }
@@ -191,7 +191,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// Reads the part's 25 µs counter.
     ///
     /// # Errors
-    /// Those of the bus.
+    /// Errors of the bus.
     pub fn timestamp(&mut self) -> Result<SensorTimestamp, Error<SPI::Error>> {
         run(self.inner.timestamp())
     }
@@ -199,32 +199,32 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// Sets the part's 25 µs counter to zero.
     ///
     /// # Errors
-    /// Those of the bus.
+    /// Errors of the bus.
     pub fn reset_timestamp(&mut self) -> Result<(), Error<SPI::Error>> {
         run(self.inner.reset_timestamp())
     }
 
-    /// Reads by how much the part's clock is off.
+    /// Reads the error of the part's clock.
     ///
     /// # Errors
-    /// Those of the bus.
+    /// Errors of the bus.
     pub fn frequency_fine(&mut self) -> Result<FrequencyFine, Error<SPI::Error>> {
         run(self.inner.frequency_fine())
     }
 
-    /// Reads the FIFO's level and alarms. Reading clears the note of an overrun.
+    /// Reads the FIFO's level and flags. Reading clears the latched overrun flag.
     ///
     /// # Errors
-    /// [`Error::Status`] where what came back cannot be a status.
+    /// [`Error::Status`] if the bytes read cannot be a status.
     pub fn fifo_status(&mut self) -> Result<FifoStatus, Error<SPI::Error>> {
         run(self.inner.fifo_status())
     }
 
-    /// Reads the FIFO's status and then, in one transfer, as many words as there are and as fit
-    /// into `buffer`.
+    /// Reads the FIFO's status and then, in one transfer, the words available, up to the size
+    /// of `buffer`.
     ///
     /// # Errors
-    /// [`Error::Status`] where what came back cannot be a status, [`Error::Unconfigured`] where
+    /// [`Error::Status`] if the bytes read cannot be a status, [`Error::Unconfigured`] if
     /// the part is not known to hold the configuration.
     pub fn read_fifo<'a>(
         &mut self,
@@ -233,11 +233,11 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         run(self.inner.read_fifo(buffer))
     }
 
-    /// Switches both sensors off. [`init`](Self::init) switches them on again; until then there
-    /// are no samples.
+    /// Switches both sensors off. Samples are unavailable until [`init`](Self::init) switches
+    /// them on again.
     ///
     /// # Errors
-    /// [`Error::ReadBack`] with the data rate that did not take.
+    /// [`Error::ReadBack`] with the data rate that was not accepted.
     pub fn power_down(&mut self) -> Result<(), Error<SPI::Error>> {
         run(self.inner.power_down())
     }
@@ -245,8 +245,8 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// Runs ST's self-test, then [`init`](Self::init). The part must lie still for a second.
     ///
     /// # Errors
-    /// Those of the bus and the registers; a part that fails its limits is a result, not an error.
-    /// After an error the part may be under a test signal: there are no samples until
+    /// Errors of the bus and the registers; a part that fails its limits is a result, not an error.
+    /// After an error the part may be under a test signal: samples are unavailable until
     /// [`init`](Self::init) has succeeded.
     pub fn self_test(&mut self, delay: &mut impl DelayNs) -> Result<SelfTest, Error<SPI::Error>> {
         run(self.inner.self_test(&mut Blocking(delay)))

@@ -1,53 +1,53 @@
-//! What can go wrong, with the register, what was written and what was read.
+//! Errors of the driver, with the register, the value written and the value read.
 
 use core::fmt;
 
 use crate::register::{self, Register};
 
-/// Why the driver gave up. `E` is the bus's own error.
+/// Error of the driver. `E` is the error type of the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Error<E> {
     /// The transfer itself failed.
     Bus(E),
-    /// `WHO_AM_I` holds something else than 0x6C: another part, or no part at all. 0x00 and 0xFF
-    /// are a data line that is stuck or not connected.
+    /// `WHO_AM_I` does not hold 0x6C: another part, or no part at all. 0x00 and 0xFF
+    /// indicate a data line that is stuck or not connected.
     Identity {
-        /// What it holds.
+        /// Value read.
         read: u8,
     },
-    /// `SW_RESET` in `CTRL3_C` did not go back to 0 in time.
+    /// `SW_RESET` in `CTRL3_C` did not return to 0 in time.
     ResetTimeout {
-        /// What was written to start the reset.
+        /// Value written to start the reset.
         written: u8,
-        /// What was read last.
+        /// Last value read.
         read: u8,
     },
-    /// A register does not hold what was written: the write was lost, or the part has been
+    /// A register does not hold the value written: the write was lost, or the part has been
     /// reset since.
     ReadBack {
-        /// Which register.
+        /// Register that was read back.
         register: Register,
-        /// What was written.
+        /// Value written.
         written: u8,
-        /// What was read.
+        /// Value read.
         read: u8,
     },
-    /// A status register has bits set that no part sets: what was read is not a status, and
-    /// what came with it is no data.
+    /// A status register has bits set that no part sets: the value read is not a status, and
+    /// the data read with it are invalid.
     Status {
-        /// Which register.
+        /// Status register.
         register: Register,
-        /// What was read.
+        /// Value read.
         read: u8,
     },
-    /// No new sample came in time during the self-test.
+    /// No new sample arrived in time during the self-test.
     DataReadyTimeout {
-        /// `STATUS_REG` as it was read last.
+        /// Last value of `STATUS_REG`.
         read: u8,
     },
     /// The part is not known to hold the configuration, so that its codes have no scale: it was
-    /// not brought up, was switched off, or an init, a check or a self-test has failed since.
+    /// not initialised, was switched off, or an init, a check or a self-test has failed since.
     Unconfigured,
 }
 

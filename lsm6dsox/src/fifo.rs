@@ -13,7 +13,7 @@ pub const CAPACITY: u16 = 512;
 /// Bytes of a word: one tag, six of data.
 pub const WORD_BYTES: usize = 7;
 
-/// A word as it comes off the bus.
+/// A word as read from the bus.
 pub type WordBytes = [u8; WORD_BYTES];
 
 /// `FIFO_STATUS1` and `FIFO_STATUS2`.
@@ -26,12 +26,12 @@ pub struct FifoStatus {
     pub watermark: bool,
     /// The FIFO is full.
     pub full: bool,
-    /// Words have been overwritten since this was read last: there is a gap.
+    /// Words have been overwritten since the last reading: there is a gap.
     pub overrun: bool,
 }
 
 impl FifoStatus {
-    /// Takes the two registers apart; `None` where no part sends such bytes.
+    /// Decodes the two registers; `None` if no part sends such bytes.
     #[must_use]
     pub const fn decode([low, high]: [u8; 2]) -> Option<Self> {
         let level = u16::from_le_bytes([low, fifo_status2::DIFF_FIFO.of(high)]);
@@ -48,7 +48,7 @@ impl FifoStatus {
     }
 }
 
-/// What a word is: `TAG_SENSOR` \[P\].
+/// Type of a word: `TAG_SENSOR` \[P\].
 pub mod tag {
     /// Angular rate, not compressed.
     pub const GYRO: u8 = 0x01;
@@ -72,11 +72,11 @@ pub enum FifoData {
     SpecificForce(Codes<AccelFullScale>),
     /// Temperature.
     Temperature(TemperatureCode),
-    /// When the samples of the same slot were taken.
+    /// Time at which the samples of the same slot were taken.
     Timestamp(SensorTimestamp),
     /// The configuration changed here.
     ConfigChange,
-    /// A kind of word that this configuration does not ask for.
+    /// A type of word that this configuration does not request.
     Other {
         /// `TAG_SENSOR`.
         tag: u8,
@@ -91,11 +91,11 @@ pub enum FifoData {
 pub struct FifoWord {
     /// Counts time slots from 0 to 3: words with the same count belong to the same instant.
     pub slot: u8,
-    /// What it holds.
+    /// Contents of the word.
     pub data: FifoData,
 }
 
-/// The tag's parity is wrong: the word was damaged on its way.
+/// The tag's parity is wrong: the word was corrupted in transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TagParityError {
@@ -116,10 +116,10 @@ impl fmt::Display for TagParityError {
 impl core::error::Error for TagParityError {}
 
 impl FifoWord {
-    /// Takes a word apart. Its codes get the scales of `config`.
+    /// Decodes a word. Its codes get the scales of `config`.
     ///
     /// # Errors
-    /// Where the tag byte has an odd number of ones \[P, ST's FIFO utility\].
+    /// An error if the tag byte has an odd number of ones \[P, ST's FIFO utility\].
     pub const fn decode(bytes: WordBytes, config: &Config) -> Result<Self, TagParityError> {
         let [tag, b0, b1, b2, b3, b4, b5] = bytes;
         if !tag.count_ones().is_multiple_of(2) {
@@ -158,18 +158,18 @@ impl FifoWord {
     }
 }
 
-/// Words read in one go.
+/// Words read in one transfer.
 #[derive(Clone, Copy, Debug)]
 pub struct FifoBatch<'a> {
     /// The FIFO's status before they were read.
     pub status: FifoStatus,
-    /// The words as they came, oldest first.
+    /// The words as read, oldest first.
     pub bytes: &'a [WordBytes],
     pub(crate) config: Config,
 }
 
 impl FifoBatch<'_> {
-    /// The words taken apart, oldest first.
+    /// Decodes the words, oldest first.
     pub fn words(&self) -> impl Iterator<Item = Result<FifoWord, TagParityError>> {
         self.bytes
             .iter()
@@ -184,7 +184,7 @@ mod tests {
     const CONFIG: Config = Config::FRESH_KILOHERTZ;
 
     #[test]
-    fn a_tagged_word_is_what_its_tag_says() {
+    fn word_is_decoded_by_its_tag() {
         // Tag 1, slot 2: 0b00001_10_0 has two ones.
         let word = FifoWord::decode([0x0C, 1, 0, 0xFF, 0xFF, 0, 1], &CONFIG).unwrap();
         assert_eq!(word.slot, 2);
@@ -192,13 +192,13 @@ mod tests {
             matches!(word.data, FifoData::AngularRate(codes) if codes.codes == [1, -1, 256]
                 && codes.full_scale == GyroFullScale::Dps2000)
         );
-        // Tag 4, slot 0: 0b00100_00 has one one, so the parity bit is set.
+        // Tag 4, slot 0: 0b00100_00 has a single one, so the parity bit is set.
         let word = FifoWord::decode([0x21, 1, 2, 0, 0, 0, 0], &CONFIG).unwrap();
         assert_eq!(word.data, FifoData::Timestamp(SensorTimestamp(513)));
     }
 
     #[test]
-    fn a_word_with_a_flipped_tag_bit_is_refused() {
+    fn word_with_a_flipped_tag_bit_is_rejected() {
         for bit in 0..8 {
             let tag = 0x0C ^ (1 << bit);
             assert_eq!(
@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn a_level_beyond_the_capacity_is_no_status() {
+    fn level_beyond_the_capacity_is_rejected() {
         assert_eq!(FifoStatus::decode([0x01, 0x02]), None);
         assert_eq!(FifoStatus::decode([0xFF, 0xFF]), None);
         assert_eq!(FifoStatus::decode([0x00, 0x04]), None);

@@ -1,8 +1,8 @@
-//! A part that says "new" and repeats itself: as a whole, one of its sensors, or one axis.
+//! Detection of a part that reports new samples with old values: whole part, one sensor, or one axis.
 //!
-//! A code scatters by its sensor's noise, so it does repeat by chance, and how often depends on the
-//! noise in codes: at the kilohertz preset 4.1 codes of specific force and 1.0 of angular rate. The
-//! chance that a code repeats, worst where the mean lies in the middle of a code, with the filter's
+//! Codes scatter by their sensor's noise, so they also repeat by chance, with a probability that depends
+//! on the noise in codes: at the kilohertz preset 4.1 codes of specific force and 1.0 of angular rate. The
+//! probability of a repeat, largest if the mean lies in the middle of a code, with the filter's
 //! correlation of 0.24 from one sample to the next:
 //!
 //! | noise of | accelerometer | gyroscope |
@@ -13,30 +13,30 @@
 //! Repeats are counted in blocks of [`BLOCK`](FrozenDetector::BLOCK) samples, in which an axis has
 //! either changed or not:
 //!
-//! | what repeats | blocks without a change | noticed after at most | false alarms in 100 years, at the preset's noise | at half of it |
+//! | repeated | blocks without a change | detected after at most | false alarms in 100 years, at the preset's noise | at half of it |
 //! |---|---|---|---|---|
 //! | one axis of the accelerometer | 2 | 30 samples | 9 · 10⁻⁹ | 0.008 |
 //! | the accelerometer | 1 | 20 samples | 3 · 10⁻¹⁹ | 2 · 10⁻¹⁰ |
 //! | one axis of the gyroscope | 8 | 90 samples | 5 · 10⁻²¹ | 0.25 |
 //! | the gyroscope | 3 | 40 samples | 2 · 10⁻²⁵ | 0.002 |
 //!
-//! A unit test computes these. Below 0.49 codes of noise, behind a narrow filter or at a wide
-//! full scale, repeats are no sign of anything, nor are they at the end of the range.
+//! A unit test computes these values. Below 0.49 codes of noise, behind a narrow filter or at a wide
+//! full scale, repeats indicate nothing; the same holds at the end of the range.
 
 use crate::sample::RawSample;
 
-/// Notices when fresh samples stop changing.
+/// Detects fresh samples that have stopped changing.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FrozenDetector {
     last: Packed,
-    /// The bits of each axis that have changed in this block.
+    /// Bits of each axis that have changed in this block.
     changed: Packed,
-    /// The bits of each axis that changed in the blocks before.
+    /// Bits of each axis that changed in the previous blocks.
     changed_before: Packed,
     repeats: u16,
     /// Samples until this block ends; 0 before the first sample.
     left: u8,
-    /// Per axis, blocks in a row without a change.
+    /// Consecutive blocks without a change, per axis.
     unchanged: [u8; AXES],
     frozen: u8,
     seen: bool,
@@ -45,7 +45,7 @@ pub struct FrozenDetector {
 /// Axes in the order ax ay az wx wy wz.
 const AXES: usize = 6;
 
-/// Two codes a word, as they lie in a sample: the fewest instructions a tick.
+/// Two codes per word, as they lie in a sample: the fewest instructions per tick.
 type Packed = [u32; 3];
 
 const fn packed(sample: &RawSample) -> Packed {
@@ -56,7 +56,7 @@ const fn packed(sample: &RawSample) -> Packed {
     [pair(ax, ay), pair(az, wz), pair(wx, wy)]
 }
 
-/// Each axis's half of a word.
+/// Returns each axis's half of a word.
 const fn axes([accel_xy, z, gyro_xy]: Packed) -> [u16; AXES] {
     const LOW: u32 = 0xFFFF;
     [
@@ -70,32 +70,32 @@ const fn axes([accel_xy, z, gyro_xy]: Packed) -> [u16; AXES] {
 }
 
 impl FrozenDetector {
-    /// Repeated samples, all six codes, from which the part counts as frozen.
+    /// Repeats of all six codes from which the part counts as frozen.
     pub const REPEATS: u16 = 8;
 
-    /// Samples of a block.
+    /// Samples per block.
     pub const BLOCK: u8 = 10;
 
-    /// Blocks without a change from which an axis of the accelerometer counts as stuck, …
+    /// Blocks without a change from which one axis of the accelerometer counts as stuck, …
     pub const ACCEL_AXIS_BLOCKS: u8 = 2;
-    /// … all three of them, …
+    /// … all three of its axes, …
     pub const ACCEL_BLOCKS: u8 = 1;
-    /// … an axis of the gyroscope, …
+    /// … one axis of the gyroscope, …
     pub const GYRO_AXIS_BLOCKS: u8 = 8;
-    /// … and all three of those.
+    /// … and all three of its axes.
     pub const GYRO_BLOCKS: u8 = 3;
 
-    /// Every axis: the part as a whole.
+    /// Mask of all axes: the part as a whole.
     pub const EVERY_AXIS: u8 = 0b11_1111;
 
-    /// A detector that has seen nothing.
+    /// Creates a detector without samples.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Takes the next sample and returns the frozen axes: bit *i* is axis *i* of ax ay az wx wy wz.
-    /// Stale samples change nothing: they are flagged as what they are already.
+    /// Processes the next sample and returns the frozen axes: bit *i* is axis *i* of ax ay az wx wy wz.
+    /// Stale samples change nothing: they are flagged already.
     pub fn update(&mut self, sample: &RawSample) -> u8 {
         if !sample.is_fresh() {
             return self.frozen();
@@ -119,7 +119,7 @@ impl FrozenDetector {
         self.frozen()
     }
 
-    /// How often in a row the last sample has repeated: for a caller that cannot wait for
+    /// Number of consecutive repeats of the last sample, for a caller that cannot wait for
     /// [`REPEATS`](Self::REPEATS) of them.
     #[must_use]
     pub const fn repeats(&self) -> u16 {
@@ -136,7 +136,7 @@ impl FrozenDetector {
         }
     }
 
-    /// Whether each axis has changed since the first sample.
+    /// Returns whether each axis has changed since the first sample.
     #[must_use]
     #[inline(never)]
     pub fn every_axis_has_changed(&self) -> bool {
@@ -144,7 +144,7 @@ impl FrozenDetector {
         self.seen && now.into_iter().zip(before).all(|(a, b)| a | b != 0)
     }
 
-    /// Once in a block, and at the first sample, which differs from nothing.
+    /// Called once per block, and at the first sample, which has no predecessor.
     #[inline(never)]
     fn end_block(&mut self) {
         let changed = core::mem::take(&mut self.changed);
@@ -169,7 +169,7 @@ impl FrozenDetector {
     }
 }
 
-/// The frozen axes of a sensor by the blocks in which each has not changed.
+/// Returns the frozen axes of a sensor, given each axis's number of blocks without a change.
 fn stuck([x, y, z]: [u8; 3], one: u8, all: u8) -> u8 {
     if x.min(y).min(z) >= all {
         return 0b111;
@@ -184,7 +184,7 @@ mod tests {
     use crate::scale::FullScale;
     use std::vec::Vec;
 
-    /// A sample with these codes, ax ay az wx wy wz.
+    /// Creates a sample with these codes, ax ay az wx wy wz.
     fn sample(status: u8, codes: [i16; 6]) -> RawSample {
         let [ax, ay, az, wx, wy, wz] = codes;
         let mut bytes = [0; 16];
@@ -195,7 +195,7 @@ mod tests {
         RawSample::decode(&bytes, &Config::FRESH_KILOHERTZ).unwrap()
     }
 
-    /// Codes at a time, of which those in `still` stay.
+    /// Codes at a time; the axes in `still` do not change.
     fn moving(time: usize, still: u8) -> RawSample {
         let codes = core::array::from_fn(|axis| {
             let moves = still & 1 << axis == 0;
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn an_axis_or_a_sensor_without_a_change_is_named_within_its_bound() {
+    fn frozen_axis_or_sensor_is_detected_within_its_bound() {
         for (still, most) in [
             (0b00_0001, 30),
             (0b00_0010, 30),
@@ -247,7 +247,7 @@ mod tests {
                 }
                 assert_eq!(named.last(), Some(&still), "{still:06b}, phase {phase}");
                 assert!(named.iter().all(|named| named & !still == 0));
-                // One change is enough to be sound again, at the end of its block.
+                // A single change clears the axis, at the end of its block.
                 let sound = (0..10).map(|time| detector.update(&moving(time, 0))).last();
                 assert_eq!(sound, Some(0));
             }
@@ -266,8 +266,8 @@ mod tests {
         assert!(detector.every_axis_has_changed());
     }
 
-    /// The chance that a code repeats once it has for long, its mean in the middle of a code: the
-    /// greatest eigenvalue of the transition from one sample to the next within the code, for a
+    /// Probability that a code repeats after many repeats, with its mean in the middle of a code: the
+    /// largest eigenvalue of the transition from one sample to the next within the code, for a
     /// normal sequence of standard deviation `sigma` codes and this correlation between neighbours.
     fn chance_of_a_repeat(sigma: f64, correlation: f64) -> f64 {
         const POINTS: usize = 41;
@@ -294,7 +294,7 @@ mod tests {
         eigenvalue
     }
 
-    /// False alarms in a hundred years at this part of the preset's noise, at the most: accelerometer's
+    /// Upper bound of false alarms in a hundred years at this fraction of the preset's noise: accelerometer's
     /// axis and whole, gyroscope's axis and whole.
     fn false_alarms(part: f64) -> [f64; 4] {
         const BLOCKS: f64 = 100.0 * 365.25 * 86_400.0 * 1000.0 / FrozenDetector::BLOCK as f64;
@@ -325,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn chance_gives_no_alarm_in_a_hundred_years_even_at_half_of_the_noise() {
+    fn false_alarms_stay_below_their_bounds_at_half_of_the_noise() {
         for (part, most) in [
             (1.0, [1.0e-7, 1.0e-17, 1.0e-19, 1.0e-23]),
             (0.5, [0.02, 1.0e-8, 0.3, 0.003]),
@@ -337,7 +337,7 @@ mod tests {
                 assert!(alarms <= most, "at {part} of the noise: {alarms:e}");
             }
         }
-        // Less than that is too little.
+        // Less noise than that causes false alarms.
         assert!(false_alarms(0.45).into_iter().any(|alarms| alarms > 1.0));
     }
 }

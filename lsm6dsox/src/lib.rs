@@ -6,19 +6,19 @@
 //! |---|---|
 //! | the registers: addresses, fields, values after reset | [`register`] |
 //! | data rates, filters, pins | [`setting`] |
-//! | settings, checked, and their register values | [`config`] |
+//! | settings, validated, and their register values | [`config`] |
 //! | init, burst, FIFO, self-test on the bus | [`driver`] (blocking), [`asynch`] |
 //! | sixteen bytes → codes that carry their scale → SI units | [`sample`], [`scale`] |
-//! | what the setting's noise is | [`noise`] |
+//! | noise of the outputs at a setting | [`noise`] |
 //! | the part's own clock | [`timestamp`] |
 //! | batches of tagged words | [`fifo`] |
 //! | ST's self-test and its limits | [`self_test`] |
-//! | a part that repeats itself | [`frozen`] |
-//! | the part itself, for hosts (feature `sim`) | `sim` |
+//! | detection of repeated samples | [`frozen`] |
+//! | simulated part, for hosts (feature `sim`) | `sim` |
 //!
-//! Facts about the part carry the mark of their source: **\[P\]** read in ST's own C driver,
+//! Facts about the part carry the mark of their source: **\[P\]** ST's own C driver,
 //! **\[D\]** the datasheet of a register-compatible sibling (LSM6DSO32, LSM6DSO), **\[S\]**
-//! secondary. The LSM6DSOX datasheet, DS12814, was not at hand: what is marked D or S has not
+//! secondary. The LSM6DSOX datasheet, DS12814, was not available: facts marked D or S have not
 //! been checked against it.
 //!
 //! No allocation, no `unsafe`, no panic on any bytes from the bus; the feature `sim` is for
@@ -71,7 +71,7 @@ pub mod sample;
 pub mod scale;
 pub mod self_test;
 pub mod setting;
-// The part runs on hosts only, where its indices are checked by tests over random transactions.
+// The simulation runs on hosts only, where its indices are checked by tests over random transactions.
 #[cfg(feature = "sim")]
 #[allow(clippy::indexing_slicing)]
 pub mod sim;
@@ -91,7 +91,7 @@ pub use self_test::SelfTest;
 pub use setting::{AccelFilter, DataReadyMode, Ftype, GyroFilter, Odr, Pin, Sensor};
 pub use timestamp::{FrequencyFine, SensorTimestamp};
 
-/// The README's examples compile.
+/// Compiles the README's examples.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 pub struct Readme;

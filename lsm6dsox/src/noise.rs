@@ -1,6 +1,6 @@
-//! How much the outputs scatter at rest, from the part's noise density and the filter set.
+//! Noise of the outputs at rest, from the part's noise density and the configured filter.
 //!
-//! The estimator's kernel bandwidths come from here, and so follow the sensor's setting.
+//! The estimator's kernel bandwidths are derived from it, and so follow the sensor's setting.
 
 use crate::config::Config;
 use crate::scale::{AccelFullScale, DEGREE, STANDARD_GRAVITY};
@@ -9,8 +9,8 @@ use crate::setting::Odr;
 /// The gyroscope's noise density, m°/s/√Hz, at any full scale \[D, S\].
 pub const GYRO_MILLI_DPS_PER_ROOT_HERTZ: f32 = 3.8;
 
-/// The accelerometer's noise density, µg/√Hz \[S\]; ±2 g and ±8 g are less sure than ±4 g and
-/// ±16 g, which more than one source gives.
+/// The accelerometer's noise density, µg/√Hz \[S\]; ±2 g and ±8 g are less certain than ±4 g and
+/// ±16 g, which several sources give.
 #[must_use]
 pub const fn accel_micro_g_per_root_hertz(full_scale: AccelFullScale) -> f32 {
     match full_scale {
@@ -25,17 +25,17 @@ pub const fn accel_micro_g_per_root_hertz(full_scale: AccelFullScale) -> f32 {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Noise {
-    /// m/s²; `None` where the accelerometer is off or in low power.
+    /// m/s²; `None` if the accelerometer is off or in low power.
     pub specific_force: Option<f32>,
-    /// rad/s; `None` where the gyroscope is off or its cut-off is not known.
+    /// rad/s; `None` if the gyroscope is off or its cut-off is unknown.
     pub angular_rate: Option<f32>,
 }
 
 impl Config {
-    /// Noise density times the root of the cut-off frequency.
+    /// Returns the noise density times the root of the cut-off frequency.
     ///
-    /// The cut-off stands for the noise bandwidth, which for a second-order filter is 11 %
-    /// wider: a real part scatters some 5 % more, and by its rounding to whole codes more again.
+    /// The cut-off approximates the noise bandwidth, which for a second-order filter is 11 %
+    /// wider: a real part has some 5 % more noise, and rounding to whole codes adds to it.
     #[must_use]
     pub fn noise(&self) -> Noise {
         let accel = &self.params().accel;

@@ -1,12 +1,12 @@
-//! The registers in use: the one description that the drivers and the simulated part share.
+//! Registers in use: the description shared by the drivers and the simulated part.
 //!
 //! Addresses, bit fields and the identity are those of ST's own C driver \[P\]; the other values
-//! after reset are secondary \[S\]; the drivers write what they set in full.
+//! after reset are secondary \[S\]; the drivers write the registers of a configuration in full.
 
-/// What the bus may do with a register.
+/// Access that the bus has to a register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
-    /// Written and read back.
+    /// Can be written and read back.
     ReadWrite,
     /// Writing has no effect.
     ReadOnly,
@@ -16,16 +16,16 @@ pub enum Access {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Register {
-    /// ST's name for it.
+    /// ST's name of the register.
     pub name: &'static str,
-    /// Where it is, 7 bits.
+    /// Address, 7 bits.
     pub address: u8,
-    /// What it holds after power-up and after a software reset.
+    /// Value after power-up and after a software reset.
     pub reset: u8,
-    /// What the bus may do with it.
+    /// Access that the bus has to the register.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     pub access: Access,
-    /// The bits that mean something. The others are reserved: they keep their value after reset.
+    /// Bits with a function. The others are reserved: they keep their value after reset.
     pub mask: u8,
 }
 
@@ -33,20 +33,20 @@ impl Register {
     /// Most significant bit of the address byte on SPI: set to read \[D\].
     pub const READ: u8 = 0x80;
 
-    /// The address byte that starts a read.
+    /// Returns the address byte that starts a read.
     #[must_use]
     pub const fn read_address(&self) -> u8 {
         self.address | Self::READ
     }
 
-    /// Whether `value` leaves the reserved bits as they are after reset.
+    /// Returns whether `value` leaves the reserved bits at their reset value.
     #[must_use]
     pub const fn keeps_reserved_bits(&self, value: u8) -> bool {
         (value ^ self.reset) & !self.mask == 0
     }
 }
 
-/// Some adjacent bits of a register.
+/// Adjacent bits of a register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Field {
     low: u8,
@@ -54,25 +54,25 @@ pub struct Field {
 }
 
 impl Field {
-    /// The bits of the field, in place.
+    /// Mask of the field's bits, in place.
     #[must_use]
     pub const fn mask(self) -> u8 {
         (0xFF >> (7 - self.high)) & (0xFF << self.low)
     }
 
-    /// `value` moved to the field's place; bits that do not fit are dropped.
+    /// Returns `value` moved to the field's place; bits that do not fit are dropped.
     #[must_use]
     pub const fn place(self, value: u8) -> u8 {
         (value << self.low) & self.mask()
     }
 
-    /// The field's value in the register's `value`.
+    /// Returns the field's value in the register's `value`.
     #[must_use]
     pub const fn of(self, value: u8) -> u8 {
         (value & self.mask()) >> self.low
     }
 
-    /// Whether any bit of the field is set in the register's `value`.
+    /// Returns whether any bit of the field is set in the register's `value`.
     #[must_use]
     pub const fn is_set(self, value: u8) -> bool {
         value & self.mask() != 0
@@ -104,13 +104,13 @@ macro_rules! registers {
             }
         )*
 
-        /// Every register described here, by rising address.
+        /// Every register described here, by ascending address.
         pub const ALL: &[Register] = &[$($name),*];
     };
 }
 
 registers! {
-    /// Which bank of registers the addresses mean; 0 is the one described here.
+    /// Selection of the register bank; 0 is the one described here.
     FUNC_CFG_ACCESS func_cfg_access 0x01 ReadWrite 0x00 { OIS_CTRL_FROM_UI 0..=0, REG_ACCESS 6..=7 }
     /// Pull-ups of the data pins.
     PIN_CTRL pin_ctrl 0x02 ReadWrite 0x3F { SDO_PU_EN 6..=6, OIS_PU_DIS 7..=7 }
@@ -120,7 +120,7 @@ registers! {
     FIFO_CTRL2 fifo_ctrl2 0x08 ReadWrite 0x00 {
         WTM8 0..=0, UNCOPTR_RATE 1..=2, ODRCHG_EN 4..=4, FIFO_COMPR_RT_EN 6..=6, STOP_ON_WTM 7..=7,
     }
-    /// The rates at which the FIFO takes samples; codes as of the data rates.
+    /// Data rates of the FIFO's batches; same codes as the output data rates.
     FIFO_CTRL3 fifo_ctrl3 0x09 ReadWrite 0x00 { BDR_XL 0..=3, BDR_GY 4..=7 }
     /// FIFO mode; batching of temperature and timestamp.
     FIFO_CTRL4 fifo_ctrl4 0x0A ReadWrite 0x00 { FIFO_MODE 0..=2, ODR_T_BATCH 4..=5, ODR_TS_BATCH 6..=7 }
@@ -130,12 +130,12 @@ registers! {
     }
     /// Batch counter's threshold, low byte.
     COUNTER_BDR_REG2 counter_bdr_reg2 0x0C ReadWrite 0x00 { CNT_BDR_TH 0..=7 }
-    /// What drives INT1.
+    /// Signals routed to INT1.
     INT1_CTRL int1_ctrl 0x0D ReadWrite 0x00 {
         DRDY_XL 0..=0, DRDY_G 1..=1, BOOT 2..=2, FIFO_TH 3..=3, FIFO_OVR 4..=4, FIFO_FULL 5..=5,
         CNT_BDR 6..=6, DEN_DRDY_FLAG 7..=7,
     }
-    /// What drives INT2.
+    /// Signals routed to INT2.
     INT2_CTRL int2_ctrl 0x0E ReadWrite 0x00 {
         DRDY_XL 0..=0, DRDY_G 1..=1, DRDY_TEMP 2..=2, FIFO_TH 3..=3, FIFO_OVR 4..=4,
         FIFO_FULL 5..=5, CNT_BDR 6..=6,
@@ -177,7 +177,7 @@ registers! {
     }
     /// Timestamp counter on.
     CTRL10_C ctrl10_c 0x19 ReadWrite 0x00 { TIMESTAMP_EN 5..=5 }
-    /// Which outputs are newer than the last reading.
+    /// Flags of outputs that are newer than the last reading.
     STATUS_REG status_reg 0x1E ReadOnly 0x00 { XLDA 0..=0, GDA 1..=1, TDA 2..=2 }
     /// Temperature, low byte.
     OUT_TEMP_L out_temp_l 0x20 ReadOnly 0x00 { DATA 0..=7 }
@@ -204,22 +204,22 @@ registers! {
     TIMESTAMP3 timestamp3 0x43 ReadOnly 0x00 { DATA 0..=7 }
     /// I3C timing; pull-down of INT1.
     I3C_BUS_AVB i3c_bus_avb 0x62 ReadWrite 0x00 { PD_DIS_INT1 0..=0, I3C_BUS_AVB_SEL 3..=4 }
-    /// By how much the part's clock is off, in steps of 0.15 %.
+    /// Error of the part's clock, in steps of 0.15 %.
     INTERNAL_FREQ_FINE internal_freq_fine 0x63 ReadOnly 0x00 { FREQ_FINE 0..=7 }
-    /// Offset of the specific force along x, added to what the low-pass filter gives where
+    /// Offset of the specific force along x, added to the output of the low-pass filter if
     /// `USR_OFF_ON_OUT` is set.
     X_OFS_USR x_ofs_usr 0x73 ReadWrite 0x00 { OFS 0..=7 }
     /// The same along y.
     Y_OFS_USR y_ofs_usr 0x74 ReadWrite 0x00 { OFS 0..=7 }
     /// The same along z.
     Z_OFS_USR z_ofs_usr 0x75 ReadWrite 0x00 { OFS 0..=7 }
-    /// What the oldest word in the FIFO is; its six bytes follow.
+    /// Tag of the oldest word in the FIFO; its six data bytes follow.
     FIFO_DATA_OUT_TAG fifo_data_out_tag 0x78 ReadOnly 0x00 { TAG_PARITY 0..=0, TAG_CNT 1..=2, TAG_SENSOR 3..=7 }
     /// The last byte of the oldest word in the FIFO.
     FIFO_DATA_OUT_Z_H fifo_data_out_z_h 0x7E ReadOnly 0x00 { DATA 0..=7 }
 }
 
-/// What [`TIMESTAMP2`] takes to set the timestamp to zero.
+/// Value written to [`TIMESTAMP2`] to set the timestamp to zero.
 pub const TIMESTAMP_RESET: u8 = 0xAA;
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! One burst of bytes: status, temperature, angular rate and specific force at one instant.
 //!
-//! [`RawSample`] is what the part said, codes with their scale; [`RawSample::to_si`] is the one
-//! place where it becomes SI units.
+//! [`RawSample`] contains the part's codes with their scale; [`RawSample::to_si`] is the only
+//! conversion to SI units.
 
 use crate::config::Config;
 use crate::register::{self, STATUS_REG, status_reg};
@@ -10,13 +10,13 @@ use crate::scale::{AccelFullScale, Codes, GyroFullScale, TemperatureCode};
 /// Bytes of a sample, from `STATUS_REG` to `OUTZ_H_A`; 0x1F between them is reserved.
 pub const SAMPLE_BYTES: usize = (register::OUTZ_H_A.address - STATUS_REG.address) as usize + 1;
 
-/// `STATUS_REG`: which outputs have not been read before.
+/// `STATUS_REG`: outputs that have not been read before.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Status(u8);
 
 impl Status {
-    /// Takes a byte that a part can have sent: its reserved bits are zero.
+    /// Accepts a byte that a part can have sent: its reserved bits are zero.
     #[must_use]
     pub const fn from_bits(bits: u8) -> Option<Self> {
         if STATUS_REG.keeps_reserved_bits(bits) {
@@ -26,7 +26,7 @@ impl Status {
         }
     }
 
-    /// The register's value.
+    /// Value of the register.
     #[must_use]
     pub const fn bits(self) -> u8 {
         self.0
@@ -51,13 +51,13 @@ impl Status {
     }
 }
 
-/// A sample as the part put it.
+/// A sample in the part's own codes.
 // Aligned, so that it is moved in words.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(align(4))]
 pub struct RawSample {
-    /// Which of the outputs are new.
+    /// Flags of the outputs that are new.
     pub status: Status,
     /// Temperature of the die.
     pub temperature: TemperatureCode,
@@ -68,10 +68,10 @@ pub struct RawSample {
 }
 
 impl RawSample {
-    /// Takes the bytes of a burst apart.
+    /// Decodes the bytes of a burst.
     ///
     /// # Errors
-    /// The status byte, where it is one that no part sends: the bytes are not a sample.
+    /// The status byte, if no part sends it: the bytes are not a sample.
     pub const fn decode(bytes: &[u8; SAMPLE_BYTES], config: &Config) -> Result<Self, u8> {
         #[rustfmt::skip]
         let &[status, _reserved, t0, t1,
@@ -102,22 +102,22 @@ impl RawSample {
         })
     }
 
-    /// Whether both sensors' samples are new.
+    /// Returns whether both sensors' samples are new.
     #[must_use]
     pub const fn is_fresh(&self) -> bool {
         self.status.accel_fresh() && self.status.gyro_fresh()
     }
 
-    /// Whether any axis of either sensor is at the end of its range.
+    /// Returns whether any axis of either sensor is at the end of its range.
     ///
-    /// A blow shorter than the filters can pass the end of the range and yet come out below it,
-    /// smoothed: a sample that is not flagged may still stand next to one that was clipped.
+    /// A shock shorter than the filters can exceed the range and yet come out below its end,
+    /// smoothed: a sample that is not flagged may still be next to one that was clipped.
     #[must_use]
     pub fn is_saturated(&self) -> bool {
         self.specific_force.is_saturated() || self.angular_rate.is_saturated()
     }
 
-    /// The sample in SI units.
+    /// Converts the sample to SI units.
     #[must_use]
     pub fn to_si(&self) -> Sample {
         Sample {
@@ -132,7 +132,7 @@ impl RawSample {
     }
 }
 
-/// A sample in SI units, with what is known about its quality. Axes are those of the sensor.
+/// A sample in SI units, with its quality. Axes are those of the sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sample {
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn the_status_tells_fresh_from_stale_for_each_sensor() {
+    fn status_distinguishes_fresh_from_stale_for_each_sensor() {
         for (status, accel, gyro) in [(0, false, false), (1, true, false), (2, false, true)] {
             let mut bytes = BYTES;
             bytes[0] = status;
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn a_status_that_no_part_sends_is_no_sample() {
+    fn impossible_status_is_rejected() {
         let mut bytes = BYTES;
         for status in [0x08, 0x80, 0xFF] {
             bytes[0] = status;

@@ -1,4 +1,4 @@
-//! What a code is worth: full scales, sensitivities, and the one conversion to SI units.
+//! Scale of the codes: full scales, sensitivities, and the only conversion to SI units.
 
 /// Standard gravity, m/s².
 pub const STANDARD_GRAVITY: f32 = 9.806_65;
@@ -38,20 +38,20 @@ pub enum GyroFullScale {
     Dps2000,
 }
 
-/// A full scale: what turns a code into a number.
+/// A full scale, which defines the value of a code.
 pub trait FullScale: Copy {
     /// SI units per code.
     fn sensitivity(self) -> f32;
 
-    /// The smallest magnitude of a code that says no more than "at least this".
+    /// Smallest magnitude of a code that counts as saturated.
     fn limit(self) -> u16;
 }
 
 impl AccelFullScale {
-    /// All of them, smallest first.
+    /// All full scales, smallest first.
     pub const ALL: [Self; 4] = [Self::G2, Self::G4, Self::G8, Self::G16];
 
-    /// mg per code \[P\].
+    /// Sensitivity, mg per code \[P\].
     #[must_use]
     pub const fn milli_g_per_code(self) -> f32 {
         match self {
@@ -62,7 +62,7 @@ impl AccelFullScale {
         }
     }
 
-    /// `FS_XL`; 01 is the largest, not the second \[P\].
+    /// Code in `FS_XL`; 01 is the largest, not the second \[P\].
     #[must_use]
     pub const fn code(self) -> u8 {
         match self {
@@ -79,14 +79,14 @@ impl FullScale for AccelFullScale {
         self.milli_g_per_code() * 1.0e-3 * STANDARD_GRAVITY
     }
 
-    /// The end of the 16-bit range, which comes just before the nominal full scale.
+    /// The end of the 16-bit range, which is just below the nominal full scale.
     fn limit(self) -> u16 {
         i16::MAX.unsigned_abs()
     }
 }
 
 impl GyroFullScale {
-    /// All of them, smallest first.
+    /// All full scales, smallest first.
     pub const ALL: [Self; 5] = [
         Self::Dps125,
         Self::Dps250,
@@ -95,7 +95,7 @@ impl GyroFullScale {
         Self::Dps2000,
     ];
 
-    /// m°/s per code \[P\].
+    /// Sensitivity, m°/s per code \[P\].
     #[must_use]
     pub const fn milli_dps_per_code(self) -> f32 {
         match self {
@@ -107,7 +107,7 @@ impl GyroFullScale {
         }
     }
 
-    /// `FS_G` \[P\].
+    /// Code in `FS_G` \[P\].
     #[must_use]
     pub const fn code(self) -> u8 {
         match self {
@@ -124,27 +124,27 @@ impl FullScale for GyroFullScale {
         self.milli_dps_per_code() * 1.0e-3 * DEGREE
     }
 
-    /// The nominal full scale, 125 °/s / 4.375 m°/s and its multiples: the part does put out
-    /// codes beyond it, up to the end of the 16-bit range, and ST says that they are clipped
-    /// and mean nothing (ST community, *Valid range (Full Scale) for the gyroscope
+    /// The nominal full scale, 125 °/s / 4.375 m°/s and its multiples: the part does output
+    /// codes beyond it, up to the end of the 16-bit range, and ST states that they are clipped
+    /// and meaningless (ST community, *Valid range (Full Scale) for the gyroscope
     /// (LSM6DSOX)*, 2025) \[S\].
     fn limit(self) -> u16 {
         28_571
     }
 }
 
-/// Three codes of one sensor, x, y and z, with the scale that gives them meaning.
+/// Three codes of one sensor, x, y and z, with their scale.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Codes<S> {
-    /// As they came from the part.
+    /// Codes as read from the part.
     pub codes: [i16; 3],
-    /// What they are multiples of.
+    /// Full scale of the codes.
     pub full_scale: S,
 }
 
 impl<S: FullScale> Codes<S> {
-    /// In SI units: m/s² or rad/s.
+    /// Converts to SI units: m/s² or rad/s.
     #[must_use]
     pub fn to_si(&self) -> [f32; 3] {
         let sensitivity = self.full_scale.sensitivity();
@@ -156,8 +156,8 @@ impl<S: FullScale> Codes<S> {
         ]
     }
 
-    /// Per axis, whether the code is at or beyond the end of the range: the truth lies
-    /// somewhere further out.
+    /// Returns per axis whether the code is at or beyond the end of the range: the true value is
+    /// further out.
     #[must_use]
     pub fn saturated(&self) -> [bool; 3] {
         let limit = self.full_scale.limit();
@@ -169,7 +169,7 @@ impl<S: FullScale> Codes<S> {
         ]
     }
 
-    /// Whether any axis is saturated.
+    /// Returns whether any axis is saturated.
     #[must_use]
     pub fn is_saturated(&self) -> bool {
         let limit = self.full_scale.limit();
@@ -178,13 +178,13 @@ impl<S: FullScale> Codes<S> {
     }
 }
 
-/// A temperature as the part puts it.
+/// A temperature in the part's codes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TemperatureCode(pub i16);
 
 impl TemperatureCode {
-    /// In °C: 256 codes per degree, 0 is 25 °C \[P, D\].
+    /// Converts to °C: 256 codes per degree, 0 is 25 °C \[P, D\].
     #[must_use]
     pub fn to_celsius(self) -> f32 {
         f32::from(self.0) / 256.0 + 25.0
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hundred_degrees_a_second_are_1_745_rad_s_at_every_full_scale() {
+    fn hundred_dps_is_1_745_rad_s_at_every_full_scale() {
         for full_scale in GyroFullScale::ALL {
             let code = (100_000.0 / full_scale.milli_dps_per_code()) as i16;
             let codes = Codes {
@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn the_last_code_of_either_sign_is_saturated_and_the_one_before_is_not() {
+    fn only_the_last_code_of_either_sign_is_saturated() {
         let codes = |codes| Codes {
             codes,
             full_scale: AccelFullScale::G16,

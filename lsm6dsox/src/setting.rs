@@ -1,6 +1,6 @@
-//! The choices the part gives: data rates, filters, pins; what they are called and what they do.
+//! Choices of settings: data rates, filters and pins.
 
-/// Output data rate, by ST's nominal numbers \[P\]. The part's own clock may be some per cent off.
+/// Output data rate, by ST's nominal numbers \[P\]. The part's own clock may be off by some per cent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Odr {
@@ -32,7 +32,7 @@ pub enum Odr {
 }
 
 impl Odr {
-    /// All of them, slowest first.
+    /// All data rates, slowest first.
     pub const ALL: [Self; 12] = [
         Self::Off,
         Self::Hz1_6,
@@ -67,7 +67,7 @@ impl Odr {
         }
     }
 
-    /// `ODR_XL`, `ODR_G`, `BDR_XL` and `BDR_GY`.
+    /// Code in `ODR_XL`, `ODR_G`, `BDR_XL` and `BDR_GY`.
     #[must_use]
     pub const fn code(self) -> u8 {
         match self {
@@ -117,7 +117,7 @@ pub enum AccelFilter {
 }
 
 impl AccelFilter {
-    /// All of them, widest first.
+    /// All filters, widest first.
     pub const ALL: [Self; 9] = [
         Self::OdrDiv2,
         Self::OdrDiv4,
@@ -130,7 +130,7 @@ impl AccelFilter {
         Self::OdrDiv800,
     ];
 
-    /// By what the data rate is divided.
+    /// Ratio of data rate and cut-off.
     #[must_use]
     pub const fn divisor(self) -> f32 {
         match self {
@@ -146,7 +146,7 @@ impl AccelFilter {
         }
     }
 
-    /// `HPCF_XL` \[P\]; 0 with LPF2 on is ODR/4 \[D\].
+    /// Code in `HPCF_XL` \[P\]; 0 with LPF2 on is ODR/4 \[D\].
     pub(crate) const fn code(self) -> u8 {
         match self {
             Self::OdrDiv2 | Self::OdrDiv4 => 0,
@@ -165,7 +165,7 @@ impl AccelFilter {
     }
 }
 
-/// FTYPE: cut-off of the gyroscope's LPF1. What it comes to depends on the data rate.
+/// FTYPE: cut-off of the gyroscope's LPF1. The resulting frequency depends on the data rate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Ftype {
@@ -189,7 +189,7 @@ pub enum Ftype {
 }
 
 impl Ftype {
-    /// All of them, by code.
+    /// All values, by code.
     pub const ALL: [Self; 8] = [
         Self::F0,
         Self::F1,
@@ -216,7 +216,7 @@ impl Ftype {
         }
     }
 
-    /// FTYPE.
+    /// Code in FTYPE.
     #[must_use]
     pub const fn code(self) -> u8 {
         self as u8
@@ -234,7 +234,7 @@ pub enum GyroFilter {
 }
 
 impl GyroFilter {
-    /// Cut-off at a data rate, Hz \[D\]; `None` where it is not known.
+    /// Cut-off at a data rate, Hz \[D\]; `None` if it is unknown.
     #[must_use]
     pub const fn cutoff(self, odr: Odr) -> Option<f32> {
         match (self, odr) {
@@ -261,13 +261,13 @@ pub enum Sensor {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Pin {
-    /// INT1. High at power-up it selects I3C and nothing else: no pull-up here.
+    /// INT1. A high level at power-up selects I3C and nothing else: no pull-up here.
     Int1,
     /// INT2.
     Int2,
 }
 
-/// How long the data-ready pin stays high.
+/// Duration for which the data-ready pin stays high.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum DataReadyMode {

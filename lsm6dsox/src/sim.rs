@@ -1,18 +1,18 @@
-//! The part itself, for hosts: an LSM6DSOX down to its registers.
+//! Simulated LSM6DSOX, for hosts, at the level of its registers.
 //!
-//! [`Part`] holds registers, clock, signal paths, FIFO and pins; a [`SharedPart`] hands out its
-//! ends: a [`SimSpi`] for the drivers, a [`SimI2c`] for others' drivers, a [`SimDelay`] that
-//! lets its time pass. What it measures comes from a [`Motion`]. What breaks is a [`PartFault`].
+//! [`Part`] contains registers, clock, signal paths, FIFO and pins; a [`SharedPart`] provides its
+//! interfaces: a [`SimSpi`] for the drivers, a [`SimI2c`] for drivers by others, a [`SimDelay`] that
+//! advances its time. The measured motion comes from a [`Motion`]. Faults are [`PartFault`]s.
 //!
-//! | what | how near to the part |
+//! | feature | fidelity |
 //! |---|---|
 //! | registers | values after reset, read-only, reserved bits kept; violations against either are counted |
 //! | clock | its own, with an error and jitter; all data rates divide 6667 Hz, 25 µs steps of the timestamp come from it too |
-//! | filters | point samples of the motion at 6667 Hz, then one second-order Butterworth low-pass at the cut-off set; the accelerometer's ODR/2 at 6667 Hz passes everything; where the cut-off is not known 0.4 ODR |
+//! | filters | point samples of the motion at 6667 Hz, then one second-order Butterworth low-pass at the cut-off set; the accelerometer's ODR/2 at 6667 Hz passes everything; an unknown cut-off is 0.4 ODR |
 //! | noise | white before the filter, of the densities in [`noise`](crate::noise) |
 //! | range | clipped before the filter at the end of the 16-bit range, and again after |
 //! | start | by [`StartTimes`]: after its data rate is set a gyroscope gives its first sample after 35 ms \[D\] and is wrong until 70 ms (AN5040, LSM6DSL), an accelerometer gives its first after 5 ms (assumed); filters start settled |
-//! | register banks | `FUNC_CFG_ACCESS` switches to two others, which hold what is written and do nothing |
+//! | register banks | `FUNC_CFG_ACCESS` switches to two others, which store values without effect |
 //! | 3-wire SPI | with `SIM` set no part drives the data line; writes still work |
 //! | SDO | valid some ns after the clock's edge: a clock too fast for it reads each bit one clock late |
 //! | data ready | latched until a high byte is read, or 75 µs long \[D\] |
@@ -23,12 +23,12 @@
 //! | `XL_FS_MODE` | the code of ±16 g is ±2 g (from memory of the data sheet) |
 //! | reset | 50 µs; after power-up and BOOT nothing answers for up to 10 ms |
 //!
-//! Not there: what the other register banks do, compression, interrupts other than data-ready and
+//! Not simulated: the function of the other register banks, compression, interrupts other than data-ready and
 //! watermark, high-pass filters, user offsets, optical stabilisation, external triggers, ultra low
-//! power, open-drain pins. A write that switches one of them on is an
+//! power, open-drain pins. A write that switches one of them on is a
 //! [violation](Violation::NotSimulated).
 //!
-//! Time is the caller's: nothing happens until [`Part::advance_to`]. The same seed, motion and
+//! Time is controlled by the caller: nothing happens until [`Part::advance_to`]. The same seed, motion and
 //! calls give the same bits on every machine: arithmetic is + − × ÷ and the `libm` crate.
 
 mod batch;

@@ -1,4 +1,4 @@
-//! The part's own clock: its 25 µs counter, and how far that clock is off.
+//! The part's own clock: its 25 µs counter, and its frequency error.
 
 /// Nominal length of a step of the counter, µs \[P, D\].
 pub const STEP_MICROS: u32 = 25;
@@ -9,27 +9,27 @@ pub const STEP_MICROS: u32 = 25;
 pub struct SensorTimestamp(pub u32);
 
 impl SensorTimestamp {
-    /// Steps from `earlier` to here, across at most one wrap.
+    /// Returns the steps from `earlier` to `self`, across at most one wrap.
     #[must_use]
     pub const fn steps_since(self, earlier: Self) -> u32 {
         self.0.wrapping_sub(earlier.0)
     }
 
-    /// µs from `earlier` to here by the part's clock, its stated error taken out.
+    /// Returns the time from `earlier` to `self` by the part's clock, corrected by its stated error, µs.
     #[must_use]
     pub fn micros_since(self, earlier: Self, fine: FrequencyFine) -> f64 {
         f64::from(self.steps_since(earlier)) * f64::from(STEP_MICROS) / fine.ratio()
     }
 }
 
-/// `INTERNAL_FREQ_FINE`: by how much the part's clock is off, as measured when it was made;
-/// steps of 0.15 % \[D; P of a sibling\]. It holds for the data rates and the timestamp alike.
+/// `INTERNAL_FREQ_FINE`: error of the part's clock, as measured in production;
+/// steps of 0.15 % \[D; P of a sibling\]. It applies to the data rates and the timestamp alike.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FrequencyFine(pub i8);
 
 impl FrequencyFine {
-    /// The part's rate over the nominal one.
+    /// Ratio of the part's rate to the nominal one.
     #[must_use]
     pub fn ratio(self) -> f64 {
         1.0 + 0.0015 * f64::from(self.0)

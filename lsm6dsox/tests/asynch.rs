@@ -1,4 +1,4 @@
-//! The asynchronous driver, on a bus and a delay that really make it wait.
+//! The asynchronous driver, on a bus and a delay that make it wait.
 
 mod common;
 
@@ -12,7 +12,7 @@ use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::spi::{ErrorType, Operation, SpiDevice};
 use lsm6dsox::{Config, asynch};
 
-/// Whatever it holds answers at the second asking.
+/// A bus or delay whose futures are pending at the first poll.
 struct Late<T>(T);
 
 async fn wait_once() {
@@ -49,7 +49,7 @@ impl<T: DelayNs> DelayNs for Late<T> {
     }
 }
 
-/// Runs a future; how often it had to wait.
+/// Runs a future; returns its output and the number of waits.
 fn run<F: Future>(future: F) -> (F::Output, usize) {
     let mut future = pin!(future);
     let mut context = Context::from_waker(Waker::noop());
@@ -63,12 +63,12 @@ fn run<F: Future>(future: F) -> (F::Output, usize) {
 }
 
 #[test]
-fn both_drivers_bring_the_part_up_alike_and_read_the_same_sample() {
+fn both_drivers_initialise_alike_and_read_the_same_sample() {
     let part = part(QUIET);
     let mut late = asynch::Lsm6dsox::new(Late(part.spi()), Config::FRESH_KILOHERTZ);
     let (result, waits) = run(late.init(&mut Late(part.delay())));
     assert_eq!(result, Ok(()));
-    // Two writes, identity, reset, one look at it, each write and its reading, three delays.
+    // Two writes, identity, reset, one poll of it, each write and its read-back, three delays.
     assert_eq!(waits, 5 + 2 * Config::WRITES + 3);
     part.advance_by(1_000_000);
     let (sample, waits) = run(late.sample());
@@ -81,7 +81,7 @@ fn both_drivers_bring_the_part_up_alike_and_read_the_same_sample() {
 }
 
 #[test]
-fn the_self_test_runs_there_too() {
+fn self_test_runs_on_the_asynchronous_driver() {
     let part = part(QUIET);
     let mut late = asynch::Lsm6dsox::new(Late(part.spi()), Config::FRESH_KILOHERTZ);
     part.advance_by(10_000_000);

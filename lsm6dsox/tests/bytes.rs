@@ -1,10 +1,10 @@
-//! The exact bytes on the bus, fixed against a mock.
+//! Exact bytes on the bus, checked against a mock.
 
 use embedded_hal_mock::eh1::delay::{CheckedDelay, NoopDelay, Transaction as Delay};
 use embedded_hal_mock::eh1::spi::{Mock, Transaction};
 use lsm6dsox::{Config, Error, Lsm6dsox, register};
 
-/// A transfer of one frame: what goes out, what comes back.
+/// A transfer of one frame: bytes sent, bytes received.
 fn frame(out: &[u8], back: &[u8]) -> Vec<Transaction<u8>> {
     vec![
         Transaction::transaction_start(),
@@ -52,7 +52,7 @@ const PRESET: [(u8, u8); 23] = [
     (0x10, 0xA6), // CTRL1_XL: 6667 Hz, ±16 g, LPF2 on
 ];
 
-/// What makes the registers readable, then the identity.
+/// Transfers that make the registers readable and read the identity.
 fn identity(id: u8) -> Vec<Transaction<u8>> {
     [write(0x01, 0x00), write(0x12, 0x44), read(0x0F, id)].concat()
 }
@@ -72,7 +72,7 @@ fn init() -> Vec<Transaction<u8>> {
     bytes
 }
 
-/// The self-test's configurations: the preset's registers with other values.
+/// Configurations of the self-test: the preset's registers with other values.
 const ACCEL_SELF_TEST: [(u8, u8); 7] = [
     (0x13, 0x04), // CTRL4_C: I²C off
     (0x0B, 0x00),
@@ -105,7 +105,7 @@ fn sample_with_status(status: u8, code: i16) -> Vec<Transaction<u8>> {
     frame(&out, &back.chain(codes).collect::<Vec<_>>())
 }
 
-/// Half of ST's procedure: samples without the test signal and with it, and the signal off again.
+/// Half of ST's procedure: samples without and with the test signal, and the signal off again.
 fn test_signal(changes: &[(u8, u8)], signal: u8, change: i16) -> Vec<Transaction<u8>> {
     let configuration = PRESET.map(|(address, value)| {
         let other = changes.iter().find(|(changed, _)| *changed == address);
@@ -115,7 +115,7 @@ fn test_signal(changes: &[(u8, u8)], signal: u8, change: i16) -> Vec<Transaction
     bytes.extend(read(0x12, 0x04));
     bytes.extend(configuration.into_iter().flat_map(|(a, v)| write(a, v)));
     bytes.extend(configuration.into_iter().flat_map(|(a, v)| read(a, v)));
-    // One is thrown away, a stale one is waited for, five count.
+    // One sample is discarded, a stale one is waited for, five count.
     bytes.extend(sample(i16::MAX));
     bytes.extend(sample_with_status(0x04, i16::MIN));
     bytes.extend([10, 20, 30, 40, 50].into_iter().flat_map(sample));
@@ -144,7 +144,7 @@ fn the_self_test_is_sts_procedure_and_then_init() {
     let mut delay = CheckedDelay::new(&[&half[..], &half, &init_delays()].concat());
     let mut sensor = Lsm6dsox::new(spi.clone(), Config::FRESH_KILOHERTZ);
     let result = sensor.self_test(&mut delay).unwrap();
-    // 0.122 mg and 70 m°/s a code.
+    // Sensitivities of 0.122 mg and 70 m°/s per code.
     for force in result.specific_force {
         assert!((force - 4.0 * 0.122 * 9.806_65).abs() < 1e-4, "{force}");
     }
@@ -156,7 +156,7 @@ fn the_self_test_is_sts_procedure_and_then_init() {
     delay.done();
 }
 
-/// Boot, two looks at the reset, and the gyroscope's turn-on.
+/// Delays of init: boot, two polls of the reset, and the gyroscope's turn-on.
 fn init_delays() -> Vec<Delay> {
     [10_000, 100, 100, 80_000].map(Delay::delay_us).to_vec()
 }
@@ -171,7 +171,7 @@ fn init_waits_for_the_boot_and_for_the_turn_on() {
     delay.done();
 }
 
-/// A driver that has brought the part up, before the given bytes.
+/// An initialised driver, before the given bytes.
 fn brought_up(bytes: Vec<Transaction<u8>>) -> (Mock<u8>, Lsm6dsox<Mock<u8>>) {
     let spi = Mock::new(&[init(), bytes].concat());
     let mut sensor = Lsm6dsox::new(spi.clone(), Config::FRESH_KILOHERTZ);
@@ -180,12 +180,12 @@ fn brought_up(bytes: Vec<Transaction<u8>>) -> (Mock<u8>, Lsm6dsox<Mock<u8>>) {
 }
 
 #[test]
-fn init_is_identity_reset_configuration_and_its_reading_back() {
+fn init_checks_identity_resets_configures_and_reads_back() {
     brought_up(Vec::new()).0.done();
 }
 
 #[test]
-fn a_write_that_did_not_take_is_reported_with_register_written_and_read() {
+fn lost_write_is_reported_with_both_values() {
     let mut bytes = init_until_written();
     let until_ctrl6 = PRESET.into_iter().take(8);
     bytes.extend(until_ctrl6.flat_map(|(a, v)| read(a, v)));
@@ -204,7 +204,7 @@ fn a_write_that_did_not_take_is_reported_with_register_written_and_read() {
 }
 
 #[test]
-fn another_part_is_not_configured() {
+fn part_with_another_identity_is_not_configured() {
     let mut spi = Mock::new(&identity(0x6B));
     let mut sensor = Lsm6dsox::new(spi.clone(), Config::FRESH_KILOHERTZ);
     assert_eq!(
@@ -215,7 +215,7 @@ fn another_part_is_not_configured() {
 }
 
 #[test]
-fn a_reset_that_does_not_end_runs_into_the_time_out() {
+fn endless_reset_times_out() {
     let mut bytes = identity(0x6C);
     bytes.extend(write(0x12, 0x05));
     bytes.extend((0..100).flat_map(|_| read(0x12, 0x05)));
@@ -253,7 +253,7 @@ fn a_sample_is_one_transfer_of_seventeen_bytes() {
 }
 
 #[test]
-fn the_fifo_is_its_status_and_one_transfer_of_words() {
+fn fifo_is_read_as_status_and_one_transfer_of_words() {
     let mut bytes = frame(&[0xBA, 0, 0], &[0, 2, 0x80]);
     bytes.extend([
         Transaction::transaction_start(),
@@ -286,7 +286,7 @@ fn timestamp_and_clock_error_are_read_from_their_registers() {
 }
 
 #[test]
-fn powering_down_is_read_back_too() {
+fn power_down_is_read_back() {
     let mut bytes = write(0x10, 0);
     bytes.extend(read(0x10, 0));
     bytes.extend(write(0x11, 0));

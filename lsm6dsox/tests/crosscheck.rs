@@ -1,7 +1,7 @@
-//! The simulated part and our driver against drivers by others.
+//! Cross-check of the simulated part and our driver against drivers by others.
 //!
 //! `lsm6dsox` 2.1.0 of crates.io speaks I²C only, so it goes to the part through I²C framing
-//! while ours goes through SPI; both read the very same sample. At ±16 g its factor is wrong;
+//! while ours uses SPI; both read the same sample. At ±16 g its factor is wrong;
 //! there `lsm6dso` 0.2.1, for a sibling, takes its place.
 
 mod common;
@@ -51,7 +51,7 @@ fn peer(part: &SharedPart) -> Peer {
     Peer::new(part.i2c(), SlaveAddress::Low, part.delay())
 }
 
-/// What the peer sets, in our words.
+/// Configuration of the peer, expressed in our settings.
 fn config(accel: AccelFullScale, gyro: GyroFullScale) -> Config {
     let mut params = Params {
         data_ready: None,
@@ -67,7 +67,7 @@ fn config(accel: AccelFullScale, gyro: GyroFullScale) -> Config {
     params.validate().unwrap()
 }
 
-/// The part's registers hold what our driver would have written into them.
+/// Checks that the part's registers hold the values that our driver would write.
 fn holds(part: &SharedPart, config: &Config, registers: &[Register]) {
     for write in config.writes() {
         if registers.contains(write.register) {
@@ -78,7 +78,7 @@ fn holds(part: &SharedPart, config: &Config, registers: &[Register]) {
     }
 }
 
-/// The sample that is there now, by our codec: our driver gives none of a part that it has not
+/// The current sample, decoded by our codec: our driver returns no samples of a part that it has not
 /// configured itself.
 fn taken_apart(part: &SharedPart, config: &Config) -> Sample {
     let mut frame = [0; SAMPLE_BYTES + 1];
@@ -88,7 +88,7 @@ fn taken_apart(part: &SharedPart, config: &Config) -> Sample {
     RawSample::decode(bytes, config).unwrap().to_si()
 }
 
-/// Both drivers read the sample that is there now, and agree on it.
+/// Checks that both drivers read the current sample alike.
 fn agree(part: &SharedPart, peer: &mut Peer, config: Config) {
     part.advance_by(200_000_000);
     let force = peer.accel_norm().unwrap();
@@ -112,12 +112,12 @@ fn agree(part: &SharedPart, peer: &mut Peer, config: Config) {
 }
 
 #[test]
-fn it_knows_the_part_by_its_identity() {
+fn peer_accepts_the_parts_identity() {
     assert_eq!(peer(&part()).check_id(), Ok(0x6C));
 }
 
 #[test]
-fn configured_by_it_the_part_reads_the_same_through_both() {
+fn both_read_the_same_after_the_peer_configures() {
     for (accel, peer_accel) in ACCEL {
         for (gyro, peer_gyro) in GYRO {
             let part = part();
@@ -135,13 +135,13 @@ fn configured_by_it_the_part_reads_the_same_through_both() {
 }
 
 #[test]
-fn configured_by_us_the_part_reads_the_same_through_both() {
+fn both_read_the_same_after_our_driver_configures() {
     for (accel, peer_accel) in ACCEL {
         let part = part();
         let config = config(accel, GyroFullScale::Dps1000);
         let mut ours = Lsm6dsox::new(part.spi(), config);
         ours.init(&mut part.delay()).unwrap();
-        // Our driver has switched I²C off; for the peer it comes back.
+        // Our driver has switched I²C off; it is enabled again for the peer.
         let mut peer = peer(&part);
         assert!(peer.check_id().is_err());
         part.spi()
@@ -154,7 +154,7 @@ fn configured_by_us_the_part_reads_the_same_through_both() {
 }
 
 #[test]
-fn it_reads_1_376_g_for_1_g_at_16_g_which_is_why_the_check_stays_away() {
+fn peer_reads_1_376_g_for_1_g_at_16_g() {
     let part = part();
     let mut peer = peer(&part);
     peer.setup().unwrap();
@@ -169,7 +169,7 @@ fn it_reads_1_376_g_for_1_g_at_16_g_which_is_why_the_check_stays_away() {
 /// `lsm6dso` 0.2.1, for a register-compatible sibling of the same identity, has ST's factor at
 /// ±16 g and the accelerometer's filter: it can follow the kilohertz preset.
 #[test]
-fn set_to_the_preset_by_a_siblings_driver_the_part_holds_our_values_and_reads_the_same() {
+fn preset_set_by_a_siblings_driver_matches_ours() {
     let part = part();
     let mut sibling = lsm6dso::Lsm6dso::new(part.i2c(), SimI2c::ADDRESS);
     sibling.check().unwrap();

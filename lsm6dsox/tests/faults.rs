@@ -1,4 +1,4 @@
-//! Each fault of the part, and what the driver reports.
+//! Faults of the part, and their detection by the driver.
 
 mod common;
 
@@ -12,7 +12,7 @@ const MILLISECOND: u64 = 1_000_000;
 const PRESET: Config = Config::FRESH_KILOHERTZ;
 
 #[test]
-fn a_data_line_stuck_low_is_a_part_with_the_identity_0x00() {
+fn data_line_stuck_low_reads_identity_0x00() {
     let part = part(QUIET);
     part.inject(PartFault::MisoStuckLow);
     let mut sensor = Lsm6dsox::new(part.spi(), PRESET);
@@ -23,7 +23,7 @@ fn a_data_line_stuck_low_is_a_part_with_the_identity_0x00() {
 }
 
 #[test]
-fn a_data_line_that_sticks_low_later_gives_stale_samples_and_fails_the_check() {
+fn data_line_stuck_low_after_init_gives_stale_samples() {
     let part = part(QUIET);
     let mut sensor = sensor(&part, PRESET);
     part.inject(PartFault::MisoStuckLow);
@@ -40,7 +40,7 @@ fn a_data_line_that_sticks_low_later_gives_stale_samples_and_fails_the_check() {
 }
 
 #[test]
-fn a_data_line_stuck_high_is_a_part_with_the_identity_0xff_and_sends_no_samples() {
+fn data_line_stuck_high_reads_identity_0xff_and_no_samples() {
     let part = part(QUIET);
     let mut sensor = sensor(&part, PRESET);
     part.inject(PartFault::MisoStuckHigh);
@@ -77,7 +77,7 @@ fn another_identity_is_reported_as_it_was_read() {
 }
 
 #[test]
-fn frequent_bit_flips_stop_init_at_a_register_it_names() {
+fn frequent_bit_flips_stop_init_with_a_named_register() {
     let part = part(QUIET);
     part.inject(PartFault::BitFlips {
         per_million: 100_000,
@@ -100,12 +100,12 @@ fn rare_bit_flips_show_in_the_status_of_some_samples() {
             sensor.sample().is_err()
         })
         .count();
-    // Five reserved bits, one in a thousand each.
+    // Five reserved bits, each flipped with a probability of one in a thousand.
     assert!((25..=75).contains(&refused), "{refused}");
 }
 
 #[test]
-fn a_reset_in_mid_run_gives_stale_samples_and_names_the_register_that_lost_its_value() {
+fn reset_in_mid_run_gives_stale_samples_and_fails_verify() {
     let part = part(QUIET);
     let mut sensor = sensor(&part, PRESET);
     sensor.sample().unwrap();
@@ -122,7 +122,7 @@ fn a_reset_in_mid_run_gives_stale_samples_and_names_the_register_that_lost_its_v
 }
 
 #[test]
-fn a_lost_data_ready_leaves_samples_fresh_for_a_reader_that_stops_waiting() {
+fn samples_stay_fresh_after_a_lost_data_ready() {
     let part = part(QUIET);
     let mut sensor = sensor(&part, PRESET);
     part.inject(PartFault::DataReadyLost);
@@ -135,7 +135,7 @@ fn a_lost_data_ready_leaves_samples_fresh_for_a_reader_that_stops_waiting() {
 }
 
 #[test]
-fn edges_of_a_storm_without_a_sample_behind_them_give_stale_samples() {
+fn edge_storm_gives_stale_samples() {
     let part = part(QUIET);
     let mut sensor = sensor(&part, PRESET);
     part.inject(PartFault::DataReadyStorm { period_ns: 15_000 });
@@ -145,12 +145,12 @@ fn edges_of_a_storm_without_a_sample_behind_them_give_stale_samples() {
         assert!(part.pin_is_high(Pin::Int1));
         fresh += u32::from(sensor.sample().unwrap().is_fresh());
     }
-    // Ten edges to a sample.
+    // Ten edges per sample.
     assert!((99..=101).contains(&fresh), "{fresh}");
 }
 
 #[test]
-fn frozen_outputs_say_they_are_fresh_and_the_detector_knows_better() {
+fn frozen_outputs_are_detected_although_marked_fresh() {
     let noisy = PartOptions {
         noise: true,
         ..QUIET
@@ -247,7 +247,7 @@ fn a_flipped_register_acts_as_if_it_had_been_written() {
 }
 
 #[test]
-fn a_part_in_another_bank_or_on_three_wires_cannot_be_read_and_comes_back_with_init() {
+fn init_recovers_from_another_bank_and_3_wire_spi() {
     for (register, bits) in [
         (register::FUNC_CFG_ACCESS, 0x80),
         (register::FUNC_CFG_ACCESS, 0x40),
@@ -271,9 +271,9 @@ fn a_part_in_another_bank_or_on_three_wires_cannot_be_read_and_comes_back_with_i
 }
 
 #[test]
-fn whatever_voids_the_data_is_read_back() {
+fn every_bit_that_invalidates_data_is_read_back() {
     // Self-test, high-pass filter, low power, user offsets, sleep, pins: every bit of every register
-    // that can be written, but for what the preset has no use for.
+    // that can be written, except for those unused by the preset.
     let unused = [register::COUNTER_BDR_REG2, register::TIMESTAMP2];
     let writable = register::ALL
         .iter()
@@ -304,7 +304,7 @@ fn the_first_sample_after_init_is_that_of_a_settled_gyroscope() {
 }
 
 #[test]
-fn a_slow_data_line_is_read_a_bit_late_at_10_mhz_and_right_at_5_mhz() {
+fn slow_data_line_is_one_bit_late_at_10_mhz_and_not_at_5_mhz() {
     for (ns, late) in [(25, false), (45, false), (46, true), (50, true)] {
         let part = part(QUIET);
         part.inject(PartFault::SdoDelay { ns });
@@ -323,7 +323,7 @@ fn a_slow_data_line_is_read_a_bit_late_at_10_mhz_and_right_at_5_mhz() {
 }
 
 #[test]
-fn glitches_come_beside_the_edges_of_samples() {
+fn glitches_add_edges_to_those_of_samples() {
     let part = part(QUIET);
     let mut sensor = sensor(&part, PRESET);
     sensor.sample().unwrap();
@@ -361,7 +361,7 @@ fn saturated_codes_are_flagged_and_not_hidden() {
 }
 
 #[test]
-fn a_clock_three_per_cent_slow_still_gives_a_fresh_sample_each_millisecond() {
+fn slow_clock_still_gives_a_fresh_sample_each_millisecond() {
     let part = part(QUIET);
     let mut sensor = sensor(&part, PRESET);
     part.inject(PartFault::ClockRatio(0.97));
@@ -370,7 +370,7 @@ fn a_clock_three_per_cent_slow_still_gives_a_fresh_sample_each_millisecond() {
         part.advance_by(MILLISECOND);
         assert!(sensor.sample().unwrap().is_fresh());
     }
-    // The timestamp shows it, the trim does not.
+    // The timestamp shows the error, the trim does not.
     let steps = sensor.timestamp().unwrap().steps_since(before);
     assert!(steps.abs_diff(38_800) <= 1, "{steps}");
     assert_eq!(sensor.frequency_fine().unwrap().0, 0);
@@ -391,7 +391,7 @@ fn a_clock_at_a_tenth_of_its_rate_gives_stale_samples() {
 }
 
 #[test]
-fn a_part_is_sound_again_when_its_faults_are_gone() {
+fn part_recovers_when_its_faults_are_cleared() {
     let part = part(QUIET);
     for fault in [
         PartFault::MisoStuckLow,

@@ -11,7 +11,7 @@ use lsm6dsox::sim::{PartFault, PartOptions};
 use lsm6dsox::{Config, FifoWord, FrozenDetector, Lsm6dsox, Pin, RawSample};
 use proptest::prelude::*;
 
-/// A bus on which anything may come back.
+/// A bus that answers with arbitrary bytes.
 struct Babble {
     bytes: Vec<u8>,
     next: usize,
@@ -44,7 +44,7 @@ impl SpiDevice for Babble {
     }
 }
 
-/// Everything a driver does, whatever comes of it.
+/// Calls every function of a driver, ignoring the results.
 fn exercise<SPI: SpiDevice>(
     sensor: &mut Lsm6dsox<SPI>,
     delay: &mut impl embedded_hal::delay::DelayNs,
@@ -78,7 +78,7 @@ proptest! {
         exercise(&mut sensor, &mut NoopDelay::new());
     }
 
-    /// Bytes mostly right get further into the driver than bytes at random.
+    /// Mostly correct bytes get further into the driver than random ones.
     #[test]
     fn the_driver_bears_a_part_on_a_bad_line(seed in any::<u64>(), per_million in 0_u32..3_000) {
         let part = part(PartOptions { seed, noise: true, ..QUIET });

@@ -1,4 +1,4 @@
-//! The README's table of registers is the description in the code.
+//! Checks the README's table of registers against the code.
 
 use lsm6dsox::register::{ALL, Access};
 

@@ -36,7 +36,7 @@ fn init_violates_no_register() {
 }
 
 #[test]
-fn what_is_felt_is_what_is_read_at_every_full_scale() {
+fn readings_match_the_motion_at_every_full_scale() {
     let truth = Stimulus {
         specific_force: [1.0, -2.0, 9.5],
         angular_rate: [0.5, -1.0, 2.0],
@@ -67,7 +67,7 @@ fn what_is_felt_is_what_is_read_at_every_full_scale() {
 }
 
 #[test]
-fn at_each_millisecond_the_next_edge_brings_a_fresh_sample_within_one_period() {
+fn each_millisecond_gets_a_fresh_sample_within_one_period() {
     for clock_error in [-0.03, 0.0, 0.021] {
         let part = part(PartOptions {
             clock_error,
@@ -109,7 +109,7 @@ fn a_simulated_mcu_drives_the_bus_byte_by_byte() {
     let part = part(QUIET);
     part.advance_by(10 * MILLISECOND);
     part.with(|part| {
-        // No part drives the line, which the board pulls down.
+        // The part does not drive the line, which the board pulls down.
         assert_eq!(part.exchange(0x8F), 0x00);
         part.select();
         part.exchange(0x8F);
@@ -127,7 +127,7 @@ fn a_simulated_mcu_drives_the_bus_byte_by_byte() {
 }
 
 #[test]
-fn at_833_hz_some_milliseconds_bring_nothing_new() {
+fn some_milliseconds_lack_a_new_sample_at_833_hz() {
     let part = part(QUIET);
     let mut params = Params::FRESH_KILOHERTZ;
     params.accel.odr = Odr::Hz833;
@@ -193,8 +193,8 @@ fn the_scatter_at_rest_is_the_settings_noise() {
         let noise = config.noise();
         let accel = f64::from(noise.specific_force.unwrap() / STANDARD_GRAVITY * 1e3);
         let gyro = f64::from(noise.angular_rate.unwrap() / DEGREE);
-        // By its second-order skirts a Butterworth filter lets 5.4 % more through than its
-        // cut-off says (less where the cut-off nears the rate), and rounding adds 1/√12 of a code.
+        // By its second-order skirts a Butterworth filter passes 5.4 % more noise than its
+        // cut-off suggests (less if the cut-off nears the rate), and rounding adds 1/√12 of a code.
         let expected = |noise: f64, code: f64| (noise * noise * 1.11 + code * code / 12.0).sqrt();
         let (accel_found, gyro_found) = scatter(config, 5);
         for (found, noise, code) in accel_found
@@ -216,8 +216,8 @@ fn the_scatter_at_rest_is_the_settings_noise() {
 }
 
 #[test]
-fn a_vibration_that_would_alias_is_damped_by_the_presets_filters() {
-    // 1010 Hz of 1 g looks like 10 Hz to a kilohertz timer.
+fn aliasing_vibration_is_damped_by_the_presets_filters() {
+    // 1 g at 1010 Hz looks like 10 Hz to a kilohertz timer.
     let shaking = |seconds: f64| Stimulus {
         specific_force: [
             (seconds * 1010.0 * core::f64::consts::TAU).sin() * 9.81,
@@ -278,7 +278,7 @@ fn a_pulsed_pin_is_high_for_75_microseconds_whether_read_or_not() {
     }
 }
 
-/// A part whose x code counts up by 255 a sample, so that torn words show, on a slow bus.
+/// Counts torn words of a part whose x code rises by 255 per sample, on a slow bus.
 fn torn_words(block_data_update: bool) -> usize {
     let code = Rc::new(Cell::new(0_i16));
     let step = Rc::clone(&code);
@@ -312,7 +312,7 @@ fn block_data_update_keeps_the_two_bytes_of_a_word_together() {
 }
 
 #[test]
-fn the_timestamp_runs_on_the_parts_own_clock_and_the_trim_corrects_it() {
+fn timestamp_runs_on_the_parts_clock_and_trim_corrects_it() {
     let part = part(PartOptions {
         clock_error: 0.03,
         ..QUIET
@@ -346,7 +346,7 @@ fn the_fifo_batches_both_sensors_at_full_rate_without_a_gap() {
     };
     let mut sensor = sensor(&part, params.validate().unwrap());
     let mut buffer = [[0; 7]; 512];
-    // What gathered during the turn-on has overrun by now; start afresh.
+    // The FIFO has overrun during the turn-on; empty it first.
     while sensor.read_fifo(&mut buffer).unwrap().status.level > 0 {}
     let (mut gyro, mut accel, mut last, mut slots) = (0, 0, None, 0);
     for _ in 0..100 {
@@ -430,7 +430,7 @@ fn an_axis_that_does_not_answer_the_test_signal_fails_by_name() {
 }
 
 #[test]
-fn a_part_powered_down_gives_nothing_new_until_it_is_brought_up_again() {
+fn powered_down_part_gives_no_new_samples_until_init() {
     let part = part(QUIET);
     let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
     sensor.sample().unwrap();
@@ -444,8 +444,8 @@ fn a_part_powered_down_gives_nothing_new_until_it_is_brought_up_again() {
 }
 
 #[test]
-fn a_recording_is_felt_at_its_own_rate() {
-    // 100 Hz, one code a sample.
+fn recording_plays_at_its_own_rate() {
+    // 100 Hz, one code per sample.
     let step = 0.488e-3 * 9.806_65;
     let samples = (0..200).map(|i| Stimulus {
         specific_force: [f64::from(i) * step, 0.0, 0.0],
@@ -486,12 +486,12 @@ fn the_same_seed_gives_the_same_bits() {
     };
     assert_eq!(run(1), run(1));
     assert_ne!(run(1), run(2));
-    // Golden: the same on every machine.
+    // Golden value: the same on every machine.
     assert_eq!(run(1), 0x64d7_cd44_51a3_d0db, "{:#x}", run(1));
 }
 
 #[test]
-fn nothing_answers_before_the_part_has_booted() {
+fn part_does_not_answer_before_it_has_booted() {
     let part = Part::with_options(at_rest, QUIET).shared();
     let mut sensor = Lsm6dsox::new(part.spi(), Config::FRESH_KILOHERTZ);
     assert!(sensor.check_identity().is_err());
@@ -500,7 +500,7 @@ fn nothing_answers_before_the_part_has_booted() {
 }
 
 #[test]
-fn offsets_are_those_of_25_degrees_and_drift_with_every_degree_away_from_it() {
+fn offsets_drift_with_the_distance_from_25_degrees() {
     let options = PartOptions {
         accel_bias: [0.2, 0.0, -0.1],
         gyro_bias: [0.0, 0.01, 0.0],
@@ -535,7 +535,7 @@ fn offsets_are_those_of_25_degrees_and_drift_with_every_degree_away_from_it() {
     }
 }
 
-/// A register as the bus gives it.
+/// Reads a register over the bus.
 fn register(part: &SharedPart, register: Register) -> u8 {
     let mut frame = [register.read_address(), 0];
     part.spi().transfer_in_place(&mut frame).unwrap();
@@ -547,7 +547,7 @@ fn write(part: &SharedPart, register: Register, value: u8) {
 }
 
 #[test]
-fn sensors_switched_on_give_their_first_samples_after_their_turn_on() {
+fn first_samples_follow_the_turn_on_times() {
     for (ctrl, odr, fresh, turn_on) in [
         (register::CTRL2_G, 0xA0, 0x02, 35 * MILLISECOND),
         (register::CTRL1_XL, 0xA0, 0x01, 5 * MILLISECOND),
@@ -557,7 +557,7 @@ fn sensors_switched_on_give_their_first_samples_after_their_turn_on() {
         write(&part, ctrl, odr);
         part.advance_by(turn_on - 1);
         assert_eq!(register(&part, register::STATUS_REG) & 0x03, 0);
-        // Within a sample's time.
+        // Within the time of a sample.
         part.advance_by(150_001);
         assert_eq!(register(&part, register::STATUS_REG) & 0x03, fresh);
     }
@@ -584,7 +584,7 @@ fn a_reset_empties_the_fifo_and_stops_the_timestamp() {
         assert_eq!(sensor.fifo_status(), Ok(FifoStatus::default()));
         assert_eq!(sensor.timestamp().unwrap().0, 0);
         assert!(!sensor.status().unwrap().gyro_fresh());
-        // Switched on again it counts from there.
+        // After being switched on again it counts from there.
         write(&part, register::CTRL10_C, 0x20);
         part.advance_by(MILLISECOND);
         let steps = sensor.timestamp().unwrap().0;
@@ -593,7 +593,7 @@ fn a_reset_empties_the_fifo_and_stops_the_timestamp() {
 }
 
 #[test]
-fn a_reset_shows_in_its_register_until_it_is_over_and_the_others_answer_meanwhile() {
+fn reset_bit_reads_one_until_the_reset_is_over() {
     let part = part(QUIET);
     part.advance_by(10 * MILLISECOND);
     let read = || [register::CTRL3_C, register::WHO_AM_I].map(|r| register(&part, r));
@@ -603,7 +603,7 @@ fn a_reset_shows_in_its_register_until_it_is_over_and_the_others_answer_meanwhil
     assert_eq!(read(), [0x04, 0x6C]);
 }
 
-/// A part that the driver has brought up, with some bits of a register set afterwards.
+/// A part that the driver has initialised, with some bits of a register set afterwards.
 fn with_bits(register: Register, bits: u8) -> (SharedPart, Lsm6dsox<SimSpi>) {
     let part = part(QUIET);
     let sensor = sensor(&part, Config::FRESH_KILOHERTZ);
@@ -672,10 +672,10 @@ fn rounding_brings_a_burst_back_to_the_first_output() {
 }
 
 #[test]
-fn the_mode_that_ends_at_8_g_makes_2_g_of_16_g() {
+fn mode_ending_at_8_g_maps_16_g_to_2_g() {
     let (part, mut sensor) = with_bits(register::CTRL8_XL, 0x02);
     part.advance_by(20 * MILLISECOND);
-    // 1 g at 0.061 mg a code.
+    // 1 g at 0.061 mg per code.
     assert_eq!(sensor.sample().unwrap().specific_force.codes[2], 16_393);
 }
 
@@ -722,7 +722,7 @@ fn a_fifo_takes_temperatures_and_every_eighth_timestamp() {
 }
 
 #[test]
-fn other_banks_hold_what_is_written_to_each_and_leave_the_first_alone() {
+fn other_banks_hold_their_values_without_affecting_the_first() {
     const EMBEDDED_FUNCTIONS: u8 = 0x80;
     const SENSOR_HUB: u8 = 0x40;
     let part = part(QUIET);
@@ -747,7 +747,7 @@ fn other_banks_hold_what_is_written_to_each_and_leave_the_first_alone() {
 }
 
 #[test]
-fn a_clock_that_changes_its_rate_gives_no_sample_twice() {
+fn clock_rate_change_does_not_repeat_a_sample() {
     let part = part(QUIET);
     let params = Params {
         fifo: Some(FIFO),
@@ -775,7 +775,7 @@ fn a_timestamp_runs_on_from_where_it_is_when_the_clock_changes() {
     let before = sensor.timestamp().unwrap();
     part.inject(PartFault::ClockRatio(0.5));
     part.advance_by(10 * MILLISECOND);
-    // 25 µs a step, at half the rate.
+    // 25 µs per step, at half the rate.
     let steps = sensor.timestamp().unwrap().steps_since(before);
     assert!(steps.abs_diff(200) <= 6, "{steps}");
 }
@@ -804,7 +804,7 @@ fn a_byte_takes_as_long_as_eight_clocks_and_a_reset_its_time() {
         part.with(|part| part.set_bus_clock(hertz));
         assert_eq!(takes().0, 2 * byte_ns, "{hertz}");
     }
-    // Until it is over, nothing answers.
+    // Until the reset is over, the part does not answer.
     write(&part, register::CTRL3_C, 0x84);
     assert_eq!(takes().1, 0);
     part.advance_by(10 * MILLISECOND);

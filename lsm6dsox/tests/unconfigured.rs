@@ -1,4 +1,4 @@
-//! No sample has a scale that the part may not have: whichever step of a change fails.
+//! Samples are unavailable after any failed step, as their scale could be wrong.
 
 mod common;
 
@@ -31,7 +31,7 @@ impl embedded_hal::spi::Error for Failed {
 /// A bus on which one transfer fails.
 struct FailsOnce<'a> {
     spi: SimSpi,
-    /// How many succeed before it.
+    /// Number of transfers that succeed before it.
     before: &'a Cell<Option<u32>>,
     transfers: &'a Cell<u32>,
 }
@@ -58,7 +58,7 @@ impl SpiDevice for FailsOnce<'_> {
 
 type Driver<'a> = Lsm6dsox<FailsOnce<'a>>;
 
-/// Runs a change once undisturbed, and then once with each of its transfers failing; `after` is
+/// Runs a change undisturbed, and then once with each of its transfers failing; `after` is
 /// the configuration that the next init writes.
 fn each_failing_step(
     after: Config,
@@ -102,36 +102,36 @@ fn each_failing_step(
 }
 
 #[test]
-fn a_bring_up_that_fails_at_any_step() {
+fn samples_are_unavailable_after_a_failed_init() {
     each_failing_step(PRESET, |sensor, part| sensor.init(&mut part.delay()));
 }
 
 #[test]
-fn a_reconfiguration_that_fails_at_any_step() {
+fn samples_are_unavailable_after_a_failed_reconfiguration() {
     each_failing_step(other(), |sensor, part| {
         sensor.reconfigure(other(), &mut part.delay())
     });
 }
 
 #[test]
-fn a_self_test_that_fails_at_any_step() {
+fn samples_are_unavailable_after_a_failed_self_test() {
     each_failing_step(PRESET, |sensor, part| {
         sensor.self_test(&mut part.delay()).map(|_| ())
     });
 }
 
 #[test]
-fn a_check_that_fails_at_any_step() {
+fn samples_are_unavailable_after_a_failed_check() {
     each_failing_step(PRESET, |sensor, _| sensor.verify());
 }
 
 #[test]
-fn a_power_down_that_fails_at_any_step() {
+fn samples_are_unavailable_after_a_failed_power_down() {
     each_failing_step(PRESET, |sensor, _| sensor.power_down());
 }
 
 #[test]
-fn a_part_that_is_switched_off_has_no_samples() {
+fn switched_off_part_has_no_samples() {
     let part = part(QUIET);
     let mut sensor = common::sensor(&part, PRESET);
     sensor.power_down().expect("the part is sound");

@@ -4,16 +4,16 @@
 //! |---|---|
 //! | a recording: samples with their load and label | [`recording`] |
 //! | vectors and rotations in f64, for true orientations | [`space`] |
-//! | a file becomes a recording | [`input`] |
+//! | reading a file into a recording | [`input`] |
 //! | samples in a temporary file, steps of a clock | [`spool`], `steps` |
-//! | what cannot be right about it | [`plausible`] |
-//! | the sensor's mounting, from gravity at rest | [`mounting`] |
-//! | the estimator runs over it | [`replay`] |
-//! | samples and estimates become a table | [`output`], `parquet_output` |
-//! | samples become a table in Parquet | `parquet_samples` |
-//! | rows of any kind in Parquet, there and back | `parquet_rows` |
+//! | implausible values in a recording | [`plausible`] |
+//! | mounting of the sensor, from gravity at rest | [`mounting`] |
+//! | the estimator applied to a recording | [`replay`] |
+//! | tables of samples and estimates | [`output`], `parquet_output` |
+//! | tables of samples in Parquet | `parquet_samples` |
+//! | rows of any kind in Parquet, read and written | `parquet_rows` |
 //! | touch-downs, lift-offs and slips among the estimates | [`events`] |
-//! | the names of validities in both kinds of files | [`validity`] |
+//! | names of validities in both kinds of files | [`validity`] |
 //! | numbers in messages | [`number`] |
 
 pub mod events;

@@ -1,32 +1,30 @@
-//! The mounting of a sensor, from which way gravity pulled while the foot stood still.
+//! Mounting of a sensor, from the direction of gravity while the foot stood still.
 //!
-//! Rest shows which way is up and nothing of heading. So of all mountings with z up, the one with the
-//! least turn is taken: x stays where it can.
+//! Rest determines up but not the heading. Of all mountings with z up, the one with the smallest rotation is
+//! chosen: x is kept if possible.
 
 use estimator_core::{Mounting, MountingParams, Quaternion, SensorAxis, Vec3};
 
 use crate::space::{Rotation, Vector};
 
-/// Up this near an axis is along it, degrees: soles and boards are not more level than that.
+/// Angle within which up counts as along an axis, degrees: soles and boards are not more level than that.
 pub const NEAR_DEGREES: f64 = 20.0;
 
-/// Along x, y and z.
+/// Unit vectors along x, y and z.
 const UNIT: [Vec3; 3] = [
     Vec3::new(1.0, 0.0, 0.0),
     Vec3::new(0.0, 1.0, 0.0),
     Vec3::new(0.0, 0.0, 1.0),
 ];
 
-/// The angle between z and what is up, degrees. `up` is what an accelerometer reads at rest, in any
-/// unit.
+/// Angle between z and up, degrees. `up` is the accelerometer reading at rest, in any unit.
 #[must_use]
 pub fn tilt_degrees(up: Vec3) -> f64 {
     angle_degrees(SensorAxis::Z, up)
 }
 
-/// The mounting with which z is up, where it is not so already within [`NEAR_DEGREES`]: axes along axes
-/// where one is up within as much, otherwise the rotation with the least turn. `None`, too, where `up`
-/// has no direction.
+/// Returns the mounting that makes z up: along the axes if one is up within [`NEAR_DEGREES`], otherwise the smallest
+/// rotation. `None` if z is already up within [`NEAR_DEGREES`], or if `up` has no direction.
 #[must_use]
 pub fn with_z_up(up: Vec3) -> Option<Mounting> {
     let shortest = Quaternion::from_up(up)?;
@@ -39,10 +37,10 @@ pub fn with_z_up(up: Vec3) -> Option<Mounting> {
     Some(checked(params))
 }
 
-/// The axes with `up` along z that turn least; of equal ones, x is kept.
+/// The axes with `up` along z and the smallest rotation; of equal ones, x is kept.
 fn least_turn(up: SensorAxis) -> [SensorAxis; 3] {
     let own = [SensorAxis::X, SensorAxis::Y, SensorAxis::Z];
-    // The trace of the rotation: the greater, the smaller its angle.
+    // The greater the trace of the rotation, the smaller its angle.
     let kept = |axes: &[SensorAxis; 3]| -> i8 {
         let sign = |(axis, own): (&SensorAxis, SensorAxis)| {
             i8::from(*axis == own) - i8::from(*axis == own.opposite())
@@ -61,11 +59,11 @@ fn least_turn(up: SensorAxis) -> [SensorAxis; 3] {
     best
 }
 
-/// First one mounting, then another.
+/// Composes two mountings: `first`, then `second`.
 #[must_use]
 pub fn then(first: &Mounting, second: &Mounting) -> Mounting {
     let turned = UNIT.map(|axis| (axis, second.turn(first.turn(axis))));
-    // Axes along axes stay exact.
+    // Mountings along the axes stay exact.
     let along = |component: fn(Vec3) -> f32| {
         let is_along = |axis: &SensorAxis| {
             turned
@@ -82,7 +80,7 @@ pub fn then(first: &Mounting, second: &Mounting) -> Mounting {
     checked(MountingParams::Rotation(Quaternion { w, x, y, z }))
 }
 
-/// The same as a rotation, sensor → foot.
+/// The mounting as a rotation, sensor → foot.
 #[must_use]
 pub fn rotation(mounting: &Mounting) -> Rotation {
     let axes = match mounting.params() {
@@ -92,10 +90,10 @@ pub fn rotation(mounting: &Mounting) -> Rotation {
         }
         MountingParams::Axes(axes) => axes,
     };
-    // Of each axis of the foot, its components in the sensor's frame: the rows of the matrix.
+    // Rows of the matrix: components of each axis of the foot in the sensor's frame.
     let row = |axis: SensorAxis| UNIT.map(|unit| f64::from(axis.component(unit)));
     let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] = axes.map(row);
-    // The four ways to find a quaternion differ by a factor; the one that divides by most is taken.
+    // The four formulas for a quaternion differ by a factor; the one with the largest divisor is used.
     let ways = [
         (1.0 + xx + yy + zz, [zy - yz, xz - zx, yx - xy]),
         (zy - yz, [1.0 + xx - yy - zz, xy + yx, xz + zx]),
@@ -122,7 +120,7 @@ fn normalised(w: f64, v: Vector) -> Rotation {
     }
 }
 
-/// What is made here is always right-handed, and of length 1.
+/// Validates parameters, which are right-handed and of length 1 by construction.
 fn checked(params: MountingParams) -> Mounting {
     params.validate().unwrap_or_default()
 }
@@ -149,7 +147,7 @@ mod tests {
         text.parse().expect(text)
     }
 
-    /// All mountings of axes along axes, and some others.
+    /// All mountings along the axes, and some others.
     fn mountings() -> Vec<Mounting> {
         let mut all = Vec::new();
         for x in SensorAxis::ALL {
@@ -169,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn the_axis_that_is_up_becomes_z_with_the_least_turn() {
+    fn axis_up_becomes_z_with_the_smallest_rotation() {
         assert_eq!(found(0.0, 9.81, 0.0), "x,-z,y");
         assert_eq!(found(0.0, -9.81, 0.0), "x,z,-y");
         assert_eq!(found(9.81, 0.0, 0.0), "-z,y,x");
@@ -180,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn up_between_axes_is_turned_to_z_by_a_rotation() {
+    fn up_between_axes_is_rotated_to_z() {
         for (x, y, z) in [(0.0, 5.0, 8.5), (4.0, -7.0, 5.0), (7.0, 0.0, -7.0)] {
             let up = Vec3::new(x, y, z);
             let mounting = with_z_up(up).expect("z is not up");
@@ -190,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn where_z_is_up_or_nothing_is_there_is_no_mounting() {
+    fn no_mounting_if_z_is_up_or_up_is_undefined() {
         for up in [
             Vec3::new(0.0, 0.0, 9.81),
             Vec3::new(2.0, 2.0, 9.3),
@@ -202,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn two_mountings_after_another_turn_as_both_do() {
+    fn composed_mountings_turn_as_both_do() {
         assert_eq!(
             then(&mounting("x,-z,y"), &mounting("x,z,-y")),
             Mounting::IDENTITY
@@ -218,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn as_a_rotation_it_turns_the_same() {
+    fn rotation_turns_as_the_mounting_does() {
         let vector = Vec3::new(0.3, -7.0, 2.0);
         for mounting in mountings() {
             let turned = mounting.turn(vector);

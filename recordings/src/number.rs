@@ -1,7 +1,7 @@
-//! Numbers in messages: short, however small or large they are.
+//! Short numbers for messages, of any magnitude.
 
-/// A number as a person would write it: as few digits as read back the same, with an exponent
-/// where zeros would fill the line.
+/// Formats a number with the fewest digits that read back the same, and with an exponent where zeros would fill
+/// the line.
 #[must_use]
 pub fn shown(value: f32) -> String {
     match value.abs() {
@@ -11,7 +11,7 @@ pub fn shown(value: f32) -> String {
     }
 }
 
-/// A rate in Hz to about three digits, which is what one that was measured is good for.
+/// Formats a rate in Hz with about three digits, the precision of a measured one.
 pub(crate) fn shown_rate(value: f64) -> String {
     match value {
         0.1..1.0e7 => format!("{value:.2}"),
@@ -24,7 +24,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_number_fills_a_line_with_zeros() {
+    fn zeros_do_not_fill_a_line() {
         for (value, text) in [
             (1.0e-30, "1e-30"),
             (-0.005, "-0.005"),

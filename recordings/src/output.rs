@@ -10,7 +10,7 @@ use estimator_core::{
 use crate::recording::{Label, RecordedSample};
 use crate::validity::name_of;
 
-/// The header of the table of estimates.
+/// Header of the table of estimates.
 ///
 /// | columns | meaning | unit |
 /// |---|---|---|
@@ -32,25 +32,25 @@ use crate::validity::name_of;
 pub const HEADER: &str = "t,p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx,p_wy,p_wz,\
      qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,sigma_v,state,decision,flags";
 
-/// The header of a recording: what [`input::csv`](crate::input::csv) reads.
+/// Header of a recording, as [`input::csv`](crate::input::csv) reads it.
 const RECORDING_HEADER: &str = "t,ax,ay,az,wx,wy,wz,force,label,validity";
 
-/// The column before those of [`HEADER`] in a table of several feet: the name of the foot.
+/// Column before those of [`HEADER`] in a table of several feet: the name of the foot.
 pub const FOOT: &str = "foot";
 
 /// Whether a table of estimates names the foot in each row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Feet {
-    /// It is of one foot.
+    /// The table is of one foot.
     One,
-    /// It is of several, one after the other.
+    /// The table is of several feet, one after the other.
     Several,
 }
 
 /// Writes the header of a table of estimates.
 ///
 /// # Errors
-/// What the writer reports.
+/// Any error of the writer.
 pub fn write_header(feet: Feet, to: &mut dyn Write) -> io::Result<()> {
     match feet {
         Feet::One => writeln!(to, "{HEADER}"),
@@ -58,11 +58,11 @@ pub fn write_header(feet: Feet, to: &mut dyn Write) -> io::Result<()> {
     }
 }
 
-/// Writes a row of a table of estimates. Numbers read back as the same f32. `foot` is there where
-/// the table has several feet; `start_us` is what the recording's clock says at timestamp 0, µs.
+/// Writes a row of a table of estimates. Numbers read back as the same f32. `foot` is given if the table has
+/// several feet; `start_us` is the time of the recording's clock at timestamp 0, µs.
 ///
 /// # Errors
-/// What the writer reports.
+/// Any error of the writer.
 pub fn write_row(
     foot: Option<&str>,
     estimate: &ContactEstimate,
@@ -77,7 +77,7 @@ pub fn write_row(
     writeln!(to)
 }
 
-/// A name as a cell, in quotes where it has to be.
+/// A name as a cell, quoted if necessary.
 pub(crate) fn quoted(name: &str) -> Cow<'_, str> {
     if name.contains(['"', ',', '\n', '\r']) {
         Cow::Owned(format!("\"{}\"", name.replace('"', "\"\"")))
@@ -89,7 +89,7 @@ pub(crate) fn quoted(name: &str) -> Cow<'_, str> {
 /// Writes the table of estimates of one foot.
 ///
 /// # Errors
-/// What the writer reports.
+/// Any error of the writer.
 pub fn write_estimates(
     estimates: &[ContactEstimate],
     start_us: i64,
@@ -102,10 +102,10 @@ pub fn write_estimates(
     Ok(())
 }
 
-/// Writes a recording as a `csv` that can be replayed: it reads back as the same samples.
+/// Writes a recording as a `csv` that reads back as the same samples.
 ///
 /// # Errors
-/// What the writer reports.
+/// Any error of the writer.
 pub fn write_recording(samples: &[RecordedSample], to: &mut dyn Write) -> io::Result<()> {
     write_recording_header(to)?;
     for sample in samples {
@@ -117,16 +117,16 @@ pub fn write_recording(samples: &[RecordedSample], to: &mut dyn Write) -> io::Re
 /// Writes the header of a recording.
 ///
 /// # Errors
-/// What the writer reports.
+/// Any error of the writer.
 pub fn write_recording_header(to: &mut dyn Write) -> io::Result<()> {
     writeln!(to, "{RECORDING_HEADER}")
 }
 
-/// Writes a row of a recording; `start_us` is what its clock says at timestamp 0, µs. Numbers read back as
-/// the same f32, times as the same microsecond.
+/// Writes a row of a recording; `start_us` is the time of its clock at timestamp 0, µs. Numbers read back as the
+/// same f32, times as the same microsecond.
 ///
 /// # Errors
-/// What the writer reports.
+/// Any error of the writer.
 pub fn write_recording_row(
     sample: &RecordedSample,
     start_us: i64,
@@ -136,11 +136,11 @@ pub fn write_recording_row(
     writeln!(to)
 }
 
-/// Writes a recording with its estimates, one per sample: the columns of [`write_recording`],
-/// then those of [`HEADER`] but its time.
+/// Writes a recording with its estimates, one per sample: the columns of [`write_recording`], then those of
+/// [`HEADER`] except its time.
 ///
 /// # Errors
-/// What the writer reports.
+/// Any error of the writer.
 pub fn write_samples(
     samples: &[RecordedSample],
     estimates: &[ContactEstimate],
@@ -156,7 +156,7 @@ pub fn write_samples(
     Ok(())
 }
 
-/// The columns of a recording.
+/// Writes the columns of a recording.
 fn write_sample(sample: &RecordedSample, start_us: i64, to: &mut dyn Write) -> io::Result<()> {
     write_time(sample.imu.timestamp, start_us, to)?;
     for Vec3 { x, y, z } in [sample.imu.specific_force.0, sample.imu.angular_rate.0] {
@@ -178,13 +178,13 @@ fn write_sample(sample: &RecordedSample, start_us: i64, to: &mut dyn Write) -> i
     }
 }
 
-/// A time on the recording's clock, s; `start_us` is what that clock says at timestamp 0, µs.
+/// Time on the recording's clock, s; `start_us` is the time of that clock at timestamp 0, µs.
 #[must_use]
 pub fn seconds(timestamp: Timestamp, start_us: i64) -> f64 {
     on_clock(timestamp, start_us) as f64 / 1.0e6
 }
 
-/// The same in µs. The sum of both has no room in 64 bits.
+/// The same in µs. The sum of both may exceed 64 bits.
 fn on_clock(timestamp: Timestamp, start_us: i64) -> i128 {
     i128::from(timestamp.as_micros()) + i128::from(start_us)
 }
@@ -200,7 +200,7 @@ pub(crate) fn write_time(
     write!(to, "{sign}{}.{:06}", size / 1_000_000, size % 1_000_000)
 }
 
-/// Everything in a row of [`HEADER`] but the time.
+/// Writes a row of [`HEADER`] without the time.
 fn write_estimate(estimate: &ContactEstimate, to: &mut dyn Write) -> io::Result<()> {
     let p = estimate.probabilities;
     let Quaternion { w, x, y, z } = estimate.orientation;
@@ -248,14 +248,14 @@ mod tests {
     }
 
     #[test]
-    fn a_row_has_a_cell_for_every_name_in_the_header() {
+    fn row_has_a_cell_for_every_header_name() {
         assert_eq!(
             cells(ContactEstimate::default()).len(),
             HEADER.split(',').count()
         );
     }
 
-    /// An estimate and a sample in which no two numbers are the same.
+    /// An estimate and a sample whose numbers are all different.
     fn all_different() -> (RecordedSample, ContactEstimate) {
         let imu = ImuSample {
             timestamp: Timestamp::from_micros(1_500_000),
@@ -301,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn every_column_of_the_estimates_holds_what_its_name_says() {
+    fn estimate_columns_match_their_names() {
         let (_, estimate) = all_different();
         assert_eq!(
             table(estimate),
@@ -313,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn every_column_of_the_samples_holds_what_its_name_says() {
+    fn sample_columns_match_their_names() {
         let (sample, estimate) = all_different();
         let mut bytes = Vec::new();
         write_samples(&[sample], &[estimate], &mut bytes).unwrap();
@@ -336,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn the_time_is_that_of_the_recordings_clock() {
+    fn time_is_on_the_recordings_clock() {
         for (start_us, timestamp_us, text) in [
             (-2_500_000, 1, "-2.499999"),
             (-2_500_000, 2_000_000, "-0.500000"),
@@ -387,7 +387,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_of_samples_reads_back_as_the_recording() {
+    fn table_of_samples_reads_back_as_the_recording() {
         let samples = [
             (0, None, None, Validity::Saturated(Saturation::Gyroscope)),
             (1, Some(Load(0.1)), Some(Label::Stable), Validity::Valid),

@@ -1,4 +1,4 @@
-//! A file of Parquet that is being written, batch by batch. Its memory is that of a row group.
+//! Encoder of a Parquet file, batch by batch. Its memory is that of a row group.
 
 use std::io::{self, Write};
 use std::mem;
@@ -11,25 +11,25 @@ use parquet::basic::{Compression, ZstdLevel};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 
-/// As many rows are encoded at once.
+/// Rows encoded at once.
 pub(crate) const BATCH: usize = 8192;
 
-/// As many are a row group, which stays in memory until it is complete: about ten megabytes of estimates.
+/// Rows of a row group, which stays in memory until it is complete: about 10 MB of estimates.
 pub(crate) const ROW_GROUP: usize = 16 * BATCH;
 
-/// What files say they were written by: the same wherever and whenever that was.
+/// Writer named in files; independent of place and time, so that files are reproducible.
 const WRITTEN_BY: &str = concat!("footfall version ", env!("CARGO_PKG_VERSION"));
 
-/// A file that is being written.
+/// A Parquet file that is being written.
 pub(crate) struct Encoder<W: Write> {
     to: W,
-    /// Writes into memory, from which the bytes are taken: a writer need not be `Send`.
+    /// Writes into memory, from which the bytes are taken, because a writer need not be `Send`.
     writer: ArrowWriter<Vec<u8>>,
     schema: Arc<Schema>,
 }
 
 impl<W: Write> Encoder<W> {
-    /// A file of these columns, without rows.
+    /// Starts a file with these columns and no rows.
     pub(crate) fn new(to: W, schema: Arc<Schema>) -> io::Result<Self> {
         let properties = WriterProperties::builder()
             .set_compression(Compression::ZSTD(ZstdLevel::default()))
@@ -50,7 +50,7 @@ impl<W: Write> Encoder<W> {
         self.write(&batch.map_err(ParquetError::from).map_err(io::Error::from)?)
     }
 
-    /// Appends rows, and writes what is complete.
+    /// Appends rows, and writes complete row groups.
     pub(crate) fn write(&mut self, batch: &RecordBatch) -> io::Result<()> {
         self.writer.write(batch).map_err(io::Error::from)?;
         self.to.write_all(&mem::take(self.writer.inner_mut()))

@@ -2,9 +2,9 @@
 //!
 //! | columns | type |
 //! |---|---|
-//! | `foot`, in a table of several | text, dictionary |
+//! | `foot`, in a table of several feet | text, dictionary |
 //! | `t` | f64, s |
-//! | the numbers | f32: the estimator's bits |
+//! | the numbers | f32, bit-exact |
 //! | `state`, `flags` | text, dictionary |
 //! | `decision` | u8: 1 stable, 0 not |
 
@@ -25,7 +25,7 @@ use parquet::errors::ParquetError;
 use crate::output::{FOOT, Feet, HEADER, seconds};
 use crate::parquet_encoder::{BATCH, Encoder};
 
-/// How many numbers a row has between `t` and `state`.
+/// Numbers of a row between `t` and `state`.
 const NUMBERS: usize = 20;
 
 type Texts = StringDictionaryBuilder<Int32Type>;
@@ -42,10 +42,10 @@ pub struct ParquetEstimates<W: Write> {
 }
 
 impl<W: Write> ParquetEstimates<W> {
-    /// A table without rows.
+    /// Starts a table without rows.
     ///
     /// # Errors
-    /// What the writer reports.
+    /// Any error of the writer.
     pub fn new(to: W, feet: Feet) -> io::Result<Self> {
         Self::with_name(
             to,
@@ -56,10 +56,10 @@ impl<W: Write> ParquetEstimates<W> {
         )
     }
 
-    /// A table without rows, in which each row begins with a name in a column that is called `column`.
+    /// Starts a table without rows; if `column` is given, each row begins with a name in that column.
     ///
     /// # Errors
-    /// What the writer reports.
+    /// Any error of the writer.
     pub fn with_name(to: W, column: Option<&'static str>) -> io::Result<Self> {
         Ok(Self {
             encoder: Encoder::new(to, Arc::new(schema(column)))?,
@@ -72,11 +72,11 @@ impl<W: Write> ParquetEstimates<W> {
         })
     }
 
-    /// Appends a row. `name` is there where the table has a column for it; `start_us` is what the
-    /// recording's clock says at timestamp 0, µs.
+    /// Appends a row. `name` is given if the table has a column for it; `start_us` is the time of the recording's
+    /// clock at timestamp 0, µs.
     ///
     /// # Errors
-    /// What the writer reports.
+    /// Any error of the writer.
     pub fn add(
         &mut self,
         name: Option<&str>,
@@ -101,16 +101,16 @@ impl<W: Write> ParquetEstimates<W> {
         Ok(())
     }
 
-    /// Writes what is left and the end of the file.
+    /// Writes the pending rows and the end of the file.
     ///
     /// # Errors
-    /// What the writer reports.
+    /// Any error of the writer.
     pub fn finish(mut self) -> io::Result<W> {
         self.encode()?;
         self.encoder.finish()
     }
 
-    /// Encodes the rows that wait.
+    /// Encodes the pending rows.
     fn encode(&mut self) -> io::Result<()> {
         let mut columns: Vec<ArrayRef> = Vec::new();
         if let Some(names) = &mut self.names {
@@ -127,10 +127,10 @@ impl<W: Write> ParquetEstimates<W> {
     }
 }
 
-/// Writes tables of the same columns as one, row group by row group.
+/// Writes tables of the same columns as one table, row group by row group.
 ///
 /// # Errors
-/// What the writer and the files report.
+/// Any error of the writer or the files.
 pub fn join(tables: Vec<File>, to: impl Write) -> io::Result<()> {
     let mut to = Some(to);
     let mut encoder = None;
@@ -221,7 +221,7 @@ mod tests {
 
     use crate::output::{write_header, write_row};
 
-    /// An estimate in which no two numbers are the same.
+    /// An estimate whose numbers are all different.
     fn estimate(k: usize) -> ContactEstimate {
         let number = |place: usize| (k * NUMBERS + place) as f32 / 3.0;
         ContactEstimate {
@@ -259,7 +259,7 @@ mod tests {
         }
     }
 
-    /// The cells of a batch as our table writes them.
+    /// The cells of a batch as text, as in our `csv` table.
     fn text(batch: &RecordBatch) -> String {
         let mut text = String::new();
         for row in 0..batch.num_rows() {
@@ -282,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn the_table_is_that_of_the_csv_over_all_batches() {
+    fn table_equals_the_csv_over_all_batches() {
         for (feet, foot) in [(Feet::One, None), (Feet::Several, Some("fl"))] {
             let mut csv = Vec::new();
             write_header(feet, &mut csv).unwrap();
@@ -309,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_without_rows_has_its_columns() {
+    fn table_without_rows_has_its_columns() {
         let table = ParquetEstimates::new(Vec::new(), Feet::One).unwrap();
         let bytes = bytes::Bytes::from(table.finish().unwrap());
         let reader = ParquetRecordBatchReader::try_new(bytes, BATCH).unwrap();
@@ -318,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_writer_reports_is_reported() {
+    fn writer_error_is_returned() {
         struct Full;
         impl Write for Full {
             fn write(&mut self, _: &[u8]) -> io::Result<usize> {

@@ -1,7 +1,6 @@
-//! Rows of any kind in Parquet: what serde writes of a row, in columns with types.
+//! Rows of any serde type in Parquet, in typed columns.
 //!
-//! A field's name is its column's. A column that may be null is an `Option`; of a file that lacks it, it is
-//! `None`.
+//! Field names are column names. A nullable column is an `Option`, and `None` if the file lacks it.
 
 use std::fs::File;
 use std::io::{self, Write};
@@ -28,10 +27,10 @@ pub struct ParquetRows<W: Write> {
 }
 
 impl<W: Write> ParquetRows<W> {
-    /// A table of these columns, without rows.
+    /// Starts a table of these columns, without rows.
     ///
     /// # Errors
-    /// What the writer reports; two columns have one name.
+    /// Any error of the writer, or two columns of the same name.
     pub fn new(to: W, columns: Vec<Field>) -> io::Result<Self> {
         let schema = Arc::new(Schema::new(columns));
         Ok(Self {
@@ -47,7 +46,7 @@ impl<W: Write> ParquetRows<W> {
     /// Appends a row.
     ///
     /// # Errors
-    /// What the writer reports; a field is of another type than its column.
+    /// Any error of the writer, or a field of another type than its column.
     pub fn add(&mut self, row: &impl Serialize) -> io::Result<()> {
         self.decoder.serialize(&[row]).map_err(io_error)?;
         self.waiting += 1;
@@ -57,10 +56,10 @@ impl<W: Write> ParquetRows<W> {
         Ok(())
     }
 
-    /// Writes what is left and the end of the file.
+    /// Writes the pending rows and the end of the file.
     ///
     /// # Errors
-    /// What the writer reports.
+    /// Any error of the writer.
     pub fn finish(mut self) -> io::Result<W> {
         self.encode()?;
         self.encoder.finish()
@@ -75,10 +74,10 @@ impl<W: Write> ParquetRows<W> {
     }
 }
 
-/// All rows of a file.
+/// Reads all rows of a file.
 ///
 /// # Errors
-/// It cannot be read, is no sound Parquet, or lacks a column that each row must have.
+/// The file cannot be read, is not valid Parquet, or lacks a required column.
 pub fn read<T: DeserializeOwned>(file: File) -> io::Result<Vec<T>> {
     let json = guarded(|| -> io::Result<Vec<u8>> {
         let rows = ParquetRecordBatchReaderBuilder::try_new(file).map_err(io::Error::from)?;
@@ -146,14 +145,14 @@ mod tests {
     }
 
     #[test]
-    fn rows_read_back_to_the_bit_over_all_batches() {
+    fn rows_read_back_bit_exact_over_all_batches() {
         let rows: Vec<Row> = (0..BATCH as u64 + 10).map(row).collect();
         assert!(read::<Row>(written(&rows)).unwrap() == rows);
         assert!(read::<Row>(written(&[])).unwrap().is_empty());
     }
 
     #[test]
-    fn a_damaged_file_is_an_error() {
+    fn damaged_file_is_an_error() {
         let mut file = written(&[row(1), row(2)]);
         let length = file.metadata().unwrap().len();
         for place in (0..length).step_by(7) {
@@ -163,7 +162,7 @@ mod tests {
             damaged[place as usize] ^= 0xff;
             let mut copy = tempfile::tempfile().unwrap();
             copy.write_all(&damaged).unwrap();
-            // Any rows or an error, but no panic.
+            // Either rows or an error, but no panic.
             let _ = read::<Row>(copy);
         }
         let cut = tempfile::tempfile().unwrap();

@@ -1,11 +1,11 @@
-//! Samples in Parquet: the columns of a recording, as [`input`](crate::input) reads them again.
+//! Samples in Parquet: the columns of a recording, as [`input`](crate::input) reads them.
 //!
 //! | columns | type |
 //! |---|---|
 //! | `t` | f64, s on the recording's clock |
-//! | `ax` … `wz` | f32: the bits that the estimator takes |
-//! | `force` | f32, null where no load is known |
-//! | `label` | u8: 1 stable, 0 not; null where the truth is not known |
+//! | `ax` … `wz` | f32, bit-exact input of the estimator |
+//! | `force` | f32, null if the load is unknown |
+//! | `label` | u8: 1 stable, 0 not; null if the truth is unknown |
 //! | `validity` | text, dictionary |
 
 use std::io::{self, Write};
@@ -35,10 +35,10 @@ pub struct ParquetSamples<W: Write> {
 }
 
 impl<W: Write> ParquetSamples<W> {
-    /// A recording without samples.
+    /// Starts a recording without samples.
     ///
     /// # Errors
-    /// What the writer reports.
+    /// Any error of the writer.
     pub fn new(to: W) -> io::Result<Self> {
         Ok(Self {
             encoder: Encoder::new(to, Arc::new(schema()))?,
@@ -50,10 +50,10 @@ impl<W: Write> ParquetSamples<W> {
         })
     }
 
-    /// Appends a sample; `start_us` is what the recording's clock says at timestamp 0, µs.
+    /// Appends a sample; `start_us` is the time of the recording's clock at timestamp 0, µs.
     ///
     /// # Errors
-    /// What the writer reports.
+    /// Any error of the writer.
     pub fn add(&mut self, sample: &RecordedSample, start_us: i64) -> io::Result<()> {
         let imu = &sample.imu;
         self.t.append_value(seconds(imu.timestamp, start_us));
@@ -76,16 +76,16 @@ impl<W: Write> ParquetSamples<W> {
         Ok(())
     }
 
-    /// Writes what is left and the end of the file.
+    /// Writes the pending rows and the end of the file.
     ///
     /// # Errors
-    /// What the writer reports.
+    /// Any error of the writer.
     pub fn finish(mut self) -> io::Result<W> {
         self.encode()?;
         self.encoder.finish()
     }
 
-    /// Encodes the rows that wait.
+    /// Encodes the pending rows.
     fn encode(&mut self) -> io::Result<()> {
         let mut columns: Vec<ArrayRef> = vec![Arc::new(self.t.finish())];
         for builder in &mut self.axes {

@@ -1,26 +1,25 @@
-//! What a recording cannot be, by its numbers: wrong units, gravity that is there or not, a sensor
-//! on its side, times that jump, too few samples.
+//! Plausibility checks of a recording's values: wrong units, gravity included or removed, a sensor on its side,
+//! clock jumps, too few samples.
 //!
-//! | finding | it is reported where |
+//! | finding | condition |
 //! |---|---|
-//! | axes are no numbers | those of one sample in a hundred |
+//! | axes are not numbers | more than one sample in a hundred |
 //! | acceleration in g, or in m/s² read as g | \|a\| at rest is 1 m/s² or 9.8² m/s², within a fifth |
-//! | acceleration in mg, counts or the like | \|a\| at rest is more than [`LARGEST_REST`], and not 9.8² m/s² |
+//! | acceleration in mg, counts or another unit | \|a\| at rest is more than [`LARGEST_REST`], and not 9.8² m/s² |
 //! | rates in °/s | one sample in a hundred is beyond [`LARGEST_RATE`] |
 //! | rates in rad/s read as °/s | 99 samples in a hundred are below [`SMALLEST_RATE`], though the foot moves |
-//! | gravity is there or not | \|a\| at rest is not what was declared |
+//! | gravity included or removed | \|a\| at rest contradicts the declaration |
 //! | gravity is not along z | its mean at rest is more than 45° from the z axis |
-//! | the clock jumps | steps of more than a second that are no usual steps of the recording |
+//! | the clock jumps | steps of more than 1 s that are unusual in the recording |
 //! | rows arrive in batches | a third of the steps are less than a quarter of the mean |
 //! | the rate is low | it is below [`LOWEST_RATE`] |
-//! | readings are held | one in four repeats the one before it, to the last bit of all six axes, not all zeros, and not 50 times in a row |
-//! | a sensor clips | more than [`CLIPPED_A_STEP`] samples a step are at the end of its range |
-//! | the probability never rises | it is hardly ever above ½ while the foot is loaded, or in the whole recording |
-//! | the load is in another unit than its thresholds | it is always on one side of them, though the foot stands and moves |
+//! | readings are held | one in four repeats the one before it bit by bit in all six axes, is not all zeros, and is not repeated 50 times in a row |
+//! | a sensor clips | more than [`CLIPPED_A_STEP`] samples per step are at the end of its range |
+//! | the probability never rises | it is rarely above ½ while the foot is loaded, or in the whole recording |
+//! | the load is in another unit than its thresholds | it stays on one side of them, though the foot stands and moves |
 //!
-//! Rest is where the accelerations are quietest: a tenth of the recording, in pieces of a tenth of a
-//! second. So a foot that never rests may have findings that are wrong, and none is an error of its
-//! own.
+//! Rest is the tenth of the recording with the quietest accelerations, in pieces of 0.1 s. The findings about a
+//! foot that never rests may be wrong, and no finding is an error by itself.
 
 mod clipping;
 mod clock;
@@ -51,25 +50,25 @@ pub use clipping::{CLIPPED_A_STEP, Sensor};
 pub use load::LoadSide;
 pub use rates::{LARGEST_RATE, SMALLEST_RATE};
 
-/// From this on |a| at rest is no gravity, with whatever motion a foot has at its quietest, m/s².
+/// Value of |a| at rest from which it cannot be gravity, whatever the motion of a foot at its quietest, m/s².
 pub const LARGEST_REST: f32 = 3.0 * STANDARD_GRAVITY;
 
-/// The share of samples that may be no numbers without a word.
+/// Share of samples that may be non-numbers without a finding.
 const NOT_NUMBERS_SHARE: f64 = 0.01;
 
-/// The lowest rate of the recordings that the estimator was chosen with, Hz.
+/// Lowest rate of the recordings with which the estimator was chosen, Hz.
 pub const LOWEST_RATE: f32 = 100.0;
 
-/// A measured rate may be below [`LOWEST_RATE`] by this, as a fraction.
+/// Tolerance of a measured rate below [`LOWEST_RATE`], as a fraction.
 const RATE_TOLERANCE: f32 = 0.01;
 
-/// How far |a| at rest may be from what it should be, as a factor.
+/// Tolerance of |a| at rest, as a factor.
 const NEAR: f32 = 1.2;
 
-/// Below this, there is no gravity in |a| at rest, m/s².
+/// Value of |a| at rest below which it contains no gravity, m/s².
 const NO_GRAVITY: f32 = 0.5;
 
-/// One thing that is not plausible.
+/// One implausible property of a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Finding {
     /// Accelerations look like g, but are read as m/s².
@@ -82,41 +81,41 @@ pub enum Finding {
         /// |a| at rest, m/s².
         at_rest: f32,
     },
-    /// Accelerations are in a unit that is none of those that are read.
+    /// Accelerations are in an unsupported unit.
     AccelerationInOtherUnit {
         /// |a| at rest, m/s².
         at_rest: f32,
     },
-    /// Samples have an axis that is no number.
+    /// Samples have an axis that is not a number.
     NotNumbers {
-        /// How many.
+        /// Number of such samples.
         samples: u64,
-        /// Of so many.
+        /// Number of all samples.
         of: u64,
     },
     /// Angular rates look like rad/s, but are read as °/s.
     RateNotInDegrees {
-        /// Which one sample in a hundred exceeds, rad/s.
+        /// Rate exceeded by one sample in a hundred, rad/s.
         percentile: f32,
     },
     /// The load does not cross its thresholds.
     LoadThresholds {
-        /// Where it stays.
+        /// Side on which it stays.
         side: LoadSide,
         /// The smallest and the largest load, in the unit of the signal.
         range: [f32; 2],
     },
     /// Angular rates look like °/s, but are read as rad/s.
     RateInDegrees {
-        /// Which one sample in a hundred exceeds, rad/s.
+        /// Rate exceeded by one sample in a hundred, rad/s.
         percentile: f32,
     },
-    /// Gravity is declared removed, but is there.
+    /// Gravity is declared removed, but is included.
     GravityIncluded {
         /// |a| at rest, m/s².
         at_rest: f32,
     },
-    /// Gravity is declared included, but is not there.
+    /// Gravity is declared included, but is missing.
     GravityRemoved {
         /// |a| at rest, m/s².
         at_rest: f32,
@@ -130,7 +129,7 @@ pub enum Finding {
     },
     /// The clock jumps.
     ClockJumps {
-        /// How often.
+        /// Number of jumps.
         count: usize,
         /// The longest step, s.
         longest_s: f64,
@@ -140,9 +139,9 @@ pub enum Finding {
         /// The share of steps that are much shorter than the mean, in [0, 1].
         share: f64,
     },
-    /// Rows come more often than the sensor was read.
+    /// Rows come more often than new readings of the sensor.
     HeldReadings {
-        /// How many samples repeat the one before.
+        /// Number of samples that repeat the one before.
         samples: u64,
         /// Number of all samples.
         of: u64,
@@ -151,22 +150,22 @@ pub enum Finding {
     },
     /// A sensor's range is too small for the steps.
     Clips {
-        /// Which one.
+        /// The sensor.
         sensor: Sensor,
-        /// How many samples are at the end of its range.
+        /// Number of samples at the end of its range.
         samples: u64,
-        /// How many steps they belong to.
+        /// Number of steps in which they occur.
         steps: u64,
         /// The largest reading of an axis, m/s² or rad/s.
         largest: f32,
     },
     /// The probability stays low although the foot is loaded.
     NeverRises {
-        /// The share of the loaded time in which it is above ½; `None` where no load is known, and
-        /// it is so in the whole recording.
+        /// Share of the loaded time in which it is above ½; `None` if the load is unknown and the whole recording
+        /// counts.
         loaded_share: Option<f64>,
     },
-    /// There are few samples in a window.
+    /// A window has few samples.
     LowRate {
         /// The sample rate, Hz.
         rate: f32,
@@ -174,7 +173,7 @@ pub enum Finding {
 }
 
 impl Finding {
-    /// Its name, for programs.
+    /// Name of the finding, for programs.
     #[must_use]
     pub const fn name(&self) -> &'static str {
         match self {
@@ -197,8 +196,8 @@ impl Finding {
         }
     }
 
-    /// The same about a recording to which `mounting` was applied already: what it suggests takes the
-    /// place of that.
+    /// The same finding for a recording to which `mounting` was already applied: the suggested mounting replaces
+    /// that one.
     #[must_use]
     pub fn with_mounting(self, mounting: &Mounting) -> Self {
         match self {
@@ -304,13 +303,13 @@ impl fmt::Display for Finding {
     }
 }
 
-/// All that is not plausible about a recording in SI units.
+/// Returns the findings about a recording in SI units.
 #[must_use]
 pub fn check(recording: &Recording) -> Vec<Finding> {
     check_read_in(recording, Units::default())
 }
 
-/// All that is not plausible about a recording that was read in these units.
+/// Returns the findings about a recording that was read in these units.
 #[must_use]
 pub fn check_read_in(recording: &Recording, units: Units) -> Vec<Finding> {
     let mut check = Check::new(recording.sample_rate, recording.gravity).with_units(units);
@@ -320,7 +319,7 @@ pub fn check_read_in(recording: &Recording, units: Units) -> Vec<Finding> {
     check.findings()
 }
 
-/// Looks at a recording sample by sample; memory grows with its length by a thousandth of it.
+/// Checks a recording sample by sample; memory grows by a thousandth of its length.
 pub struct Check {
     sample_rate: f32,
     gravity: Gravity,
@@ -336,7 +335,7 @@ pub struct Check {
 }
 
 impl Check {
-    /// Of a recording at `sample_rate` in Hz, whose accelerations contain gravity or not.
+    /// Checks a recording at `sample_rate` in Hz, with its gravity as declared.
     #[must_use]
     pub fn new(sample_rate: f32, gravity: Gravity) -> Self {
         Self {
@@ -354,7 +353,7 @@ impl Check {
         }
     }
 
-    /// The same of a recording that was read in these units, before the first sample.
+    /// Sets the units in which the recording was read; call it before the first sample.
     #[must_use]
     pub fn with_units(self, units: Units) -> Self {
         Self {
@@ -363,7 +362,7 @@ impl Check {
         }
     }
 
-    /// Takes in the next sample.
+    /// Processes the next sample.
     pub fn add(&mut self, sample: &RecordedSample) {
         self.rest.add(sample);
         self.samples += 1;
@@ -377,14 +376,14 @@ impl Check {
         self.clipping.add(sample);
     }
 
-    /// Takes in the estimate of the sample that was taken in before.
+    /// Processes the estimate of the previous sample.
     pub fn add_estimate(&mut self, sample: &RecordedSample, estimate: &ContactEstimate) {
         self.clipping.add_decision(estimate.decision);
         self.rise.add(sample.load, estimate.probabilities.stable);
         self.load.add(sample.load, estimate.phase);
     }
 
-    /// What is not plausible about all of them.
+    /// Returns the findings about all samples.
     #[must_use]
     pub fn findings(&self) -> Vec<Finding> {
         let rest = self.rest.rest();
@@ -413,8 +412,8 @@ impl Check {
     }
 }
 
-/// Gravity as the accelerometer reads it at rest, m/s²: it points up. `None` where it was removed, or
-/// what is read cannot be gravity.
+/// Gravity as read by the accelerometer at rest, m/s²; it points up. `None` if it was removed or if the reading
+/// cannot be gravity.
 #[must_use]
 pub fn gravity_at_rest(recording: &Recording) -> Option<Vec3> {
     let mut search = RestSearch::new(recording.sample_rate);
@@ -438,7 +437,7 @@ fn is_near(value: f32, expected: f32) -> bool {
     (expected / NEAR..=expected * NEAR).contains(&value)
 }
 
-/// What is wrong with the acceleration at rest.
+/// Finding about the acceleration at rest.
 fn check_gravity(rest: &Rest, gravity: Gravity) -> Option<Finding> {
     let at_rest = rest.size;
     let has_gravity = has_gravity(rest);
@@ -463,7 +462,7 @@ fn check_gravity(rest: &Rest, gravity: Gravity) -> Option<Finding> {
     }
 }
 
-/// The axis that is up, where it is not z: the accelerometer of a still sensor reads upwards.
+/// The axis that is up, if it is not z; the accelerometer of a still sensor reads upwards.
 fn check_up(mean: [f32; 3]) -> Option<&'static str> {
     let [x, y, z] = mean;
     if z > rest::size(mean) * std::f32::consts::FRAC_1_SQRT_2 {

@@ -1,31 +1,31 @@
-//! A recorded or simulated stream: what every source gives and every consumer takes.
+//! A recorded or simulated stream, as sources produce and consumers take it.
 
 use estimator_core::{Gravity, ImuSample, Load};
 
-/// The truth about a sample, where it is known.
+/// True state of a sample, if known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Label {
     /// The foot is in stable contact.
     Stable,
-    /// It is not: it swings, lands, slips or lifts off.
+    /// The foot swings, lands, slips or lifts off.
     NotStable,
 }
 
 /// One row of a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RecordedSample {
-    /// What the IMU measured, SI units, with its time.
+    /// Measurement of the IMU, SI units, with its time.
     pub imu: ImuSample,
-    /// The load on the foot, where it was recorded.
+    /// Load on the foot, if recorded.
     pub load: Option<Load>,
-    /// The truth, where it is known.
+    /// True state, if known.
     pub label: Option<Label>,
 }
 
-/// A stream of samples with what its source knows about it.
+/// A stream of samples with its properties.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
-    /// Where it comes from, for titles and messages.
+    /// Name of the source, for titles and messages.
     pub name: String,
     /// Samples per second.
     pub sample_rate: f32,
@@ -38,7 +38,7 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Time from the first sample to the last, s; 0 where there is none.
+    /// Time from the first sample to the last, s; 0 if there are no samples.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         match (self.samples.first(), self.samples.last()) {
@@ -52,7 +52,7 @@ impl Recording {
 }
 
 impl RecordedSample {
-    /// When the sample was acquired, s since the recording's clock started.
+    /// Time of the sample, s since the start of the recording's clock.
     #[must_use]
     pub fn time_s(&self) -> f64 {
         self.imu.timestamp.as_micros() as f64 / 1.0e6

@@ -1,4 +1,4 @@
-//! A recording through the estimator.
+//! Runs the estimator over a recording.
 
 use estimator_core::{
     AngularRate, ContactEstimate, ContactEstimator, Gravity, Learnt, Params, ParamsError,
@@ -6,19 +6,18 @@ use estimator_core::{
 
 use crate::recording::{RecordedSample, Recording};
 
-/// The longest window that a replay can have, in samples: four seconds at 1 kHz, far more than
-/// contact needs, for comparisons. The estimator then takes about 100 KB.
+/// Longest window of a replay, in samples: four seconds at 1 kHz, far more than contact needs, for comparisons.
+/// The estimator then takes about 100 KB.
 pub const CAPACITY: usize = 4096;
 
-/// The estimator over the samples of one recording, one after the other.
+/// The estimator for the samples of one recording.
 pub struct Replay(Box<ContactEstimator<CAPACITY>>);
 
 impl Replay {
-    /// Of a recording at `sample_rate` in Hz, whose accelerations contain gravity or not, whatever
-    /// `params` says about them.
+    /// Creates the estimator for a recording at `sample_rate` in Hz; both arguments override `params`.
     ///
     /// # Errors
-    /// A parameter out of its range; the window may have up to [`CAPACITY`] samples.
+    /// A parameter is out of its range; the window may have up to [`CAPACITY`] samples.
     pub fn new(sample_rate: f32, gravity: Gravity, params: &Params) -> Result<Self, ParamsError> {
         let params = Params {
             sample_rate,
@@ -28,18 +27,18 @@ impl Replay {
         Ok(Self(Box::new(ContactEstimator::new(&params.validate()?))))
     }
 
-    /// The estimate of the next sample.
+    /// Returns the estimate of the next sample.
     pub fn update(&mut self, sample: &RecordedSample) -> ContactEstimate {
         self.0.update(&sample.imu, sample.load)
     }
 
-    /// The gyroscope's bias at the newest sample, rad/s; `None` until the foot has been at rest.
+    /// Gyroscope bias at the newest sample, rad/s; `None` until the foot has been at rest.
     #[must_use]
     pub fn gyro_bias(&self) -> Option<AngularRate> {
         self.0.gyro_bias()
     }
 
-    /// What has been learnt from all samples.
+    /// Returns the parameters learnt from all samples.
     #[must_use]
     pub fn finish(mut self) -> Learnt {
         self.0.finish();
@@ -47,18 +46,18 @@ impl Replay {
     }
 }
 
-/// Runs the estimator over every sample of a recording: one estimate per sample, in their order.
+/// Runs the estimator over a recording: one estimate per sample, in order.
 ///
 /// # Errors
-/// Those of [`Replay::new`].
+/// The errors of [`Replay::new`].
 pub fn replay(recording: &Recording, params: &Params) -> Result<Vec<ContactEstimate>, ParamsError> {
     Ok(replay_and_learn(recording, params)?.0)
 }
 
-/// [`replay`], with what has been learnt by the end of the recording.
+/// As [`replay`], and returns the parameters learnt by the end of the recording.
 ///
 /// # Errors
-/// Those of [`replay`].
+/// The errors of [`replay`].
 pub fn replay_and_learn(
     recording: &Recording,
     params: &Params,
@@ -66,10 +65,10 @@ pub fn replay_and_learn(
     replay_observed(recording, params, || ())
 }
 
-/// [`replay_and_learn`], with a call after each sample, such as one that shows progress.
+/// As [`replay_and_learn`], with a call after each sample, e.g. to show progress.
 ///
 /// # Errors
-/// Those of [`replay`].
+/// The errors of [`replay`].
 pub fn replay_observed(
     recording: &Recording,
     params: &Params,
@@ -114,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn every_sample_gets_its_estimate() {
+    fn every_sample_has_an_estimate() {
         let recording = still_foot(500.0);
         let estimates = replay(&recording, &Params::DEFAULT).unwrap();
         let times = estimates.iter().map(|e| e.timestamp);
@@ -122,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn the_rate_is_the_recordings_so_the_window_keeps_its_duration() {
+    fn window_keeps_its_duration_at_the_recordings_rate() {
         let params = Params {
             method: Method::HalfWidths,
             ..Params::DEFAULT

@@ -1,6 +1,6 @@
-//! Vectors and rotations in f64: the truth needs more digits than the estimator has.
+//! Vectors and rotations in f64: the truth needs more digits than the estimator.
 
-/// Three components along the axes of some frame.
+/// Three components along the axes of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Vector {
     /// Component along x.
@@ -36,7 +36,7 @@ impl Vector {
         libm::sqrt(self.x * self.x + self.y * self.y + self.z * self.z)
     }
 
-    /// The angle to another vector, rad; 0 to π.
+    /// Angle to another vector, rad; 0 to π.
     #[must_use]
     pub fn angle_to(self, other: Self) -> f64 {
         libm::atan2(self.cross(other).length(), self.dot(other))
@@ -103,7 +103,7 @@ impl Rotation {
         self.inverse().to_world(vector)
     }
 
-    /// The way back.
+    /// The inverse rotation.
     #[must_use]
     pub fn inverse(self) -> Self {
         Self {
@@ -112,7 +112,7 @@ impl Rotation {
         }
     }
 
-    /// First `other`, then this.
+    /// Composes two rotations: first `other`, then this.
     #[must_use]
     pub fn after(self, other: Self) -> Self {
         Self {

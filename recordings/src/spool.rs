@@ -1,5 +1,5 @@
-//! Samples on their way from a file to the estimator: in memory while they are few, in a temporary
-//! file beyond that, so that memory does not grow with the length of a recording.
+//! Buffer of samples between a file and the estimator: in memory while they are few, in a temporary file beyond
+//! that, so that memory does not grow with the length of a recording.
 
 use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 
@@ -9,10 +9,10 @@ use tempfile::SpooledTempFile;
 use crate::recording::{Label, RecordedSample};
 use crate::validity::VALIDITIES;
 
-/// Bytes that stay in memory; what is longer goes to the system's folder for temporary files.
+/// Bytes kept in memory; longer data go to a file in the system's temporary folder.
 const IN_MEMORY: usize = 32 << 20;
 
-/// Bytes of a sample: its time, six axes, the load, and the codes of validity, load and label.
+/// Bytes per sample: its time, six axes, the load, and the codes of validity, load and label.
 const ROW: usize = 8 + 6 * 4 + 4 + 3;
 
 /// Samples in order, written once and read as often as needed.
@@ -45,22 +45,22 @@ impl Spool {
         Ok(())
     }
 
-    /// How many samples there are.
+    /// Number of samples.
     #[must_use]
     pub const fn len(&self) -> usize {
         self.len
     }
 
-    /// Whether there is none.
+    /// Returns whether the spool is empty.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// All samples, from the first.
+    /// Returns all samples, from the first.
     ///
     /// # Errors
-    /// The temporary file cannot be written to its end.
+    /// The temporary file cannot be written completely.
     pub fn samples(&mut self) -> io::Result<Samples<'_>> {
         self.file.seek(SeekFrom::Start(0))?;
         Ok(Samples {
@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_come_back_as_they_were_from_memory_and_from_a_file() {
+    fn samples_read_back_from_memory_and_file() {
         for in_memory in [1 << 20, 100] {
             let mut spool = Spool::holding(in_memory);
             assert!(spool.is_empty());
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_that_is_none_stays_so() {
+    fn non_number_is_kept() {
         let mut spool = Spool::default();
         let mut broken = sample(1);
         broken.imu.specific_force.0.x = f32::NAN;

@@ -1,9 +1,8 @@
-//! The steps of a clock from row to row: how often each occurs, so that a median does not need all
-//! of them in memory.
+//! Counts of the time steps between rows, so that a median does not need all of them in memory.
 
 use std::collections::HashMap;
 
-/// How often each step occurs, µs.
+/// Counts of each step, µs.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Steps {
     counts: HashMap<u64, u64>,
@@ -16,12 +15,12 @@ impl Steps {
         self.total += 1;
     }
 
-    /// The number of steps.
+    /// Number of steps.
     pub(crate) const fn total(&self) -> u64 {
         self.total
     }
 
-    /// The steps from the shortest, µs, with their counts.
+    /// Steps in ascending order, µs, with their counts.
     pub(crate) fn sorted(&self) -> Vec<(u64, u64)> {
         let mut steps: Vec<_> = self.counts.iter().map(|(step, n)| (*step, *n)).collect();
         steps.sort_unstable();
@@ -29,7 +28,7 @@ impl Steps {
     }
 }
 
-/// The step in the middle, µs; of an even number the later of the two; `None` of none.
+/// Median step, µs; of an even number the later of the two middle ones; `None` if there are no steps.
 pub(crate) fn median(sorted: &[(u64, u64)]) -> Option<u64> {
     let total: u64 = sorted.iter().map(|(_, count)| count).sum();
     let mut before = 0;
@@ -44,7 +43,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_median_is_that_of_all_steps() {
+    fn median_is_that_of_all_steps() {
         let mut steps = Steps::default();
         assert_eq!(median(&steps.sorted()), None);
         for step in [5, 1, 9, 5, 7, 1] {

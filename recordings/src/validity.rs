@@ -1,8 +1,8 @@
-//! The names of validities, in files that are read and written.
+//! Names of validities, in files that are read and written.
 
 use estimator_core::{Saturation, Validity};
 
-/// What can stand in the column `validity`.
+/// Values of the column `validity`.
 pub const VALIDITIES: [(&str, Validity); 6] = [
     ("valid", Validity::Valid),
     (
@@ -18,14 +18,14 @@ pub const VALIDITIES: [(&str, Validity); 6] = [
     ("invalid", Validity::Invalid),
 ];
 
-/// The name of a validity.
+/// Name of a validity.
 #[must_use]
 pub fn name_of(validity: Validity) -> &'static str {
     let known = VALIDITIES.iter().find(|(_, known)| *known == validity);
     known.map_or(VALIDITIES[0].0, |(name, _)| name)
 }
 
-/// The validity of this name.
+/// Validity with this name.
 #[must_use]
 pub fn of_name(name: &str) -> Option<Validity> {
     let known = VALIDITIES.iter().find(|(known, _)| *known == name);

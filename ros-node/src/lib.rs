@@ -1,10 +1,10 @@
-//! A node of ROS 2 that publishes what feet say. DDS is `rustdds`, the node `ros2-client`: no ROS is
-//! installed or linked.
+//! A ROS 2 node that publishes the messages of feet. It uses `rustdds` and `ros2-client`; no installation of
+//! ROS is required or linked.
 //!
-//! | what | module |
+//! | content | module |
 //! |---|---|
 //! | domain, networks, names, quality of service | [`options`] |
-//! | the node: topics as they appear, what was sent, how it ends | [`node`] |
+//! | the node: publishers, counts of messages, shutdown | [`node`] |
 //!
 //! Messages and topics are those of [`ros`].
 

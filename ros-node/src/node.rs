@@ -1,4 +1,4 @@
-//! The node: a publisher for each topic, made with its first message.
+//! The node: a publisher for each topic, created with its first message.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -19,28 +19,28 @@ use thiserror::Error;
 
 use crate::options::{Options, Reliability};
 
-/// What subscribers get to ask once more for what they lack, at the end: five heartbeats.
+/// Time for subscribers to request lost messages at shutdown: five heartbeats.
 const LAST_REQUESTS: Duration = Duration::from_millis(500);
 
-/// Why there is no node, or no topic.
+/// Reason why a node or a topic cannot be created.
 #[derive(Debug, Error)]
 pub enum NodeError {
     /// A name is not valid in ROS.
     #[error("{name:?} is no name of a {what} in ROS: letters, digits and _, a letter first, no __")]
     Name {
-        /// What it was for.
+        /// Kind of the name.
         what: &'static str,
-        /// As it was written.
+        /// Name as given.
         name: String,
     },
-    /// No interface of this machine has the address: nothing would be sent, and nothing said.
+    /// No interface of this machine has the address: nothing would be sent, without an error.
     #[error(
         "network {address}: {source}; the address of an interface of this machine is needed, of IPv4"
     )]
     Network {
         /// The address.
         address: IpAddr,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// Nothing can be sent in the domain.
@@ -48,29 +48,29 @@ pub enum NodeError {
     Domain {
         /// The domain.
         domain_id: u16,
-        /// What `rustdds` says.
+        /// Error of `rustdds`.
         reason: String,
     },
-    /// The node, or a publisher of it, cannot be made.
+    /// The node or a publisher cannot be created.
     #[error("{name}: {reason}")]
     Create {
         /// The node or the topic.
         name: String,
-        /// What `ros2-client` says.
+        /// Error of `ros2-client`.
         reason: String,
     },
 }
 
-/// What became of the messages of a topic.
+/// Counts of the messages of a topic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sent {
-    /// Sent to whoever listens.
+    /// Messages sent to the subscribers.
     pub sent: u64,
-    /// Not sent: subscribers had not acknowledged the 8192 before.
+    /// Messages not sent because subscribers had not acknowledged the previous 8192.
     pub not_sent: u64,
 }
 
-/// The first of the addresses that no interface has, with the reason. Those of IPv6 are not used by `rustdds`.
+/// Returns the first address that no interface has, with the reason. `rustdds` does not use IPv6 addresses.
 fn first_absent(networks: &[IpAddr]) -> Option<(IpAddr, io::Error)> {
     networks.iter().find_map(|&address| {
         let bound = match address {
@@ -87,7 +87,7 @@ pub struct FootNode {
     options: Options,
     topics: BTreeMap<Arc<str>, Topic>,
     node: Node,
-    /// Answers requests for parameters, and notes who listens.
+    /// Thread that answers requests for parameters and tracks subscribers.
     spinner: JoinHandle<()>,
 }
 
@@ -100,7 +100,7 @@ impl FootNode {
     /// Joins the domain.
     ///
     /// # Errors
-    /// A name that ROS does not take; ports or interfaces that cannot be used.
+    /// A name is invalid in ROS, or ports or interfaces cannot be used.
     pub fn new(options: Options) -> Result<Self, NodeError> {
         let domain = |reason: String| NodeError::Domain {
             domain_id: options.domain_id,
@@ -113,7 +113,7 @@ impl FootNode {
         if options.topic("/x").is_none() {
             return Err(bad_name("namespace", &options.namespace));
         }
-        // `NodeName` lets through what the names of its services are refused for.
+        // `NodeName` accepts names for which its services' names are rejected.
         let name = Name::new("/", &options.name)
             .and_then(|_| NodeName::new(&options.absolute_namespace(), &options.name))
             .map_err(|_| bad_name("node", &options.name))?;
@@ -136,7 +136,7 @@ impl FootNode {
         let mut node = node.map_err(|error| create(error.to_string()))?;
         let spinner = node.spinner().map_err(|error| create(error.to_string()))?;
         let spinner = thread::Builder::new().name("ros2".to_owned()).spawn(|| {
-            // Without it, messages are published all the same.
+            // Messages are published even if the spinner fails.
             let _ = block_on(spinner.spin());
         });
         let spinner = spinner.map_err(|error| create(error.to_string()))?;
@@ -148,10 +148,10 @@ impl FootNode {
         })
     }
 
-    /// Publishes a message. It never waits: one that finds no room is counted.
+    /// Publishes a message without blocking; a message that does not fit into the queue is counted.
     ///
     /// # Errors
-    /// The topic is new, and cannot be made.
+    /// The topic is new and cannot be created.
     pub fn publish(&mut self, published: Published) -> Result<(), NodeError> {
         if !self.topics.contains_key(&published.topic) {
             let publisher = self.publisher(&published)?;
@@ -192,7 +192,7 @@ impl FootNode {
         })
     }
 
-    /// What became of the messages of each topic so far, by the topic's whole name.
+    /// Counts of the messages of each topic so far, by full name of the topic.
     #[must_use]
     pub fn counts(&self) -> BTreeMap<String, Sent> {
         let topics = self.topics.iter();
@@ -203,7 +203,7 @@ impl FootNode {
         named.collect()
     }
 
-    /// Leaves the domain, after subscribers have had the time to ask for what was lost on the way.
+    /// Leaves the domain after giving subscribers time to request lost messages.
     pub fn finish(self) {
         let is_reliable = self.options.reliability == Reliability::Reliable;
         if is_reliable && !self.topics.is_empty() {
@@ -211,12 +211,12 @@ impl FootNode {
         }
         drop(self.topics);
         drop(self.node);
-        // It ends with the node; one that has panicked was of no use any more.
+        // The thread ends with the node; a panic in it is ignored.
         let _ = self.spinner.join();
     }
 }
 
-/// The parameters of a node, and that they stay as they are.
+/// Declares the parameters of a node as read-only.
 fn parameters(options: &Options) -> NodeOptions {
     let declared = options.parameters();
     let mut parameters = NodeOptions::new();

@@ -1,4 +1,4 @@
-//! What a node is set to, once and for all: nothing of it changes while it runs.
+//! Options of a node, fixed while it runs.
 
 use std::net::IpAddr;
 
@@ -7,20 +7,20 @@ use ros::{Compat, Published};
 use ros2_client::qos::{Durability, History, QosProfile, WhenFull};
 use ros2_client::{Name, ParameterValue};
 
-/// Diagnostics that are kept for a subscriber, as `diagnostic_updater` has them.
+/// Depth of the history of diagnostics, the same as in `diagnostic_updater`.
 const DIAGNOSTICS_DEPTH: usize = 10;
 
-/// Whether a message that is lost on the network is sent again.
+/// Whether a message lost on the network is sent again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reliability {
-    /// Yes. Subscribers of both kinds get the messages.
+    /// Lost messages are sent again. Subscribers of both kinds receive the messages.
     Reliable,
-    /// No. Subscribers that ask for reliable messages get none.
+    /// Lost messages are not sent again. Subscribers that request reliable messages receive none.
     BestEffort,
 }
 
 impl Reliability {
-    /// As ROS spells it.
+    /// Name in ROS.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -30,32 +30,31 @@ impl Reliability {
     }
 }
 
-/// What a node is set to.
+/// Options of a node.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// Participants of other domains do not hear it: 0 to 232, as `ROS_DOMAIN_ID`.
+    /// Domain id, 0 to 232, as in `ROS_DOMAIN_ID`; other domains do not receive the messages.
     pub domain_id: u16,
-    /// Addresses of the interfaces that are used; none means all.
+    /// Addresses of the interfaces to use; empty uses all.
     pub networks: Vec<IpAddr>,
-    /// Before the node's name and each topic but `/diagnostics`; `/` for none.
+    /// Namespace of the node and of each topic except `/diagnostics`; `/` for none.
     pub namespace: String,
-    /// The node's name.
+    /// Name of the node.
     pub name: String,
-    /// Of all topics but `/diagnostics`, which is reliable.
+    /// Reliability of all topics except `/diagnostics`, which is reliable.
     pub reliability: Reliability,
-    /// Messages of a topic that are kept for a subscriber, 1 or more.
+    /// Number of messages of a topic kept for a subscriber, 1 or more.
     pub depth: usize,
-    /// Where the feet stream from: a parameter of the node.
+    /// Source of the feet's data; a parameter of the node.
     pub source: String,
-    /// What frames are called: a parameter of the node.
+    /// Pattern of frame names; a parameter of the node.
     pub frame_id: String,
-    /// Whose messages are published besides: a parameter of the node.
+    /// Program whose messages are also published; a parameter of the node.
     pub compat: Option<Compat>,
 }
 
 impl Options {
-    /// The parameters that the node shows. They cannot be set: a foot's own settings are set by
-    /// `footfall foot`.
+    /// Parameters of the node. They are read-only; the settings of a foot are changed with `footfall foot`.
     pub(crate) fn parameters(&self) -> Vec<(&'static str, ParameterValue)> {
         let text = |text: &str| ParameterValue::String(text.to_owned());
         let compat = match self.compat {
@@ -73,7 +72,7 @@ impl Options {
         ]
     }
 
-    /// The quality of service of a message.
+    /// Quality of service of a message.
     pub(crate) fn qos(&self, published: &Published) -> QosProfile {
         let (reliability, depth) = match published.topic.as_ref() {
             DIAGNOSTICS => (Reliability::Reliable, DIAGNOSTICS_DEPTH),
@@ -83,22 +82,22 @@ impl Options {
             .durability(Durability::Volatile)
             .history(History::KeepLast { depth });
         match reliability {
-            // A subscriber that does not read must not delay what comes after, for others.
+            // A subscriber that does not read must not delay messages to others.
             Reliability::Reliable => qos.reliability_reliable(WhenFull::Fail),
             Reliability::BestEffort => qos.reliability_best_effort(),
         }
     }
 
-    /// The namespace with a slash before it and none behind it, but for `/`. A relative name would be put into
-    /// the namespace once more.
+    /// Namespace with a leading and without a trailing slash, except for `/`. A relative name would be prefixed
+    /// with the namespace again.
     pub(crate) fn absolute_namespace(&self) -> String {
         format!("/{}", self.namespace.trim_matches('/'))
     }
 
-    /// The name of a topic in the namespace; `None` if it is not valid in ROS.
+    /// Name of a topic in the namespace; `None` if invalid in ROS.
     pub(crate) fn topic(&self, topic: &str) -> Option<Name> {
         let namespace = match topic {
-            // Programs that gather diagnostics listen there, whatever the namespace is.
+            // Diagnostic aggregators subscribe to this topic in any namespace.
             DIAGNOSTICS => "/".to_owned(),
             _ => self.absolute_namespace(),
         };
@@ -114,7 +113,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_namespace_is_absolute_however_its_slashes_are_written() {
+    fn namespace_is_absolute_regardless_of_slashes() {
         for (namespace, before) in [
             ("dog", "/dog/footfall/FL"),
             ("/dog", "/dog/footfall/FL"),

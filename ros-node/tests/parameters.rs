@@ -1,4 +1,4 @@
-//! Another participant asks the node for its parameters, and tries to set one.
+//! Tests that another participant can list the parameters of a node but not set them.
 
 use std::net::{IpAddr, Ipv4Addr};
 use std::process;
@@ -32,7 +32,7 @@ fn options(domain_id: u16) -> Options {
     }
 }
 
-/// What a service of the node answers.
+/// Calls a service of the node and returns its response.
 fn ask<Req, Resp>(node: &mut Node, service: &str, kind: &str, request: Req) -> Resp
 where
     Req: Message + Clone + 'static,
@@ -53,7 +53,7 @@ where
 }
 
 #[test]
-fn parameters_are_listed_and_refuse_to_be_set() {
+fn parameters_are_listed_and_read_only() {
     let domain = 201 + (process::id() % 30) as u16;
     let feet = FootNode::new(options(domain)).expect("a node");
     let (sender, answers) = mpsc::channel();

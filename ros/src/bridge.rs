@@ -1,20 +1,20 @@
-//! What a foot says becomes messages on topics.
+//! Conversion of a foot's data to messages on topics.
 //!
 //! | topic | message | from |
 //! |---|---|---|
 //! | `/footfall/FL/contact` | `footfall_msgs/msg/Contact` | each contact |
-//! | `/footfall/FL/contact/probability` | `std_msgs/msg/Float64`: P alone | each contact; 0 where it is not valid, which a number alone cannot say |
-//! | `/footfall/FL/velocity` | `geometry_msgs/msg/TwistWithCovarianceStamped` | each contact: zero, with the variance that the [zero-velocity measurement](estimator_core::velocity) has by default; 10⁴ (m/s)² where it says nothing |
-//! | `/footfall/FL/load` | `std_msgs/msg/Float64`, N | each load that the robot told the foot over CAN |
-//! | `/footfall/FL/imu` | `sensor_msgs/msg/Imu` | each raw sample of a serial line; on CAN each acceleration, with the newest orientation and rate, which are up to 20 ms older: to look at, not to integrate |
-//! | `/diagnostics` | `diagnostic_msgs/msg/DiagnosticArray` | health and faults, at once where they change, otherwise once a second |
+//! | `/footfall/FL/contact/probability` | `std_msgs/msg/Float64`: P alone | each contact; 0 if invalid, because a number cannot express validity |
+//! | `/footfall/FL/velocity` | `geometry_msgs/msg/TwistWithCovarianceStamped` | each contact: zero, with the default variance of the [zero-velocity measurement](estimator_core::velocity); 10⁴ (m/s)² if there is no information |
+//! | `/footfall/FL/load` | `std_msgs/msg/Float64`, N | each load that the robot sends to the foot over CAN |
+//! | `/footfall/FL/imu` | `sensor_msgs/msg/Imu` | each raw sample of a serial line; on CAN each acceleration, with the newest orientation and rate, which are up to 20 ms older: for display, not for integration |
+//! | `/diagnostics` | `diagnostic_msgs/msg/DiagnosticArray` | health and faults, at once on a change, otherwise once a second |
 //!
-//! Stamps are those of the samples, on the clock of the receiver: by numbered SYNCs where the foot has
-//! reported one, otherwise by the least delay of the newest seconds ([`FootClock`](live::clock::FootClock)).
+//! Stamps are the times of the samples on the receiver's clock: by numbered SYNCs if the foot has reported
+//! one, otherwise by the least delay of the last seconds ([`FootClock`](live::clock::FootClock)).
 //!
-//! A foot of which no contact comes for half a second is silent: its probability is 0, and diagnostics say
-//! so. Contacts of several boards with one id ([`NewestSecond`](live::NewestSecond)) say nothing about any of them: they are not
-//! valid, their probability is 0, there is no IMU, and diagnostics say why.
+//! A foot without a contact for half a second is silent: its probability is 0, and diagnostics report it.
+//! Contacts of several boards with the same id ([`NewestSecond`](live::NewestSecond)) carry no information:
+//! they are invalid, their probability is 0, no IMU is published, and diagnostics report the cause.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -32,18 +32,18 @@ use crate::topics::DIAGNOSTICS;
 
 pub use crate::foot::SEVERAL_BOARDS;
 
-/// A message, where it is published and when it was received.
+/// A message with its topic and time of reception.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Published {
     /// The topic.
     pub topic: Arc<str>,
-    /// When what it says was received.
+    /// Time of reception of its data.
     pub at: Timestamp,
     /// The message.
     pub message: Message,
 }
 
-/// What is known of all feet.
+/// State of all feet.
 #[derive(Debug)]
 pub struct Bridge {
     frame: String,
@@ -51,7 +51,7 @@ pub struct Bridge {
     /// Names of feet on serial lines, by line, from their first health message on.
     lines: BTreeMap<Arc<str>, FootKey>,
     listening: Listening,
-    /// What is made of all feet for others.
+    /// Combined messages of all feet for other programs.
     all_feet: Option<AllFeet>,
 }
 
@@ -62,8 +62,7 @@ impl Default for Bridge {
 }
 
 impl Bridge {
-    /// Nothing is known yet. `frame` names the frames of feet: what replaces `{foot}` in it is a foot's
-    /// name.
+    /// Creates a bridge. `frame` is the pattern of frame names; `{foot}` is replaced by the foot's name.
     #[must_use]
     pub fn new(frame: &str) -> Self {
         Self {
@@ -75,14 +74,14 @@ impl Bridge {
         }
     }
 
-    /// The same with messages of all feet for others.
+    /// Enables combined messages of all feet for other programs.
     #[must_use]
     pub fn with_compat(mut self, compat: Compat) -> Self {
         self.all_feet = Some(AllFeet::new(compat));
         self
     }
 
-    /// The messages of something that was heard; `name` is what the foot is called, where it has a name.
+    /// Returns the messages for received data; `name` is the name of the foot, if any.
     pub fn messages(&mut self, heard: &Heard, name: Option<&str>) -> Vec<Published> {
         let at = heard.at;
         let listened_us = self.listening.arrive(at);
@@ -171,7 +170,7 @@ impl Bridge {
         published
     }
 
-    /// The messages that are due where nothing has come until `now`: feet have fallen silent.
+    /// Returns the messages due if nothing was received until `now`, such as those of silent feet.
     pub fn idle(&mut self, now: Timestamp) -> Vec<Published> {
         let listened_us = self.listening.idle(now);
         let all_feet = self.all_feet.as_mut();
@@ -183,7 +182,7 @@ impl Bridge {
         published
     }
 
-    /// The messages that are due where nothing will come any more: all feet are silent.
+    /// Returns the messages due at the end of reception: all feet are silent.
     pub fn end(&mut self) -> Vec<Published> {
         let all_feet = self.all_feet.as_mut();
         let mut published: Vec<_> = all_feet.and_then(AllFeet::end).into_iter().collect();
@@ -191,7 +190,7 @@ impl Bridge {
         published
     }
 
-    /// Adds the messages of feet that are silent at `listened_us`, at once and then once a second.
+    /// Adds the messages of feet silent at `listened_us`, at once and then once a second.
     fn fall_silent(&mut self, listened_us: u64, at: Timestamp, published: &mut Vec<Published>) {
         let publish = |topic: &Arc<str>, message| Published {
             topic: Arc::clone(topic),
@@ -218,14 +217,14 @@ impl Bridge {
         }
     }
 
-    /// The names of feet whose newest contacts are of several boards with one id.
+    /// Names of feet whose newest contacts come from several boards with the same id.
     pub fn shared_ids(&self) -> impl Iterator<Item = &str> {
         let shared = self.feet.values().filter(|foot| foot.is_shared);
         shared.map(|foot| foot.name.as_str())
     }
 
-    /// The foot that said it. On a serial line nobody knows which foot it is before its first health
-    /// message: until then it has the name of its line.
+    /// Returns the foot that sent the data. On a serial line the foot is unknown before its first health
+    /// message; until then it has the name of the line.
     fn foot(&mut self, heard: &Heard, name: Option<&str>) -> &mut Foot {
         let key = &heard.foot;
         let own = match &heard.said {
@@ -236,7 +235,7 @@ impl Bridge {
         if key.node.is_some()
             && let Some(before) = self.lines.remove(&key.line)
         {
-            // What was known of it under the name of its line, but for its topics.
+            // Keeps its state under the name of the line, except for the topics.
             if let Some(known) = self.feet.remove(&before) {
                 let foot = Foot::new(name.unwrap_or(&key.line), &self.frame);
                 let foot = Foot {
@@ -250,7 +249,7 @@ impl Bridge {
         if key.node.is_none() && own.is_none() {
             self.lines.insert(Arc::clone(&key.line), key.clone());
         }
-        // Several feet of one recording share a line and have no id.
+        // Feet of one recording share a line and have no id.
         let key = FootKey {
             line: match (key.node, own) {
                 (None, Some(own)) => format!("{} {own}", key.line).into(),
@@ -282,7 +281,7 @@ mod tests {
     use crate::foot::SILENT;
     use crate::message::{Contact, Level, Twist};
 
-    /// The messages of a robot with two feet, of which the right one has the id that `right` says.
+    /// Messages of a robot with two feet, of which the right one has the id `right`.
     fn messages(right: NodeId) -> Vec<Published> {
         let source = "demo:feet=2,speed=max,seconds=3".parse();
         let feed = Feed::open(source.expect("a source"));
@@ -321,7 +320,7 @@ mod tests {
             })
     }
 
-    /// Whether diagnostics name several boards, one after the other.
+    /// Returns for each diagnostic message whether it reports several boards.
     fn diagnoses(published: &[Published]) -> Vec<bool> {
         let of = |published: &Published| match &published.message {
             Message::Diagnostics(array) => {
@@ -336,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn two_boards_with_one_id_are_valid_for_a_tenth_of_a_second_at_the_most() {
+    fn boards_sharing_an_id_become_invalid_within_100_ms() {
         let published = messages(wire::Foot::Left.default_node_id());
         let all: Vec<_> = contacts(&published).collect();
         assert!(all.len() > 5000, "{}", all.len());
@@ -353,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_alone_is_0_where_its_contact_is_not_valid() {
+    fn probability_is_0_for_invalid_contacts() {
         let published = messages(wire::Foot::Right.default_node_id());
         let numbers = published
             .iter()
@@ -376,7 +375,7 @@ mod tests {
     }
 
     #[test]
-    fn velocity_says_nothing_where_its_contact_is_not_valid() {
+    fn velocity_is_uninformative_for_invalid_contacts() {
         let published = messages(wire::Foot::Right.default_node_id());
         let velocities = published
             .iter()
@@ -399,13 +398,13 @@ mod tests {
     }
 
     #[test]
-    fn two_boards_with_an_id_each_are_never_taken_for_one() {
+    fn boards_with_different_ids_stay_valid() {
         let published = messages(wire::Foot::Right.default_node_id());
         assert!(contacts(&published).any(|contact| contact.valid && contact.p_stable > 0.5));
         assert!(!diagnoses(&published).contains(&true));
     }
 
-    /// What is published of a foot from its last contact on, as text.
+    /// Formats the messages published after the last contact of a foot.
     fn last_words(published: &[Published]) -> Vec<String> {
         let words = published.iter().map(|published| match &published.message {
             Message::Number(number) => format!("{} {}", published.topic, number.data),
@@ -417,7 +416,7 @@ mod tests {
     }
 
     #[test]
-    fn a_foot_that_falls_silent_has_the_probability_0_and_is_said_to_be_silent_once_a_second() {
+    fn silent_foot_is_reported_once_a_second_with_probability_0() {
         let mut bridge = Bridge::default().with_compat(Compat::Champ);
         let contact = |bridge: &mut Bridge, ms: u64| {
             let at = Timestamp::from_micros(1000 * ms);

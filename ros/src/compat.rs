@@ -1,13 +1,13 @@
-//! Contacts of four feet as one message, for programs that take no message of footfall's.
+//! Contacts of four feet in one message, for programs that do not accept footfall's messages.
 //!
-//! | of | topic | message | says |
+//! | program | topic | message | content |
 //! |---|---|---|---|
-//! | [champ](https://github.com/chvmp/champ) | `/foot_contacts`, which its state estimation takes | `champ_msgs/msg/ContactsStamped` | the decisions |
-//! | [pronto](https://github.com/ori-drs/pronto) | `/footfall/stance` | `pronto_msgs/msg/QuadrupedStance` | the decisions, as 0 or 1: its `legodo_handler_ros.cpp` takes any number beyond 0.01 as stance |
+//! | [champ](https://github.com/chvmp/champ) | `/foot_contacts`, read by its state estimation | `champ_msgs/msg/ContactsStamped` | the decisions |
+//! | [pronto](https://github.com/ori-drs/pronto) | `/footfall/stance` | `pronto_msgs/msg/QuadrupedStance` | the decisions, as 0 or 1: its `legodo_handler_ros.cpp` treats any number above 0.01 as stance |
 //!
-//! Both have left front, right front, left hind, right hind, in this order. A message is made as soon as
-//! each of the four has said something new; where one is silent for 20 ms, without it, also where all are.
-//! What is not valid or silent does not stand: false, 0.
+//! Both use the order left front, right front, left hind, right hind. A message is created as soon as each of
+//! the four feet has a new contact; after 20 ms it is created without the silent feet, even if all are silent.
+//! Invalid and silent feet are reported in swing: false, 0.
 
 use std::sync::Arc;
 
@@ -17,33 +17,33 @@ use crate::bridge::Published;
 use crate::listening::Listening;
 use crate::message::{Contact, ContactsStamped, Header, Message, QuadrupedStance, Time};
 
-/// How long a foot is waited for, µs.
+/// Timeout of a silent foot, µs.
 const SILENT_US: u64 = 20_000;
 
 /// Names of the feet, in the order of the messages.
 const FEET: [[&str; 2]; 4] = [["FL", "LF"], ["FR", "RF"], ["RL", "LH"], ["RR", "RH"]];
 
-/// Whose messages are made.
+/// Program whose messages are created.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Compat {
-    /// Decisions as 0 or 1, as pronto takes them.
+    /// Decisions as 0 or 1, for pronto.
     Pronto,
-    /// Decisions, as champ takes them.
+    /// Decisions, for champ.
     Champ,
 }
 
-/// The newest of four feet.
+/// Newest contacts of four feet.
 #[derive(Debug)]
 pub struct AllFeet {
     compat: Compat,
     topic: Arc<str>,
     feet: [Option<Stance>; 4],
     listening: Listening,
-    /// When the newest message was made, or the first contact came, as time of listening, µs.
+    /// Listening time of the newest message, or of the first contact, µs.
     made_us: Option<u64>,
 }
 
-/// What a foot has said since the newest message.
+/// Decision of a foot since the newest message.
 #[derive(Clone, Copy, Debug)]
 struct Stance {
     stands: bool,
@@ -51,7 +51,7 @@ struct Stance {
 }
 
 impl AllFeet {
-    /// Nothing is known yet.
+    /// Creates an empty state.
     #[must_use]
     pub fn new(compat: Compat) -> Self {
         let topic = match compat {
@@ -67,7 +67,7 @@ impl AllFeet {
         }
     }
 
-    /// The message that a contact completes, where it does. `at` is when the contact was received.
+    /// Processes a contact received at `at`; returns the message that it completes, if any.
     pub fn take(&mut self, contact: &Contact, at: Timestamp) -> Option<Published> {
         let place = FEET
             .iter()
@@ -84,14 +84,14 @@ impl AllFeet {
         self.due(listened_us, at)
     }
 
-    /// Something that is no contact was received at `at`: the message that is due, where there were
-    /// contacts before.
+    /// Processes the reception of other data at `at`; returns the message due, if there were contacts
+    /// before.
     pub fn hear(&mut self, at: Timestamp) -> Option<Published> {
         let listened_us = self.listening.arrive(at);
         self.due(listened_us, at)
     }
 
-    /// Nothing has come until `now`: the message that is due, where there were contacts before.
+    /// Advances the time to `now` without reception; returns the message due, if there were contacts before.
     pub fn idle(&mut self, now: Timestamp) -> Option<Published> {
         let listened_us = self.listening.idle(now);
         self.due(listened_us, now)
@@ -101,7 +101,7 @@ impl AllFeet {
         (listened_us - self.made_us? >= SILENT_US).then(|| self.make(at))
     }
 
-    /// Nothing will come any more: the message that none stands, where there were contacts before.
+    /// Ends reception; returns a message with all feet in swing, if there were contacts before.
     pub fn end(&mut self) -> Option<Published> {
         self.made_us?;
         self.feet = [None; 4];
@@ -109,15 +109,15 @@ impl AllFeet {
         Some(self.make(now))
     }
 
-    /// The message of what is known, at `at`.
+    /// Creates a message of the known contacts at `at`.
     fn make(&mut self, at: Timestamp) -> Published {
         self.made_us = Some(self.listening.us());
         let feet = std::mem::take(&mut self.feet);
         let newest = feet.iter().flatten().map(|foot| foot.stamp).max();
         let header = Header {
-            // Where all are silent, it is so now.
+            // If all feet are silent, the state applies now.
             stamp: newest.unwrap_or_else(|| at.into()),
-            // All feet have no frame in common.
+            // The feet have no common frame.
             frame_id: String::new(),
         };
         let stands = |foot: Option<Stance>| foot.is_some_and(|foot| foot.stands);
@@ -166,7 +166,7 @@ mod tests {
         (contact, at)
     }
 
-    /// What the contacts are made into: times in µs and the message's four numbers.
+    /// Messages created from `contacts`: times in µs and the four numbers.
     fn made(compat: Compat, contacts: &[(&str, f32, u64)]) -> Vec<(u32, [f32; 4])> {
         let mut all = AllFeet::new(compat);
         let contacts = contacts.iter();
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn each_foot_has_its_place_and_the_newest_of_each_counts() {
+    fn newest_contact_of_each_foot_is_used_in_its_place() {
         let contacts = [
             ("RR", 0.1, 400),
             ("FL", 0.9, 100),
@@ -199,7 +199,7 @@ mod tests {
             ("LH", 0.99, 300),
             ("FL", 0.7, 2100),
         ];
-        // A probability of 0.2 would be stance to pronto.
+        // Pronto would treat a probability of 0.2 as stance.
         let pronto = [(1100, [1.0, 0.0, 0.0, 0.0])];
         assert_eq!(made(Compat::Pronto, &contacts), pronto);
         let champ = [(1100, [1.0, 0.0, 0.0, 0.0])];
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn a_silent_foot_is_not_waited_for_and_does_not_stand() {
+    fn silent_foot_is_skipped_and_reported_in_swing() {
         let contacts: Vec<_> = (0..60)
             .flat_map(|ms| ["FL", "FR", "RL"].map(|foot| (foot, 0.9, ms * 1000)))
             .collect();
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn where_all_feet_fall_silent_none_stands_and_at_the_end_neither() {
+    fn silent_feet_are_reported_in_swing() {
         let mut all = AllFeet::new(Compat::Champ);
         let micros = Timestamp::from_micros;
         assert_eq!((all.idle(micros(5)), all.end()), (None, None));
@@ -235,7 +235,7 @@ mod tests {
         assert_eq!(all.idle(micros(49_000)), None);
         assert_eq!(of(all.idle(micros(51_000))), none(51_000));
         all.take(&contact("FL", 0.9, 60_000).0, micros(60_000));
-        // Loads and heartbeats go on.
+        // Loads and heartbeats continue.
         let mut others = (0..20).filter_map(|ms| of(all.hear(micros(61_000 + 1000 * ms))));
         let (_, contacts) = others.next().expect("one is due");
         assert_eq!(
@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn feet_that_come_late_because_this_machine_has_stalled_are_not_silent() {
+    fn host_stall_does_not_make_feet_silent() {
         let contacts: Vec<_> = [0, 1000, 901_000, 902_000]
             .into_iter()
             .flat_map(|us| ["FL", "FR", "RL", "RR"].map(|foot| (foot, 0.9, us)))

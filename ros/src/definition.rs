@@ -1,12 +1,11 @@
-//! Definitions of messages as a recording carries them: the message's own, then those of the messages
-//! in it, each after a line of `=` and its name.
+//! Message definitions as stored in recordings: the definition of the message, then those of nested messages,
+//! each after a line of `=` and its name.
 //!
-//! Those that are not ours are the interfaces of ROS 2, of which names, types and order of the fields
-//! are given.
+//! Definitions other than footfall's are interfaces of ROS 2, with names, types and order of their fields.
 
 use crate::message::Message;
 
-/// What stands between definitions.
+/// Separator between definitions.
 const BETWEEN: &str =
     "\n================================================================================\nMSG: ";
 
@@ -46,17 +45,17 @@ const CONTACTS_STAMPED: &str = "std_msgs/Header header\nbool[] contacts\n";
 const QUADRUPED_STANCE: &str =
     "std_msgs/Header header\nfloat32 lf\nfloat32 rf\nfloat32 lh\nfloat32 rh\n";
 
-/// The definition of a contact, as the interface package has it.
+/// Definition of a contact, from the interface package.
 pub const CONTACT: &str = include_str!("../../ros2/footfall_msgs/msg/Contact.msg");
 
-/// A kind of message.
+/// Definition of a message type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Definition {
-    /// Its name: `package/msg/Name`.
+    /// Name of the type: `package/msg/Name`.
     pub name: &'static str,
-    /// Its own fields.
+    /// Fields of the message.
     own: &'static str,
-    /// Those of the messages in it.
+    /// Names and fields of nested messages.
     others: &'static [(&'static str, &'static str)],
 }
 
@@ -66,13 +65,13 @@ const IN_HEADER: [(&str, &str); 2] = [
 ];
 
 impl Definition {
-    /// Of a contact.
+    /// Contact.
     pub const CONTACT: Self = Self {
         name: "footfall_msgs/msg/Contact",
         own: CONTACT,
         others: &IN_HEADER,
     };
-    /// Of an IMU.
+    /// IMU sample.
     pub const IMU: Self = Self {
         name: "sensor_msgs/msg/Imu",
         own: IMU,
@@ -83,7 +82,7 @@ impl Definition {
             ("geometry_msgs/Vector3", VECTOR3),
         ],
     };
-    /// Of a velocity.
+    /// Velocity.
     pub const VELOCITY: Self = Self {
         name: "geometry_msgs/msg/TwistWithCovarianceStamped",
         own: TWIST_WITH_COVARIANCE_STAMPED,
@@ -95,25 +94,25 @@ impl Definition {
             ("geometry_msgs/Vector3", VECTOR3),
         ],
     };
-    /// Of a number.
+    /// Number.
     pub const FLOAT64: Self = Self {
         name: "std_msgs/msg/Float64",
         own: FLOAT64,
         others: &[],
     };
-    /// Of a text.
+    /// Text.
     pub const STRING: Self = Self {
         name: "std_msgs/msg/String",
         own: STRING,
         others: &[],
     };
-    /// Of an answer.
+    /// Truth value.
     pub const BOOL: Self = Self {
         name: "std_msgs/msg/Bool",
         own: BOOL,
         others: &[],
     };
-    /// Of what diagnostics say.
+    /// Diagnostics.
     pub const DIAGNOSTICS: Self = Self {
         name: "diagnostic_msgs/msg/DiagnosticArray",
         own: DIAGNOSTICS,
@@ -125,20 +124,20 @@ impl Definition {
         ],
     };
 
-    /// Of all feet, for champ.
+    /// All feet, for champ.
     pub const CHAMP: Self = Self {
         name: "champ_msgs/msg/ContactsStamped",
         own: CONTACTS_STAMPED,
         others: &IN_HEADER,
     };
-    /// Of all feet, for pronto.
+    /// All feet, for pronto.
     pub const PRONTO: Self = Self {
         name: "pronto_msgs/msg/QuadrupedStance",
         own: QUADRUPED_STANCE,
         others: &IN_HEADER,
     };
 
-    /// Of a message.
+    /// Returns the definition of a message.
     #[must_use]
     pub const fn of(message: &Message) -> Self {
         match message {
@@ -154,13 +153,13 @@ impl Definition {
         }
     }
 
-    /// Its package, such as `std_msgs`, and its name in it, such as `Float64`.
+    /// Package, such as `std_msgs`, and name in it, such as `Float64`.
     #[must_use]
     pub fn package_and_name(self) -> (&'static str, &'static str) {
         self.name.split_once("/msg/").unwrap_or_default()
     }
 
-    /// The whole text.
+    /// Complete text, with nested definitions.
     #[must_use]
     pub fn text(self) -> String {
         let others = self.others.iter();
@@ -176,7 +175,7 @@ mod tests {
     use super::*;
     use estimator_core::{Flag, Flags, Phase};
 
-    /// The value of a constant of [`CONTACT`].
+    /// Value of a constant of [`CONTACT`].
     fn constant(name: &str) -> Option<u8> {
         let line = CONTACT
             .lines()
@@ -185,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn the_definition_has_every_phase_and_flag_with_its_number() {
+    fn definition_contains_every_phase_and_flag() {
         for phase in Phase::ALL {
             let name = format!("STATE_{}", phase.name().to_uppercase());
             assert_eq!(constant(&name), Some(crate::foot::state(phase)), "{name}");

@@ -1,4 +1,4 @@
-//! What is known of a foot while it streams, and the messages that it becomes.
+//! State of a foot while it streams, and its messages.
 
 use decode::Row;
 use decode::row::Clock;
@@ -20,40 +20,40 @@ use crate::topics::Topics;
 /// Standard gravity, m/s².
 const GRAVITY: f64 = 9.806_65;
 
-/// From one diagnostic of a foot to its next, where nothing changes, µs.
+/// Period of a foot's diagnostics if nothing changes, µs.
 const DIAGNOSTIC_US: u64 = 1_000_000;
 
-/// An orientation or a rate that is older than this is not put beside an acceleration, µs: they are sent
-/// every 20 ms, unless set otherwise.
+/// Maximum age of an orientation or a rate combined with an acceleration, µs; by default they are sent every
+/// 20 ms.
 const BESIDE_US: u64 = 25_000;
 
-/// What diagnostics say of a foot from which no contact comes.
+/// Diagnostic message of a foot without contacts.
 pub const SILENT: &str = "silent: no contact for half a second";
 
-/// What diagnostics say where several boards have one id.
+/// Diagnostic message of several boards with the same id.
 pub const SEVERAL_BOARDS: &str = "several boards with this id";
 
-/// What says that a value is not there.
+/// Covariance that marks a missing value.
 pub(crate) const ABSENT: [f64; 9] = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
 
-/// What is known of a foot.
+/// State of a foot.
 #[derive(Debug)]
 pub(crate) struct Foot {
     pub(crate) topics: Topics,
     pub(crate) name: String,
     pub(crate) clock: FootClock,
     pub(crate) second: NewestSecond,
-    /// When its newest contact came, as time of listening, µs.
+    /// Listening time of its newest contact, µs.
     pub(crate) contact_us: Option<u64>,
     pub(crate) is_silent: bool,
-    /// Whether its newest contact was one of several boards.
+    /// Whether its newest contact came from several boards with the same id.
     pub(crate) is_shared: bool,
     pub(crate) flags: u8,
     pub(crate) faults: Faults,
-    /// What the board counted, or the drops that it said on CAN.
+    /// Counters of the board, or on CAN the number of drops.
     pub(crate) counts: Vec<KeyValue>,
     pub(crate) diagnosed_us: Option<u64>,
-    /// The newest orientation and rate, and when they were made on the foot's clock.
+    /// Newest orientation and rate, with their times on the foot's clock.
     pub(crate) orientation: Option<(Orientation, Timestamp)>,
     pub(crate) rate: Option<(Vec3, Timestamp)>,
 }
@@ -140,9 +140,9 @@ impl Foot {
         (contact, imu)
     }
 
-    /// Zero velocity at a contact that was made at a time on the foot's clock, as a measurement: as uncertain
-    /// as the probability and the rate make it with the [default settings](VelocityParams::DEFAULT), and without
-    /// information where the contact is invalid or the rate unknown. The angular part is never information.
+    /// Zero-velocity measurement of a contact at `made` on the foot's clock. The variance follows from
+    /// probability and rate with the [default settings](VelocityParams::DEFAULT); the measurement carries no
+    /// information if the contact is invalid or the rate unknown. The angular part never carries information.
     pub(crate) fn velocity(
         &self,
         contact: &Contact,
@@ -177,7 +177,7 @@ impl Foot {
             let [x, y, z] = codes.map(|code| f64::from(code) * f64::from(scale));
             Vector3 { x, y, z }
         };
-        // Nothing was read: there is no sample.
+        // An invalid sample was not read from the sensor.
         (!matches!(raw.validity, Validity::Invalid)).then(|| Imu {
             header: self.header(stamp),
             orientation_covariance: ABSENT,
@@ -220,7 +220,7 @@ impl Foot {
         }
     }
 
-    /// What diagnostics say at once where it changes.
+    /// Condition whose change is reported in diagnostics at once.
     pub(crate) const fn condition(&self) -> (Faults, bool, bool) {
         (self.faults, self.is_silent, self.is_shared)
     }
@@ -232,7 +232,7 @@ impl Foot {
     }
 }
 
-/// The number of a phase in [`Contact`].
+/// Number of a phase in [`Contact`].
 #[must_use]
 pub const fn state(phase: Phase) -> u8 {
     match phase {
@@ -244,7 +244,7 @@ pub const fn state(phase: Phase) -> u8 {
     }
 }
 
-/// Whether the earlier of two times on a foot's clock is near enough to the other.
+/// Returns whether `earlier` is at most `BESIDE_US` before `time`, both on a foot's clock.
 const fn is_near(earlier: Timestamp, time: Timestamp) -> bool {
     matches!(time.as_micros().checked_sub(earlier.as_micros()), Some(age) if age <= BESIDE_US)
 }
@@ -259,7 +259,7 @@ pub(crate) fn vector(v: Vec3) -> Vector3 {
     Vector3 { x, y, z }
 }
 
-/// The acceleration that an accelerometer would measure: with gravity, turned into the foot.
+/// Specific force as measured by an accelerometer: `acceleration` plus gravity, in the frame of the foot.
 fn with_gravity(acceleration: Vec3, orientation: Orientation) -> Vector3 {
     let Quaternion { x, y, z, w } = quaternion(orientation);
     let Vector3 {
@@ -267,7 +267,7 @@ fn with_gravity(acceleration: Vec3, orientation: Orientation) -> Vector3 {
         y: ay,
         z: az,
     } = vector(acceleration);
-    // The third row of the rotation, world z in the foot.
+    // Third row of the rotation: world z in the frame of the foot.
     Vector3 {
         x: ax + GRAVITY * 2.0 * (x * z - w * y),
         y: ay + GRAVITY * 2.0 * (y * z + w * x),

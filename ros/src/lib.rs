@@ -1,16 +1,16 @@
-//! What feet say as messages of ROS 2, without ROS.
+//! Messages of ROS 2 from feet, without an installation of ROS.
 //!
-//! | what | module |
+//! | content | module |
 //! |---|---|
-//! | the messages, and their bytes (CDR) | [`message`] |
-//! | their definitions, as a recording carries them | [`definition`] |
-//! | the topics of a foot | [`topics`] |
-//! | what a foot says becomes messages on topics | [`bridge`] |
-//! | samples that were recorded become messages on topics | [`samples`] |
-//! | contacts of all feet become one message of champ or pronto | [`compat`] |
-//! | what is known of a foot, and its messages | `foot` |
-//! | for how long feet were listened to, which says which are silent | `listening` |
-//! | messages in a file: MCAP, rosbag2 | `mcap_file`, `rosbag2_file`, with the feature `bags` |
+//! | messages, and their encoding (CDR) | [`message`] |
+//! | message definitions, as stored in recordings | [`definition`] |
+//! | topics of a foot | [`topics`] |
+//! | conversion of a foot's data to messages on topics | [`bridge`] |
+//! | conversion of recorded samples to messages on topics | [`samples`] |
+//! | contacts of all feet in one message of champ or pronto | [`compat`] |
+//! | state of a foot, and its messages | `foot` |
+//! | listening time, for the detection of silent feet | `listening` |
+//! | recording of messages: MCAP, rosbag2 | `mcap_file`, `rosbag2_file`, with the feature `bags` |
 
 pub mod bridge;
 pub mod compat;

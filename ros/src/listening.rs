@@ -1,18 +1,17 @@
-//! For how long feet were listened to.
+//! Listening time, for the detection of silent feet.
 //!
-//! A foot is silent when nothing came of it while it was listened to. Where this machine has stalled, all
-//! feet come late, and one after the other: that is not silence.
+//! A foot is silent if nothing was received from it during the listening time. A stall of this machine delays
+//! all feet, one after the other, and does not count.
 
 use estimator_core::Timestamp;
 
-/// The most that counts between two arrivals, µs: a bus of feet is never as quiet, a program that stalls is.
+/// Maximum time counted between two arrivals, µs; a longer gap means that the program has stalled.
 const LONGEST_GAP_US: u64 = 10_000;
 
-/// The most that counts where nothing came, µs: one who listens looks more often, a program that stalls
-/// does not.
+/// Maximum time counted for an idle poll, µs; a longer gap means that the program has stalled.
 const LONGEST_WAIT_US: u64 = 50_000;
 
-/// How long was listened to feet.
+/// Accumulated listening time.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Listening {
     us: u64,
@@ -20,26 +19,26 @@ pub(crate) struct Listening {
 }
 
 impl Listening {
-    /// Something was received at `at`; returns the time of listening, µs.
+    /// Adds the time until data received at `at`; returns the listening time, µs.
     pub(crate) fn arrive(&mut self, at: Timestamp) -> u64 {
         self.us += self.since(at).min(LONGEST_GAP_US);
         self.now = self.now.max(Some(at));
         self.us
     }
 
-    /// Nothing was received until `now`, though it was listened; returns the time of listening, µs.
+    /// Adds the time until `now` without reception; returns the listening time, µs.
     pub(crate) fn idle(&mut self, now: Timestamp) -> u64 {
         self.us += self.since(now).min(LONGEST_WAIT_US);
         self.now = self.now.max(Some(now));
         self.us
     }
 
-    /// The time of listening, µs.
+    /// Listening time, µs.
     pub(crate) const fn us(&self) -> u64 {
         self.us
     }
 
-    /// The newest time that was seen.
+    /// Newest time passed in.
     pub(crate) fn now(&self) -> Timestamp {
         self.now.unwrap_or_default()
     }

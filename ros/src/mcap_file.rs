@@ -1,7 +1,7 @@
-//! Messages in a file: MCAP with the profile `ros2`, schemas inside, chunks compressed with zstd.
+//! Recording to MCAP with the profile `ros2`, schemas included, chunks compressed with zstd.
 //!
-//! A chunk is written whole, once a second of the messages' own time or when it is full: a file that is
-//! cut off at any byte has all chunks before.
+//! A chunk is written as a whole, once a second of message time or when it is full: a truncated file keeps
+//! all complete chunks.
 
 use std::collections::{BTreeMap, HashMap};
 use std::io::{Seek, Write};
@@ -13,13 +13,13 @@ use mcap::{Compression, McapError, WriteOptions, Writer};
 use crate::bridge::Published;
 use crate::definition::Definition;
 
-/// Bytes of a chunk, before they are compressed.
+/// Maximum size of a chunk before compression, bytes.
 const CHUNK: u64 = 1 << 20;
 
-/// The longest time in a chunk, µs.
+/// Maximum duration of a chunk, µs.
 const CHUNK_US: u64 = 1_000_000;
 
-/// A file that is being written.
+/// Writer of an MCAP file.
 pub struct McapFile<W: Write + Seek> {
     writer: Writer<W>,
     schemas: HashMap<&'static str, u16>,
@@ -33,17 +33,17 @@ struct Channel {
 }
 
 impl<W: Write + Seek> McapFile<W> {
-    /// Begins a file.
+    /// Creates a file.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The file cannot be written.
     pub fn new(to: W) -> Result<Self, McapError> {
         let options = WriteOptions::new()
             .profile("ros2")
             .library(concat!("footfall ", env!("CARGO_PKG_VERSION")))
             .compression(Some(Compression::Zstd))
             .chunk_size(Some(CHUNK))
-            // What is on disk is never changed: whatever cuts the file off, the chunks before stay whole.
+            // Written data is never changed, so complete chunks survive truncation.
             .disable_seeking(true);
         Ok(Self {
             writer: options.create(to)?,
@@ -56,7 +56,7 @@ impl<W: Write + Seek> McapFile<W> {
     /// Appends a message.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The file cannot be written.
     pub fn write(&mut self, published: &Published) -> Result<(), McapError> {
         let micros = published.at.as_micros();
         let began = *self.chunk_began_us.get_or_insert(micros);
@@ -80,10 +80,10 @@ impl<W: Write + Seek> McapFile<W> {
             .write_to_known_channel(&header, &published.message.cdr())
     }
 
-    /// Writes the chunk that is begun: nothing more may come for a while.
+    /// Writes the current chunk, for use before a pause.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The file cannot be written.
     pub fn flush(&mut self) -> Result<(), McapError> {
         if self.chunk_began_us.take().is_some() {
             self.writer.flush()?;
@@ -91,7 +91,7 @@ impl<W: Write + Seek> McapFile<W> {
         Ok(())
     }
 
-    /// The channel of a topic, made where it is new.
+    /// Returns the channel of a topic; creates it if it is new.
     fn channel(&mut self, published: &Published) -> Result<u16, McapError> {
         if let Some(channel) = self.channels.get(&published.topic) {
             return Ok(channel.id);
@@ -116,7 +116,7 @@ impl<W: Write + Seek> McapFile<W> {
         Ok(id)
     }
 
-    /// The number of messages on each topic so far.
+    /// Number of messages on each topic so far.
     #[must_use]
     pub fn counts(&self) -> BTreeMap<&str, u32> {
         let channels = self.channels.iter();
@@ -125,10 +125,10 @@ impl<W: Write + Seek> McapFile<W> {
             .collect()
     }
 
-    /// Writes what is left, and the summary.
+    /// Writes the remaining messages and the summary.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The file cannot be written.
     pub fn finish(mut self) -> Result<(), McapError> {
         self.writer.finish().map(drop)
     }

@@ -1,9 +1,9 @@
-//! Messages of ROS 2, field by field in the order of their definitions, and their bytes: CDR, little-endian.
+//! Messages of ROS 2, with fields in the order of their definitions, and their encoding: CDR, little-endian.
 
 use estimator_core::Timestamp;
 use serde::Serialize;
 
-/// What stands before the bytes of a message: CDR, little-endian, no options.
+/// Header of an encoded message: CDR, little-endian, no options.
 #[cfg(feature = "cdr")]
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
@@ -172,17 +172,17 @@ pub struct KeyValue {
     pub value: String,
 }
 
-/// How well something is.
+/// Severity of a diagnostic status.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
-    /// Well.
+    /// No problem.
     #[default]
     Ok,
-    /// It works, but.
+    /// Works with a problem.
     Warn,
-    /// It does not work.
+    /// Does not work.
     Error,
-    /// Nothing is heard of it.
+    /// No data is received.
     Stale,
 }
 
@@ -242,11 +242,11 @@ pub enum Message {
 
 #[cfg(feature = "cdr")]
 impl Message {
-    /// Its bytes, with what stands before them.
+    /// Returns the encoded message with its header.
     #[must_use]
     pub fn cdr(&self) -> Vec<u8> {
         let mut bytes = ENCAPSULATION.to_vec();
-        // These messages hold nothing that CDR has no form for; a test writes each.
+        // CDR can represent all fields of these messages; a test encodes each.
         let encoded = cdr_encoding::to_vec::<_, byteorder::LittleEndian>(self);
         bytes.extend(encoded.unwrap_or_default());
         bytes
@@ -258,7 +258,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fields_are_aligned_as_cdr_says() {
+    fn fields_are_aligned_as_cdr_requires() {
         let number = Message::Number(Float64 { data: 0.5 }).cdr();
         assert_eq!(number, [0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0xE0, 0x3F]);
         let contact = Contact {
@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn every_message_has_bytes() {
+    fn every_message_is_encoded() {
         let diagnostics = DiagnosticArray {
             status: vec![DiagnosticStatus {
                 level: Level::Error,

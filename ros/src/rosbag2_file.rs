@@ -1,5 +1,5 @@
-//! Messages in the folder of a rosbag2: an `SQLite` database as Humble and all later ones read it, and
-//! `metadata.yaml`. Sources: `sqlite_storage.cpp` and `metadata_io.cpp` of <https://github.com/ros2/rosbag2>.
+//! Recording to a rosbag2 folder: an `SQLite` database readable by Humble and later, and `metadata.yaml`.
+//! Sources: `sqlite_storage.cpp` and `metadata_io.cpp` of <https://github.com/ros2/rosbag2>.
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Write};
@@ -14,7 +14,7 @@ use thiserror::Error;
 use crate::bridge::Published;
 use crate::definition::Definition;
 
-/// The tables of the storage's version 3.
+/// Tables of storage version 3.
 const TABLES: &str = "
 CREATE TABLE schema(schema_version INTEGER PRIMARY KEY, ros_distro TEXT NOT NULL);
 CREATE TABLE metadata(id INTEGER PRIMARY KEY, metadata_version INTEGER NOT NULL, metadata TEXT NOT NULL);
@@ -26,10 +26,10 @@ CREATE INDEX timestamp_idx ON messages (timestamp ASC);
 INSERT INTO schema(schema_version, ros_distro) VALUES (3, 'humble');
 ";
 
-/// The version of `metadata.yaml` that Humble writes.
+/// Version of `metadata.yaml` written by Humble.
 const METADATA_VERSION: u32 = 5;
 
-/// Why a bag cannot be written.
+/// Reason why a bag cannot be written.
 #[derive(Debug, Error)]
 pub enum Rosbag2Error {
     /// The database cannot be written.
@@ -40,14 +40,14 @@ pub enum Rosbag2Error {
     Io(#[from] io::Error),
 }
 
-/// A bag that is being written.
+/// Writer of a bag.
 pub struct Rosbag2File {
     folder: PathBuf,
-    /// The name of the database in the folder.
+    /// Name of the database in the folder.
     file: String,
     database: Connection,
     topics: BTreeMap<Arc<str>, Topic>,
-    /// The first and the last time, ns since 1970.
+    /// First and last time, ns since 1970.
     times_ns: Option<(i64, i64)>,
 }
 
@@ -58,14 +58,14 @@ struct Topic {
 }
 
 impl Rosbag2File {
-    /// Begins a bag of this name in a folder that is there and empty.
+    /// Creates a bag of this name in an existing, empty folder.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The bag cannot be written.
     pub fn new(folder: &Path, name: &str) -> Result<Self, Rosbag2Error> {
         let file = format!("{name}_0.db3");
         let database = Connection::open(folder.join(&file))?;
-        // A bag that is not finished is of no use: nothing needs to be undone.
+        // An unfinished bag is useless, so no rollback is needed.
         database.execute_batch("PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF; BEGIN;")?;
         database.execute_batch(TABLES)?;
         Ok(Self {
@@ -80,7 +80,7 @@ impl Rosbag2File {
     /// Appends a message.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The bag cannot be written.
     pub fn write(&mut self, published: &Published) -> Result<(), Rosbag2Error> {
         let id = self.topic(published)?;
         let micros = i64::try_from(published.at.as_micros()).unwrap_or(i64::MAX);
@@ -94,7 +94,7 @@ impl Rosbag2File {
         Ok(())
     }
 
-    /// The number of a topic, which is declared where it is new; one message more is counted.
+    /// Returns the id of a topic and counts one message; declares the topic if it is new.
     fn topic(&mut self, published: &Published) -> Result<i64, Rosbag2Error> {
         if let Some(topic) = self.topics.get_mut(&published.topic) {
             topic.messages += 1;
@@ -116,7 +116,7 @@ impl Rosbag2File {
         Ok(id)
     }
 
-    /// The number of messages on each topic so far.
+    /// Number of messages on each topic so far.
     #[must_use]
     pub fn counts(&self) -> BTreeMap<&str, u64> {
         let topics = self.topics.iter();
@@ -125,10 +125,10 @@ impl Rosbag2File {
             .collect()
     }
 
-    /// Writes what is left, and `metadata.yaml`.
+    /// Commits the messages and writes `metadata.yaml`.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The bag cannot be written.
     pub fn finish(self) -> Result<(), Rosbag2Error> {
         let mut metadata = String::new();
         // Writing to memory does not fail.
@@ -146,7 +146,7 @@ impl Rosbag2File {
     fn write_metadata(&self, to: &mut String) -> fmt::Result {
         let (first, last) = self.times_ns.unwrap_or_default();
         let count: u64 = self.topics.values().map(|topic| topic.messages).sum();
-        // A text in double quotes is one of YAML, whatever is in it.
+        // A quoted text is valid YAML, whatever it contains.
         let file = format!("{:?}", self.file);
         writeln!(to, "rosbag2_bagfile_information:")?;
         writeln!(to, "  version: {METADATA_VERSION}")?;

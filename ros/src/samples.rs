@@ -1,14 +1,14 @@
-//! Samples of an IMU that were recorded become messages on topics: those that a foot which streams its samples
-//! has, and beside them what `sensor_msgs/msg/Imu` has no field for.
+//! Conversion of recorded IMU samples to messages on topics: the topics of a foot that streams raw samples, and
+//! topics for values without a field in `sensor_msgs/msg/Imu`.
 //!
-//! | topic | message | of |
+//! | topic | message | published for |
 //! |---|---|---|
 //! | `/footfall/FL/imu` | `sensor_msgs/msg/Imu` | each sample |
-//! | `/footfall/FL/load` | `std_msgs/msg/Float64`, N | each sample with a load; not a number where it is not known any more |
+//! | `/footfall/FL/load` | `std_msgs/msg/Float64`, N | each sample with a load; NaN once it is no longer known |
 //! | `/footfall/FL/imu/validity` | `std_msgs/msg/String` | each sample that is not `valid` |
 //! | `/footfall/FL/imu/label` | `std_msgs/msg/Bool`, true for stable | each sample whose truth is known |
 //!
-//! All that is about a sample has its time, and comes before it.
+//! Load, validity and label of a sample have its time and precede its IMU message.
 
 use std::sync::Arc;
 
@@ -21,14 +21,14 @@ use crate::foot::{ABSENT, vector};
 use crate::message::{Bool, Float64, Header, Imu, Message, Text, Time};
 use crate::topics::Topics;
 
-/// The last time that a message of ROS 2 can have, µs since 1970: in the year 2038.
+/// Latest time that a message of ROS 2 can have, µs since 1970: in the year 2038.
 pub const LAST_US: i64 = i32::MAX as i64 * 1_000_000;
 
-/// The earliest time that a clock of a bag is moved to, µs: 0 says that there is no time.
+/// Earliest time to which the clock of a bag is shifted, µs; 0 means that the time is missing.
 const FIRST_US: i64 = 1_000_000;
 
-/// What is to be added to a clock that says `start_us` first, so that a bag can have its times: whole seconds, µs.
-/// 0 where it counts from 1970 or any other time before.
+/// Offset to add to a clock that starts at `start_us` so that a bag can represent its times: whole seconds, µs.
+/// 0 if `start_us` is positive, as with a clock that counts from 1970.
 #[must_use]
 pub const fn clock_shift_us(start_us: i64) -> i64 {
     if start_us > 0 {
@@ -38,7 +38,7 @@ pub const fn clock_shift_us(start_us: i64) -> i64 {
     (FIRST_US - start_us + second - 1) / second * second
 }
 
-/// The samples of a foot on their way to a bag.
+/// Converter of the samples of a foot.
 #[derive(Debug)]
 pub struct Samples {
     topics: Topics,
@@ -48,7 +48,7 @@ pub struct Samples {
 }
 
 impl Samples {
-    /// Of a foot of this name.
+    /// Creates a converter for the foot `name`.
     #[must_use]
     pub fn new(name: &str) -> Self {
         let topics = Topics::of(name);
@@ -60,7 +60,7 @@ impl Samples {
         }
     }
 
-    /// The same with a topic of its load, whether there is one or not: of several feet all have it or none.
+    /// Publishes the load topic even if there is no load, so that of several feet either all have it or none.
     #[must_use]
     pub fn with_load(self) -> Self {
         Self {
@@ -69,13 +69,13 @@ impl Samples {
         }
     }
 
-    /// The topics of the foot.
+    /// Topics of the foot.
     #[must_use]
     pub const fn topics(&self) -> &Topics {
         &self.topics
     }
 
-    /// The messages of a sample that was acquired at this time since 1970.
+    /// Returns the messages of a sample acquired at `at` since 1970.
     pub fn messages(&mut self, sample: &RecordedSample, at: Timestamp) -> Vec<Published> {
         let mut published = Vec::new();
         let mut publish = |topic: &Arc<str>, message| {
@@ -120,7 +120,7 @@ mod tests {
     use estimator_core::ImuSample;
 
     #[test]
-    fn a_clock_that_begins_before_1970_is_moved_by_whole_seconds() {
+    fn clock_without_positive_start_is_shifted_by_whole_seconds() {
         for (start_us, shift_us) in [
             (0, 1_000_000),
             (-1, 2_000_000),
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn a_load_that_ends_is_said_once() {
+    fn end_of_the_load_is_published_once() {
         let mut samples = Samples::new("FL");
         let mut loads = |load: Option<f32>| -> Vec<f64> {
             let sample = RecordedSample {

@@ -1,16 +1,16 @@
-//! The topics of a foot: what they are called, and what is published on them.
+//! Topics of a foot: names and message types.
 
 use std::sync::Arc;
 
 use crate::definition::Definition;
 
-/// The topic on which all feet say how they are.
+/// Topic of the diagnostics of all feet.
 pub const DIAGNOSTICS: &str = "/diagnostics";
 
-/// The frame of a foot, with this in place of its name, unless another is asked for.
+/// Default pattern of frame names; `{foot}` is replaced by the foot's name.
 pub const FRAME: &str = "footfall_{foot}";
 
-/// The topics of a foot.
+/// Topics of a foot.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Topics {
     /// `footfall_msgs/msg/Contact`.
@@ -23,20 +23,20 @@ pub struct Topics {
     pub load: Arc<str>,
     /// `sensor_msgs/msg/Imu`.
     pub imu: Arc<str>,
-    /// The frame of the foot, in headers.
+    /// Frame of the foot in headers.
     pub frame: Arc<str>,
-    /// What diagnostics call the board.
+    /// Hardware id of the board in diagnostics.
     pub hardware: Arc<str>,
 }
 
 impl Topics {
-    /// Of a foot of this name.
+    /// Creates the topics of the foot `name`.
     #[must_use]
     pub fn of(name: &str) -> Self {
         Self::with_frame(name, FRAME)
     }
 
-    /// The same with another frame, in which `{foot}` stands for the name.
+    /// Creates the topics with another frame pattern, in which `{foot}` is replaced by the name.
     #[must_use]
     pub fn with_frame(name: &str, frame: &str) -> Self {
         let part = topic_part(name);
@@ -51,7 +51,7 @@ impl Topics {
         }
     }
 
-    /// Each topic with what is published on it, that of the diagnostics, too.
+    /// Returns all topics with their message types, including diagnostics.
     #[must_use]
     pub fn all(&self) -> [(&str, Definition); 6] {
         [
@@ -65,8 +65,8 @@ impl Topics {
     }
 }
 
-/// A name as a part of a topic: letters, digits and single underscores, the first of them a letter. One
-/// that began with an underscore would be hidden.
+/// Converts a name to a part of a topic: letters, digits and single underscores, starting with a letter. A
+/// part that starts with an underscore would be hidden.
 fn topic_part(name: &str) -> String {
     let mut part = String::with_capacity(name.len());
     for c in name.chars() {
@@ -88,7 +88,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_name_becomes_a_part_of_a_topic_that_ros_takes() {
+    fn foot_names_become_valid_topic_parts() {
         for (name, part) in [
             ("FL", "FL"),
             ("node_33", "node_33"),

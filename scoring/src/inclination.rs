@@ -1,7 +1,7 @@
-//! How far an estimated orientation is from the truth.
+//! Inclination error of an estimated orientation.
 //!
-//! Only inclination counts: the angle between where estimate and truth have up. Heading is not
-//! observed by an IMU on a foot, and gravity is taken out by inclination alone.
+//! The error is the angle between the vertical of the estimate and that of the truth. Heading is not
+//! observable by an IMU on a foot, and gravity is removed by inclination only.
 
 use estimator_core::{ContactEstimate, Quaternion};
 use schemars::JsonSchema;
@@ -10,8 +10,7 @@ use serde::Serialize;
 use recordings::recording::Recording;
 use recordings::space::{Rotation, Vector};
 
-/// The angle in degrees between where the estimate and the truth have up, in the sensor frame;
-/// 0 to 180.
+/// Angle between the vertical of the estimate and that of the truth in the sensor frame, 0 to 180 degrees.
 #[must_use]
 pub fn inclination_error_degrees(estimate: Quaternion, truth: Rotation) -> f64 {
     let up = estimate.up();
@@ -34,8 +33,8 @@ pub struct InclinationScore {
 }
 
 impl InclinationScore {
-    /// Scores the estimates of a recording, one per sample, where the truth is known; zero errors
-    /// where it never is.
+    /// Scores the estimates of a recording, one per sample, at samples with a known truth; the errors are zero
+    /// if there are none.
     #[must_use]
     pub fn of(
         recording: &Recording,
@@ -52,7 +51,7 @@ impl InclinationScore {
         errors.sort_by(f64::total_cmp);
         let count = errors.len();
         let squares: f64 = errors.iter().map(|error| error * error).sum();
-        // The nearest rank.
+        // Nearest-rank method.
         let rank = (0.95 * count as f64).ceil() as usize;
         Self {
             recording: recording.name.clone(),
@@ -78,7 +77,7 @@ mod tests {
         }
     }
 
-    /// A rotation by an angle in degrees about an axis of length 1.
+    /// Rotation by an angle, degrees, about an axis of length 1.
     fn about(axis: Vector, degrees: f64) -> Rotation {
         let (sine, cosine) = (0.5 * degrees.to_radians()).sin_cos();
         Rotation {
@@ -88,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn the_error_is_the_tilt_and_heading_does_not_count() {
+    fn error_is_the_tilt_without_the_heading() {
         let (x, z) = (Vector::new(1.0, 0.0, 0.0), Vector::new(0.0, 0.0, 1.0));
         for degrees in [0.001, 1.0, 90.0, 179.0] {
             let error = inclination_error_degrees(Quaternion::IDENTITY, about(x, degrees));
@@ -101,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn only_samples_with_a_truth_are_scored() {
+    fn samples_without_a_truth_are_not_scored() {
         let x = Vector::new(1.0, 0.0, 0.0);
         let estimates = vec![ContactEstimate::default(); 102];
         let mut truth: Vec<_> = (1..=100).map(|k| Some(about(x, f64::from(k)))).collect();

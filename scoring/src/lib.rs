@@ -1,8 +1,8 @@
-//! How good a contact probability is, and an orientation.
+//! Figures of merit of contact probabilities and orientations.
 //!
 //! | step | module |
 //! |---|---|
-//! | a probability beside the truth | [`scored`] |
+//! | probability with the truth | [`scored`] |
 //! | figures of merit | [`metrics`], [`reliability`]; of a long recording [`running`]; of an orientation, [`inclination`] |
 
 pub mod inclination;

@@ -1,6 +1,6 @@
-//! How good a probability is, against labels.
+//! Figures of merit of a probability against labels.
 //!
-//! All of it in f64, over the samples whose label is known. A probability above
+//! All figures are computed in f64 over the samples whose label is known. A probability above
 //! [`DECISION_THRESHOLD`](crate::scored::DECISION_THRESHOLD) counts as the answer "stable".
 
 use recordings::recording::Label;
@@ -32,7 +32,7 @@ pub struct Metrics {
 }
 
 impl Metrics {
-    /// All figures; `None` where there is no label.
+    /// Computes all figures; `None` if there is no label.
     #[must_use]
     pub fn of(scored: &[Scored]) -> Option<Self> {
         let brier_score = brier_score(scored)?;
@@ -49,8 +49,8 @@ impl Metrics {
     }
 }
 
-/// The Brier score: mean of (P − label)², in [0, 1], best 0. Its root is the paper's RMSE.
-/// `None` where there is no sample.
+/// Brier score: mean of (P − label)², in [0, 1], best 0. Its root is the paper's RMSE.
+/// `None` if there is no sample.
 #[must_use]
 pub fn brier_score(scored: &[Scored]) -> Option<f64> {
     let sum: f64 = scored
@@ -62,7 +62,7 @@ pub fn brier_score(scored: &[Scored]) -> Option<f64> {
 
 /// Area under the receiver operating characteristic: the probability that a stable sample ranks
 /// above one that is not, ties counting half (Mann and Whitney's U over all pairs).
-/// `None` where only one label occurs.
+/// `None` if only one label occurs.
 #[must_use]
 pub fn roc_auc(scored: &[Scored]) -> Option<f64> {
     let pair = |s: &Scored| (s.probability, s.label);
@@ -71,7 +71,7 @@ pub fn roc_auc(scored: &[Scored]) -> Option<f64> {
     roc_auc_of(&ranked)
 }
 
-/// [`roc_auc`] of pairs that are sorted by their probability.
+/// [`roc_auc`] of pairs sorted by probability.
 pub(crate) fn roc_auc_of<P: PartialEq>(ranked: &[(P, Label)]) -> Option<f64> {
     let is_stable = |pair: &&(P, Label)| pair.1 == Label::Stable;
     let mut rank_sum = 0.0;
@@ -89,7 +89,7 @@ pub(crate) fn roc_auc_of<P: PartialEq>(ranked: &[(P, Label)]) -> Option<f64> {
 }
 
 /// F1 of the answer "stable": the harmonic mean of precision and recall, in [0, 1], best 1.
-/// `None` where "stable" is neither true nor answered anywhere.
+/// `None` if "stable" is neither true nor answered for any sample.
 #[must_use]
 pub fn f1(scored: &[Scored]) -> Option<f64> {
     let mut answers = Answers::default();
@@ -97,7 +97,7 @@ pub fn f1(scored: &[Scored]) -> Option<f64> {
     answers.f1()
 }
 
-/// How often the answer "stable" is right and wrong.
+/// Counts of right and wrong answers "stable".
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Answers {
     hits: u64,
@@ -121,9 +121,9 @@ impl Answers {
     }
 }
 
-/// The best F1 that any threshold on the probability gives, and so an upper bound that no threshold
-/// chosen beforehand reaches. Any ranking will do in place of a probability.
-/// `None` where nothing is stable.
+/// Best F1 over all thresholds on the probability, an upper bound for any threshold chosen beforehand. Any
+/// ranking may be used in place of a probability.
+/// `None` if no sample is stable.
 #[must_use]
 pub fn best_f1(scored: &[Scored]) -> Option<f64> {
     let mut ranked: Vec<&Scored> = scored.iter().collect();
@@ -150,24 +150,24 @@ pub struct Latency {
     pub missed: usize,
 }
 
-/// A label must hold at least this long, s, to count as turned. The labels of the ATLAS recordings
-/// come from a noisy force and turn hundreds of times, six times in seven for 20 ms or less.
+/// Minimum duration of a label after a transition, s. The labels of the ATLAS recordings come from a noisy
+/// force and change hundreds of times, six times in seven for 20 ms or less.
 pub const SETTLED_S: f64 = 0.1;
 
-/// The latency of the label's transitions to `to`.
+/// Latency of the label's transitions to `to`.
 ///
 /// A stretch is a run of samples with one label; it lasts until the next stretch's first sample.
-/// Stretches shorter than [`SETTLED_S`] are passed over. A transition is the first sample of a
-/// stretch whose label differs from that of the stretch before it that was not passed over. Its
+/// Stretches shorter than [`SETTLED_S`] are ignored. A transition is the first sample of a
+/// stretch whose label differs from that of the last stretch before it that was not ignored. Its
 /// latency is the time from that sample to the first one, itself included, whose answer is `to`;
-/// so it is 0 where the answer was there already. The search ends before the next transition or
-/// with the recording: where it found nothing, the transition counts as missed.
+/// it is 0 if that was the answer already. The search ends before the next transition or
+/// with the recording; without a result, the transition counts as missed.
 #[must_use]
 pub fn latency(scored: &[Scored], to: Label) -> Latency {
     latency_over(&[scored], to)
 }
 
-/// The latency, as of [`latency`], of the transitions of several recordings together.
+/// [`latency`] of the transitions of several recordings together.
 #[must_use]
 pub fn latency_over(recordings: &[&[Scored]], to: Label) -> Latency {
     let mut delays = Vec::new();
@@ -191,7 +191,7 @@ pub fn latency_over(recordings: &[&[Scored]], to: Label) -> Latency {
     }
 }
 
-/// The samples from each transition of the label to the next, before the first transition first.
+/// Splits the samples at the transitions of the label; the first part ends at the first transition.
 fn settled(scored: &[Scored]) -> Vec<&[Scored]> {
     let mut turns: Vec<usize> = Vec::new();
     let mut start = 0;
@@ -219,7 +219,7 @@ fn micros_between(earlier: &Scored, later: &Scored) -> u64 {
     later.time.micros_since(earlier.time).unwrap_or(0)
 }
 
-/// The middle value, or the mean of the two in the middle.
+/// Median: the middle value, or the mean of the two in the middle.
 fn median(mut values: Vec<u64>) -> Option<f64> {
     values.sort_unstable();
     let upper = *values.get(values.len() / 2)?;
@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn without_labels_there_are_no_figures() {
+    fn metrics_require_a_label() {
         assert_eq!(Metrics::of(&[]), None);
     }
 
@@ -263,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn auc_is_the_share_of_pairs_in_the_right_order() {
+    fn auc_is_the_share_of_correctly_ordered_pairs() {
         // Stable 0.8, 0.4; others 0.6, 0.2: of 4 pairs only 0.4 < 0.6 is wrong.
         assert_eq!(
             roc_auc(&scored(&[(0.8, 1), (0.4, 1), (0.6, 0), (0.2, 0)])),
@@ -282,12 +282,12 @@ mod tests {
     }
 
     #[test]
-    fn auc_needs_both_labels() {
+    fn auc_requires_both_labels() {
         assert_eq!(roc_auc(&scored(&[(0.8, 1), (0.4, 1)])), None);
     }
 
     #[test]
-    fn f1_counts_a_half_as_not_stable() {
+    fn f1_counts_probability_one_half_as_not_stable() {
         // Hits 2, miss 1 (the 0.5), false alarm 1: 4 / (4 + 1 + 1).
         let f1 = f1(&scored(&[
             (0.9, 1),
@@ -301,12 +301,12 @@ mod tests {
     }
 
     #[test]
-    fn f1_needs_something_stable() {
+    fn f1_requires_a_stable_sample() {
         assert_eq!(f1(&scored(&[(0.1, 0), (0.2, 0)])), None);
     }
 
     #[test]
-    fn the_best_f1_is_that_of_the_best_threshold() {
+    fn best_f1_is_that_of_the_best_threshold() {
         // From 0.3 on: hits 2, false alarm 1, no miss: 4 / 5. From 0.9 on: 2 / 3.
         let samples = scored(&[(0.9, 1), (0.4, 0), (0.3, 1), (0.1, 0)]);
         assert_eq!(best_f1(&samples), Some(0.8));
@@ -318,19 +318,19 @@ mod tests {
     }
 
     #[test]
-    fn recordings_share_a_median_but_no_transition() {
+    fn recordings_share_a_median_but_not_transitions() {
         let first = scored(&[(0.1, 0), (0.9, 1), (0.9, 1)]);
         let second = scored(&[(0.1, 0), (0.1, 1), (0.1, 1), (0.9, 1)]);
         let together = latency_over(&[&first, &second], Label::Stable);
         assert_eq!((together.followed, together.missed), (2, 0));
         assert_eq!(together.median_s, Some(1.0));
-        // From stable at the end of one to not stable at the start of the next is no transition.
+        // A change of the label between recordings is not a transition.
         let off = latency_over(&[&first, &second], Label::NotStable);
         assert_eq!(off, Latency::default());
     }
 
     #[test]
-    fn latency_is_the_median_time_until_the_answer_follows_the_label() {
+    fn latency_is_the_median_time_until_the_answer_follows() {
         let samples = scored(&[
             (0.9, 0), // the start is no transition
             (0.1, 1), // on, followed after 2 s
@@ -362,8 +362,8 @@ mod tests {
     }
 
     #[test]
-    fn a_label_that_turns_for_a_moment_has_not_turned() {
-        // Samples 40 ms apart: stable for 80 ms is passed over, for 120 ms it is not.
+    fn short_change_of_the_label_is_ignored() {
+        // Samples 40 ms apart: stable for 80 ms is ignored, for 120 ms it is not.
         let mut samples = scored(&[
             (0.1, 0),
             (0.1, 0),
@@ -387,7 +387,7 @@ mod tests {
     }
 
     #[test]
-    fn a_latency_has_no_more_digits_than_the_times() {
+    fn latency_has_the_precision_of_the_times() {
         // Followed after 34 and 38 ms: in f64 seconds their mean is 0.036000000000000004.
         let mut samples = scored(&[
             (0.1, 0),
@@ -411,7 +411,7 @@ mod tests {
     }
 
     #[test]
-    fn the_median_of_an_even_count_is_the_mean_of_the_middle_two() {
+    fn median_of_an_even_count_is_the_mean_of_the_middle_two() {
         assert_eq!(median(vec![4, 1, 3, 2]), Some(2.5));
         assert_eq!(median(vec![]), None);
     }

@@ -1,16 +1,15 @@
-//! Whether a probability means what it says: of the samples with P near 0.8, four in five should be
-//! stable.
+//! Reliability of a probability: among the samples with P near 0.8, four in five should be stable.
 //!
 //! Samples are sorted into [`BINS`] bins of equal width by their probability, as in M. P. Naeini,
 //! G. F. Cooper, M. Hauskrecht, *Obtaining Well Calibrated Probabilities Using Bayesian Binning*,
-//! AAAI 2015. A reliability diagram draws each bin's mean label over its mean probability; the
-//! expected calibration error is how far the two lie apart, weighted by the samples in the bin.
+//! AAAI 2015. A reliability diagram shows each bin's mean label over its mean probability; the
+//! expected calibration error is their mean distance, weighted by the samples in the bin.
 
 use serde::Serialize;
 
 use crate::scored::Scored;
 
-/// Bins over [0, 1].
+/// Number of bins over [0, 1].
 pub const BINS: usize = 10;
 
 /// The samples whose probability lies in one bin.
@@ -24,8 +23,7 @@ pub struct Bin {
     pub stable: f64,
 }
 
-/// The bins that hold any sample, in order of probability. A bin holds its lower end, the last
-/// holds 1 too.
+/// Bins that are not empty, in order of probability. A bin includes its lower end, the last one also 1.
 #[must_use]
 pub fn bins(scored: &[Scored]) -> Vec<Bin> {
     let mut sums = Sums::default();
@@ -33,8 +31,7 @@ pub fn bins(scored: &[Scored]) -> Vec<Bin> {
     sums.bins()
 }
 
-/// The expected calibration error over [`bins`], in [0, 1], best 0. `None` where there is no
-/// sample.
+/// Expected calibration error over [`bins`], in [0, 1], best 0; `None` if there is no sample.
 #[must_use]
 pub fn calibration_error(scored: &[Scored]) -> Option<f64> {
     let mut sums = Sums::default();
@@ -42,7 +39,7 @@ pub fn calibration_error(scored: &[Scored]) -> Option<f64> {
     sums.calibration_error()
 }
 
-/// What the bins are made of, sample by sample.
+/// Sums over the samples of each bin.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sums([Bin; BINS]);
 
@@ -93,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn a_probability_that_comes_true_as_often_as_it_says_has_no_error() {
+    fn calibrated_probability_has_no_error() {
         let samples = scored(&[
             (0.25, 1),
             (0.25, 0),
@@ -106,15 +103,15 @@ mod tests {
     }
 
     #[test]
-    fn bins_count_by_their_samples() {
-        // Four at 0.9 of which half come true: 0.4 apart; one at 0.1: 0.1 apart.
+    fn bins_are_weighted_by_their_samples() {
+        // Four at 0.9, half of them stable: distance 0.4; one at 0.1: distance 0.1.
         let samples = scored(&[(0.9, 1), (0.9, 0), (0.9, 1), (0.9, 0), (0.1, 0)]);
         let error = calibration_error(&samples).unwrap();
         assert!((error - (4.0 * 0.4 + 0.1) / 5.0).abs() < 1e-12, "{error}");
     }
 
     #[test]
-    fn both_ends_have_their_bin_and_empty_bins_are_left_out() {
+    fn bins_cover_both_ends_and_empty_bins_are_omitted() {
         let bins = bins(&scored(&[(0.0, 0), (1.0, 1), (0.95, 0)]));
         let samples: Vec<_> = bins.iter().map(|bin| bin.samples).collect();
         assert_eq!(samples, [1, 2]);

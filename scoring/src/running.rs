@@ -1,4 +1,4 @@
-//! The figures of a recording that is too long to keep: eight bytes a sample.
+//! Figures of a recording that is too long to keep in memory, with eight bytes per sample.
 
 use recordings::recording::Label;
 
@@ -6,22 +6,22 @@ use crate::metrics::{Answers, Metrics, latency, roc_auc_of};
 use crate::reliability::Sums;
 use crate::scored::Scored;
 
-/// Scores estimates one after the other; gives what [`Metrics::of`] gives of all of them.
+/// Incremental computation of [`Metrics`], with the same result as [`Metrics::of`].
 #[derive(Clone, Debug, Default)]
 pub struct RunningMetrics {
     squares: f64,
     answers: Answers,
     sums: Sums,
-    /// An estimate is an f32, and so its rank is.
+    /// Probabilities with their labels; f32, as in the estimates.
     ranks: Vec<(f32, Label)>,
-    /// Where the label or the answer turns: a latency needs no other sample,
+    /// Samples at which the label or the answer changes; latencies need no others.
     turns: Vec<Scored>,
-    /// and where all ends.
+    /// Newest sample, which ends the recording.
     newest: Option<Scored>,
 }
 
 impl RunningMetrics {
-    /// Takes in the next sample that has a label.
+    /// Adds the next sample with a label.
     pub fn add(&mut self, sample: &Scored) {
         self.squares += (sample.probability - sample.truth()).powi(2);
         self.answers.add(sample);
@@ -35,7 +35,7 @@ impl RunningMetrics {
         self.newest = Some(*sample);
     }
 
-    /// All figures; `None` where no sample has a label.
+    /// Returns all figures; `None` if no sample has a label.
     #[must_use]
     pub fn finish(mut self) -> Option<Metrics> {
         self.turns.extend(self.newest);
@@ -61,8 +61,8 @@ mod tests {
     use estimator_core::Timestamp;
 
     #[test]
-    fn the_figures_are_those_of_all_samples_together() {
-        // Labels that flicker and hold, probabilities that follow late, and ties.
+    fn running_figures_equal_those_of_all_samples() {
+        // The labels flicker and hold, the probabilities follow late, and there are ties.
         let samples: Vec<Scored> = (0..5000_u64)
             .map(|k| {
                 let noise = k.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 60;

@@ -1,24 +1,24 @@
-//! A probability beside the truth about it.
+//! Probability with the truth.
 
 use estimator_core::{ContactEstimate, Timestamp};
 use recordings::recording::{Label, RecordedSample};
 
-/// The probability above which the answer is "stable".
+/// Probability above which the answer is "stable".
 pub const DECISION_THRESHOLD: f64 = 0.5;
 
-/// A probability with the truth about it.
+/// Probability of a sample with its label.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scored {
-    /// When the sample was acquired.
+    /// Time of acquisition of the sample.
     pub time: Timestamp,
-    /// The estimated probability of stable contact, in [0, 1].
+    /// Estimated probability of stable contact, in [0, 1].
     pub probability: f64,
-    /// Whether contact was stable.
+    /// Label of the sample: contact was stable or not.
     pub label: Label,
 }
 
 impl Scored {
-    /// A sample with its total probability, where its label is known.
+    /// Pairs a sample with its total probability; `None` if its label is unknown.
     #[must_use]
     pub fn of(sample: &RecordedSample, estimate: &ContactEstimate) -> Option<Self> {
         Some(Self {
@@ -28,7 +28,7 @@ impl Scored {
         })
     }
 
-    /// The samples whose label is known, with their total probability.
+    /// Pairs the samples whose label is known with their total probability.
     #[must_use]
     pub fn collect(samples: &[RecordedSample], estimates: &[ContactEstimate]) -> Vec<Self> {
         let pairs = samples.iter().zip(estimates);
@@ -37,7 +37,7 @@ impl Scored {
             .collect()
     }
 
-    /// The label as a probability: 1 or 0.
+    /// Label as a probability: 1 or 0.
     #[must_use]
     pub fn truth(&self) -> f64 {
         match self.label {
@@ -46,7 +46,7 @@ impl Scored {
         }
     }
 
-    /// The answer that the probability gives.
+    /// Answer by the [`DECISION_THRESHOLD`].
     #[must_use]
     pub fn answer(&self) -> Label {
         if self.probability > DECISION_THRESHOLD {

@@ -1,4 +1,5 @@
-//! The cost of a straight run of instructions: their number, and an estimate of their cycles on a Cortex-M4 without wait states (technical reference manual, table 3-1, 7-1).
+//! Cost of a straight run of instructions: their number, and an estimate of their cycles on a Cortex-M4 without
+//! wait states (technical reference manual, table 3-1, 7-1).
 
 use crate::memory::Memory;
 use crate::part::flash::accelerator::Literal;
@@ -6,21 +7,21 @@ use crate::part::flash::accelerator::Literal;
 /// A stretch of code that runs from its first instruction to its last.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Block {
-    /// Its length, bytes.
+    /// Length, bytes.
     pub size: u32,
-    /// How many instructions it holds.
+    /// Number of instructions.
     pub instructions: u32,
-    /// Estimated cycles, its last branch not taken.
+    /// Estimated cycles, with the last branch not taken.
     pub cycles: u32,
-    /// Whether it signals an event.
+    /// Whether the block signals an event.
     pub sends_event: bool,
-    /// Where its first floating-point instruction is, in instructions and bytes from its start.
+    /// Position of the first floating-point instruction, in instructions and bytes from the start.
     pub float: Option<(u32, u32)>,
-    /// Where its loads of literals begin in a list of all blocks', and how many there are.
+    /// Index of the first literal load in the list of all blocks, and the number of these loads.
     pub literals: (u32, u16),
 }
 
-/// Cycles that a taken branch costs more, to fill the pipeline.
+/// Additional cycles of a taken branch, to fill the pipeline.
 pub const TAKEN: u64 = 2;
 
 const SEV: u16 = 0xBF40;
@@ -33,7 +34,7 @@ impl Block {
         Self::of(&code, size)
     }
 
-    /// Takes in `code` up to `size` bytes.
+    /// Decodes `code` up to `size` bytes.
     #[must_use]
     pub fn of(code: &[u8], size: u32) -> Self {
         let mut block = Self {
@@ -74,8 +75,8 @@ impl Block {
     }
 }
 
-/// The loads of a block at `address` that read at places known from the code: literals, and the
-/// tables of branches, which follow their instruction.
+/// Loads of a block at `address` from places known from the code: literals, and branch tables, which follow their
+/// instruction.
 #[must_use]
 pub fn literals(code: &[u8], address: u32) -> Vec<Literal> {
     let half = |at: usize| match code.get(at..at + 2) {
@@ -122,7 +123,7 @@ const fn is_wide(first: u16) -> bool {
     first >> 11 >= 0b11101
 }
 
-/// Whether it is an instruction for coprocessor 10 or 11.
+/// Returns whether the instruction is for coprocessor 10 or 11.
 const fn is_float(first: u16, second: u16) -> bool {
     first & 0xEC00 == 0xEC00 && (second >> 9) & 0b111 == 0b101
 }
@@ -240,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn a_load_of_a_literal_says_what_it_reads() {
+    fn a_literal_load_reports_its_address() {
         // nop; ldr r0, [pc, #4]; ldr.w r1, [pc, #-4]; vldr s0, [pc, #8]; tbb [pc, r0]
         let halves: [u16; 8] = [
             0xBF00, 0x4801, 0xF85F, 0x1004, 0xED9F, 0x0A02, 0xE8DF, 0xF000,
@@ -254,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn an_event_sent_is_seen_and_pushes_count_registers() {
+    fn sev_is_detected_and_pushes_count_registers() {
         // push {r4, r5, lr}; sev; pop {r4, r5, pc}
         let block = block(&[0xB530, 0xBF40, 0xBD30]);
         assert!(block.sends_event);

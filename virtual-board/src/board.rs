@@ -1,4 +1,4 @@
-//! The board: an ELF, its chip and its sensor, and the lines that lead out.
+//! The board: an ELF, its chip, its sensor and its external lines.
 
 mod injection;
 mod observe;
@@ -16,22 +16,22 @@ use crate::part::can::{Frame, TimedFrame};
 use crate::part::usart::TimedByte;
 pub use injection::Injection;
 
-/// The serial line that leads out: USART1.
+/// The external serial line: USART1.
 const CONSOLE: usize = 0;
 
 /// The load sensor's channel: PC0.
 const LOAD: usize = 10;
 
-/// How a board is made.
+/// Options of a board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoardOptions {
     /// The chip.
     pub chip: ChipOptions,
-    /// The specimen of the sensor; `None` where its bus is empty.
+    /// Specimen of the sensor; `None` if its bus is empty.
     pub sensor: Option<PartOptions>,
-    /// The code of the load sensor's voltage.
+    /// Code of the load sensor's voltage.
     pub load: u16,
-    /// The count of TIM2 when it is first started: as if it had run that long already.
+    /// Count of TIM2 when it is first started, as if it had already run that long.
     pub time_base: u32,
 }
 
@@ -47,8 +47,8 @@ impl Default for BoardOptions {
 }
 
 impl BoardOptions {
-    /// Takes chip and sensor from a corner: the sensor starts as fast or as slowly as parts do, and
-    /// its data line is valid 10, 25 or 50 ns after the clock's edge.
+    /// Applies a corner to chip and sensor: the sensor starts at the fast or slow end of its range, and its data
+    /// line is valid 10, 25 or 50 ns after the clock's edge.
     pub const fn set_corner(&mut self, corner: Corner) {
         self.chip.corner = corner;
         if let Some(sensor) = &mut self.sensor {
@@ -74,23 +74,23 @@ impl Motion for Still {
 pub struct Board {
     cpu: Cpu,
     image: Image,
-    /// The code of the load sensor's voltage without a fault.
+    /// Code of the load sensor's voltage without a fault.
     load: u16,
 }
 
 impl Board {
-    /// A board with an ELF in its flash, and its sensor at rest.
+    /// Creates a board with an ELF in flash and the sensor at rest.
     ///
     /// # Errors
-    /// Where the ELF is none, or does not fit.
+    /// If the ELF is invalid or does not fit.
     pub fn from_elf(elf: &[u8]) -> Result<Self, ElfError> {
         Self::with_motion(elf, BoardOptions::default(), Still)
     }
 
-    /// A particular board, whose sensor feels `motion`.
+    /// Creates a board with `options`, whose sensor feels `motion`.
     ///
     /// # Errors
-    /// Where the ELF is none, or does not fit.
+    /// If the ELF is invalid or does not fit.
     pub fn with_motion(
         elf: &[u8],
         options: BoardOptions,
@@ -120,7 +120,7 @@ impl Board {
     /// Runs for a duration, in units of [`time`](crate::time).
     ///
     /// # Errors
-    /// Where the firmware misused the part, or used something that is not modelled.
+    /// If the firmware misused the part or used something that is not modelled.
     pub fn run_for(&mut self, duration: u64) -> Result<(), Failure> {
         let until = self.now() + duration;
         self.run_until(until)
@@ -146,22 +146,22 @@ impl Board {
         }
     }
 
-    /// The bytes that the serial line has sent since they were last taken.
+    /// Takes the bytes sent over the serial line since the last call.
     pub fn take_uart(&mut self) -> Vec<TimedByte> {
         core::mem::take(&mut self.cpu.machine().chip.usarts[CONSOLE].sent)
     }
 
-    /// The frames that the board has sent over CAN since they were last taken.
+    /// Takes the frames sent over CAN since the last call.
     pub fn take_can(&mut self) -> Vec<TimedFrame> {
         core::mem::take(&mut self.cpu.machine().chip.can.sent)
     }
 
-    /// How many frames from the bus came while the controller had no room for them.
+    /// Number of frames from the bus that were lost because the FIFO was full.
     pub fn can_overruns(&mut self) -> u64 {
         self.cpu.machine().chip.can.overruns
     }
 
-    /// Puts of frames into mailboxes since they were last taken: when, and which identifier.
+    /// Takes the writes of frames to mailboxes since the last call: time and identifier.
     pub fn take_can_requests(&mut self) -> Vec<(u64, u32)> {
         core::mem::take(&mut self.cpu.machine().chip.can.requested)
     }
@@ -172,7 +172,7 @@ impl Board {
         transactions.get_or_insert_default();
     }
 
-    /// Completed transactions on the sensor's bus since they were last taken.
+    /// Takes the completed transactions on the sensor's bus since the last call.
     pub fn take_transactions(&mut self) -> Vec<Transaction> {
         let mut machine = self.cpu.machine();
         let Some(all) = &mut machine.chip.transactions else {
@@ -183,7 +183,7 @@ impl Board {
         core::mem::replace(all, current)
     }
 
-    /// Sends bytes to the board over the serial line, from now on, at its rate.
+    /// Sends bytes to the board over the serial line, starting now, at its rate.
     pub fn push_uart(&mut self, bytes: &[u8]) {
         let mut machine = self.cpu.machine();
         let now = machine.now;
@@ -200,20 +200,20 @@ impl Board {
         machine.wake();
     }
 
-    /// Sends a frame to the board over CAN: it begins at `time` at the earliest. Times come in rising order.
+    /// Sends a frame to the board over CAN, starting no earlier than `time`. Times must not decrease.
     pub fn push_can_at(&mut self, frame: Frame, time: u64) {
         let mut machine = self.cpu.machine();
         machine.chip.can.push(frame, time);
         machine.wake();
     }
 
-    /// Frames for the board that should have begun before `time` are given up, as where it is off the bus.
-    /// How many.
+    /// Discards frames for the board that should have begun before `time`, as when it is off the bus. Returns
+    /// their number.
     pub fn withdraw_can(&mut self, time: u64) -> usize {
         self.cpu.machine().chip.can.withdraw(time)
     }
 
-    /// The rate of its CAN controller, bit/s; `None` while it takes no part in what happens on the bus.
+    /// Bit rate of the CAN controller, bit/s; `None` while it does not take part in bus traffic.
     #[must_use]
     pub fn can_bit_rate(&self) -> Option<u32> {
         let machine = self.cpu.machine();
@@ -221,19 +221,19 @@ impl Board {
         can.takes_part().then(|| can.bit_rate())
     }
 
-    /// Bytes that are on their way to the board over the serial line.
+    /// Number of bytes on their way to the board over the serial line.
     #[must_use]
     pub fn uart_incoming(&self) -> usize {
         self.cpu.machine().chip.usarts[CONSOLE].incoming()
     }
 
-    /// Gives the chip the first word of its unique number, in which boards differ. Before it runs.
+    /// Sets the first word of the chip's unique number, which differs between boards. Call before the first run.
     pub fn set_serial_number(&mut self, number: u32) {
         let memory = self.cpu.memory();
         memory.write(UNIQUE_NUMBER, &number.to_le_bytes());
     }
 
-    /// Where the pages with the settings begin and end.
+    /// Start and end address of the settings pages.
     fn settings_pages(&self) -> Option<(u32, u32)> {
         let ends = ["_config_start", "_config_end"].map(|name| self.image.symbol(name));
         let [Some(start), Some(end)] = ends else {
@@ -242,7 +242,7 @@ impl Board {
         Some((start, end))
     }
 
-    /// The pages with the settings; empty where the ELF has none.
+    /// Content of the settings pages; empty if the ELF has none.
     pub fn settings(&mut self) -> Vec<u8> {
         let pages = self.settings_pages();
         let bytes =
@@ -250,14 +250,14 @@ impl Board {
         bytes.unwrap_or_default()
     }
 
-    /// Puts bytes into the pages with the settings, from their beginning.
+    /// Writes bytes to the settings pages, from their beginning.
     pub fn set_settings(&mut self, bytes: &[u8]) {
         if let Some((start, _)) = self.settings_pages() {
             self.cpu.memory().write(start, bytes);
         }
     }
 
-    /// The core with everything around it, for access that has no method here.
+    /// The core with its surroundings, for access that has no method here.
     pub const fn cpu(&mut self) -> &mut Cpu {
         &mut self.cpu
     }

@@ -36,7 +36,7 @@ use crate::part::usart::Usart;
 use crate::time::{NEVER, cycle};
 pub use sensor::Transaction;
 
-/// The time and memory that a peripheral acts on.
+/// Time and memory for the action of a peripheral.
 pub struct Context<'a> {
     /// Virtual time.
     pub now: u64,
@@ -47,17 +47,17 @@ pub struct Context<'a> {
 /// The nominal supply, mV.
 pub const NOMINAL_MV: u32 = 3_300;
 
-/// The variant of the chip.
+/// Variant of the chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ChipOptions {
-    /// The crystal, hertz; `None` where it does not start.
+    /// Frequency of the crystal, Hz; `None` if it does not start.
     pub crystal: Option<u32>,
     /// The specimen, within the limits of the data sheet.
     pub corner: Corner,
 }
 
 impl Default for ChipOptions {
-    /// 8 MHz, and a typical chip.
+    /// Returns 8 MHz and a typical chip.
     fn default() -> Self {
         Self {
             crystal: Some(8_000_000),
@@ -82,13 +82,13 @@ pub struct Chip {
     pub ports: [Gpio; 9],
     /// The sensor on SPI1: CS on PA4, INT1 on PA0.
     pub sensor: Option<Sensor>,
-    /// When the sensor's pin last rose.
+    /// Time of the last rising edge of the sensor's pin.
     pub data_ready: Option<u64>,
-    /// Transactions with the sensor, where they are kept.
+    /// Transactions with the sensor; `None` while they are not recorded.
     pub transactions: Option<Vec<Transaction>>,
-    /// How often the chip was reset, and why last.
+    /// Resets of the chip: time and cause.
     pub resets: Vec<(u64, ResetCause)>,
-    /// Streams of DMA2 that meet an error in the middle of each transfer.
+    /// Streams of DMA2 that have an error in the middle of each transfer.
     pub failing_streams: [bool; 8],
     pwr: Pwr,
     exti: Exti,
@@ -110,7 +110,7 @@ impl Default for Chip {
 }
 
 impl Chip {
-    /// A chip just powered up.
+    /// Creates a chip just powered up.
     #[must_use]
     pub fn new(options: ChipOptions, sensor: Option<Sensor>) -> Self {
         let rcc = Rcc::new(options.crystal, options.corner);
@@ -154,7 +154,7 @@ impl Chip {
         self.timers[0].head_start = count;
     }
 
-    /// A reset, for the reason that was noted.
+    /// Resets the chip for the cause that was noted.
     pub fn reset(&mut self, now: u64) {
         let cause = self.reset_cause.take().unwrap_or(ResetCause::Pin);
         self.resets.push((now, cause));
@@ -182,12 +182,12 @@ impl Chip {
         self.update_select(now);
     }
 
-    /// The program asked for a reset.
+    /// Records a reset request by the program.
     pub(crate) const fn note_software_reset(&mut self) {
         self.reset_cause = Some(ResetCause::Software);
     }
 
-    /// Resets the chip from outside. A dip of the supply takes the sensor and memory with it.
+    /// Resets the chip from outside. A dip of the supply also clears memory and resets the sensor.
     pub fn request_reset(&mut self, cause: ResetCause) {
         self.reset_cause = Some(cause);
         if matches!(cause, ResetCause::BrownOut | ResetCause::PowerOn) {
@@ -198,8 +198,8 @@ impl Chip {
         }
     }
 
-    /// The supply becomes this, mV: below the brown-out level of the option bytes the chip is reset, and the
-    /// supply then comes back.
+    /// Sets the supply, mV: below the brown-out level of the option bytes the chip is reset, and the supply then
+    /// returns.
     pub fn set_supply(&mut self, mv: u32) {
         self.flash.supply_mv = mv;
         if mv < self.flash.brown_out_mv() {
@@ -208,7 +208,7 @@ impl Chip {
         }
     }
 
-    /// A debugger halts the core, or resumes it: peripherals that its settings name stand still meanwhile.
+    /// A debugger halts or resumes the core: the peripherals selected in `DBGMCU` stand still meanwhile.
     pub(crate) fn freeze(&mut self, frozen: bool, debug: &Dbgmcu, now: u64) {
         for (index, timer) in self.timers.iter_mut().enumerate() {
             timer.freeze(frozen && debug.freezes_timer(index), now);
@@ -216,7 +216,7 @@ impl Chip {
         self.iwdg.freeze(frozen && debug.freezes_watchdog(), now);
     }
 
-    /// Whether memory has lost its content.
+    /// Takes the flag that memory has lost its content.
     pub(crate) const fn take_power_lost(&mut self) -> bool {
         core::mem::replace(&mut self.power_lost, false)
     }
@@ -238,7 +238,7 @@ impl Chip {
         self.flash.take_stall()
     }
 
-    /// When something happens next.
+    /// Time of the next event.
     #[must_use]
     pub fn next_event(&self) -> u64 {
         if self.rcc.is_stopped() {
@@ -261,14 +261,14 @@ impl Chip {
             .unwrap_or(NEVER)
     }
 
-    /// Lets everything happen that is due.
+    /// Processes all events that are due.
     ///
     /// # Errors
-    /// Where something is used that is not modelled.
+    /// If something is used that is not modelled.
     pub fn advance(&mut self, context: &mut Context) -> Result<(), String> {
         let now = context.now;
         loop {
-            // One after the other in their order of time, as DMA may start the next.
+            // One at a time in order of time, as DMA may start the next.
             let due = self.next_event();
             let at = due.min(now);
             self.advance_parts(at)?;

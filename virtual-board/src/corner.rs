@@ -1,20 +1,20 @@
-//! The specimen: parts as the data sheets allow them, from one end of a range to the other.
+//! Specimens of the chip: from one end to the other of the ranges in the data sheets.
 //!
-//! Times of flash are those of DS8626, tables 42 and 43: typical and maximum. It gives no minimum:
-//! the fast corner takes half of the typical time. So it is with the start of the oscillators,
-//! where the slow corner takes double where no maximum is given.
+//! Times of flash are those of DS8626, tables 42 and 43: typical and maximum. It gives no minimum: the fast corner
+//! takes half of the typical time. The same holds for the start of the oscillators, where the slow corner takes
+//! double the typical time if no maximum is given.
 
 use core::str::FromStr;
 
-/// How fast the chip's own times and oscillators are.
+/// Speed of the chip's internal operations and oscillators.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Corner {
-    /// Oscillators at the upper end, waits at the lower.
+    /// Oscillators at the upper limit, times at the lower.
     Fast,
-    /// As the data sheets call typical.
+    /// Typical values of the data sheets.
     #[default]
     Typical,
-    /// Oscillators at the lower end, waits at the upper.
+    /// Oscillators at the lower limit, times at the upper.
     Slow,
 }
 
@@ -30,10 +30,10 @@ impl FromStr for Corner {
 }
 
 impl Corner {
-    /// All of them.
+    /// All corners.
     pub const ALL: [Self; 3] = [Self::Fast, Self::Typical, Self::Slow];
 
-    /// On the command line.
+    /// Name on the command line.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -63,32 +63,31 @@ impl Corner {
         self.pick([16_640_000, 16_000_000, 15_360_000])
     }
 
-    /// From its enable until the crystal oscillates, µs; typical 2 ms (table 33).
+    /// Time from enable until the crystal oscillates, µs; typical 2 ms (table 33).
     #[must_use]
     pub const fn crystal_start_us(self) -> u32 {
         self.pick([1_000, 2_000, 4_000])
     }
 
-    /// Until the PLL is locked, µs (table 38: 75 to 300 µs).
+    /// Time until the PLL is locked, µs (table 38: 75 to 300 µs).
     #[must_use]
     pub const fn pll_lock_us(self) -> u32 {
         self.pick([75, 200, 300])
     }
 
-    /// Until the low-speed oscillator runs, µs (table 36: 15 typically, 40 at most).
+    /// Time until the low-speed oscillator runs, µs (table 36: 15 typically, 40 at most).
     #[must_use]
     pub const fn lsi_start_us(self) -> u32 {
         self.pick([8, 15, 40])
     }
 
-    /// Programming of up to a word of flash, µs, at any width (table 42).
+    /// Time to program up to a word of flash, µs, at any width (table 42).
     #[must_use]
     pub const fn program_us(self) -> u32 {
         self.pick([8, 16, 100])
     }
 
-    /// Erasing of a sector of `kib` KiB at a parallelism of 8, 16 or 32 bits (`PSIZE` 0 to 2),
-    /// ms (table 42).
+    /// Time to erase a sector of `kib` KiB at a parallelism of 8, 16 or 32 bits (`PSIZE` 0 to 2), ms (table 42).
     #[must_use]
     pub const fn erase_ms(self, kib: u32, psize: u32) -> u32 {
         let (typical, slow) = match (kib, psize) {
@@ -111,7 +110,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn waits_grow_and_oscillators_slow_down_from_the_fast_corner_to_the_slow_one() {
+    fn the_slow_corner_has_longer_times_and_slower_oscillators() {
         for pair in Corner::ALL.windows(2) {
             let [faster, slower] = pair else { return };
             assert!(faster.lsi_hz() > slower.lsi_hz());

@@ -1,4 +1,4 @@
-//! An ELF as a programmer writes it to flash.
+//! Parser for an ELF, as a programmer writes it to flash.
 
 use object::{Object, ObjectSegment, ObjectSymbol};
 
@@ -13,7 +13,7 @@ pub struct Image {
     pub functions: Vec<(u32, u32, String)>,
 }
 
-/// Why an ELF cannot be loaded.
+/// Reason why an ELF cannot be loaded.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ElfError(pub String);
 
@@ -26,10 +26,10 @@ impl core::fmt::Display for ElfError {
 impl core::error::Error for ElfError {}
 
 impl Image {
-    /// Takes an ELF apart.
+    /// Parses an ELF.
     ///
     /// # Errors
-    /// Where it is no ELF for a 32-bit Arm.
+    /// If it is not an ELF for a 32-bit Arm.
     pub fn parse(elf: &[u8]) -> Result<Self, ElfError> {
         use object::read::elf::{FileHeader, ProgramHeader};
         let refused = |error: object::Error| ElfError(error.to_string());
@@ -72,7 +72,7 @@ impl Image {
         Ok(image)
     }
 
-    /// The function that an address lies in.
+    /// Name of the function that contains an address.
     #[must_use]
     pub fn function_at(&self, address: u32) -> Option<&str> {
         let index = self
@@ -82,7 +82,7 @@ impl Image {
         (address - start < *size).then_some(name.as_str())
     }
 
-    /// The address of a symbol.
+    /// Address of a symbol.
     #[must_use]
     pub fn symbol(&self, name: &str) -> Option<u32> {
         self.symbols

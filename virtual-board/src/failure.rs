@@ -1,15 +1,15 @@
-//! Why a run cannot go on: the firmware misused the part, or used something that is not modelled.
+//! Failures that end a run: the firmware misused the part, or used something that is not modelled.
 
 use core::fmt;
 
-/// A misuse of the part, and where it happened.
+/// A misuse of the part, and its address.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Failure {
-    /// The instruction.
+    /// Address of the instruction.
     pub pc: u32,
-    /// The address accessed, where there is one.
+    /// The address accessed, if any.
     pub address: Option<u32>,
-    /// The misuse, in words.
+    /// Description of the misuse.
     pub what: String,
 }
 

@@ -1,17 +1,17 @@
-//! Faults as they are asked for: `NAME`, `NAME:VARIANT`, or `clear`.
+//! Faults by name: `NAME`, `NAME:VARIANT`, or `clear`.
 
 use std::str::FromStr;
 
 use crate::board::{BoardOptions, Injection};
 use crate::scenario::{self, Pages, Scenario, Step};
 
-/// Clears all that can be cleared.
+/// Name that clears all clearable faults.
 const CLEAR: &str = "clear";
 
-/// A fault that is asked for.
+/// A fault selected by name.
 #[derive(Clone, Copy)]
 pub struct Fault {
-    /// `None` where faults are cleared.
+    /// `None` to clear faults.
     scenario: Option<&'static Scenario>,
     variant: u64,
 }
@@ -40,7 +40,7 @@ impl FromStr for Fault {
     }
 }
 
-/// The names of all faults, and `clear`.
+/// Names of all faults, and `clear`.
 #[must_use]
 pub fn names() -> String {
     let names = scenario::ALL.iter().map(|scenario| scenario.name);
@@ -48,25 +48,25 @@ pub fn names() -> String {
 }
 
 impl Fault {
-    /// The row of the matrix; `None` where faults are cleared.
+    /// Row of the matrix; `None` to clear faults.
     #[must_use]
     pub const fn scenario(&self) -> Option<&'static Scenario> {
         self.scenario
     }
 
-    /// Its name; `clear` where faults are cleared.
+    /// Name of the fault; `clear` to clear faults.
     #[must_use]
     pub fn name(&self) -> &'static str {
         self.scenario.map_or(CLEAR, |scenario| scenario.name)
     }
 
-    /// Steps that prepare a board for it.
+    /// Steps that prepare a board for the fault.
     #[must_use]
     pub fn before(&self) -> &'static [Step] {
         self.scenario.map_or(&[], |scenario| scenario.before)
     }
 
-    /// The steps of the fault, each with its time from the first, µs.
+    /// Steps of the fault, each with its time from the first, µs.
     #[must_use]
     pub fn steps(&self) -> Vec<(u64, Step)> {
         let Some(scenario) = self.scenario else {
@@ -83,14 +83,14 @@ impl Fault {
         steps.collect()
     }
 
-    /// Changes how a board is made that is to have the fault at a time, µs after its power-up.
+    /// Adapts the options of a board for a fault at `at_us`, µs after its power-up.
     pub fn change(&self, options: &mut BoardOptions, at_us: u32) {
         if let Some(scenario) = self.scenario {
             (scenario.board)(options, at_us);
         }
     }
 
-    /// Whether a board has it only from its power-up on, or only where it is made for it.
+    /// Returns whether the fault requires a power-up, or a board that was made for it.
     #[must_use]
     pub fn needs_power_up(&self) -> bool {
         let plain = BoardOptions::default();
@@ -99,7 +99,7 @@ impl Fault {
         options != plain || self.scenario.is_some_and(|scenario| scenario.at_power_up)
     }
 
-    /// Whether it needs pages of flash that are filled before the board is powered up, which takes
+    /// Returns whether the fault requires flash pages that are filled before the board is powered up, which takes
     /// minutes of the board's time.
     #[must_use]
     pub fn needs_full_pages(&self) -> bool {
@@ -113,7 +113,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_fault_has_a_name_and_perhaps_a_variant() {
+    fn a_fault_has_a_name_and_an_optional_variant() {
         let cut: Fault = "power-cut:17".parse().expect("a fault");
         assert_eq!((cut.name(), cut.variant), ("power-cut", 17));
         let steps: Vec<Step> = cut.steps().into_iter().map(|(_, step)| step).collect();
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_of_how_a_board_is_made_need_a_power_up() {
+    fn faults_of_board_options_need_a_power_up() {
         let needs = |name: &str| name.parse::<Fault>().expect("a fault").needs_power_up();
         assert!(needs("no-crystal") && needs("no-sensor") && needs("wrong-id"));
         assert!(!needs("miso-low") && !needs("reset") && !needs("clear"));

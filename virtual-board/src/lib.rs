@@ -1,4 +1,4 @@
-//! Boots the very ELF that is flashed, on modelled peripherals, timing estimated.
+//! Boots the ELF that is flashed, on modelled peripherals with estimated timing.
 
 #![forbid(unsafe_code)]
 

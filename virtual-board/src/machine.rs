@@ -30,44 +30,44 @@ pub(crate) use blocks::RunningBlock;
 pub use counting::Counters;
 use counting::Watched;
 
-/// No block of the engine is longer, bytes.
+/// Maximum length of a block of the engine, bytes.
 const LONGEST_BLOCK: u32 = 0x1000;
 
-/// Why the engine was stopped.
+/// Reason why the engine was stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Stop {
     /// Between two blocks.
     Boundary,
-    /// A load from where nothing answers.
+    /// A load from an unmapped address.
     Load { address: u32 },
-    /// A store to where nothing answers.
+    /// A store to an unmapped address.
     Store { address: u32 },
-    /// No code there.
+    /// A fetch from an address without code.
     FetchFault,
-    /// A floating-point instruction is ahead, and the unit is off.
+    /// The next instruction is floating-point, and the unit is off.
     NoFloat { instructions: u32, offset: u32 },
     /// An exception of the engine's own numbering.
     Exception(u32),
-    /// An instruction it does not know, or a hint that it leaves to others.
+    /// An instruction unknown to the engine, or a hint.
     Invalid,
 }
 
-/// A fault that the program saw.
+/// A fault that the program observed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FaultNote {
-    /// When, ns.
+    /// Time, ns.
     pub time_ns: u64,
-    /// The instruction, or where it would have returned.
+    /// Address of the instruction, or the return address.
     pub pc: u32,
-    /// Which exception it asked for.
+    /// Number of the exception that it raised.
     pub exception: u16,
     /// Bits of the fault status register.
     pub status: u32,
-    /// The address that was accessed, where there is one.
+    /// Address that was accessed, if any.
     pub address: Option<u32>,
 }
 
-/// Everything but the core's registers and memory.
+/// Surroundings of the core: everything except its registers and memory.
 pub struct Machine {
     /// Virtual time, in units of [`time`](crate::time).
     pub now: u64,
@@ -75,7 +75,7 @@ pub struct Machine {
     pub cycles: u64,
     /// Instructions since power-up.
     pub instructions: u64,
-    /// Those of the cycles in which the core waited for flash.
+    /// Cycles in which the core waited for flash, part of `cycles`.
     pub flash_waits: u64,
     /// The chip.
     pub chip: Chip,
@@ -85,15 +85,15 @@ pub struct Machine {
     pub nvic: Nvic,
     /// The system control block.
     pub scb: Scb,
-    /// How often each exception was taken.
+    /// Number of times each exception was taken.
     pub exceptions: BTreeMap<u16, u64>,
-    /// Faults that the program saw.
+    /// Faults that the program observed.
     pub faults: Vec<FaultNote>,
-    /// Instructions by half-word of flash; empty where no profile is taken.
+    /// Instructions by half-word of flash; empty while no profile is taken.
     pub(crate) profile: Vec<u64>,
-    /// Cycles of waiting for flash, by the same.
+    /// Cycles of waiting for flash, by half-word.
     pub(crate) wait_profile: Vec<u64>,
-    /// Functions whose calls are counted apart, with all that they call.
+    /// Functions whose calls are counted separately, including their callees.
     pub(crate) watched: Vec<Watched>,
     pub(crate) stop: Option<Stop>,
     pub(crate) failure: Option<Failure>,
@@ -102,7 +102,7 @@ pub struct Machine {
     pub(crate) reset_requested: bool,
     pub(crate) allow_float: bool,
     pub(crate) event_sent: bool,
-    /// A debugger halts the core until then.
+    /// Time until which a debugger halts the core.
     pub(crate) halted_until: Option<u64>,
     debug: Dbgmcu,
     systick: SysTick,
@@ -110,12 +110,12 @@ pub struct Machine {
     period: u64,
     deadline: u64,
     blocks: Vec<Block>,
-    /// The loads from flash of all blocks, at addresses known from their code.
+    /// Loads from flash of all blocks, at addresses known from their code.
     literals: Vec<Literal>,
 }
 
 impl Machine {
-    /// A machine just powered up.
+    /// Creates a machine just powered up.
     #[must_use]
     pub fn new(chip: Chip) -> Self {
         let period = chip.period();
@@ -153,7 +153,7 @@ impl Machine {
         }
     }
 
-    /// Everything starts again but memory and the state that outlives a reset.
+    /// Resets everything except memory and the state that survives a reset.
     pub(crate) fn reset(&mut self) {
         self.chip.reset(self.now);
         self.nvic = Nvic::default();
@@ -167,14 +167,14 @@ impl Machine {
         self.deadline = self.now;
     }
 
-    /// A debugger halts the core for a time.
+    /// Halts the core by a debugger for a duration.
     pub(crate) fn halt(&mut self, duration: u64) {
         self.halted_until = Some(self.now + duration);
         self.chip.freeze(true, &self.debug, self.now);
         self.deadline = self.now;
     }
 
-    /// Whether a debugger halts the core: then time passes, at most until it goes on.
+    /// Returns whether a debugger halts the core. If so, time advances up to the end of the halt.
     pub(crate) fn is_halted(&mut self, memory: &mut dyn Memory) -> bool {
         let Some(end) = self.halted_until else {
             return false;
@@ -197,7 +197,7 @@ impl Machine {
         self.stop = Some(Stop::Boundary);
     }
 
-    /// Cycles pass.
+    /// Advances time by a number of cycles.
     pub(crate) const fn spend(&mut self, cycles: u64) {
         self.cycles += cycles;
         self.now += cycles * self.period;
@@ -219,7 +219,7 @@ impl Machine {
         status: u32,
         address: Option<u32>,
     ) {
-        // A program that faults without end must not fill the host's memory.
+        // A program that faults endlessly must not fill the host's memory.
         if self.faults.len() < 1000 {
             self.faults.push(FaultNote {
                 time_ns: crate::time::to_ns(self.now),
@@ -231,7 +231,7 @@ impl Machine {
         }
     }
 
-    /// Lets everything happen that is due.
+    /// Processes all events that are due.
     pub(crate) fn catch_up(&mut self, memory: &mut dyn Memory) {
         if self.systick.advance(self.now) {
             self.nvic.pend(exception::SYS_TICK);
@@ -246,11 +246,11 @@ impl Machine {
         self.after_chip();
     }
 
-    /// The chip has acted: interrupts, resets and stalls reach the core.
+    /// Applies the effects of the chip on the core: interrupts, resets and stalls.
     fn after_chip(&mut self) {
         self.chip.drive_lines(&mut self.nvic);
         if let Some((from, to)) = self.chip.take_flash_changed() {
-            // From so far before that no block reaches into it.
+            // Starts far enough before the change that no earlier block reaches into it.
             let slot = |address: u32| (address.saturating_sub(FLASH.start) / 2) as usize;
             let (from, to) = (slot(from.saturating_sub(LONGEST_BLOCK)), slot(to));
             if let Some(blocks) = self.blocks.get_mut(from..to.min(FLASH.size / 2)) {
@@ -265,13 +265,13 @@ impl Machine {
             self.systick.set_period(self.now, period);
             self.period = period;
         }
-        // A stall of the bus, as while flash is written.
+        // A stall of the bus, for instance while flash is written.
         let stall = self.chip.take_stall();
         self.now += stall;
         self.deadline = self.systick.next_event().min(self.chip.next_event());
     }
 
-    /// The crystal stops.
+    /// Stops the crystal.
     pub(crate) fn lose_crystal(&mut self) {
         match self.chip.lose_crystal(self.now) {
             Ok(true) => self.nvic.pend(exception::NMI),
@@ -281,12 +281,12 @@ impl Machine {
         self.after_chip();
     }
 
-    /// The chip was changed from outside: the next event may be earlier.
+    /// Updates the next event after an external change to the chip, as it may be earlier.
     pub fn wake(&mut self) {
         self.deadline = self.now;
     }
 
-    /// The core sleeps: time passes until the next event.
+    /// Sleeps: advances time to the next event.
     pub(crate) fn sleep(&mut self, memory: &mut dyn Memory) {
         self.now = self.deadline.min(self.limit).max(self.now);
         self.catch_up(memory);

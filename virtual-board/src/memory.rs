@@ -1,19 +1,19 @@
-//! Memory as programs see it, and where it lies (RM0090, 2.3): the one home of these addresses.
+//! Memory map as seen by programs (RM0090, 2.3), the only place for these addresses.
 
-/// The memory that programs see as memory.
+/// Access to memory.
 pub trait Memory {
-    /// Reads; false where there is none.
+    /// Reads bytes; false if the address is unmapped.
     fn read(&mut self, address: u32, bytes: &mut [u8]) -> bool;
-    /// Writes; false where there is none.
+    /// Writes bytes; false if the address is unmapped.
     fn write(&mut self, address: u32, bytes: &[u8]) -> bool;
 
-    /// A byte.
+    /// Reads a byte.
     fn byte(&mut self, address: u32) -> Option<u8> {
         let mut bytes = [0; 1];
         self.read(address, &mut bytes).then_some(bytes[0])
     }
 
-    /// A word, little end first.
+    /// Reads a little-endian word.
     fn word(&mut self, address: u32) -> Option<u32> {
         let mut bytes = [0; 4];
         self.read(address, &mut bytes)
@@ -24,26 +24,26 @@ pub trait Memory {
 /// A range of addresses with memory behind it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Region {
-    /// Its first address.
+    /// First address.
     pub start: u32,
-    /// Its length, bytes.
+    /// Length, bytes.
     pub size: usize,
 }
 
 impl Region {
-    /// The address after its last.
+    /// Address after the last byte.
     #[must_use]
     pub const fn end(&self) -> u32 {
         self.start + self.size as u32
     }
 
-    /// Whether an address lies in it.
+    /// Returns whether the region contains an address.
     #[must_use]
     pub const fn contains(&self, address: u32) -> bool {
         address.wrapping_sub(self.start) < self.size as u32
     }
 
-    /// Whether all of `length` bytes from an address on lie in it.
+    /// Returns whether the region contains all of `length` bytes starting at an address.
     #[must_use]
     pub const fn holds(&self, address: u32, length: usize) -> bool {
         address >= self.start && (address - self.start) as usize + length <= self.size
@@ -56,22 +56,22 @@ pub const FLASH: Region = Region {
     size: 1 << 20,
 };
 
-/// The unique number of the chip, three words among the factory's bytes.
+/// Unique number of the chip, three words of the factory area.
 pub const UNIQUE_NUMBER: u32 = 0x1FFF_7A10;
 
-/// RAM that only the core reaches: DMA does not.
+/// RAM that only the core can access, not DMA.
 pub const CCM: Region = Region {
     start: 0x1000_0000,
     size: 0x1_0000,
 };
 
-/// Programmed in the factory: serial number, size of flash.
+/// Area programmed in the factory: serial number, size of flash.
 pub const FACTORY: Region = Region {
     start: 0x1FFF_7000,
     size: 0x1000,
 };
 
-/// Option bytes, as memory.
+/// Option bytes, mapped as memory.
 pub const OPTIONS: Region = Region {
     start: 0x1FFF_C000,
     size: 0x1000,
@@ -83,7 +83,7 @@ pub const RAM: Region = Region {
     size: 0x2_0000,
 };
 
-/// Each byte of RAM before the first write to it.
+/// Value of each byte of RAM before the first write to it.
 pub const UNTOUCHED: u8 = 0xA5;
 
 #[cfg(test)]
@@ -91,7 +91,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_region_ends_where_its_last_byte_does() {
+    fn a_region_ends_after_its_last_byte() {
         assert!(RAM.contains(RAM.start) && RAM.contains(RAM.end() - 1));
         assert!(!RAM.contains(RAM.end()) && !RAM.contains(RAM.start - 1));
         assert!(RAM.holds(RAM.end() - 4, 4) && !RAM.holds(RAM.end() - 4, 5));

@@ -1,4 +1,4 @@
-//! What the sensor feels of a simulated gait.
+//! Sensor input of a simulated gait.
 
 use gait::sensor::felt_by;
 use gait::{GaitName, Ground, Plan, Track};
@@ -7,7 +7,7 @@ use lsm6dsox::sim::Motion;
 /// The temperature of the sensor, °C.
 pub const TEMPERATURE: f64 = 25.0;
 
-/// A steady gait that lasts this long, s, and then stands still; the sensor stays at [`TEMPERATURE`].
+/// A steady gait of `seconds`, then standing still; the sensor stays at [`TEMPERATURE`].
 #[must_use]
 pub fn gait(name: GaitName, seconds: f64, seed: u64) -> impl Motion + 'static {
     let track = Track::new(&Plan::steady(name, Ground::Hard, seconds, seed));

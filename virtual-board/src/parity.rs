@@ -1,7 +1,7 @@
-//! Whether the ELF computes what the host computes from the same codes, bit for bit.
+//! Bitwise comparison of the ELF's estimates with those of the host for the same codes.
 //!
-//! The codes are taken from the sensor's bus, the times of the samples from the messages that the
-//! ELF sends over its serial line; the host's estimator runs over both.
+//! The codes are taken from the sensor's bus, the times of the samples from the messages that the ELF sends over
+//! its serial line; the host's estimator runs over both.
 
 use std::collections::VecDeque;
 
@@ -18,53 +18,53 @@ use crate::chip::Transaction;
 use crate::part::can::TimedFrame;
 use crate::time::to_us;
 
-/// The ranges that the firmware sets.
+/// Ranges that the firmware sets.
 const FORCE: AccelFullScale = AccelFullScale::G16;
 const RATE: GyroFullScale = GyroFullScale::Dps2000;
 
-/// A burst: the address of `STATUS_REG` to read, then sixteen bytes.
+/// Length of a burst: the address of `STATUS_REG`, then sixteen bytes.
 const BURST: usize = 17;
 const READ_STATUS: u8 = 0x9E;
 
 /// A message that the board has sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SentContact {
-    /// When its first byte left, in units of [`time`](crate::time).
+    /// Time at which its first byte left, in units of [`time`](crate::time).
     pub began: u64,
     /// The message.
     pub message: ContactMessage,
 }
 
-/// The result of the comparison.
+/// Result of the comparison.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Parity {
     /// Estimates compared.
     pub compared: u64,
-    /// Those with a sample of the sensor behind them.
+    /// Compared estimates based on a sensor sample.
     pub measured: u64,
-    /// Those that differ in any bit.
+    /// Compared estimates that differ in any bit.
     pub mismatches: u64,
-    /// The first of those: the sample's time, µs.
+    /// Sample time of the first mismatch, µs.
     pub first_mismatch_us: Option<u64>,
-    /// Frames of CAN compared.
+    /// Compared CAN frames.
     pub can_compared: u64,
-    /// Those that differ in any bit of a probability.
+    /// Compared CAN frames that differ in any bit of a probability.
     pub can_mismatches: u64,
-    /// Frames of CAN of whose time there was no message on the serial line.
+    /// CAN frames without a serial message of the same time.
     pub can_unknown: u64,
 }
 
-/// One sample as it went over the bus.
+/// One sample as read over the bus.
 #[derive(Clone, Copy, Debug)]
 struct Burst {
-    /// When its data-ready edge was, µs since power-up.
+    /// Time of its data-ready edge, µs since power-up.
     edge_us: f64,
     status: u8,
     rate: [i16; 3],
     force: [i16; 3],
 }
 
-/// Whether a transaction reads a sample.
+/// Returns whether a transaction reads a sample.
 #[must_use]
 pub fn is_sample(transaction: &Transaction) -> bool {
     transaction.back.len() == BURST && transaction.out.first() == Some(&READ_STATUS)
@@ -84,33 +84,33 @@ fn burst(transaction: &Transaction) -> Option<Burst> {
     })
 }
 
-/// Messages from whose times the board's clock is found, and how many of them, the last, are
-/// asked: those before may have waited for the line while the board started.
+/// Number of messages used to find the board's clock, and how many of the last of them are evaluated: earlier ones
+/// may have waited for the line while the board started.
 const FOR_CLOCK: usize = 1000;
 const ASKED: usize = 200;
 
-/// Messages may be ahead of the recorded bus and serial line by this many.
+/// Maximum number of messages ahead of the recorded bus and serial line.
 const LAG: usize = 32;
 
-/// Estimates that a frame of CAN may be behind.
+/// Maximum number of estimates that a CAN frame may lag behind.
 const FRAMES_LAG: usize = 1000;
 
-/// Compares the estimates of a board with those of the host, as they come: for a board with its
-/// default parameters and a sensor without faults.
+/// Compares the estimates of a board with those of the host as they arrive, for a board with default parameters
+/// and a sensor without faults.
 pub struct Comparison {
     parity: Parity,
     estimator: ContactEstimator<WINDOW_CAPACITY>,
-    /// How far the board's clock is behind the virtual one, µs, once it is known.
+    /// Offset of the board's clock behind virtual time, µs, once known.
     offset: Option<f64>,
     bursts: VecDeque<Burst>,
     contacts: VecDeque<SentContact>,
     frames: VecDeque<TimedFrame>,
-    /// The estimates so far as CAN has them, as far back as a frame may be.
+    /// Recent estimates in the short form of CAN, as far back as a frame may be.
     short: VecDeque<([u8; 2], [u8; 4])>,
 }
 
 impl Comparison {
-    /// Nothing compared yet.
+    /// Creates an empty comparison.
     ///
     /// # Errors
     /// Never with default parameters.
@@ -127,12 +127,12 @@ impl Comparison {
         })
     }
 
-    /// Takes transactions on the sensor's bus.
+    /// Adds transactions on the sensor's bus.
     pub fn bus(&mut self, transactions: &[Transaction]) {
         self.bursts.extend(transactions.iter().filter_map(burst));
     }
 
-    /// A message that was sent over the serial line, in their order.
+    /// Adds a message sent over the serial line, in order.
     pub fn contact(&mut self, sent: SentContact) {
         self.contacts.push_back(sent);
         if self.offset.is_none() && self.contacts.len() >= FOR_CLOCK {
@@ -143,7 +143,7 @@ impl Comparison {
         }
     }
 
-    /// A frame of CAN with an estimate, in their order.
+    /// Adds a CAN frame with an estimate, in order.
     pub fn frame(&mut self, frame: TimedFrame) {
         self.frames.push_back(frame);
         while self.offset.is_some() && self.frames.len() > 2 * LAG {
@@ -151,7 +151,7 @@ impl Comparison {
         }
     }
 
-    /// The result, once everything was sent.
+    /// Returns the result, once everything was sent.
     #[must_use]
     pub fn finish(mut self) -> Parity {
         if self.offset.is_none() {
@@ -213,7 +213,7 @@ impl Comparison {
         }
     }
 
-    /// A frame belongs to the next estimate of its short time; both are in order of time.
+    /// Matches a frame with the next estimate of its short time; both are in order of time.
     fn compare_frame(&mut self) {
         let Some(TimedFrame { frame, .. }) = self.frames.pop_front() else {
             return;
@@ -237,7 +237,7 @@ impl Comparison {
     }
 }
 
-/// Bytes 4 and 5 of the frame of CAN, the sample's time, and 0 to 3, its probabilities.
+/// Bytes 4 and 5 of the CAN frame, the sample's time, and bytes 0 to 3, its probabilities.
 fn short_form(estimate: &ContactEstimate) -> ([u8; 2], [u8; 4]) {
     // 16 bits of 10 µs.
     let time = (estimate.timestamp.as_micros() / 10) as u16;
@@ -254,8 +254,7 @@ fn expected(estimate: &ContactEstimate) -> ContactMessage {
     ContactMessage::new(estimate, Faults::NONE)
 }
 
-/// The fields of a message that the estimate determines: not its phase, which also depends on the
-/// load.
+/// Fields of a message that the estimate determines: without its phase, which also depends on the load.
 fn bits(message: &ContactMessage) -> ([u16; 9], u8) {
     let [ax, ay, az, wx, wy, wz] = message.axes.to_array();
     let codes = [
@@ -307,8 +306,8 @@ fn missing(timestamp: Timestamp) -> ImuSample {
     .to_si()
 }
 
-/// How far the board's clock is behind the virtual one, µs. A message belongs to the last edge
-/// before it was sent, unless it had to wait; most do not, and their offset is the one.
+/// Offset of the board's clock behind virtual time, µs. A message belongs to the last edge before it was sent,
+/// unless it had to wait; most do not, so the most frequent offset is taken.
 fn clock_offset(bursts: &[Burst], sent: &[SentContact]) -> Option<f64> {
     let offsets: Vec<f64> = sent
         .iter()
@@ -325,7 +324,7 @@ fn clock_offset(bursts: &[Burst], sent: &[SentContact]) -> Option<f64> {
         let near = offsets.iter().filter(|other| (*other - offset).abs() < 1.5);
         near.count()
     };
-    // The latest of equals, to be one and the same in every run.
+    // Takes the latest of equal offsets, for the same result in every run.
     offsets
         .iter()
         .copied()

@@ -1,9 +1,9 @@
-//! Files of recordings become what the sensor feels.
+//! Conversion of recordings to sensor input.
 //!
-//! A sensor feels gravity. Where a simulator has taken it out, which says nothing about the tilt, it
-//! is put back along z, as on a sole that stays level: what is fed is then the recorded motion of a
-//! foot that does not tilt in the field of gravity. Samples are resampled by straight lines to the
-//! ticks of the sensor's clock, 6.67 kHz, and reach its codes by its noise, filters and ranges.
+//! A sensor measures gravity. If a simulator has removed it, which loses the tilt, it is added along z, as for a
+//! sole that stays level: the input is then the recorded motion of a foot that does not tilt. Samples are
+//! interpolated linearly to the ticks of the sensor's clock, 6.67 kHz, and pass through the noise, filters and
+//! ranges of the sensor.
 
 use std::path::Path;
 
@@ -12,10 +12,10 @@ use gait::sensor::GRAVITY;
 use lsm6dsox::sim::{Interpolation, Recording, Stimulus};
 use recordings::input::{Format, Hints, Opened};
 
-/// Reads a file, but for what comes before `skip` seconds.
+/// Reads a file, without its first `skip` seconds.
 ///
 /// # Errors
-/// Where it cannot be read, or nothing is left.
+/// If it cannot be read, or no sample is left.
 pub fn read(path: &Path, format: Option<Format>, skip: f64) -> Result<Recording, String> {
     let loaded = Opened::new(path, format)
         .and_then(|opened| opened.read(&Hints::default()))

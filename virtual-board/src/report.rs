@@ -1,5 +1,5 @@
-//! A run with everything written down as it comes: bytes, frames, samples, a picture and numbers.
-//! The memory for it does not grow with its length.
+//! A run whose bytes, frames, samples, plot and statistics are written as they arrive. Memory use does not grow
+//! with its length.
 
 use std::collections::VecDeque;
 use std::fmt::Write as _;
@@ -24,7 +24,7 @@ use crate::traffic::Traffic;
 
 const MILLISECOND: u64 = PER_SECOND / 1000;
 
-/// Milliseconds at the start that no statistics cover: clocks, sensor and estimator settle.
+/// Milliseconds at the start without statistics, while clocks, sensor and estimator settle.
 const SETTLING: u64 = 500;
 
 /// Function codes of `CANopen`; the node's number is added.
@@ -39,39 +39,39 @@ const ESTIMATOR: &str = "Mass$GT$$u5d$$GT$6update";
 /// `Stillness::finish`.
 const LEARNING: &str = "9stillness9Stillness6finish";
 
-/// The parts of a run.
+/// Options of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Run {
-    /// How long it is, ms.
+    /// Duration, ms.
     pub milliseconds: u64,
     /// Injected faults, as given on the command line.
     pub faults: Vec<String>,
     /// Actions on the board.
     pub actions: Vec<Action>,
-    /// Traffic on its lines.
+    /// Additional traffic on the lines.
     pub traffic: Traffic,
 }
 
 /// An action on the board.
 #[derive(Clone, Debug)]
 pub struct Action {
-    /// When, ms.
+    /// Time, ms.
     pub ms: u64,
     /// The action.
     pub step: Step,
 }
 
-/// Points of the picture, at most.
+/// Maximum number of points of the plot.
 const POINTS: usize = 6000;
 
-/// Transactions with the sensor that an edge is looked for in.
+/// Number of transactions in which a sample's edge is searched.
 const RECENT: usize = 16;
 
-/// The record of a run.
+/// Record of a run.
 struct Log {
-    /// From when on it counts.
+    /// Time from which statistics count.
     settled: u64,
-    /// When the last estimate went to its mailbox.
+    /// Time at which the last estimate went to its mailbox.
     last_estimate: u64,
     instructions: Spread,
     estimator: Spread,
@@ -83,7 +83,7 @@ struct Log {
     frame_began: Option<u64>,
     health: Option<HealthMessage>,
     recent: VecDeque<Transaction>,
-    /// `None` where faults are injected.
+    /// `None` if faults are injected.
     comparison: Option<Comparison>,
     curve: Curve,
     contacts: u64,
@@ -94,7 +94,7 @@ struct Log {
     can_log: BufWriter<File>,
 }
 
-/// The probability of stable contact over time, thinned out where it gets too long.
+/// Probability of stable contact over time, thinned out when it gets too long.
 struct Curve {
     every: u64,
     points: Vec<(f64, f64)>,
@@ -117,7 +117,7 @@ impl Curve {
     }
 }
 
-/// A probability from its code.
+/// Converts a code to a probability.
 fn probability(code: P16) -> f64 {
     f64::from(code.0) / 65535.0
 }
@@ -173,7 +173,7 @@ impl Log {
         self.recent.drain(..old);
     }
 
-    /// The data-ready edge of the last sample read before a time.
+    /// Data-ready edge of the last sample read before a time.
     fn edge_before(&self, time: u64) -> Option<u64> {
         self.recent
             .iter()
@@ -201,7 +201,7 @@ impl Log {
             let TimedFrame { time, frame } = &sent;
             self.can_frames += 1;
             let data: String = frame.data.iter().fold(String::new(), |mut text, byte| {
-                // Writing to a string does not fail.
+                // Writing to a string cannot fail.
                 let _ = write!(text, "{byte:02X}");
                 text
             });
@@ -229,11 +229,11 @@ impl Log {
     }
 }
 
-/// Runs a board from where it is and writes `uart.bin`, `can.log`, `samples.csv`, `plot.svg` and `report.json`
-/// into a directory: the report.
+/// Runs a board from its current state, writes `uart.bin`, `can.log`, `samples.csv`, `plot.svg` and `report.json`
+/// into a directory, and returns the report.
 ///
 /// # Errors
-/// Where the directory cannot be written to, or the firmware misuses the board.
+/// If the directory cannot be written to, or the firmware misuses the board.
 pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn core::error::Error>> {
     std::fs::create_dir_all(out)?;
     let create = |name: &str| File::create(out.join(name)).map(BufWriter::new);
@@ -275,7 +275,7 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
     let watched = [ESTIMATOR, LEARNING].map(|function| board.watch_function(function));
     let watched = watched == [true; 2];
     let (mut last, mut last_watched) = (board.counters(), 0);
-    // From the start of a millisecond to where a tick's count ends.
+    // Offset within a millisecond at which the counts of a tick end.
     let mut idle = 0;
     for ms in 0..run.milliseconds {
         run.traffic.act(board, first + ms);
@@ -315,15 +315,15 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
     Ok(report)
 }
 
-/// Instructions and cycles of waiting for flash a millisecond by function, most first, after a [`run`] of this many milliseconds;
-/// the time before statistics begin is left out.
+/// Instructions and cycles of waiting for flash per millisecond by function, most first, after a [`run`] of this
+/// many milliseconds; the time before statistics begin is left out.
 #[must_use]
 pub fn profile(board: &Board, milliseconds: u64) -> String {
     let counted = milliseconds.saturating_sub(SETTLING).max(1) as f64;
     let mut text = String::new();
     for (function, counts) in board.profile() {
         let [instructions, waits] = counts.map(|count| count as f64 / counted);
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = writeln!(text, "{instructions:10.1} {waits:10.1} {function}");
     }
     text
@@ -379,7 +379,7 @@ fn report(board: &mut Board, run: &Run, log: &Log, parity: Option<Parity>, watch
     })
 }
 
-/// The probability of stable contact over time.
+/// Plot of the probability of stable contact over time.
 fn plot(curve: &[(f64, f64)]) -> String {
     let (width, height, left, top) = (900.0, 220.0, 50.0, 20.0);
     let end = curve.last().map_or(1.0, |point| point.0).max(1.0e-3);
@@ -387,7 +387,7 @@ fn plot(curve: &[(f64, f64)]) -> String {
     for (seconds, probability) in curve {
         let x = left + width * seconds / end;
         let y = top + height * (1.0 - probability);
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = write!(points, "{x:.1},{y:.1} ");
     }
     format!(

@@ -1,11 +1,11 @@
-//! Smallest, median and largest of any number of values, exact, in little memory: how often each
-//! value came. Measurements of each millisecond take few thousand different values.
+//! Exact minimum, median and maximum of any number of values, in little memory: a count per value. Measurements of
+//! each millisecond have only a few thousand different values.
 
 use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
-/// How often each value came.
+/// Count of each value.
 #[derive(Clone, Debug, Default)]
 pub struct Spread {
     counts: BTreeMap<u64, u64>,
@@ -14,44 +14,44 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// One more value.
+    /// Adds a value.
     pub fn push(&mut self, value: u64) {
         *self.counts.entry(value).or_default() += 1;
         self.sum += value;
         self.length += 1;
     }
 
-    /// How many there are.
+    /// Number of values.
     #[must_use]
     pub const fn len(&self) -> u64 {
         self.length
     }
 
-    /// Whether there is none.
+    /// Returns whether there are no values.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.length == 0
     }
 
-    /// All of them together.
+    /// Sum of all values.
     #[must_use]
     pub const fn sum(&self) -> u64 {
         self.sum
     }
 
-    /// The smallest.
+    /// Minimum.
     #[must_use]
     pub fn min(&self) -> Option<u64> {
         self.counts.first_key_value().map(|(&value, _)| value)
     }
 
-    /// The largest.
+    /// Maximum.
     #[must_use]
     pub fn max(&self) -> Option<u64> {
         self.counts.last_key_value().map(|(&value, _)| value)
     }
 
-    /// The one in the middle, the upper of two.
+    /// Median, the upper of two.
     #[must_use]
     pub fn median(&self) -> Option<u64> {
         let mut before = 0;
@@ -61,7 +61,7 @@ impl Spread {
         })
     }
 
-    /// As it stands in a report.
+    /// Minimum, median and maximum for a report.
     #[must_use]
     pub fn min_median_max(&self) -> Value {
         match (self.min(), self.median(), self.max()) {
@@ -72,7 +72,7 @@ impl Spread {
         }
     }
 
-    /// As times in ns stand in a report, µs.
+    /// Median and maximum of times in ns for a report, µs.
     #[must_use]
     pub fn median_max_us(&self) -> Value {
         let us = |ns: u64| ns as f64 / 1.0e3;
@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_has_no_median() {
+    fn an_empty_spread_has_no_median() {
         assert_eq!(Spread::default().median(), None);
         assert_eq!(Spread::default().min_median_max(), Value::Null);
     }

@@ -1,4 +1,4 @@
-//! Asks a board for more than it sends by itself.
+//! Enables the optional messages of a board.
 
 use wire::dictionary::index;
 use wire::node::Command;
@@ -9,14 +9,13 @@ use crate::board::Board;
 use crate::failure::Failure;
 use crate::time::PER_SECOND;
 
-/// How often each kind of message goes over the serial line with all streams on, in ticks:
-/// contact, raw sample, health. Contact and raw sample take 81 of the 100 bytes that 1 Mbaud
-/// carries in a millisecond, so health cannot come with each.
+/// Period of each kind of message on the serial line with all streams on, in ticks: contact, raw sample, health.
+/// Contact and raw sample take 81 of the 100 bytes that 1 Mbaud carries in a millisecond, so health cannot be sent
+/// with each.
 pub const ALL: [u16; 3] = [1, 1, 10];
 
-/// Runs the board for a quarter of a second from power-up and has it send all that it can: all
-/// kinds of message over the serial line ([`ALL`]), next to the seven process data objects and the
-/// heartbeat on CAN, which it sends by itself.
+/// Runs the board for a quarter of a second from power-up and enables all messages: all kinds over the serial line
+/// ([`ALL`]), next to the seven process data objects and the heartbeat on CAN, which are always sent.
 ///
 /// # Errors
 /// As [`Board::run_for`].

@@ -1,9 +1,9 @@
-//! Virtual time: one unit that every clock of the board divides.
+//! Virtual time, in a unit that divides the period of every clock of the board.
 
 /// Units in a second. 8, 16, 25, 42, 80, 84, 144, 160, 168 and 180 MHz and 32 kHz all divide it.
 pub const PER_SECOND: u64 = 50_400_000_000;
 
-/// Later than anything.
+/// Time of an event that never occurs.
 pub const NEVER: u64 = u64::MAX;
 
 /// Units in one cycle of a clock of `hertz`.

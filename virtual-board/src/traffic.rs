@@ -1,4 +1,4 @@
-//! Traffic on the board's lines beside its own.
+//! Additional traffic on the board's lines.
 
 use wire::dictionary::index;
 use wire::{Address, Foot, Pdo, Value};
@@ -8,19 +8,18 @@ use crate::part::can::Frame;
 use crate::scenario::{BEFORE_MS, Step};
 use crate::streams;
 
-/// The traffic on the lines.
+/// Traffic on the lines.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Traffic {
     /// The board's own frames, as it sends them by default.
     #[default]
     Own,
-    /// As on a robot with four feet and a master that asks for settings: over the serial line all streams; on CAN
-    /// three more feet that send as much as this one, and a SYNC each 10 ms; questions over both
-    /// each 100 ms.
+    /// As on a robot with four feet and a master that requests settings: all streams over the serial line; on CAN
+    /// three more feet that send as much as this one, and a SYNC each 10 ms; requests over both lines each 100 ms.
     Full,
 }
 
-/// Between two SYNCs, and between two questions, ms.
+/// Period of SYNCs, and of requests, ms.
 const SYNC_MS: u64 = 10;
 const QUESTIONS_MS: u64 = 100;
 

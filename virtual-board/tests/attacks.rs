@@ -1,5 +1,4 @@
-//! Attacks on a foot: several faults at once, requests at the wrong moment, lines that are never
-//! quiet.
+//! Attacks on a foot: several faults at once, requests at an inconvenient moment, lines that are never quiet.
 
 mod common;
 
@@ -17,7 +16,7 @@ use wire::uart::Message;
 
 /// The foot keeps one pending request, which a weaker one must not replace.
 #[test]
-fn a_reset_of_the_node_is_done_although_one_of_the_communication_follows_at_once() {
+fn a_node_reset_is_not_replaced_by_a_communication_reset() {
     let Some(elf) = product() else { return };
     let mut rig = Rig::new(&elf);
     rig.run(300);
@@ -27,9 +26,9 @@ fn a_reset_of_the_node_is_done_although_one_of_the_communication_follows_at_once
     assert_eq!(rig.resets(), [ResetCause::Software]);
 }
 
-/// Answers that take the whole line must leave room for the log and for health messages.
+/// Answers that occupy the whole line must leave room for the log and for health messages.
 #[test]
-fn a_flood_of_requests_over_the_serial_line_does_not_hide_the_fault() {
+fn a_serial_request_flood_does_not_hide_the_fault() {
     let Some(elf) = product() else { return };
     let mut rig = Rig::new(&elf);
     rig.run(500);
@@ -64,9 +63,9 @@ enum Extra {
 }
 
 #[test]
-fn two_more_faults_make_no_frame_say_stable_for_longer() {
+fn two_more_faults_do_not_prolong_stable_frames() {
     const SEEN_US: u64 = 1_700;
-    /// Frames that the bus did not take in that time are dropped.
+    /// Age at which frames that the bus did not accept are dropped, µs.
     const OLD_US: u64 = 21_000;
     let Some(elf) = product() else { return };
     for (number, extra) in [
@@ -92,7 +91,7 @@ fn two_more_faults_make_no_frame_say_stable_for_longer() {
             }
             Extra::GlitchAndRefusals => {
                 glitch(&mut rig);
-                // Wrong lengths, segments of nothing, a block.
+                // Wrong lengths, segments without a transfer, a block transfer.
                 for command in [0x2F, 0x21, 0x01, 0x11, 0x60, 0xC2, 0xA0, 0xE0] {
                     rig.can(0x611, &[command, 0x10, 0x20, 0, 7, 0, 0, 0]);
                     rig.can(0x611, &[command, 0x10, 0x20]);
@@ -139,7 +138,7 @@ fn two_more_faults_make_no_frame_say_stable_for_longer() {
 }
 
 #[test]
-fn a_restore_that_is_cut_leaves_the_old_settings_or_the_defaults() {
+fn a_cut_restore_leaves_the_old_settings_or_the_defaults() {
     let Some(elf) = product() else { return };
     let mut kept = [0; 2];
     for operation in 1..=4 {
@@ -175,7 +174,7 @@ fn a_restore_that_is_cut_leaves_the_old_settings_or_the_defaults() {
 }
 
 #[test]
-fn a_store_is_answered_although_the_node_is_stopped_or_its_communication_reset_meanwhile() {
+fn a_store_is_answered_during_node_stop_and_reset() {
     let Some(elf) = product() else { return };
     for command in [RESET_COMMUNICATION, STOP, PRE_OPERATIONAL] {
         for us in [0, 1_000] {
@@ -198,7 +197,7 @@ fn a_store_is_answered_although_the_node_is_stopped_or_its_communication_reset_m
 }
 
 #[test]
-fn settings_that_change_all_the_time_on_both_lines_cost_no_tick() {
+fn continuous_settings_on_both_lines_cost_no_tick() {
     let Some(elf) = product() else { return };
     for (index, subindex, values) in [
         (index::WINDOW, 0, [Value::U32(1_000), Value::U32(256_000)]),
@@ -225,10 +224,10 @@ fn settings_that_change_all_the_time_on_both_lines_cost_no_tick() {
     }
 }
 
-/// More of them than the foot takes in, on both lines, for longer than the watchdog waits: each task
-/// that waits for room wakes the other.
+/// More frames than the foot can process, on both lines, for longer than the watchdog's timeout: each task that
+/// waits for room wakes the other.
 #[test]
-fn frames_that_come_without_a_pause_on_both_lines_do_not_trigger_the_watchdog() {
+fn continuous_frames_on_both_lines_do_not_trip_the_watchdog() {
     let Some(elf) = product() else { return };
     for id in [0x67F, 0x080] {
         let mut rig = Rig::new(&elf);
@@ -245,7 +244,7 @@ fn frames_that_come_without_a_pause_on_both_lines_do_not_trigger_the_watchdog() 
 }
 
 #[test]
-fn the_lines_change_their_rates_and_back_while_they_are_in_use() {
+fn the_lines_change_rates_and_back_while_in_use() {
     let Some(elf) = product() else { return };
     let mut rig = Rig::new(&elf);
     rig.run(100);
@@ -282,7 +281,7 @@ fn the_lines_change_their_rates_and_back_while_they_are_in_use() {
 }
 
 #[test]
-fn a_debugger_that_halts_for_three_seconds_leaves_nothing_stable_behind() {
+fn a_three_second_debugger_halt_leaves_nothing_stable() {
     let Some(elf) = product() else { return };
     for us in [0, 300, 700] {
         let mut rig = Rig::new(&elf);

@@ -1,4 +1,4 @@
-//! What the product may cost, measured on the very ELF that is flashed.
+//! Budgets of the product, measured on the ELF that is flashed.
 
 mod common;
 
@@ -11,11 +11,10 @@ use virtual_board::report::{self, Run};
 use virtual_board::traffic::Traffic;
 use virtual_board::{motion, streams, time};
 
-/// How long a run is measured, ms; the first half second of it is for settling.
+/// Duration of a measurement, ms; the first half second is for settling.
 const MEASURED: u64 = 3_500;
 
-/// A budget: what it is about, what is measured, where in the report that stands, and the most that
-/// it may be.
+/// A budget: its name, the measured quantity, its place in the report, and the limit.
 struct Budget {
     what: &'static str,
     value: fn(&Value) -> Option<f64>,
@@ -62,10 +61,10 @@ const BUDGETS: [Budget; 6] = [
     },
 ];
 
-/// How long it is measured under full load, ms: long enough for what the board does rarely.
+/// Duration of a measurement under full load, ms: long enough for rare actions of the board.
 const MEASURED_UNDER_FULL_LOAD: u64 = 20_000;
 
-/// What the worst ticks may be under full load ([`Traffic::Full`]).
+/// Limits of the worst ticks under full load ([`Traffic::Full`]).
 const WORST: [Budget; 3] = [
     Budget {
         what: "tick, longest",
@@ -87,10 +86,9 @@ const WORST: [Budget; 3] = [
     },
 ];
 
-/// A walk with everything sent that the board can send: on CAN all seven process data objects, the
-/// contact each tick, acceleration, rate, attitude and axes each 20 ms, health each 100 ms, bias
-/// each second, and the heartbeat; over the serial line at 1 Mbaud contact and raw sample each tick
-/// and health each 10 ms, which takes 89 % of it.
+/// Runs a walk with all messages enabled: on CAN all seven process data objects, the contact each tick,
+/// acceleration, rate, attitude and axes each 20 ms, health each 100 ms, bias each second, and the heartbeat; over
+/// the serial line at 1 Mbaud contact and raw sample each tick and health each 10 ms, which takes 89 % of it.
 fn with_all_streams(elf: &[u8]) -> Value {
     let gait = motion::gait(gait::GaitName::Walk, 4.0, 1);
     let mut board = Board::with_motion(elf, BoardOptions::default(), gait).expect("it fits");
@@ -102,7 +100,7 @@ fn with_all_streams(elf: &[u8]) -> Value {
     report::run(&mut board, &run, &directory("budgets")).expect("it runs")
 }
 
-/// The same, and on top of it what others send and ask.
+/// The same walk with the messages and requests of other nodes.
 fn under_full_load(elf: &[u8]) -> Value {
     let seconds = MEASURED_UNDER_FULL_LOAD as f64 / 1.0e3;
     let gait = motion::gait(gait::GaitName::Walk, seconds, 1);
@@ -119,7 +117,7 @@ fn table(when: &str, budgets: &[Budget], report: &Value) -> String {
     let mut table = format!("| {when} | measured | budget | |\n|---|---|---|---|\n");
     for budget in budgets {
         let measured = (budget.value)(report).expect("it is measured");
-        // Counts are exact, the rest is an estimate.
+        // Counts are exact, all other values are estimates.
         let digits = usize::from(measured.fract() != 0.0);
         table += &format!(
             "| {} | {measured:.digits$} | {} | {} |\n",
@@ -129,7 +127,7 @@ fn table(when: &str, budgets: &[Budget], report: &Value) -> String {
     table
 }
 
-/// Nothing is lost, the bits are the host's, and every budget is kept.
+/// Asserts that nothing is lost, the bits are the host's, and every budget is kept.
 fn assert_kept(budgets: &[Budget], report: &Value) {
     for line in ["uart", "can"] {
         assert_eq!(report["drops"][line], 0, "{report:#}");
@@ -148,12 +146,12 @@ fn assert_kept(budgets: &[Budget], report: &Value) {
 }
 
 #[test]
-fn with_all_streams_on_the_product_keeps_its_budgets_and_the_readme_has_them() {
+fn budgets_hold_with_all_streams_and_the_readme_shows_them() {
     let Some(elf) = product() else { return };
     let report = with_all_streams(&elf);
     let table = table("with all streams on", &BUDGETS, &report);
     println!("{table}");
-    // That everything really is on, and gets out.
+    // Asserts that all streams are on and are transmitted.
     let frames = report["uart_frames"].as_u64().expect("a count");
     assert!(frames > 2 * MEASURED + MEASURED / 10, "{report:#}");
     assert_kept(&BUDGETS, &report);
@@ -163,7 +161,7 @@ fn with_all_streams_on_the_product_keeps_its_budgets_and_the_readme_has_them() {
 }
 
 #[test]
-fn under_full_load_no_tick_is_long_and_no_estimate_late_and_the_readme_has_the_numbers() {
+fn full_load_causes_no_long_tick_and_no_late_estimate() {
     let Some(elf) = product() else { return };
     let report = under_full_load(&elf);
     let table = table("under full load", &WORST, &report);
@@ -175,14 +173,14 @@ fn under_full_load_no_tick_is_long_and_no_estimate_late_and_the_readme_has_the_n
 }
 
 #[test]
-fn a_flood_of_requests_delays_no_estimate_by_more_than_three_frames() {
+fn request_floods_delay_an_estimate_by_three_frames_at_most() {
     const MILLISECOND: u64 = time::PER_SECOND / 1000;
     const ESTIMATE: u32 = 0x191;
     let Some(elf) = product() else { return };
     let mut board = Board::from_elf(&elf).expect("it fits");
     board.run_for(1_000 * MILLISECOND).expect("it runs");
     board.take_can();
-    // A SYNC and a question for the identity, one after the other without a pause.
+    // A SYNC and an identity request, repeated without a pause.
     for _ in 0..3_000 {
         board.push_can(Frame::new(0x080, &[]));
         board.push_can(Frame::new(0x611, &[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]));
@@ -197,7 +195,7 @@ fn a_flood_of_requests_delays_no_estimate_by_more_than_three_frames() {
         .map(|sent| sent.time)
         .collect();
     assert!(times.len() >= 299, "{} estimates in 300 ms", times.len());
-    // What was on the bus already, a SYNC, and its own: 135 bits each at the most.
+    // The frame on the bus, a SYNC, and its own: at most 135 bits each.
     let longest = times.windows(2).map(|pair| pair[1] - pair[0]).max();
     let longest = time::to_us(longest.expect("estimates"));
     println!("{answers} answers; at most {longest:.0} µs from an estimate to the next");

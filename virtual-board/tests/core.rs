@@ -34,7 +34,7 @@ fn the_self_check_prints_the_hosts_digests() {
 }
 
 #[test]
-fn nested_handlers_and_switched_threads_keep_every_bit_of_their_floats() {
+fn nested_handlers_and_threads_keep_every_float_bit() {
     let image = image("board-proofs", "stress");
     let mut cpu = boot(&image);
     cpu.run_until(10 * time::PER_SECOND).expect("it runs");
@@ -74,7 +74,7 @@ fn nested_handlers_and_switched_threads_keep_every_bit_of_their_floats() {
 }
 
 #[test]
-fn two_runs_count_the_same_instructions_cycles_and_exceptions() {
+fn two_runs_count_equal_instructions_cycles_and_exceptions() {
     let image = image("board-proofs", "stress");
     let run = || {
         let mut cpu = boot(&image);
@@ -90,7 +90,7 @@ fn two_runs_count_the_same_instructions_cycles_and_exceptions() {
 }
 
 #[test]
-fn a_stop_at_any_time_changes_nothing() {
+fn a_stop_at_any_time_has_no_effect() {
     let image = image("board-proofs", "stress");
     let mut whole = boot(&image);
     whole.run_until(10 * time::PER_SECOND).expect("it runs");
@@ -150,7 +150,7 @@ fn a_fault_reports_its_exact_instruction_and_status() {
 }
 
 #[test]
-fn a_store_without_memory_is_reported_late_and_without_an_address() {
+fn a_store_to_unmapped_memory_is_reported_late_without_address() {
     let image = image("board-proofs", "faults");
     let mut cpu = misbehave(&image, Misuse::Store);
     assert_eq!(noted(&mut cpu, mailbox::CFSR), 1 << 10);
@@ -159,7 +159,7 @@ fn a_store_without_memory_is_reported_late_and_without_an_address() {
 }
 
 #[test]
-fn an_address_without_the_thumb_bit_is_an_invalid_state() {
+fn an_address_without_the_thumb_bit_raises_invstate() {
     let image = image("board-proofs", "faults");
     let mut cpu = misbehave(&image, Misuse::State);
     assert_eq!(noted(&mut cpu, mailbox::CFSR), 1 << 17);
@@ -167,7 +167,7 @@ fn an_address_without_the_thumb_bit_is_an_invalid_state() {
 }
 
 #[test]
-fn a_fault_in_the_fault_handler_locks_the_core_up() {
+fn a_fault_in_the_fault_handler_causes_lockup() {
     let image = image("board-proofs", "faults");
     let cpu = misbehave(&image, Misuse::LockUp);
     let here = image.symbol("undefined_here").expect("a global symbol") & !1;
@@ -175,7 +175,7 @@ fn a_fault_in_the_fault_handler_locks_the_core_up() {
 }
 
 #[test]
-fn a_stack_that_leaves_ram_ends_in_a_fault() {
+fn a_stack_overflow_out_of_ram_causes_a_fault() {
     let image = image("board-proofs", "faults");
     let cpu = misbehave(&image, Misuse::Overflow);
     assert!(!cpu.machine().faults.is_empty());
@@ -186,10 +186,10 @@ fn a_stack_that_leaves_ram_ends_in_a_fault() {
     );
 }
 
-/// Instructions as stock QEMU counts them: it writes a line for every block that it executes,
-/// and one instruction a block was asked for.
+/// Counts instructions with stock QEMU: it writes a line for every block that it executes, configured for one
+/// instruction per block.
 #[test]
-fn a_kernel_has_as_many_instructions_as_stock_qemu_executes() {
+fn the_kernel_has_the_instruction_count_of_stock_qemu() {
     let path = build("board-proofs", "kernel");
     let log = path.with_extension("qemu-log");
     let Some(mut qemu) = qemu::stock_board() else {
@@ -223,11 +223,11 @@ fn a_kernel_has_as_many_instructions_as_stock_qemu_executes() {
 }
 
 #[test]
-fn a_watchdog_that_is_not_fed_resets_the_chip_and_sets_its_flag() {
+fn an_unfed_watchdog_resets_the_chip_and_sets_its_flag() {
     let image = image("board-proofs", "faults");
     let mut cpu = misbehave(&image, Misuse::Watchdog);
     assert_eq!(noted(&mut cpu, mailbox::STARTS), 2);
-    // PINRSTF and IWDGRSTF, and nothing of the power-on that was cleared.
+    // PINRSTF and IWDGRSTF; the flag of power-on has been cleared.
     assert_eq!(noted(&mut cpu, mailbox::RESET_FLAGS) >> 24, 0x24);
     let machine = cpu.machine();
     let [(time, ResetCause::Watchdog)] = machine.chip.resets[..] else {
@@ -247,7 +247,7 @@ fn a_requested_reset_sets_its_flag() {
 }
 
 #[test]
-fn misuse_ends_the_run_and_names_the_instruction_and_the_address() {
+fn misuse_ends_the_run_and_names_instruction_and_address() {
     let image = image("board-proofs", "faults");
     for (misuse, place, address, what) in [
         (

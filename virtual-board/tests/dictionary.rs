@@ -1,6 +1,6 @@
-//! Every entry of the dictionary is read and written with the values at its ends, over CAN, in
-//! every state of the node: each request is answered, what is refused is refused with the reason,
-//! what is taken reads back, and the board goes on.
+//! Reads and writes every entry of the dictionary with its boundary values, over CAN, in every state of the node:
+//! each request is answered, a rejected value is rejected with the reason, an accepted value reads back, and the
+//! board continues.
 
 mod common;
 
@@ -17,7 +17,7 @@ const REQUEST: u16 = 0x611;
 const ANSWER: u32 = 0x591;
 const ESTIMATE: u32 = 0x191;
 
-/// How long an answer may take, and that to something that is done, ms.
+/// Time limit of an answer, and of an answer to an action, ms.
 const PROMPT_MS: u64 = 20;
 const DONE_MS: u64 = 5_000;
 
@@ -26,7 +26,7 @@ const START: u8 = 0x01;
 const STOP: u8 = 0x02;
 const PRE_OPERATIONAL: u8 = 0x80;
 
-/// The values at the ends of a range, and beyond them, by their bytes.
+/// Values at the ends of a range and beyond them, as bytes.
 fn values(entry: &Entry) -> Vec<Vec<u8>> {
     let width = bytes(entry.default).len();
     let near = |value: Value| {
@@ -45,7 +45,7 @@ fn values(entry: &Entry) -> Vec<Vec<u8>> {
         i32::MAX as u32,
     ];
     raws.extend(near(entry.default));
-    // Of a float: no number, both infinities, the smallest.
+    // Floats: NaN, both infinities, the smallest.
     raws.extend([0x7FC0_0000, 0x7F80_0000, 0xFF80_0000, 1]);
     match entry.limits() {
         Limits::Any => {}
@@ -57,7 +57,7 @@ fn values(entry: &Entry) -> Vec<Vec<u8>> {
         .into_iter()
         .map(|raw| raw.to_le_bytes()[..width].to_vec())
         .collect();
-    // And of another length.
+    // Values of another length.
     all.extend([1, 2, 3, 4].map(|length| vec![1; length]));
     all.retain(|data| !data.is_empty());
     all.sort();
@@ -70,7 +70,7 @@ fn bytes(value: Value) -> Vec<u8> {
     value.to_raw().to_le_bytes()[..size].to_vec()
 }
 
-/// Sends a request: the answer, where one comes in time.
+/// Sends a request. Returns the answer, if it arrives in time.
 fn ask(board: &mut Board, request: [u8; 8], deadline_ms: u64) -> Option<[u8; 8]> {
     board.take_can();
     board.push_can(Frame::new(REQUEST, &request));
@@ -107,14 +107,14 @@ const fn is_abort(answer: &[u8; 8]) -> bool {
     answer[0] == 0x80
 }
 
-/// Whether writing it starts something with a signature that is not tried here, or that ends what
-/// the test relies on.
+/// Returns whether writing the entry starts an action by a signature that is not tested here, or ends a
+/// precondition of the test.
 fn is_left_out(address: Address, data: &[u8]) -> bool {
     let signatures = [dictionary::SIGNATURE_STORE, dictionary::SIGNATURE_RESTORE];
     signatures.iter().any(|word| data == word.to_le_bytes()) || address.index == index::LOCK
 }
 
-/// Walks over all entries in the state that the node is in: how many requests were made.
+/// Tests all entries in the current state of the node. Returns the number of requests.
 fn walk(board: &mut Board, may_set: bool) -> usize {
     let mut requests = 0;
     for (address, entry) in dictionary::entries() {
@@ -166,7 +166,7 @@ fn walk(board: &mut Board, may_set: bool) -> usize {
 }
 
 #[test]
-fn every_boundary_value_of_every_entry_is_answered_in_every_state_and_the_board_continues() {
+fn boundary_values_of_all_entries_are_answered_in_every_state() {
     let Some(elf) = product() else { return };
     let mut board = boot_product(&elf);
     board.run_for(1_000 * MILLISECOND).expect("it runs");

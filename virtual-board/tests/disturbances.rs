@@ -1,4 +1,4 @@
-//! A short disturbance of the serial line: the foot answers again, and obeys no command twice.
+//! A short disturbance of the serial line: the foot answers again, and executes no command twice.
 
 mod common;
 
@@ -9,10 +9,10 @@ use wire::dictionary::index;
 use wire::node::Command;
 use wire::uart::{ConfigGet, Message, NmtRequest, encode};
 
-/// A receiver that is not emptied while the task waits after an error has overrun when it is read
-/// again, which is the next error: requests every 1.1 ms or faster would never be answered again.
+/// If the receiver is not emptied while the task waits after an error, it has overrun when it is read again, which
+/// is the next error: requests every 1.1 ms or faster would never be answered again.
 #[test]
-fn after_one_disturbance_of_the_serial_line_a_master_that_goes_on_asking_is_answered_again() {
+fn requests_are_answered_again_after_a_serial_disturbance() {
     let Some(elf) = product() else { return };
     let mut rig = Rig::new(&elf);
     rig.run(500);
@@ -24,9 +24,9 @@ fn after_one_disturbance_of_the_serial_line_a_master_that_goes_on_asking_is_answ
     assert!(later >= 450, "{meanwhile} answers, then {later} of 500");
 }
 
-/// The same receiver has overrun before its DMA is first started.
+/// The same receiver overruns before its DMA is first started.
 #[test]
-fn a_foot_that_starts_while_it_is_being_asked_over_the_serial_line_answers() {
+fn a_foot_answers_if_requests_arrive_while_it_starts() {
     let Some(elf) = product() else { return };
     let mut rig = Rig::new(&elf);
     let meanwhile = request_for_half_a_second(&mut rig, 1_000);
@@ -34,12 +34,11 @@ fn a_foot_that_starts_while_it_is_being_asked_over_the_serial_line_answers() {
     assert!(later >= 450, "{meanwhile} answers, then {later} of 500");
 }
 
-/// The HAL restarts the stream of DMA at the beginning of its buffer, but continues to read where it
-/// was: without care the old buffer is read again with each round, and the commands in it are obeyed.
-/// RM0090 does not say where a stream continues that is enabled again; the board takes it to start at
-/// the beginning.
+/// The HAL restarts the stream of DMA at the beginning of its buffer, but continues to read at the previous
+/// position: without a countermeasure the old buffer is read again in each round, and its commands are executed.
+/// RM0090 does not specify where a re-enabled stream continues; the board assumes the beginning.
 #[test]
-fn after_one_disturbance_of_the_serial_line_no_command_is_obeyed_again() {
+fn a_serial_disturbance_repeats_no_command() {
     const BUFFER: usize = 512;
     let Some(elf) = product() else { return };
     let mut rig = Rig::new(&elf);

@@ -1,5 +1,5 @@
-//! An hour of virtual time with everything on, where `FOOTFALL_HOUR=1` asks for it; with
-//! `FOOTFALL_UPDATE=1` what it came to is written to the README.
+//! An hour of virtual time with everything enabled, run with `FOOTFALL_HOUR=1`; with `FOOTFALL_UPDATE=1` the
+//! result is written to the README.
 
 mod common;
 
@@ -17,10 +17,10 @@ use virtual_board::traffic::Traffic;
 
 const SECONDS: u64 = 3600;
 
-/// Ticks while the sensor starts: without a sample.
+/// Ticks without a sample while the sensor starts.
 const STARTING: u64 = 100;
 
-/// What a program prints, its last line break left out.
+/// Output of a program, without its last line break.
 fn said_by(program: &str, arguments: &[&str]) -> String {
     let output = Command::new(program)
         .current_dir(workspace())
@@ -31,7 +31,7 @@ fn said_by(program: &str, arguments: &[&str]) -> String {
 }
 
 #[test]
-fn an_hour_with_everything_on_has_no_late_tick_no_drop_and_the_hosts_bits() {
+fn an_hour_has_no_late_tick_no_drop_and_the_hosts_bits() {
     if !everything() {
         eprintln!("skipped: an hour is run where FOOTFALL_HOUR=1 asks for it");
         return;

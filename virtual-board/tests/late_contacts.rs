@@ -1,5 +1,5 @@
-//! Contact frames are never old: not behind answers on the serial line, and not
-//! because of a load that is not sent any more.
+//! Contact frames are never old: neither behind answers on the serial line, nor because of a load that is no
+//! longer sent.
 
 mod common;
 
@@ -17,11 +17,11 @@ use wire::{AbortCode, Address, Value};
 
 const MILLISECOND: u64 = PER_SECOND / 1000;
 
-/// How long a fault of the sensor cannot be detected, µs, as in the fault matrix: one tick, and the
-/// frames on their way.
+/// Time for which a fault of the sensor cannot be detected, µs, as in the fault matrix: one tick, and the frames
+/// on their way.
 const ONE_TICK_US: f64 = 1_700.0;
 
-/// The messages in what was sent, with the times at which their last bytes had left.
+/// Messages in a stream of bytes, with the times at which their last bytes had left.
 fn messages(bytes: &[TimedByte]) -> Vec<(u64, Message)> {
     let mut decoder = Decoder::new();
     let mut sound = Vec::new();
@@ -38,8 +38,8 @@ fn says_stable(message: &Message) -> bool {
         if contact.status.decision() == Decision::Stable)
 }
 
-/// The last "stable" on the serial line after the sensor has failed, µs, with `answers` to
-/// questions that were asked 12 ms before, and how many contacts came in the meantime.
+/// Time of the last "stable" on the serial line after the sensor has failed, µs, with answers to requests sent 12
+/// ms before, and the number of contacts in the meantime.
 fn last_stable_us(elf: &[u8], phase_us: u64) -> (f64, usize) {
     let mut board = boot_product(elf);
     let phase = phase_us * MILLISECOND / 1000;
@@ -64,7 +64,7 @@ fn last_stable_us(elf: &[u8], phase_us: u64) -> (f64, usize) {
 }
 
 #[test]
-fn a_flood_of_commands_makes_no_contact_on_the_serial_line_late() {
+fn a_command_flood_delays_no_serial_contact() {
     let Some(elf) = product() else { return };
     for phase_us in [0, 130, 283, 566, 850] {
         let (late_us, contacts) = last_stable_us(&elf, phase_us);
@@ -75,7 +75,7 @@ fn a_flood_of_commands_makes_no_contact_on_the_serial_line_late() {
 }
 
 #[test]
-fn at_a_slow_rate_every_contact_is_fresh_and_requests_are_still_answered() {
+fn contacts_are_fresh_and_requests_answered_at_a_slow_rate() {
     const RATE: u32 = 115_200;
     let Some(elf) = product() else { return };
     let mut board = boot_product(&elf);
@@ -102,7 +102,7 @@ fn at_a_slow_rate_every_contact_is_fresh_and_requests_are_still_answered() {
     let count = |is: fn(&Message) -> bool| sent.iter().filter(|(_, sent)| is(sent)).count();
     assert_eq!(count(|sent| matches!(sent, Message::ConfigResponse(_))), 5);
     assert!(count(|sent| matches!(sent, Message::Health(_))) >= 3);
-    // The oldest waits for a tick, for a batch of what else there is, and for its own bytes.
+    // The oldest contact waits for a tick, a batch of other messages, and its own bytes.
     let ages: Vec<f64> = sent
         .iter()
         .filter_map(|(time, message)| match message {
@@ -125,7 +125,7 @@ fn set(address: Address, value: Value) -> Message {
 }
 
 #[test]
-fn a_load_that_is_not_sent_any_more_expires() {
+fn a_load_that_is_no_longer_sent_expires() {
     let Some(elf) = product() else { return };
     let mut board = boot_product(&elf);
     board.run_for(300 * MILLISECOND).expect("it runs");

@@ -1,5 +1,4 @@
-//! The fault matrix: each row run on the product's ELF, judged, and the table of the README made
-//! from it.
+//! The fault matrix: runs each row on the product's ELF, judges it, and generates the table of the README.
 
 mod common;
 
@@ -8,7 +7,7 @@ use host_tests::committed::assert_block;
 use virtual_board::corner::Corner;
 use virtual_board::scenario::{self, Scenario};
 
-/// The rows to run: those that `FOOTFALL_ROWS` names, divided by commas, or all.
+/// Rows to run: those that `FOOTFALL_ROWS` names, separated by commas, or all.
 fn chosen() -> Vec<&'static Scenario> {
     let names = std::env::var("FOOTFALL_ROWS").unwrap_or_default();
     let is_chosen =
@@ -17,7 +16,7 @@ fn chosen() -> Vec<&'static Scenario> {
 }
 
 #[test]
-fn every_fault_is_reported_and_recovered_from_and_no_frame_says_stable_on_invalid_data() {
+fn every_fault_is_reported_and_recovered_from() {
     let Some(elf) = product() else { return };
     let chosen = chosen();
     let rows = scenario::matrix(&elf, Corner::Typical, &chosen);
@@ -38,7 +37,7 @@ fn every_fault_is_reported_and_recovered_from_and_no_frame_says_stable_on_invali
     }
 }
 
-/// The same in the other corners of the chip: with `FOOTFALL_CORNERS=1` in the environment.
+/// Runs the matrix in the other corners of the chip, with `FOOTFALL_CORNERS=1` in the environment.
 #[test]
 fn every_fault_is_survived_in_every_corner_of_the_chip() {
     if std::env::var_os("FOOTFALL_CORNERS").is_none_or(|value| value != "1") {
@@ -64,7 +63,7 @@ fn every_fault_is_survived_in_every_corner_of_the_chip() {
 }
 
 #[test]
-fn every_fault_has_a_name_of_its_own() {
+fn fault_names_are_unique() {
     let mut names: Vec<&str> = scenario::ALL.iter().map(|found| found.name).collect();
     names.sort_unstable();
     names.dedup();

@@ -1,4 +1,4 @@
-//! Frames that come faster than the foot takes them are lost, and the loss is reported.
+//! Frames that arrive faster than the foot reads them are lost, and the loss is reported.
 
 mod common;
 
@@ -9,8 +9,8 @@ use wire::{Emergency, Fault};
 
 const MILLISECOND: u64 = PER_SECOND / 1000;
 
-/// Sends `syncs` SYNCs one after the other, `after_tick` after a tick: the number lost, and whether
-/// the loss was reported.
+/// Sends `syncs` SYNCs without a pause, `after_tick` after a tick. Returns the number lost, and whether the loss
+/// was reported.
 fn flood(elf: &[u8], syncs: usize, after_tick: u64) -> (u64, bool) {
     let mut board = boot_product(elf);
     board
@@ -31,7 +31,7 @@ fn flood(elf: &[u8], syncs: usize, after_tick: u64) -> (u64, bool) {
 }
 
 #[test]
-fn every_loss_of_a_frame_is_reported_and_nothing_else_is() {
+fn every_frame_loss_and_nothing_else_is_reported() {
     let Some(elf) = product() else { return };
     let mut losses = 0;
     for syncs in [16, 22, 26, 30] {

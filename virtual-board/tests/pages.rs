@@ -19,10 +19,10 @@ const ESTIMATE: u32 = 0x191;
 /// Seeds of garbage.
 const SEEDS: u64 = 40;
 
-/// By default one of this many operations of a store is cut; all of them with `FOOTFALL_HOUR=1`.
+/// By default one of this many operations of a store is cut; every operation with `FOOTFALL_HOUR=1`.
 const STRIDE: u64 = 9;
 
-/// Runs `act` for each number on all cores: its violations, in order.
+/// Runs `act` for each number on all cores. Returns its violations, in order.
 fn on_all_cores(numbers: &[u64], act: impl Fn(u64) -> Vec<String> + Sync) -> Vec<String> {
     let next = AtomicU64::new(0);
     let all = Mutex::new(Vec::new());
@@ -44,7 +44,7 @@ fn on_all_cores(numbers: &[u64], act: impl Fn(u64) -> Vec<String> + Sync) -> Vec
 }
 
 #[test]
-fn the_board_starts_with_arbitrary_bytes_in_its_settings_pages() {
+fn the_board_starts_with_arbitrary_bytes_in_settings_pages() {
     let Some(elf) = product() else { return };
     let seeds: Vec<u64> = (1..=SEEDS).collect();
     let wrong = on_all_cores(&seeds, |seed| {
@@ -74,7 +74,7 @@ fn the_board_starts_with_arbitrary_bytes_in_its_settings_pages() {
 }
 
 #[test]
-fn a_store_that_erases_may_be_cut_off_at_any_operation() {
+fn an_erasing_store_may_be_cut_off_at_any_operation() {
     let Some(elf) = product() else { return };
     let row = Scenario::named("power-cut-erasing").expect("a row");
     let operations = row.erasing_operations(&elf).expect("a store erases");

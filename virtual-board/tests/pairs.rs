@@ -1,6 +1,6 @@
-//! Every ordered pair of faults, at once and 12 ms apart. By default a few of them run; with
-//! `FOOTFALL_PAIRS=1` in the environment all, and the README gets the result; with another number N
-//! one in N; with names divided by commas these.
+//! Every ordered pair of faults, at once and 12 ms apart. By default a few of them run; with `FOOTFALL_PAIRS=1` in
+//! the environment all, and the README gets the result; with another number N one in N; with names separated by
+//! commas only these.
 
 mod common;
 
@@ -12,10 +12,10 @@ use common::{is_built_here, product};
 use host_tests::committed::assert_block;
 use virtual_board::scenario::pairs::{self, Pair};
 
-/// By default one in this many: prime, so that all kinds come.
+/// By default one pair in this many runs: a prime, so that all kinds occur.
 const STRIDE: usize = 97;
 
-/// Runs pairs on all cores: the names of those with violations, and these.
+/// Runs pairs on all cores. Returns the names of those with violations, and the violations.
 fn run(elf: &[u8], pairs: &[Pair]) -> Vec<(String, Vec<String>)> {
     let next = AtomicUsize::new(0);
     let wrong = Mutex::new(Vec::new());
@@ -41,7 +41,7 @@ fn run(elf: &[u8], pairs: &[Pair]) -> Vec<(String, Vec<String>)> {
 }
 
 #[test]
-fn two_faults_at_once_or_shortly_after_each_other_are_survived() {
+fn the_board_survives_two_simultaneous_or_close_faults() {
     let Some(elf) = product() else { return };
     let wish = std::env::var("FOOTFALL_PAIRS").unwrap_or_else(|_| STRIDE.to_string());
     let all: Vec<Pair> = pairs::all().collect();

@@ -1,4 +1,4 @@
-//! The product's ELF on the board: it starts, measures, sends, survives, and does so again.
+//! The product's ELF on the board: it starts, measures, sends, survives faults, and is deterministic.
 
 mod common;
 
@@ -22,13 +22,13 @@ fn of(frames: &[TimedFrame], function: u32) -> Vec<&TimedFrame> {
         .collect()
 }
 
-/// "Stable" is the probability's top half in the first two bytes of the estimate.
+/// Returns whether a frame says "stable": a probability above one half, in the first two bytes of the estimate.
 fn stable(frame: &Frame) -> bool {
     matches!(frame.data[..], [_, high, ..] if high >= 0x80)
 }
 
 #[test]
-fn it_sends_an_estimate_every_millisecond_and_calls_a_still_foot_stable() {
+fn it_sends_estimates_every_millisecond_and_is_stable_at_rest() {
     let Some(elf) = product() else { return };
     let mut board = boot_product(&elf);
     run(&mut board, 2_000);
@@ -107,7 +107,7 @@ fn it_recovers_from_bus_off() {
 }
 
 #[test]
-fn it_continues_without_an_acknowledge_and_under_a_full_bus() {
+fn it_continues_without_acknowledge_and_on_a_full_bus() {
     let Some(elf) = product() else { return };
     for fault in [BusFault::NoAcknowledge, BusFault::Saturated] {
         let mut board = boot_product(&elf);
@@ -149,7 +149,7 @@ fn walking(elf: &[u8], seconds: f64) -> Board {
 }
 
 #[test]
-fn every_estimate_of_a_walk_has_the_bits_that_the_host_computes_from_the_same_codes() {
+fn every_estimate_of_a_walk_has_the_bits_of_the_host() {
     let Some(elf) = product() else { return };
     let mut board = walking(&elf, 60.0);
     let run = Run {
@@ -169,7 +169,7 @@ fn every_estimate_of_a_walk_has_the_bits_that_the_host_computes_from_the_same_co
 }
 
 #[test]
-fn two_reports_of_the_same_run_are_the_same_to_the_byte() {
+fn two_reports_of_the_same_run_are_identical() {
     let Some(elf) = product() else { return };
     let files = [
         "uart.bin",
@@ -200,7 +200,7 @@ fn two_reports_of_the_same_run_are_the_same_to_the_byte() {
 }
 
 #[test]
-fn garbage_and_a_flood_of_commands_leave_a_board_that_goes_on() {
+fn the_board_survives_garbage_and_a_command_flood() {
     let Some(elf) = product() else { return };
     let mut board = boot_product(&elf);
     run(&mut board, 1_000);
@@ -210,7 +210,7 @@ fn garbage_and_a_flood_of_commands_leave_a_board_that_goes_on() {
         .collect();
     board.push_uart(&garbage);
     for _ in 0..500 {
-        // A question for the identity, then a master that asks for SYNC.
+        // An identity request, then a SYNC.
         board.push_can(Frame::new(0x611, &[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]));
         board.push_can(Frame::new(0x080, &[]));
     }

@@ -13,7 +13,7 @@ use wire::{Address, Value};
 
 const MILLISECOND: u64 = PER_SECOND / 1000;
 
-/// Asks over the serial line, and waits for the frames of the next 100 ms.
+/// Sends a request over the serial line. Returns the bytes of the next 100 ms.
 fn ask(board: &mut Board, message: &Message) -> Vec<TimedByte> {
     board.take_uart();
     board.push_uart(encode(0, message).as_bytes());
@@ -28,14 +28,14 @@ fn set(object: u16, subindex: u8, value: Value) -> Message {
     })
 }
 
-/// The shortest time from one byte to the next, µs.
+/// Shortest time from one byte to the next, µs.
 fn micros_a_byte(bytes: &[TimedByte]) -> f64 {
     let gaps = bytes.windows(2).map(|pair| pair[1].time - pair[0].time);
     virtual_board::time::to_us(gaps.min().expect("bytes"))
 }
 
 #[test]
-fn a_stored_rate_of_the_serial_line_counts_from_the_next_reset_of_the_communication() {
+fn a_stored_serial_rate_applies_after_a_communication_reset() {
     let Some(elf) = product() else { return };
     let mut board = boot_product(&elf);
     board.run_for(300 * MILLISECOND).expect("it runs");
@@ -52,7 +52,7 @@ fn a_stored_rate_of_the_serial_line_counts_from_the_next_reset_of_the_communicat
     board.run_for(100 * MILLISECOND).expect("it runs");
     let after = board.take_uart();
     assert!((micros_a_byte(&after) - 20.0).abs() < 0.2);
-    // And what is said at the new rate is sound.
+    // Asserts that the output at the new rate is valid.
     let mut decoder = Decoder::default();
     let frames = after
         .iter()

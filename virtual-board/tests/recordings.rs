@@ -1,5 +1,5 @@
-//! What real and simulated robots felt, fed to the product's ELF: every probability that it sends
-//! is the host's, to the bit.
+//! Sensor input of real and simulated robots, fed to the product's ELF: every probability that it sends equals the
+//! host's to the bit.
 
 mod common;
 
@@ -15,7 +15,7 @@ use virtual_board::board::{Board, BoardOptions};
 use virtual_board::recorded;
 use virtual_board::report::{self, Run};
 
-/// A recording, and from where on it is played, s: those of `broad` rest for half a minute.
+/// A recording, and the start of its playback, s: those of `broad` rest for half a minute.
 struct Recorded {
     file: &'static str,
     format: Format,
@@ -67,13 +67,13 @@ const RECORDINGS: [Recorded; 14] = [
     ),
 ];
 
-/// Of each, s, where not everything is asked for.
+/// Maximum duration of each recording, s, unless everything is requested.
 const LONGEST: f64 = 20.0;
 
 /// Estimates before the first sample, while board and sensor start, are compared as well.
 const START_MS: u64 = 100;
 
-/// Plays one; `None` where it is absent. A row of the table.
+/// Plays a recording and returns a row of the table; `None` if the file is absent.
 fn play(elf: &[u8], which: &Recorded) -> Option<String> {
     let path = recorded(which.file)?;
     let skip = if everything() { 0.0 } else { which.skip };
@@ -107,7 +107,7 @@ fn play(elf: &[u8], which: &Recorded) -> Option<String> {
 }
 
 #[test]
-fn every_estimate_of_every_recording_has_the_bits_that_the_host_computes_from_the_same_codes() {
+fn every_estimate_of_every_recording_has_the_bits_of_the_host() {
     let Some(elf) = product() else { return };
     let next = AtomicUsize::new(0);
     let rows: Mutex<Vec<(usize, Option<String>)>> = Mutex::default();
@@ -130,7 +130,7 @@ fn every_estimate_of_every_recording_has_the_bits_that_the_host_computes_from_th
     let mut rows = rows.into_inner().expect("no thread has failed");
     rows.sort();
     let table: Option<String> = rows.into_iter().map(|(_, row)| row).collect();
-    // Files that are absent, or of which all was played, make another table.
+    // Absent files, or files played in full, give another table.
     let (Some(rows), false, true) = (table, everything(), is_built_here()) else {
         return;
     };

@@ -1,4 +1,4 @@
-//! Settings of the chip that are forbidden or needless, though the board runs with them.
+//! Forbidden or redundant settings of the chip that do not stop the board.
 
 mod common;
 
@@ -12,25 +12,25 @@ use wire::uart::{Decoder, Message, NmtRequest, encode};
 
 const MILLISECOND: u64 = PER_SECOND / 1000;
 
-/// The offset of `RCC_PLLCFGR`, and its PLLQ.
+/// Offset of `RCC_PLLCFGR`, and its PLLQ.
 const PLLCFGR: u32 = 0x04;
 const PLLQ: u32 = 0xF << 24;
 
-/// The offset of `CAN_MCR`, and its TTCM.
+/// Offset of `CAN_MCR`, and its TTCM.
 const CAN_MCR: u32 = 0x00;
 const TTCM: u32 = 1 << 7;
 
-/// The host's request that the target waits where the buffer of the log is full (SEGGER RTT).
+/// The host's request that the target waits while the buffer of the log is full (SEGGER RTT).
 const BLOCK_IF_FULL: u32 = 2;
 
-/// From the start of the RTT control block, in its first channel: the buffer's size, the target's
-/// place in it, the host's, and the channel's flags.
+/// Offsets from the start of the RTT control block, in its first channel: the buffer's size, the target's
+/// position, the host's position, and the channel's flags.
 const SIZE: u32 = 32;
 const WRITTEN: u32 = 36;
 const READ: u32 = 40;
 const FLAGS: u32 = 44;
 
-/// A word of the stack that the foot does not use: it is logged that the stack has been so deep.
+/// Address in the unused part of the stack: its use is logged as a deep stack.
 const DEEP_IN_THE_STACK: u32 = 0x2000_5000;
 
 fn lines(bytes: &[TimedByte]) -> Vec<String> {
@@ -61,7 +61,7 @@ fn no_register_holds_a_value_that_the_manual_forbids() {
 }
 
 #[test]
-fn a_bus_that_is_never_idle_at_power_up_is_reported_and_joined_when_it_is() {
+fn a_never_idle_bus_is_reported_and_joined_once_idle() {
     let Some(elf) = product() else { return };
     let mut board = boot_product(&elf);
     board.inject(Injection::Bus(BusFault::Shorted));
@@ -70,7 +70,7 @@ fn a_bus_that_is_never_idle_at_power_up_is_reported_and_joined_when_it_is() {
     let name = wire::Fault::CanBusOff.name();
     assert!(sent.iter().any(|line| line == name), "{sent:?}");
     assert_eq!(board.take_can(), []);
-    // A reset of the communication leaves the bus and joins it again, or tries to.
+    // A communication reset leaves the bus and joins it again, or tries to.
     for command in [Command::ResetCommunication, Command::StartRemoteNode] {
         let message = Message::Nmt(NmtRequest(command));
         board.push_uart(encode(0, &message).as_bytes());
@@ -85,7 +85,7 @@ fn a_bus_that_is_never_idle_at_power_up_is_reported_and_joined_when_it_is() {
 }
 
 #[test]
-fn a_probe_that_is_pulled_does_not_stop_the_foot() {
+fn a_removed_probe_does_not_stop_the_foot() {
     let Some(elf) = product() else { return };
     let mut board = boot_product(&elf);
     board.run_for(300 * MILLISECOND).expect("it runs");
@@ -99,7 +99,7 @@ fn a_probe_that_is_pulled_does_not_stop_the_foot() {
     let write = |board: &mut Board, address: u32, value: u32| {
         assert!(board.cpu().memory().write(address, &value.to_le_bytes()));
     };
-    // The host has asked for blocking, has read what there was but four bytes, and is gone.
+    // The host has requested blocking, has read all but four bytes, and is gone.
     let (size, written) = (word(&mut board, SIZE), word(&mut board, WRITTEN));
     write(&mut board, block + READ, (written + 4) % size);
     write(&mut board, block + FLAGS, BLOCK_IF_FULL);
@@ -113,13 +113,13 @@ fn a_probe_that_is_pulled_does_not_stop_the_foot() {
 }
 
 #[test]
-fn a_frame_with_a_length_code_above_eight_bytes_has_eight_and_stops_nothing() {
+fn a_length_code_above_eight_means_eight_bytes() {
     let Some(elf) = product() else { return };
     let mut board = boot_product(&elf);
     board.run_for(300 * MILLISECOND).expect("it runs");
     board.take_can();
     for length in 9..=15 {
-        // A question for the vendor, in an SDO request that is longer than it can be.
+        // A vendor request in an SDO frame that exceeds the maximum length.
         let mut data = vec![0x40, 0x18, 0x10, 1];
         data.resize(length, 0);
         board.push_can(Frame {

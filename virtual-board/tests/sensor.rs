@@ -1,4 +1,5 @@
-//! A sensor that has partly failed, or lost a register's value: the ELF reports it within its bound, and never calls the foot stable on such data afterwards.
+//! A sensor that has partly failed, or lost a register's value: the ELF reports it within its bound, and never
+//! reports "stable" on such data afterwards.
 
 mod common;
 
@@ -15,10 +16,10 @@ use wire::{Emergency, Fault};
 const EMERGENCY: u32 = 0x080;
 const ESTIMATE: u32 = 0x180;
 
-/// When the fault is injected, ms: the foot stands and says "stable" by then.
+/// Time of the injection, ms: the foot stands and says "stable" by then.
 const BEGIN_MS: u64 = 1_500;
 
-/// The estimate of a tick leaves in the next one at the latest.
+/// Maximum delay of the estimate of a tick, ms: it leaves in the next tick.
 const LAG_MS: u64 = 2;
 
 fn of(frames: &[TimedFrame], function: u32) -> impl Iterator<Item = &TimedFrame> {
@@ -26,7 +27,7 @@ fn of(frames: &[TimedFrame], function: u32) -> impl Iterator<Item = &TimedFrame>
     frames.iter().filter(move |sent| is(sent.frame.id))
 }
 
-/// "Stable" is the probability's top half in the first two bytes of the estimate.
+/// Returns whether a frame says "stable": a probability above one half, in the first two bytes of the estimate.
 fn is_stable(sent: &TimedFrame) -> bool {
     matches!(sent.frame.data[..], [_, high, ..] if high >= 0x80)
 }
@@ -41,7 +42,7 @@ fn emergencies(frames: &[TimedFrame]) -> Vec<Emergency> {
         .collect()
 }
 
-/// The frames sent within `ms` of `faults`, while the foot moves by `moves`.
+/// Frames sent within `ms` of `faults`, while the foot moves by `moves`.
 fn after(elf: &[u8], moves: Stimulus, faults: &[SensorFault], ms: u64) -> (Board, Vec<TimedFrame>) {
     let begin = BEGIN_MS as f64 / 1000.0;
     let motion = move |t: f64| if t < begin { Stimulus::REST } else { moves };
@@ -79,7 +80,7 @@ const fn stuck(sensor: Sensor, axis: Axis, code: i16) -> SensorFault {
 }
 
 #[test]
-fn a_foot_that_moves_with_a_partly_failed_sensor_is_not_called_stable_and_the_axes_are_named() {
+fn a_partly_failed_sensor_is_not_stable_and_names_its_axes() {
     let Some(elf) = product() else { return };
     // 0.2 rad/s are 164 codes of 70 m°/s.
     for (name, moves, fault, axes, within_ms) in [
@@ -130,7 +131,7 @@ fn a_foot_that_moves_with_a_partly_failed_sensor_is_not_called_stable_and_the_ax
             .collect();
         let stable = late.iter().filter(|sent| is_stable(sent)).count();
         assert_eq!(stable, 0, "{name}: of {} estimates", late.len());
-        // It stays reported while it lasts.
+        // It stays reported while the fault lasts.
         let gone = reported.iter().any(|emergency| emergency.code == 0);
         assert!(!gone, "{name}: {reported:?}");
         assert_eq!(board.resets(), [], "{name}");
@@ -138,7 +139,7 @@ fn a_foot_that_moves_with_a_partly_failed_sensor_is_not_called_stable_and_the_ax
 }
 
 #[test]
-fn a_sensor_that_had_partly_failed_is_used_again() {
+fn a_recovered_sensor_is_used_again() {
     let Some(elf) = product() else { return };
     let fault = stuck(Sensor::Gyro, Axis::Y, 0);
     let (mut board, _) = after(&elf, Stimulus::REST, &[fault], 300);
@@ -154,7 +155,7 @@ fn a_sensor_that_had_partly_failed_is_used_again() {
 }
 
 #[test]
-fn a_register_that_changes_by_itself_is_detected_and_corrected() {
+fn a_register_change_is_detected_and_corrected() {
     let Some(elf) = product() else { return };
     for (register, bits) in [
         (register::CTRL5_C, 0b01),
@@ -196,7 +197,7 @@ fn a_register_that_changes_by_itself_is_detected_and_corrected() {
 }
 
 #[test]
-fn a_bias_that_is_too_large_to_be_learnt_is_reported_with_its_value() {
+fn a_bias_too_large_to_learn_is_reported_with_its_value() {
     let Some(elf) = product() else { return };
     for dps in [8.0_f64, 15.0, 30.0] {
         let mut options = options();
@@ -217,7 +218,7 @@ fn a_bias_that_is_too_large_to_be_learnt_is_reported_with_its_value() {
     }
 }
 
-/// From the chip select to the last bit of the latest sample, 17 bytes, µs.
+/// Time from the chip select to the last bit of the latest sample, 17 bytes, µs.
 fn burst_us(board: &mut Board) -> f64 {
     let read = board.take_transactions();
     let sample = read.iter().rev().find(|read| parity::is_sample(read));
@@ -226,7 +227,7 @@ fn burst_us(board: &mut Board) -> f64 {
 }
 
 #[test]
-fn the_bus_runs_at_half_its_rate_with_a_late_data_line_or_without_the_crystal() {
+fn the_bus_slows_down_for_a_late_data_line_or_no_crystal() {
     let Some(elf) = product() else { return };
     let run_with = |options: BoardOptions| {
         let still = |_: f64| Stimulus::REST;

@@ -9,7 +9,7 @@ use virtual_board::part::can::Frame;
 use virtual_board::part::rcc::ResetCause;
 use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
 
-/// The pages with the settings.
+/// Addresses of the settings pages.
 const PAGES: u32 = 0x0800_8000;
 const PAGES_LENGTH: usize = 0x8000;
 
@@ -17,7 +17,7 @@ const PRE_OPERATIONAL: u8 = 0x80;
 const OPERATIONAL: u8 = 0x01;
 const RESET_COMMUNICATION: u8 = 0x82;
 
-/// An abort, and "only in pre-operational state".
+/// An abort, and its code "only in pre-operational state".
 const ABORT: u8 = 0x80;
 const DEVICE_STATE: [u8; 4] = 0x0800_0022_u32.to_le_bytes();
 
@@ -32,7 +32,7 @@ fn command(board: &mut Board, command: u8) {
     run(board, 5);
 }
 
-/// Sends an SDO request; its answer, where one comes within two seconds, and what else came.
+/// Sends an SDO request. Returns its answer, if it arrives within two seconds.
 fn ask(board: &mut Board, request: &[u8; 8]) -> Option<[u8; 8]> {
     board.take_can();
     board.push_can(Frame::new(0x611, request));
@@ -57,7 +57,7 @@ fn store(board: &mut Board) -> Option<[u8; 8]> {
     write(board, index::STORE, 1, SIGNATURE_STORE.to_le_bytes())
 }
 
-/// The scale of the load input, which is of no consequence.
+/// Sets the scale of the load input, which has no other effect.
 fn set_scale(board: &mut Board, scale: f32) {
     let answer = write(board, index::LOAD_INPUT, 2, scale.to_le_bytes());
     assert_eq!(answer.map(|a| a[0]), Some(WRITTEN));
@@ -87,8 +87,7 @@ fn in_corner(elf: &[u8], bytes: &[u8], corner: Corner) -> Board {
     board
 }
 
-/// Pages of which the one in use has no room, and the other one is full; with the scale that is in
-/// them.
+/// Settings pages of which the active one has no room and the other one is full, with the scale stored in them.
 fn full_pages(elf: &[u8]) -> (Vec<u8>, f32) {
     let mut board = board(elf);
     run(&mut board, 300);
@@ -108,7 +107,7 @@ fn full_pages(elf: &[u8]) -> (Vec<u8>, f32) {
 }
 
 #[test]
-fn a_store_that_erases_is_refused_while_data_go_out_answered_otherwise_and_the_foot_goes_on() {
+fn an_erasing_store_is_refused_while_data_are_sent() {
     let Some(elf) = product() else { return };
     let (full, last) = full_pages(&elf);
     for erasing in ["a store", "a restore"] {
@@ -129,7 +128,7 @@ fn a_store_that_erases_is_refused_while_data_go_out_answered_otherwise_and_the_f
             }
             _ => {
                 let signature = SIGNATURE_RESTORE.to_le_bytes();
-                // Fits where a record of settings does not, so often that it must erase.
+                // Small records that fit where a record of settings does not, repeated until the store must erase.
                 (0..60).for_each(|_| {
                     write(&mut board, index::RESTORE, 1, signature);
                 });
@@ -151,7 +150,7 @@ fn a_store_that_erases_is_refused_while_data_go_out_answered_otherwise_and_the_f
 }
 
 #[test]
-fn the_ticks_that_an_erase_has_cost_are_counted_and_the_next_one_comes() {
+fn ticks_lost_to_an_erase_are_counted_and_ticks_resume() {
     let Some(elf) = product() else { return };
     let (full, _) = full_pages(&elf);
     for corner in [Corner::Fast, Corner::Typical, Corner::Slow] {
@@ -176,7 +175,7 @@ fn the_ticks_that_an_erase_has_cost_are_counted_and_the_next_one_comes() {
 }
 
 #[test]
-fn a_store_that_erases_cut_anywhere_leaves_the_old_settings_or_the_new() {
+fn a_cut_erasing_store_leaves_the_old_or_new_settings() {
     let Some(elf) = product() else { return };
     let (full, last) = full_pages(&elf);
     let whole = {
@@ -190,7 +189,7 @@ fn a_store_that_erases_cut_anywhere_leaves_the_old_settings_or_the_new() {
     println!("{whole} operations of flash");
     let mut kept = [0; 2];
     let stride = if common::everything() { 1 } else { 5 };
-    // Each of the first: the erase, the marks, the header.
+    // Each of the first operations: the erase, the marks, the header.
     for operation in (1..8).chain((8..=whole).step_by(stride)) {
         let mut board = with_pages(&elf, &full);
         run(&mut board, 300);
@@ -217,7 +216,7 @@ fn a_store_that_erases_cut_anywhere_leaves_the_old_settings_or_the_new() {
 }
 
 #[test]
-fn pages_of_arbitrary_bytes_are_reported_until_settings_are_stored() {
+fn arbitrary_pages_are_reported_until_settings_are_stored() {
     let Some(elf) = product() else { return };
     for seed in 0..12_u32 {
         let mut state = seed.wrapping_mul(0x9E37_79B9) | 1;
@@ -256,7 +255,7 @@ fn pages_of_arbitrary_bytes_are_reported_until_settings_are_stored() {
 }
 
 #[test]
-fn one_cleared_bit_where_the_record_goes_loses_no_settings() {
+fn one_cleared_bit_under_the_record_loses_no_settings() {
     let Some(elf) = product() else { return };
     let stored = {
         let mut board = board(&elf);
@@ -283,7 +282,7 @@ fn one_cleared_bit_where_the_record_goes_loses_no_settings() {
 }
 
 #[test]
-fn damaged_settings_are_reported_after_a_reset_of_the_communication_too() {
+fn damaged_settings_are_reported_after_communication_resets() {
     let Some(elf) = product() else { return };
     let mut board = board(&elf);
     run(&mut board, 300);

@@ -1,4 +1,4 @@
-//! What hangs while the board starts is ended by the watchdog.
+//! A hang while the board starts is ended by the watchdog.
 
 mod common;
 

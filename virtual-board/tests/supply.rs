@@ -12,7 +12,7 @@ const WRITTEN: u8 = 0x60;
 const HARDWARE: [u8; 4] = 0x0606_0000_u32.to_le_bytes();
 const DEVICE_STATE: [u8; 4] = 0x0800_0022_u32.to_le_bytes();
 
-/// Sends an SDO request: its answer, and the emergency messages that came before it.
+/// Sends an SDO request. Returns its answer, and the emergency messages before it.
 fn ask(board: &mut Board, request: &[u8; 8]) -> ([u8; 8], Vec<Emergency>) {
     board.take_can();
     board.push_can(Frame::new(0x611, request));
@@ -46,7 +46,7 @@ fn pre_operational(board: &mut Board) {
 }
 
 #[test]
-fn the_brown_out_level_is_off_as_delivered_and_set_for_good_on_request() {
+fn the_brown_out_level_is_off_as_delivered_and_set_on_request() {
     let Some(elf) = product() else { return };
     let mut board = boot_product(&elf);
     run(&mut board, 300);
@@ -57,14 +57,14 @@ fn the_brown_out_level_is_off_as_delivered_and_set_for_good_on_request() {
     for time in 0..2 {
         let (answer, emergencies) = ask(&mut board, &set);
         assert_eq!(answer[0], WRITTEN, "time {time}");
-        // It is as long as an erase.
+        // It lasts as long as an erase.
         let late = |e: &Emergency| e.code == 0 || e.fault == Some(wire::Fault::LateTick);
         assert!(emergencies.iter().all(late), "{emergencies:?}");
     }
     board.inject(Injection::BrownOut);
     run(&mut board, 300);
     assert_eq!(level(&mut board), 3);
-    // From now on a dip resets it.
+    // From now on a dip resets the board.
     let resets = board.resets().len();
     board.inject(Injection::Supply(2_600));
     run(&mut board, 300);
@@ -72,7 +72,7 @@ fn the_brown_out_level_is_off_as_delivered_and_set_for_good_on_request() {
 }
 
 #[test]
-fn below_2_7_v_nothing_is_stored_and_the_answer_reports_it() {
+fn a_store_below_2_7_v_is_refused_and_reported() {
     let Some(elf) = product() else { return };
     let mut board = boot_product(&elf);
     run(&mut board, 300);

@@ -1,4 +1,4 @@
-//! The timer that is master of the sampling continues, however long the core was held up.
+//! The timer that clocks the sampling continues, however long the core is stalled.
 
 mod common;
 
@@ -7,13 +7,13 @@ use virtual_board::board::{Board, Injection};
 use virtual_board::time::PER_SECOND;
 
 const MICROSECOND: u64 = PER_SECOND / 1_000_000;
-/// The core stands still from its next access to a peripheral on.
+/// Stalls the core from its next access to a peripheral on.
 fn hold_up(board: &mut Board, duration: u64) {
     board.cpu().machine().chip.flash.hold_up(duration);
 }
 
 #[test]
-fn however_long_the_core_is_held_up_the_next_tick_comes_and_lost_ones_are_reported() {
+fn ticks_continue_after_a_stall_and_lost_ones_are_reported() {
     let Some(elf) = product() else { return };
     let late = wire::Fault::LateTick.code();
     let mut board = boot_product(&elf);
@@ -25,7 +25,7 @@ fn however_long_the_core_is_held_up_the_next_tick_comes_and_lost_ones_are_report
         for phase_us in [0, 3, 150, 400, 777, 990] {
             let lost = held_us > 2_000;
             if lost {
-                // The fault fades a second after the last late tick.
+                // The fault ends a second after the last late tick.
                 watch(&mut board, 1_100);
             }
             let next = board.now().next_multiple_of(MILLISECOND) + phase_us * MICROSECOND;
@@ -44,7 +44,7 @@ fn however_long_the_core_is_held_up_the_next_tick_comes_and_lost_ones_are_report
 }
 
 #[test]
-fn a_debuggers_halt_resets_nothing_and_loses_no_tick() {
+fn a_debugger_halt_resets_nothing_and_loses_no_tick() {
     let Some(elf) = product() else { return };
     let mut board = boot_product(&elf);
     watch(&mut board, 500);

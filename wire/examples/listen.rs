@@ -1,4 +1,4 @@
-//! Prints each foot's probability of stable contact from what candump logs:
+//! Prints each foot's probability of stable contact from the output of candump:
 //! `candump -L can0 | cargo run -p wire --example listen`
 
 use std::io::{self, BufRead, Write};
@@ -6,7 +6,7 @@ use std::io::{self, BufRead, Write};
 use wire::pdo::Contact;
 use wire::{CanFrame, Foot, Pdo};
 
-/// The frame of a line such as `(1.000000) can0 191#FFBFFF8040E2C819`.
+/// Frame of a line such as `(1.000000) can0 191#FFBFFF8040E2C819`.
 fn frame(line: &str) -> Option<CanFrame> {
     let (id, hex) = line.split_whitespace().nth(2)?.split_once('#')?;
     let bytes = (0..hex.len()).step_by(2).map(|i| hex.get(i..i + 2));

@@ -1,5 +1,5 @@
-//! What the fuzz targets run, shared with the ordinary test `robustness`: any bytes go in, and
-//! what comes out keeps its promises.
+//! Fuzz targets, shared with the ordinary test `robustness`: any bytes go in, and
+//! the output keeps its invariants.
 
 use estimator_core::{ContactEstimate, Decision, Phase, Timestamp};
 use wire::node::Command;
@@ -9,7 +9,7 @@ use wire::{
     BootCause, CanFrame, Counters, Emergency, Event, Fault, Node, Settings, Value, dictionary,
 };
 
-/// A target: its name, and what it runs.
+/// Target: its name and function.
 pub type Target = (&'static str, fn(&[u8]));
 
 /// All targets.
@@ -26,8 +26,8 @@ fn never_stable_in_doubt(status: Status) {
     assert!(status.is_valid() || !stable);
 }
 
-/// Every frame of fixed length: decoding any bytes and encoding again changes nothing but what a
-/// status may not say.
+/// Frames of fixed length: decoding any bytes and encoding again changes only bits that a
+/// status must not have.
 pub fn frames(data: &[u8]) {
     if let Some(bytes) = data.first_chunk::<8>() {
         let contact = Contact::decode(bytes);
@@ -48,8 +48,8 @@ pub fn frames(data: &[u8]) {
     }
 }
 
-/// Frames of eight bytes and fewer for a node, ticks in between; each starts with a byte that
-/// says what it is, so that few are wasted.
+/// Frames of at most eight bytes for a node, with ticks in between; each starts with a byte
+/// that selects its kind, so that few are wasted.
 pub fn node(data: &[u8]) {
     let mut node = Node::new(Settings::default(), 0x1234_5678);
     node.boot(BootCause::PowerUp);
@@ -97,11 +97,11 @@ pub fn node(data: &[u8]) {
         );
         assert!(sent <= 10);
     }
-    // Whatever was written, the settings are ones the estimator takes.
+    // Whatever was written, the estimator accepts the settings.
     assert!(node.settings().params().validate::<256>().is_ok());
 }
 
-/// Stored settings of any bytes: what is taken is always a whole that is allowed.
+/// Stored settings of any bytes: the values applied are always valid together.
 pub fn settings(data: &[u8]) {
     let stored = data.chunks_exact(5).map(|piece| {
         let entries = dictionary::entries().count();
@@ -120,7 +120,7 @@ pub fn settings(data: &[u8]) {
     }
 }
 
-/// A stream of any bytes: what is taken for a frame is one, and a whole frame after it is found.
+/// Stream of any bytes: decoded frames are valid, and a complete frame after it is found.
 pub fn uart(data: &[u8]) {
     let mut decoder = Decoder::new();
     for byte in data {
@@ -135,7 +135,7 @@ pub fn uart(data: &[u8]) {
         let mut fresh = Decoder::new();
         let decoded = again.as_bytes().iter().find_map(|byte| fresh.push(*byte));
         let decoded = decoded.expect("an end").expect("a frame");
-        // Not the message itself: a NaN in a scale is not equal to itself.
+        // The message itself is not compared: a NaN in a scale is not equal to itself.
         assert_eq!(
             encode(decoded.sequence, &decoded.message).as_bytes(),
             again.as_bytes()

@@ -1,31 +1,31 @@
-//! Why a read or a write was refused: the abort codes of CiA 301, used on CAN and UART alike.
+//! Abort codes of CiA 301: the reasons for refusing a read or a write, on CAN and UART alike.
 
 /// An SDO abort code (CiA 301, table 22).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AbortCode {
     /// The toggle bit of a segment did not alternate.
     ToggleBit,
-    /// The command specifier is not known, or does not fit the state of the transfer.
+    /// The command specifier is unknown, or invalid in this state of the transfer.
     Command,
     /// The object can only be written.
     WriteOnly,
     /// The object can only be read.
     ReadOnly,
-    /// There is no such object.
+    /// The object does not exist.
     NoObject,
-    /// The value does not go together with the other settings.
+    /// The value is incompatible with the other settings.
     Incompatible,
     /// The store failed.
     Hardware,
-    /// The length does not fit the object's type.
+    /// The length does not match the object's type.
     Length,
     /// The value is longer than the object's type.
     TooLong,
     /// The value is shorter than the object's type.
     TooShort,
-    /// There is no such sub-index.
+    /// The sub-index does not exist.
     NoSubindex,
-    /// The value is none of those allowed.
+    /// The value is not one of those allowed.
     InvalidValue,
     /// The value is above the upper limit.
     TooHigh,
@@ -91,7 +91,7 @@ impl AbortCode {
         Self::ALL.into_iter().find(|abort| abort.code() == code)
     }
 
-    /// What it means, in the words of CiA 301 or shorter.
+    /// Description, in the words of CiA 301 or shorter.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {

@@ -1,23 +1,23 @@
-//! Where objects are: the indices of the dictionary, which the frames refer to.
+//! Addresses of objects: the indices of the dictionary, which the frames refer to.
 
-/// Where an object or a part of it is found.
+/// Address of an object or of a part of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Address {
-    /// The object.
+    /// Index of the object.
     pub index: u16,
-    /// Its part; 0 for an object of one value.
+    /// Sub-index; 0 for an object of one value.
     pub subindex: u8,
 }
 
 impl Address {
-    /// An address.
+    /// Creates an address.
     #[must_use]
     pub const fn new(index: u16, subindex: u8) -> Self {
         Self { index, subindex }
     }
 }
 
-/// The indices of the objects.
+/// Indices of the objects.
 pub mod index {
     #![allow(missing_docs)]
 

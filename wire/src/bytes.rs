@@ -1,6 +1,6 @@
-//! Little-endian reading and writing without a way to panic.
+//! Little-endian reading and writing without panics.
 
-/// Takes fields off the front of some bytes.
+/// Reader that takes fields off the front of a byte slice.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reader<'a>(&'a [u8]);
 
@@ -43,14 +43,14 @@ impl<'a> Reader<'a> {
         self.0
     }
 
-    /// `value` where nothing is left over: a frame that is too long is not the frame it says it is.
+    /// Returns `value` if no bytes are left over: a frame with excess bytes is invalid.
     pub(crate) fn finish<T>(self, value: T) -> Option<T> {
         self.0.is_empty().then_some(value)
     }
 }
 
-/// Appends fields to a buffer of fixed size. What does not fit is left out, and
-/// [`Writer::finish`] says so.
+/// Appends fields to a buffer of fixed size. Fields that do not fit are dropped, and
+/// [`Writer::finish`] reports it.
 #[derive(Debug)]
 pub struct Writer<'a> {
     rest: &'a mut [u8],
@@ -77,7 +77,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// The same for a number of bytes that the compiler knows: one store.
+    /// Appends an array, whose length the compiler knows: one store.
     fn array<const N: usize>(&mut self, bytes: [u8; N]) {
         match core::mem::take(&mut self.rest).split_first_chunk_mut() {
             Some((head, rest)) => {
@@ -112,7 +112,7 @@ impl<'a> Writer<'a> {
         self.array(value.to_le_bytes());
     }
 
-    /// How many bytes were written; `None` where they did not all fit.
+    /// Number of bytes written; `None` if they did not all fit.
     pub(crate) const fn finish(self) -> Option<usize> {
         if self.overflowed {
             None
@@ -127,7 +127,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_written_is_read_back_and_nothing_more() {
+    fn written_fields_are_read_back() {
         let mut buffer = [0; 32];
         let mut writer = Writer::new(&mut buffer);
         writer.u8(1);

@@ -1,11 +1,11 @@
-//! What the board counts: nothing is dropped in silence.
+//! Counters of the board: every loss is counted.
 
-/// Something that is counted since power-up. Counters wrap.
+/// Counter since power-up. Counters wrap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Counter {
     /// Ticks of the sampling loop.
     Ticks,
-    /// Samples that were valid.
+    /// Valid samples.
     ValidSamples,
     /// Samples with an axis at the end of its range.
     SaturatedSamples,
@@ -13,15 +13,15 @@ pub enum Counter {
     MissedSamples,
     /// Times the sensor was initialised again.
     SensorRestarts,
-    /// CAN frames that were replaced by newer ones before they could be sent.
+    /// CAN frames replaced by newer ones before they could be sent.
     CanDropped,
-    /// How often the CAN controller went bus-off.
+    /// Bus-off events of the CAN controller.
     CanBusOff,
-    /// UART frames that were replaced by newer ones before they could be sent.
+    /// UART frames replaced by newer ones before they could be sent.
     UartDropped,
-    /// Received UART frames that were refused: CRC, coding, version, type or length.
+    /// Received UART frames that were rejected: CRC, coding, version, type or length.
     UartRefused,
-    /// Bytes the UART receiver lost.
+    /// Bytes lost by the UART receiver.
     UartOverruns,
     /// Ticks whose work took longer than a tick.
     LateTicks,
@@ -62,10 +62,10 @@ impl Counter {
     }
 }
 
-/// How many counters there are.
+/// Number of counters.
 pub const COUNTERS: usize = Counter::ALL.len();
 
-/// The state of every [`Counter`].
+/// Values of every [`Counter`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters([u32; COUNTERS]);
 
@@ -82,7 +82,7 @@ impl Counters {
         self.0
     }
 
-    /// One counter's value.
+    /// Value of a counter.
     #[must_use]
     pub fn get(&self, counter: Counter) -> u32 {
         self.0.get(counter as usize).copied().unwrap_or(0)
@@ -95,7 +95,7 @@ impl Counters {
         }
     }
 
-    /// Everything of the board's own that did not get onto the CAN or the UART.
+    /// Number of the board's own frames that were dropped on CAN and UART.
     #[must_use]
     pub fn dropped(&self) -> u32 {
         self.get(Counter::CanDropped)
@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_counter_counts_for_itself() {
+    fn counters_are_independent() {
         let mut counters = Counters::default();
         for (i, counter) in Counter::ALL.into_iter().enumerate() {
             counters.add(counter, i as u32);
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_dropped_is_dropped_on_either_way_and_nothing_else() {
+    fn dropped_is_the_sum_of_can_and_uart() {
         let mut counters = Counters::default();
         for counter in Counter::ALL {
             counters.add(counter, 100);

@@ -9,9 +9,9 @@
 
 use canopen_rs::emcy::{EmergencyMessage, ErrorRegister};
 
-/// The enumeration and what is said of each fault, from one row per fault: its number, emergency code
-/// and name, the bit that it sets in the error register, what it means for the estimate, and what the
-/// detail of its emergency message is.
+/// Defines the enumeration and the properties of each fault, from one row per fault: its number, emergency
+/// code and name, the bit that it sets in the error register, its effect on the estimate, and the meaning
+/// of the detail of its emergency message.
 ///
 /// The first digits of a code are the class that CiA 301 gives it (table 26): 5 hardware, 6 software,
 /// 7 additional modules, 8 monitoring, FF device specific; 0x6300, 0x8110, 0x8120, 0x8140 and 0x8210
@@ -21,7 +21,7 @@ macro_rules! faults {
         $(#[$doc:meta])*
         $variant:ident = $number:literal, $code:literal, $name:literal, $register:ident, $estimate:ident, $detail:literal;
     )*) => {
-        /// Something is wrong with the board.
+        /// A fault of the board.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum Fault {
             $($(#[$doc])* $variant = $number,)*
@@ -39,7 +39,7 @@ macro_rules! faults {
                 }
             }
 
-            /// What it is, in a few words.
+            /// Short description.
             #[must_use]
             pub const fn name(self) -> &'static str {
                 match self {
@@ -47,7 +47,7 @@ macro_rules! faults {
                 }
             }
 
-            /// What the detail of its emergency message is.
+            /// Meaning of the detail of its emergency message.
             #[must_use]
             pub const fn detail(self) -> &'static str {
                 match self {
@@ -55,7 +55,7 @@ macro_rules! faults {
                 }
             }
 
-            /// The bits it sets in the error register, beside the generic one.
+            /// Bits it sets in the error register, besides the generic one.
             #[must_use]
             pub const fn register_bits(self) -> u8 {
                 match self {
@@ -63,7 +63,7 @@ macro_rules! faults {
                 }
             }
 
-            /// Whether an estimate cannot be believed while it lasts: the motion itself is not known.
+            /// Returns whether the fault voids the estimate while it lasts: the motion itself is unknown.
             #[must_use]
             pub const fn voids_estimate(self) -> bool {
                 match self {
@@ -88,7 +88,7 @@ faults! {
     SensorSilent = 0, 0x7001, "sensor silent", MANUFACTURER, void, "how long, µs";
     /// The sensor repeats its readings, on every axis or on some.
     SensorFrozen = 1, 0x7002, "sensor frozen", MANUFACTURER, void, "bit i: axis i repeats, in the order ax ay az wx wy wz";
-    /// The sensor's `WHO_AM_I` is not that of the part.
+    /// The sensor's `WHO_AM_I` does not match the part.
     SensorWrongId = 2, 0x7003, "sensor has a wrong WHO_AM_I", MANUFACTURER, void, "the WHO_AM_I read";
     /// The sensor has lost its configuration: it was reset.
     SensorReset = 3, 0x7004, "sensor was reset", MANUFACTURER, void, "samples affected";
@@ -104,7 +104,7 @@ faults! {
     LoadSensorOpen = 8, 0x7010, "load sensor open", MANUFACTURER, unaffected, "raw reading";
     /// The crystal does not start: the board runs on its internal oscillator, with CAN off.
     CrystalMissing = 9, 0x5001, "crystal missing", MANUFACTURER, unaffected, "0";
-    /// The stored configuration was unreadable, or a part of it: an older one or defaults are in use.
+    /// The stored configuration was unreadable, or only partly readable: an older one or defaults are in use.
     ConfigCorrupted = 10, 0x6300, "stored configuration unreadable", MANUFACTURER, unaffected, "0";
     /// The configuration could not be stored.
     ConfigStore = 11, 0x6301, "configuration not stored", MANUFACTURER, unaffected, "0 the flash did not hold it, 1 the supply is below 2.7 V";
@@ -120,22 +120,22 @@ faults! {
     CanOverrun = 16, 0x8110, "CAN overrun", COMMUNICATION, unaffected, "frames or bytes lost so far, at least";
     /// The CAN controller is error-passive.
     CanErrorPassive = 17, 0x8120, "CAN error-passive", COMMUNICATION, unaffected, "receive and transmit error counter, from the lowest byte";
-    /// The CAN controller is bus-off, or was until a moment ago. Its emergency message goes out after
+    /// The CAN controller is bus-off, or was until recently. Its emergency message is sent after
     /// the recovery.
     CanBusOff = 18, 0x8140, "CAN bus-off", COMMUNICATION, unaffected, "how often so far";
     /// A received PDO has the wrong length.
     PdoLength = 19, 0x8210, "received PDO has a wrong length", COMMUNICATION, unaffected, "bytes received";
     /// Received UART bytes were lost.
     UartOverrun = 20, 0x81F0, "UART overrun", COMMUNICATION, unaffected, "frames or bytes lost so far, at least";
-    // Number 21 was that of a fault that is no longer there.
-    /// No load came over RPDO1 within its event timer.
+    // Number 21 belonged to a fault that was removed.
+    /// No load was received over RPDO1 within its event timer.
     PdoTimeout = 22, 0x8250, "received PDO has stayed away", COMMUNICATION, unaffected, "event timer, ms";
-    /// The gyroscope shows more at rest than can be learnt as its bias.
+    /// The gyroscope's bias at rest is larger than can be learnt.
     GyroBias = 23, 0x7009, "gyroscope bias too large", MANUFACTURER, unaffected, "angular rate at rest, 0.001 °/s";
 }
 
 impl Fault {
-    /// One more than the greatest number: room for something of each fault.
+    /// Highest number plus one: length of an array with an element for each fault.
     pub const NUMBERS: usize = {
         let [.., last] = Self::ALL;
         last as usize + 1
@@ -158,7 +158,7 @@ impl Fault {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Faults(u32);
 
-/// The faults that void the estimate. Asked for several times a tick.
+/// Faults that void the estimate. Read several times a tick.
 const VOIDING: Faults = {
     let mut voiding = Faults::NONE;
     let mut rest: &[Fault] = &Fault::ALL;
@@ -199,31 +199,31 @@ impl Faults {
     /// No fault.
     pub const NONE: Self = Self(0);
 
-    /// This set with `fault` in it.
+    /// This set with `fault` added.
     #[must_use]
     pub const fn with(self, fault: Fault) -> Self {
         Self(self.0 | 1 << fault.number())
     }
 
-    /// This set without `fault`.
+    /// This set with `fault` removed.
     #[must_use]
     pub const fn without(self, fault: Fault) -> Self {
         Self(self.0 & !(1 << fault.number()))
     }
 
-    /// This set without those of another.
+    /// This set without the faults of another.
     #[must_use]
     pub const fn without_all(self, others: Self) -> Self {
         Self(self.0 & !others.0)
     }
 
-    /// Whether `fault` is in the set.
+    /// Returns whether `fault` is in the set.
     #[must_use]
     pub const fn contains(self, fault: Fault) -> bool {
         self.0 & (1 << fault.number()) != 0
     }
 
-    /// Whether the set is empty.
+    /// Returns whether the set is empty.
     #[must_use]
     pub const fn is_empty(self) -> bool {
         self.0 == 0
@@ -233,7 +233,7 @@ impl Faults {
     pub fn iter(self) -> impl Iterator<Item = Fault> {
         let mut rest = self.0;
         core::iter::from_fn(move || {
-            // Mostly there is none, which is to cost nothing.
+            // The set is usually empty, a case that must cost nothing.
             if rest == 0 {
                 return None;
             }
@@ -255,13 +255,13 @@ impl Faults {
         Self(bits & EVERY.0)
     }
 
-    /// Whether one of them [voids](Fault::voids_estimate) the estimate.
+    /// Returns whether any of them [voids](Fault::voids_estimate) the estimate.
     #[must_use]
     pub const fn void_estimate(self) -> bool {
         self.0 & VOIDING.0 != 0
     }
 
-    /// The error register (object 0x1001) while these last.
+    /// Error register (object 0x1001) while these faults are active.
     #[must_use]
     pub const fn register(self) -> u8 {
         const COMMUNICATION: Faults = registered_as(ErrorRegister::COMMUNICATION);
@@ -283,19 +283,19 @@ impl Faults {
 /// An emergency message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Emergency {
-    /// The emergency code; 0 where a fault has gone.
+    /// Emergency code; 0 if a fault was cleared.
     pub code: u16,
     /// The error register after the change.
     pub register: u8,
-    /// The fault it is about; `None` where this version does not know it: a number without a
-    /// fault, or one that does not go with the code.
+    /// Fault of the message; `None` if this version does not know it: a number without a
+    /// fault, or one that does not match the code.
     pub fault: Option<Fault>,
-    /// What [`Fault::detail`] says.
+    /// Detail, with the meaning given by [`Fault::detail`].
     pub detail: u32,
 }
 
 impl Emergency {
-    /// `fault` has come; `active` is what there is now.
+    /// Message for a raised `fault`; `active` are the faults after the change.
     #[must_use]
     pub fn raised(fault: Fault, detail: u32, active: Faults) -> Self {
         Self {
@@ -306,7 +306,7 @@ impl Emergency {
         }
     }
 
-    /// `fault` has gone; `active` is what is left.
+    /// Message for a cleared `fault`; `active` are the faults after the change.
     #[must_use]
     pub fn cleared(fault: Fault, active: Faults) -> Self {
         Self {
@@ -317,7 +317,7 @@ impl Emergency {
         }
     }
 
-    /// The message's bytes.
+    /// Encodes the message.
     #[must_use]
     pub fn encode(&self) -> [u8; 8] {
         let number = self.fault.map_or(u8::MAX, Fault::number);
@@ -330,7 +330,7 @@ impl Emergency {
         .encode()
     }
 
-    /// The message in `bytes`, whatever they are.
+    /// Decodes a message; accepts any bytes.
     #[must_use]
     pub fn decode(bytes: &[u8; 8]) -> Self {
         let [code_low, code_high, register, number, a, b, c, d] = *bytes;
@@ -361,7 +361,7 @@ mod tests {
     }
 
     #[test]
-    fn decoding_gives_back_what_was_encoded() {
+    fn decoding_restores_the_encoded_emergency() {
         for fault in Fault::ALL {
             let emergency = Emergency::raised(fault, 0xDEAD_BEEF, Faults::NONE);
             assert_eq!(Emergency::decode(&emergency.encode()), emergency);
@@ -369,7 +369,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_that_does_not_go_with_the_code_is_no_fault() {
+    fn a_number_that_does_not_match_the_code_gives_no_fault() {
         let mut bytes = Emergency::raised(Fault::LateTick, 0, Faults::NONE).encode();
         bytes[3] = Fault::SensorSilent.number();
         let emergency = Emergency::decode(&bytes);
@@ -409,7 +409,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_the_sensor_does_wrong_voids_the_estimate_and_a_lost_byte_does_not() {
+    fn only_sensor_faults_void_the_estimate() {
         for fault in Fault::ALL {
             let sensor = fault.name().starts_with("sensor");
             assert_eq!(fault.voids_estimate(), sensor, "{fault:?}");

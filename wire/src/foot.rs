@@ -1,9 +1,9 @@
-//! Which foot it is, and its address on the bus.
+//! Position of a foot on the robot, and its address on the bus.
 
 /// A foot of a robot with two or four legs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Foot {
-    /// Front left; also what a board is before it is configured.
+    /// Front left; also the default before configuration.
     #[default]
     FrontLeft,
     /// Front right.
@@ -54,15 +54,15 @@ impl Foot {
         Self::ALL.into_iter().find(|foot| foot.code() == code)
     }
 
-    /// The node id a foot has unless another is set: 0x11 to 0x16.
+    /// Default node id of the foot: 0x11 to 0x16.
     #[must_use]
     pub const fn default_node_id(self) -> NodeId {
         NodeId(0x10 + self.code())
     }
 }
 
-/// The identifiers of CiA 301's predefined connection set but for the PDOs', which
-/// [`Pdo`](crate::Pdo) and [`Load`](crate::pdo::Load) know. Those of a node are without its id.
+/// Identifiers of CiA 301's predefined connection set except those of PDOs, which are in
+/// [`Pdo`](crate::Pdo) and [`Load`](crate::pdo::Load). Those of a node are without its id.
 pub mod cob_id {
     /// SYNC, of the whole bus.
     pub const SYNC: u16 = 0x80;
@@ -70,7 +70,7 @@ pub mod cob_id {
     pub const EMERGENCY: u16 = 0x80;
     /// Time stamp, of the whole bus.
     pub const TIME: u16 = canopen_rs::time::TIME_COB_ID;
-    /// A node's SDO answers.
+    /// SDO responses of a node.
     pub const SDO_RESPONSE: u16 = 0x580;
     /// SDO requests to a node.
     pub const SDO_REQUEST: u16 = 0x600;
@@ -83,7 +83,7 @@ pub mod cob_id {
 pub struct NodeId(u8);
 
 impl NodeId {
-    /// `id` as a node id, where it is one.
+    /// Creates a node id; `None` if `id` is out of range.
     #[must_use]
     pub const fn new(id: u8) -> Option<Self> {
         if id >= 1 && id <= 127 {
@@ -111,7 +111,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_default_node_ids_are_those_of_the_documentation() {
+    fn default_node_ids_match_the_documentation() {
         let ids = Foot::ALL.map(|foot| (foot.name(), foot.default_node_id().get()));
         assert_eq!(
             ids,
@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn codes_and_feet_go_together() {
+    fn each_code_belongs_to_one_foot() {
         for foot in Foot::ALL {
             assert_eq!(Foot::from_code(foot.code()), Some(foot));
         }

@@ -1,7 +1,7 @@
 //! A classic CAN data frame with a standard identifier.
 
 /// Up to eight bytes under an 11-bit identifier.
-// Aligned, so that it is moved in words.
+// Aligned, so that it is copied in words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(align(4))]
 pub struct CanFrame {
@@ -11,10 +11,10 @@ pub struct CanFrame {
 }
 
 impl CanFrame {
-    /// The frame with the highest rank and nothing in it.
+    /// Empty frame with the highest priority.
     pub const EMPTY: Self = Self::of(0, []);
 
-    /// A frame; `None` where the identifier has more than 11 bits or there are more than 8 bytes.
+    /// Creates a frame; `None` if the identifier has more than 11 bits or there are more than 8 bytes.
     #[must_use]
     pub fn new(id: u16, data: &[u8]) -> Option<Self> {
         if id > 0x7FF || data.len() > 8 {
@@ -31,7 +31,7 @@ impl CanFrame {
         })
     }
 
-    /// A frame of a node: the identifiers of the connection set always fit.
+    /// Creates a frame of a node: the identifiers of the connection set always fit.
     pub(crate) const fn of<const N: usize>(id: u16, data: [u8; N]) -> Self {
         const { assert!(N <= 8) };
         let mut bytes = [0; 8];
@@ -57,7 +57,7 @@ impl CanFrame {
         self.data.get(..usize::from(self.length)).unwrap_or(&[])
     }
 
-    /// The eight data bytes of a frame that has as many.
+    /// The eight data bytes; `None` if the frame has fewer.
     #[must_use]
     pub const fn data8(&self) -> Option<&[u8; 8]> {
         if self.length == 8 {
@@ -73,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_frame_holds_what_fits_and_refuses_what_does_not() {
+    fn oversized_identifiers_and_data_are_rejected() {
         let frame = CanFrame::new(0x7FF, &[1, 2, 3]).expect("it fits");
         assert_eq!((frame.id(), frame.data()), (0x7FF, &[1, 2, 3][..]));
         assert_eq!(frame, CanFrame::of(0x7FF, [1, 2, 3]));

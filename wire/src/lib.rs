@@ -1,5 +1,5 @@
-//! The bytes that footfall speaks on CAN and UART. Where they come from and where they go, this
-//! crate does not know: frames go in, frames and events come out.
+//! The bytes that footfall sends and receives on CAN and UART. The crate performs no input or
+//! output: frames go in, frames and events come out.
 //!
 //! | what | module |
 //! |---|---|

@@ -18,35 +18,35 @@ pub trait Objects {
     /// Reads an object.
     ///
     /// # Errors
-    /// Why it cannot be read.
+    /// The reason why it cannot be read.
     fn read(&mut self, address: Address) -> Result<Value, AbortCode>;
 
-    /// The size of a number that may be written, in bytes.
+    /// Size of a writable number, bytes.
     ///
     /// # Errors
-    /// Why it cannot be written.
+    /// The reason why it cannot be written.
     fn writable_size(&mut self, address: Address) -> Result<usize, AbortCode>;
 
     /// Writes an object.
     ///
     /// # Errors
-    /// Why the value was refused.
+    /// The reason why the value was refused.
     fn write(&mut self, address: Address, bytes: &[u8]) -> Result<Written, AbortCode>;
 }
 
-/// What became of a write.
+/// Result of a write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Written {
-    /// It is done.
+    /// Completed.
     Done,
-    /// It takes its time: [`SdoServer::finish`] answers when it is over.
+    /// In progress: [`SdoServer::finish`] answers when it has completed.
     Pending,
 }
 
-/// The largest value that can be written, in bytes: that of a number.
+/// Size of the largest writable value, bytes: that of a number.
 const LARGEST: usize = 4;
 
-/// The data bytes of a segment.
+/// Data bytes of a segment.
 const SEGMENT: usize = 7;
 
 #[derive(Clone, Copy, Debug)]
@@ -64,11 +64,11 @@ enum Transfer {
         declared: Option<usize>,
         toggle: bool,
     },
-    /// A write is under way; this answers it.
+    /// A write is pending; this answers it.
     Pending { address: Address, answer: [u8; 8] },
 }
 
-/// The state of the server: at most one transfer.
+/// SDO server: its state, with at most one transfer.
 #[derive(Clone, Debug, Default)]
 pub struct SdoServer {
     transfer: Option<Transfer>,
@@ -77,17 +77,17 @@ pub struct SdoServer {
 const TOGGLE: u8 = 1 << 4;
 
 impl SdoServer {
-    /// A server without a transfer.
+    /// Creates a server without a transfer.
     #[must_use]
     pub const fn new() -> Self {
         Self { transfer: None }
     }
 
-    /// Answers a request; `None` where there is nothing to answer, or not yet.
+    /// Handles a request; `None` if there is no answer, or not yet.
     pub fn handle(&mut self, request: &[u8; 8], objects: &mut impl Objects) -> Option<[u8; 8]> {
         let [command, index_low, index_high, subindex, data @ ..] = *request;
         let address = Address::new(u16::from_le_bytes([index_low, index_high]), subindex);
-        // A new request ends whatever went before it; segments carry on.
+        // A new request ends any previous transfer; segments continue it.
         let transfer = self.transfer.take();
         match command >> 5 {
             0 => {
@@ -97,7 +97,7 @@ impl SdoServer {
             1 => self.download(command, address, data, objects),
             2 => Some(self.upload(address, objects)),
             3 => Some(self.upload_segment(command, transfer)),
-            // The client gives up.
+            // Abort by the client.
             4 => None,
             _ => Some(abort(address, AbortCode::Command)),
         }
@@ -288,7 +288,7 @@ impl SdoServer {
     }
 }
 
-/// Why a value of `length` bytes does not fit an object of `size` bytes.
+/// Abort code if a value of `length` bytes does not fit an object of `size` bytes.
 pub(crate) fn wrong_length(length: usize, size: usize) -> Option<AbortCode> {
     use core::cmp::Ordering::{Equal, Greater, Less};
     match length.cmp(&size) {
@@ -369,7 +369,7 @@ mod tests {
         let (answers, value) = exchange(&[[0x23, 0x00, 0x20, 0, 1, 2, 3, 4]]);
         assert_eq!(answers, [Some([0x60, 0x00, 0x20, 0, 0, 0, 0, 0])]);
         assert_eq!(value, 0x0403_0201);
-        // Without a size the object's own counts.
+        // Without a size, that of the object applies.
         let (answers, value) = exchange(&[[0x22, 0x01, 0x20, 0, 5, 9, 9, 9]]);
         assert_eq!(answers, [Some([0x60, 0x01, 0x20, 0, 0, 0, 0, 0])]);
         assert_eq!(value, 5);
@@ -397,7 +397,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_is_written_in_segments_too() {
+    fn a_number_is_written_in_segments() {
         let (answers, value) = exchange(&[
             [0x21, 0x00, 0x20, 0, 4, 0, 0, 0],
             [0b0000_1010, 1, 2, 0, 0, 0, 0, 0],
@@ -415,7 +415,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_refused_with_the_reason() {
+    fn invalid_requests_are_refused_with_the_reason() {
         let refused = |requests: &[[u8; 8]]| {
             let (answers, value) = exchange(requests);
             assert_eq!(value, 0x1234_5678);
@@ -424,22 +424,22 @@ mod tests {
             let [.., a, b, c, d] = answer;
             AbortCode::from_code(u32::from_le_bytes([a, b, c, d])).expect("a known code")
         };
-        // Two bytes for one, one for four, a declared five.
+        // Two bytes for one, one for four, a declared size of five.
         let two = [0x2B, 0x01, 0x20, 0, 1, 2, 0, 0];
         assert_eq!(refused(&[two]), AbortCode::TooLong);
         let one = [0x2F, 0x00, 0x20, 0, 1, 0, 0, 0];
         assert_eq!(refused(&[one]), AbortCode::TooShort);
         let five = [0x21, 0x00, 0x20, 0, 5, 0, 0, 0];
         assert_eq!(refused(&[five]), AbortCode::TooLong);
-        // Seven bytes without a declaration.
+        // Seven bytes without a declared size.
         let unsized_ = [0x20, 0x00, 0x20, 0, 0, 0, 0, 0];
         let seven = [0x01, 1, 2, 3, 4, 5, 6, 7];
         assert_eq!(refused(&[unsized_, seven]), AbortCode::TooLong);
-        // Another number of bytes than was declared.
+        // A number of bytes that differs from the declared size.
         let four = [0x21, 0x00, 0x20, 0, 4, 0, 0, 0];
         let three = [0b0000_1001, 1, 2, 3, 0, 0, 0, 0];
         assert_eq!(refused(&[four, three]), AbortCode::Length);
-        // The wrong toggle, a segment from nowhere, a block transfer, a name.
+        // A wrong toggle bit, a segment without a transfer, a block transfer, a read-only name.
         let toggled = [0x11, 1, 2, 3, 4, 0, 0, 0];
         assert_eq!(refused(&[unsized_, toggled]), AbortCode::ToggleBit);
         assert_eq!(refused(&[seven]), AbortCode::Command);
@@ -452,7 +452,7 @@ mod tests {
     }
 
     #[test]
-    fn an_answer_may_have_to_wait() {
+    fn a_pending_write_is_answered_by_finish() {
         let (mut server, mut objects) = (SdoServer::new(), Two(0));
         let request = [0x23, 0x00, 0x20, 0, 99, 0, 0, 0];
         for (result, answer) in [

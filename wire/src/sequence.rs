@@ -1,21 +1,21 @@
-//! What the sequence numbers of frames say is missing.
+//! Detection of missing frames by their sequence numbers.
 
-/// How far back the number of a UART frame may lie that others have overtaken: a foot sends a
+/// Maximum distance of an overtaken UART frame behind the newest sequence number: a foot sends a
 /// contact before answers and raw samples that have waited for longer.
 const OVERTAKEN: u16 = 64;
 
-/// What the number of a UART frame says, after the newest number so far.
+/// Position of a UART frame's sequence number relative to the newest number so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// It is newer; this many numbers between the two have not come yet.
+    /// Newer; this many numbers between the two are missing so far.
     Missing(u16),
-    /// It is one of those that had not come yet.
+    /// One of the numbers missing so far.
     Late,
-    /// The sender has started again.
+    /// The sender has restarted.
     Restart,
 }
 
-/// The step from the newest number of 16 bits to the `next` that came.
+/// Step from the newest 16-bit number to the received `next`.
 #[must_use]
 pub const fn step_u16(newest: u16, next: u16) -> Step {
     let missing = next.wrapping_sub(newest).wrapping_sub(1);
@@ -29,8 +29,8 @@ pub const fn step_u16(newest: u16, next: u16) -> Step {
     }
 }
 
-/// How many numbers of 8 bits are missing between a TPDO1 and the `next` that came, modulo 2⁸: that
-/// of a foot started again cannot be distinguished from a gap.
+/// Number of 8-bit numbers missing between a TPDO1 and the received `next`, modulo 2⁸: a restart of the
+/// foot cannot be distinguished from a gap.
 #[must_use]
 pub const fn missing_u8(last: u8, next: u8) -> u8 {
     next.wrapping_sub(last).wrapping_sub(1)
@@ -41,7 +41,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_next_number_misses_none_and_the_wrap_is_no_gap() {
+    fn consecutive_numbers_miss_nothing_across_the_wrap() {
         for (newest, next, step) in [
             (7, 8, Step::Missing(0)),
             (u16::MAX, 0, Step::Missing(0)),
@@ -61,7 +61,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_a_little_back_is_late_and_one_far_back_a_restart() {
+    fn near_numbers_are_late_and_distant_ones_a_restart() {
         assert_eq!(step_u16(100, 99), Step::Late);
         assert_eq!(step_u16(3, 65_535), Step::Late);
         assert_eq!(step_u16(100, 100 - OVERTAKEN), Step::Late);

@@ -1,4 +1,4 @@
-//! The values of all settings: what the configuration is, in the form in which it is stored.
+//! Values of all settings: the configuration, in the form in which it is stored.
 
 use estimator_core::{
     AccelerometerCorrection, Learning, Learnt, Method, Mounting, MountingParams, Parameter, Params,
@@ -13,10 +13,10 @@ use crate::value::{DataType, Value};
 
 pub use crate::dictionary::WINDOW_CAPACITY;
 
-/// Where the load comes from.
+/// Source of the load.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LoadSource {
-    /// There is none.
+    /// No load.
     #[default]
     None,
     /// The board's analog input.
@@ -25,18 +25,18 @@ pub enum LoadSource {
     Can,
 }
 
-/// The load input: load = scale × (reading − offset).
+/// Load input: load = scale × (reading − offset).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LoadInput {
-    /// Where the load comes from.
+    /// Source of the load.
     pub source: LoadSource,
-    /// N per step of the analog reading.
+    /// Scale, N per step of the analog reading.
     pub scale: f32,
-    /// The analog reading without load.
+    /// Offset: the analog reading without load.
     pub offset: f32,
 }
 
-/// When a PDO is sent.
+/// Transmission trigger of a PDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trigger {
     /// Never.
@@ -47,7 +47,7 @@ pub enum Trigger {
     Sync(u8),
 }
 
-/// How often the UART sends a kind of message: every N ticks, or never with 0.
+/// Periods of the UART messages: every N ticks, or never with 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct UartStreams {
     /// The contact.
@@ -58,14 +58,14 @@ pub struct UartStreams {
     pub health: u16,
 }
 
-/// A setting's slot, found by the compiler: settings are read many times a tick.
+/// Slot of a setting, found by the compiler: settings are read many times a tick.
 macro_rules! slot {
     ($index:ident, $subindex:expr) => {
         const { dictionary::slot_of(index::$index, $subindex) }
     };
 }
 
-/// The slots of what says when each PDO is sent: identifier, transmission type, event timer.
+/// Slots of the settings that trigger each PDO: identifier, transmission type, event timer.
 #[allow(clippy::indexing_slicing)] // Evaluated by the compiler only.
 const TRIGGERS: [[usize; 3]; PDOS] = {
     let mut slots = [[0; 3]; PDOS];
@@ -82,14 +82,14 @@ const TRIGGERS: [[usize; 3]; PDOS] = {
     slots
 };
 
-/// How a number of the estimator is kept.
+/// Storage format of a number of the estimator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum KeptAs {
     Real,
     Micros,
 }
 
-/// The numbers of the estimator that are settings, and the slots in which they are kept. Put together
+/// Numbers of the estimator that are settings, and the slots in which they are stored. Built
 /// by the compiler, which would report an index out of range.
 #[allow(clippy::indexing_slicing)]
 static PARAMETERS: [(Parameter, u8, KeptAs); Parameter::ALL.len() - 1] = {
@@ -117,11 +117,11 @@ static PARAMETERS: [(Parameter, u8, KeptAs); Parameter::ALL.len() - 1] = {
     parameters
 };
 
-/// A value for every setting of the [dictionary]; always within its limits and with the others.
+/// Values of all settings of the [dictionary]; always within limits and compatible with each other.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Settings {
     raw: [u32; SETTINGS],
-    /// What they say of when to send, which is asked for each PDO in each tick.
+    /// Triggers derived from the values, read for each PDO in each tick.
     triggers: [Trigger; PDOS],
 }
 
@@ -141,7 +141,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// A setting's value; `None` where there is no setting at `address`. That of a PDO's
+    /// Value of a setting; `None` if there is no setting at `address`. That of a PDO's
     /// identifier is without the node id.
     #[must_use]
     pub fn get(&self, address: Address) -> Option<Value> {
@@ -149,11 +149,11 @@ impl Settings {
         Value::from_raw(entry.data_type(), *self.raw.get(slot)?)
     }
 
-    /// Changes a setting, or says why not and changes nothing.
+    /// Changes a setting. On an error nothing changes.
     ///
     /// # Errors
     /// There is no setting at `address`, `value` has the wrong type, is outside the limits, or
-    /// does not go together with the other settings.
+    /// is incompatible with the other settings.
     pub fn set(&mut self, address: Address, value: Value) -> Result<(), AbortCode> {
         let mut candidate = self.clone();
         candidate.put(address, value)?;
@@ -162,7 +162,7 @@ impl Settings {
         Ok(())
     }
 
-    /// Changes a setting within its own limits, whether or not it goes together with the others.
+    /// Changes a setting within its own limits, whether or not it is compatible with the others.
     fn put(&mut self, address: Address, value: Value) -> Result<(), AbortCode> {
         let (entry, slot) = find(address)?;
         if value.data_type() != entry.data_type() {
@@ -179,8 +179,8 @@ impl Settings {
         Ok(())
     }
 
-    /// Every setting and its value, to be stored. What is stored is put back with
-    /// [`Settings::set_all`], or one by one with [`Settings::set`] in an order in which each fits
+    /// All settings and their values, to be stored. Stored values are restored with
+    /// [`Settings::set_all`], or one by one with [`Settings::set`] in an order in which each is compatible with
     /// those before it.
     pub fn iter(&self) -> impl Iterator<Item = (Address, Value)> + '_ {
         dictionary::settings()
@@ -190,8 +190,8 @@ impl Settings {
             })
     }
 
-    /// Settings from stored ones, in any order: each value that still may be is taken, the defaults
-    /// stand for the others. The second part says how many were refused.
+    /// Restores stored settings, in any order: values that are still allowed are applied, defaults
+    /// replace the others. The second result is the number of values refused.
     pub fn set_all(stored: impl Iterator<Item = (Address, Value)>) -> (Self, usize) {
         let mut all = Self::default();
         let mut refused = 0;
@@ -201,11 +201,11 @@ impl Settings {
         if all.check().is_ok() {
             return (all, refused);
         }
-        // Not all go together: one by one, again for those that waited for another.
+        // Not all are compatible: one by one, and again for those that depend on another.
         let mut settings = Self::default();
         for _ in 0..2 {
             for (address, value) in all.iter() {
-                // What is refused is counted below.
+                // Refused values are counted below.
                 let _ = settings.set(address, value);
             }
         }
@@ -217,13 +217,13 @@ impl Settings {
         (settings, refused)
     }
 
-    /// Which foot it is.
+    /// Position of the foot.
     #[must_use]
     pub fn foot(&self) -> Foot {
         Foot::from_code(self.u8(slot!(FOOT, 0))).unwrap_or_default()
     }
 
-    /// The node id from the next reset on, that of the foot unless another is set; `None`: wait for
+    /// Node id from the next reset on, by default that of the foot; `None`: wait for
     /// LSS.
     #[must_use]
     pub fn node_id(&self) -> Option<NodeId> {
@@ -245,44 +245,44 @@ impl Settings {
         self.value(slot!(UART_RATE, 0))
     }
 
-    /// How long a load over RPDO1 is believed, ms: a second at most, so that a robot that has stopped
+    /// Timeout of a load over RPDO1, ms: a second at most, so that a robot that has stopped
     /// sending is noticed within a stance.
     #[must_use]
     pub fn load_timeout_ms(&self) -> u16 {
         self.u16(slot!(RPDO, 5))
     }
 
-    /// Whether the node becomes operational by itself.
+    /// Returns whether the node becomes operational without a command.
     #[must_use]
     pub fn autostart(&self) -> bool {
         self.u8(slot!(AUTOSTART, 0)) != 0
     }
 
-    /// Whether the configuration is locked.
+    /// Returns whether the configuration is locked.
     #[must_use]
     pub fn is_locked(&self) -> bool {
         self.u8(slot!(LOCK, 0)) != 0
     }
 
-    /// What is logged: 0 nothing to 4 debugging.
+    /// Log level: 0 nothing to 4 debugging.
     #[must_use]
     pub fn log_level(&self) -> u8 {
         self.u8(slot!(LOG_LEVEL, 0))
     }
 
-    /// Whether the sensor's self-test runs at each start.
+    /// Returns whether the sensor's self-test runs at each start.
     #[must_use]
     pub fn self_test(&self) -> bool {
         self.u8(slot!(SELF_TEST, 0)) != 0
     }
 
-    /// Heartbeat period, ms; 0: none.
+    /// Heartbeat period, ms; 0: no heartbeat.
     #[must_use]
     pub fn heartbeat_ms(&self) -> u16 {
         self.u16(slot!(HEARTBEAT, 0))
     }
 
-    /// How often the UART sends what.
+    /// Periods of the UART messages.
     #[must_use]
     pub fn uart_streams(&self) -> UartStreams {
         UartStreams {
@@ -292,7 +292,7 @@ impl Settings {
         }
     }
 
-    /// When a PDO is sent.
+    /// Transmission trigger of a PDO.
     #[must_use]
     pub fn trigger(&self, pdo: Pdo) -> Trigger {
         let trigger = self.triggers.get(pdo as usize).copied();
@@ -313,7 +313,7 @@ impl Settings {
         }
     }
 
-    /// The most bits a second that the foot's own streams and heartbeat take of the bus.
+    /// Maximum bus load of the foot's own streams and heartbeat, bit/s.
     /// PDOs tied to SYNC are counted for 100 SYNCs a second.
     #[must_use]
     pub fn worst_load(&self) -> u32 {
@@ -327,8 +327,8 @@ impl Settings {
         pdos.sum::<u32>() + heartbeat.unwrap_or(0)
     }
 
-    /// What one entry's limits cannot say: that the parameters fit each other, the parts of the
-    /// mounting too, and the streams the bit rate.
+    /// Checks the conditions between settings: that the parameters fit each other, the parts of the
+    /// mounting as well, and the streams the bit rate.
     fn check(&self) -> Result<(), AbortCode> {
         let fits = self.worst_load() <= self.can_bit_rate() / 4 * 3;
         let valid = self.params().validate::<WINDOW_CAPACITY>().is_ok()
@@ -336,7 +336,7 @@ impl Settings {
         (fits && valid).then_some(()).ok_or(AbortCode::Incompatible)
     }
 
-    /// Where the load comes from.
+    /// Source and scaling of the load.
     #[must_use]
     pub fn load_input(&self) -> LoadInput {
         LoadInput {
@@ -350,7 +350,7 @@ impl Settings {
         }
     }
 
-    /// What is wrong with the accelerometer.
+    /// Correction of the accelerometer.
     #[must_use]
     pub fn accelerometer(&self) -> AccelerometerCorrection {
         AccelerometerCorrection {
@@ -359,7 +359,7 @@ impl Settings {
         }
     }
 
-    /// How the sensor's axes lie in the foot.
+    /// Orientation of the sensor's axes in the foot.
     #[must_use]
     pub fn mounting(&self) -> Mounting {
         self.mounting_params().validate().unwrap_or_default()
@@ -378,7 +378,7 @@ impl Settings {
         MountingParams::Axes([axis(code / 100), axis(code / 10), axis(code)])
     }
 
-    /// Where the limits of stillness come from.
+    /// Source of the limits of stillness.
     #[must_use]
     pub fn method(&self) -> Method {
         match self.u8(slot!(ESTIMATION, 1)) {
@@ -387,7 +387,7 @@ impl Settings {
         }
     }
 
-    /// Whether the foot goes on learning.
+    /// Whether learning continues.
     #[must_use]
     pub fn learning(&self) -> Learning {
         match self.u8(slot!(ESTIMATION, 2)) {
@@ -396,17 +396,17 @@ impl Settings {
         }
     }
 
-    /// What the foot starts with, where it has learnt anything before.
+    /// Learnt values with which the foot starts, if it has any.
     #[must_use]
     pub fn learnt(&self) -> Option<Learnt> {
         let learnt = Learnt::from_array(self.array(slot!(LEARNT, 1)));
         (learnt.still_seconds != 0.0 || learnt.moving_seconds != 0.0).then_some(learnt)
     }
 
-    /// Changes what the foot starts with, or says why not and changes nothing.
+    /// Changes the learnt values with which the foot starts. On an error nothing changes.
     ///
     /// # Errors
-    /// A number is outside its limits, or they do not go together.
+    /// A number is outside its limits, or the numbers are incompatible.
     pub fn set_learnt(&mut self, learnt: Option<Learnt>) -> Result<(), AbortCode> {
         let mut candidate = self.clone();
         for (subindex, number) in (1..).zip(learnt.unwrap_or_default().to_array()) {
@@ -417,7 +417,7 @@ impl Settings {
         Ok(())
     }
 
-    /// The parameters of the estimator; the board's tick and its sensor are not settings.
+    /// Parameters of the estimator; the board's tick and its sensor are not settings.
     #[must_use]
     pub fn params(&self) -> Params {
         let mut params = Params {
@@ -437,13 +437,13 @@ impl Settings {
         params
     }
 
-    /// The three parts of which the first one is in slot `first`.
+    /// Vector with the first component in slot `first`.
     fn vector(&self, first: usize) -> Vec3 {
         let [x, y, z] = self.array(first);
         Vec3::new(x, y, z)
     }
 
-    /// The numbers from slot `first` on.
+    /// Numbers from slot `first` on.
     fn array<const N: usize>(&self, first: usize) -> [f32; N] {
         core::array::from_fn(|i| self.f32(first + i))
     }
@@ -469,7 +469,7 @@ impl Settings {
     }
 }
 
-/// The longest a data frame of N bytes can be on the bus, bits: 34 bits are stuffed before the
+/// Maximum length of a data frame of N bytes on the bus, bits: 34 bits are stuffed before the
 /// data, one more with every four bits after the first; then delimiter, acknowledgement, end of
 /// frame and the space between frames. (Davis, Burns, Bril, Lukkien: *Controller Area Network (CAN)
 /// schedulability analysis*, 2007, equation 1.)
@@ -478,7 +478,7 @@ pub const fn longest_frame(bytes: u32) -> u32 {
     8 * bytes + 13 + 34 + (34 + 8 * bytes - 1) / 4
 }
 
-/// The setting at an address, and its slot.
+/// Setting at an address, and its slot.
 fn find(address: Address) -> Result<(&'static Entry, usize), AbortCode> {
     match dictionary::find(address)? {
         Place::Entry(entry, Some(slot)) => Ok((entry, slot)),
@@ -493,15 +493,15 @@ mod tests {
     use estimator_core::stillness::Classes;
 
     #[test]
-    fn the_defaults_are_the_estimators_own() {
+    fn defaults_are_those_of_the_estimator() {
         let settings = Settings::default();
         assert_eq!(settings.params(), Params::DEFAULT);
         assert_eq!(settings.accelerometer(), AccelerometerCorrection::NONE);
         assert_eq!(settings.mounting(), Mounting::IDENTITY);
     }
 
-    /// Settings with what was learnt as far apart as it may be, and the load that switches on as high
-    /// and that switches off as low: each number can then be anything.
+    /// Settings with learnt classes as far apart as allowed, and load thresholds for on and off as high and
+    /// as low as allowed: each number can then take any value.
     fn wide_settings() -> Settings {
         let mut settings = Settings::default();
         let classes = Classes {
@@ -526,7 +526,7 @@ mod tests {
     }
 
     #[test]
-    fn every_limit_of_a_parameter_is_that_of_the_estimator() {
+    fn parameter_limits_are_those_of_the_estimator() {
         let base = wide_settings();
         let mut tried = 0;
         for (address, entry) in dictionary::settings() {
@@ -545,7 +545,7 @@ mod tests {
             for value in [low, high] {
                 assert_eq!(base.clone().set(address, value), Ok(()), "{address:?}");
             }
-            // One step further the estimator refuses too: no looser limit is possible.
+            // The estimator rejects the next step as well: no looser limit is possible.
             let outside = match (low, high) {
                 (Value::F32(low), Value::F32(high)) => {
                     [Value::F32(low.next_down()), Value::F32(high.next_up())]
@@ -567,7 +567,7 @@ mod tests {
     }
 
     #[test]
-    fn every_number_of_the_estimator_but_the_sample_rate_is_a_setting_of_its_own() {
+    fn every_parameter_except_the_sample_rate_is_a_setting() {
         let base = wide_settings();
         for parameter in Parameter::ALL {
             let is_its = |entry: &Entry| entry.concern() == Some(Concern::Parameter(parameter));
@@ -624,7 +624,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_learnt_is_written_number_by_number_with_its_seconds_last() {
+    fn learnt_values_are_written_one_by_one_and_restored() {
         let mut settings = Settings::default();
         let numbers = learnt().to_array();
         for (subindex, number) in (1..).zip(numbers) {
@@ -636,7 +636,7 @@ mod tests {
         let mut at_once = Settings::default();
         assert_eq!(at_once.set_learnt(Some(learnt())), Ok(()));
         assert_eq!(at_once, settings);
-        // Stored, it comes back, in both orders.
+        // Restored from storage, in both orders.
         let stored: std::vec::Vec<_> = settings.iter().collect();
         assert_eq!(
             Settings::set_all(stored.iter().copied()),
@@ -651,7 +651,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_have_been_learnt_is_refused() {
+    fn incompatible_learnt_values_are_refused() {
         let mut settings = Settings::default();
         assert_eq!(settings.set_learnt(Some(learnt())), Ok(()));
         let before = settings.clone();
@@ -672,7 +672,7 @@ mod tests {
     }
 
     #[test]
-    fn settings_from_before_there_was_an_object_come_back_with_its_defaults() {
+    fn older_stored_settings_get_defaults_for_new_objects() {
         let mut settings = Settings::default();
         let window = Address::new(index::WINDOW, 0);
         assert_eq!(settings.set(window, Value::U32(40_000)), Ok(()));
@@ -689,7 +689,7 @@ mod tests {
     }
 
     #[test]
-    fn each_part_of_the_accelerometers_correction_has_its_place() {
+    fn accelerometer_correction_maps_to_its_sub_indices() {
         let mut settings = Settings::default();
         for (subindex, value) in (1..).zip([0.1, -0.2, 0.3, 1.01, 0.98, 1.03]) {
             let address = Address::new(index::ACCELEROMETER, subindex);
@@ -708,7 +708,7 @@ mod tests {
     }
 
     #[test]
-    fn axes_are_written_as_one_number_and_each_that_may_be_is_a_mounting() {
+    fn each_allowed_axes_code_is_a_distinct_mounting() {
         let mut mountings = std::vec::Vec::new();
         for code in 0..1000 {
             let mut settings = Settings::default();
@@ -727,7 +727,7 @@ mod tests {
         let mut settings = Settings::default();
         assert_eq!(set_mounting(&mut settings, 1, Value::U16(162)), Ok(()));
         assert_eq!(Ok(settings.mounting()), "x,-z,y".parse());
-        // Left-handed, and an axis twice.
+        // Left-handed, and with an axis twice.
         for wrong in [132, 113, 999] {
             let refused = set_mounting(&mut settings, 1, Value::U16(wrong));
             assert_eq!(refused, Err(AbortCode::InvalidValue), "{wrong}");
@@ -735,7 +735,7 @@ mod tests {
     }
 
     #[test]
-    fn a_quaternion_is_written_number_by_number_and_then_chosen() {
+    fn a_quaternion_is_written_by_component_and_then_selected() {
         let mut settings = Settings::default();
         for (subindex, part) in (2..).zip([0.8, 0.0, -0.6, 0.0]) {
             assert_eq!(
@@ -746,7 +746,7 @@ mod tests {
         }
         assert_eq!(set_mounting(&mut settings, 1, Value::U16(0)), Ok(()));
         assert_eq!(Ok(settings.mounting()), "0.8,0,-0.6,0".parse());
-        // From now on its parts must go together.
+        // From now on its components must be compatible.
         let before = settings.clone();
         for (wrong, code) in [
             (0.7, AbortCode::Incompatible),
@@ -765,7 +765,7 @@ mod tests {
         assert_eq!(set_mounting(&mut settings, 2, Value::F32(0.7)), Ok(()));
         let chosen = set_mounting(&mut settings, 1, Value::U16(0));
         assert_eq!(chosen, Err(AbortCode::Incompatible));
-        // Stored, it comes back, in both orders.
+        // Restored from storage, in both orders.
         let stored: std::vec::Vec<_> = before.iter().collect();
         for backwards in [false, true] {
             let mut stored = stored.clone();
@@ -802,7 +802,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_stored_comes_back() {
+    fn stored_settings_are_restored_in_any_order() {
         let mut settings = Settings::default();
         for (address, value) in [
             (Address::new(index::LOAD_INPUT, 4), Value::F32(2.0e3)),
@@ -813,14 +813,14 @@ mod tests {
         }
         let (back, refused) = Settings::set_all(settings.iter());
         assert_eq!((back, refused), (settings.clone(), 0));
-        // In the opposite order too, where the thresholds cross on the way.
+        // In the opposite order as well, where the thresholds cross in between.
         let stored: std::vec::Vec<_> = settings.iter().collect();
         let (back, refused) = Settings::set_all(stored.into_iter().rev());
         assert_eq!((back, refused), (settings, 0));
     }
 
     #[test]
-    fn a_stored_value_that_may_no_longer_be_is_left_out() {
+    fn stored_values_no_longer_allowed_are_refused() {
         let stored = [
             (Address::new(index::FOOT, 0), Value::U8(99)),
             (Address::new(0x2FFF, 0), Value::U8(1)),
@@ -835,7 +835,7 @@ mod tests {
     }
 
     #[test]
-    fn each_foot_has_its_own_node_id_unless_another_is_set() {
+    fn each_foot_has_its_own_default_node_id() {
         let mut settings = Settings::default();
         for foot in Foot::ALL {
             let address = Address::new(index::FOOT, 0);
@@ -850,7 +850,7 @@ mod tests {
     }
 
     #[test]
-    fn the_uart_has_the_rate_that_is_set() {
+    fn the_uart_rate_is_that_of_the_setting() {
         let mut settings = Settings::default();
         assert_eq!(settings.uart_rate(), 1_000_000);
         let rate = Address::new(index::UART_RATE, 0);
@@ -859,14 +859,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_sent_fits_the_bit_rate() {
+    fn streams_that_exceed_the_bit_rate_are_refused() {
         let rate = Address::new(index::CAN_BIT_RATE, 0);
         let timer = |pdo: Pdo| Address::new(index::TPDO + pdo as u16, 5);
         let mut settings = Settings::default();
         assert_eq!(longest_frame(8), 135);
         // 1211 frames and two heartbeats a second.
         assert_eq!(settings.worst_load(), 135 * 1211 + 2 * longest_frame(1));
-        // Fifty frames a second become one with every fourth of 100 SYNCs.
+        // Fifty frames a second become 25, with every fourth of 100 SYNCs.
         let mut tied = settings.clone();
         let kind = Address::new(index::TPDO + Pdo::Axes as u16, 2);
         let before = tied.worst_load();
@@ -884,7 +884,7 @@ mod tests {
         assert_eq!(faster, Err(AbortCode::Incompatible));
         assert_eq!(settings.set(timer(Pdo::Contact), Value::U16(5)), Ok(()));
         assert_eq!(settings.set(rate, Value::U16(125)), Ok(()));
-        // Stored, they come back, in both orders.
+        // Restored from storage, in both orders.
         let stored: std::vec::Vec<_> = settings.iter().collect();
         for backwards in [false, true] {
             let mut stored = stored.clone();
@@ -893,7 +893,7 @@ mod tests {
             }
             assert_eq!(Settings::set_all(stored.into_iter()), (settings.clone(), 0));
         }
-        // What does not go together is left out, and nothing else.
+        // Only incompatible values are refused.
         let stored = [
             (rate, Value::U16(125)),
             (Address::new(index::LOG_LEVEL, 0), Value::U8(1)),

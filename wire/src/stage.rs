@@ -1,6 +1,6 @@
-//! What the board is doing.
+//! Stages of the board.
 
-/// A stage in the life of the board, as health reports it.
+/// Stage of the board, as reported in health messages.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Stage {
     /// Finding and configuring the sensor.
@@ -56,7 +56,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_stage_has_its_own_code_and_a_name_of_its_own() {
+    fn stages_have_unique_codes_and_names() {
         for (code, stage) in (0..).zip(Stage::ALL) {
             assert_eq!(stage.code(), code);
             assert_eq!(Stage::from_code(code), Some(stage));

@@ -20,7 +20,7 @@ pub enum DataType {
 }
 
 impl DataType {
-    /// The index by which CiA 301 and EDS files name the type.
+    /// Index of the type in CiA 301 and EDS files.
     #[must_use]
     pub const fn index(self) -> u16 {
         match self {
@@ -33,7 +33,7 @@ impl DataType {
         }
     }
 
-    /// The type's name in CiA 301.
+    /// Name of the type in CiA 301.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -46,7 +46,7 @@ impl DataType {
         }
     }
 
-    /// Bytes of a value; `None` for text.
+    /// Size of a value, bytes; `None` for text.
     #[must_use]
     pub const fn size(self) -> Option<usize> {
         match self {
@@ -89,7 +89,7 @@ impl Value {
         }
     }
 
-    /// The value's bytes, zero-extended to 32 bits; 0 for text. How settings are kept.
+    /// Bytes of the value, zero-extended to 32 bits; 0 for text. Format of stored settings.
     #[must_use]
     pub const fn to_raw(self) -> u32 {
         match self {
@@ -102,7 +102,7 @@ impl Value {
         }
     }
 
-    /// The number of type `data_type` with these bytes; `None` for text.
+    /// Number of type `data_type` with these bytes; `None` for text.
     #[must_use]
     pub const fn from_raw(data_type: DataType, raw: u32) -> Option<Self> {
         Some(match data_type {
@@ -115,7 +115,7 @@ impl Value {
         })
     }
 
-    /// The number of type `data_type` in `bytes`, which must be as long as the type is.
+    /// Number of type `data_type` in `bytes`, which must have the length of the type.
     #[must_use]
     pub fn from_bytes(data_type: DataType, bytes: &[u8]) -> Option<Self> {
         if data_type.size() != Some(bytes.len()) {
@@ -128,7 +128,7 @@ impl Value {
         Self::from_raw(data_type, raw)
     }
 
-    /// How two numbers of one type compare; `None` for different types, for text and for NaN.
+    /// Compares two numbers of one type; `None` for different types, for text and for NaN.
     #[must_use]
     pub fn compare(self, other: Self) -> Option<Ordering> {
         match (self, other) {
@@ -147,7 +147,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_number_survives_its_bytes() {
+    fn numbers_round_trip_through_bytes() {
         let values = [
             Value::I16(-2),
             Value::U8(200),

@@ -1,4 +1,4 @@
-//! How full the bus is when everything that can be said is said, from the longest stuffed frames.
+//! Bus load with all possible traffic, from the longest stuffed frames.
 
 use wire::Settings;
 use wire::settings::longest_frame;
@@ -12,11 +12,11 @@ fn longest(bytes: u32) -> f64 {
 }
 
 #[test]
-fn four_feet_and_all_else_stay_under_three_quarters_of_the_bus() {
+fn four_feet_and_all_other_traffic_use_less_than_75_percent() {
     let settings = Settings::default();
     // TPDOs and heartbeat.
     let streams = f64::from(settings.worst_load());
-    // An emergency each second, and a master that reads an object of each foot ten times a second.
+    // An emergency per second, and a master that reads an object of each foot ten times a second.
     let emergency = longest(8);
     let sdo = 2.0 * longest(8) * 10.0;
     // The robot sends the load of each foot at 100 Hz.
@@ -33,7 +33,7 @@ fn four_feet_and_all_else_stay_under_three_quarters_of_the_bus() {
 }
 
 #[test]
-fn how_many_feet_a_slower_bus_carries() {
+fn a_slower_bus_carries_fewer_feet() {
     let streams = f64::from(Settings::default().worst_load());
     let feet = [1000, 500, 250, 125].map(|rate| (0.75 * f64::from(rate) * 1000.0 / streams) as u32);
     assert_eq!(feet, [4, 2, 1, 0], "README.md says so");

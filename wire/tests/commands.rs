@@ -1,4 +1,4 @@
-//! The `cansend` lines of `README.md` do what is written behind them.
+//! The `cansend` lines of `README.md` have the effect described in their comments.
 
 use std::fmt::Write;
 use std::fs;
@@ -10,7 +10,7 @@ use wire::{BootCause, CanFrame, Counters, Event, Node, Settings};
 
 const NOW: Timestamp = Timestamp::from_micros(5_000_000);
 
-/// A foot as it leaves the box, which has walked for a while.
+/// A foot with default settings that has walked for a while.
 fn foot() -> Node {
     let mut node = Node::new(Settings::default(), 0xC0FFEE);
     node.boot(BootCause::PowerUp);
@@ -20,7 +20,7 @@ fn foot() -> Node {
     node
 }
 
-/// A frame of `cansend`'s notation, and the text behind it.
+/// Frame in `cansend`'s notation, and its comment.
 fn command(line: &str) -> Option<(CanFrame, &str)> {
     let (frame, comment) = line.strip_prefix("cansend can0 ")?.split_once(" # ")?;
     let (id, data) = frame.trim().split_once('#').expect("a frame");
@@ -40,13 +40,13 @@ fn as_text(frame: &CanFrame) -> String {
     text
 }
 
-/// What the comment says that the foot sends, after `words`.
+/// Frame announced in the comment, after `words`.
 fn announced<'a>(comment: &'a str, words: &str) -> Option<&'a str> {
     let (_, frame) = comment.split_once(words)?;
     frame.split(['…', ' ', ',']).next()
 }
 
-/// Sends what a block of commands says; the node's frame in answer is what the comment says.
+/// Sends the commands of a block; the node's response must be that of the comment.
 fn run(node: &mut Node, block: &str) {
     for line in block.lines() {
         let Some((frame, comment)) = command(line) else {
@@ -70,7 +70,7 @@ fn run(node: &mut Node, block: &str) {
     }
 }
 
-/// The blocks of `README.md` in which frames are sent.
+/// Blocks of `README.md` in which frames are sent.
 fn blocks() -> Vec<String> {
     let readme = Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md");
     let readme = fs::read_to_string(readme).expect("wire/README.md is there");
@@ -84,7 +84,7 @@ fn blocks() -> Vec<String> {
 }
 
 #[test]
-fn every_command_is_answered_as_it_says_and_leaves_the_foot_streaming() {
+fn every_command_is_answered_and_leaves_the_foot_streaming() {
     let blocks = blocks();
     assert_eq!(blocks.len(), 4);
     for block in blocks {

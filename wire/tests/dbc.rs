@@ -1,6 +1,6 @@
-//! Every signal of `footfall.dbc`, as another crate reads it, against the codecs: each frame is
-//! encoded by the codec, its fields are cut out by the DBC's start bit, length and factor, and
-//! must be what was encoded.
+//! Every signal of `footfall.dbc`, as read by another crate, against the codecs: each frame is
+//! encoded by the codec, its fields are extracted with the DBC's start bit, length and factor, and
+//! must equal the encoded values.
 
 use can_dbc::{
     ByteOrder, Dbc, Message, MessageId, NumericValue, Signal, ValueDescription, ValueType,
@@ -21,7 +21,7 @@ fn dbc() -> Dbc {
     Dbc::try_from(include_str!("../footfall.dbc")).expect("the DBC can be read")
 }
 
-/// What `signal` says of `frame`.
+/// Value of `signal` in `frame`.
 fn extract(signal: &Signal, frame: [u8; 8]) -> f64 {
     assert_eq!(signal.byte_order, ByteOrder::LittleEndian);
     let mask = u64::MAX >> (64 - signal.size);
@@ -44,7 +44,7 @@ fn number(value: NumericValue) -> f64 {
     }
 }
 
-/// What went into the frames, with the tolerance of its coding, by the names of the signals.
+/// Encoded values, with the tolerance of their coding, by signal name.
 #[derive(Debug)]
 struct Truth {
     estimate: ContactEstimate,
@@ -72,7 +72,7 @@ impl Truth {
         }
     }
 
-    /// The value and how far the decoded one may be off.
+    /// Value and tolerance of the decoded one.
     fn expected(&self, signal: &str) -> (f64, f64) {
         let flag = |flag| (f64::from(u8::from(self.estimate.flags.contains(flag))), 0.0);
         let exact = |value: f64| (value, 0.0);
@@ -82,7 +82,7 @@ impl Truth {
             let value = if fault { 0.0 } else { f64::from(value) };
             (value, 0.5 / steps + 1.0e-7)
         };
-        // Half a step, and a roundings' worth of f32 at the end of the range.
+        // Half a step, and the rounding error of an f32 at the end of the range.
         let unknown = [
             Flag::AttitudeNotInitialised,
             Flag::Stale,
@@ -126,7 +126,7 @@ impl Truth {
             "ProbabilityWx" => p(axes.wx, 255.0),
             "ProbabilityWy" => p(axes.wy, 255.0),
             "ProbabilityWz" => p(axes.wz, 255.0),
-            // Cut off to 10 µs, then modulo 655.36 ms.
+            // Truncated to 10 µs, then modulo 655.36 ms.
             "Timestamp" => ((micros / 10 % 65_536) as f64 / 100.0, 1.0e-9),
             "Sequence" => exact(f64::from(self.sequence)),
             "State" => exact(f64::from(phase as u8)),
@@ -175,7 +175,7 @@ prop_compose! {
     fn truth()(
         p in prop::array::uniform9(0.0..=1.0_f32),
         (micros, sync, sequence, dropped) in (0..u64::MAX / 2, any::<(u8, u32)>(), any::<u8>(), any::<u32>()),
-        // Mostly without doubt: else the valid frames are too few.
+        // Mostly without flags: otherwise there are too few valid frames.
         flags in prop_oneof![2 => Just(0), 1 => 0..64_u8],
         faults in prop_oneof![2 => Just(0), 1 => any::<u32>()],
         (phase, stable) in (0..5_usize, any::<bool>()),
@@ -266,7 +266,7 @@ fn pdo_of(id: MessageId) -> Option<(Pdo, Foot)> {
 #[test]
 fn every_foot_has_every_message_under_its_name() {
     let dbc = dbc();
-    // Emergency, heartbeat and load too.
+    // Including emergency, heartbeat and load.
     assert_eq!(dbc.messages.len(), Foot::ALL.len() * (Pdo::ALL.len() + 3));
     for message in &dbc.messages {
         let Some((pdo, foot)) = pdo_of(message.id) else {
@@ -279,7 +279,7 @@ fn every_foot_has_every_message_under_its_name() {
 }
 
 #[test]
-fn emergencies_and_heartbeats_are_what_a_node_sends() {
+fn emergencies_and_heartbeats_match_those_of_a_node() {
     let dbc = dbc();
     for foot in Foot::ALL {
         let mut settings = Settings::default();

@@ -1,4 +1,4 @@
-//! The files that are made from the tables in the code are up to date: `footfall.eds`,
+//! The files generated from the tables in the code are up to date: `footfall.eds`,
 //! `footfall.dbc`, the decoder in C and the tables of `README.md`. `FOOTFALL_UPDATE=1` writes them
 //! again.
 
@@ -29,21 +29,21 @@ fn check(name: &str, expected: &str) {
 }
 
 #[test]
-fn the_eds_is_made_from_the_dictionary() {
+fn the_eds_matches_the_dictionary() {
     let eds = files::eds::generate();
     assert!(eds.is_ascii(), "CiA 306 wants ASCII");
     check("footfall.eds", &eds);
 }
 
 #[test]
-fn the_dbc_is_made_from_the_signals() {
+fn the_dbc_matches_the_signals() {
     let dbc = files::dbc::generate();
     assert!(dbc.is_ascii(), "some readers take a DBC for CP1252");
     check("footfall.dbc", &dbc);
 }
 
 #[test]
-fn the_decoder_in_c_is_made_from_the_signals() {
+fn the_decoder_in_c_matches_the_signals() {
     for (name, text) in [
         ("c/footfall.h", files::c::header()),
         ("c/footfall.c", files::c::source()),
@@ -55,7 +55,7 @@ fn the_decoder_in_c_is_made_from_the_signals() {
 }
 
 #[test]
-fn the_tables_of_the_readme_are_made_from_the_code() {
+fn the_tables_of_the_readme_match_the_code() {
     let readme = fs::read_to_string(path("README.md")).expect("wire/README.md is there");
     check("README.md", &files::tables::update(&readme));
 }

@@ -1,4 +1,4 @@
-//! The table of latencies in `README.md` adds up, and quotes what was measured elsewhere as it is.
+//! The table of latencies in `README.md` adds up, and matches values measured elsewhere.
 
 use std::fs;
 use std::path::Path;
@@ -13,7 +13,7 @@ fn read(path: &str) -> String {
     fs::read_to_string(path).expect("the document is there")
 }
 
-/// The cells of the first row after `section` that begins with `name`.
+/// Cells of the first row after `section` that begins with `name`.
 fn row(document: &str, section: &str, name: &str) -> Vec<String> {
     let (_, text) = document.split_once(section).expect("the section is there");
     let row = text.lines().find_map(|line| {
@@ -26,13 +26,13 @@ fn row(document: &str, section: &str, name: &str) -> Vec<String> {
         .collect()
 }
 
-/// Typical and longest, ms.
+/// Typical and maximum latency, ms.
 fn latency(part: &str) -> [f64; 2] {
     let cells = row(&read("README.md"), "## Latency", part);
     [&cells[1], &cells[2]].map(|cell| cell.parse().expect("a number"))
 }
 
-/// The budget of a row of `virtual-board/README.md`, ms.
+/// Budget of a row of `virtual-board/README.md`, ms.
 fn budget(block: &str, name: &str) -> f64 {
     let cells = row(&read("../virtual-board/README.md"), block, name);
     cells[2].parse::<f64>().expect("µs") / 1.0e3
@@ -48,7 +48,7 @@ fn assert_close(part: &str, expected: [f64; 2], tolerance: f64) {
 }
 
 #[test]
-fn the_parts_add_up() {
+fn the_parts_add_up_to_the_total() {
     let parts = [
         "filters",
         "until the next sample",
@@ -75,7 +75,7 @@ fn the_parts_add_up() {
 }
 
 #[test]
-fn the_firmwares_part_is_its_budget() {
+fn the_share_of_the_firmware_is_its_budget() {
     let edge = "data-ready edge to CAN mailbox";
     let typical = budget("<!-- begin budgets -->", &format!("{edge}, median"));
     let longest = budget("<!-- begin full-load -->", &format!("{edge}, longest"));
@@ -83,12 +83,12 @@ fn the_firmwares_part_is_its_budget() {
 }
 
 #[test]
-fn the_buss_part_is_that_of_the_longest_frames() {
+fn the_share_of_the_bus_is_that_of_the_longest_frames() {
     let longest = |bytes| f64::from(longest_frame(bytes)) / BIT_RATE;
     // 44 bits around the data, and 3 until the next frame.
     let unstuffed = f64::from(8 * 8 + 44 + 3) / BIT_RATE;
     assert_close("the frame", [unstuffed, longest(8)], 1.0e-9);
-    // One under way, three of other feet; SYNC with its counter.
+    // One in progress, three of other feet; SYNC with its counter.
     assert_close(
         "until the bus",
         [0.0, 4.0 * longest(8) + longest(1)],

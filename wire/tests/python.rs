@@ -1,4 +1,4 @@
-//! The wire as Python sees it: `footfall.eds` by python-canopen and by Lely's tools, `footfall.dbc`
+//! Use of the wire formats from Python: `footfall.eds` by python-canopen and by Lely's tools, `footfall.dbc`
 //! by cantools, and python-canopen as master of a foot over slcan on a pseudo-terminal. The packages
 //! are installed into a virtual environment under `target`, in the versions of
 //! `python/requirements.txt`.
@@ -25,14 +25,14 @@ use wire::{Faults, Foot, Pdo, Value};
 
 const HERE: &str = env!("CARGO_MANIFEST_DIR");
 
-/// What host-tests says too where something is missing.
+/// Does the same as in host-tests if something is missing.
 fn unmet(missing: &str) {
     let required = env::var_os("FOOTFALL_REQUIRE_EVERYTHING").is_some_and(|value| value == "1");
     assert!(!required, "{missing}");
     eprintln!("not checked: {missing}");
 }
 
-/// The interpreter of the virtual environment, made when it is first asked for.
+/// Interpreter of the virtual environment, which is created on first use.
 fn interpreter() -> Option<&'static Path> {
     static INTERPRETER: OnceLock<Result<PathBuf, String>> = OnceLock::new();
     match INTERPRETER.get_or_init(python::environment::make) {
@@ -44,7 +44,7 @@ fn interpreter() -> Option<&'static Path> {
     }
 }
 
-/// Runs a script of `tests/python`, which prints a line where everything agrees.
+/// Runs a script of `tests/python`, which prints a line if everything agrees.
 fn script(name: &str, arguments: &[&Path]) {
     let Some(interpreter) = interpreter() else {
         return;
@@ -117,20 +117,20 @@ fn objects() -> String {
 }
 
 #[test]
-fn python_canopen_reads_the_eds_as_the_dictionary_is() {
+fn python_canopen_reads_the_eds_like_the_dictionary() {
     let table = scratch("objects.tsv", &objects());
     script("eds.py", &[&Path::new(HERE).join("footfall.eds"), &table]);
 }
 
 #[test]
-fn lelys_tools_read_the_eds_and_the_bus_of_the_readme_without_a_warning() {
+fn lelys_tools_read_the_eds_and_readme_bus_without_warnings() {
     let table = scratch("objects-lely.tsv", &objects());
     let [eds, readme] = ["footfall.eds", "README.md"].map(|name| Path::new(HERE).join(name));
     script("lely.py", &[&eds, &table, &readme]);
 }
 
 #[test]
-fn cantools_decodes_frames_as_the_codec_does() {
+fn cantools_decodes_frames_like_the_codec() {
     let mut table = String::from("id\tdata\tsignal\tvalue\n");
     for i in 0..200_u32 {
         let share = i as f32 / 199.0;
@@ -175,7 +175,7 @@ fn cantools_decodes_frames_as_the_codec_does() {
     script("dbc.py", &[&Path::new(HERE).join("footfall.dbc"), &table]);
 }
 
-/// A frame and what the codec makes of it.
+/// Frames and their values decoded by the codec.
 fn decoded(pdo: Pdo, estimate: &ContactEstimate, i: u32) -> Vec<([u8; 8], &'static str, f64)> {
     let faults = Faults::NONE;
     let vector = |bytes, names: [&'static str; 3], vector: Vec3| {

@@ -1,5 +1,5 @@
-//! A short, always equal run of what the fuzz targets in `fuzz/` run: their corpus, pieces of it
-//! damaged, and bytes from a generator.
+//! A short, reproducible run of the fuzz targets in `fuzz/`: their corpus, damaged pieces of
+//! it, and bytes from a generator.
 
 mod random;
 #[path = "../fuzz/targets.rs"]
@@ -35,7 +35,7 @@ fn run((name, target): Target) {
     let mut random = Random(0x5EED);
     for round in 0..20_000 {
         let input: Vec<u8> = if round % 2 == 0 {
-            // Some of the corpus, one after the other, a few bytes changed or cut off.
+            // Some inputs of the corpus, one after the other, a few bytes changed or cut off.
             let mut input: Vec<u8> = (0..=random.below(4))
                 .flat_map(|_| corpus[random.below(corpus.len())].clone())
                 .collect();
@@ -55,7 +55,7 @@ fn run((name, target): Target) {
 }
 
 #[test]
-fn frames_of_any_bytes_keep_their_promises() {
+fn frames_of_any_bytes_keep_their_invariants() {
     run(TARGETS[0]);
 }
 
@@ -65,11 +65,11 @@ fn a_node_takes_any_frames() {
 }
 
 #[test]
-fn settings_from_any_bytes_are_allowed_ones() {
+fn settings_from_any_bytes_are_valid() {
     run(TARGETS[2]);
 }
 
 #[test]
-fn a_uart_stream_of_any_bytes_is_survived() {
+fn a_uart_stream_of_any_bytes_is_decoded() {
     run(TARGETS[3]);
 }

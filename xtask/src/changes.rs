@@ -1,4 +1,4 @@
-//! Which files a change has touched, by git.
+//! Files touched by a change, according to git.
 
 use std::collections::BTreeSet;
 
@@ -6,8 +6,7 @@ use anyhow::Result;
 
 use crate::command::Step;
 
-/// Paths from the root of all files that differ from `commit`, those that git does not know yet
-/// among them.
+/// Paths, relative to the root, of all files that differ from `commit`, including untracked files.
 ///
 /// # Errors
 /// Git does not know the commit.

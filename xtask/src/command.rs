@@ -1,4 +1,4 @@
-//! A program that is run, at the root of the workspace unless another folder is given, and shown before.
+//! Programs that are printed and run, by default in the root of the workspace.
 
 use std::env;
 use std::path::{Path, PathBuf};
@@ -7,24 +7,24 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 
-/// The root of the workspace.
+/// Root of the workspace.
 pub fn root() -> &'static Path {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     package.parent().unwrap_or(package)
 }
 
-/// One program with its arguments.
+/// Program with its arguments.
 pub struct Step {
     program: String,
     arguments: Vec<String>,
     environment: Vec<(&'static str, String)>,
     folder: PathBuf,
-    /// Where programs are looked for first.
+    /// Folder that is searched for programs first.
     tools: Option<PathBuf>,
 }
 
 impl Step {
-    /// Runs `program`, a path from the root or a name.
+    /// Creates a step that runs `program`, a path relative to the root or a name.
     pub fn program(program: &str) -> Self {
         let at_root = root().join(program);
         Self {
@@ -39,32 +39,32 @@ impl Step {
         }
     }
 
-    /// Runs cargo, the one that runs this program.
+    /// Creates a step that runs the cargo that runs this program.
     pub fn cargo(arguments: &[&str]) -> Self {
         let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
         Self::program(&cargo).with(arguments)
     }
 
-    /// With more arguments.
+    /// Adds arguments.
     pub fn with<T: AsRef<str>>(mut self, arguments: impl IntoIterator<Item = T>) -> Self {
         let owned = arguments.into_iter().map(|text| text.as_ref().to_owned());
         self.arguments.extend(owned);
         self
     }
 
-    /// With a variable of the environment.
+    /// Adds an environment variable.
     pub fn with_env(mut self, name: &'static str, value: &str) -> Self {
         self.environment.push((name, value.to_owned()));
         self
     }
 
-    /// With programs of a folder found first.
+    /// Searches a folder for programs first.
     pub fn with_path(mut self, folder: &Path) -> Self {
         self.tools = Some(folder.to_owned());
         self
     }
 
-    /// In another folder than the root.
+    /// Sets the folder to run in, instead of the root.
     pub fn at(mut self, folder: &Path) -> Self {
         self.folder = folder.to_owned();
         self
@@ -94,10 +94,10 @@ impl Step {
             .collect()
     }
 
-    /// Runs it to its end and says how long that took.
+    /// Runs the program and prints its duration.
     ///
     /// # Errors
-    /// It does not start, or fails.
+    /// The program does not start, or fails.
     pub fn run(&self) -> Result<()> {
         let status = self.status()?;
         if !status.success() {
@@ -106,10 +106,10 @@ impl Step {
         Ok(())
     }
 
-    /// The same where an exit code has a meaning; `None` where a signal ended it.
+    /// Like [`Self::run`], but returns the exit code; `None` if the program was ended by a signal.
     ///
     /// # Errors
-    /// It does not start.
+    /// The program does not start.
     pub fn exit_code(&self) -> Result<Option<i32>> {
         Ok(self.status()?.code())
     }
@@ -124,10 +124,10 @@ impl Step {
         Ok(status)
     }
 
-    /// Runs it to its end and takes what it prints.
+    /// Runs the program and returns its standard output.
     ///
     /// # Errors
-    /// It does not start, or fails, or prints something else than text.
+    /// The program does not start, fails, or prints invalid UTF-8.
     pub fn output(&self) -> Result<String> {
         let text = self.text();
         let output = self.command().output();

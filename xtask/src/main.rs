@@ -1,4 +1,4 @@
-//! Entry point for what is done to the repository: `cargo xtask quick | gate | update | release | mutants`.
+//! Entry point of the tasks on the repository: `cargo xtask quick | gate | update | release | mutants`.
 
 mod changes;
 mod command;

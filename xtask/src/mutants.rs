@@ -1,5 +1,5 @@
-//! Breaks the code in one place after the other and looks whether a test fails, with cargo-mutants.
-//! `.cargo/mutants.toml` lists what is left out, with reasons.
+//! Mutation tests with cargo-mutants: breaks the code in one place at a time and checks that a test fails.
+//! `.cargo/mutants.toml` lists the exclusions, with reasons.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -9,19 +9,19 @@ use anyhow::{Context, Result, bail};
 
 use crate::command::{Step, root};
 
-/// What is broken, and which tests have to notice.
+/// Package to mutate, and the tests that must detect the mutants.
 struct Target {
     package: &'static str,
-    /// The first look at every mutant, the next at what those before have missed.
+    /// The first is run on every mutant, the next ones on those missed so far.
     judges: &'static [Judges],
 }
 
-/// Tests that have to notice: a package, and which of its tests in cargo's words, or all.
+/// Tests that must detect mutants: a package, and cargo arguments that select its tests; empty for all.
 struct Judges(&'static str, &'static [&'static str]);
 
-/// The libraries of the foot. A mutant takes 2 s in `estimator-core`, 5 s in `lsm6dsox`, 7 s in `wire`
-/// and 3 s in `firmware`; what the firmware's own tests miss takes 40 s more, 12 s of them in the tests
-/// that drive a whole foot. The other tests of `host-tests` take minutes, and judge the estimator.
+/// Libraries of the foot. A mutant takes 2 s in `estimator-core`, 5 s in `lsm6dsox`, 7 s in `wire`
+/// and 3 s in `firmware`; one missed by the firmware's own tests takes 40 s more, 12 s of them in the tests
+/// that drive a whole foot. The other tests of `host-tests` take minutes, and test the estimator.
 const TARGETS: [Target; 4] = [
     Target {
         package: "estimator-core",
@@ -46,17 +46,17 @@ const TARGETS: [Target; 4] = [
 
 const VERSION: &str = "27.1.0";
 
-/// Time that tests may take which have been seen to pass, s.
+/// Timeout of tests whose baseline has passed, s.
 const TIMEOUT: &str = "120";
 
-/// Exit codes of cargo-mutants: all caught, some missed, some ran into the timeout.
+/// Exit codes of cargo-mutants: all caught, some missed, some timed out.
 const JUDGED: [i32; 3] = [0, 2, 3];
 
-/// Breaks one of `one_in` places of `packages`, or of all where there are none: the first place, or
-/// the one that comes `nth` after it, and so on.
+/// Tests one in `one_in` mutants of `packages`, or of all packages if empty: the one with index `nth`, from
+/// 0, of each `one_in`.
 ///
 /// # Errors
-/// A mutant is missed, or cargo-mutants cannot be installed or finds the tests failing as they are.
+/// A mutant is missed, cargo-mutants cannot be installed, or tests fail without a mutant.
 pub fn run(packages: &[String], one_in: u32, nth: u32) -> Result<()> {
     let tools = root().join("target").join("tools");
     let program = tools.join("bin").join("cargo-mutants");
@@ -87,7 +87,7 @@ pub fn run(packages: &[String], one_in: u32, nth: u32) -> Result<()> {
 }
 
 impl Target {
-    /// The mutants of a sample that no test has noticed, by their names.
+    /// Names of the mutants of a sample that no test has detected.
     fn missed(&self, program: &str, sample: &[String]) -> Result<BTreeSet<String>> {
         let mut left = BTreeSet::<String>::new();
         for (turn, &Judges(package, tests)) in self.judges.iter().enumerate() {
@@ -100,7 +100,7 @@ impl Target {
             } else if left.is_empty() {
                 break;
             } else {
-                // cargo-mutants would look whether the mutants' own package passes.
+                // cargo-mutants would check the baseline of the mutants' own package instead.
                 let passes = Step::cargo(&["test", "--package", package]).with(tests);
                 passes.run()?;
                 let again = ["--baseline", "skip", "--timeout", TIMEOUT].map(str::to_owned);
@@ -113,14 +113,14 @@ impl Target {
                 .with(["mutants", "--package", self.package, "--test-package"])
                 .with([package, "--output", &output.display().to_string()])
                 .with(chosen)
-                // After `--` they would be asked for and all others built.
+                // After `--` these tests would be selected, but all others would be built.
                 .with(tests.iter().map(|test| format!("--cargo-arg={test}")));
             let code = step.exit_code()?;
             if !code.is_some_and(|code| JUDGED.contains(&code)) {
                 bail!("cargo-mutants has not judged {}", self.package);
             }
             let found = names(&output.join("mutants.out").join("missed.txt"))?;
-            // Mutants without a field are made whatever is asked for.
+            // Mutants that delete a field are generated regardless of `--re`.
             left = match turn {
                 0 => found,
                 _ => left.intersection(&found).cloned().collect(),
@@ -136,7 +136,7 @@ fn names(list: &Path) -> Result<BTreeSet<String>> {
     Ok(text.lines().map(str::to_owned).collect())
 }
 
-/// A regular expression for a mutant's name and nothing else.
+/// Regular expression that matches exactly a mutant's name.
 fn whole(name: &str) -> String {
     let mut expression = String::from("^");
     for letter in name.chars() {

@@ -1,4 +1,4 @@
-//! The packages of the workspace, and which of them depend on which.
+//! Packages of the workspace and their dependencies.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,14 +7,14 @@ use cargo_metadata::{CargoOpt, MetadataCommand};
 
 use crate::command::root;
 
-/// The packages of the workspace.
+/// Packages of the workspace.
 pub struct Packages {
-    /// By name: the folder, from the root, and the packages of the workspace that it depends on.
+    /// By name: the folder, relative to the root, and the packages of the workspace that it depends on.
     all: BTreeMap<String, (String, BTreeSet<String>)>,
 }
 
 impl Packages {
-    /// Asks cargo.
+    /// Reads the packages from cargo's metadata.
     ///
     /// # Errors
     /// A manifest cannot be read.
@@ -42,7 +42,7 @@ impl Packages {
         Ok(Self { all })
     }
 
-    /// The package that a file belongs to: the one with the longest folder before it.
+    /// Package of a file: the one with the longest folder that contains it.
     fn owner(&self, path: &str) -> Option<&str> {
         let owns = |folder: &str| {
             path.strip_prefix(folder)
@@ -53,8 +53,8 @@ impl Packages {
         owner.map(|(name, _)| name.as_str())
     }
 
-    /// The packages with these files, and those that depend on them, directly or not. A manifest
-    /// at the root concerns all.
+    /// Packages with these files, and those that depend on them, directly or indirectly. A manifest at the
+    /// root affects all packages.
     pub fn touched(&self, paths: &BTreeSet<String>) -> BTreeSet<String> {
         let of_all = ["Cargo.toml", "Cargo.lock", "rust-toolchain.toml"];
         if of_all.iter().any(|path| paths.contains(*path)) {
@@ -103,25 +103,25 @@ mod tests {
     }
 
     #[test]
-    fn a_file_touches_its_package_and_all_that_depend_on_it() {
+    fn file_touches_its_package_and_dependents() {
         assert_eq!(touched("wire/src/lib.rs"), ["board", "wire"]);
         assert_eq!(touched("core/src/lib.rs"), ["board", "core", "wire"]);
     }
 
     #[test]
-    fn a_package_in_the_folder_of_another_has_its_own_files() {
+    fn nested_package_owns_its_files() {
         assert_eq!(touched("board/proofs/src/main.rs"), ["proofs"]);
     }
 
     #[test]
-    fn a_document_touches_no_package_and_the_root_manifest_all() {
+    fn root_manifest_touches_all_packages_and_a_document_none() {
         assert!(touched("docs/choosing.md").is_empty());
         assert!(touched("wires/src/lib.rs").is_empty());
         assert_eq!(touched("Cargo.lock").len(), 4);
     }
 
     #[test]
-    fn the_packages_of_this_workspace_are_found() {
+    fn workspace_packages_are_found() {
         let packages = Packages::read().expect("the manifests are sound");
         let (folder, _) = &packages.all["xtask"];
         assert_eq!(folder, "xtask");

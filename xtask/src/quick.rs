@@ -1,4 +1,4 @@
-//! Format, lints and unit tests of what a change can have touched: for use while one works.
+//! Quick check during development: format, lints and unit tests of the packages that a change affects.
 
 use anyhow::Result;
 
@@ -6,19 +6,19 @@ use crate::changes;
 use crate::command::Step;
 use crate::packages::Packages;
 
-/// Packages for the target alone: what they can do on a host is in their libraries.
+/// Packages with binaries for the target only; a host builds their libraries.
 const LIBRARY_ALONE: [&str; 1] = ["firmware"];
 
-/// Packages that a host does not build.
+/// Packages that are not built on a host.
 const NOT_FOR_HOSTS: [&str; 1] = ["board-proofs"];
 
-/// Packages whose tests are all integration tests, minutes of them.
+/// Packages with only integration tests, which take minutes.
 const SLOW: [&str; 1] = ["host-tests"];
 
-/// The version that all packages of the workspace share: a dependency has one of their names.
+/// Version of all packages of the workspace, which distinguishes them from a dependency with the same name.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// Checks what differs from `commit`.
+/// Checks the packages that differ from `commit`.
 ///
 /// # Errors
 /// A check fails.

@@ -1,4 +1,4 @@
-//! Builds what is used without a compiler, in `dist`: programs, wheels, firmware, descriptions of the wire.
+//! Builds the files of a release in `dist`: programs, wheels, firmware, descriptions of the wire.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use anyhow::{Context, Result, bail};
 
 use crate::command::{Step, root};
 
-/// Machines that get a program and a wheel: the program is static, so that it runs on any Linux of the machine.
+/// Machines with a program and a wheel; the program is static, so it runs on any Linux of the machine.
 const MACHINES: [Machine; 2] = [
     Machine {
         name: "x86_64-linux",
@@ -31,7 +31,7 @@ const TOOLS: [&str; 3] = [
 /// Oldest glibc that wheels run with: that of `manylinux_2_28`.
 const WHEELS_FOR: &str = "manylinux_2_28";
 
-/// Files that describe what a foot sends, as they stand in the repository.
+/// Files of the repository that describe the messages of a foot.
 const DESCRIPTIONS: [&str; 4] = [
     "wire/footfall.dbc",
     "wire/footfall.eds",
@@ -39,10 +39,10 @@ const DESCRIPTIONS: [&str; 4] = [
     "wire/c/footfall.h",
 ];
 
-/// Files that go with each program.
+/// Files packed with each program.
 const BESIDE_PROGRAM: [&str; 4] = ["CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT", "README.md"];
 
-/// The firmware's target, and the folder of its images below `target`.
+/// Folder of the firmware's images below `target`, named after its target.
 const FOOT: &str = "thumbv7em-none-eabihf/firmware";
 
 struct Machine {
@@ -51,10 +51,10 @@ struct Machine {
     wheel: &'static str,
 }
 
-/// Builds all files of a release in `dist`, which is emptied before.
+/// Builds all files of a release in `dist`, which is emptied first.
 ///
 /// # Errors
-/// A tool cannot be installed, something does not build, or a file cannot be written.
+/// A tool cannot be installed, a build fails, or a file cannot be written.
 pub fn run() -> Result<()> {
     let dist = root().join("dist");
     if dist.exists() {
@@ -89,7 +89,7 @@ fn version() -> Result<String> {
     Ok(footfall.context("no package footfall")?.version.to_string())
 }
 
-/// Installs the tools in a folder of their own, and returns that of their programs.
+/// Installs the tools in a separate folder, and returns the folder of their programs.
 fn install_tools() -> Result<PathBuf> {
     let folder = root().join("target/release-tools");
     let programs = folder.join("bin");
@@ -111,7 +111,7 @@ fn install_tools() -> Result<PathBuf> {
     Ok(programs)
 }
 
-/// Builds the program with all features, packs it, and checks that no shared library is asked for.
+/// Builds the program with all features, packs it, and checks that it needs no shared library.
 fn build_program(machine: &Machine, version: &str, tools: &Path, dist: &Path) -> Result<()> {
     Step::cargo(&["zigbuild", "--locked", "--profile", "dist"])
         .with(["--package", "footfall", "--features", "all"])
@@ -143,7 +143,7 @@ fn build_program(machine: &Machine, version: &str, tools: &Path, dist: &Path) ->
         .run()
 }
 
-/// Whether a 64-bit ELF has a segment `PT_INTERP`, which names a dynamic linker.
+/// Returns whether a 64-bit ELF has a segment `PT_INTERP`, which names a dynamic linker.
 fn asks_for_a_linker(elf: &[u8]) -> bool {
     const PT_INTERP: u32 = 3;
     let at = |offset: usize, size: usize| -> usize {

@@ -1,21 +1,20 @@
-//! Writes generated files and tables again: descriptions of the wire, pictures, tables in the
-//! documents.
+//! Updates generated files: descriptions of the wire, pictures, tables in the documents.
 
 use anyhow::Result;
 
 use crate::command::Step;
 
-/// The packages whose tests hold generated files, those first that others read.
+/// Packages whose tests generate files, in order of dependency.
 const PACKAGES: [&[&str]; 3] = [
     &["-p", "wire", "-p", "estimator-core", "-p", "lsm6dsox"],
     &["-p", "footfall", "-p", "host-tests"],
     &["-p", "virtual-board"],
 ];
 
-/// Runs the tests that generate, and writes what differs.
+/// Runs the tests that generate files, and writes those that differ.
 ///
 /// # Errors
-/// A test fails for another reason than an old file.
+/// A test fails for a reason other than an outdated file.
 pub fn run() -> Result<()> {
     Step::program(".ci/install").run()?;
     for packages in PACKAGES {

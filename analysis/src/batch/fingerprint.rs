@@ -1,4 +1,4 @@
-//! What a recording's bytes are: a hash of them, to know whether they have changed since.
+//! BLAKE3 fingerprint of a recording, to detect changes.
 
 use std::fs::{self, File};
 use std::io;
@@ -7,16 +7,16 @@ use std::time::SystemTime;
 
 use blake3::Hasher;
 
-/// A recording's bytes, and what shows that they change while they are read.
+/// Hash of a recording's bytes, and the file metadata that reveals a change while it is read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fingerprint {
-    /// The BLAKE3 hash in hexadecimal: of a file's bytes, or of the names, lengths and bytes of all files
-    /// in a folder, in the order of their names.
+    /// BLAKE3 hash in hexadecimal: of a file's bytes, or of the names, lengths and bytes of all files in a folder,
+    /// in the order of their names.
     pub blake3: String,
     stamps: Vec<Stamp>,
 }
 
-/// What a file system says of a file.
+/// Metadata of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Stamp {
     path: PathBuf,
@@ -25,10 +25,10 @@ struct Stamp {
 }
 
 impl Fingerprint {
-    /// Of a file, or of the folder of a rosbag2. All bytes are read.
+    /// Hashes all bytes of a file, or of the folder of a rosbag2.
     ///
     /// # Errors
-    /// It cannot be read, or is neither a file nor a folder, such as a pipe.
+    /// The path cannot be read, or is neither a file nor a folder, such as a pipe.
     pub fn of(path: &Path) -> io::Result<Self> {
         let stamps = stamps(path)?;
         let mut hasher = Hasher::new();
@@ -48,17 +48,17 @@ impl Fingerprint {
         })
     }
 
-    /// Whether lengths and times of its files are still what they were.
+    /// Returns whether the lengths and modification times of its files are unchanged.
     #[must_use]
     pub fn is_unchanged(&self, path: &Path) -> bool {
         stamps(path).is_ok_and(|now| now == self.stamps)
     }
 }
 
-/// As many bytes a recording has: those of a file, or of all files in a folder.
+/// Returns the size of a recording in bytes: of the file, or of all files in the folder.
 ///
 /// # Errors
-/// It cannot be read.
+/// The path cannot be read.
 pub fn bytes(path: &Path) -> io::Result<u64> {
     Ok(stamps(path)?.iter().map(|stamp| stamp.length).sum())
 }
@@ -96,7 +96,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_files_hash_is_that_of_its_bytes() {
+    fn file_hash_matches_b3sum() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("abc");
         fs::write(&path, "abc").unwrap();
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folders_hash_changes_with_each_name_and_byte_in_it() {
+    fn folder_hash_depends_on_names_and_bytes() {
         let hash = |files: &[(&str, &str)]| {
             let folder = tempfile::tempdir().unwrap();
             for (name, content) in files {

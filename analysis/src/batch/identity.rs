@@ -1,4 +1,4 @@
-//! What a recording is called, and where its files go:
+//! Identity of a recording, and the path of its result files,
 //! `TABLE/robot=R/foot=F/day=YYYY-MM-DD/KEY.parquet`, as Hive names partitions.
 
 use std::fmt;
@@ -6,43 +6,41 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-/// What is said where something is not known.
+/// Placeholder for an unknown value.
 pub const UNKNOWN: &str = "unknown";
 
-/// The most bytes of a name or value that stand in the name of a file or folder. Systems allow 255.
+/// Longest name or value in the name of a file or folder, bytes. Systems allow 255.
 const LONGEST: usize = 200;
 
-/// As many hexadecimal digits of a hash tell names apart: of a million names, two have the same with a
+/// Hexadecimal digits of a hash that distinguish names: of a million names, two have the same with a
 /// probability of 2 in a thousand million.
 const HASH_DIGITS: usize = 16;
 
 /// Microseconds in a day.
 const DAY_US: i64 = 86_400_000_000;
 
-/// The first time that counts as a date, 2001-09-09, µs since 1970: a clock that has run since it was switched
-/// on does not come so far.
+/// Earliest time that counts as a date, 2001-09-09, µs since 1970; a clock that counts from power-up does not
+/// reach it.
 const FIRST_DATE_US: i64 = 1_000_000_000_000_000;
 
-/// The end of the times that count as a date, 2100-01-01, µs since 1970.
+/// End of the times that count as a date, 2100-01-01, µs since 1970.
 const LAST_DATE_US: i64 = 4_102_444_800_000_000;
 
-/// What is known about a recording before it is read.
+/// Identity of a recording, known before it is read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Identity {
-    /// What the recording is called: its path below a folder that all have in common. Two recordings
-    /// have two names.
+    /// Unique name of the recording: its path below a folder common to all.
     pub name: String,
     /// The robot that was recorded.
     pub robot: String,
-    /// The foot, where the recording has one only and does not name it; else the name's last part
-    /// without extension.
+    /// Foot of a recording with a single, unnamed foot; if `None`, the last part of the name without extension.
     pub foot: Option<String>,
-    /// The day, where the recording's clock has none.
+    /// Day, used if the recording's clock has no date.
     pub day: Option<Day>,
 }
 
 impl Identity {
-    /// Of a recording of which the name and the robot are known.
+    /// Creates the identity of a recording with this name and robot.
     #[must_use]
     pub fn new(name: &str, robot: &str) -> Self {
         Self {
@@ -53,7 +51,7 @@ impl Identity {
         }
     }
 
-    /// The name of its files, without extension: the recording's name made safe, and a hash of it.
+    /// Returns the name of its files without extension: the recording's name made safe, and a hash of it.
     #[must_use]
     pub fn key(&self) -> String {
         let end = |text: &str| {
@@ -61,7 +59,7 @@ impl Identity {
             text[from..].to_owned()
         };
         let safe: String = self.name.chars().map(safe_or_dash).collect();
-        // What tells recordings apart is at the end.
+        // The distinguishing part of a name is at its end.
         let safe = end(&safe);
         format!(
             "{}-{}",
@@ -70,14 +68,14 @@ impl Identity {
         )
     }
 
-    /// The foot of a recording that has one and does not name it.
+    /// Returns the foot of a recording with a single, unnamed foot.
     #[must_use]
     pub fn only_foot(&self) -> String {
         self.foot.clone().unwrap_or_else(|| stem(&self.name))
     }
 }
 
-/// Where the files of one foot of a recording are, below the folder of a table.
+/// Location of the files of one foot of a recording, below the folder of a table.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Place {
     /// The robot.
@@ -91,7 +89,7 @@ pub struct Place {
 }
 
 impl Place {
-    /// The path of the file, below the folder of a table.
+    /// Returns the path of the file, below the folder of a table.
     #[must_use]
     pub fn path(&self) -> PathBuf {
         let Self {
@@ -117,7 +115,7 @@ pub struct Day {
 }
 
 impl Day {
-    /// Of a time in µs since 1970; `None` where the clock does not count from there.
+    /// Returns the day of a time in µs since 1970; `None` if the clock does not count from 1970.
     #[must_use]
     pub fn of_clock(micros: i64) -> Option<Self> {
         (FIRST_DATE_US..LAST_DATE_US)
@@ -165,7 +163,7 @@ impl fmt::Display for Day {
     }
 }
 
-/// A day, as it is in a path.
+/// Returns a day as it appears in a path.
 pub(super) fn day_or_unknown(day: Option<Day>) -> String {
     day.map_or_else(|| UNKNOWN.to_owned(), |day| day.to_string())
 }
@@ -192,7 +190,7 @@ fn civil_from_days(days: i64) -> Day {
     }
 }
 
-/// The last part of a name, without the extensions of a recording.
+/// Returns the last part of a name, without the extensions of a recording.
 fn stem(name: &str) -> String {
     let last = name.rsplit('/').next().unwrap_or(name);
     let path = Path::new(last);
@@ -221,8 +219,8 @@ fn safe_or_dash(c: char) -> char {
     if is_safe(c) { c } else { '-' }
 }
 
-/// A value as Hive writes it in the name of a folder: what is not safe there as its bytes in hexadecimal
-/// after a percent sign. One that is too long ends with a hash.
+/// Encodes a value for the name of a Hive folder: unsafe bytes in hexadecimal after a percent sign. A value that
+/// is too long is cut and ends with a hash.
 #[must_use]
 pub fn encoded(value: &str) -> String {
     let value = if value.is_empty() { UNKNOWN } else { value };
@@ -245,7 +243,7 @@ pub fn encoded(value: &str) -> String {
     encoded
 }
 
-/// A value from the name of a folder, as [`encoded`] writes it; a long one is not what it was.
+/// Decodes a value from the name of a folder as written by [`encoded`]; a long value is not restored.
 pub(super) fn decoded(text: &str) -> String {
     let mut bytes = Vec::new();
     let mut rest = text.as_bytes();
@@ -268,7 +266,7 @@ pub(super) fn decoded(text: &str) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-/// The first digits of a name's hash.
+/// Returns the first digits of a name's hash.
 fn short_hash(name: &str) -> String {
     let mut hash = blake3::hash(name.as_bytes()).to_hex().to_string();
     hash.truncate(HASH_DIGITS);
@@ -280,7 +278,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_that_look_alike_have_keys_of_their_own() {
+    fn similar_names_have_different_keys() {
         let keys =
             ["a/b.csv", "a-b.csv", "a b.csv", "A/b.csv"].map(|name| Identity::new(name, "r").key());
         assert!(keys[0].starts_with("a-b.csv-"), "{}", keys[0]);
@@ -291,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn the_key_of_a_long_name_is_that_of_its_end() {
+    fn long_name_keeps_its_end_in_the_key() {
         let name = format!("{}/walk.csv", "ä".repeat(500));
         let key = Identity::new(&name, "r").key();
         assert!(
@@ -302,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn values_are_safe_names_of_folders() {
+    fn values_are_encoded_as_safe_folder_names() {
         for (value, expected) in [
             ("spot-1_a.b", "spot-1_a.b"),
             ("a/left", "a%2Fleft"),
@@ -329,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn a_place_is_a_path_of_partitions() {
+    fn place_path_consists_of_partitions() {
         let place = Place {
             robot: "spot 1".to_owned(),
             foot: "fl".to_owned(),
@@ -341,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn days_are_those_of_the_calendar() {
+    fn days_follow_the_calendar() {
         // `date -u -d @…` of GNU coreutils.
         for (seconds, day) in [
             (951_825_600, None),
@@ -359,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn a_day_is_read_as_it_is_written_and_without_dashes() {
+    fn day_parses_with_and_without_dashes() {
         for text in ["2024-02-29", "20240229"] {
             assert_eq!(text.parse::<Day>().unwrap().to_string(), "2024-02-29");
         }
@@ -377,7 +375,7 @@ mod tests {
     }
 
     #[test]
-    fn a_foot_without_a_name_has_that_of_its_file() {
+    fn unnamed_foot_takes_the_file_name() {
         for (name, foot) in [
             ("spot/fl.csv", "fl"),
             ("fl.csv.gz", "fl"),

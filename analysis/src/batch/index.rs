@@ -1,4 +1,4 @@
-//! What is in the folder of results: files by the key of their recording.
+//! Index of the results folder: files by the key of their recording.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
@@ -19,19 +19,19 @@ pub(super) struct Index {
     out: PathBuf,
     /// Paths by the key of their recording.
     files: BTreeMap<String, BTreeSet<PathBuf>>,
-    /// What was left by a process that was killed.
+    /// Unfinished files of a killed process.
     unfinished: Vec<PathBuf>,
 }
 
 impl Index {
-    /// Looks through a folder, which need not be there.
+    /// Indexes a folder, which may be missing.
     pub(super) fn of(out: &Path) -> Self {
         let mut index = Self {
             out: out.to_owned(),
             ..Self::default()
         };
         for table in Table::ALL {
-            // What cannot be read has no results; that they cannot be written will be said.
+            // An unreadable folder counts as empty; writing to it reports the error.
             for entry in WalkDir::new(out.join(table.folder())).into_iter().flatten() {
                 let path = entry.path();
                 if !entry.file_type().is_file() {
@@ -52,13 +52,13 @@ impl Index {
         index
     }
 
-    /// The keys of all recordings.
+    /// Returns the keys of all recordings.
     pub(super) fn keys(&self) -> impl Iterator<Item = &String> {
         self.files.keys()
     }
 
-    /// The rows of a recording, where all of its files are there and no others; each with its path below
-    /// the folder of a table.
+    /// Returns the rows of a recording if exactly its files are present; each with its path below the folder of a
+    /// table.
     pub(super) fn complete_rows(&self, key: &str) -> Result<Vec<(PathBuf, Row)>, Incomplete> {
         let files = self.files.get(key).ok_or(Incomplete::Missing)?;
         let folder = self.out.join(Table::Recordings.folder());
@@ -87,7 +87,7 @@ impl Index {
         Ok(rows)
     }
 
-    /// The name of a recording that has any row, and the number of its files.
+    /// Returns the name of a recording, if it has a row, and the number of its files.
     pub(super) fn about(&self, key: &str) -> (Option<String>, usize) {
         let folder = self.out.join(Table::Recordings.folder());
         let files = self.files.get(key);
@@ -99,8 +99,7 @@ impl Index {
         (name, files.map_or(0, BTreeSet::len))
     }
 
-    /// Removes all files of a recording: rows first, so that what is half removed does not pass for
-    /// done.
+    /// Removes all files of a recording, rows first, so that a partly removed recording does not count as done.
     pub(super) fn remove(&self, key: &str) -> Result<(), (PathBuf, io::Error)> {
         let folder = self.out.join(Table::Recordings.folder());
         let files = self.files.get(key).into_iter().flatten();
@@ -108,29 +107,29 @@ impl Index {
         rows.into_iter().chain(others).try_for_each(remove)
     }
 
-    /// Removes what was left by a process that was killed.
+    /// Removes the unfinished files of a killed process.
     pub(super) fn remove_unfinished(&self) -> Result<(), (PathBuf, io::Error)> {
         self.unfinished.iter().try_for_each(remove)
     }
 }
 
-/// Why a recording has to be estimated, as far as its files show.
+/// Reason why a recording has to be estimated, as far as its files show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Incomplete {
-    /// There are none.
+    /// No files.
     Missing,
-    /// Some are not there or cannot be read, or there are others.
+    /// Files are missing, unreadable or surplus.
     Unfinished,
 }
 
-/// Removes folders in which there is nothing any more.
+/// Removes empty folders.
 pub(super) fn remove_empty_folders(out: &Path) {
     for table in Table::ALL {
         let folder = out.join(table.folder());
         let entries = WalkDir::new(&folder).contents_first(true).into_iter();
         for entry in entries.flatten() {
             if entry.file_type().is_dir() {
-                // Of one that is not empty, this fails.
+                // Fails if the folder is not empty.
                 let _ = fs::remove_dir(entry.path());
             }
         }
@@ -144,7 +143,7 @@ fn remove(path: &PathBuf) -> Result<(), (PathBuf, io::Error)> {
     }
 }
 
-/// The row in a file, of which robot, foot and day are in its path.
+/// Reads the row in a file; robot, foot and day come from its path.
 fn read_row(file: &Path, below: &Path) -> Option<Row> {
     let mut rows: Vec<Row> = read(File::open(file).ok()?).ok()?;
     let row = rows.pop().filter(|_| rows.is_empty())?;

@@ -1,19 +1,19 @@
-//! Many recordings, one after the other or on many machines, into tables of Parquet.
+//! Batch estimation of recordings, in sequence or on many machines, into tables of Parquet.
 //!
-//! [`estimate_recording`] does all the work on one recording: a program calls it for each of a tree on the
-//! threads of one machine, a cluster on its machines. The bytes of its files depend on the recording, its
-//! identity, the settings and the version alone.
+//! [`estimate_recording`] does all the work on one recording: a program calls it on the threads of one machine, a
+//! cluster on its machines. The bytes of the files depend only on the recording, its identity, the settings and
+//! the version.
 //!
 //! | step | file |
 //! |---|---|
-//! | the recordings of a tree; what their paths say | [`sources`], [`pattern`] |
-//! | what a recording is called, and where its files go | [`identity`] |
-//! | what it is estimated with | [`settings`] |
-//! | whether a file is the one it was | [`fingerprint`] |
-//! | one recording: its samples and events as tables, then what it comes to | [`recording`] |
-//! | the row that says what it comes to | [`row`] |
-//! | what is in the folder of results | `index` |
-//! | all recordings: what is up to date, and the rest on all cores | [`run`] |
+//! | recordings of a tree, and the fields in their paths | [`sources`], [`pattern`] |
+//! | identity of a recording, and the path of its files | [`identity`] |
+//! | settings of the estimation | [`settings`] |
+//! | detection of changed files | [`fingerprint`] |
+//! | one recording: its samples and events as tables, then its results | [`recording`] |
+//! | row with the results of a foot | [`row`] |
+//! | index of the results folder | `index` |
+//! | all recordings: skips those up to date, estimates the rest on all cores | [`run`] |
 
 pub mod fingerprint;
 pub mod identity;

@@ -1,19 +1,19 @@
-//! What the path of a recording says: the robot, the foot, the day.
+//! Patterns of recording paths: robot, foot and day.
 
 use std::str::FromStr;
 
 use super::identity::{Day, Identity};
 
-/// A pattern of the last parts of a recording's name, such as `{robot}/*/{day}_{foot}.csv`.
+/// Pattern of the last parts of a recording's name, such as `{robot}/*/{day}_{foot}.csv`.
 ///
-/// `*` is any text within a part, `**` any number of parts; `{robot}` and `{foot}` are at least one
-/// character each, and as few as can be; `{day}` is `YYYY-MM-DD` or `YYYYMMDD`.
+/// `*` matches any text within a part, `**` any number of parts; `{robot}` and `{foot}` match at least one
+/// character each, and as few as possible; `{day}` matches `YYYY-MM-DD` or `YYYYMMDD`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PathPattern {
     parts: Vec<Part>,
 }
 
-/// A part of a path.
+/// Part of a path.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Part {
     /// `**`.
@@ -35,14 +35,14 @@ enum Value {
     Day,
 }
 
-/// What was found, in the order of the pattern.
+/// Matched values, in the order of the pattern.
 type Found<'a> = Vec<(Value, &'a str)>;
 
 impl PathPattern {
-    /// Sets in `identity` what its name says.
+    /// Sets the fields of `identity` found in its name.
     ///
     /// # Errors
-    /// The name is not as the pattern has it: nothing is set.
+    /// The name does not match the pattern; nothing is set.
     pub fn apply(&self, identity: &mut Identity) -> Result<(), NotAsThePattern> {
         let name = identity.name.clone();
         let parts: Vec<&str> = name.split('/').collect();
@@ -66,7 +66,7 @@ impl PathPattern {
     }
 }
 
-/// A name is not as the pattern has it.
+/// Error for a name that does not match the pattern.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotAsThePattern;
 
@@ -116,7 +116,7 @@ fn tokens(part: &str) -> Result<Vec<Token>, String> {
         }
         rest = special;
         if let Some(after) = rest.strip_prefix('*') {
-            // Two stars in a part are as one.
+            // Two stars in a part are equivalent to one.
             if tokens.last() != Some(&Token::Star) {
                 tokens.push(Token::Star);
             }
@@ -148,7 +148,7 @@ fn match_parts<'a>(pattern: &[Part], parts: &[&'a str]) -> Option<Found<'a>> {
         }
         Some((Part::One(tokens), pattern)) => {
             let (part, parts) = parts.split_first()?;
-            // Which texts are taken in one part changes nothing for the others.
+            // The match within one part does not affect the others.
             let mut found = match_tokens(tokens, part)?;
             found.extend(match_parts(pattern, parts)?);
             Some(found)
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn a_path_says_what_the_pattern_names() {
+    fn pattern_fields_are_read_from_the_path() {
         let name = "data/2024-05-01/spot-3/run1_fl.csv";
         for (pattern, expected) in [
             ("{robot}/*", ("spot-3", None, None)),
@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn a_path_that_is_not_as_the_pattern_says_nothing() {
+    fn unmatched_path_sets_nothing() {
         for pattern in [
             "other/{robot}/*",
             "{robot}_*.parquet",
@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pattern_that_cannot_be_meant_is_refused() {
+    fn invalid_pattern_is_rejected() {
         for (pattern, why) in [
             ("*/*", "names nothing"),
             ("{robot}/{robot}", "twice"),

@@ -1,4 +1,4 @@
-//! One recording: all its feet are estimated, and what they come to is written.
+//! Estimation of one recording: all feet, with their results written to tables.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -19,48 +19,47 @@ use crate::config::{GRAVITIES, word_of};
 use crate::parameters::{CorrectionReport, ParametersReport};
 use crate::replay::foot::{ReplayError, Replayed, Wanted, replay};
 
-/// Called with how much of a recording is done, in [0, 1].
+/// Callback with the completed share of a recording, in [0, 1].
 pub type Progress = Arc<dyn Fn(f64) + Send + Sync>;
 
-/// The share of the work on a recording that is reading it, for progress.
+/// Share of reading in the work on a recording, for progress.
 const READING: f64 = 0.4;
 
-/// What is in the way of any recording, not of this one.
+/// Error that affects every recording, not only this one.
 #[derive(Debug, Error)]
 pub enum BatchError {
     /// A result cannot be written or removed.
     #[error("{} cannot be written: {source}", path.display())]
     Output {
-        /// Where it should be.
+        /// Path of the result.
         path: PathBuf,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// Samples cannot be kept while they are worked on.
+    /// Samples cannot be stored during the estimation.
     #[error("{name}: {source}")]
     Temporary {
         /// The recording's name.
         name: String,
-        /// What is said about it.
+        /// Cause of the error.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
 }
 
-/// Why a recording has failed.
+/// Failure of a recording.
 struct Failure {
     sentence: String,
-    /// Whether it would fail again: not where it could not be read.
+    /// Whether the failure is permanent; a read error is not.
     for_good: bool,
 }
 
-/// Estimates all feet of a recording, or the one that is wanted, and writes samples, events and the
-/// rows that are returned below the folder `out`. A recording that cannot be estimated has a row that
-/// says why.
+/// Estimates all feet of a recording, or the selected one, and writes samples, events and the returned rows below
+/// the folder `out`. A recording that cannot be estimated has a row with the reason.
 ///
-/// A row is written after all that it tells of; before that, an earlier one is removed.
+/// An earlier row is removed first; the new one is written last.
 ///
 /// # Errors
-/// What stands in the way of any recording: results or temporary files cannot be written.
+/// Results or temporary files cannot be written, which affects every recording.
 pub fn estimate_recording(
     path: &Path,
     identity: &Identity,
@@ -76,10 +75,10 @@ pub fn estimate_recording(
     )
 }
 
-/// [`estimate_recording`], with calls that tell how much is done.
+/// Does the same as [`estimate_recording`], and reports progress.
 ///
 /// # Errors
-/// Those of [`estimate_recording`].
+/// The errors of [`estimate_recording`].
 pub fn estimate_recording_watched(
     path: &Path,
     identity: &Identity,
@@ -110,7 +109,7 @@ pub fn estimate_recording_watched(
     }
 }
 
-/// A recording that is worked on.
+/// Recording being processed.
 struct Work<'a> {
     path: &'a Path,
     identity: &'a Identity,
@@ -122,7 +121,7 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
-    /// The rows of all feet; or why there are none.
+    /// Returns the rows of all feet, or the failure.
     fn estimate(&self, fingerprint: &Fingerprint) -> Result<Result<Vec<Row>, Failure>, BatchError> {
         let file = self.path.display().to_string();
         let for_good = |sentence: String| Failure {
@@ -207,14 +206,14 @@ impl Work<'_> {
         Ok((format, opened.store_all(&self.settings.hints)?))
     }
 
-    /// The name of a foot.
+    /// Returns the name of a foot.
     fn foot(&self, stored: &Stored) -> String {
         let named = stored.about.foot.clone();
         named.unwrap_or_else(|| self.identity.only_foot())
     }
 
-    /// Estimates a foot and writes its samples and events; those of a recording that is not plausible
-    /// and should be are removed again.
+    /// Estimates a foot and writes its samples and events. If the recording has to be plausible and is not, both
+    /// are removed again.
     #[allow(clippy::type_complexity)]
     fn estimate_foot(
         &self,
@@ -259,7 +258,7 @@ impl Work<'_> {
         Ok(Ok((place, error, found)))
     }
 
-    /// What was found in a foot's recording.
+    /// Returns the results of a foot's recording.
     fn found(
         &self,
         stored: &Stored,
@@ -360,7 +359,7 @@ impl Work<'_> {
         }
     }
 
-    /// The row of a recording that has failed as a whole.
+    /// Writes and returns the row of a recording that failed as a whole.
     fn failed(
         &self,
         fingerprint: Option<&Fingerprint>,
@@ -430,7 +429,7 @@ impl Work<'_> {
         }
     }
 
-    /// A sentence about a file, with the recording's name in place of where it lies on this machine.
+    /// Replaces the file's path in a sentence by the recording's name.
     fn by_name(&self, sentence: &str) -> String {
         let file = self.path.display().to_string();
         if file.is_empty() {
@@ -452,11 +451,11 @@ fn row(place: &Place, origin: Origin, found: Option<Found>) -> Row {
 }
 
 fn json(what: &impl serde::Serialize) -> String {
-    // Names and numbers always become JSON.
+    // Names and numbers always serialise to JSON.
     serde_json::to_string(what).unwrap_or_default()
 }
 
-/// A file that tells how much of it has been read.
+/// File that reports the share that has been read.
 struct Counted {
     file: File,
     progress: Progress,

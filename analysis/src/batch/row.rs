@@ -1,5 +1,4 @@
-//! The row that says what one foot of a recording comes to. It is written last: where it is, the recording
-//! is done.
+//! Row with the results of one foot of a recording. It is written last; its presence marks the recording as done.
 
 use std::sync::Arc;
 
@@ -19,9 +18,9 @@ pub enum Status {
     Failed,
 }
 
-/// A type that fields of a row have.
+/// Type of a row's field.
 trait Column {
-    /// The type in a table, and whether there may be none.
+    /// Returns the type in a table, and whether it is nullable.
     fn column() -> (DataType, bool);
 }
 
@@ -52,7 +51,7 @@ impl<T: Column> Column for Option<T> {
     }
 }
 
-/// A struct, with the columns of a table that has its fields.
+/// Defines a struct, and the columns of a table with its fields.
 macro_rules! columns {
     ($(#[$about:meta])* pub struct $name:ident { $($(#[$meta:meta])* $field:ident: $type:ty,)* }) => {
         $(#[$about])*
@@ -92,7 +91,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// The columns of a table of rows. Robot, foot and day are partitions.
+    /// Returns the columns of a table of rows. Robot, foot and day are partitions.
     #[must_use]
     pub fn columns() -> Vec<Field> {
         let found = Found::columns().into_iter();
@@ -100,7 +99,7 @@ impl Row {
         Origin::columns().into_iter().chain(found).collect()
     }
 
-    /// Where its files are.
+    /// Returns the location of its files.
     #[must_use]
     pub fn place(&self) -> Place {
         Place {
@@ -266,7 +265,7 @@ mod tests {
     use estimator_core::{Flag, Phase};
 
     #[test]
-    fn every_state_and_every_flag_has_its_column() {
+    fn every_state_and_flag_has_a_column() {
         let columns = Row::columns();
         let has = |name: String| columns.iter().any(|column| *column.name() == name);
         for phase in Phase::ALL {

@@ -1,4 +1,4 @@
-//! Many recordings on the threads of one machine. What is done already is not done again.
+//! Batch runs on the threads of one machine. Recordings that are up to date are skipped.
 
 use std::collections::HashSet;
 use std::fs::{self, File, TryLockError};
@@ -40,7 +40,7 @@ pub enum Reason {
 }
 
 impl Reason {
-    /// What is said of it.
+    /// Returns the reason as a sentence.
     #[must_use]
     pub const fn sentence(self) -> &'static str {
         match self {
@@ -55,19 +55,19 @@ impl Reason {
     }
 }
 
-/// What became of a recording.
+/// Outcome for a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outcome {
-    /// It was estimated, or has failed, as its rows say.
+    /// Estimated or failed, as its rows state.
     Estimated(Reason, Vec<Row>),
-    /// It was estimated, or has failed, before.
+    /// Estimated or failed in an earlier run.
     UpToDate(Vec<Row>),
-    /// It would be estimated.
+    /// Due for estimation.
     ToDo(Reason),
 }
 
 impl Outcome {
-    /// Why it has failed, where it has.
+    /// Returns the error of a failed recording.
     #[must_use]
     pub fn error(&self) -> Option<&str> {
         let rows = match self {
@@ -94,20 +94,20 @@ pub struct Stale {
     pub files: usize,
 }
 
-/// A folder of results on which this process alone works.
+/// Results folder in exclusive use by this process.
 #[derive(Debug)]
 pub struct Results {
     out: PathBuf,
     index: Index,
-    /// The folder, locked where the system can; the lock ends with the process.
+    /// Folder, locked if the system supports it; the lock ends with the process.
     _lock: Option<File>,
 }
 
 impl Results {
-    /// Opens a folder and makes it where it is not there; removes what a run that was killed has left.
+    /// Opens a folder, which is created if missing, and removes the unfinished files of a killed run.
     ///
     /// # Errors
-    /// The folder cannot be written, or another process works on it.
+    /// The folder cannot be written, or another process uses it.
     pub fn open(out: &Path) -> Result<Self, BatchError> {
         let output = |path: &Path, source| BatchError::Output {
             path: path.to_owned(),
@@ -126,7 +126,7 @@ impl Results {
         })
     }
 
-    /// Looks at a folder, which need not be there, and changes nothing.
+    /// Reads a folder, which may be missing, without changing it.
     #[must_use]
     pub fn look(out: &Path) -> Self {
         Self {
@@ -136,11 +136,11 @@ impl Results {
         }
     }
 
-    /// Estimates those of `recordings` whose results are missing or of something else, on up to `jobs`
-    /// threads, and hands what became of each to `done` as it comes. Long ones are begun first.
+    /// Estimates the recordings whose results are missing or outdated on up to `jobs` threads, longest first, and
+    /// passes each outcome to [`Watch::done`] as it arrives.
     ///
     /// # Errors
-    /// The first thing that stands in the way of any recording; no further one is begun then.
+    /// The first error that affects every recording; no further recording is started after it.
     pub fn estimate(
         &self,
         recordings: &[Recording],
@@ -174,7 +174,7 @@ impl Results {
         results.into_iter().collect()
     }
 
-    /// What [`Self::estimate`] would do.
+    /// Reports to [`Watch::done`] which recordings [`Self::estimate`] would estimate, and why.
     pub fn plan(
         &self,
         recordings: &[Recording],
@@ -193,7 +193,7 @@ impl Results {
         });
     }
 
-    /// The results of recordings that are none of these.
+    /// Returns the results of recordings that are not in `recordings`.
     #[must_use]
     pub fn stale(&self, recordings: &[Recording]) -> Vec<Stale> {
         let wanted: HashSet<String> = recordings
@@ -228,8 +228,8 @@ impl Results {
         removed.map_err(|(path, source)| BatchError::Output { path, source })
     }
 
-    /// The rows of a recording that need not be estimated; or why it must be. The recording is read only
-    /// where nothing else says it.
+    /// Returns the rows of a recording that is up to date, or the reason to estimate it. The recording is read
+    /// only if everything else matches.
     fn up_to_date(&self, recording: &Recording, settings: &str) -> Result<Vec<Row>, Reason> {
         let Recording { path, identity, .. } = recording;
         let rows = self.index.complete_rows(&identity.key());
@@ -263,24 +263,24 @@ impl Results {
     }
 }
 
-/// Watches recordings while they are estimated, on any thread.
+/// Observes recordings while they are estimated, on any thread.
 pub trait Watch {
-    /// Something that is told how much of a recording is done.
+    /// Returns the callback for the progress of a recording.
     fn progress(&self, _recording: &Recording) -> Progress {
         Arc::new(|_| ())
     }
 
-    /// A recording is done.
+    /// Called when a recording is done.
     fn done(&self, recording: &Recording, outcome: Outcome);
 }
 
-/// Whether a row is where it would be with this identity.
+/// Returns whether this identity places a row where it is.
 fn is_in_place(below: &Path, row: &Row, identity: &Identity) -> bool {
     let clock = row.found.as_ref().map(|found| found.start_s * 1.0e6);
     let day = clock.and_then(|micros| Day::of_clock(micros.round() as i64));
     let place = Place {
         robot: identity.robot.clone(),
-        // The feet of a recording that has several are named by it.
+        // A recording with several feet names them itself.
         foot: if row.origin.feet > 1 {
             row.foot.clone()
         } else {
@@ -298,7 +298,7 @@ fn lock(out: &Path) -> Result<Option<File>, BatchError> {
         path: out.to_owned(),
         source: io::Error::other("another process writes there; wait until it is done"),
     };
-    // Where a folder cannot be opened or locked, as on Windows or some network's, all goes on without.
+    // If a folder cannot be opened or locked, as on Windows or some network drives, the run continues unlocked.
     let Ok(folder) = File::open(out) else {
         return Ok(None);
     };

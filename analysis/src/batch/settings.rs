@@ -1,4 +1,4 @@
-//! What recordings are read and estimated with, and a hash of it.
+//! Settings for reading and estimating recordings, and their hash.
 
 use estimator_core::{Params, WindowLength};
 use recordings::input::{Format, Hints, TableOptions, TimeUnit, Times, Topics};
@@ -7,49 +7,49 @@ use serde::Serialize;
 use crate::config::{GRAVITIES, Origins, Overrides, Preset, RateOrigin, word_of};
 use crate::parameters::{CorrectionReport, ParametersReport};
 
-/// What is done about a recording that is not plausible.
+/// Treatment of implausible recordings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Plausibility {
-    /// Its findings are in its row.
+    /// The findings are listed in the row.
     #[default]
     Reported,
-    /// It has failed.
+    /// The recording fails.
     Required,
 }
 
-/// Which feet of a recording are estimated.
+/// Selection of the feet of a recording.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum FeetWanted {
-    /// All that are read.
+    /// All feet that are read.
     #[default]
     All,
-    /// The one of this name.
+    /// The foot with this name.
     Named(String),
 }
 
-/// What recordings are read and estimated with.
+/// Settings for reading and estimating recordings.
 #[derive(Debug, Default)]
 pub struct Settings {
-    /// Where the parameters start from.
+    /// Preset from which the parameters start.
     pub preset: Preset,
-    /// The configuration file's name and text.
+    /// Name and text of the configuration file.
     pub config: Option<(String, String)>,
-    /// What it sets.
+    /// Settings in the configuration file.
     pub overrides: Overrides,
-    /// The window, where it is set otherwise.
+    /// Length of the window, if set outside the configuration file.
     pub window: Option<WindowLength>,
-    /// The format of all recordings, where it is given.
+    /// Format of all recordings, if given.
     pub format: Option<Format>,
-    /// What is known about the files beyond their format.
+    /// Properties of the files beyond their format.
     pub hints: Hints,
-    /// What is done about a recording that is not plausible.
+    /// Treatment of implausible recordings.
     pub plausibility: Plausibility,
-    /// Which feet are estimated. It changes no result, so it is no part of the hash.
+    /// Selected feet. The selection changes no result and is not part of the hash.
     pub feet: FeetWanted,
 }
 
 impl Settings {
-    /// The parameters for recordings of a format.
+    /// Returns the parameters for recordings of a format.
     #[must_use]
     pub fn params(&self, format: Format) -> Params {
         let mut params = self.preset.params(format);
@@ -60,7 +60,7 @@ impl Settings {
         params
     }
 
-    /// Who set the parameters, for errors about a recording.
+    /// Returns the sources of the parameters, for errors about a recording.
     #[must_use]
     pub fn origins<'a>(&'a self, recording: &'a str) -> Origins<'a> {
         let (file, text) = match &self.config {
@@ -81,7 +81,7 @@ impl Settings {
         }
     }
 
-    /// The BLAKE3 hash, in hexadecimal, of all that results depend on beside the recording and the
+    /// Returns the BLAKE3 hash, in hexadecimal, of everything that affects results besides the recording and the
     /// version.
     #[must_use]
     pub fn blake3(&self) -> String {
@@ -121,7 +121,7 @@ impl Settings {
             loads: bag.loads.iter().map(ToString::to_string).collect(),
             strict: self.plausibility == Plausibility::Required,
         };
-        // Strings and numbers always become JSON.
+        // Strings and numbers always serialise to JSON.
         let text = serde_json::to_vec(&all).unwrap_or_default();
         blake3::hash(&text).to_string()
     }
@@ -153,7 +153,7 @@ mod tests {
     use estimator_core::Gravity;
 
     #[test]
-    fn each_setting_changes_the_hash_and_the_choice_of_a_foot_does_not() {
+    fn hash_depends_on_settings_but_not_on_feet() {
         let set = |change: fn(&mut Settings)| {
             let mut settings = Settings::default();
             change(&mut settings);

@@ -1,4 +1,4 @@
-//! The recordings in trees of folders, and those that are named.
+//! Search for recordings: named files, and trees of folders.
 
 use std::collections::{HashMap, HashSet};
 use std::fs;
@@ -15,27 +15,27 @@ use super::fingerprint;
 use super::identity::{Identity, UNKNOWN};
 use super::pattern::PathPattern;
 
-/// How recordings are looked for and called.
+/// Options of the search.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Search {
-    /// The robot of all of them; else the first folder below a source.
+    /// Robot of all recordings; if `None`, the first folder below a source.
     pub robot: Option<String>,
-    /// What their paths say.
+    /// Pattern of the recordings' paths.
     pub pattern: Option<PathPattern>,
-    /// The format of all of them.
+    /// Format of all recordings.
     pub format: Option<Format>,
-    /// Where results go, which is no source.
+    /// Results folder, excluded from the search.
     pub out: PathBuf,
 }
 
-/// A recording that was found.
+/// Recording that was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
-    /// Where it is.
+    /// Path of the recording.
     pub path: PathBuf,
-    /// What it is called.
+    /// Identity of the recording.
     pub identity: Identity,
-    /// As many bytes it has, for progress; 0 where it cannot be read.
+    /// Size in bytes, for progress; 0 if it cannot be read.
     pub bytes: u64,
 }
 
@@ -48,18 +48,18 @@ pub struct PassedOver {
     pub reason: String,
 }
 
-/// All that was found.
+/// Result of the search.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sources {
-    /// The recordings, in the order of their names.
+    /// Recordings, in the order of their names.
     pub recordings: Vec<Recording>,
-    /// Files that are no recordings, without hidden ones.
+    /// Visible files that are not recordings.
     pub passed_over: Vec<PassedOver>,
-    /// The names of the recordings whose path is not as the pattern has it.
+    /// Names of the recordings whose path does not match the pattern.
     pub not_as_the_pattern: Vec<String>,
 }
 
-/// A source is not there.
+/// Error for a missing source.
 #[derive(Debug, Error)]
 #[error("{} cannot be read: {error}", path.display())]
 pub struct NoSource {
@@ -67,11 +67,11 @@ pub struct NoSource {
     error: io::Error,
 }
 
-/// Finds the recordings in `sources`: files and folders of rosbag2 as they are named, and in all other
-/// folders what looks like one. Each is found once, however often it is linked.
+/// Finds the recordings in `sources`: files and rosbag2 folders as named, and everything in other folders that
+/// looks like a recording. Each is found once, even if it is linked several times.
 ///
 /// # Errors
-/// A source is not there.
+/// A source is missing.
 pub fn find(sources: &[PathBuf], search: &Search) -> Result<Sources, NoSource> {
     let mut finder = Finder {
         search,
@@ -99,14 +99,14 @@ struct Finder<'a> {
     search: &'a Search,
     out: Option<PathBuf>,
     found: Sources,
-    /// The names of recordings by where they really are.
+    /// Names of recordings by their real path.
     seen: HashMap<PathBuf, String>,
-    /// Those that were come to by a link, where they really are, and their robot.
+    /// Recordings reached through a link: path, real path and robot.
     links: Vec<(PathBuf, PathBuf, String)>,
 }
 
 impl Finder<'_> {
-    /// Takes in what looks like a recording below a folder.
+    /// Adds everything below a folder that looks like a recording.
     fn walk(&mut self, source: &Path, real_source: &Path) {
         let mut entries = WalkDir::new(source)
             .follow_links(true)
@@ -166,7 +166,7 @@ impl Finder<'_> {
     }
 
     fn is_recording(&self, entry: &DirEntry) -> io::Result<bool> {
-        // To open a pipe would wait for its writer.
+        // Opening a pipe would wait for its writer.
         Ok(entry.file_type().is_file() && is_recording(entry.path(), self.search.format)?)
     }
 
@@ -218,12 +218,12 @@ impl Finder<'_> {
     }
 }
 
-/// Whether a file or folder below a source is hidden.
+/// Returns whether a file or folder below a source is hidden.
 fn is_hidden(entry: &DirEntry) -> bool {
     entry.depth() > 0 && entry.file_name().as_encoded_bytes().starts_with(b".")
 }
 
-/// The first folder below a source; the source's own where there is none.
+/// Returns the first folder below a source, or the source's own name if there is none.
 fn robot_of(below: &Path, source: &Path) -> String {
     let folder = below.parent().and_then(|parent| parent.components().next());
     let name = folder.map(Component::as_os_str).or(source.file_name());
@@ -231,7 +231,7 @@ fn robot_of(below: &Path, source: &Path) -> String {
     name.unwrap_or_else(|| UNKNOWN.to_owned())
 }
 
-/// What a recording is called: its path as it was named, without what says from where.
+/// Returns the name of a recording: its path as given, without root, `.` and `..`.
 fn name(path: &Path) -> String {
     let mut parts: Vec<String> = Vec::new();
     for component in path.components() {
@@ -251,7 +251,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_name_is_the_path_as_it_was_named() {
+    fn name_is_the_path_as_given() {
         for (path, expected) in [
             ("logs/spot/a.csv", "logs/spot/a.csv"),
             ("./logs//spot/a.csv", "logs/spot/a.csv"),
@@ -263,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn the_robot_is_the_first_folder_below_the_source() {
+    fn robot_is_the_first_folder_below_the_source() {
         for (below, expected) in [
             ("spot/run/a.csv", "spot"),
             ("spot/a.csv", "spot"),

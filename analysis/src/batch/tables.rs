@@ -1,4 +1,4 @@
-//! The tables of samples and events of one foot, and of its row.
+//! Tables of samples and events of one foot, and of its row.
 
 use std::fs;
 use std::io;
@@ -17,7 +17,7 @@ use super::row::Row;
 use crate::replay::foot::Observer;
 use crate::whole_file::WholeFile;
 
-/// The tables, by the names of their folders.
+/// Tables, by the names of their folders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Table {
     Samples,
@@ -36,13 +36,13 @@ impl Table {
         }
     }
 
-    /// Where the file of a foot is.
+    /// Returns the path of a foot's file.
     pub(super) fn path(self, out: &Path, place: &Place) -> PathBuf {
         out.join(self.folder()).join(place.path())
     }
 }
 
-/// The column of the recording's name in the tables of samples and events.
+/// Column of the recording's name in the tables of samples and events.
 const RECORDING: &str = "recording";
 
 /// A row of the table of events; the columns are those of [`recordings::events::HEADER`].
@@ -67,7 +67,7 @@ fn event_columns() -> Vec<Field> {
     ]
 }
 
-/// What is counted while a foot is estimated.
+/// Counters of a foot's estimation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Counts {
     /// In the order of [`Phase::ALL`].
@@ -89,12 +89,12 @@ pub(super) struct Writer<'a> {
     /// The first failure; nothing is written after it.
     written: io::Result<()>,
     pub(super) counts: Counts,
-    /// Called with the number of samples that have been estimated.
+    /// Called with the number of estimated samples.
     progress: &'a dyn Fn(u64),
     estimated: u64,
 }
 
-/// As many samples are estimated between two reports of progress.
+/// Samples between two reports of progress.
 const REPORTED_EVERY: u64 = 10_000;
 
 impl<'a> Writer<'a> {
@@ -119,7 +119,7 @@ impl<'a> Writer<'a> {
         })
     }
 
-    /// Gives the files their names.
+    /// Renames the files to their final names.
     pub(super) fn finish(self) -> io::Result<()> {
         self.written?;
         self.samples.finish()?.finish()?;
@@ -184,7 +184,7 @@ pub(super) fn write_row(path: &Path, row: &Row) -> io::Result<()> {
     table.finish()?.finish()
 }
 
-/// Begins a file in a folder that is made where it is not there.
+/// Creates a file, and its folder if it is missing.
 fn create(path: &Path) -> io::Result<WholeFile> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder)?;
@@ -192,7 +192,7 @@ fn create(path: &Path) -> io::Result<WholeFile> {
     WholeFile::create(path)
 }
 
-/// Removes a file, if it is there.
+/// Removes a file if it exists.
 pub(super) fn remove(path: &Path) -> io::Result<()> {
     match fs::remove_file(path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),

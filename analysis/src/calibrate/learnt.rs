@@ -1,7 +1,7 @@
 //! Amplitudes of stillness and motion, learnt from recordings of a walking foot: a warm start.
 //!
-//! The estimator is the one that runs on the foot; from the same samples it learns the same bits. Here
-//! one recording is learnt after another, and what was learnt is shown.
+//! The estimator is the one on the foot: the same samples give the same learnt bits. Recordings are processed in
+//! sequence, and the learnt values are reported.
 
 use std::fmt;
 
@@ -17,14 +17,14 @@ use wire::dictionary::index;
 
 use super::CalibrationError;
 
-/// Below this share of good samples, that is why nothing was learnt.
+/// Least share of usable samples; below it, unusable samples are reported as the cause.
 const LEAST_USABLE: f64 = 0.1;
 
-/// Least ratio of the amplitudes in motion and in stillness. Where all quantities lie below it, the
-/// classes do not differ.
+/// Least ratio of the amplitudes in motion and in stillness. If all quantities are below it, the classes do not
+/// differ.
 const LEAST_FACTOR: f32 = 2.5;
 
-/// Learns from one recording after another.
+/// Calibration that learns from a sequence of recordings.
 pub struct LearntCalibration {
     params: Params,
     learnt: Option<Learnt>,
@@ -43,20 +43,20 @@ pub struct LearntFrom {
     pub duration_s: f64,
 }
 
-/// The amplitudes of one sample, for the picture.
+/// Amplitudes of one sample, for the plot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Amplitudes {
     /// Acceleration, angular rate, leaky mean of the acceleration; m/s², rad/s, m/s².
     pub values: [f64; 3],
-    /// The probability that the foot stands.
+    /// Probability that the foot stands.
     pub stable: f64,
 }
 
 impl LearntCalibration {
-    /// Starts from what `params` hold already, or cold.
+    /// Starts from the learnt values in `params`, or cold.
     ///
     /// # Errors
-    /// The method of `params` learns nothing.
+    /// The method of `params` does not learn.
     pub fn new(params: &Params) -> Result<Self, CalibrationError> {
         if params.method == Method::HalfWidths {
             return Err(CalibrationError::HalfWidths);
@@ -77,15 +77,15 @@ impl LearntCalibration {
     /// Learns from a recording.
     ///
     /// # Errors
-    /// A parameter out of its range.
+    /// A parameter is out of range.
     pub fn add(&mut self, recording: &Recording) -> Result<(), ParamsError> {
         self.add_observed(recording, || ())
     }
 
-    /// [`LearntCalibration::add`], with a call after each sample, such as one that shows progress.
+    /// Learns from a recording, with a callback after each sample, such as for progress.
     ///
     /// # Errors
-    /// A parameter out of its range.
+    /// A parameter is out of range.
     pub fn add_observed(
         &mut self,
         recording: &Recording,
@@ -108,10 +108,10 @@ impl LearntCalibration {
         Ok(())
     }
 
-    /// What was learnt.
+    /// Returns the learnt values.
     ///
     /// # Errors
-    /// It rests on too little.
+    /// Too little stance or swing was observed, or the two do not differ.
     pub fn finish(self) -> Result<LearntFoot, CalibrationError> {
         let learnt = self.learnt.unwrap_or_default();
         if !learnt.is_settled() {
@@ -140,7 +140,7 @@ impl LearntCalibration {
     }
 }
 
-/// Whether a sample was measured, and up was known.
+/// Returns whether a sample was measured while the direction of up was known.
 fn is_usable(estimate: &ContactEstimate) -> bool {
     let unusable = [
         Flag::InvalidSample,
@@ -151,7 +151,7 @@ fn is_usable(estimate: &ContactEstimate) -> bool {
     !unusable.iter().any(|flag| estimate.flags.contains(*flag))
 }
 
-/// The amplitudes of the samples that were measured, as the estimator sees them.
+/// Returns the amplitudes of the usable samples, as the estimator sees them.
 fn amplitudes(
     recording: &Recording,
     estimates: &[ContactEstimate],
@@ -191,19 +191,19 @@ fn quantities(learnt: &Learnt, constants: &Constants) -> [QuantityReport; 3] {
     ]
 }
 
-/// Too little was seen of stance or swing.
+/// Error for too little observed stance or swing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unsettled {
-    /// Stance that was learnt from, s.
+    /// Observed stance, s.
     pub still_seconds: f32,
-    /// Swing that was learnt from, s.
+    /// Observed swing, s.
     pub moving_seconds: f32,
     samples: usize,
     unusable: usize,
 }
 
 impl Unsettled {
-    /// What to do about it.
+    /// Returns the remedy for the cause.
     fn advice(&self) -> String {
         let usable = self.samples - self.unusable;
         if (usable as f64) < LEAST_USABLE * self.samples as f64 {
@@ -235,7 +235,7 @@ impl fmt::Display for Unsettled {
     }
 }
 
-/// To a tenth, so that what is not enough does not look like enough.
+/// Rounds down to a tenth, so that an insufficient duration does not look sufficient.
 fn rounded_down(seconds: f32) -> f32 {
     libm::floorf(10.0 * seconds) / 10.0
 }
@@ -336,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_missing_is_said_with_what_to_do() {
+    fn unsettled_error_names_the_remedy() {
         assert_eq!(
             unsettled(0.44, 0.99, 3),
             "0.4 s of stance and 0.9 s of swing were seen; 1 s of each is needed: record more steps"

@@ -1,11 +1,11 @@
-//! What belongs to one robot and one sensor, found in recordings without labels.
+//! Calibration of one robot and one sensor from recordings without labels.
 //!
-//! | what | from | module |
+//! | result | from | module |
 //! |---|---|---|
 //! | stillness and motion of a foot: a warm start | a walk | [`learnt`] |
-//! | how the sensor lies in the foot | the same walk, where the foot stood still | [`mounting`] |
+//! | mounting of the sensor in the foot | the same walk, where the foot stood still | [`mounting`] |
 //! | accelerometer bias and scale, gyroscope bias | rests in different orientations | [`rests`], [`sensor`] |
-//! | the configuration file that keeps them | | [`robot_file`] |
+//! | configuration file with these values | | [`robot_file`] |
 
 pub mod learnt;
 pub mod mounting;
@@ -15,7 +15,7 @@ pub mod sensor;
 
 use thiserror::Error;
 
-/// Why a calibration has no result.
+/// Error of a calibration without result.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum CalibrationError {
     /// Too little stance or swing.
@@ -31,7 +31,7 @@ pub enum CalibrationError {
         "method = \"half_widths\" learns nothing: half-widths are set by hand; leave out --preset paper, or set method = \"self_calibrating\" in the configuration"
     )]
     HalfWidths,
-    /// Rests from which bias and scale of the accelerometer do not follow.
+    /// The rests do not determine bias and scale of the accelerometer.
     #[error("{0}")]
     Rests(#[from] sensor::RestsError),
 }

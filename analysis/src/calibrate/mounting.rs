@@ -1,4 +1,4 @@
-//! How the sensor lies in the foot, from which way was up while the foot stood still.
+//! Mounting of the sensor in the foot, from the direction of up while the foot stood still.
 
 use std::fmt;
 
@@ -8,17 +8,17 @@ use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 use wire::dictionary::{code_of_axes, index};
 
-/// Recordings whose up differs from the mean by more are of different mountings, degrees.
+/// Angle between up in a recording and the mean, above which the mountings differ, degrees.
 const SAME_UP: f64 = 30.0;
 
-/// Which way was up at rest in each recording.
+/// Direction of up at rest in each recording.
 #[derive(Clone, Debug, Default)]
 pub struct RestingUp {
     ups: Vec<Vec3>,
 }
 
 impl RestingUp {
-    /// Takes in gravity at rest, m/s², where a recording shows it.
+    /// Adds the gravity at rest in a recording, m/s², if it is known.
     pub fn add(&mut self, gravity: Option<Vec3>) {
         self.ups.extend(gravity);
     }
@@ -30,8 +30,8 @@ impl RestingUp {
         })
     }
 
-    /// The largest angle in degrees between up in a recording and up in all of them, where that is too
-    /// much for one mounting.
+    /// Returns the largest angle in degrees between up in a recording and the mean, if it is too large for one
+    /// mounting.
     #[must_use]
     pub fn disagreement(&self) -> Option<f64> {
         let rotation = Quaternion::from_up(self.mean()?);
@@ -72,9 +72,8 @@ pub struct MountingReport {
 }
 
 impl MountingReport {
-    /// The mounting for recordings that were read with `given`: that, where z was up at rest or nothing
-    /// is known of it, otherwise the one with which it would have been. `None` where the sensor's axes
-    /// are those of the foot.
+    /// Returns the mounting for recordings read with `given`: `given` itself if z was up at rest or up is unknown,
+    /// otherwise the mounting that puts z up. `None` if the sensor's axes are those of the foot.
     #[must_use]
     pub fn of(rest: &RestingUp, given: &Mounting) -> Option<Self> {
         let up = rest.mean().filter(|_| rest.disagreement().is_none());
@@ -92,7 +91,7 @@ impl MountingReport {
         })
     }
 
-    /// A line for a configuration file.
+    /// Returns a line for a configuration file.
     #[must_use]
     pub fn remark(&self) -> String {
         match (self.source, self.tilt_deg) {
@@ -121,7 +120,7 @@ impl fmt::Display for MountingReport {
         write!(f, "on the foot, 0x{:04X}: ", index::MOUNTING)?;
         match self.axes.params() {
             MountingParams::Axes(_) => write!(f, "1 = {code}"),
-            // The choice comes last: then all four go together.
+            // The selector comes last, so that all four values take effect together.
             MountingParams::Rotation(_) => {
                 write!(f, "2 = {w}, 3 = {x}, 4 = {y}, 5 = {z}, 1 = {code}")
             }
@@ -129,7 +128,7 @@ impl fmt::Display for MountingReport {
     }
 }
 
-/// What the foot's object holds.
+/// Returns the values of the foot's object.
 fn object(axes: &Mounting) -> (u16, [f32; 4]) {
     match axes.params() {
         MountingParams::Axes(axes) => (code_of_axes(axes), [1.0, 0.0, 0.0, 0.0]),
@@ -158,20 +157,20 @@ mod tests {
     }
 
     #[test]
-    fn axes_are_found_where_z_was_not_up_and_kept_where_it_was() {
+    fn axes_are_found_only_if_z_was_not_up() {
         let found = |axes: &str| Some(axes.to_owned());
         assert_eq!(axes(&[[0.0, 9.8, 0.5]], "x,y,z"), found("x,-z,y"));
         assert_eq!(axes(&[[0.5, 0.0, 9.8]], "x,y,z"), None);
         assert_eq!(axes(&[[0.5, 0.0, 9.8]], "x,-z,y"), found("x,-z,y"));
         assert_eq!(axes(&[], "x,-z,y"), found("x,-z,y"));
         assert_eq!(axes(&[], "x,y,z"), None);
-        // The samples were turned already: what is found is added to that.
+        // The samples were already turned, so the result is added to that mounting.
         assert_eq!(axes(&[[0.0, 0.0, -9.8]], "x,-z,y"), found("x,z,-y"));
         assert_eq!(axes(&[[0.0, 0.0, -9.8]], "x,-y,-z"), None);
     }
 
     #[test]
-    fn several_recordings_count_alike_and_must_be_of_one_mounting() {
+    fn recordings_count_alike_and_share_one_mounting() {
         let sides = [[0.0, 9.8, 3.0], [0.0, 9.8, -3.0]];
         assert_eq!(axes(&sides, "x,y,z"), Some("x,-z,y".to_owned()));
         let mut rest = RestingUp::default();
@@ -184,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn the_object_of_the_foot_is_one_number_or_a_quaternion_and_the_choice_of_it() {
+    fn object_holds_an_axis_code_or_a_quaternion() {
         let report = |ups: [f32; 3]| report(&[ups], "x,y,z").expect("z is not up");
         let level = report([0.0, 9.8, 0.5]);
         assert_eq!(level.object, (162, [1.0, 0.0, 0.0, 0.0]));

@@ -1,4 +1,4 @@
-//! Still stretches in a recording: what the sensor read in each.
+//! Still stretches of a recording, and the sensor's readings in each.
 
 use estimator_core::{RestParams, Validity, Vec3};
 use schemars::JsonSchema;
@@ -6,19 +6,19 @@ use serde::Serialize;
 
 use recordings::recording::{RecordedSample, Recording};
 
-/// Shortest stretch that counts, s.
+/// Least duration of a rest, s.
 const SHORTEST: f64 = 1.0;
 
-/// Left out at either end, s: the hand that lets go and the hand that grasps.
+/// Margin left out at either end, s, in which the sensor is let go or grasped.
 const MARGIN: f64 = 0.2;
 
-/// How far a sample may lie from the mean so far, m/s²: twenty times the noise of an LSM6DSOX.
+/// Largest distance of a sample from the running mean, m/s²: twenty times the noise of an LSM6DSOX.
 const FORCE_TOLERANCE: f64 = 0.4;
 
-/// The same for the angular rate, rad/s.
+/// Largest distance of the angular rate from its running mean, rad/s.
 const RATE_TOLERANCE: f64 = 0.03;
 
-/// How far the means of a stretch's halves may differ, m/s²: a slow turn is no rest.
+/// Largest difference between the means of a stretch's halves, m/s²; a slow turn exceeds it.
 const SWAY: f64 = 0.03;
 
 /// A still stretch.
@@ -34,7 +34,7 @@ pub struct Rest {
     pub angular_rate: [f64; 3],
 }
 
-/// The rests of a recording, in order of time.
+/// Returns the rests of a recording, in order of time.
 #[must_use]
 pub fn rests(recording: &Recording) -> Vec<Rest> {
     let mut rests = Vec::new();
@@ -50,7 +50,7 @@ pub fn rests(recording: &Recording) -> Vec<Rest> {
     rests
 }
 
-/// Samples that may turn out to be a rest.
+/// Samples that may form a rest.
 #[derive(Default)]
 struct Stretch<'a> {
     samples: Vec<&'a RecordedSample>,
@@ -59,7 +59,7 @@ struct Stretch<'a> {
 }
 
 impl<'a> Stretch<'a> {
-    /// Takes in a sample; not one that differs from those so far.
+    /// Adds a valid sample close to those so far; returns whether it was added.
     fn takes(&mut self, sample: &'a RecordedSample) -> bool {
         let force = double(sample.imu.specific_force.0);
         let rate = double(sample.imu.angular_rate.0);
@@ -87,7 +87,7 @@ impl<'a> Stretch<'a> {
         };
         let (early, late) = inside.split_at(inside.len() / 2);
         let rate = mean(inside.iter().map(|s| double(s.imu.angular_rate.0)));
-        // A gyroscope that reads more turns: no bias is as large.
+        // A larger rate is rotation, because no bias is that large.
         let largest_bias = f64::from(RestParams::DEFAULT.bias_limit);
         let still = duration + 2.0 * MARGIN >= SHORTEST
             && distance(force(early), force(late)) <= SWAY
@@ -138,7 +138,7 @@ mod tests {
     use super::*;
     use estimator_core::{AngularRate, Gravity, ImuSample, SpecificForce, Timestamp};
 
-    /// A recording at 100 Hz.
+    /// Returns a recording at 100 Hz.
     fn recording(samples: impl IntoIterator<Item = ([f32; 3], [f32; 3])>) -> Recording {
         let vec3 = |[x, y, z]: [f32; 3]| Vec3::new(x, y, z);
         let sample = |(k, (force, rate)): (u64, ([f32; 3], [f32; 3]))| RecordedSample {
@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rest_ends_where_the_sensor_is_turned_and_short_ones_do_not_count() {
+    fn rest_ends_at_a_turn_and_short_rests_are_ignored() {
         let mut samples = still([0.0, 0.0, 9.8], 200);
         samples.extend(
             (0..50).map(|k| ([0.2 * k as f32, 0.0, 9.8 - 0.2 * k as f32], [0.0, 1.5, 0.0])),
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn slow_turns_and_broken_samples_are_no_rests() {
+    fn slow_turns_and_invalid_samples_are_not_rests() {
         let turn = (0..2000).map(|k| {
             let angle = 0.01 * k as f32 * 0.02;
             (

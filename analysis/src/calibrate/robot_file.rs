@@ -1,4 +1,4 @@
-//! The configuration file that a calibration leaves behind: what [`config`](crate::config) reads.
+//! Configuration file written by a calibration, in the form that [`config`](crate::config) reads.
 
 use estimator_core::Learnt;
 use estimator_core::stillness::Classes;
@@ -8,7 +8,7 @@ use super::learnt::LearntFoot;
 use super::mounting::MountingReport;
 use super::sensor::SensorCalibration;
 
-/// A configuration file with calibrated values in it.
+/// Configuration file with calibrated values.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RobotFile {
     remarks: Vec<String>,
@@ -16,7 +16,7 @@ pub struct RobotFile {
 }
 
 impl RobotFile {
-    /// A file that keeps what another one's text sets, but for its comments.
+    /// Starts from the settings in another file's text, without its comments.
     ///
     /// # Errors
     /// The text is not TOML.
@@ -27,7 +27,7 @@ impl RobotFile {
         })
     }
 
-    /// Sets what a foot has learnt.
+    /// Sets the learnt values of a foot.
     pub fn set_learnt(&mut self, foot: &LearntFoot) {
         let recordings: Vec<&str> = foot
             .recordings
@@ -48,7 +48,7 @@ impl RobotFile {
             moving_seconds,
             idle_seconds,
         } = foot.learnt;
-        // What was learnt before is replaced as a whole.
+        // Earlier learnt values are replaced as a whole.
         self.tables.remove("learnt");
         for (key, seconds) in [
             ("still_seconds", still_seconds),
@@ -72,7 +72,7 @@ impl RobotFile {
         }
     }
 
-    /// Sets how the sensor lies; `None`: its axes are those of the foot.
+    /// Sets the mounting; `None` if the sensor's axes are those of the foot.
     pub fn set_mounting(&mut self, mounting: Option<&MountingReport>) {
         const KEY: &str = "axes";
         match mounting {
@@ -87,7 +87,7 @@ impl RobotFile {
         }
     }
 
-    /// Sets what is wrong with the sensor.
+    /// Sets the correction of the sensor.
     pub fn set_sensor(&mut self, sensor: &SensorCalibration) {
         self.remarks.push(format!(
             "accelerometer and gyroscope from {} rests in {} orientations",
@@ -124,7 +124,7 @@ impl RobotFile {
         }
     }
 
-    /// The file's text.
+    /// Returns the text of the file.
     #[must_use]
     pub fn text(&self) -> String {
         let remarks: String = self.remarks.iter().map(|r| format!("# {r}\n")).collect();
@@ -138,10 +138,10 @@ fn table(values: &[(&str, f32)]) -> Value {
     Value::Table(values.collect())
 }
 
-/// The f64 with the fewest digits that reads back as the same f32.
+/// Returns the f64 with the fewest digits that reads back as the same f32.
 fn shortest(value: f32) -> f64 {
     let exact = f64::from(value);
     let short: f64 = value.to_string().parse().unwrap_or(exact);
-    // Reading by way of f64 rounds twice.
+    // Parsing through f64 rounds twice.
     if short as f32 == value { short } else { exact }
 }

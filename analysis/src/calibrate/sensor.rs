@@ -1,12 +1,11 @@
 //! Accelerometer bias and scale, and gyroscope bias, from rests in different orientations.
 //!
-//! At rest an accelerometer reads gravity, whatever way it lies: so bias b and scale s of each axis
-//! are those for which all rests m have |s (m − b)| = g, by least squares (Gauss-Newton, from a
-//! perfect sensor). Six orientations are the least for six unknowns, and each axis must have been
-//! up and down for them to be distinguished.
+//! At rest an accelerometer reads gravity in any orientation. Bias b and scale s of each axis are therefore those
+//! for which all rests m have |s (m − b)| = g, by least squares (Gauss-Newton, from a perfect sensor). Six
+//! unknowns need at least six orientations, and each axis must have been up and down to separate them.
 //!
-//! g is standard gravity, because that is what the estimator takes out: the scale contains what
-//! gravity differs by where the rests were recorded, up to 0.3 %. Temperature is the recordings'.
+//! g is standard gravity, because the estimator subtracts it: the scale absorbs the deviation of local gravity, up
+//! to 0.3 %. The result holds at the temperature of the recordings.
 
 use std::fmt;
 
@@ -21,29 +20,28 @@ use wire::dictionary::index;
 
 use super::rests::{Rest, rests};
 
-/// Fewest orientations: as many as unknowns.
+/// Least number of orientations: one per unknown.
 const ORIENTATIONS: usize = 6;
 
-/// Rests whose up differs by less are one orientation, degrees.
+/// Angle between up in two rests below which they are one orientation, degrees.
 const SAME_ORIENTATION: f64 = 15.0;
 
-/// Largest multiplication of an error in a rest on its way into bias or scale. Six rests with each
-/// axis up and down make 0.7.
+/// Largest amplification of an error in a rest into bias or scale. Six rests with each axis up and down give 0.7.
 const LARGEST_DILUTION: f64 = 2.0;
 
-/// What a rest may differ from gravity by after the fit, RMS, m/s²: more is no bias and no scale.
+/// Largest RMS deviation of the rests from gravity after the fit, m/s²; more is neither bias nor scale.
 const LARGEST_RESIDUAL: f64 = 0.1;
 
-/// By how much the mean length of what is read may differ from gravity: more is another unit.
+/// Largest relative deviation of the mean reading from gravity; more indicates another unit.
 const LARGEST_LENGTH_ERROR: f64 = 0.2;
 
-/// Largest bias that is believed, m/s²: five times the LSM6DSOX's typical.
+/// Largest plausible bias, m/s²: five times the typical bias of the LSM6DSOX.
 const LARGEST_BIAS: f64 = 100.0 * MILLI_G;
 
-/// Largest difference of a scale from 1 that is believed.
+/// Largest plausible deviation of a scale from 1.
 const LARGEST_SCALE_ERROR: f64 = 0.1;
 
-/// Why bias and scale do not follow from the rests.
+/// Error of rests that do not determine bias and scale.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum RestsError {
     /// Too few orientations.
@@ -51,17 +49,17 @@ pub enum RestsError {
         "{rests} rests in {orientations} of the {ORIENTATIONS} orientations that are needed: lay the sensor still for two seconds on each of its six sides"
     )]
     TooFew {
-        /// Rests found.
+        /// Number of rests.
         rests: usize,
-        /// Different orientations among them.
+        /// Number of different orientations.
         orientations: usize,
     },
-    /// What is read at rest is not gravity.
+    /// The readings at rest do not have the length of gravity.
     #[error(
         "at rest the accelerometer reads {length:.2} m/s² where gravity is 9.81: accelerations are in m/s²"
     )]
     NotGravity {
-        /// m/s².
+        /// Mean length of the readings, m/s².
         length: f64,
     },
     /// The orientations do not separate the axes.
@@ -69,9 +67,9 @@ pub enum RestsError {
         "the {orientations} orientations do not tell the bias and scale of {axis}: lay the sensor so that each of its axes points up once and down once"
     )]
     Span {
-        /// Different orientations.
+        /// Number of different orientations.
         orientations: usize,
-        /// The axis that suffers most.
+        /// Axis that is determined worst.
         axis: &'static str,
     },
     /// No bias and scale explain the rests.
@@ -79,25 +77,25 @@ pub enum RestsError {
         "the rests do not have gravity's length: {residual:.3} m/s² RMS is left with the best bias and scale; see whether units are right and nothing moved"
     )]
     Residual {
-        /// RMS of what is left, m/s².
+        /// RMS of the residual, m/s².
         residual: f64,
     },
-    /// What explains the rests is no sensor.
+    /// No sensor has the fitted bias or scale.
     #[error(
         "{axis} would have a bias of {bias:.2} m/s² and a scale of {scale:.3}, which no sensor has; see whether units are right"
     )]
     Implausible {
         /// The axis.
         axis: &'static str,
-        /// m/s².
+        /// Bias, m/s².
         bias: f64,
-        /// By what readings without the bias would be multiplied.
+        /// Scale of the readings without the bias.
         scale: f64,
     },
     /// The recording has no gravity.
     #[error("{recording}: gravity has been removed, and without it a rest says nothing")]
     NoGravity {
-        /// Its name.
+        /// Name of the recording.
         recording: String,
     },
 }
@@ -125,10 +123,10 @@ pub struct SensorCalibration {
 }
 
 impl SensorCalibration {
-    /// Finds the rests in recordings and what is wrong with the sensor.
+    /// Finds the rests in recordings and fits the errors of the sensor.
     ///
     /// # Errors
-    /// Bias and scale do not follow from the rests.
+    /// The rests do not determine bias and scale.
     pub fn of<'a>(recordings: impl IntoIterator<Item = &'a Recording>) -> Result<Self, RestsError> {
         let mut all = Vec::new();
         for recording in recordings {
@@ -173,7 +171,7 @@ impl SensorCalibration {
         })
     }
 
-    /// The values of the foot's object 0x2017, in the order of its sub-indices from 1.
+    /// Returns the values of the foot's object 0x2017, in the order of its sub-indices from 1.
     #[must_use]
     pub fn object(&self) -> [f32; 6] {
         let ([bx, by, bz], [sx, sy, sz]) = (self.accelerometer_bias, self.accelerometer_scale);
@@ -181,7 +179,7 @@ impl SensorCalibration {
     }
 }
 
-/// The mean force of each orientation: rests in the same one count as one, by their durations, so
+/// Returns the mean force of each orientation, weighted by the rests' durations. Each orientation counts once, so
 /// that a sensor left lying does not outweigh the others.
 fn orientations(rests: &[Rest]) -> Vec<Vector> {
     let mut sums: Vec<(Vector, f64)> = Vec::new();
@@ -216,7 +214,7 @@ fn fit(forces: &[Vector]) -> Result<Unknowns, RestsError> {
     };
     let mut unknowns = PERFECT;
     let mut covariance = [[0.0; 6]; 6];
-    // Quadratic convergence from a few per cent off: far more than it takes.
+    // Quadratic convergence from an error of a few per cent: far more iterations than needed.
     for _ in 0..20 {
         let mut normal = [[0.0; 6]; 6];
         let mut gradient = [0.0; 6];
@@ -256,8 +254,8 @@ fn fit(forces: &[Vector]) -> Result<Unknowns, RestsError> {
     }
 }
 
-/// The inverse of a matrix by elimination with pivots; the column that depends on the others where
-/// there is none. A library of linear algebra would be a hundred times its size.
+/// Returns the inverse of a matrix by elimination with pivots, or the dependent column if it is singular. A
+/// library of linear algebra would be a hundred times its size.
 fn inverse(mut matrix: [[f64; 6]; 6]) -> Result<[[f64; 6]; 6], usize> {
     let mut inverse: [[f64; 6]; 6] =
         std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
@@ -297,7 +295,7 @@ fn correct(force: Vector, [bx, by, bz, sx, sy, sz]: &Unknowns) -> Vector {
     )
 }
 
-/// RMS of what the forces differ from gravity by, m/s².
+/// Returns the RMS deviation of the forces from gravity, m/s².
 fn residual(forces: &[Vector], unknowns: &Unknowns) -> f64 {
     let squares = forces
         .iter()
@@ -305,7 +303,7 @@ fn residual(forces: &[Vector], unknowns: &Unknowns) -> f64 {
     (squares.sum::<f64>() / forces.len().max(1) as f64).sqrt()
 }
 
-/// What the gyroscope reads at rest: the mean, by the rests' durations.
+/// Returns the mean reading of the gyroscope at rest, weighted by the rests' durations.
 fn gyroscope_bias(rests: &[Rest]) -> [f64; 3] {
     let total: f64 = rests.iter().map(|rest| rest.duration_s).sum();
     let sum = |axis: usize| {

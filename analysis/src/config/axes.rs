@@ -1,4 +1,4 @@
-//! Values per axis: one number for a sensor's three axes, or a table of axes.
+//! Values per axis: one number for the three axes of a sensor, or a table of axes.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -25,12 +25,12 @@ pub struct SensorOverrides {
 /// Values for the three axes of one sensor.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum AxisOverrides<A> {
-    /// As the preset has it.
+    /// Value of the preset.
     #[default]
     Unset,
-    /// The same on all three.
+    /// One value for all three axes.
     All(f32),
-    /// Each on its own.
+    /// One value for each axis.
     Each(A),
 }
 
@@ -87,7 +87,7 @@ impl SensorOverrides {
     }
 }
 
-// By hand: serde's untagged enums cannot say which key of the table is the unknown one.
+// Implemented by hand because serde's untagged enums cannot name the unknown key of the table.
 impl<'de, A: Deserialize<'de>> Deserialize<'de> for AxisOverrides<A> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct NumberOrTable<A>(PhantomData<A>);

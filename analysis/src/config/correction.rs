@@ -1,4 +1,4 @@
-//! The keys of a sensor's static calibration: what is wrong with its readings.
+//! Keys of a sensor's static calibration: the errors of its readings.
 
 use estimator_core::{AccelerometerCorrection, Mounting};
 use recordings::input::Correction;
@@ -29,7 +29,7 @@ pub struct GyroscopeOverrides {
     pub bias_rad_s: AngularRateAxes,
 }
 
-/// What a key of three axes may hold.
+/// Limits of a key with three axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Limits {
     pub key: &'static str,
@@ -37,10 +37,10 @@ pub(super) struct Limits {
     pub unit: &'static str,
     pub least: f32,
     pub most: f32,
-    /// What changes nothing.
+    /// Neutral value.
     pub none: f32,
     pub meaning: &'static str,
-    /// Where a foot has them, in its object of the accelerometer.
+    /// Sub-indices in the accelerometer object of a foot; empty if a foot has none.
     pub subindices: &'static [u8],
 }
 
@@ -77,7 +77,7 @@ pub(super) const GYROSCOPE_BIAS: Limits = Limits {
     subindices: &[],
 };
 
-/// The correction that the keys of a file ask for.
+/// Returns the correction set by the keys of a file.
 pub(super) fn correction(
     accelerometer: &AccelerometerOverrides,
     gyroscope: &GyroscopeOverrides,
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_without_the_keys_corrects_nothing() {
+    fn missing_keys_correct_nothing() {
         assert_eq!(corrected(""), Ok([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]));
     }
 
@@ -153,14 +153,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_with_a_sensor_is_along_its_own_axes_and_taken_out_before_they_are_turned() {
+    fn sensor_errors_are_corrected_before_axes_are_turned() {
         let text = "axes = 'x,-z,y'\n[accelerometer]\nbias_m_s2 = { az = -1 }\nscale = { ay = 0.5 }\n\
                     [gyroscope]\nbias_rad_s = { wz = -0.5 }\n";
         assert_eq!(corrected(text), Ok([1.0, -4.0, 1.0, 4.0, -6.5, 5.0]));
     }
 
     #[test]
-    fn what_no_sensor_has_is_refused_by_its_key() {
+    fn correction_out_of_range_is_rejected_by_key() {
         for (text, refusal) in [
             (
                 "accelerometer.bias_m_s2 = { ay = 9.81 }",

@@ -1,4 +1,4 @@
-//! A configuration file with every key in it, and the text about one key.
+//! Example configuration file with every key, and the description of one key.
 
 use std::fmt::Write;
 
@@ -10,8 +10,8 @@ use super::Preset;
 use super::keys::{Key, keys};
 use super::nearest::{nearest, or};
 
-/// A file in which every key is commented out, with the value that the preset has, its meaning, unit
-/// and range. Each line stands for itself, without the header of a table.
+/// Returns a file in which every key is commented out, with its preset value, meaning, unit and range. Each line
+/// is valid alone, without the header of a table.
 #[must_use]
 pub fn example(preset: Preset) -> String {
     let params = preset.params(Format::Csv);
@@ -33,16 +33,16 @@ pub fn example(preset: Preset) -> String {
     text
 }
 
-/// What there is to know about a key, or the names of those that may have been meant.
+/// Returns the description of a key, or of all keys in a table.
 ///
 /// # Errors
-/// There is no such key.
+/// The key is unknown; the error suggests similar keys.
 pub fn explain(path: &str) -> Result<String, String> {
     let all = keys();
     if let Some(key) = all.iter().find(|key| key.path == path) {
         return Ok(explained(key));
     }
-    // A table: all keys in it.
+    // A table stands for all keys in it.
     let inside = |key: &&Key| {
         let rest = key.path.strip_prefix(path);
         rest.is_some_and(|rest| rest.starts_with('.'))
@@ -78,7 +78,7 @@ fn explained(key: &Key) -> String {
     )
 }
 
-/// The meaning, with a capital letter.
+/// Returns the meaning, with a capital letter.
 fn sentence(key: &Key) -> String {
     let meaning = key.meaning();
     let mut letters = meaning.chars();
@@ -86,7 +86,7 @@ fn sentence(key: &Key) -> String {
     first.into_iter().flatten().chain(letters).collect()
 }
 
-/// Unit, range, and where a foot has it.
+/// Returns unit, range and object addresses.
 fn facts(key: &Key) -> String {
     let mut facts = vec![key.range()];
     if !key.unit().is_empty() {
@@ -99,7 +99,7 @@ fn facts(key: &Key) -> String {
     facts.join("; ")
 }
 
-/// Why a key is not in force with these parameters, or what its value is worth.
+/// Returns a note on a key without effect for these parameters, or on its value.
 fn note(key: &Key, params: &Params) -> Option<&'static str> {
     if key.path.starts_with("learnt.") {
         return Some(
@@ -117,7 +117,7 @@ fn note(key: &Key, params: &Params) -> Option<&'static str> {
     }
 }
 
-/// Lines of at most 78 characters that begin with `# `.
+/// Wraps a text into lines of at most 78 characters that begin with `# `.
 fn commented(text: &str) -> String {
     const WIDTH: usize = 78;
     let mut lines = vec![String::from("#")];
@@ -133,7 +133,7 @@ fn commented(text: &str) -> String {
     lines.join("\n") + "\n"
 }
 
-/// Addresses of one object, such as `0x2011, sub-indices 1 to 3`.
+/// Formats addresses of one object, such as `0x2011, sub-indices 1 to 3`.
 fn objects_text(addresses: &[Address]) -> String {
     match addresses {
         [] => String::new(),
@@ -156,7 +156,7 @@ mod tests {
 
     const PRESETS: [Preset; 2] = [Preset::Default, Preset::Paper];
 
-    /// The keys of an example with their values, without the `#`.
+    /// Returns the keys of an example with their values, without the `#`.
     fn set(text: &str) -> Vec<String> {
         let lines = text.lines().filter_map(|line| line.strip_prefix('#'));
         lines
@@ -174,13 +174,13 @@ mod tests {
     }
 
     #[test]
-    fn every_line_of_it_alone_parses_and_has_the_value_of_the_preset() {
+    fn each_example_line_parses_to_the_preset_value() {
         for preset in PRESETS {
             let lines = set(&example(preset));
             assert_eq!(lines.len(), keys().len());
             let params = preset.params(Format::Csv);
             for line in &lines {
-                // What was learnt is given whole, and no preset has any.
+                // Learnt values are valid only together, and no preset has any.
                 if line.starts_with("learnt.") {
                     continue;
                 }
@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn all_lines_together_are_a_valid_file() {
+    fn uncommented_example_is_valid() {
         for preset in PRESETS {
             let overrides = Overrides::parse(&set(&example(preset)).join("\n"), "x.toml").unwrap();
             let mut params = preset.params(Format::Csv);
@@ -207,12 +207,12 @@ mod tests {
     }
 
     #[test]
-    fn no_key_that_a_file_may_have_is_missing() {
+    fn example_lists_every_key() {
         let tops: BTreeSet<String> = keys()
             .iter()
             .map(|key| key.path.split('.').next().unwrap_or_default().to_owned())
             .collect();
-        // The reader lists the keys that there are.
+        // The reader lists the known keys.
         let error = Overrides::parse("zzz = 1", "x.toml")
             .unwrap_err()
             .to_string();
@@ -223,7 +223,7 @@ mod tests {
             .map(|key| key.trim_matches('`').to_owned())
             .collect();
         assert_eq!(tops, expected);
-        // And of the numbers each has its place on a foot, but for the rate, which is the tick.
+        // Every key has a meaning and a range.
         for key in keys() {
             assert!(!key.meaning().is_empty(), "{}", key.path);
             assert!(!key.range().is_empty(), "{}", key.path);
@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn a_key_is_explained_with_all_that_there_is_to_know() {
+    fn key_description_is_complete() {
         assert_eq!(
             explain("load.on_threshold").unwrap(),
             "load.on_threshold\n  \
@@ -255,7 +255,7 @@ mod tests {
         let explained = explain("decision.threshold").unwrap();
         let range = format!("{} to {}", threshold.least, threshold.most);
         assert!(explained.contains(&range), "{explained}");
-        // A table: its keys.
+        // A table stands for its keys.
         let names = [
             "decision.threshold\n",
             "decision.on_delay_s\n",
@@ -271,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_key_is_answered_with_those_that_may_be_meant() {
+    fn unknown_key_error_suggests_similar_keys() {
         assert_eq!(
             explain("decision.thresold").unwrap_err(),
             "did you mean decision.threshold?"

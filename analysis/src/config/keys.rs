@@ -1,5 +1,5 @@
-//! Every key of a configuration file: what it means, its unit, range and value in a preset, and where a
-//! foot has it. Numbers come from the estimator's table of limits.
+//! Keys of a configuration file: meaning, unit, range, preset value and object addresses on a foot. Numbers come
+//! from the estimator's table of limits.
 
 use estimator_core::{Learnt, Mounting, Parameter, Params, Row, parameter};
 use recordings::number::shown;
@@ -13,38 +13,38 @@ use super::value::{GRAVITIES, LEARNINGS, METHODS, gyro_timing_text, window_text,
 /// A key of a configuration file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Key {
-    /// Its name, with the tables it is in.
+    /// Name, including the tables it is in.
     pub path: String,
     kind: Kind,
 }
 
-/// What a key stands for.
+/// Kind of value behind a key.
 #[derive(Clone, Debug, PartialEq)]
 enum Kind {
     /// A number, or one for each of a sensor's axes.
     Numbers(Vec<Parameter>),
     Gravity,
-    /// How the sensor lies in the foot.
+    /// Mounting of the sensor in the foot.
     Axes,
     Method,
     Learning,
     Window,
     GyroTiming,
-    /// A number of what was learnt, by its place.
+    /// Learnt number, by its index.
     Learnt(usize),
     Correction(Limits),
 }
 
-/// What the paper's preset alone needs.
+/// Use of the keys of the method with half-widths.
 const HALF_WIDTHS_ONLY: &str = "the density estimate, with method = \"half_widths\" only";
 const SELF_CALIBRATING_ONLY: &str = "learning, with method = \"self_calibrating\" only";
 
-/// Numbers that a foot has learnt, as one might have.
+/// Example of learnt numbers.
 const LEARNT_EXAMPLE: [f32; Learnt::NUMBERS] = [
     -0.9, 2.4, 0.6, -2.6, 0.6, 0.4, -3.8, 1.1, 0.7, 8.6, 8.6, 0.0,
 ];
 
-/// All keys, in the order in which a file would have them.
+/// Returns all keys, in file order.
 #[must_use]
 pub fn keys() -> Vec<Key> {
     let key = |path: &str, kind| Key {
@@ -62,7 +62,7 @@ pub fn keys() -> Vec<Key> {
             _ => numbers.push(key(&path, Kind::Numbers(vec![number]))),
         }
     }
-    // The rate comes first; the numbers without a table stand before those with one.
+    // The sample rate comes first; numbers without a table precede those with one.
     let rest = numbers.split_off(1);
     let mut all = numbers;
     all.extend([
@@ -86,7 +86,7 @@ pub fn keys() -> Vec<Key> {
 }
 
 impl Key {
-    /// What it means, as a phrase.
+    /// Returns the meaning, as a phrase.
     #[must_use]
     pub fn meaning(&self) -> &'static str {
         match &self.kind {
@@ -121,7 +121,7 @@ impl Key {
         }
     }
 
-    /// The unit of its numbers; empty where they have none, or words carry it.
+    /// Returns the unit of the numbers; empty if they have none or the value includes it.
     #[must_use]
     pub const fn unit(&self) -> &'static str {
         match &self.kind {
@@ -139,7 +139,7 @@ impl Key {
         }
     }
 
-    /// What may be written.
+    /// Returns the accepted values.
     #[must_use]
     pub fn range(&self) -> String {
         let of_row = |row: &Row, written: Written| {
@@ -187,7 +187,7 @@ impl Key {
         }
     }
 
-    /// Its value in `params`, as a file would have it; an example where `params` have none.
+    /// Returns the value in `params`, as written in a file; an example if `params` have none.
     #[must_use]
     pub fn value(&self, params: &Params) -> String {
         match &self.kind {
@@ -227,7 +227,7 @@ impl Key {
         }
     }
 
-    /// What applies where it is not set, under these names of presets.
+    /// Returns the default value for each of these presets, by name.
     #[must_use]
     pub fn default_text(&self, presets: &[(&str, Params)]) -> String {
         match &self.kind {
@@ -251,7 +251,7 @@ impl Key {
         }
     }
 
-    /// What uses it.
+    /// Returns the part of the estimation that uses the key.
     #[must_use]
     pub fn used(&self) -> &'static str {
         match &self.kind {
@@ -276,7 +276,7 @@ impl Key {
         }
     }
 
-    /// Where a foot has it; empty where it has not.
+    /// Returns the object addresses on a foot; empty if a foot has none.
     #[must_use]
     pub fn objects(&self) -> Vec<Address> {
         match &self.kind {
@@ -314,7 +314,7 @@ const fn learnt_row(place: usize) -> Option<&'static Row> {
     }
 }
 
-/// The axis that a number is of.
+/// Returns the axis of a number.
 fn axis(number: Parameter) -> &'static str {
     number.name().rsplit('.').next().unwrap_or_default()
 }
@@ -323,7 +323,7 @@ fn quoted(word: &str) -> String {
     format!("\"{word}\"")
 }
 
-/// What a number of the estimator means.
+/// Returns the meaning of a number of the estimator.
 const fn meaning(number: Parameter) -> &'static str {
     use Parameter as P;
     match number {

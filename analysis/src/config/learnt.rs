@@ -1,4 +1,4 @@
-//! The keys of what a foot has learnt: a warm start.
+//! Keys of the learnt values of a foot: a warm start.
 
 use estimator_core::Learnt;
 use estimator_core::stillness::Classes;

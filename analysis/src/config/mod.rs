@@ -1,9 +1,9 @@
-//! From preset, file format, configuration file and options to parameters.
+//! Parameters from preset, file format, configuration file and options.
 //!
-//! What comes later wins: preset, then the configuration file, then options.
+//! Later sources override earlier ones: preset, then the configuration file, then options.
 //!
-//! A configuration file is TOML. Every key is optional and carries its unit; an unknown key is
-//! an error. What is given per sensor may be one number for its three axes or a table of axes.
+//! A configuration file is TOML. Every key is optional and carries its unit; an unknown key is an error. A setting
+//! per sensor is one number for its three axes or a table of axes.
 //!
 //! ```
 //! let text = r#"
@@ -72,11 +72,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! `footfall calibrate` writes `[learnt]` and `axes`, or with `--rests` `[accelerometer]` and
-//! `[gyroscope]`. A foot has the values of `[learnt]` in its object 0x2018, those of `[accelerometer]` in
-//! 0x2017 and `axes` in 0x2019; it learns its gyroscope's bias by itself. What is wrong with the sensor
-//! is along its own axes, and taken out before `axes` turns the readings. Half-widths and bandwidths are
-//! along the axes of the foot.
+//! `footfall calibrate` writes `[learnt]` and `axes`, or with `--rests` `[accelerometer]` and `[gyroscope]`. A
+//! foot has the values of `[learnt]` in its object 0x2018, those of `[accelerometer]` in 0x2017 and `axes` in
+//! 0x2019; it learns its gyroscope bias by itself. Sensor errors are given along the sensor's own axes and
+//! corrected before `axes` turns the readings. Half-widths and bandwidths are along the axes of the foot.
 //!
 //! The keys in the tables `[attitude]`, `[attitude.rest]`, `[decision]`, `[load]` and `[velocity]` are the
 //! names in the estimator's table of limits ([`estimator_core::Parameter`]), with the unit at the end: `_s`,
@@ -168,36 +167,36 @@ pub struct Overrides {
     pub velocity: Numbers,
 }
 
-/// Why a configuration file cannot be used.
+/// Error of a configuration file.
 #[derive(Debug, Error)]
 pub enum ConfigError {
-    /// It cannot be opened or read.
+    /// The file cannot be opened or read.
     #[error("{file} cannot be read: {source}")]
     Unreadable {
-        /// The file, as it was named.
+        /// Name of the file, as given.
         file: String,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// It does not say anything that can be set, or says it wrongly.
+    /// The file is not valid TOML, or has an unknown key or an invalid value.
     #[error("{file}, {position}{}: {message}", key.as_ref().map(|key| format!(", key {key}")).unwrap_or_default())]
     Wrong {
-        /// The file, as it was named.
+        /// Name of the file, as given.
         file: String,
-        /// Where in it.
+        /// Position in the file.
         position: Position,
-        /// The key with the table it stands in, where the line has one.
+        /// Key with its table, if the line has one.
         key: Option<String>,
-        /// What is wrong.
+        /// Description of the error.
         message: String,
     },
 }
 
 impl Overrides {
-    /// Reads the text of a configuration file; `file` names it in errors.
+    /// Parses the text of a configuration file; `file` names it in errors.
     ///
     /// # Errors
-    /// The first thing that is wrong, with its line and key.
+    /// The first error, with its line and key.
     pub fn parse(text: &str, file: &str) -> Result<Self, ConfigError> {
         toml::from_str(text).map_err(|error| {
             let start = error.span().map_or(0, |span| span.start.min(text.len()));
@@ -213,16 +212,16 @@ impl Overrides {
         })
     }
 
-    /// What the file says is wrong with the sensor, and how it lies in the foot; `file` names it in
+    /// Returns the correction of the sensor's errors and its mounting in the foot; `file` names the file in
     /// errors.
     ///
     /// # Errors
-    /// A value that no sensor has.
+    /// A value out of range.
     pub fn correction(&self, file: &str) -> Result<Correction, Refusal> {
         correction::correction(&self.accelerometer, &self.gyroscope, self.axes, file)
     }
 
-    /// Sets in `params` what the file sets.
+    /// Applies the settings of the file to `params`.
     pub fn apply(&self, params: &mut Params) {
         set(&mut params.sample_rate, self.sample_rate_hz);
         set(&mut params.gravity, self.gravity);
@@ -253,7 +252,7 @@ fn sample_rate<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f32>
         .map_err(serde::de::Error::custom)
 }
 
-/// A value that is written as a word.
+/// Reads a value that is written as a word.
 fn word<'de, D: Deserializer<'de>, T>(
     deserializer: D,
     parse: impl FnOnce(&str) -> Result<T, String>,
@@ -282,15 +281,15 @@ fn gravity<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Gravity>
     word(deserializer, parse_gravity)
 }
 
-/// A message about an unknown key, with those that may have been meant; any other as it is. `key` is
-/// the one on its line.
+/// Adds suggestions to a message about an unknown key; returns any other message unchanged. `key` is the key on
+/// its line.
 fn with_suggestion(message: &str, key: Option<&str>) -> String {
     let unknown = message.strip_prefix("unknown field `");
     let Some((unknown, _)) = unknown.and_then(|rest| rest.split_once('`')) else {
         return message.to_owned();
     };
     let path = match key {
-        // A line has the key, or it is in a table on the line.
+        // The unknown key is on the line itself, or in an inline table on it.
         Some(key) if key.split('.').any(|part| part == unknown) => key.to_owned(),
         Some(key) => format!("{key}.{unknown}"),
         None => unknown.to_owned(),
@@ -301,7 +300,7 @@ fn with_suggestion(message: &str, key: Option<&str>) -> String {
     }
 }
 
-/// The key that stands on a line (from 1), with the table it is in.
+/// Returns the key on a line (from 1), with the table it is in.
 fn key_on_line(text: &str, line: usize) -> Option<String> {
     let so_far: Vec<&str> = text.lines().take(line).map(str::trim).collect();
     let (key, _) = so_far.last()?.split_once('=')?;

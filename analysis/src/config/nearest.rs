@@ -1,25 +1,25 @@
-//! The keys that may have been meant.
+//! Suggestions for unknown keys.
 
 use strsim::normalized_damerau_levenshtein as likeness;
 
 use super::keys::keys;
 
-/// From this likeness on, in [0, 1], a key may be meant.
+/// Least likeness of a suggested key, in [0, 1].
 const ALIKE: f64 = 0.7;
 
-/// From this likeness of the last parts on: long names of tables make all keys in them alike.
+/// Least likeness of the last parts, because a long table name makes all keys in it alike.
 const ALIKE_IN_LAST_PART: f64 = 0.6;
 
-/// What a key in another table is worth whose last part is the same.
+/// Weight of the likeness of the last part alone, for a key in another table.
 const ELSEWHERE: f64 = 0.8;
 
-/// Keys that are less alike than the best by more than this are not meant.
+/// Largest difference in likeness from the best suggestion.
 const AS_GOOD: f64 = 0.1;
 
-/// The ends of keys that are units.
+/// Suffixes of keys that are units.
 const UNITS: [&str; 6] = ["_m_s2", "_rad_s", "_m_s", "_hz", "_m", "_s"];
 
-/// The keys and tables that are most like a path or the last part of one, best first.
+/// Returns the keys and tables most similar to a path or its last part, best first.
 #[must_use]
 pub fn nearest(path: &str) -> Vec<String> {
     let mut found: Vec<(f64, String)> = candidates()
@@ -45,7 +45,7 @@ pub fn or(words: &[String]) -> String {
     }
 }
 
-/// All keys, and the tables they are in.
+/// Returns all keys, and the tables they are in.
 fn candidates() -> Vec<String> {
     let mut all: Vec<String> = Vec::new();
     for key in keys() {
@@ -68,7 +68,7 @@ fn likeness_to(path: &str, key: &str) -> Option<f64> {
     (likeness >= ALIKE && last >= ALIKE_IN_LAST_PART).then_some(likeness)
 }
 
-/// A key without its unit is as good as the key.
+/// Returns the likeness with or without the unit of the key, whichever is greater.
 fn with_or_without_unit(key: &str, likeness: impl Fn(&str) -> f64) -> f64 {
     let bare = UNITS.into_iter().find_map(|unit| key.strip_suffix(unit));
     likeness(key).max(bare.map_or(0.0, likeness))
@@ -83,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn slips_of_the_pen_and_forgotten_tables_and_units_are_recognised() {
+    fn typos_and_missing_tables_and_units_are_recognised() {
         for (written, meant) in [
             ("decision.thresold", "decision.threshold"),
             ("decison.threshold", "decision.threshold"),

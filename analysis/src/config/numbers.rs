@@ -1,5 +1,4 @@
-//! The numbers of the estimator, under keys that come from its table of limits: a number that gets a row
-//! there has its key here.
+//! Numbers of the estimator, under keys derived from its table of limits: a row added there has its key here.
 
 use std::fmt;
 
@@ -10,7 +9,7 @@ use super::set;
 use super::value::parse_gyro_timing;
 use recordings::number::shown;
 
-/// What a table of the file, and the tables in it, set.
+/// Numbers set by a table of the file and its sub-tables.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Numbers {
     values: Vec<(Parameter, f32)>,
@@ -18,7 +17,7 @@ pub struct Numbers {
 }
 
 impl Numbers {
-    /// What the file sets a number to.
+    /// Returns the value that the file sets for a number.
     #[must_use]
     pub fn get(&self, parameter: Parameter) -> Option<f32> {
         let mut values = self.values.iter();
@@ -59,30 +58,30 @@ pub(super) fn velocity<'de, D: Deserializer<'de>>(from: D) -> Result<Numbers, D:
     Numbers::deserialize("velocity", from)
 }
 
-/// How a number is written: in the unit of the table of limits, or in ms.
+/// Notation of a number: in the unit of the table of limits, or in ms.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Written {
     As(Unit),
-    /// Although the field is in s.
+    /// In ms, although the field is in s.
     Milliseconds,
 }
 
 impl Written {
-    /// How the field of this name is written.
+    /// Returns the notation of the field with this name.
     pub fn of(field: &str) -> Self {
         if [parameter::WINDOW.name, parameter::GYRO_DELAY.name].contains(&field) {
             return Self::Milliseconds;
         }
-        // What was learnt stands under the names of its fields, which have no unit.
+        // Learnt values keep the names of their fields, which have no unit.
         let mut rows = Parameter::ALL.into_iter().map(Parameter::row);
         let row = rows.find(|row| row.name == field);
         Self::As(row.map_or(Unit::One, |row| row.unit))
     }
 
-    /// A field's value as a person writes it.
+    /// Formats the value of a field in this notation.
     pub fn number(self, value: f32) -> String {
         match self {
-            // By way of decimals: 1e-4 s in binary are not quite 0.1 ms.
+            // Scaled in decimal, because 1e-4 s in binary is not quite 0.1 ms.
             Self::Milliseconds => match value.to_string().parse::<f64>() {
                 Ok(seconds) => shown((1.0e3 * seconds) as f32),
                 Err(_) => shown(1.0e3 * value),
@@ -91,7 +90,7 @@ impl Written {
         }
     }
 
-    /// The end of the key; loads have none, whose unit is that of the recording.
+    /// Returns the suffix of the key; empty for loads, which are in the unit of the recording.
     pub const fn suffix(self) -> &'static str {
         match self {
             Self::As(Unit::Hertz) => "_hz",
@@ -104,7 +103,7 @@ impl Written {
         }
     }
 
-    /// The unit after a number; nothing where the key has none either.
+    /// Returns the unit after a number; empty if the key has no unit.
     pub fn symbol(self) -> String {
         match self {
             Self::Milliseconds => " ms".to_owned(),
@@ -114,16 +113,16 @@ impl Written {
     }
 }
 
-/// What a key of a table stands for.
+/// Kind of entry in a table.
 #[derive(Clone, Copy)]
 enum Meaning {
     Number(Parameter),
     GyroTiming,
-    /// A table in the table.
+    /// Nested table.
     Table,
 }
 
-/// The keys that the table at this path may have, in the order of the table of limits.
+/// Returns the valid keys of the table at this path, in the order of the table of limits.
 fn keys(path: &str) -> Vec<(String, Meaning)> {
     let mut keys: Vec<(String, Meaning)> = Vec::new();
     let timing = (parameter::GYRO_DELAY.name, Meaning::GyroTiming);
@@ -230,10 +229,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_number_of_the_estimator_can_be_set_by_its_key() {
+    fn every_number_can_be_set_by_its_key() {
         for number in Parameter::ALL {
             let name = number.name();
-            // Axes and the sample rate have keys of their own making.
+            // Axes and the sample rate have separate keys.
             if name.contains("width.") || name == "sample_rate" {
                 continue;
             }
@@ -248,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_key_is_named_with_those_that_there_are() {
+    fn unknown_key_error_lists_the_known_keys() {
         for (text, expected) in [
             (
                 "decision.on_delay = 1",

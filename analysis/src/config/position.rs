@@ -1,21 +1,21 @@
-//! Where something stands in the text of a configuration file.
+//! Positions in the text of a configuration file.
 
 use std::fmt;
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// A place in a text.
+/// Position in a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Position {
-    /// From 1.
+    /// Line, from 1.
     pub line: usize,
-    /// In characters, from 1.
+    /// Column in characters, from 1.
     pub column: usize,
 }
 
 impl Position {
-    /// The place of a byte.
+    /// Returns the position of a byte.
     #[must_use]
     pub fn of_byte(text: &str, byte: usize) -> Self {
         let before = text.get(..byte).unwrap_or(text);
@@ -26,7 +26,7 @@ impl Position {
         }
     }
 
-    /// The place of a key with the tables it is in; `None` where the text does not have it.
+    /// Returns the position of a key, given with its tables; `None` if it is not in the text.
     #[must_use]
     pub fn of_key(text: &str, path: &str) -> Option<Self> {
         let root = DeTable::parse(text).ok()?;
@@ -59,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_key_is_found_in_tables_of_either_kind_and_with_dots() {
+    fn key_is_found_in_tables_and_dotted_paths() {
         let text = "window = '9ms'\n[attitude]\n  rest.rate_rad_s = 1\n[gyroscope]\nbias_rad_s = { wx = 0, wy = 2 }\n";
         for (key, line, column) in [
             ("window", 1, 1),

@@ -1,4 +1,4 @@
-//! Where parameters start from.
+//! Presets of the parameters.
 
 use std::str::FromStr;
 
@@ -6,16 +6,16 @@ use estimator_core::{Params, WindowLength};
 use firmware::imu::default_params;
 use recordings::input::Format;
 
-/// Durations that differ by less, as a part of themselves, are the same: a rate that was measured.
+/// Relative difference below which durations count as equal, because the rate is measured.
 const SAME_DURATION: f64 = 0.05;
 
-/// Where parameters start from.
+/// Preset from which the parameters start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Preset {
-    /// For an LSM6DSOX on a robot's foot.
+    /// Settings for an LSM6DSOX on a robot's foot.
     #[default]
     Default,
-    /// The paper's settings.
+    /// Settings of the paper.
     Paper,
 }
 
@@ -23,7 +23,7 @@ impl Preset {
     /// All presets.
     pub const ALL: [Self; 2] = [Self::Default, Self::Paper];
 
-    /// What it is for, in one line.
+    /// Returns the purpose, in one line.
     #[must_use]
     pub const fn help(self) -> &'static str {
         match self {
@@ -34,7 +34,7 @@ impl Preset {
         }
     }
 
-    /// Its name, as `--preset` takes it.
+    /// Returns the name, as `--preset` takes it.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -43,8 +43,8 @@ impl Preset {
         }
     }
 
-    /// The parameters for recordings of a format; the load trigger is in the unit of its load.
-    /// Sample rate and gravity are the recording's to say, so those in here mean nothing.
+    /// Returns the parameters for recordings of a format; the load trigger is in the unit of its load. Sample rate
+    /// and gravity are placeholders: they depend on the recording.
     #[must_use]
     pub fn params(self, format: Format) -> Params {
         let default_with_load_of = |other: Params| Params {
@@ -65,9 +65,9 @@ impl Preset {
         }
     }
 
-    /// That the paper's window, a count of samples, lasts longer or shorter than it does at the
-    /// paper's rate; `None` where it lasts as long, or `params` have another window. Rows of the
-    /// authors' GO1 are counted as the authors count them.
+    /// Returns a notice if the paper's window, a count of samples, lasts longer or shorter than at the paper's
+    /// rate; `None` if it lasts as long, or `params` have another window. Rows of the authors' GO1 are counted as
+    /// the authors count them.
     #[must_use]
     pub fn window_notice(
         self,

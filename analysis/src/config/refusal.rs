@@ -1,4 +1,4 @@
-//! A refused parameter by the option or key that sets it, with unit and file.
+//! Rejected parameters, reported by the option or key that sets them, with unit and file.
 
 use estimator_core::{Axis, Method, Parameter, Params, ParamsError, WindowLength};
 use recordings::input::time::{BATCHES_HINT, MICROSECONDS_HINT, MILLISECONDS_HINT};
@@ -9,17 +9,17 @@ use super::numbers::Written;
 use super::position::Position;
 use super::{Overrides, SensorOverrides};
 
-/// Why the parameters that preset, configuration file, recording and options add up to are not
-/// valid: one sentence that names what set the parameter, its value, unit and range.
+/// Error of the parameters that result from preset, configuration file, recording and options: one sentence with
+/// the source of the parameter, its value, unit and range.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("{sentence}")]
 pub struct Refusal {
     sentence: String,
-    /// The key, where the sentence begins with the file and does not say where in it.
+    /// Key, if the sentence begins with the file and has no position.
     key: Option<String>,
 }
 
-/// Where the sample rate comes from.
+/// Source of the sample rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RateOrigin {
     /// `--sample-rate`.
@@ -30,20 +30,20 @@ pub enum RateOrigin {
     Recording,
 }
 
-/// What set the parameters.
+/// Sources of the parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct Origins<'a> {
-    /// The configuration file's name, or nothing.
+    /// Name of the configuration file, if any.
     pub file: Option<&'a str>,
-    /// Its text.
+    /// Text of the configuration file.
     pub text: &'a str,
-    /// What it sets.
+    /// Settings in the configuration file.
     pub overrides: &'a Overrides,
-    /// The window's option, where it was given.
+    /// Length of the window, if given as an option.
     pub window: Option<WindowLength>,
-    /// The recording's file.
+    /// Name of the recording.
     pub recording: &'a str,
-    /// What set the sample rate.
+    /// Source of the sample rate.
     pub sample_rate: RateOrigin,
 }
 
@@ -62,7 +62,7 @@ impl Refusal {
         }
     }
 
-    /// With the place of the key in the text of the file.
+    /// Adds the position of the key in the text of the file.
     #[must_use]
     pub fn located(self, file: &str, text: &str) -> Self {
         let position = self
@@ -77,10 +77,10 @@ impl Refusal {
 }
 
 impl Origins<'_> {
-    /// That everything that was set has an effect on what `params` are for.
+    /// Checks that every setting has an effect with `params`.
     ///
     /// # Errors
-    /// The first option or key that has none.
+    /// The first option or key without effect.
     pub fn check_effects(&self, params: &Params) -> Result<(), Refusal> {
         let Overrides {
             window,
@@ -109,7 +109,7 @@ impl Origins<'_> {
         )))
     }
 
-    /// Says `error`, which `params` caused, by the options or keys that set them.
+    /// Describes `error`, which `params` caused, by the options or keys that set them.
     #[must_use]
     pub fn explain(&self, error: &ParamsError, params: &Params) -> Refusal {
         Refusal::new(match error {
@@ -146,7 +146,7 @@ impl Origins<'_> {
         })
     }
 
-    /// Off above on: names both, as one of them may be the preset's.
+    /// Describes an off-threshold above the on-threshold; names both, as either may be the preset's.
     fn explain_load(&self, params: &Params) -> String {
         let load = &self.overrides.load;
         let origin = |set: Option<f32>| match (set, self.file) {
@@ -193,7 +193,7 @@ impl Origins<'_> {
         }
     }
 
-    /// What a rate far too low or too high says about the times that it was measured from.
+    /// Returns a hint on the unit of the times if the rate measured from them is far too low or too high.
     fn unit_of_times(&self, rate: f32, min: f32, max: f32) -> &'static str {
         let fits = |per_second: f32| (min..=max).contains(&(rate * per_second));
         match self.sample_rate {
@@ -205,7 +205,7 @@ impl Origins<'_> {
     }
 }
 
-/// A field of the estimator's parameters as a configuration file calls it.
+/// Name of an estimator field in a configuration file.
 pub(super) struct Name {
     pub key: String,
     axis: Option<&'static str>,
@@ -241,7 +241,7 @@ mod tests {
     use super::*;
     use recordings::replay::CAPACITY;
 
-    /// The overrides in a file, and the default preset with them.
+    /// Returns the overrides in a file, and the default preset with them.
     fn applied(text: &str) -> (Overrides, Params) {
         let overrides = Overrides::parse(text, "c.toml").unwrap();
         let mut params = Params::DEFAULT;
@@ -265,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn every_key_is_named_as_it_was_written_with_unit_and_file() {
+    fn error_names_key_unit_and_file() {
         for (text, expected) in [
             (
                 "sample_rate_hz = 1",
@@ -349,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn a_key_is_named_with_its_place_in_the_file() {
+    fn error_names_the_position_of_the_key() {
         let text = "\n[decision]\n  threshold = 2\n";
         let (overrides, params) = applied(text);
         let origins = Origins {
@@ -367,7 +367,7 @@ mod tests {
         );
     }
 
-    /// A file that sets what was learnt, all of it the same but for one change.
+    /// Returns a file with all learnt values, of which one is changed.
     fn with_learnt(from: &str, to: &str) -> String {
         let classes = "{ still = -1, moving = 1, width = 0.5 }";
         let text = format!(
@@ -379,7 +379,7 @@ mod tests {
     }
 
     #[test]
-    fn a_learnt_value_that_cannot_have_been_learnt_is_named() {
+    fn implausible_learnt_value_is_rejected_by_key() {
         for (from, to, expected) in [
             (
                 "rate = { still = -1",
@@ -410,7 +410,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_effect_is_refused_by_its_name() {
+    fn setting_without_effect_is_rejected_by_name() {
         let refused = |text: &str, window| {
             let (overrides, params) = applied(text);
             let origins = Origins {
@@ -449,7 +449,7 @@ mod tests {
     }
 
     #[test]
-    fn an_option_is_named_before_a_key() {
+    fn option_is_named_before_key() {
         assert_eq!(
             refusal("window = '20ms'", Some(WindowLength::Duration(-0.005))),
             "--window is -5 ms, allowed is 0.1 to 1000000 ms"
@@ -461,7 +461,7 @@ mod tests {
     }
 
     #[test]
-    fn of_two_loads_that_contradict_each_other_both_are_named() {
+    fn conflicting_load_thresholds_are_both_named() {
         let end = "a load that ends a stance must not exceed the one that starts it";
         assert_eq!(
             refusal("load.on_threshold = 5", None),

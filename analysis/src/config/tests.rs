@@ -1,4 +1,4 @@
-//! Configuration files, and the presets that they change.
+//! Tests of configuration files and presets.
 
 use recordings::input::Format;
 
@@ -90,7 +90,7 @@ fn every_key_reaches_its_parameter() {
 }
 
 #[test]
-fn what_was_learnt_is_given_whole() {
+fn incomplete_learnt_table_is_rejected() {
     assert_eq!(
         message("[learnt]\nstill_seconds = 1\nmoving_seconds = 1\n"),
         "x.toml, line 1, column 1: missing field `idle_seconds`"
@@ -102,7 +102,7 @@ fn what_was_learnt_is_given_whole() {
 }
 
 #[test]
-fn axes_that_no_sensor_has_are_named_with_what_to_flip() {
+fn left_handed_axes_error_suggests_a_flip() {
     assert_eq!(
         message("gravity = 'included'\naxes = 'x,z,y'\n"),
         "x.toml, line 2, column 8, key axes: x,z,y is left-handed, and a sensor is not: \
@@ -115,7 +115,7 @@ fn axes_that_no_sensor_has_are_named_with_what_to_flip() {
 }
 
 #[test]
-fn an_axis_that_is_not_named_keeps_its_value() {
+fn unnamed_axis_keeps_its_value() {
     let params = applied("half_width.acceleration_m_s2 = { az = 0.8 }");
     assert_eq!(params.half_width.to_array()[..3], [0.4, 0.4, 0.8]);
 }
@@ -131,7 +131,7 @@ fn an_unknown_key_is_named_with_its_line() {
 }
 
 #[test]
-fn a_value_of_the_wrong_kind_is_named_with_its_key() {
+fn value_of_wrong_type_is_named_by_key() {
     assert_eq!(
         message("[load]\non_threshold = 'high'\n"),
         "x.toml, line 2, column 16, key load.on_threshold: invalid type: string \"high\", expected f32"
@@ -155,7 +155,7 @@ fn an_unknown_axis_is_named() {
 }
 
 #[test]
-fn a_sample_rate_is_checked_as_the_option_is() {
+fn sample_rate_is_checked_like_the_option() {
     for wrong in ["0", "-5", "nan", "inf"] {
         assert!(
             message(&format!("sample_rate_hz = {wrong}\n"))

@@ -1,4 +1,4 @@
-//! Values that are written as words, in files and on the command line alike.
+//! Values written as words, in files and on the command line.
 
 use estimator_core::{
     Gravity, GyroTiming, Learning, Method, Mounting, MountingError, WindowLength,
@@ -6,22 +6,22 @@ use estimator_core::{
 
 use super::numbers::Written;
 
-/// Whether samples contain gravity, as words.
+/// Words for whether samples contain gravity.
 pub const GRAVITIES: [(&str, Gravity); 2] = [
     ("included", Gravity::Included),
     ("removed", Gravity::Removed),
 ];
 
-/// Where the limits of stillness come from, as words.
+/// Words for the source of the limits of stillness.
 pub const METHODS: [(&str, Method); 2] = [
     ("self_calibrating", Method::SelfCalibrating),
     ("half_widths", Method::HalfWidths),
 ];
 
-/// Whether a foot goes on learning, as words.
+/// Words for whether a foot continues to learn.
 pub const LEARNINGS: [(&str, Learning); 2] = [("on", Learning::On), ("frozen", Learning::Frozen)];
 
-/// The word for a value in one of these tables.
+/// Returns the word for a value in one of these tables.
 pub fn word_of<T: Copy + PartialEq, const N: usize>(
     table: &[(&'static str, T); N],
     value: T,
@@ -31,7 +31,7 @@ pub fn word_of<T: Copy + PartialEq, const N: usize>(
         .unwrap_or_default()
 }
 
-/// The value of a word in one of these tables.
+/// Returns the value of a word in one of these tables.
 fn value_of<T: Copy>(table: &[(&'static str, T); 2], text: &str) -> Result<T, String> {
     let mut rows = table.iter();
     rows.find_map(|(word, value)| (*word == text).then_some(*value))
@@ -41,7 +41,7 @@ fn value_of<T: Copy>(table: &[(&'static str, T); 2], text: &str) -> Result<T, St
         })
 }
 
-/// A window's length as [`parse_window`] reads it, in quotation marks.
+/// Formats the length of a window as [`parse_window`] reads it, in quotation marks.
 #[must_use]
 pub fn window_text(window: WindowLength) -> String {
     match window {
@@ -50,7 +50,7 @@ pub fn window_text(window: WindowLength) -> String {
     }
 }
 
-/// A gyroscope's timing as [`parse_gyro_timing`] reads it, in quotation marks.
+/// Formats the timing of a gyroscope as [`parse_gyro_timing`] reads it, in quotation marks.
 #[must_use]
 pub fn gyro_timing_text(timing: GyroTiming) -> String {
     match timing {
@@ -59,15 +59,15 @@ pub fn gyro_timing_text(timing: GyroTiming) -> String {
     }
 }
 
-/// A time in s as a number of ms.
+/// Formats a time in s as a number of ms.
 fn milliseconds(seconds: f32) -> String {
     Written::Milliseconds.number(seconds)
 }
 
-/// Reads a window's length: a duration such as `50ms`, or a count such as `50samples`.
+/// Parses the length of a window: a duration such as `50ms`, or a count such as `50samples`.
 ///
 /// # Errors
-/// A sentence that says how to write it.
+/// A sentence with the accepted notation.
 pub fn parse_window(text: &str) -> Result<WindowLength, String> {
     let window = match text.strip_suffix("samples") {
         Some(count) => count.trim_end().parse().ok().map(WindowLength::Samples),
@@ -78,10 +78,10 @@ pub fn parse_window(text: &str) -> Result<WindowLength, String> {
     })
 }
 
-/// Reads a time since the first sample, s.
+/// Parses a time since the first sample, s.
 ///
 /// # Errors
-/// A sentence that says how to write it.
+/// A sentence with the accepted notation.
 pub fn parse_seconds(text: &str) -> Result<f64, String> {
     let seconds = text.parse().ok();
     seconds
@@ -91,33 +91,33 @@ pub fn parse_seconds(text: &str) -> Result<f64, String> {
         })
 }
 
-/// Reads the method: `self_calibrating` or `half_widths`.
+/// Parses the method: `self_calibrating` or `half_widths`.
 ///
 /// # Errors
-/// A sentence that names both words.
+/// A sentence with both words.
 pub fn parse_method(text: &str) -> Result<Method, String> {
     value_of(&METHODS, text)
 }
 
-/// Reads whether learning is `on` or `frozen`.
+/// Parses whether learning is `on` or `frozen`.
 ///
 /// # Errors
-/// A sentence that names both words.
+/// A sentence with both words.
 pub fn parse_learning(text: &str) -> Result<Learning, String> {
     value_of(&LEARNINGS, text)
 }
 
-/// Reads a sample rate in Hz, which is above 0.
+/// Parses a sample rate in Hz, which is above 0.
 ///
 /// # Errors
-/// A sentence that says how to write it.
+/// A sentence with the accepted notation.
 pub fn parse_sample_rate(text: &str) -> Result<f32, String> {
     text.parse()
         .map_err(|_| no_sample_rate(text))
         .and_then(checked_sample_rate)
 }
 
-/// A sample rate in Hz that is above 0 and finite.
+/// Checks that a sample rate in Hz is above 0 and finite.
 pub(super) fn checked_sample_rate(rate: f32) -> Result<f32, String> {
     if rate.is_finite() && rate > 0.0 {
         Ok(rate)
@@ -130,19 +130,19 @@ fn no_sample_rate(text: &str) -> String {
     format!("{text} is no sample rate: write a number of Hz above 0")
 }
 
-/// Reads whether gravity is `included` or `removed`.
+/// Parses whether gravity is `included` or `removed`.
 ///
 /// # Errors
-/// A sentence that names both words.
+/// A sentence with both words.
 pub fn parse_gravity(text: &str) -> Result<Gravity, String> {
     value_of(&GRAVITIES, text)
 }
 
-/// Reads how the sensor's axes lie in the foot: for the foot's x, y and z each the axis of the sensor
-/// along it, such as `x,-z,y`, or a unit quaternion `w,x,y,z` from the sensor's frame to the foot's.
+/// Parses the mounting of the sensor: for each of the foot's x, y and z the axis of the sensor along it, such as
+/// `x,-z,y`, or a unit quaternion `w,x,y,z` from the sensor's frame to the foot's.
 ///
 /// # Errors
-/// A sentence that says how to write it, or what to change.
+/// A sentence with the accepted notation, or the necessary change.
 pub fn parse_axes(text: &str) -> Result<Mounting, String> {
     text.parse().map_err(|error| match error {
         MountingError::Unreadable => format!("{text:?} is neither axes nor a quaternion: {error}"),
@@ -150,10 +150,10 @@ pub fn parse_axes(text: &str) -> Result<Mounting, String> {
     })
 }
 
-/// Reads when the gyroscope measured what a sample says: `period_mean`, or a delay such as `1.5ms`.
+/// Parses the time of the gyroscope's measurement: `period_mean`, or a delay such as `1.5ms`.
 ///
 /// # Errors
-/// A sentence that says how to write it.
+/// A sentence with the accepted notation.
 pub fn parse_gyro_timing(text: &str) -> Result<GyroTiming, String> {
     if text == "period_mean" {
         return Ok(GyroTiming::PeriodMean);
@@ -163,7 +163,7 @@ pub fn parse_gyro_timing(text: &str) -> Result<GyroTiming, String> {
     })
 }
 
-/// A number of milliseconds with its unit, in s.
+/// Parses a number of milliseconds with its unit, returned in s.
 fn duration(text: &str) -> Option<f32> {
     let milliseconds: f64 = text.strip_suffix("ms")?.trim_end().parse().ok()?;
     Some((milliseconds * 1.0e-3) as f32)

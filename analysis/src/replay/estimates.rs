@@ -1,4 +1,4 @@
-//! The table of estimates of one foot, in CSV or Parquet, and those of all feet in one file.
+//! Table of estimates of one foot, in CSV or Parquet, and the tables of all feet in one file.
 
 #[cfg(feature = "parquet")]
 use std::fs::File;
@@ -12,10 +12,10 @@ use recordings::parquet_output::{ParquetEstimates, join};
 
 use super::part::Part;
 
-/// How a table is laid out; the name of its file says it.
+/// Layout of a table, given by the name of its file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Layout {
-    /// As text.
+    /// CSV text.
     #[default]
     Csv,
     /// As Parquet.
@@ -23,10 +23,10 @@ pub enum Layout {
 }
 
 impl Layout {
-    /// What the names of files end in.
+    /// File extensions of the layouts.
     pub const EXTENSIONS: [&'static str; 2] = ["csv", "parquet"];
 
-    /// Of a file of this name; standard output, a pipe and the like get text.
+    /// Returns Parquet for a file name with that extension, and text for any other, such as a pipe's.
     #[must_use]
     pub fn of(path: &Path) -> Self {
         let extension = path.extension().unwrap_or_default();
@@ -38,27 +38,27 @@ impl Layout {
     }
 }
 
-/// The estimates of one foot, until those of the feet before it are written.
+/// Estimates of one foot, buffered until those of the preceding feet are written.
 pub enum Estimates {
-    /// As text.
+    /// CSV text.
     Csv(Part),
     /// As Parquet.
     #[cfg(feature = "parquet")]
     Parquet {
-        /// The foot, where the table names it.
+        /// Name of the foot, if the table names it.
         foot: Option<String>,
-        /// What the recording's clock says at timestamp 0, µs.
+        /// Time of the recording's clock at timestamp 0, µs.
         start_us: i64,
-        /// The rows, in a temporary file.
+        /// Rows, in a temporary file.
         rows: Box<ParquetEstimates<File>>,
     },
 }
 
 impl Estimates {
-    /// Without a row; `foot` is named in each row where it is given.
+    /// Creates an empty table; `foot`, if given, is named in each row.
     ///
     /// # Errors
-    /// The temporary file cannot be written; Parquet is not built.
+    /// The temporary file cannot be written, or Parquet is not built in.
     pub fn new(layout: Layout, foot: Option<String>, start_us: i64) -> io::Result<Self> {
         Ok(match layout {
             Layout::Csv => Self::Csv(Part::new(foot, start_us)),
@@ -99,7 +99,7 @@ impl Estimates {
 /// Writes the tables of all feet as one.
 ///
 /// # Errors
-/// What the writer and the temporary files report.
+/// The errors of the writer and the temporary files.
 pub fn write(tables: Vec<Estimates>, feet: Feet, to: &mut dyn Write) -> io::Result<()> {
     #[cfg(feature = "parquet")]
     let mut files = Vec::new();

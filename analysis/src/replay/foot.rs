@@ -1,4 +1,4 @@
-//! One foot: its samples through the estimator, and all that is made of them.
+//! Estimation of one foot: its samples through the estimator, and the results.
 
 use std::io;
 
@@ -15,82 +15,81 @@ use super::part::Part;
 use super::span::Span;
 use crate::summary::{Summary, Tally};
 
-/// What is made of a foot beside its summary.
+/// Requested results of a foot besides its summary.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Wanted {
-    /// The part of the recording that it is made of.
+    /// Part of the recording in the results.
     pub span: Span,
-    /// Whether there is a table, and whether it names the foot.
+    /// Table of estimates, and whether it names the foot.
     pub table: Table,
-    /// How the table is laid out.
+    /// Layout of the table.
     pub layout: Layout,
-    /// The same of the table of events.
+    /// Table of events, and whether it names the foot.
     pub events: Table,
 }
 
 /// A table of estimates or events.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Table {
-    /// There is none.
+    /// No table.
     #[default]
     None,
-    /// It is of one foot.
+    /// Table of one foot.
     OneFoot,
-    /// It is of several and names them.
+    /// Table of several feet, named in each row.
     SeveralFeet,
 }
 
-/// Watches a foot while it is estimated, such as to draw it or to show how far it is.
+/// Observes a foot while it is estimated, such as for a plot or for progress.
 pub trait Observer {
-    /// A sample was estimated, whether or not it is in the part that is asked for.
+    /// Called for each estimated sample, inside or outside the selected part.
     fn estimated(&mut self) {}
 
-    /// A sample in the part that is asked for, and its estimate.
+    /// Called for each sample in the selected part, with its estimate.
     fn add(&mut self, _sample: &RecordedSample, _estimate: &ContactEstimate) {}
 
-    /// An event in the part that is asked for.
+    /// Called for each event in the selected part.
     fn add_event(&mut self, _event: &Event) {}
 }
 
-/// Nothing watches.
+/// Observer that does nothing.
 impl Observer for () {}
 
-/// What was made of a foot.
+/// Results of a foot.
 pub struct Replayed {
-    /// What it comes to.
+    /// Summary of the replay.
     pub summary: Summary,
-    /// What is not plausible about it.
+    /// Implausible properties of the recording.
     pub findings: Vec<Finding>,
-    /// Its rows of the table.
+    /// Rows of the table of estimates.
     pub table: Option<Estimates>,
-    /// Its events.
+    /// Rows of the table of events.
     pub events: Option<Part>,
-    /// What has been learnt about it.
+    /// Learnt values.
     pub learnt: Learnt,
-    /// The gyroscope's bias where it was first known, and at the end; `None` where the foot never was at
-    /// rest.
+    /// Gyroscope bias when it was first known and at the end; `None` if the foot was never at rest.
     pub gyro_bias: Option<[AngularRate; 2]>,
 }
 
-/// Why a foot cannot be estimated.
+/// Error of a foot's estimation.
 #[derive(Debug, Error)]
 pub enum ReplayError {
     /// A parameter is out of its range.
     #[error("parameter {0}")]
     Params(#[from] ParamsError),
-    /// Its samples or rows cannot be kept.
+    /// Samples or rows cannot be stored.
     #[error(
         "temporary files cannot be used in {}: {source}; the variable TMPDIR names another folder",
         std::env::temp_dir().display()
     )]
     Temporary {
-        /// What the operating system says.
+        /// Error of the operating system.
         #[from]
         source: io::Error,
     },
 }
 
-/// The name of a foot in tables and pictures: that of its file, and its own where it has one.
+/// Returns the name of a foot in tables and plots: the file's name, then the foot's own if it has one.
 #[must_use]
 pub fn name(stored: &Stored) -> String {
     let about = &stored.about;
@@ -100,10 +99,10 @@ pub fn name(stored: &Stored) -> String {
     }
 }
 
-/// Estimates a foot sample by sample, while `observer` watches.
+/// Estimates a foot sample by sample, observed by `observer`.
 ///
 /// # Errors
-/// A parameter out of its range, or the temporary files cannot be used.
+/// A parameter is out of range, or the temporary files cannot be used.
 pub fn replay(
     stored: &mut Stored,
     params: &Params,
@@ -170,7 +169,7 @@ pub fn replay(
     })
 }
 
-/// Where events go.
+/// Receiver of events.
 struct Found<'a, O> {
     span: Span,
     table: Option<Part>,
@@ -178,7 +177,7 @@ struct Found<'a, O> {
 }
 
 impl<O: Observer> Found<'_, O> {
-    /// Takes in an event, if it is in the part that is asked for.
+    /// Adds an event if it is in the selected part.
     fn add(&mut self, event: &Event) -> io::Result<()> {
         if !self.span.contains(event.time) {
             return Ok(());

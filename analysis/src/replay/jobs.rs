@@ -1,12 +1,12 @@
-//! Several recordings at once.
+//! Parallel processing of recordings.
 
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 
-/// Does the work on each of `items` on up to `jobs` threads; the results are in the items' order.
-/// After a failure no further item is begun: what was not is missing at the end.
+/// Processes each of `items` on up to `jobs` threads; the results are in the items' order. After a failure no
+/// further item is started, and unprocessed items have no result.
 pub fn run<I: Sync, T: Send, E: Send>(
     items: &[I],
     jobs: NonZeroUsize,
@@ -39,7 +39,7 @@ pub fn run<I: Sync, T: Send, E: Send>(
     results.into_iter().map(|(_, result)| result).collect()
 }
 
-/// As many threads as this machine has cores.
+/// Returns the number of cores of this machine.
 #[must_use]
 pub fn all_cores() -> NonZeroUsize {
     thread::available_parallelism().unwrap_or(NonZeroUsize::MIN)
@@ -54,7 +54,7 @@ mod tests {
     }
 
     #[test]
-    fn results_are_in_the_order_of_the_items_however_many_threads_there_are() {
+    fn results_keep_the_order_of_the_items() {
         let items: Vec<u32> = (0..100).collect();
         for threads in [1, 2, 7, 200] {
             let doubled: Result<Vec<u32>, ()> = run(&items, jobs(threads), |k| Ok(2 * k))
@@ -66,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn after_a_failure_nothing_further_is_begun() {
+    fn no_item_is_started_after_a_failure() {
         let results = run(
             &[1, 2, 3],
             jobs(1),

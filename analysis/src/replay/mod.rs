@@ -1,12 +1,12 @@
-//! Recordings through the estimator: each sample is read, estimated and written, and then forgotten.
+//! Replay of recordings through the estimator: each sample is read, estimated, written and discarded.
 //!
 //! | step | file |
 //! |---|---|
-//! | one foot: its samples, their estimates, and all that is made of them | [`foot`] |
-//! | its rows of the table, until those of the feet before it are written | [`part`] |
-//! | its table of estimates, as text or Parquet | [`estimates`] |
-//! | several recordings at once | [`jobs`] |
-//! | the part of it that is asked for | [`span`] |
+//! | one foot: its samples, their estimates and the results | [`foot`] |
+//! | rows of a foot, buffered until those of the preceding feet are written | [`part`] |
+//! | table of estimates of a foot, as text or Parquet | [`estimates`] |
+//! | several recordings in parallel | [`jobs`] |
+//! | selected part of a recording | [`span`] |
 
 pub mod estimates;
 pub mod foot;

@@ -1,4 +1,4 @@
-//! The rows of one foot in a table, until those of the feet before it are written.
+//! Rows of one foot in a table, buffered until those of the preceding feet are written.
 
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 
@@ -7,10 +7,10 @@ use recordings::events::{Event, write_event};
 use recordings::output::write_row;
 use tempfile::SpooledTempFile;
 
-/// Bytes that stay in memory.
+/// Bytes kept in memory.
 const IN_MEMORY: usize = 8 << 20;
 
-/// The rows of one foot in the table of estimates or in that of events.
+/// Rows of one foot in the table of estimates or of events.
 pub struct Part {
     foot: Option<String>,
     start_us: i64,
@@ -18,8 +18,8 @@ pub struct Part {
 }
 
 impl Part {
-    /// Without a row. `foot` is named in each row where it is given; `start_us` is what the
-    /// recording's clock says at timestamp 0, µs.
+    /// Creates an empty part. `foot`, if given, is named in each row; `start_us` is the time of the recording's
+    /// clock at timestamp 0, µs.
     #[must_use]
     pub fn new(foot: Option<String>, start_us: i64) -> Self {
         Self {
@@ -53,7 +53,7 @@ impl Part {
     /// Writes all rows.
     ///
     /// # Errors
-    /// What the writer and the temporary file report.
+    /// The errors of the writer and the temporary file.
     pub fn write(&mut self, to: &mut dyn Write) -> io::Result<()> {
         self.rows.seek(SeekFrom::Start(0))?;
         io::copy(self.rows.get_mut(), to)?;

@@ -1,9 +1,9 @@
-//! `--from` and `--to`: the part of a recording that is asked for.
+//! `--from` and `--to`: the selected part of a recording.
 
 use estimator_core::Timestamp;
 
-/// A stretch of a recording, counted from its first sample. The estimator sees what comes before
-/// it all the same: an estimate depends on the past.
+/// Part of a recording, counted from its first sample. The estimator also processes the samples before it, because
+/// an estimate depends on the past.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Span {
     from_us: u64,
@@ -20,7 +20,7 @@ impl Default for Span {
 }
 
 impl Span {
-    /// From and to in s; the whole recording where one is `None`.
+    /// Creates a span from start and end in s; `None` extends it to that end of the recording.
     #[must_use]
     pub fn new(from_s: Option<f64>, to_s: Option<f64>) -> Self {
         let whole = Self::default();
@@ -32,25 +32,25 @@ impl Span {
         }
     }
 
-    /// Whether it is over before it begins.
+    /// Returns whether the span contains no time.
     #[must_use]
     pub const fn is_empty(self) -> bool {
         self.from_us >= self.to_us
     }
 
-    /// Whether a sample of this time is in it: from its start on, up to but not including its end.
+    /// Returns whether a time is in the span, including its start and excluding its end.
     #[must_use]
     pub const fn contains(self, time: Timestamp) -> bool {
         self.from_us <= time.as_micros() && time.as_micros() < self.to_us
     }
 
-    /// Whether a sample of this time comes after it.
+    /// Returns whether a time is after the span.
     #[must_use]
     pub const fn is_before(self, time: Timestamp) -> bool {
         self.to_us <= time.as_micros()
     }
 
-    /// What is in it of a recording of this duration, as the first and the last time, s.
+    /// Returns the first and last time of the span in a recording of this duration, s.
     #[must_use]
     pub fn within(self, duration_us: u64) -> (f64, f64) {
         let seconds = |micros: u64| micros.min(duration_us) as f64 / 1.0e6;
@@ -63,7 +63,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_span_holds_its_start_and_not_its_end() {
+    fn span_includes_its_start_and_excludes_its_end() {
         let span = Span::new(Some(0.5), Some(1.0));
         let holds = |micros| span.contains(Timestamp::from_micros(micros));
         assert_eq!(

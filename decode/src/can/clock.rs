@@ -3,46 +3,46 @@
 use estimator_core::Timestamp;
 use wire::pdo::{ShortTime, TIME_STEP_US};
 
-/// Beyond this time between two frames the log's own clock was set, µs: a day.
+/// Time between two frames from which the log's clock is taken to have been set, µs: one day.
 pub(super) const LONGEST_BRIDGE_US: i64 = 86_400_000_000;
 
-/// Lines of a log are never this far out of order, µs: its own clock was set back.
+/// Largest step back of frames out of order, µs; a larger one means that the log's clock was set back.
 pub(super) const LONGEST_RETURN_US: i64 = -1_000_000;
 
-/// Where the log has no times, less than this before a turn is full is a step back, µs: a frame
-/// that others have overtaken.
+/// Limit of a step back if the log has no times, µs: a step that falls short of a full turn by less than
+/// this is an overtaken frame.
 pub(super) const OVERTAKEN_US: i64 = TURN_US / 8;
 
-/// By how much the clocks of foot and log may differ, µs: frames wait in adapters and in queues.
+/// Permitted difference between the clocks of foot and log, µs: frames wait in adapters and queues.
 const TOLERANCE_US: i64 = TURN_US / 4;
 
-/// A step and a turn of the foot's short clock, µs.
+/// Step and turn of the foot's short clock, µs.
 pub(super) const STEP_US: i64 = TIME_STEP_US as i64;
 pub(super) const TURN_US: i64 = STEP_US << 16;
 
-/// A contact, by its foot's clock and by the log's.
+/// Time of a contact on the clocks of its foot and of the log.
 #[derive(Clone, Copy)]
 pub(super) struct Mark {
-    /// On the foot's clock, with its turns counted, µs.
+    /// Time on the foot's clock, with its turns counted, µs.
     pub(super) micros: u64,
     short: ShortTime,
-    /// `None` where the log has no times.
+    /// `None` if the log has no times.
     logged_us: Option<u64>,
 }
 
-/// The time from one contact to another by the foot's clock, and whether the log's agrees.
+/// Time between two contacts on the foot's clock, and whether the log's clock agrees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Elapsed {
     /// Both clocks agree on this time, µs.
     Agreed(i64),
-    /// The nearest that the foot's clock allows, µs, is far from what the log's says.
+    /// The nearest time that the foot's clock allows, µs, is far from the log's.
     Contradicted(i64),
-    /// The log's clock was set in between; µs by the foot's clock alone, less than a turn.
+    /// The log's clock was set in between; time on the foot's clock alone, µs, less than a turn.
     Unbridged(i64),
 }
 
 impl Mark {
-    /// The first contact of a foot: its short clock is taken to be in its first turn.
+    /// The first contact of a foot; its short clock is assumed to be in its first turn.
     pub(super) fn first(short: ShortTime, at: Option<Timestamp>) -> Self {
         Self {
             micros: u64::from(short.0) * TIME_STEP_US,
@@ -51,9 +51,9 @@ impl Mark {
         }
     }
 
-    /// The time to a contact at `short`, logged at `at`. The foot's own clock wraps every
-    /// 655.36 ms; which turn it is, forwards or backwards, the log's clock decides. Without one, it
-    /// is less than a turn.
+    /// Returns the time to a contact at `short`, logged at `at`. The foot's clock wraps every 655.36 ms;
+    /// the log's clock determines the turn, forwards or backwards. If the log has no times, the time is
+    /// less than a turn.
     pub(super) fn elapsed(self, short: ShortTime, at: Option<Timestamp>) -> Elapsed {
         let steps = i64::from(short.0.wrapping_sub(self.short.0)) * STEP_US;
         let (Some(at), Some(before)) = (at, self.logged_us) else {
@@ -74,9 +74,9 @@ impl Mark {
         }
     }
 
-    /// The same where the next contact by number came: after a step of the foot's clock like the
-    /// `usual_us` before it was the log's clock that was set forth, and the foot did not pause. A
-    /// pause ends like that in one of some hundred cases, and hardly ever at the next number.
+    /// Corrects `elapsed` for a contact with the next sequence number: if the foot's clock advanced by about
+    /// `usual_us`, the log's clock was set forwards and the foot did not pause. A pause matches by chance in
+    /// one of several hundred cases, and hardly ever with the next number.
     pub(super) fn elapsed_to_next(
         self,
         elapsed: Elapsed,
@@ -94,12 +94,12 @@ impl Mark {
         }
     }
 
-    /// When it was logged; the start of the log's clock where it has no times.
+    /// Time of logging; the start of the log's clock if it has no times.
     pub(super) fn logged(self) -> Timestamp {
         Timestamp::from_micros(self.logged_us.unwrap_or_default())
     }
 
-    /// A contact that is `micros` on the foot's clock, logged at `at`.
+    /// A contact at `micros` on the foot's clock, logged at `at`.
     pub(super) const fn of(micros: u64, short: ShortTime, at: Timestamp) -> Self {
         Self {
             micros,
@@ -108,7 +108,7 @@ impl Mark {
         }
     }
 
-    /// The contact that came `elapsed` µs later.
+    /// A contact `elapsed` µs later.
     pub(super) fn after(self, elapsed: i64, short: ShortTime, at: Option<Timestamp>) -> Self {
         Self {
             micros: self.micros.saturating_add_signed(elapsed),

@@ -1,4 +1,4 @@
-//! A foot in a log: which time and which number its next contact has.
+//! State of a foot in a log: time and number of its next contact.
 
 use estimator_core::Timestamp;
 use wire::pdo::{Contact, LastSync, ShortTime};
@@ -14,30 +14,30 @@ use crate::row::Clock;
 /// The state of a foot in a log.
 #[derive(Clone)]
 pub(super) struct LoggedFoot {
-    /// The row of its newest contact: what it sends beside a contact belongs there.
+    /// Row of its newest contact; other frames of the foot complete this row.
     pub(super) row: usize,
-    /// The short time of that row.
+    /// Short time of that row.
     pub(super) short: ShortTime,
-    /// The time of that row on the foot's clock, µs.
+    /// Time of that row on the foot's clock, µs.
     pub(super) micros: u64,
-    /// Its clock beside the log's.
+    /// Offset of its clock from the log's.
     alignment: Alignment,
-    /// Its newest contact whose time the log does not contradict.
+    /// Newest contact whose time agrees with the log.
     mark: Mark,
-    /// The one before: where the log's time of the newest was wrong, it goes on from here.
+    /// The contact before `mark`, used if the log's time of `mark` was wrong.
     before: Option<Mark>,
-    /// A newer one whose time the log does contradict, if that came last.
+    /// A newer contact whose time contradicts the log, if it was the last.
     suspect: Option<Mark>,
-    /// The newest sequence number.
+    /// Newest sequence number.
     sequence: u8,
-    /// From the contact before to the newest, µs; 0 where that is not known.
+    /// Time from the previous contact to the newest, µs; 0 if unknown.
     usual_us: i64,
-    /// Where contacts come live and may have waited; of them the fields from `before` on say nothing.
+    /// State for live contacts, which may have been delayed; the fields from `before` on are then unused.
     live: Option<Turns>,
 }
 
 impl LoggedFoot {
-    /// A foot whose first contact, logged at `at`, becomes this row.
+    /// A foot whose first contact, logged at `at`, becomes `row`.
     pub(super) fn new(
         contact: &Contact,
         row: usize,
@@ -64,8 +64,8 @@ impl LoggedFoot {
         }
     }
 
-    /// Takes in the next contact, logged at `at`, which becomes `row`: its time on the foot's clock,
-    /// µs. `None` where it is a duplicate. Gaps and contradictions are counted in the report.
+    /// Processes the next contact, logged at `at`, which becomes `row`. Returns its time on the foot's clock,
+    /// µs, or `None` for a duplicate. Gaps and contradictions are counted in the report.
     pub(super) fn take(
         &mut self,
         contact: &Contact,
@@ -86,7 +86,7 @@ impl LoggedFoot {
         let missing = missing_u8(self.sequence, sequence);
         let after_suspect = self.suspect.take().and_then(|suspect| {
             match suspect.elapsed(short, at) {
-                // Two that agree with each other: it is the mark that is out of date.
+                // The two contacts agree, so the mark is out of date.
                 Elapsed::Agreed(elapsed) if elapsed > 0 => Some(suspect.after(elapsed, short, at)),
                 _ => None,
             }
@@ -117,7 +117,7 @@ impl LoggedFoot {
             ) => self.mark.after(elapsed, short, at),
         };
         let is_back = matches!(elapsed, Elapsed::Agreed(elapsed) if elapsed < 0);
-        // Both the time and the number say so; the number alone goes on where a time is wrong.
+        // Both time and number must go back: if only the time does, it is wrong.
         let is_late = is_back && missing >= 1 << 7;
         match elapsed {
             Elapsed::Agreed(_) if is_late => report.count_problem("contacts_out_of_order"),
@@ -151,7 +151,7 @@ impl LoggedFoot {
         Some(mark.micros)
     }
 
-    /// The same where it comes live.
+    /// Processes the next live contact.
     fn take_live(
         &mut self,
         turns: &mut Turns,
@@ -194,8 +194,8 @@ impl LoggedFoot {
         Some(micros)
     }
 
-    /// Takes in the SYNC that a health frame reports, where frames come live: the long clock puts the
-    /// counted one right. What is wrong is counted in the report.
+    /// Processes the SYNC reported by a health frame of a live foot: the long clock corrects the counted one.
+    /// Errors are counted in the report.
     pub(super) fn verify(&mut self, sync: LastSync, report: &mut Report) -> Correction {
         let Some(turns) = &mut self.live else {
             return Correction::None;
@@ -212,15 +212,15 @@ impl LoggedFoot {
         correction
     }
 
-    /// Takes in the newest SYNC that the foot reports: what is to be added to its clock for the
-    /// log's, µs, where that is known then.
+    /// Processes the newest SYNC that the foot reports. Returns the offset from its clock to the log's, µs,
+    /// if known.
     pub(super) fn align(&mut self, sync: LastSync, syncs: &Syncs) -> Option<i64> {
         self.alignment
             .take(sync, syncs, self.mark, self.live.as_ref());
         self.offset()
     }
 
-    /// What is to be added to its clock for the log's, µs, where SYNCs allow it.
+    /// Offset from its clock to the log's, µs, if known from SYNCs.
     fn offset(&self) -> Option<i64> {
         let offset = self.alignment.offset()?;
         Some(match &self.live {
@@ -229,7 +229,7 @@ impl LoggedFoot {
         })
     }
 
-    /// A time of its clock, µs, on the log's, where SYNCs allow it.
+    /// Converts a time of its clock, µs, to the log's, if the offset is known from SYNCs.
     pub(super) fn common(&self, micros: u64) -> Option<(Timestamp, Clock)> {
         let common = micros.checked_add_signed(self.offset()?)?;
         Some((Timestamp::from_micros(common), Clock::Sync))

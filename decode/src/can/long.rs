@@ -1,49 +1,49 @@
-//! The long clock of a foot, which its health frames tell with the last SYNC.
+//! The long clock of a foot, which its health frames report with the last SYNC.
 //!
-//! A health frame says when the last SYNC came, in 32 bits; its contact says in 16 bits when that was
-//! made. A SYNC that was not reported before came after the health frame before: where that was less
-//! than a turn of the short clock ago, both together are the contact's time in 32 bits.
+//! A health frame holds the time of the last SYNC in 32 bits; its contact holds its own time in 16 bits. A
+//! SYNC that was not reported before arrived after the previous health frame: if that was less than a turn
+//! of the short clock ago, both times together give the contact's time in 32 bits.
 //!
-//! Without SYNCs there is no long time, and what the turns were is not known. The same holds until a
-//! foot has reported two SYNCs, and where health frames or SYNCs come less often than the short clock
-//! turns: then more turns may be missing than are found. A foot that was not heard for more than six
-//! hours is taken to have started again, as half of the long clock has passed then.
+//! Without SYNCs there is no long time, and the number of turns is unknown. The same applies until a foot
+//! has reported two SYNCs, and if health frames or SYNCs are less frequent than turns of the short clock:
+//! more turns may then be missing than are detected. A foot that was silent for more than six hours is
+//! taken to have restarted, because half of the long clock's range has passed.
 
 use wire::pdo::{LastSync, ShortTime, TIME_STEP_US};
 
 use super::clock::{OVERTAKEN_US, STEP_US, TURN_US};
 
-/// What a health frame says of the turns that were counted.
+/// Result of checking the counted turns against a health frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Verdict {
-    /// It says nothing: no SYNC that was not reported before, or one that may be old.
+    /// Inconclusive: the SYNC was reported before or may be old.
     Unknown,
-    /// They are right.
+    /// The count is right.
     Right,
-    /// The number of turns that passed without being counted; negative where too many were counted.
+    /// Number of turns that were not counted; negative if too many were counted.
     Off(i64),
-    /// The foot's clock has begun again.
+    /// The foot's clock has restarted.
     Restarted,
 }
 
-/// A SYNC that a foot reported, beside the contact of that time on the counted clock.
+/// A SYNC reported by a foot, with the time of the contact on the counted clock.
 #[derive(Clone, Copy, Debug)]
 struct Reported {
     sync: LastSync,
     micros: u64,
 }
 
-/// The long clock of a foot beside its counted one.
+/// The long clock of a foot relative to its counted one.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LongClock {
     newest: Option<Reported>,
-    /// The long clock less the counted one, in steps modulo 2³²: whole turns.
+    /// Long clock minus counted clock, in steps modulo 2³²; whole turns.
     ahead: Option<u32>,
 }
 
 impl LongClock {
-    /// Takes in the SYNC that is reported beside the contact of `short`, which is `micros` on the
-    /// counted clock. `is_sure` where no turn was guessed since the report before.
+    /// Processes the SYNC reported with the contact of `short`, which is at `micros` on the counted clock.
+    /// `is_sure` is true if no turn was guessed since the previous report.
     pub(super) fn take(
         &mut self,
         sync: LastSync,
@@ -54,7 +54,7 @@ impl LongClock {
         let before = self.newest;
         if sync == LastSync::default() {
             self.newest = None;
-            // It had reported one.
+            // A SYNC was reported before, so the foot has restarted.
             return match before {
                 Some(_) => Verdict::Restarted,
                 None => Verdict::Unknown,
@@ -84,27 +84,27 @@ impl LongClock {
         let turns = i64::from(ahead.wrapping_sub(known) as i32 >> 16);
         match turns {
             0 => Verdict::Right,
-            // The count is right where the SYNC is as old, which it may be if it came soon after the
-            // report before.
+            // The count is right if the SYNC is older by these turns, which is possible if it arrived soon
+            // after the previous report.
             ..0 if age_us - turns * TURN_US <= since_us + OVERTAKEN_US => Verdict::Unknown,
             turns => Verdict::Off(turns),
         }
     }
 
-    /// Whether no report has told it so far.
+    /// Returns whether no report has determined the long clock yet.
     pub(super) const fn is_unknown(&self) -> bool {
         self.ahead.is_none()
     }
 
-    /// Takes in that the counted clock was moved forward by a number of turns, back where negative.
+    /// Follows a correction of the counted clock by `turns`; negative is backwards.
     pub(super) fn put_right(&mut self, turns: i64) {
         if let Some(newest) = &mut self.newest {
             newest.micros = newest.micros.saturating_add_signed(turns * TURN_US);
         }
     }
 
-    /// When this SYNC came on the counted clock, µs, which is now at `micros`; `None` where the long
-    /// clock is not known.
+    /// Time of this SYNC on the counted clock, µs, which is now at `micros`; `None` if the long clock is
+    /// unknown.
     pub(super) fn counted(&self, sync: LastSync, micros: u64) -> Option<u64> {
         let counted = sync.time.0.wrapping_sub(self.ahead?);
         let age = (micros / TIME_STEP_US) as u32;
@@ -113,8 +113,8 @@ impl LongClock {
     }
 }
 
-/// How long before the contact of `short` the SYNC came, µs, where that is less than a turn; negative
-/// where it came between the contact's sample and the health frame.
+/// Time from the SYNC to the contact of `short`, µs, assumed to be less than a turn; negative if the SYNC
+/// arrived between the contact's sample and the health frame.
 fn age_us(sync: LastSync, short: ShortTime) -> i64 {
     let steps = short.0.wrapping_sub(sync.time.short().0);
     let age = i64::from(steps) * STEP_US;
@@ -130,8 +130,7 @@ mod tests {
     use super::*;
     use wire::pdo::LongTime;
 
-    /// What is said of a contact of `micros` that was counted `off` turns too far, with a SYNC so long
-    /// before it.
+    /// Verdict on a contact at `micros` that was counted `off` turns too far, with a SYNC `age_us` before it.
     fn take(long: &mut LongClock, micros: u64, age_us: u64, off: u64, is_sure: bool) -> Verdict {
         let steps = |micros: u64| LongTime((micros / TIME_STEP_US) as u32);
         let sync = LastSync {
@@ -152,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sync_that_may_be_old_says_nothing_and_one_that_cannot_be_says_that_turns_are_wrong() {
+    fn only_a_recent_sync_reveals_wrong_turns() {
         let mut long = known();
         assert_eq!(
             take(&mut long, 5_000_000, 1_000_000, 0, false),
@@ -171,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn the_turns_are_known_after_two_syncs_less_than_a_turn_apart_without_a_gap() {
+    fn turns_are_known_after_two_syncs_within_one_turn() {
         for (micros, is_sure, is_unknown) in [
             (1_100_000, true, false),
             (1_100_000, false, true),
@@ -185,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_goes_back_or_has_no_sync_any_more_has_begun_again() {
+    fn clock_going_back_or_losing_its_sync_means_restart() {
         let mut long = known();
         assert_eq!(
             take(&mut long, 1_100_000, 5_000, 0, true),
@@ -196,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sync_between_a_sample_and_its_health_frame_is_no_turn_ago() {
+    fn sync_after_the_sample_keeps_the_turn_count() {
         let mut long = known();
         let sync = LastSync {
             counter: 1,

@@ -1,14 +1,14 @@
-//! A log of CAN frames.
+//! Decoding of logs of CAN frames.
 //!
 //! | idea | file |
 //! |---|---|
-//! | lines become frames, frames go to their foot | this one |
-//! | the newest rows, which frames beside a contact complete | `pending` |
-//! | the time of a contact, from the clocks of foot and log | `clock` |
-//! | the clocks of all feet and the log's as one, from numbered SYNCs | `sync` |
-//! | the same where frames come live, and may have waited | `turns`, `long`, `pace` |
-//! | a foot: its newest contact, its numbers, its doubts | `foot` |
-//! | the cells of a row | `rows` |
+//! | parsing of lines, assignment of frames to feet | this one |
+//! | the newest rows, completed by further frames of the foot | `pending` |
+//! | time of a contact, from the clocks of foot and log | `clock` |
+//! | alignment of all feet to the log's clock by numbered SYNCs | `sync` |
+//! | time of a contact that is received live and possibly delayed | `turns`, `long`, `pace` |
+//! | state of a foot: newest contact, sequence number, doubtful times | `foot` |
+//! | cells of a row | `rows` |
 
 mod clock;
 mod foot;
@@ -41,7 +41,7 @@ use rows::{Belongs, complete, kind_name, row_of};
 use sync::Syncs;
 use turns::Correction;
 
-/// Number of broken lines that are named; the others are counted.
+/// Number of malformed lines that are quoted; further ones are only counted.
 const NAMED_LINES: u64 = 10;
 
 /// Decodes all lines of a log.
@@ -122,43 +122,43 @@ pub(super) fn decode(
     })
 }
 
-/// What the time of reception of a frame says.
+/// Meaning of a frame's time of reception.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Reception {
-    /// When it came over the bus, nearly: the log was written as frames came.
+    /// Approximate time on the bus: the log was written as frames arrived.
     Logged,
-    /// When it was read: it may have waited before, and others after it may have been dropped.
+    /// Time of reading: the frame may have been queued, and later frames may have been dropped.
     Live,
 }
 
-/// The log up to the newest line.
+/// State of the log up to the newest line.
 pub(crate) struct Log {
     pub(crate) rows: Pending,
     pub(crate) report: Report,
-    /// By interface and node id: two buses may have a foot of the same id each.
+    /// By interface and node id: feet on two buses may share an id.
     feet: BTreeMap<(String, u8), LoggedFoot>,
     /// Feet whose newest contact is number 0.
     first: BTreeMap<(String, u8), First>,
-    /// How often each has started again.
+    /// Number of restarts of each foot.
     segments: BTreeMap<(String, u8), u32>,
-    /// Of each interface.
+    /// By interface.
     syncs: BTreeMap<String, Syncs>,
-    /// Which nodes are feet.
+    /// Nodes that are feet.
     known: Feet,
-    /// Another node that sends what may be a contact.
+    /// Another node whose frames may be contacts.
     pub(crate) unknown_foot: Option<u8>,
-    /// The interface of the newest row.
+    /// Interface of the newest row.
     interface: Option<Arc<str>>,
     reception: Reception,
 }
 
-/// A contact of number 0, which may be the first after a start: a foot that starts has its first contact and
-/// its boot-up to send, and the contact has the lower identifier. So the boot-up comes after it.
+/// A contact of number 0, which may be the first after a start. A starting foot sends its first contact before
+/// its boot-up, because the contact has the lower identifier.
 struct First {
     contact: Contact,
     index: usize,
     at: Option<Timestamp>,
-    /// What it is where no boot-up follows.
+    /// Counts to apply if no boot-up follows.
     counted: Counted,
 }
 
@@ -178,7 +178,7 @@ impl Log {
         }
     }
 
-    /// On which clock several feet are; nothing where there is one foot.
+    /// Notice of the common clock of several feet; `None` for a single foot.
     fn clock_notice(&self, has_times: bool) -> Option<String> {
         let of = |clock: Clock| self.report.clocks.get(clock.name()).copied().unwrap_or(0);
         let (sync, received) = (of(Clock::Sync), of(Clock::Received));
@@ -201,7 +201,7 @@ impl Log {
 }
 
 impl Log {
-    /// Takes in a frame that was received at `at`.
+    /// Processes a frame received at `at`.
     pub(crate) fn take(&mut self, interface: &str, frame: &CanFrame, at: Option<Timestamp>) {
         let id = frame.id();
         let node = NodeId::new((id & 0x7F) as u8);
@@ -236,7 +236,7 @@ impl Log {
         self.report.count_frame(kind);
     }
 
-    /// Forgets what the foot was: its clock and its numbers begin again.
+    /// Resets the state of a foot: its clock and sequence numbers restart.
     fn boot_up(&mut self, interface: &str, node: NodeId) {
         let key = (interface.to_owned(), node.get());
         if self.feet.remove(&key).is_none() {
@@ -264,12 +264,12 @@ impl Log {
         }
     }
 
-    /// From now on this node is a foot, too.
+    /// Adds a node that is a foot.
     pub(crate) fn add(&mut self, node: NodeId) {
         self.known.add(node);
     }
 
-    /// Nothing will come any more.
+    /// Ends the log: applies the pending counts.
     pub(crate) fn finish(&mut self) {
         for (_, first) in std::mem::take(&mut self.first) {
             self.report.add(first.counted);
@@ -300,7 +300,7 @@ impl Log {
         });
     }
 
-    /// Notes when a numbered SYNC was received.
+    /// Stores the time of reception of a numbered SYNC.
     fn sync(&mut self, interface: &str, frame: &CanFrame, at: Option<Timestamp>) {
         let (&[counter], Some(at)) = (frame.data(), at) else {
             return;
@@ -315,8 +315,7 @@ impl Log {
         }
     }
 
-    /// The interface's name, shared with the newest row where it is the same; `None` where the log
-    /// does not name it.
+    /// Name of the interface, shared with the newest row if equal; `None` if the log does not name it.
     fn name(&mut self, interface: &str) -> Option<Arc<str>> {
         if self.interface.as_deref() != Some(interface) {
             self.interface = Some(interface.into());
@@ -342,7 +341,7 @@ impl Log {
             self.contact(interface, node, &Contact::decode(bytes), at);
             return;
         }
-        // What a foot sends beside the contact belongs to the contact that it sent just before.
+        // Other frames of a foot belong to the contact that it sent just before.
         let Some(foot) = self.feet.get_mut(&(interface.to_owned(), node.get())) else {
             self.report.count_problem("frames_before_any_contact");
             return;
@@ -364,7 +363,7 @@ impl Log {
                     row.common = foot.common(foot.micros).or(row.common);
                 }
             }
-            // Its boot-up was lost.
+            // The boot-up was lost.
             Correction::Restarted => return self.boot_up(interface, node),
         }
         if let Some(syncs) = self.syncs.get(interface)
@@ -374,8 +373,8 @@ impl Log {
         }
     }
 
-    /// Hands on the rows that nothing can complete any more: their foot has sent its next contact, or
-    /// they were received before `overdue`.
+    /// Returns the rows that are final: their foot has sent its next contact, or they were received before
+    /// `overdue`.
     pub(crate) fn settle_closed(&mut self, overdue: Timestamp) -> impl Iterator<Item = Row> {
         let (rows, feet, report) = (&mut self.rows, &self.feet, &mut self.report);
         std::iter::from_fn(move || {

@@ -1,4 +1,4 @@
-//! The newest rows: those that a frame may still complete.
+//! The newest rows, which further frames may still complete.
 
 use std::collections::VecDeque;
 
@@ -8,11 +8,11 @@ use crate::report::Report;
 use crate::row::{Clock, Row};
 use crate::{DecodeError, Sink};
 
-/// The number of rows that are kept: a second of four feet. Frames beside a contact follow it within
-/// milliseconds, and the first SYNC that a foot reports within a tenth of a second.
+/// Number of rows kept: a second of four feet. The other frames of a sample follow the contact within
+/// milliseconds; the first SYNC that a foot reports follows within a tenth of a second.
 const KEPT: usize = 4096;
 
-/// The newest rows of a log, with the number of those that have left.
+/// The newest rows of a log, and the number of rows already handed on.
 #[derive(Default)]
 pub(crate) struct Pending {
     rows: VecDeque<Row>,
@@ -20,12 +20,12 @@ pub(crate) struct Pending {
 }
 
 impl Pending {
-    /// The index that the next row will have, from the start of the log.
+    /// Index of the next row, from the start of the log.
     pub(super) fn next_index(&self) -> usize {
         self.left + self.rows.len()
     }
 
-    /// The index of the oldest row that is kept.
+    /// Index of the oldest row kept.
     pub(super) const fn first_index(&self) -> usize {
         self.left
     }
@@ -34,13 +34,13 @@ impl Pending {
         self.rows.push_back(row);
     }
 
-    /// The row with this index; `None` where it has left.
+    /// The row with this index; `None` if it was handed on.
     pub(super) fn get_mut(&mut self, index: usize) -> Option<&mut Row> {
         self.rows.get_mut(index.checked_sub(self.left)?)
     }
 
-    /// Puts the rows of the foot of this one that are by time of reception onto its clock, with
-    /// what is to be added to it, µs.
+    /// Sets the common time of all kept rows of the foot of row `index` to its own clock plus `offset`, µs, if
+    /// that row still uses the time of reception.
     pub(super) fn align(&mut self, index: usize, offset: i64) {
         let Some(row) = self.get_mut(index) else {
             return;
@@ -59,7 +59,7 @@ impl Pending {
         }
     }
 
-    /// Hands on what is older than the rows that are kept.
+    /// Hands on rows in excess of `KEPT`.
     pub(super) fn settle(
         &mut self,
         report: &mut Report,
@@ -71,7 +71,7 @@ impl Pending {
         Ok(())
     }
 
-    /// Hands on all of them.
+    /// Hands on all rows.
     pub(super) fn settle_all(
         &mut self,
         report: &mut Report,
@@ -88,7 +88,7 @@ impl Pending {
             .map_or(Ok(()), |row| sink(row).map_err(DecodeError::Rows))
     }
 
-    /// The oldest row, which leaves.
+    /// Removes and returns the oldest row.
     pub(super) fn take(&mut self, report: &mut Report) -> Option<Row> {
         let row = self.rows.pop_front()?;
         self.left += 1;

@@ -1,4 +1,4 @@
-//! Frames of a foot become the cells of a row.
+//! Conversion of a foot's frames to the cells of a row.
 
 use estimator_core::Timestamp;
 use wire::pdo::{Acceleration, Attitude, Axes, Bias, Contact, Health, P8, Rate, ShortTime};
@@ -6,7 +6,7 @@ use wire::{NodeId, Pdo};
 
 use crate::Row;
 
-/// The row of a contact at `micros` of its foot's clock.
+/// Returns the row of a contact at `micros` on its foot's clock.
 pub(super) fn row_of(contact: &Contact, micros: u64, node: NodeId) -> Row {
     Row {
         timestamp: Timestamp::from_micros(micros),
@@ -20,16 +20,16 @@ pub(super) fn row_of(contact: &Contact, micros: u64, node: NodeId) -> Row {
     }
 }
 
-/// Whether a frame is of the contact whose row it was to complete.
+/// Whether a frame belongs to the contact whose row it should complete.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Belongs {
-    /// It has no time, or that of the contact.
+    /// The frame has no time, or the contact's time.
     ToTheContact,
-    /// It has another time: the row is left without its values.
+    /// The frame has another time; its values are discarded.
     Elsewhere,
 }
 
-/// Completes the row of a contact with the short time `short` by a frame that was sent beside it.
+/// Completes the row of the contact at `short` with another frame of the foot.
 pub(super) fn complete(row: &mut Row, pdo: Pdo, bytes: &[u8; 8], short: ShortTime) -> Belongs {
     let mut time = short;
     match pdo {
@@ -64,7 +64,7 @@ pub(super) fn complete(row: &mut Row, pdo: Pdo, bytes: &[u8; 8], short: ShortTim
     }
 }
 
-/// The name of a PDO in reports.
+/// Name of a PDO in reports.
 pub(super) const fn kind_name(pdo: Pdo) -> &'static str {
     match pdo {
         Pdo::Contact => "contact",

@@ -1,8 +1,8 @@
-//! The clocks of all feet and the log's as one: a numbered SYNC reaches all at the same moment.
+//! Alignment of the feet's clocks to the log's: a numbered SYNC reaches all nodes at the same moment.
 //!
-//! The log has the time at which it received the SYNC, a foot reports the time of its own clock, both
-//! with the SYNC's number. The difference is what is to be added to the foot's clock. It contains the
-//! delay of the reception, which differs from SYNC to SYNC, so the median of some is used.
+//! The log holds the time of reception of the SYNC, the foot reports the time on its own clock, both with
+//! the SYNC's number. The difference is the offset to add to the foot's clock. It includes the delay of the
+//! reception, which varies, so the median of several differences is used.
 
 use estimator_core::Timestamp;
 use wire::pdo::{LastSync, ShortTime};
@@ -10,22 +10,22 @@ use wire::pdo::{LastSync, ShortTime};
 use super::clock::{Elapsed, Mark};
 use super::turns::Turns;
 
-/// The number of differences whose median counts: at ten health frames a second, less than two seconds,
-/// in which clocks that are 50 ppm apart drift by 80 µs.
+/// Number of differences in the median. At ten health frames a second they span less than two seconds, in
+/// which clocks that are 50 ppm apart drift by 80 µs.
 const DIFFERENCES: usize = 15;
 
-/// Differences that are further apart are not of the same clocks, µs.
+/// Change of the difference that means a clock was set or restarted, µs.
 const LARGEST_STEP_US: u64 = 100_000;
 
-/// When the log received the newest SYNC of each number.
+/// Time of reception of the newest SYNC of each number.
 #[derive(Default)]
 pub(super) struct Syncs {
-    /// In the order of reception.
+    /// Ordered by reception.
     newest: Vec<(u8, Timestamp)>,
 }
 
 impl Syncs {
-    /// Notes a SYNC; a counter of 0 means that SYNCs are not numbered.
+    /// Stores a SYNC; counter 0 means that SYNCs are not numbered.
     pub(super) fn take(&mut self, counter: u8, at: Timestamp) {
         self.newest.retain(|(known, _)| *known != counter);
         if counter != 0 {
@@ -39,18 +39,18 @@ impl Syncs {
     }
 }
 
-/// What is to be added to the clock of a foot for that of the log.
+/// Offset from the clock of a foot to the clock of the log.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Alignment {
-    /// The newest differences, µs, the newest last.
+    /// Recent differences, µs, newest last.
     differences: Vec<i64>,
-    /// The SYNC that the foot reported last: it says the same one again until the next has come.
+    /// The last SYNC that the foot reported; it repeats the report until the next SYNC.
     newest: Option<LastSync>,
 }
 
 impl Alignment {
-    /// Takes in the SYNC that the foot reports; `mark` is its newest contact, `live` its clock where frames
-    /// come live: then a SYNC that has waited says nothing.
+    /// Processes the SYNC that the foot reports. `mark` is its newest contact; `live` is its clock if frames
+    /// are received live, in which case a delayed SYNC is ignored.
     pub(super) fn take(&mut self, sync: LastSync, syncs: &Syncs, mark: Mark, live: Option<&Turns>) {
         if sync.counter == 0 || self.newest == Some(sync) {
             return;
@@ -59,7 +59,7 @@ impl Alignment {
         let Some(at) = syncs.at(sync.counter) else {
             return;
         };
-        // The short time of the foot's clock at the SYNC; which turn, the log's clock decides.
+        // Short time of the SYNC on the foot's clock; the log's clock determines the turn.
         let short = ShortTime(sync.time.0 as u16);
         let by_log = || match mark.elapsed(short, Some(at)) {
             Elapsed::Agreed(elapsed) => mark.micros.checked_add_signed(elapsed),
@@ -76,7 +76,7 @@ impl Alignment {
         if let Some(known) = self.offset()
             && known.abs_diff(difference) > LARGEST_STEP_US
         {
-            // The log's clock was set, or the foot's began again.
+            // The log's clock was set, or the foot's restarted.
             self.differences.clear();
         }
         if self.differences.len() == DIFFERENCES {
@@ -85,7 +85,7 @@ impl Alignment {
         self.differences.push(difference);
     }
 
-    /// What is to be added, µs, where that is known.
+    /// Offset to add to the foot's clock, µs, if known.
     pub(super) fn offset(&self) -> Option<i64> {
         let mut sorted = self.differences.clone();
         sorted.sort_unstable();

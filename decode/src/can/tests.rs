@@ -1,4 +1,4 @@
-//! Logs made by hand, and damaged ones.
+//! Tests with generated and damaged logs.
 
 mod stall;
 
@@ -36,8 +36,8 @@ fn times(decoded: &Decoded) -> Vec<u64> {
 }
 
 #[test]
-fn the_logs_clock_bridges_what_the_foots_short_one_cannot() {
-    // 650 ms on the short clock; then 1 ms, 10 s of silence, and a log whose clock was set back.
+fn log_clock_bridges_gaps_longer_than_the_short_clock() {
+    // 650 ms on the short clock, then 1 ms, then 10 s of silence, then a log clock that was set back.
     let log = [
         contact("can0", 1_000, 0, 65_000),
         contact("can0", 1_001, 1, 65_100),
@@ -60,7 +60,7 @@ fn the_logs_clock_bridges_what_the_foots_short_one_cannot() {
 }
 
 #[test]
-fn the_first_contact_after_a_start_is_of_the_new_start_though_it_comes_before_the_boot_up() {
+fn contact_before_its_boot_up_belongs_to_the_new_segment() {
     let before = (0..300_u16).map(|k| contact("can0", 1000 + u64::from(k), k as u8, 100 * k));
     let mut log: String = before.collect();
     log += &contact("can0", 1400, 0, 600);
@@ -80,10 +80,10 @@ fn the_first_contact_after_a_start_is_of_the_new_start_though_it_comes_before_th
         .map(|row| (row.segment, row.timestamp.as_micros()))
         .collect();
     assert_eq!(last, [(0, 299_000), (1, 6_000), (1, 7_000), (1, 8_000)]);
-    // Where no boot-up follows, something is missing.
+    // If no boot-up follows, contacts are missing.
     let log = log.replace("(1.400000) can0 711#00\n", "");
     assert!(decode(&log, "can.log", &[]).report.missing > 0);
-    // A number 0 that follows the one before is of the old start.
+    // A number 0 that follows its predecessor belongs to the old segment.
     let mut log: String = (0..257_u16)
         .map(|k| contact("can0", 1000 + u64::from(k), k as u8, 100 * k))
         .collect();
@@ -93,7 +93,7 @@ fn the_first_contact_after_a_start_is_of_the_new_start_though_it_comes_before_th
     assert_eq!((last.segment, last.timestamp.as_micros()), (0, 256_000));
 }
 
-/// A contact a millisecond, on both clocks, from just before the short one's turn.
+/// One contact per millisecond on both clocks, starting just before the short clock wraps.
 fn steady(count: u16) -> Vec<String> {
     let contact = |k: u16| {
         let step = 65_000_u16.wrapping_add(k.wrapping_mul(100));
@@ -107,7 +107,7 @@ fn steady_times(count: u64) -> Vec<u64> {
 }
 
 #[test]
-fn a_day_is_bridged_and_no_more() {
+fn gaps_shorter_than_a_day_are_bridged() {
     let day = 86_400_000;
     let elapsed = (day - 1) * 1_000;
     let step = 65_000_u16.wrapping_add((elapsed / 10 % 65_536) as u16);
@@ -127,13 +127,13 @@ fn a_day_is_bridged_and_no_more() {
 }
 
 #[test]
-fn a_damaged_time_is_a_problem_of_its_own_row_alone() {
+fn damaged_foot_time_affects_only_its_row() {
     let (backwards, against) = ("times_that_run_backwards", "times_against_the_log");
     for (damaged, problem) in [
-        // By 100 ms, which frames may be late: before and after the turn.
+        // Off by 100 ms, which is within the tolerance for late frames: before and after the turn.
         (65_500_u16.wrapping_add(10_000), backwards),
         (65_500 - 10_000, backwards),
-        // By more.
+        // Off by more.
         (20_000, against),
         (33_000, against),
         (40_000, against),
@@ -153,7 +153,7 @@ fn a_damaged_time_is_a_problem_of_its_own_row_alone() {
 }
 
 #[test]
-fn a_damaged_time_of_the_log_is_a_problem_and_shifts_no_later_row() {
+fn damaged_log_time_shifts_no_later_row() {
     for damaged_ms in [0, 400, 900, 1_400, 5_000, 21_005, 30_000, u64::MAX / 1_000] {
         let mut log = steady(10);
         log[5] = contact("can0", damaged_ms, 5, 65_500);
@@ -164,7 +164,7 @@ fn a_damaged_time_of_the_log_is_a_problem_and_shifts_no_later_row() {
         assert_eq!(times, expected, "{damaged_ms}");
         let report = decoded.report;
         let problems: u64 = report.problems.values().sum();
-        // Up to a quarter of a turn a frame may be late.
+        // A frame may be late by up to a quarter of a turn.
         let is_noticed = damaged_ms != 900;
         assert_eq!(problems > 0, is_noticed, "{damaged_ms}: {problems}");
         assert_eq!((report.missing, report.rows), (0, 10));
@@ -172,7 +172,7 @@ fn a_damaged_time_of_the_log_is_a_problem_and_shifts_no_later_row() {
 }
 
 #[test]
-fn lines_out_of_order_keep_their_times_and_are_a_problem() {
+fn lines_out_of_order_keep_their_times_and_are_reported() {
     for (from, to) in [(5, 6), (3, 8)] {
         let mut log = steady(10);
         let (line, mut expected) = (log.remove(from), steady_times(10));
@@ -189,10 +189,10 @@ fn lines_out_of_order_keep_their_times_and_are_a_problem() {
 }
 
 #[test]
-fn a_clock_of_the_log_that_is_set_costs_one_problem_and_no_turn() {
-    // Forwards by an hour and some, which are no whole turns; backwards by half a minute.
+fn setting_the_log_clock_causes_one_problem_and_no_turn_error() {
+    // Forwards by an hour or more, not a whole number of turns; backwards by half a minute.
     for (set_ms, problem) in [
-        // By whole turns, more or less, and not.
+        // Approximately whole turns, and not.
         (3_600_000_i64, "clock_of_the_log_set"),
         (65_536, "clock_of_the_log_set"),
         (3_600_300, "times_against_the_log"),
@@ -218,7 +218,7 @@ fn a_clock_of_the_log_that_is_set_costs_one_problem_and_no_turn() {
 }
 
 #[test]
-fn a_line_that_stands_twice_is_one_row_and_nothing_is_missing() {
+fn duplicate_line_yields_one_row() {
     let mut log = steady(10);
     log.insert(6, log[5].clone());
     log.insert(7, contact("can0", 1_006, 5, 65_500));
@@ -232,8 +232,8 @@ fn a_line_that_stands_twice_is_one_row_and_nothing_is_missing() {
 }
 
 #[test]
-fn the_same_number_at_another_time_is_a_gap_of_255_and_no_duplicate() {
-    // The second is a whole turn of the short clock later, as the log's clock shows.
+fn same_number_at_another_time_is_a_gap_of_255() {
+    // The second is a whole turn of the short clock later by the log's clock.
     for (log_ms, step) in [(257, 25_700), (656, 100)] {
         let log = [contact("can0", 1, 7, 100), contact("can0", log_ms, 7, step)];
         let report = decode(&log.concat(), "can.log", &[]).report;
@@ -254,13 +254,13 @@ fn missing_frames_are_counted_per_foot_and_across_the_wrap() {
 }
 
 #[test]
-fn a_foot_that_restarts_begins_another_segment() {
+fn restart_begins_a_new_segment() {
     let boot_up = |id: u16| format!("(1.500000) can0 {id:03X}#00\n");
-    // The same ids on another bus, and another foot, have not started again.
+    // The same id on another bus, and another foot, have not restarted.
     let mut log = vec![boot_up(0x711), contact("can1", 1_000, 7, 100)];
     log.extend(steady(3));
     log.extend([boot_up(0x711), boot_up(0x712)]);
-    // On the old clock this would be a time that the log contradicts, and 254 missing.
+    // On the old clock this time would contradict the log, and 254 contacts would be missing.
     log.extend([
         contact("can0", 1_600, 1, 5_000),
         contact("can0", 1_601, 2, 5_100),
@@ -282,7 +282,7 @@ fn a_foot_that_restarts_begins_another_segment() {
 }
 
 #[test]
-fn rows_tell_on_which_bus_their_foot_is() {
+fn rows_name_the_interface_of_their_foot() {
     let log = [contact("can0", 1, 0, 100), contact("can1", 1, 0, 100)];
     let decoded = decode(&log.concat(), "can.log", &[]);
     let interfaces = decoded.rows.iter().map(|row| row.interface.as_deref());
@@ -290,8 +290,8 @@ fn rows_tell_on_which_bus_their_foot_is() {
 }
 
 #[test]
-fn other_devices_are_no_feet_unless_they_are_said_to_be() {
-    // Of node 33: boot-up, a contact, axes, health, an emergency and two of SDO.
+fn other_nodes_are_ignored_unless_added_as_feet() {
+    // Frames of node 33: boot-up, contact, axes, health, emergency and two of SDO.
     let mut log = String::new();
     for id in [0x721, 0x1A1, 0x2A1, 0x4A1, 0xA1, 0x5A1, 0x621] {
         log += &format!("(1.000000) can0 {id:03X}#0000000000000000\n");
@@ -311,13 +311,13 @@ fn other_devices_are_no_feet_unless_they_are_said_to_be() {
     assert_eq!(decoded.rows[0].node, Some(NODE_33));
     assert_eq!(decoded.report.frames.get("of_other_nodes"), None);
     assert!(decoded.notices.is_empty());
-    // Beside a foot there is nothing to say.
+    // No notice if a known foot has sent contacts.
     let decoded = decode(&(log + &contact("can0", 1, 0, 0)), "can.log", &[]);
     assert!(decoded.rows.len() == 1 && decoded.notices.is_empty());
 }
 
 #[test]
-fn a_broken_line_is_named_and_passed_over() {
+fn malformed_line_is_reported_and_skipped() {
     let log = [
         contact("can0", 1, 0, 0),
         "(1.2) x\n".to_owned(),
@@ -342,7 +342,7 @@ fn a_broken_line_is_named_and_passed_over() {
 }
 
 #[test]
-fn frames_that_lost_their_contact_go_into_no_row() {
+fn frames_without_their_contact_complete_no_row() {
     let axes = Axes {
         timestamp: ShortTime(300),
         ..Axes::default()
@@ -362,7 +362,7 @@ fn frames_that_lost_their_contact_go_into_no_row() {
 }
 
 #[test]
-fn other_frames_are_counted_by_what_they_are() {
+fn other_frames_are_counted_by_kind() {
     let log = "(1.000000) can0 000#0111\n(1.000000) can0 080#\n(1.000000) can0 711#00\n\
                (1.000000) can0 711#05\n(1.000000) can0 611#4018100400000000\n\
                (1.000000) can0 211#00000000\n(1.000000) can0 7E5#04\n\
@@ -392,7 +392,7 @@ fn other_frames_are_counted_by_what_they_are() {
     assert_eq!(report.emergencies[0].fault, "sensor silent");
 }
 
-/// A health frame of a node, logged at `log_us`, that reports a SYNC.
+/// A health frame of `node` that reports a SYNC, logged at `log_us`.
 fn health(node: u16, log_us: u64, counter: u8, clock_us: u64) -> String {
     let health = Health {
         sync: LastSync {
@@ -419,9 +419,9 @@ fn contact_of(node: u16, log_us: u64, k: u64, clock_us: u64) -> String {
     line(0x180 + node, log_us, &contact.encode())
 }
 
-/// Two feet, whose clocks are 3.3 s and 7.7 s ahead of the log's, with samples at the same moments
-/// each millisecond, received up to 0.7 ms later; SYNCs each 10 ms, received up to 0.4 ms later;
-/// health each 100 ms, at different moments of the two.
+/// Two feet, whose clocks are 3.3 s and 7.7 s ahead of the log's. Both sample at the same moments each
+/// millisecond, received up to 0.7 ms later; SYNCs each 10 ms, received up to 0.4 ms later; health each
+/// 100 ms, at different moments for the two feet.
 fn two_feet_with_syncs(milliseconds: u64, counted: bool) -> String {
     let start = 1_000_000_000;
     let mut log = String::new();
@@ -450,7 +450,7 @@ fn two_feet_with_syncs(milliseconds: u64, counted: bool) -> String {
     log
 }
 
-/// The times of the two feet on one clock, in pairs of the same moment, µs.
+/// Times of the two feet on the common clock, in pairs of the same moment, µs.
 fn common(decoded: &Decoded) -> Vec<(u64, u64)> {
     let of = |id: u8| {
         let rows = decoded
@@ -463,14 +463,14 @@ fn common(decoded: &Decoded) -> Vec<(u64, u64)> {
 }
 
 #[test]
-fn numbered_syncs_put_all_feet_on_the_clock_of_the_log() {
+fn numbered_syncs_align_feet_to_the_log_clock() {
     let decoded = decode(&two_feet_with_syncs(6000, true), "can.log", &[]);
     assert_eq!(decoded.report.clocks, [("sync", 12_000)].into());
     assert_eq!(decoded.notices, ["can.log: t_common is by numbered SYNCs"]);
     let pairs = common(&decoded);
     assert_eq!(pairs.len(), 6000);
     for (k, (left, right)) in pairs.into_iter().enumerate() {
-        // The delay of one SYNC, less than 0.4 ms, stays; those of samples do not.
+        // The delay of one SYNC, less than 0.4 ms, remains; the delays of samples do not.
         let sample = 1_000_000_000 + 1000 * k as u64;
         assert!((sample..sample + 400).contains(&left), "{k}: {left}");
         assert!((sample..sample + 400).contains(&right), "{k}: {right}");
@@ -487,7 +487,7 @@ fn numbered_syncs_put_all_feet_on_the_clock_of_the_log() {
 }
 
 #[test]
-fn without_numbered_syncs_the_time_of_reception_is_the_one_clock() {
+fn reception_time_is_common_without_numbered_syncs() {
     let decoded = decode(&two_feet_with_syncs(300, false), "can.log", &[]);
     assert_eq!(decoded.report.clocks, [("received", 600)].into());
     assert_eq!(decoded.notices.len(), 1);
@@ -504,7 +504,7 @@ fn without_numbered_syncs_the_time_of_reception_is_the_one_clock() {
 }
 
 #[test]
-fn a_foot_that_reports_no_sync_is_on_the_time_of_reception_alone() {
+fn foot_without_sync_uses_reception_time() {
     let health = format!(" {:03X}#", 0x512);
     let log: String = two_feet_with_syncs(300, true)
         .lines()
@@ -524,7 +524,7 @@ fn a_foot_that_reports_no_sync_is_on_the_time_of_reception_alone() {
 }
 
 #[test]
-fn a_foot_that_starts_again_needs_another_sync() {
+fn restarted_foot_needs_a_new_sync() {
     let (mut log, mut after) = (two_feet_with_syncs(300, true), String::new());
     log += "(1000.400000) can0 711#00\n";
     for k in 0..20 {
@@ -548,7 +548,7 @@ fn feet_have_names_by_their_ids() {
 }
 
 #[test]
-fn a_log_without_times_is_unwrapped_by_the_foots_clock_alone() {
+fn log_without_times_is_unwrapped_by_the_foot_clock() {
     let plain = |log: &[String]| -> String {
         let line = |line: &String| line.split_once(' ').unwrap().1.replace('#', "   [8]  ");
         let spaced = |line: String| {
@@ -568,7 +568,7 @@ fn a_log_without_times_is_unwrapped_by_the_foots_clock_alone() {
     expected.swap(300, 301);
     assert_eq!(times(&decoded), expected);
     let report = decoded.report;
-    // The one that was overtaken was missing first.
+    // The overtaken contact was counted as missing first.
     assert_eq!((report.duplicates, report.missing, report.gaps), (1, 2, 2));
     assert!(report.clocks.is_empty());
     assert!(
@@ -600,8 +600,8 @@ fn differences_of_time_are_added_up() {
 }
 
 #[test]
-fn rows_leave_in_order_and_are_complete_however_long_the_log_is() {
-    // More than are kept.
+fn rows_of_long_logs_are_complete_and_in_order() {
+    // More rows than are kept.
     let axes = |k: u16| {
         let axes = Axes {
             timestamp: ShortTime(100_u16.wrapping_mul(k)),

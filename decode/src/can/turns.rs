@@ -1,24 +1,24 @@
-//! The turns of a foot's short clock where frames come live.
+//! Turns of a foot's short clock for frames received live.
 //!
-//! A host that stalls receives frames late: an adapter or the kernel keeps the first ones and drops the
-//! later ones. So the time of reception says only when a contact was made at the latest. Contacts that
-//! follow each other by number and by the foot's own clock do so, however late they come. After a gap the
-//! turn is the last that reception allows and at which the number, modulo 256, is that of the foot's pace:
-//! what comes after a gap was made when there was room again. Both say how many contacts are missing.
-//! Health frames put that right where it was wrong ([`LongClock`]).
+//! A stalled host receives frames late: an adapter or the kernel keeps the first frames and drops the later
+//! ones. The time of reception is therefore only an upper limit of a contact's time. Contacts that are
+//! consecutive by number and by the foot's clock are consecutive regardless of delay. After a gap, the turn
+//! is the latest that reception allows and whose number, modulo 256, matches the foot's pace: the first
+//! frame after a gap was sent when the queue had room again. Turn and number give the number of missing
+//! contacts. Health frames correct errors ([`LongClock`]).
 //!
-//! A contact that follows by number within a few periods of the foot's clock is the next one, whatever reception
-//! allows: a foot whose clock is slower than the receiver's, as on an overloaded emulator, has no gaps.
+//! A contact with the next number within a few periods of the foot's clock is the next one, regardless of the
+//! time of reception: a foot whose clock is slower than the receiver's, as on an overloaded emulator, has no
+//! gaps.
 //!
-//! What cannot be known, for good where no SYNCs are on the bus, otherwise until the next health frame or
-//! the one after:
-//! - a contact after a gap that has itself waited for more than half a second may be taken to be later or
-//!   earlier by whole turns, and as many contacts more or fewer count as missing;
-//! - a loss of a multiple of 256 contacts that lasts whole turns, 16.384 s at 1 kHz, is not seen;
-//! - a foot that starts again while nothing is received, and whose boot-up is lost, is taken to go on,
-//!   also where its new clock is ahead of the old one by the time at which it reports a SYNC;
-//! - a foot that sends nothing for a time does not count in it, which is no loss. It is taken for one where
-//!   the pause is as long as a multiple of 256 contacts, within one in 256 of it.
+//! Limitations, permanent if no SYNCs are on the bus, otherwise until the next health frame or the one after:
+//! - a contact after a gap that was itself delayed by more than half a second may be placed whole turns too
+//!   late or too early, with the number of missing contacts changed accordingly;
+//! - a loss of a multiple of 256 contacts that lasts whole turns, 16.384 s at 1 kHz, is not detected;
+//! - a foot that restarts while nothing is received, and whose boot-up is lost, is taken to continue;
+//!   with SYNCs on the bus, only if its new clock is ahead of the old one when it reports a SYNC;
+//! - a foot that pauses does not advance its number, so nothing is missing. The pause is mistaken for a loss
+//!   if its length matches a multiple of 256 contacts, within one in 256 of it.
 
 use estimator_core::Timestamp;
 use wire::pdo::{LastSync, ShortTime};
@@ -27,56 +27,56 @@ use super::clock::{LONGEST_BRIDGE_US, LONGEST_RETURN_US, OVERTAKEN_US, STEP_US, 
 use super::long::{LongClock, Verdict};
 use super::pace::{LeastDelay, Pace};
 
-/// By how much sooner than the soonest so far a contact may come, µs.
+/// Time by which a contact may undercut the least delay so far, µs.
 const SOONER_US: i64 = 50_000;
 
-/// A part of a gap by which clocks drift at most: 250 ppm.
+/// Divisor of a gap that gives the largest drift of the clocks: 250 ppm.
 const DRIFT: i64 = 4096;
 
-/// Turns of the short clock that are tried where a contact after a gap has waited: 42 s.
+/// Turns of the short clock tried for a delayed contact after a gap: 42 s.
 const TRIED: i64 = 64;
 
-/// A contact that waited for longer has waited in a stall, µs.
+/// Delay from which a contact is taken to be delayed by a stall, µs.
 const STALL_US: i64 = TURN_US / 4;
 
-/// The longest time to the next contact by number, in periods: after a longer one the foot has paused.
+/// Longest time to the contact with the next number, in periods; a longer time is a pause of the foot.
 const MOST_PERIODS: u64 = 8;
 
-/// Numbers of contacts are modulo this.
+/// Modulus of the sequence numbers.
 const NUMBERS: i64 = 1 << 8;
 
-/// What a contact is after those before.
+/// Relation of a contact to the previous ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Step {
-    /// The number of contacts missing between the newest and this one.
+    /// A newer contact, with the number of contacts missing before it.
     Forward(u64),
-    /// Another has overtaken it.
+    /// Another contact has overtaken it.
     Late,
-    /// It came before.
+    /// It was received before.
     Duplicate,
 }
 
-/// Whether contacts come at once or have waited.
+/// Whether contacts are received at once or delayed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Waiting {
-    /// They come at once.
+    /// Received at once.
     No,
-    /// They have waited, and did so before.
+    /// Delayed, as was the previous one.
     Still,
-    /// This is the first that has.
+    /// The first delayed one.
     Begins,
-    /// The clock of the receiver was set: nothing can be said.
+    /// Unknown: the receiver's clock was set.
     Unknown,
 }
 
-/// The next contact.
+/// Result of processing a contact.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Next {
-    /// Its time on the foot's clock, with its turns counted, µs.
+    /// Time on the foot's clock, with its turns counted, µs.
     pub(super) micros: u64,
-    /// What it is.
+    /// Relation to the previous contacts.
     pub(super) step: Step,
-    /// Whether it has waited.
+    /// Whether it was delayed.
     pub(super) waiting: Waiting,
 }
 
@@ -91,33 +91,33 @@ impl Next {
     }
 }
 
-/// What a health frame has put right.
+/// Correction made from a health frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Correction {
     /// Nothing.
     None,
-    /// The clock, by turns, and with it the number of missing contacts.
+    /// The clock was moved by turns, which changes the number of missing contacts.
     Turns {
-        /// How many contacts more.
+        /// Number of additional missing contacts; negative if fewer are missing.
         missing: i64,
-        /// From the contact before the gap to the one after it, µs.
+        /// Time from the contact before the gap to the one after it, µs.
         gap_us: i64,
     },
-    /// The foot has started again.
+    /// The foot has restarted.
     Restarted,
 }
 
-/// The newest gap since the turns were known to be right.
+/// The newest gap since the turns were last verified.
 #[derive(Clone, Copy, Debug)]
 struct Gap {
     elapsed_us: i64,
     numbers: u8,
     missing: i64,
-    /// The least delay before it.
+    /// Least delay before the gap.
     least: LeastDelay,
 }
 
-/// A foot whose contacts come live.
+/// Clock of a foot whose contacts are received live.
 #[derive(Clone, Copy)]
 pub(super) struct Turns {
     pub(super) micros: u64,
@@ -125,7 +125,7 @@ pub(super) struct Turns {
     sequence: u8,
     at: Timestamp,
     pace: Pace,
-    /// The time from one contact to the next by number that was not of the pace, if that came last, µs.
+    /// Time between consecutive contacts that did not match the pace, if it was the last, µs.
     other_pace_us: i64,
     least: LeastDelay,
     waits: bool,
@@ -134,7 +134,7 @@ pub(super) struct Turns {
 }
 
 impl Turns {
-    /// A foot from its first contact on: its short clock is taken to be in its first turn.
+    /// Starts from the first contact; the short clock is assumed to be in its first turn.
     pub(super) fn new(short: ShortTime, sequence: u8, at: Timestamp) -> Self {
         let micros = (i64::from(short.0) * STEP_US).unsigned_abs();
         Self {
@@ -151,7 +151,7 @@ impl Turns {
         }
     }
 
-    /// Takes in the next contact, received at `at`.
+    /// Processes the next contact, received at `at`.
     pub(super) fn take(&mut self, short: ShortTime, sequence: u8, at: Timestamp) -> Next {
         let steps_us = i64::from(short.0.wrapping_sub(self.short.0)) * STEP_US;
         let numbers = sequence.wrapping_sub(self.sequence);
@@ -221,13 +221,13 @@ impl Turns {
         }
     }
 
-    /// Takes in the SYNC that a health frame beside the newest contact reports.
+    /// Processes the SYNC reported by the health frame of the newest contact.
     pub(super) fn health(&mut self, sync: LastSync) -> Correction {
         let is_sure = self.gap.is_none();
         match self.long.take(sync, self.short, self.micros, is_sure) {
             Verdict::Unknown => {
                 if self.long.is_unknown() {
-                    // From here on the turns are counted from this report.
+                    // Turns are counted from this report on.
                     self.gap = None;
                 }
                 Correction::None
@@ -237,7 +237,7 @@ impl Turns {
                 Correction::None
             }
             Verdict::Off(turns) => {
-                // Where there was none, a gap looked like the next contact.
+                // If no gap was found, it looked like the next contact.
                 let gap = self.gap.take().unwrap_or(Gap {
                     elapsed_us: 0,
                     numbers: 1,
@@ -248,7 +248,7 @@ impl Turns {
                 self.micros = self.micros.saturating_add_signed(turns * TURN_US);
                 self.long.put_right(turns);
                 if turns < 0 {
-                    // What was too far on made delays look less than they were.
+                    // Contacts timed too late made delays look shorter than they were.
                     self.least = gap.least;
                 }
                 self.least.take(self.micros, self.at);
@@ -261,19 +261,18 @@ impl Turns {
         }
     }
 
-    /// When a SYNC came on the counted clock, µs; `None` where the long clock is not known.
+    /// Time of a SYNC on the counted clock, µs; `None` if the long clock is unknown.
     pub(super) fn counted(&self, sync: LastSync) -> Option<u64> {
         self.long.counted(sync, self.micros)
     }
 
-    /// What is to be added to the counted clock, µs, where SYNCs say `offset`: no contact was made after
-    /// it was received.
+    /// Limits the `offset` obtained from SYNCs, µs, so that no contact is made after it was received.
     pub(super) fn at_most(&self, offset: i64) -> i64 {
         offset.min(self.least.offset())
     }
 
-    /// Whether a SYNC whose time of reception differs by this from the foot's clock, µs, may have waited
-    /// in a stall.
+    /// Returns whether a SYNC whose time of reception differs by `difference` from the foot's clock, µs, may
+    /// have been delayed by a stall.
     pub(super) fn has_waited(&self, difference: i64) -> bool {
         difference > self.least.offset().saturating_add(SOONER_US)
     }
@@ -287,7 +286,7 @@ impl Turns {
         }
     }
 
-    /// Whether it lies back by number and as far by the foot's clock.
+    /// Returns whether the contact is older by number and equally older by the foot's clock.
     fn is_late(&self, steps_us: i64, numbers: u8) -> bool {
         let back_us = TURN_US - steps_us;
         let contacts = numbers.wrapping_neg();
@@ -299,8 +298,8 @@ impl Turns {
                 .is_none_or(|time| (time - back_us).abs() <= self.tolerance_us(time))
     }
 
-    /// The time to a contact whose number has advanced by `numbers`, where the foot's clock agrees that no
-    /// more were made in between, µs.
+    /// Time to a contact whose number has advanced by `numbers`, µs, if the foot's clock agrees that no more
+    /// contacts were made in between.
     fn following(&self, steps_us: i64, numbers: u8) -> Option<i64> {
         let expected = self.pace.time_of(fewest(numbers).unsigned_abs())?;
         let turns = (expected - steps_us + TURN_US / 2).div_euclid(TURN_US);
@@ -309,22 +308,21 @@ impl Turns {
         (is_near && elapsed > 0).then_some(elapsed)
     }
 
-    /// Whether it is the next contact, though earlier or later than the pace has it: an edge that was late.
-    /// The time of reception says nothing then, which may run away from a foot that is slow.
+    /// Returns whether it is the next contact, though earlier or later than the pace predicts, as with a late
+    /// edge. The time of reception is not used: it may run ahead of a slow foot.
     fn is_next(&self, steps_us: i64, numbers: u8) -> bool {
         let longest = self.pace.time_of(MOST_PERIODS);
         numbers == 1 && steps_us > 0 && longest.is_some_and(|longest| steps_us <= longest)
     }
 
-    /// By how much the time of contacts of the pace may differ from the expected, µs: by half of one,
-    /// and by what the pace changes.
+    /// Tolerance of the time of contacts at the pace, µs: half a period plus the change of the pace.
     fn tolerance_us(&self, expected: i64) -> i64 {
         let half = self.pace.time_of(1).unwrap_or_default() / 2;
         (half + expected / 256).min(TURN_US / 4)
     }
 
-    /// The time to a contact after a gap, µs: the longest with which it was made before it was received
-    /// at `at`; shorter where only then its number is that of the pace, as it has waited, too.
+    /// Time to a contact after a gap, µs: the longest that places it before its reception at `at`, or a
+    /// shorter one if only that matches its number to the pace, because the contact was itself delayed.
     fn across(&self, steps_us: i64, numbers: u8, at: Timestamp) -> i64 {
         let room = self.least.waited(self.micros, at);
         let sooner = (SOONER_US + room.max(0) / DRIFT).min(TURN_US / 2);
@@ -339,20 +337,20 @@ impl Turns {
         fits.next().unwrap_or(longest)
     }
 
-    /// How many contacts the foot has made in a time, µs, by its pace; none where that is not known.
+    /// Number of contacts made in `elapsed_us` at the foot's pace; 0 if the pace is unknown.
     fn made(&self, elapsed_us: i64) -> i64 {
         self.pace.contacts_in(elapsed_us).unwrap_or_default()
     }
 
-    /// By how many contacts the number and the pace contradict each other at the end of a time, µs.
+    /// Number of contacts by which sequence number and pace differ after `elapsed_us`.
     fn contradiction(&self, elapsed_us: i64, numbers: u8) -> i64 {
         let made = self.made(elapsed_us);
         (made - nearest(made, numbers)).abs()
     }
 
-    /// How many contacts are missing in a time, µs, in which the number has advanced by `numbers`: the
-    /// pace says how many were made, nearly, and the number, exactly, modulo 256. Where it is the next
-    /// number and they contradict each other, the foot has paused.
+    /// Number of contacts missing in `elapsed_us`, in which the number has advanced by `numbers`. The pace
+    /// gives the number of contacts made approximately, the sequence number exactly, modulo 256. If the number
+    /// is the next one and contradicts the pace, the foot has paused.
     fn missing(&self, elapsed_us: i64, numbers: u8) -> i64 {
         let made = self.made(elapsed_us);
         if numbers == 1 && self.contradiction(elapsed_us, numbers) > 2 + made / 256 {
@@ -361,8 +359,8 @@ impl Turns {
         nearest(made, numbers) - 1
     }
 
-    /// Two contacts that follow by number, with a time in between that is not of the pace, are of another
-    /// pace, where the ones before were so, too.
+    /// Adopts a new pace if consecutive contacts differ from the current pace by about the same time twice in a
+    /// row.
     fn learn_pace(&mut self, elapsed_us: i64, numbers: u8) {
         if numbers != 1 {
             return;
@@ -375,12 +373,12 @@ impl Turns {
     }
 }
 
-/// The fewest contacts, one or more, by which a number modulo 256 advances by `numbers`.
+/// Fewest contacts, one or more, by which a number modulo 256 advances by `numbers`.
 const fn fewest(numbers: u8) -> i64 {
     numbers.wrapping_sub(1) as i64 + 1
 }
 
-/// The number of contacts nearest to `made` by which a number modulo 256 advances by `numbers`; not zero.
+/// Number of contacts nearest to `made` by which a number modulo 256 advances by `numbers`; not zero.
 fn nearest(made: i64, numbers: u8) -> i64 {
     let fewest = fewest(numbers);
     let turns = (made - fewest + NUMBERS / 2).div_euclid(NUMBERS).max(0);

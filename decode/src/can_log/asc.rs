@@ -1,5 +1,5 @@
-//! Vector's ASC: `0.000111 1  191  Rx   d 8 FF FF 80 80 0C 00 07 D8`, below a header that says in
-//! which base identifiers and data are, and from what times count.
+//! Vector's ASC: `0.000111 1  191  Rx   d 8 FF FF 80 80 0C 00 07 D8`, below a header that states the base of
+//! identifiers and data, and the reference of the times.
 //!
 //! Source of the format: "CAN, Log & Trigger ASC Logging Format Specification", Vector, version
 //! 1.4.6; and the files of python-can 4.6 and of can-utils' `log2asc`.
@@ -7,15 +7,15 @@
 use super::text::{Identifier, bytes, seconds};
 use super::{Content, Line, Other, Times, is_name};
 
-/// In the flags of a line of CAN FD: this frame has the format of CAN FD.
+/// Flag of a CAN FD line: the frame has the format of CAN FD.
 const EDL: u32 = 1 << 12;
 
-/// What the header has said so far.
+/// Settings read from the header so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header {
-    /// Of identifiers and data: 10 or 16.
+    /// Base of identifiers and data: 10 or 16.
     base: u32,
-    /// What times count from.
+    /// Reference of the times.
     pub(super) times: Times,
 }
 
@@ -28,14 +28,14 @@ impl Default for Header {
     }
 }
 
-/// Whether a line is one of a header that no other log has.
+/// Returns whether a line is a header line unique to ASC.
 #[must_use]
 pub fn is_header(line: &str) -> bool {
     Header::default().header_line(line).is_some_and(|is| is)
 }
 
 impl Header {
-    /// Reads a line; `None` where it is not a line of an ASC log.
+    /// Reads a line; `None` if it is not a line of an ASC log.
     pub fn read<'a>(&mut self, line: &'a str) -> Option<Line<'a>> {
         if self.header_line(line).is_some() {
             return Some(Line {
@@ -51,8 +51,8 @@ impl Header {
         Some(Line { time, content })
     }
 
-    /// Takes in a line above or between events: whether it tells the base. `None` where it is an
-    /// event or nothing known.
+    /// Reads a line above or between events. Returns whether it states the base; `None` if it is an event or
+    /// unknown.
     fn header_line(&mut self, line: &str) -> Option<bool> {
         let line = line.trim();
         let mut words = line.split_ascii_whitespace();
@@ -68,7 +68,7 @@ impl Header {
                     ("timestamps", "relative") => Times::Differences,
                     _ => return None,
                 };
-                // Anything more is the next line, whose beginning is lost.
+                // A further word belongs to the next line, whose beginning is lost.
                 words.next().is_none().then_some(true)
             }
             "date" | "internal" | "no" | "Begin" | "End" | "previous" => Some(false),
@@ -77,7 +77,7 @@ impl Header {
         }
     }
 
-    /// What stands behind the time.
+    /// Reads the part of a line after the time.
     fn event<'a>(&self, event: &'a str) -> Option<Content<'a>> {
         let mut words = event.split_ascii_whitespace();
         let first = words.next()?;
@@ -85,7 +85,7 @@ impl Header {
             return self.fd(words);
         }
         if !first.bytes().all(|byte| byte.is_ascii_digit()) {
-            // Of the program, or of a bus that is no CAN.
+            // An event of the program, or of a bus other than CAN.
             return Some(Content::Other(Other::Event));
         }
         match words.next()? {
@@ -95,14 +95,14 @@ impl Header {
                 let id = self.identifier(id)?;
                 match words.next()? {
                     "Rx" | "Tx" => {}
-                    // Not on the bus yet.
+                    // A transmit request, not on the bus yet.
                     "TxRq" => return Some(Content::Other(Other::Event)),
                     _ => return None,
                 }
                 match words.next()? {
                     "r" => Some(Content::Other(Other::Remote)),
                     "d" => {
-                        // A length of more than eight stands for eight bytes.
+                        // A length code of more than eight means eight bytes.
                         let length = usize::from_str_radix(words.next()?, 16).ok()?;
                         let length = (length <= 15).then_some(length.min(8))?;
                         self.frame(id, first, length, words)
@@ -113,7 +113,7 @@ impl Header {
         }
     }
 
-    /// A line of a channel of CAN FD, on which classic frames are sent, too.
+    /// Reads a line of a CAN FD channel, which may also carry classic frames.
     fn fd<'a>(&self, mut words: impl Iterator<Item = &'a str>) -> Option<Content<'a>> {
         let channel = words.next()?;
         match words.next()? {
@@ -125,8 +125,7 @@ impl Header {
             "ErrorFrame" => return Some(Content::Other(Other::Error)),
             id => self.identifier(id)?,
         };
-        // The name of the message may stand here; then whether it switches the bit rate and
-        // whether the sender is error passive.
+        // An optional message name, then the flags for bit rate switch and error passive sender.
         let is_flag = |word: &str| matches!(word, "0" | "1");
         let mut switches = words.next()?;
         if !is_flag(switches) {
@@ -139,7 +138,7 @@ impl Header {
             return None;
         }
         let data = bytes(words.by_ref().take(length), self.base)?;
-        // Duration, length in bits, flags.
+        // Skips duration and length in bits.
         let flags = words.nth(2)?;
         let flags = u32::from_str_radix(flags, 16).ok()?;
         let is_remote = flags & 0x10 != 0;
@@ -197,11 +196,11 @@ mod tests {
     }
 
     #[test]
-    fn frames_are_read_as_vector_python_can_and_log2asc_write_them() {
+    fn frames_of_vector_python_can_and_log2asc_are_read() {
         for line in [
             "   0.000111 1  191             Rx   d 8 FF FF 80 80 0C 00 07 D8",
             "   0.000111 1  191             Tx   d 8 FF FF 80 80 0C 00 07 D8  Length = 222000 BitCount = 115 ID = 401\r",
-            // A length of more than eight.
+            // A length code of more than eight.
             "0.000111 1 191 Rx d F ff ff 80 80 0c 00 07 d8",
             "   0.000111 CANFD   1 Rx        191                                   0 0 8  8 FF FF 80 80 0C 00 07 D8   130000  130        0 0 0 0 0 0",
             "   0.000111 CANFD   1 Rx        191  FL_Contact                       0 0 8  8 FF FF 80 80 0C 00 07 D8   130000  130   200000 0 0 0 0 0",
@@ -227,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn entries_that_no_foot_sends_are_lines_of_a_log_too() {
+    fn entries_not_sent_by_a_foot_are_recognised() {
         for (line, other) in [
             ("0.1 1  18DAF110x       Rx   d 2 01 02", Other::Extended),
             ("0.1 1  711             Rx   r", Other::Remote),
@@ -261,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_line_of_a_log_is_refused() {
+    fn invalid_lines_are_rejected() {
         for line in [
             "",
             "x",

@@ -1,8 +1,8 @@
-//! Logs of can-utils: of `candump -l`, `(1609459200.000114) can0 191#FFFF80800C0007D8`, and what
-//! `candump` prints on a terminal, `can0  191   [8]  FF FF 80 80 0C 00 07 D8`, with or without times
-//! (`-ta`, `-td`, `-tz`, `-tA`), directions (`-x`) and text (`-a`). `log2long` writes the latter, too.
+//! Logs of can-utils: `candump -l`, `(1609459200.000114) can0 191#FFFF80800C0007D8`, and terminal output of
+//! `candump`, `can0  191   [8]  FF FF 80 80 0C 00 07 D8`, with or without times (`-ta`, `-td`, `-tz`,
+//! `-tA`), directions (`-x`) and text (`-a`). `log2long` also writes the latter.
 //!
-//! Source of the form: `candump.c` and `lib.c` of can-utils.
+//! Source of the format: `candump.c` and `lib.c` of can-utils.
 
 use estimator_core::Timestamp;
 use wire::CanFrame;
@@ -10,10 +10,10 @@ use wire::CanFrame;
 use super::text::{Identifier, Payload, bytes as spaced_bytes};
 use super::{Content, Line, Other, is_name};
 
-/// In identifiers of eight digits: this is not a frame but an error of the bus (`CAN_ERR_FLAG`).
+/// Flag in identifiers of eight digits: error frame (`CAN_ERR_FLAG`).
 const ERROR_FLAG: u32 = 0x2000_0000;
 
-/// Reads a line of either form; `None` where it has neither.
+/// Reads a line of either format; `None` if it matches neither.
 #[must_use]
 pub fn parse(line: &str) -> Option<Line<'_>> {
     log_line(line)
@@ -21,7 +21,7 @@ pub fn parse(line: &str) -> Option<Line<'_>> {
         .or_else(|| explanation(line))
 }
 
-/// What an error frame means, in words, on an indented line of its own (`-e`).
+/// Reads the textual explanation of an error frame, on an indented line of its own (`-e`).
 fn explanation(line: &str) -> Option<Line<'_>> {
     line.starts_with('\t').then_some(Line {
         time: None,
@@ -29,7 +29,7 @@ fn explanation(line: &str) -> Option<Line<'_>> {
     })
 }
 
-/// Reads a line of `candump -l`; `None` where it has another form.
+/// Reads a line of `candump -l`; `None` if it has another format.
 #[must_use]
 pub fn log_line(line: &str) -> Option<Line<'_>> {
     if let Some(count) = dropped(line) {
@@ -55,7 +55,7 @@ pub fn log_line(line: &str) -> Option<Line<'_>> {
     })
 }
 
-/// An identifier, `#` and what there is to say of its frame.
+/// Parses an identifier, `#`, and flags, data or length of the frame.
 fn compact<'a>(interface: &'a str, frame: &str) -> Option<Content<'a>> {
     let (id, content) = frame.split_once('#')?;
     let (id, kind) = identifier(id)?;
@@ -91,7 +91,7 @@ fn compact<'a>(interface: &'a str, frame: &str) -> Option<Content<'a>> {
     Some(Content::Frame(interface, frame))
 }
 
-/// Reads a line as `candump` prints it on a terminal; `None` where it has another form.
+/// Reads a line of terminal output of `candump`; `None` if it has another format.
 #[must_use]
 pub fn terminal_line(line: &str) -> Option<Line<'_>> {
     let (time, rest) = leading_time(line.trim())?;
@@ -101,7 +101,7 @@ pub fn terminal_line(line: &str) -> Option<Line<'_>> {
     }
     let (mut id, mut rest) = word(rest)?;
     if matches!(id, "RX" | "TX") {
-        // With -x: whether the bit rate was switched, and the state of the sender.
+        // -x adds the bit rate switch and the error state of the sender.
         let (switched, after) = word(rest)?;
         let (state, after) = word(after)?;
         if !matches!(switched, "-" | "B") || !matches!(state, "-" | "E") {
@@ -114,14 +114,14 @@ pub fn terminal_line(line: &str) -> Option<Line<'_>> {
     Some(Line { time, content })
 }
 
-/// A frame whose length and data stand apart.
+/// Parses a frame whose length and data are separate words.
 fn printed<'a>(
     interface: &'a str,
     (id, kind): (u32, Option<Other>),
     length: &str,
     rest: &str,
 ) -> Option<Content<'a>> {
-    // A length sent that is more than eight stands in braces (-8).
+    // A raw length of more than eight is in braces (-8).
     let (length, most) = if let Some(raw) = within(length, '{', '}') {
         (is_raw_length(raw).then_some(8)?, 8)
     } else {
@@ -145,7 +145,7 @@ fn printed<'a>(
     }
 }
 
-/// The time at the start of a line, in brackets, where there is one, and what follows.
+/// Splits a line into the time in brackets at its start, if any, and the rest.
 fn leading_time(line: &str) -> Option<(Option<Timestamp>, &str)> {
     let Some(rest) = line.strip_prefix('(') else {
         return Some((None, line));
@@ -158,7 +158,7 @@ fn leading_time(line: &str) -> Option<(Option<Timestamp>, &str)> {
     Some((Some(time), rest))
 }
 
-/// A date and a time of day (`-tA`), taken as UTC.
+/// Parses a date and a time of day (`-tA`), assumed to be UTC.
 fn dated(date: &str, clock: &str) -> Option<Timestamp> {
     let (clock, fraction) = clock.split_once('.')?;
     let mut parts = date.split('-').chain(clock.split(':')).map(|part| {
@@ -173,7 +173,7 @@ fn dated(date: &str, clock: &str) -> Option<Timestamp> {
     if parts.next().is_some() {
         return None;
     }
-    // Days since 1970, with years that begin in March, so that a leap day is their last.
+    // Days since 1970, with years that begin in March so that the leap day is the last day.
     let (years, months) = if month > 2 {
         (year, month - 3)
     } else {
@@ -185,7 +185,7 @@ fn dated(date: &str, clock: &str) -> Option<Timestamp> {
     micros(&format!("{whole}.{fraction}"))
 }
 
-/// The first word and what follows it.
+/// Splits off the first word.
 fn word(text: &str) -> Option<(&str, &str)> {
     let text = text.trim_start();
     let end = text.find(|c: char| c.is_ascii_whitespace());
@@ -197,7 +197,7 @@ fn within(text: &str, open: char, close: char) -> Option<&str> {
     text.strip_prefix(open)?.strip_suffix(close)
 }
 
-/// How many frames `candump` says that it has lost:
+/// Number of frames that `candump` reports as lost:
 /// `DROPCOUNT: dropped 3 CAN frames on 'can0' socket (total drops 3)`.
 fn dropped(line: &str) -> Option<u64> {
     let rest = line.strip_prefix("DROPCOUNT: dropped ")?;
@@ -208,7 +208,7 @@ const fn is_fd_length(length: usize) -> bool {
     matches!(length, 0..=8 | 12 | 16 | 20 | 24 | 32 | 48 | 64)
 }
 
-/// An identifier of three or eight digits, and what the latter make of a data frame.
+/// Parses an identifier of three or eight digits; eight digits mean an extended or error frame.
 fn identifier(text: &str) -> Option<(u32, Option<Other>)> {
     let id = u32::from_str_radix(text, 16).ok()?;
     match text.len() {
@@ -219,15 +219,15 @@ fn identifier(text: &str) -> Option<(u32, Option<Other>)> {
     }
 }
 
-/// The length that was sent where it is more than the 8 bytes that there are: `_9` to `_F`.
+/// Returns whether the text is a raw length above the 8 data bytes: `9` to `F`, one digit.
 fn is_raw_length(text: &str) -> bool {
     matches!(text.as_bytes(), [b'9' | b'A'..=b'F'])
 }
 
-/// A whole second as `asc2log` writes it where its sum of two fractions has no remainder.
+/// Fraction written by `asc2log` if its sum of two fractions is a whole second.
 const CARRIED: &str = "1000000";
 
-/// Seconds with six decimals, or with nine (`candump -N`), of which six are used.
+/// Parses seconds with six decimals, or with nine (`candump -N`), of which six are used.
 fn micros(text: &str) -> Option<Timestamp> {
     let (seconds, fraction) = text.split_once('.')?;
     if fraction == CARRIED {
@@ -246,7 +246,7 @@ fn micros(text: &str) -> Option<Timestamp> {
     Some(Timestamp::from_micros(micros))
 }
 
-/// Pairs of hexadecimal digits, as `candump` writes them; dots between them are allowed.
+/// Parses pairs of hexadecimal digits, as written by `candump`; dots between them are allowed.
 fn bytes(text: &str) -> Option<Vec<u8>> {
     let digits: Vec<char> = text.chars().filter(|c| *c != '.').collect();
     digits
@@ -285,14 +285,14 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_is_written_as_candump_writes_it_and_read_back() {
+    fn frame_in_candump_format_round_trips() {
         assert_eq!(logged().line("can0").to_string(), LINE);
         let read = Some(line_of(Some(logged().at), logged().frame));
         for line in [
             LINE.to_owned(),
             format!("{LINE} R"),
             format!(" {LINE} T\r"),
-            // A length sent that is more than eight, and time in nanoseconds.
+            // A raw length of more than eight, and a time in nanoseconds.
             format!("{LINE}_E"),
             LINE.replace(".000114)", ".000114999)"),
         ] {
@@ -303,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_that_no_foot_sends_are_lines_of_a_log_too() {
+    fn frames_not_sent_by_a_foot_are_recognised() {
         for (frame, other) in [
             ("123#R", Other::Remote),
             ("123#R0", Other::Remote),
@@ -323,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_line_of_a_log_is_refused() {
+    fn invalid_log_lines_are_rejected() {
         for line in [
             "",
             "(1609459200.000114) can0 191",
@@ -355,7 +355,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_is_read_as_it_is_printed_on_a_terminal() {
+    fn frame_in_terminal_format_is_read() {
         let frame = logged().frame;
         let at = |micros| Some(Timestamp::from_micros(micros));
         let since_1970 = logged().at.as_micros();
@@ -414,7 +414,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_line_of_a_terminal_is_refused() {
+    fn invalid_terminal_lines_are_rejected() {
         for line in [
             "can0",
             "can0  191",
@@ -452,7 +452,7 @@ mod tests {
     }
 
     #[test]
-    fn a_second_that_asc2log_has_not_carried_is_carried() {
+    fn uncarried_second_of_asc2log_is_carried() {
         let time = |text| parse(text).and_then(|line| line.time);
         assert_eq!(
             time("(1795234497.1000000) can0 191#FF R").map(Timestamp::as_micros),
@@ -463,13 +463,13 @@ mod tests {
     }
 
     #[test]
-    fn what_an_error_frame_means_is_an_event() {
+    fn explanation_of_an_error_frame_is_an_event() {
         let line = "\tcontroller-problem{tx-error-warning}";
         assert_eq!(content(line), Some(Content::Other(Other::Event)));
     }
 
     #[test]
-    fn frames_that_candump_says_it_lost_are_counted() {
+    fn dropcount_line_counts_lost_frames() {
         let line = "DROPCOUNT: dropped 3 CAN frames on 'can0' socket (total drops 3)";
         assert_eq!(content(line), Some(Content::Dropped(3)));
     }

@@ -1,13 +1,13 @@
-//! Logs of CAN frames, as the usual programs write them.
+//! Formats of CAN logs written by common programs.
 //!
 //! | idea | file |
 //! |---|---|
-//! | a frame and when it was received; a reader for each form of log | this one |
-//! | which form a file has, from its first lines | [`recognise`] |
-//! | can-utils: `candump -l`, and what `candump` prints on a terminal | [`candump`] |
+//! | a frame with its time of reception; a reader for each format | this one |
+//! | detection of the format from the first lines | [`recognise`] |
+//! | can-utils: `candump -l`, and terminal output of `candump` | [`candump`] |
 //! | Vector's ASC | [`asc`] |
 //! | python-can's CSV | [`python_can`] |
-//! | times and bytes as text | `text` |
+//! | parsing of times and bytes | `text` |
 
 pub mod asc;
 pub mod candump;
@@ -22,7 +22,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use wire::CanFrame;
 
-/// A frame and when it was received.
+/// A frame with its time of reception.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Logged {
     /// Time since 1970, µs.
@@ -32,7 +32,7 @@ pub struct Logged {
 }
 
 impl Logged {
-    /// The line of a log of `candump -l`, without its end.
+    /// Formats the frame as a line of `candump -l`, without line feed.
     #[must_use]
     pub fn line(self, interface: &str) -> impl fmt::Display {
         let micros = self.at.as_micros();
@@ -54,47 +54,47 @@ impl Logged {
 /// A line of a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Line<'a> {
-    /// What the log says of the time; `None` where it says nothing.
+    /// Time in the log, if given.
     pub time: Option<Timestamp>,
-    /// What the line holds.
+    /// Content of the line.
     pub content: Content<'a>,
 }
 
-/// What a line of a log holds.
+/// Content of a line of a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content<'a> {
-    /// A classic data frame with a standard identifier, and the interface that received it, blank
-    /// where the log does not name it.
+    /// A classic data frame with a standard identifier, and the interface that received it; blank if the
+    /// log does not name it.
     Frame(&'a str, CanFrame),
-    /// A frame that no foot sends.
+    /// An entry that no foot sends.
     Other(Other),
-    /// The number of frames that were lost between the bus and the log.
+    /// Number of frames lost between the bus and the log.
     Dropped(u64),
-    /// No frame, but part of such a log: a header, a comment, the rest of another line.
+    /// A valid line without a frame: a header, a comment, the rest of another line.
     Aside,
 }
 
 /// Kinds of entries that no foot sends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Other {
-    /// A request for a frame, without data.
+    /// A remote frame.
     Remote,
     /// A data frame with an identifier of 29 bits.
     Extended,
-    /// A report of the interface on an error of the bus.
+    /// An error frame of the interface.
     Error,
-    /// A frame of CAN FD.
+    /// A CAN FD frame.
     Fd,
     /// An event of the logging program or of another bus.
     Event,
 }
 
-/// What the times of a log of `candump` count from.
+/// Reference of the times in a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Times {
-    /// From one moment: 1970, or the first frame.
+    /// Relative to one moment: 1970, or the first frame.
     Absolute,
-    /// From the frame before (`candump -td`).
+    /// Relative to the previous frame (`candump -td`).
     Differences,
 }
 
@@ -124,7 +124,7 @@ impl Form {
         }
     }
 
-    /// A line of it.
+    /// An example line.
     #[must_use]
     pub const fn example(self) -> &'static str {
         match self {
@@ -144,12 +144,12 @@ pub struct Reader {
     form: Form,
     times: Times,
     asc: asc::Header,
-    /// Where times are differences: their sum so far, µs.
+    /// Sum of the times so far if they are differences, µs.
     elapsed: u64,
 }
 
 impl Reader {
-    /// A reader of logs of this form; an ASC says itself what its times count from.
+    /// Creates a reader for `form`. `times` is ignored for ASC, whose header states it.
     #[must_use]
     pub fn new(form: Form, times: Times) -> Self {
         Self {
@@ -160,22 +160,22 @@ impl Reader {
         }
     }
 
-    /// The form that it reads.
+    /// The format that it reads.
     #[must_use]
     pub const fn form(&self) -> Form {
         self.form
     }
 
-    /// What the times count from.
+    /// Reference of the times.
     #[must_use]
     pub const fn times(&self) -> Times {
         self.times
     }
 
-    /// Reads the next line; `None` where it is not a line of a log.
+    /// Reads the next line; `None` if it is not a line of the log's format.
     pub fn read<'a>(&mut self, line: &'a str) -> Option<Line<'a>> {
         let mut read = match self.form {
-            // One file may have both: a terminal's output appended to a log.
+            // A file may contain both: terminal output appended to a log.
             Form::CandumpLog | Form::CandumpTerminal => candump::parse(line)?,
             Form::VectorAsc => {
                 let read = self.asc.read(line)?;
@@ -192,7 +192,7 @@ impl Reader {
     }
 }
 
-/// Whether a name of an interface can stand in a table.
+/// Returns whether the name of an interface can be written to a table.
 fn is_name(name: &str) -> bool {
     let allowed = |byte: u8| byte.is_ascii_graphic() && !matches!(byte, b',' | b'"');
     !name.is_empty() && name.bytes().all(allowed)

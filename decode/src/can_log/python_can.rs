@@ -7,10 +7,10 @@ use estimator_core::Timestamp;
 use super::text::{Identifier, seconds};
 use super::{Content, Line, Other};
 
-/// The first line of each such file.
+/// First line of each file.
 pub const HEADER: &str = "timestamp,arbitration_id,extended,remote,error,dlc,data";
 
-/// Reads a line; `None` where it is not a row of such a table.
+/// Reads a line; `None` if it is not a row of such a table.
 #[must_use]
 pub fn parse(line: &str) -> Option<Line<'_>> {
     let line = line.trim();
@@ -41,7 +41,7 @@ pub fn parse(line: &str) -> Option<Line<'_>> {
     } else if remote {
         Content::Other(Other::Remote)
     } else if length > 8 {
-        // The table does not say it of shorter ones.
+        // The table does not distinguish shorter FD frames.
         Content::Other(Other::Fd)
     } else {
         id.frame("", &data)?
@@ -49,7 +49,7 @@ pub fn parse(line: &str) -> Option<Line<'_>> {
     Some(Line { time, content })
 }
 
-/// Seconds as Python writes a float.
+/// Parses seconds formatted as a Python float.
 fn time(text: &str) -> Option<Timestamp> {
     if let Some(time) = seconds(text) {
         return Some(time);
@@ -58,7 +58,7 @@ fn time(text: &str) -> Option<Timestamp> {
         .bytes()
         .all(|byte| byte.is_ascii_digit() || matches!(byte, b'.' | b'e' | b'-' | b'+'));
     let micros = text.parse::<f64>().ok().filter(|_| is_float)? * 1e6;
-    // Up to here a float holds every microsecond.
+    // A float represents every microsecond up to this limit.
     let limit = (1_u64 << 53) as f64;
     (0.0..limit)
         .contains(&micros)
@@ -73,7 +73,7 @@ mod tests {
     const LINE: &str = "1609459200.000111,0x191,0,0,0,8,//+AgAwAB9g=";
 
     #[test]
-    fn a_frame_is_read_as_python_can_writes_it() {
+    fn frame_written_by_python_can_is_read() {
         let data = [0xFF, 0xFF, 0x80, 0x80, 0x0C, 0x00, 0x07, 0xD8];
         let read = parse(LINE).unwrap();
         assert_eq!(
@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_that_no_foot_sends_are_lines_too() {
+    fn frames_not_sent_by_a_foot_are_recognised() {
         for (line, content) in [
             (HEADER, Content::Aside),
             (
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_line_is_refused() {
+    fn invalid_lines_are_rejected() {
         for line in [
             "",
             "1609459200.000111,0x191,0,0,0,8,//+AgAwAB9g",

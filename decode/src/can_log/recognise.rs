@@ -1,11 +1,11 @@
-//! Which form of log a file is, from its first lines.
+//! Detection of the format of a log from its first lines.
 
 use estimator_core::Timestamp;
 
 use super::{Content, Form, Line, Reader, Times, asc, candump, python_can};
 
-/// A reader for the log that begins with these bytes; `None` where no line is one of a log. The
-/// first line that only one form has decides. Bytes that are no text are passed over.
+/// Returns a reader for the log that begins with these bytes; `None` if no line matches a format. The
+/// first line that matches decides. Bytes that are not text are skipped.
 #[must_use]
 pub fn recognise(head: &[u8]) -> Option<Reader> {
     let text = String::from_utf8_lossy(head);
@@ -36,10 +36,11 @@ fn is_frame(line: Option<Line<'_>>) -> bool {
     matches!(line, Some(line) if matches!(line.content, Content::Frame(..)))
 }
 
-/// No two frames of a log are as far apart, µs: eleven days.
+/// Upper limit of the time between two frames of a log, µs: eleven days.
 const LONGEST_DIFFERENCE_US: u64 = 1_000_000_000_000;
 
-/// Times since one moment hardly ever fall; differences do every few lines.
+/// Distinguishes differences from absolute times: absolute times rarely decrease, differences do every few
+/// lines.
 fn printed_times(text: &str) -> Times {
     let times: Vec<u64> = text
         .lines()
@@ -48,10 +49,10 @@ fn printed_times(text: &str) -> Times {
         .collect();
     let falls = times.windows(2).filter(|pair| pair[1] < pair[0]).count();
     let rises = times.windows(2).filter(|pair| pair[1] > pair[0]).count();
-    // Frames of a steady bus: the same difference again and again.
+    // A steady bus repeats the same difference.
     let is_steady = rises <= 1 && times.len() > 2 && times.last() > Some(&0);
     if times.iter().any(|time| *time > LONGEST_DIFFERENCE_US) {
-        // Since 1970, where the clocks of two interfaces may differ, or stamp several at once.
+        // Times since 1970: the clocks of two interfaces may differ, or stamp several frames alike.
         return Times::Absolute;
     }
     if falls * 10 > falls + rises || is_steady {
@@ -70,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_line_of_a_log_says_which_it_is() {
+    fn first_valid_line_determines_the_format() {
         for form in [
             Form::CandumpLog,
             Form::CandumpTerminal,
@@ -101,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn differences_are_told_from_times_since_the_start() {
+    fn differences_are_distinguished_from_absolute_times() {
         let log = |times: &[&str]| {
             let line = |time: &&str| format!(" ({time})  can0  191   [1]  00\n");
             recognised(&times.iter().map(line).collect::<String>()).map(|(_, times)| times)

@@ -1,11 +1,11 @@
-//! Times and bytes of logs, from text.
+//! Parsing of times and bytes in logs.
 
 use estimator_core::Timestamp;
 use wire::CanFrame;
 
 use super::{Content, Other};
 
-/// Seconds with one to nine decimals, rounded to microseconds.
+/// Parses seconds with one to nine decimals, rounded to microseconds.
 pub(super) fn seconds(text: &str) -> Option<Timestamp> {
     let (whole, fraction) = text.split_once('.')?;
     let digits = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
@@ -21,8 +21,8 @@ pub(super) fn seconds(text: &str) -> Option<Timestamp> {
     Some(Timestamp::from_micros(micros))
 }
 
-/// Bytes, a word each, in this base; at most 64. Hexadecimal ones have two digits: one that is cut
-/// off does not.
+/// Parses bytes, one per word, in the given base; at most 64. A hexadecimal byte must have two digits, so
+/// that a truncated one is rejected.
 pub(super) fn bytes<'a>(words: impl Iterator<Item = &'a str>, base: u32) -> Option<Payload> {
     let mut payload = Payload::default();
     for word in words {
@@ -35,7 +35,7 @@ pub(super) fn bytes<'a>(words: impl Iterator<Item = &'a str>, base: u32) -> Opti
     Some(payload)
 }
 
-/// The data of a frame, of CAN FD too.
+/// Data of a frame, including CAN FD.
 pub(super) struct Payload {
     bytes: [u8; 64],
     length: usize,
@@ -59,14 +59,14 @@ impl Payload {
 /// An identifier and its width.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Identifier {
-    /// Of 11 bits.
+    /// 11 bits.
     Standard(u16),
-    /// Of 29 bits.
+    /// 29 bits.
     Extended,
 }
 
 impl Identifier {
-    /// `None` where it has too many bits.
+    /// Returns `None` if `id` has too many bits.
     pub(super) fn new(id: u32, is_extended: bool) -> Option<Self> {
         match (is_extended, id) {
             (false, 0..=0x7FF) => Some(Self::Standard(id as u16)),
@@ -75,7 +75,7 @@ impl Identifier {
         }
     }
 
-    /// A data frame of classic CAN with this identifier; `None` with more than eight bytes.
+    /// A classic data frame with this identifier; `None` for more than eight bytes.
     pub(super) fn frame<'a>(self, interface: &'a str, data: &[u8]) -> Option<Content<'a>> {
         match self {
             Self::Standard(id) => Some(Content::Frame(interface, CanFrame::new(id, data)?)),

@@ -1,4 +1,4 @@
-//! The inclination: a low-pass of the specific force in the world frame, and how far it may pull.
+//! Inclination correction: a low-pass of the specific force in the world frame, with a variable gain.
 //!
 //! A second-order Butterworth low-pass runs in its own time, which passes as fast as the samples
 //! are worth: a scalar Riccati equation weighs the doubt that grows with time and turning against
@@ -15,12 +15,12 @@ const START_TIME_CONSTANT: f32 = 0.1;
 /// Growth of doubt with the angular rate, s/rad: a gyroscope's scale error turns with it.
 const RATE_DOUBT: f32 = 0.1;
 
-/// Time constant that clipped accelerometer samples bring the correction to, s.
+/// Time constant of the correction after clipped accelerometer samples, s.
 const ACCELEROMETER_CLIPPED: f32 = 1.0;
 
-/// How long the accelerometer must clip for that, s. What clips is left out, so the mean of a
-/// stride lacks what stopped the foot: a runner's landing, which clips for a few milliseconds,
-/// must not make the filter believe that mean. With 20 ms it tilts by 2.8° in a run, with this by
+/// Clipping time of the accelerometer for its full effect, s. Clipped samples are left out, so the
+/// mean of a stride lacks the force that stopped the foot: a runner's landing, which clips for a few ms,
+/// must not pull the filter towards that mean. With 20 ms it tilts by 2.8° in a run, with this value by
 /// 1.3°. A foot that clips for longer has hit something that its gyroscope may not have followed.
 const ACCELEROMETER_CLIPPING_TIME: f32 = 0.1;
 
@@ -29,23 +29,23 @@ const ACCELEROMETER_CLIPPING_TIME: f32 = 0.1;
 /// forces of a run's landings tilt the estimate by 7° instead of 0.5°.
 const TURN_DOUBT: f32 = 1.0;
 
-/// Time constant that a gap brings the correction to, s: the turn in it is a guess, but a better
-/// one than the mean of a part of a stride. With 0.3 s, runs tilt three times as far.
+/// Time constant of the correction after a gap, s: the turn in it is a guess, but a better one
+/// than the mean of a part of a stride. With 0.3 s, runs tilt three times as far.
 pub(super) const GAP: f32 = 1.0;
 
-/// Time constant that clipped gyroscope samples, or a turn that is not known, bring it to, s.
+/// Time constant of the correction after clipped gyroscope samples or an unknown turn, s.
 pub(super) const TURN_UNKNOWN: f32 = 0.3;
 
-/// How long the gyroscope must clip for its full effect, s: a single clipped sample does little.
+/// Clipping time of the gyroscope for its full effect, s: a single clipped sample does little.
 const GYROSCOPE_CLIPPING_TIME: f32 = 0.02;
 
 /// Largest correction within one step, rad.
 const LARGEST_CORRECTION: f32 = 0.25;
 
-/// The inclination counts as settled once the correction has become this slow, s …
+/// Time constant of the correction, s, from which the inclination counts as settled …
 const SETTLED_TIME_CONSTANT: f32 = 2.0;
 
-/// … and has stayed so for this long, s.
+/// … once it has lasted this long, s.
 const SETTLED_DURATION: f32 = 0.05;
 
 #[derive(Clone, Copy, Debug)]
@@ -62,7 +62,7 @@ impl InclinationCoefficients {
     }
 }
 
-/// The state of the inclination correction.
+/// State of the inclination correction.
 #[derive(Clone, Debug)]
 pub(super) struct Inclination {
     coefficients: InclinationCoefficients,
@@ -70,9 +70,9 @@ pub(super) struct Inclination {
     doubt: f32,
     /// The low-passed specific force, world frame, m/s².
     force: Vec3,
-    /// Its speed in the filter's own time, m/s².
+    /// Rate of change of the low-passed force in the filter's own time, m/s².
     speed: Vec3,
-    /// How long the inclination has been settled, s.
+    /// Time for which the inclination has been settled, s.
     settled: f32,
 }
 
@@ -87,7 +87,7 @@ impl Inclination {
         }
     }
 
-    /// Lets doubt grow over a step of `dt` s, in which the foot's turn may be wrong by an angle whose
+    /// Increases the doubt over a step of `dt` s, in which the foot's turn may be wrong by an angle whose
     /// square is `spread_squared`, rad².
     pub(super) fn grow_doubt(
         &mut self,
@@ -107,7 +107,7 @@ impl Inclination {
         self.doubt = self.doubt.lesser(1.0 / START_TIME_CONSTANT);
     }
 
-    /// Up is lost, and has to settle again with this time constant, s.
+    /// Marks up as lost; it has to settle again with this time constant, s.
     pub(super) fn lose(&mut self, time_constant: f32) {
         self.raise_towards(time_constant, 1.0);
         self.settled = 0.0;
@@ -120,12 +120,12 @@ impl Inclination {
         self.doubt = self.doubt.greater(raised);
     }
 
-    /// Takes in the specific force of a sample with the relative `noise` and returns the
-    /// correction that brings its low-pass upright.
+    /// Processes the specific force of a sample with the relative `noise` and returns the
+    /// correction that brings the low-passed force upright.
     pub(super) fn correct(&mut self, force_world: Vec3, noise: f32, dt: f32) -> Correction {
         let evidence = self.doubt * dt / noise;
         self.doubt /= 1.0 + evidence;
-        // One step of implicit Euler, stable whatever the gain is.
+        // One step of implicit Euler, stable at any gain.
         let step = 2.0 * evidence / (1.0 + evidence);
         let damping = 1.0 / (1.0 + core::f32::consts::SQRT_2 * step + step * step);
         self.speed = (self.speed + (force_world - self.force) * step) * damping;
@@ -137,7 +137,7 @@ impl Inclination {
         correction
     }
 
-    /// Whether the inclination has settled, after another `dt` s.
+    /// Returns whether the inclination has settled, after another `dt` s.
     pub(super) fn has_settled(&mut self, dt: f32) -> bool {
         if self.doubt * SETTLED_TIME_CONSTANT <= 1.0 {
             self.settled = (self.settled + dt).lesser(SETTLED_DURATION);
@@ -148,7 +148,7 @@ impl Inclination {
     }
 }
 
-/// A small turn of the world frame about a horizontal axis.
+/// Small rotation of the world frame about a horizontal axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Correction {
     /// rad about world x.
@@ -158,14 +158,14 @@ pub(super) struct Correction {
 }
 
 impl Correction {
-    /// The turn that takes `force` towards world z.
+    /// The rotation that takes `force` towards world z.
     fn upright(force: Vec3) -> Self {
         // The small number keeps a vanishing force from dividing by zero.
         let inverse = 1.0 / crate::root::sqrt(force.dot(force) + 1.0e-6);
         let (x, y) = (force.y * inverse, -force.x * inverse);
         let largest = x.abs().greater(y.abs());
         if force.z < 0.0 && largest < LARGEST_CORRECTION {
-            // Upside down, where the sine of the tilt is small again: any axis leads out.
+            // Upside down, where the sine of the tilt is small again, any axis leads out.
             return Self {
                 x: LARGEST_CORRECTION,
                 y: 0.0,
@@ -182,7 +182,7 @@ impl Correction {
         }
     }
 
-    /// The orientation after the turn of the world frame.
+    /// Returns the orientation after the rotation of the world frame.
     pub(super) fn apply(self, orientation: Quaternion) -> Quaternion {
         let (x, y) = (0.5 * self.x, 0.5 * self.y);
         let turn = Quaternion {
@@ -194,12 +194,12 @@ impl Correction {
         turn.multiply(orientation).renormalised()
     }
 
-    /// The turn as a vector, rad, world frame.
+    /// The rotation as a vector, rad, world frame.
     pub(super) const fn vector(self) -> Vec3 {
         Vec3::new(self.x, self.y, 0.0)
     }
 
-    /// A world-frame vector after the turn, to first order.
+    /// Returns a world-frame vector after the rotation, to first order.
     pub(super) fn turn(self, vector: Vec3) -> Vec3 {
         vector + self.vector().cross(vector)
     }
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn in_steady_motion_the_time_constant_becomes_the_one_that_was_set() {
+    fn time_constant_in_steady_motion_is_the_configured_one() {
         let mut inclination = inclination();
         let up = Vec3::new(0.0, 0.0, STANDARD_GRAVITY);
         for _ in 0..60_000 {
@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn the_further_a_turn_may_be_wrong_the_more_doubt_there_is() {
+    fn doubt_grows_with_the_uncertainty_of_the_turn() {
         let doubt_after = |spread_squared: f32| {
             let mut settled = inclination();
             settled.doubt = 0.2;
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_leaves_more_doubt_than_motion_and_less_than_a_turn_that_is_not_known() {
+    fn gap_leaves_more_doubt_than_motion_and_less_than_unknown_turn() {
         let doubt_after = |time_constant: f32| {
             let mut settled = inclination();
             settled.doubt = 0.2;
@@ -298,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn a_correction_turns_the_orientation_as_it_turns_vectors_and_keeps_its_length() {
+    fn correction_turns_orientation_and_vectors_alike() {
         for (x, y) in [(0.1, 0.0), (0.0, -0.1), (0.15, 0.2)] {
             let up = Correction { x, y }.apply(Quaternion::IDENTITY).up();
             // World z, seen from a sensor that was turned by (x, y).

@@ -1,4 +1,4 @@
-//! What can be set in the attitude filter, and what that comes to at a sample rate.
+//! Parameters of the attitude filter, and its coefficients at a sample rate.
 
 use super::inclination::InclinationCoefficients;
 use super::quietness::QuietnessCoefficients;
@@ -7,10 +7,10 @@ use crate::rest::{RestCoefficients, RestParams};
 use crate::units::{DEGREE, STANDARD_GRAVITY};
 
 /// Longest time between samples, s, across which the gyroscope can be integrated for a foot that
-/// swings; at low rates it is three sample periods. Beyond it is a gap, in which up is lost.
+/// swings; three sample periods at low rates. A longer time is a gap, in which up is lost.
 ///
-/// Where 5 % of the samples are lost in bursts, this is what the change of rate between the two
-/// samples on either side leaves in the stances of simulated feet (RMS of the tilt):
+/// RMS of the tilt in the stances of simulated feet with 5 % of the samples lost in bursts; the error
+/// comes from the change of rate between the two samples on either side:
 ///
 /// | burst | walk | trot | run |
 /// |---|---|---|---|
@@ -21,11 +21,11 @@ use crate::units::{DEGREE, STANDARD_GRAVITY};
 /// | 40 ms | 1.0° | 3.7° | 4.1° |
 const LONGEST_STEP: f32 = 0.03;
 
-/// Longest gap, s, in which the two samples on either side are still the best guess of how far the
-/// foot turned: less than a swing takes.
+/// Longest gap, s, across which the two samples on either side are used to estimate how far the
+/// foot turned: shorter than a swing.
 const LONGEST_GUESS: f32 = 0.1;
 
-/// When, within the time between two samples, the gyroscope measured what a sample says.
+/// Time within the sample period to which a gyroscope sample refers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GyroTiming {
     /// A sample is the mean over the sample period that ends with it, as from a sensor whose
@@ -36,15 +36,15 @@ pub enum GyroTiming {
     Delay(f32),
 }
 
-/// What can be set in the attitude filter. Times are in seconds; the result does not depend on
+/// Parameters of the attitude filter. Times are in seconds; the result does not depend on
 /// the sample rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AttitudeParams {
-    /// When the gyroscope measured what a sample says.
+    /// Time to which a gyroscope sample refers.
     pub gyro_timing: GyroTiming,
     /// Time constant of the inclination correction while the foot moves, s.
     pub motion_time_constant: f32,
-    /// How many times faster the correction is where the foot is perfectly quiet.
+    /// Factor by which the correction is faster while the foot is perfectly quiet.
     pub quiet_gain: f32,
     /// Deviation of the acceleration from its short mean that still counts as quiet, m/s²: a few times the sensor's noise.
     pub quiet_acceleration: f32,
@@ -61,16 +61,16 @@ impl Default for AttitudeParams {
 }
 
 impl AttitudeParams {
-    /// The same for every sensor, robot and rate. Chosen on the six BROAD trials, the GO1
+    /// Valid for every sensor, robot and rate. Chosen on the six BROAD trials, the GO1
     /// recordings and a simulated foot together.
     ///
     /// | field | value | reason |
     /// |---|---|---|
-    /// | `gyro_timing` | period mean | what a low-pass at a third of the rate makes of a gyroscope |
+    /// | `gyro_timing` | period mean | the delay of a low-pass at a third of the rate |
     /// | `motion_time_constant` | 5 s | 4 to 6 s give the same; VQF uses 3 s with √2/3 where this has 2/5 rad/s |
     /// | `quiet_gain` | 200 | tilt settles within a short stance; 30 is too slow for a foot on a mattress, 600 costs accuracy in the hand |
     /// | `quiet_acceleration` | 0.025 g | a dozen times the sensor's noise of 2 mg; more lets flat sliding pass for rest |
-    /// | `quiet_rate` | 3 °/s | above what a loaded leg trembles, far below a swing |
+    /// | `quiet_rate` | 3 °/s | above the trembling of a loaded leg, far below a swing |
     pub const DEFAULT: Self = Self {
         gyro_timing: GyroTiming::PeriodMean,
         motion_time_constant: 5.0,
@@ -81,16 +81,16 @@ impl AttitudeParams {
     };
 }
 
-/// Validated [`AttitudeParams`] in the form the filter computes with.
+/// Validated [`AttitudeParams`] in the form used by the filter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AttitudeCoefficients {
-    /// s.
+    /// Sample period, s.
     pub(super) period: f32,
-    /// s.
+    /// Longest time between samples that is integrated over, s.
     pub(super) longest_step: f32,
-    /// s.
+    /// Longest gap across which the turn is estimated, s.
     pub(super) longest_guess: f32,
-    /// s.
+    /// Delay of the gyroscope, s.
     pub(super) gyro_delay: f32,
     pub(super) inclination: InclinationCoefficients,
     pub(super) quietness: QuietnessCoefficients,
@@ -98,7 +98,7 @@ pub(crate) struct AttitudeCoefficients {
 }
 
 impl AttitudeCoefficients {
-    /// Of parameters that have been checked, and the rate at which samples arrive, Hz.
+    /// Coefficients of checked parameters at a sample rate, Hz.
     pub fn new(params: &AttitudeParams, sample_rate: f32) -> Self {
         Self {
             period: 1.0 / sample_rate,

@@ -1,29 +1,29 @@
-//! How quiet the foot is, and so how much an accelerometer sample says about up.
+//! Quietness of the foot, which sets the weight of an accelerometer sample in the estimate of up.
 
 use super::inclination::Correction;
 use crate::order::Order;
 use crate::units::{DEGREE, STANDARD_GRAVITY};
 use crate::vector::Vec3;
 
-/// Time constant of the short mean that deviations are taken from, s. Shorter than a stance;
-/// from 0.1 s on, a gyroscope that clipped in the swing is not made good in the stance.
+/// Time constant of the short mean that deviations are measured from, s. Shorter than a stance;
+/// from 0.1 s on, clipping of the gyroscope in the swing is not corrected in the stance.
 const MEAN_TIME_CONSTANT: f32 = 0.04;
 
-/// Time constant with which an impact is forgotten, s.
+/// Time constant of the decay after an impact, s.
 const RELEASE_TIME_CONSTANT: f32 = 0.025;
 
-/// One sample's deviation counts for at most this much, m/s²: an impact of 16 g is forgotten as
+/// Largest deviation that a sample counts for, m/s²: an impact of 16 g decays as
 /// fast as one of half a g.
 const LARGEST_DEVIATION: f32 = 0.5 * STANDARD_GRAVITY;
 
-/// The same for the angular rate, rad/s.
+/// Largest angular rate that a sample counts for, rad/s.
 const LARGEST_RATE: f32 = 100.0 * DEGREE;
 
-/// Share of a sample's own deviation that counts at once, so that the first sample of an impact
-/// is met with distrust already.
+/// Share of a sample's own deviation that counts at once, so that even the first sample of an
+/// impact has little weight.
 const ATTACK: f32 = 0.5;
 
-/// Weight of the force's difference from 1 g in the deviation: what a steady push has, too.
+/// Weight of the force's difference from 1 g in the deviation; a steady push has such a difference.
 const MAGNITUDE_WEIGHT: f32 = 0.7;
 
 #[derive(Clone, Copy, Debug)]
@@ -56,7 +56,7 @@ pub(super) struct Quietness {
 }
 
 impl Quietness {
-    /// Begins as if an impact had just passed: quiet has to be seen first.
+    /// Starts as if an impact had just passed: quiet has to be observed first.
     pub(super) const fn new(coefficients: QuietnessCoefficients) -> Self {
         Self {
             coefficients,
@@ -70,14 +70,14 @@ impl Quietness {
         self.mean = Vec3::new(0.0, 0.0, force_magnitude);
     }
 
-    /// Goes back to the beginning: quiet has to be seen again.
+    /// Returns to the initial state: quiet has to be observed again.
     pub(super) const fn forget(&mut self) {
         self.deviation = LARGEST_DEVIATION;
         self.rate = LARGEST_RATE;
     }
 
-    /// Takes in a sample and returns its noise relative to one in motion: 1 in motion, for all
-    /// samples alike, down to 1/`quiet_gain` in perfect quiet.
+    /// Processes a sample and returns its noise relative to one in motion: 1 for all samples in
+    /// motion, down to 1/`quiet_gain` in perfect quiet.
     pub(super) fn update(
         &mut self,
         force_world: Vec3,
@@ -108,7 +108,7 @@ impl Quietness {
         ((1.0 + unrest * unrest) * self.coefficients.least_noise).lesser(1.0)
     }
 
-    /// Follows a correction of the world frame.
+    /// Applies a correction of the world frame.
     pub(super) fn turn_frame(&mut self, correction: Correction) {
         self.mean = correction.turn(self.mean);
     }
@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_sample_of_an_impact_is_met_with_distrust() {
+    fn first_sample_of_an_impact_has_little_weight() {
         let mut quietness = quietness();
         settle(&mut quietness, 1.0);
         let impact = Vec3::new(60.0, 0.0, 30.0);
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn a_turning_foot_is_not_quiet_however_smooth_its_acceleration() {
+    fn smoothly_turning_foot_is_not_quiet() {
         let mut quietness = quietness();
         settle(&mut quietness, 1.0);
         let up = Vec3::new(0.0, 0.0, STANDARD_GRAVITY);
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn an_impact_moves_the_mean_no_further_however_hard_it_is() {
+    fn impact_moves_the_mean_by_a_bounded_amount() {
         let mean_after = |force: f32| {
             let mut quietness = quietness();
             let force = Vec3::new(force, 0.0, STANDARD_GRAVITY);

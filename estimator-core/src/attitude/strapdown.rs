@@ -1,27 +1,27 @@
-//! Strapdown integration: from angular rate to a small turn.
+//! Strapdown integration of the angular rate to a small rotation.
 
 use crate::step::{Continuity, Step};
 use crate::vector::{Quaternion, Vec3};
 
-/// Turns beyond this within one step (rad, squared) are not integrated: the series would no
-/// longer hold, and at such rates one sample does not say where the sensor has got to.
+/// Largest rotation integrated within one step (rad, squared): beyond it the series does not
+/// hold, and at such rates one sample does not determine the sensor's orientation.
 const LARGEST_TURN_SQUARED: f32 = 1.0;
 
-/// What happened between two samples.
+/// Rotation between two samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Turn {
     /// The sensor turned by this much, in its own frame.
     By(Increment),
-    /// It is not known how far it turned.
+    /// The rotation is unknown.
     Unknown,
 }
 
-/// A turn and how far it may be wrong.
+/// A rotation and its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Increment {
     /// From the sensor's axes at this sample to those at the sample before.
     pub(super) turn: Quaternion,
-    /// Square of what lies between a change of rate right after the sample before and one right
+    /// Square of the difference between a change of rate right after the previous sample and one right
     /// before this sample, rad².
     pub(super) spread_squared: f32,
 }
@@ -45,8 +45,8 @@ impl Strapdown {
         self.previous_rate = rate;
     }
 
-    /// The turn since the sample before. Between two samples the rate changes linearly, and each
-    /// lies `gyro_delay` behind its timestamp: the trapezoid is moved ahead by that.
+    /// Returns the rotation since the previous sample. The rate changes linearly between samples, and
+    /// each sample lies `gyro_delay` behind its timestamp: the trapezoid is shifted by that.
     pub(super) fn turn(&mut self, rate: Vec3, bias: Vec3, step: Step) -> Turn {
         let change = rate - self.previous_rate;
         self.previous_rate = rate;
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn across_a_gap_the_foot_turns_at_the_mean_of_the_rates_on_both_sides() {
+    fn turn_across_a_gap_uses_the_mean_of_both_rates() {
         let mut strapdown = Strapdown::new(0.0);
         strapdown.start(Vec3::new(1.0, 0.0, 0.0));
         let gap = Step {
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn after_an_interruption_or_at_an_impossible_rate_the_turn_is_unknown() {
+    fn turn_is_unknown_after_interruption_or_impossible_rate() {
         let mut strapdown = Strapdown::new(0.0);
         let interruption = Step {
             seconds: 0.001,

@@ -2,10 +2,10 @@
 //!
 //! f64 arithmetic in the compiler is the same on every host, so the table is too.
 
-// All of this runs at compile time, where an index out of range is a build error.
+// This code runs at compile time only, where an index out of range is a build error.
 #![allow(clippy::indexing_slicing)]
 
-/// Where the error function is 1 to within half an f32 step: 1 − erf(4) = 1.5e-8.
+/// Argument at which the error function is 1 to within half an f32 step: 1 − erf(4) = 1.5e-8.
 const SATURATION: usize = 4;
 
 /// Pieces per unit of the argument. With 16, the cubic's own error is below 3e-8.

@@ -1,4 +1,4 @@
-//! A mounting from text, on a command line and in a file.
+//! Parsing of a mounting from text, on a command line and in a file.
 
 use core::str::FromStr;
 
@@ -14,7 +14,7 @@ fn axis(name: &str) -> Option<SensorAxis> {
 impl FromStr for MountingParams {
     type Err = MountingError;
 
-    /// Reads three axes or the four numbers w, x, y, z, separated by commas.
+    /// Parses three axes or the four numbers w, x, y, z, separated by commas.
     fn from_str(text: &str) -> Result<Self, MountingError> {
         parts(text)
             .and_then(|axes| all(axes, axis))
@@ -30,13 +30,13 @@ impl FromStr for MountingParams {
 impl FromStr for Mounting {
     type Err = MountingError;
 
-    /// Reads what [`MountingParams`] reads, and checks it.
+    /// Parses [`MountingParams`] and validates them.
     fn from_str(text: &str) -> Result<Self, MountingError> {
         text.parse::<MountingParams>()?.validate()
     }
 }
 
-/// The parts of a text, where there are as many.
+/// Splits a text at commas; `None` unless there are exactly `N` parts.
 fn parts<const N: usize>(text: &str) -> Option<[&str; N]> {
     let mut split = text.split(',').map(str::trim);
     let parts = [(); N].map(|()| split.next());
@@ -46,7 +46,7 @@ fn parts<const N: usize>(text: &str) -> Option<[&str; N]> {
     }
 }
 
-/// Each of them as something else, where all can be.
+/// Converts each element; `None` if any conversion fails.
 fn all<T: Copy, U: Copy + Default, const N: usize>(
     from: [T; N],
     read: impl Fn(T) -> Option<U>,

@@ -4,7 +4,7 @@ use std::vec::Vec;
 
 use super::*;
 
-/// All ways in which three axes can be written.
+/// All combinations of three axes.
 fn all_ways() -> Vec<[SensorAxis; 3]> {
     let mut ways = Vec::new();
     for x in SensorAxis::ALL {
@@ -30,7 +30,7 @@ fn bits(vector: Vec3) -> [u32; 3] {
 const READING: Vec3 = Vec3::new(0.25, -0.0, 9.81);
 
 #[test]
-fn twenty_four_ways_keep_the_bits_of_a_reading_and_turn_as_a_solid_does() {
+fn all_24_axis_mountings_keep_the_bits_and_are_rotations() {
     let mut right_handed = 0;
     for axes in all_ways() {
         let Ok(mounting) = MountingParams::Axes(axes).validate() else {
@@ -48,8 +48,8 @@ fn twenty_four_ways_keep_the_bits_of_a_reading_and_turn_as_a_solid_does() {
 }
 
 #[test]
-fn what_is_written_stands_for_the_foots_axes_in_their_order() {
-    // z of the foot is where y of the sensor is.
+fn axes_are_given_in_the_order_of_the_foots_axes() {
+    // The foot's z is along the sensor's y.
     let mounting = mounting("x,-z,y");
     let up = Vec3::new(0.0, 9.81, 0.0);
     assert_eq!(mounting.turn(up), Vec3::new(0.0, 0.0, 9.81));
@@ -61,7 +61,7 @@ fn what_is_written_stands_for_the_foots_axes_in_their_order() {
 }
 
 #[test]
-fn a_sensor_with_the_foots_axes_keeps_every_bit_however_that_is_written() {
+fn identity_mounting_keeps_every_bit_in_every_notation() {
     for text in ["x,y,z", " +x, y ,z", "1,0,0,0", "-1,0,-0,0", "0.9995,0,0,0"] {
         let mounting = mounting(text);
         assert_eq!(mounting, Mounting::IDENTITY, "{text}");
@@ -71,7 +71,7 @@ fn a_sensor_with_the_foots_axes_keeps_every_bit_however_that_is_written() {
 }
 
 #[test]
-fn a_quaternion_turns_as_the_axes_do_that_it_stands_for() {
+fn quaternion_rotates_like_the_equivalent_axes() {
     let half = 0.5_f32.sqrt();
     for (quaternion, axes) in [
         (format!("{half},{half},0,0"), "x,-z,y"),
@@ -87,7 +87,7 @@ fn a_quaternion_turns_as_the_axes_do_that_it_stands_for() {
 }
 
 #[test]
-fn a_quaternion_with_three_decimals_is_brought_to_its_length() {
+fn quaternion_with_three_decimals_is_normalised() {
     let vector = Vec3::new(3.0, -5.0, 7.0);
     let turned = mounting("0.707,0.707,0,0").turn(vector);
     assert!((turned.length() - vector.length()).abs() < 1e-5);
@@ -95,7 +95,7 @@ fn a_quaternion_with_three_decimals_is_brought_to_its_length() {
 }
 
 #[test]
-fn a_mounting_is_read_back_as_it_is_written() {
+fn mounting_round_trips_through_text() {
     for axes in all_ways() {
         let params = MountingParams::Axes(axes);
         assert_eq!(params.to_string().parse(), Ok(params));
@@ -108,7 +108,7 @@ fn a_mounting_is_read_back_as_it_is_written() {
 }
 
 #[test]
-fn a_mirror_image_is_refused_with_what_to_flip() {
+fn mirror_image_is_rejected_with_the_axis_to_flip() {
     assert_eq!(
         refusal("x,z,y"),
         "x,z,y is left-handed, and a sensor is not: flip the sign of one axis, as in x,-z,y or -x,z,y"
@@ -127,7 +127,7 @@ fn a_mirror_image_is_refused_with_what_to_flip() {
 }
 
 #[test]
-fn an_axis_that_stands_for_two_is_refused() {
+fn axis_used_twice_is_rejected() {
     for text in ["x,x,z", "x,-x,z", "z,y,z"] {
         let expected = format!("{text} has an axis twice: ");
         assert!(refusal(text).starts_with(&expected), "{}", refusal(text));
@@ -135,7 +135,7 @@ fn an_axis_that_stands_for_two_is_refused() {
 }
 
 #[test]
-fn a_quaternion_of_another_length_is_refused_with_its_length() {
+fn quaternion_of_wrong_length_is_rejected_with_its_length() {
     assert_eq!(
         refusal("1,1,0,0"),
         "the quaternion has the length 1.4142135, allowed is 0.999 to 1.001: \
@@ -153,7 +153,7 @@ fn a_quaternion_of_another_length_is_refused_with_its_length() {
 }
 
 #[test]
-fn what_is_neither_axes_nor_a_quaternion_is_refused_with_how_to_write_it() {
+fn unreadable_text_is_rejected_with_the_expected_format() {
     for text in [
         "",
         "x",

@@ -6,7 +6,7 @@ use super::{Mounting, MountingError, MountingParams, SensorAxis};
 use crate::vector::Quaternion;
 
 impl SensorAxis {
-    /// Its name: `x` … `-z`.
+    /// Short name: `x` … `-z`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -20,7 +20,7 @@ impl SensorAxis {
     }
 }
 
-/// As it is read, to the bit.
+/// Formats so that parsing restores every bit.
 impl Display for MountingParams {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self {
@@ -30,14 +30,14 @@ impl Display for MountingParams {
     }
 }
 
-/// As it is read, to the bit.
+/// Formats so that parsing restores every bit.
 impl Display for Mounting {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         self.params().fmt(f)
     }
 }
 
-/// Axes for people.
+/// Formats axes for display.
 struct Axes([SensorAxis; 3]);
 
 impl Display for Axes {

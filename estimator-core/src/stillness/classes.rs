@@ -1,9 +1,9 @@
-//! Stillness and motion of one foot, as it has shown them: two classes of amplitudes per quantity,
-//! and how they are learnt.
+//! Stillness and motion of one foot: two classes of amplitudes per quantity,
+//! and their learning.
 //!
-//! What a quantity's amplitude is in stillness and in motion differs from robot to robot by a factor
-//! of a hundred, so it is learnt where the foot walks, from all samples, each by the probability with
-//! which it belongs to a class:
+//! A quantity's amplitudes in stillness and in motion differ from robot to robot by a factor
+//! of a hundred, so they are learnt while the foot walks, from all samples, each weighted by the
+//! probability with which it belongs to a class:
 //!
 //! ```text
 //! u ← ½ ln(x² + floor²)
@@ -12,22 +12,22 @@
 //! moving ← moving + w₁ (u − moving)             w₁ = (1 − P)·dt / seconds of motion
 //! ```
 //!
-//! What keeps that from running away:
+//! Safeguards against divergence:
 //!
-//! * Of each stance, however long, only its beginning teaches ([`StillnessParams::stance`]), and the
-//!   same holds for a motion ([`StillnessParams::motion`]): only a foot that steps teaches. An hour of
+//! * Only the beginning of each stance is learnt from ([`StillnessParams::stance`]), and the
+//!   same holds for a motion ([`StillnessParams::motion`]): only a foot that steps is learnt from. An hour of
 //!   standing, of being carried, of hanging in a vibrating robot counts like a fraction of a second.
 //! * The edge of stillness lies between the classes: a number of widths above stillness, and at most a
 //!   part of the way to motion.
 //! * A foot that finds no stillness for longer grows its still class back to the prior, never beyond:
-//!   so what another robot has taught cannot keep this one from being found still. And one that finds
+//!   so the state learnt on another robot cannot keep this one from being found still. A foot that finds
 //!   hardly any motion shrinks both classes back to near the prior, where they are larger.
 //! * A foot that never swings as strongly as it did, or never is calm between, does not walk: it hangs, is
-//!   carried or is shaken. It teaches nothing, however often it is called stable
+//!   carried or is shaken. It is not learnt from, however often it is called stable
 //!   ([`EvidenceParams`](super::EvidenceParams)); but where it rests between, its motion is learnt.
 //!   After some seconds of that, both classes shrink back to near the prior, where they are larger: a swing may
-//!   be strong for this foot, and weak for what was learnt of another.
-//! * What was learnt before a start weighs like a few steps, so that some steps more can outweigh it.
+//!   be strong for this foot, and weak compared with the state learnt from another.
+//! * State learnt before a start weighs like a few steps, so that some more steps can outweigh it.
 //!
 //! [`StillnessParams::stance`]: super::StillnessParams::stance
 //! [`StillnessParams::motion`]: super::StillnessParams::motion
@@ -40,19 +40,19 @@ use super::stride::{Stride, StrideCoefficients};
 use crate::logarithm::exp;
 use crate::order::Order;
 
-/// A foot that finds hardly any motion keeps classes that are above the prior by no more than this, of
+/// Largest distance above the prior of the classes of a foot that finds hardly any motion, of
 /// the logarithm: a factor of 1.5.
 const MARGIN: f32 = 0.4;
 
-/// A foot that has neither swung nor rested for longer may have learnt what it never does: its classes go
-/// back to near the prior, s.
+/// Time without swing or rest, s, after which the learnt state is doubted: the classes return to near
+/// the prior.
 const SHOWS_NOTHING: f32 = 5.0;
 
 /// Least distance between the classes, of the logarithm.
 const LEAST_DISTANCE: f32 = 0.3;
 
 impl Classes {
-    // Called three times a sample: as code of its own it is in the foot's flash once.
+    // Called three times a sample: not inlined, so that the foot's flash holds it once.
     #[inline(never)]
     fn learn_still(&mut self, u: f32, weight: f32, inflation: f32) {
         let difference = u - self.still;
@@ -60,7 +60,7 @@ impl Classes {
         self.still += weight * difference;
     }
 
-    /// One step back to the prior.
+    /// Moves the classes one step back to the prior.
     #[inline(never)]
     fn relax(&mut self, prior: &Self, share: f32, relaxation: Relaxation) {
         match relaxation {
@@ -76,8 +76,8 @@ impl Classes {
         }
     }
 
-    /// Motion at least [`LEAST_DISTANCE`] above stillness: of classes that lie together the quantity would
-    /// have nothing to say, whatever the foot does.
+    /// Keeps motion at least [`LEAST_DISTANCE`] above stillness: with classes that coincide the quantity would
+    /// have no influence, whatever the foot does.
     fn apart(self) -> Self {
         Self {
             moving: self.moving.greater(self.still + LEAST_DISTANCE),
@@ -87,11 +87,11 @@ impl Classes {
 }
 
 impl Learnt {
-    /// Where stillness ends for acceleration (m/s²), rate (rad/s) and leaky mean of the acceleration
+    /// Upper end of stillness for acceleration (m/s²), rate (rad/s) and leaky mean of the acceleration
     /// (m/s²), with these constants.
     #[must_use]
     pub fn edges(&self, constants: &Constants) -> [f32; 3] {
-        // The rate of the samples has no part in it.
+        // The result does not depend on the sample rate.
         let coefficients = LearnerCoefficients::new(constants, 1.0);
         let learner = Learner::new(&coefficients, Some(*self));
         let edges = learner.edges();
@@ -99,7 +99,7 @@ impl Learnt {
     }
 }
 
-/// What learning computes with at a sample rate.
+/// Coefficients of learning at a sample rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LearnerCoefficients {
     pub quantities: PerQuantity<QuantityCoefficients>,
@@ -111,10 +111,10 @@ pub(super) struct LearnerCoefficients {
     largest_width: f32,
     prior: f32,
     memory: f32,
-    /// In samples.
+    /// Longest stance that is learnt from, samples.
     stance: u32,
     motion: u32,
-    /// Share by which classes go back with a sample.
+    /// Share by which classes return to the prior with a sample.
     relax: f32,
     /// Share of the newest sample in the mean over [`SHARE_TIME`].
     newest: f32,
@@ -148,7 +148,7 @@ impl LearnerCoefficients {
         }
     }
 
-    /// Where stillness ends for a quantity.
+    /// Upper end of stillness for a quantity.
     #[inline(never)]
     fn edge(&self, classes: &Classes, quantity: &QuantityCoefficients) -> Edge {
         let width = self.limited(classes.width);
@@ -157,7 +157,7 @@ impl LearnerCoefficients {
         let bandwidth = (quantity.bandwidth * width).greater(self.least_bandwidth);
         let ratio = distance * quantity.inverse_separation;
         let square = ratio * ratio;
-        // A quantity whose classes lie together has nothing to say.
+        // A quantity whose classes coincide has no influence.
         let say = square * square / (1.0 + square * square);
         Edge {
             at: classes.still + above_still,
@@ -172,7 +172,7 @@ impl LearnerCoefficients {
     }
 }
 
-/// How long the foot has been still or in motion.
+/// Duration of stillness or motion so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stretch {
     /// Samples with P > 0.5.
@@ -181,11 +181,11 @@ enum Stretch {
     Moving(u32),
 }
 
-/// Up to this period, s, the edges of the three quantities follow by turns: classes hardly change in
-/// a few milliseconds.
+/// Longest period, s, at which the edges of the three quantities are updated in turn: classes hardly change
+/// in a few milliseconds.
 const SLOWEST_BY_TURNS: f32 = 0.0021;
 
-/// Whose edge follows.
+/// Quantity whose edge is updated next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Turn {
     Acceleration,
@@ -193,7 +193,7 @@ enum Turn {
     Velocity,
 }
 
-/// Where classes go that nothing teaches.
+/// Direction in which classes return to the prior while nothing is learnt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Relaxation {
     /// The still class up to the prior.
@@ -212,29 +212,29 @@ pub(super) struct Learner {
     stride: Stride,
     /// Share of the last seconds in which the foot was still.
     still_share: f32,
-    /// Where stillness ends, as of the quantity's last turn.
+    /// Upper end of stillness, as of the quantity's last update.
     edges: PerQuantity<Edge>,
     turn: Turn,
-    /// Age at the start, s, and the samples that have taught nothing since.
+    /// Age at the start, s, and the samples since then that were not learnt from.
     idle_before: f32,
     idle: u32,
 }
 
-/// A foot that has been still for more than this share of the last seconds finds hardly any motion:
+/// Share of stillness in the last seconds above which a foot finds hardly any motion:
 /// it stands, or takes its swing for a stance, as after a trot, whose motion was larger.
 const HARDLY_ANY_MOTION: f32 = 0.7;
 
 /// Time constant of the share of stillness, s: two strides.
 const SHARE_TIME: f32 = 2.0;
 
-/// What was learnt before a start counts as so much of each class at most, s.
+/// Largest weight of the state learnt before a start, s of each class.
 const BEFORE_THE_START: f32 = SETTLED_AFTER;
 
-/// P above this is more probably still than not.
+/// Probability above which the foot is more probably still than not.
 const STILL: f32 = 0.5;
 
 impl Learner {
-    /// One that knows only the constants, or starts with what was learnt before.
+    /// Creates a learner from the constants alone, or with the state learnt before.
     pub fn new(coefficients: &LearnerCoefficients, learnt: Option<Learnt>) -> Self {
         let prior = coefficients.quantities.map(|quantity| quantity.prior);
         let (classes, seconds, idle_before) = match learnt {
@@ -287,12 +287,12 @@ impl Learner {
         }
     }
 
-    /// Whether it rests on enough: see [`SETTLED_AFTER`].
+    /// Returns whether enough was observed: see [`SETTLED_AFTER`].
     pub fn is_settled(&self) -> bool {
         self.still_seconds >= SETTLED_AFTER && self.moving_seconds >= SETTLED_AFTER
     }
 
-    /// Follows the stride with a sample with these logarithms of amplitudes that is still with
+    /// Updates the stride with a sample with these logarithms of amplitudes that is still with
     /// probability `stable`.
     pub fn stride(
         &mut self,
@@ -316,7 +316,7 @@ impl Learner {
         );
     }
 
-    /// What a sample with these logarithms of amplitudes, the newest of the stride, shows of the foot.
+    /// Evidence in a sample with these logarithms of amplitudes, the newest of the stride.
     pub fn shows(
         &self,
         coefficients: &LearnerCoefficients,
@@ -347,12 +347,12 @@ impl Learner {
         }
     }
 
-    /// Another sample that teaches nothing.
+    /// Counts another sample that is not learnt from.
     pub const fn rest(&mut self) {
         self.idle = self.idle.saturating_add(1);
     }
 
-    /// Where stillness ends.
+    /// Upper end of stillness per quantity.
     pub const fn edges(&self) -> &PerQuantity<Edge> {
         &self.edges
     }
@@ -375,7 +375,7 @@ impl Learner {
         *edge = coefficients.edge(classes, quantity);
     }
 
-    /// Moves the edges to where the classes are. Where samples come fast, one quantity with each.
+    /// Moves the edges to the current classes; at high sample rates one quantity with each sample.
     pub fn follow(&mut self, coefficients: &LearnerCoefficients) {
         if coefficients.period > SLOWEST_BY_TURNS {
             for turn in [Turn::Acceleration, Turn::Rate, Turn::Velocity] {
@@ -406,14 +406,14 @@ impl Learner {
             (false, Stretch::Moving(samples)) => Stretch::Moving(samples.saturating_add(1)),
             (false, Stretch::Still(_)) => Stretch::Moving(1),
         };
-        // Long in one class, a sample still teaches the other by its share.
+        // After a long time in one class, a sample still teaches the other by its share.
         let (teaches_still, teaches_motion) = match self.stretch {
             Stretch::Still(samples) => (samples < coefficients.stance, true),
             Stretch::Moving(samples) => (true, samples < coefficients.motion),
         };
         let learns = coefficients.stride.params.learns;
         let walks = self.stride.since_swing < learns;
-        // A foot that rests between motions weaker than what it has learnt, too.
+        // Also learns from a foot that rests between motions weaker than those learnt.
         let walks_weakly = self.is_settled() && since_rest < learns;
         let (teaches_still, teaches_motion) = (
             teaches_still && walks,
@@ -514,7 +514,7 @@ mod tests {
         }
     }
 
-    /// Time since the foot rested, s: too long ago to teach, and not so long that it shows nothing.
+    /// Time since the foot rested, s: too long to be learnt from, and short enough not to doubt the state.
     const RESTED: f32 = 2.0;
 
     /// Feeds `seconds` of amplitudes with the logarithm `u` that are still with probability `stable`.
@@ -525,7 +525,7 @@ mod tests {
         }
     }
 
-    /// Where the edges come to lie.
+    /// Returns the edges after they have been updated.
     fn edges(mut learner: Learner) -> PerQuantity<Edge> {
         (0..3).for_each(|_| learner.follow(&coefficients()));
         *learner.edges()
@@ -550,7 +550,7 @@ mod tests {
     }
 
     #[test]
-    fn motion_without_the_usual_swing_teaches_nothing() {
+    fn motion_without_the_usual_swing_is_not_learnt() {
         let mut learner = walked(5, -2.0, 1.5);
         feed(&mut learner, 0.5, 0.0, 2.0);
         let before = learner.learnt(&coefficients());
@@ -563,7 +563,7 @@ mod tests {
     }
 
     #[test]
-    fn motion_that_is_never_calm_teaches_nothing() {
+    fn motion_that_is_never_calm_is_not_learnt() {
         let mut learner = walked(5, -2.0, 1.5);
         feed(&mut learner, 1.5, 0.0, 5.0);
         let before = learner.learnt(&coefficients());
@@ -593,7 +593,7 @@ mod tests {
     }
 
     #[test]
-    fn a_foot_that_finds_no_stillness_grows_back_to_the_prior_and_never_beyond() {
+    fn foot_without_stillness_grows_back_to_the_prior() {
         let coefficients = coefficients();
         let prior = coefficients.quantities.acceleration.prior;
         for still in [prior.still - 3.0, prior.still + 0.5] {
@@ -613,7 +613,7 @@ mod tests {
     }
 
     #[test]
-    fn a_foot_that_finds_no_motion_shrinks_back_to_near_the_prior_and_never_below() {
+    fn foot_without_motion_shrinks_back_to_near_the_prior() {
         let coefficients = coefficients();
         let prior = coefficients.quantities.acceleration.prior;
         for larger in [2.0, -2.0] {
@@ -643,7 +643,7 @@ mod tests {
     }
 
     #[test]
-    fn a_quantity_whose_classes_lie_together_has_no_say() {
+    fn quantity_with_coinciding_classes_has_no_influence() {
         let mut learner = walked(50, 0.0, 0.0);
         for (classes, _) in learner.each(&same(0.0)) {
             classes.moving = classes.still;
@@ -656,7 +656,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_learnt_starts_a_learner_with_the_same_numbers() {
+    fn warm_start_restores_the_learnt_numbers() {
         let coefficients = coefficients();
         let learnt = walked(5, -2.0, 1.5).learnt(&coefficients);
         assert_eq!(Learnt::from_array(learnt.to_array()), learnt);
@@ -666,7 +666,7 @@ mod tests {
     }
 
     #[test]
-    fn learnt_numbers_stay_within_their_own_limits_whatever_is_fed() {
+    fn learnt_numbers_stay_within_their_limits() {
         let mut learner = Learner::new(&coefficients(), None);
         let mut seed = 1_u32;
         for _ in 0..200_000 {
@@ -692,7 +692,7 @@ mod tests {
     }
 
     #[test]
-    fn classes_are_kept_apart_whatever_is_given_and_whatever_is_fed() {
+    fn classes_are_kept_apart_for_any_input() {
         let together = Classes {
             still: -1.0,
             moving: -1.0,
@@ -716,7 +716,7 @@ mod tests {
                 let distance = classes.moving - classes.still;
                 assert!((distance - LEAST_DISTANCE).abs() < 1.0e-5, "{distance}");
             }
-            // All of it at one amplitude.
+            // All samples at one amplitude.
             for _ in 0..20 {
                 feed(&mut learner, -1.0, 0.0, 0.3);
                 feed(&mut learner, -1.0, 1.0, 0.3);

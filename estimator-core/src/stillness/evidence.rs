@@ -1,8 +1,8 @@
 //! Evidence that a foot stands: it has rested, or it has landed.
 //!
-//! What a foot has learnt leaves room for stances that shake. A foot that hangs, is carried or lies on a
-//! mattress moves within that room, for minutes. It does not show what each stride of a walk does: a
-//! swing as strong as usual, and stillness within a stride of it; nor what a foot that stands shows: rest.
+//! Learnt limits leave room for stances that shake. A foot that hangs, is carried or lies on a
+//! mattress moves within that room, for minutes. It lacks the evidence of each stride of a walk: a
+//! swing as strong as usual, and stillness within a stride of it; and that of a standing foot: rest.
 //! Without either for [`EvidenceParams::lasts`] the foot is not called stable, however little it moves,
 //! and nothing is learnt.
 
@@ -10,7 +10,7 @@ use super::params::EvidenceParams;
 use crate::logarithm::exp;
 use crate::order::Order;
 
-/// The newest sample, as evidence.
+/// Evidence in the newest sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Shown {
     /// A swing as strong as the foot's own.
@@ -21,19 +21,19 @@ pub(super) enum Shown {
     Nothing,
 }
 
-/// Times are not counted beyond this, s.
+/// Largest time that is counted, s.
 pub(super) const LONGEST: f32 = 200.0;
 
-/// Rest is counted up to so many times what is enough, so that a disturbance does not end it at once.
+/// Limit of counted rest, as a multiple of the required rest, so that a disturbance does not end it at once.
 const MOST_REST: f32 = 1.3;
 
-/// How the foot was seen last.
+/// State of the evidence.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Evidence {
     params: EvidenceParams,
-    /// s.
+    /// Sample period, s.
     period: f32,
-    /// Share of the way that the factor goes in a sample.
+    /// Share of the remaining way that the factor moves in a sample.
     share: f32,
     /// Rest, less the time without it, s.
     rested: f32,
@@ -46,7 +46,7 @@ pub(super) struct Evidence {
 }
 
 impl Evidence {
-    /// A foot that is believed until its first chance to show itself has passed. `sample_rate` in Hz.
+    /// A foot that is trusted until its first chance to show evidence has passed. `sample_rate` in Hz.
     pub fn new(params: EvidenceParams, sample_rate: f32) -> Self {
         Self {
             params,
@@ -69,7 +69,7 @@ impl Evidence {
         self.factor
     }
 
-    /// Takes in a sample.
+    /// Processes a sample.
     pub fn push(&mut self, shown: Shown) {
         let EvidenceParams { rest, lasts, .. } = self.params;
         self.rested = match shown {
@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn motion_without_evidence_is_not_believed_for_long() {
+    fn motion_without_evidence_is_soon_distrusted() {
         let mut evidence = Evidence::new(PARAMS, 1000.0);
         feed(&mut evidence, Shown::Swing, 0.3);
         assert!(feed(&mut evidence, Shown::Nothing, 0.9 * PARAMS.lasts) > 0.99);
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn a_swing_and_enough_rest_are_believed_again() {
+    fn swing_and_enough_rest_restore_trust() {
         for (shown, seconds) in [(Shown::Swing, 0.3), (Shown::Rest, 1.5 * PARAMS.rest + 0.3)] {
             let mut evidence = Evidence::new(PARAMS, 1000.0);
             feed(&mut evidence, Shown::Nothing, 10.0);
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn moments_of_rest_are_no_rest() {
+    fn moments_of_rest_do_not_count_as_rest() {
         let mut evidence = Evidence::new(PARAMS, 1000.0);
         for _ in 0..100 {
             feed(&mut evidence, Shown::Rest, 0.8 * PARAMS.rest);

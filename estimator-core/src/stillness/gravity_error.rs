@@ -1,43 +1,43 @@
-//! What gravity's removal leaves: the acceleration that a quiet foot still shows.
+//! Residual of gravity's removal: the acceleration that a quiet foot still shows.
 //!
 //! A tilt error of one degree leaves 0.17 m/s² along the ground, and an accelerometer's bias stays
-//! where no rest has taught it. Both hardly change within a stance, nor from one to the next, and a
-//! foot that is quiet has no acceleration: the mean over the quiet stretch is the error, and is taken
-//! out of every sample.
+//! until a rest has shown it. Both hardly change within a stance, nor from one to the next, and a
+//! quiet foot has no acceleration: the mean over the quiet stretch is the error, and is subtracted
+//! from every sample.
 //!
-//! What is learnt first counts most, and without quiet it is forgotten. A push that stays looks like
-//! a tilt, as it does to anyone who stands on a platform that speeds up: it is taken for an error
+//! The first samples weigh most, and without quiet the error decays. A constant push looks like
+//! a tilt, as it does to a passenger on a platform that accelerates: it is learnt as an error
 //! after some tenths of a second, up to [`GravityErrorParams::limit`]. Along up it may be as large as the
-//! errors of accelerometers are before a rest has taught them: it is not what slides are made of.
+//! errors of accelerometers before a rest has shown them: slides do not point along up.
 
 use super::params::GravityErrorParams;
 use crate::order::Order;
 use crate::root::sqrt;
 use crate::vector::Vec3;
 
-/// A sample teaches up to this many limits, squared.
+/// Largest acceleration that is learnt from, as a multiple of the limit, squared.
 const TEACHES_UP_TO_SQUARED: f32 = 1.44;
 
 /// Largest error along up, m/s²: a tenth of gravity.
 const LIMIT_ALONG: f32 = 1.0;
 
-/// Whether the foot is quiet, as far as shaking goes.
+/// Whether the foot is quiet, as far as shaking is concerned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Foot {
     Quiet,
     Moving,
 }
 
-/// Follows the error.
+/// Estimator of the error.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct GravityError {
-    /// m/s², sensor frame.
+    /// Estimated error, m/s², sensor frame.
     value: Vec3,
-    /// s.
+    /// Sample period, s.
     period: f32,
     start: f32,
     memory: f32,
-    /// Share that is forgotten with each sample without quiet.
+    /// Share that decays with each sample without quiet.
     forget: f32,
     /// Square of the largest error across up.
     limit_squared: f32,
@@ -46,7 +46,7 @@ pub(super) struct GravityError {
 }
 
 impl GravityError {
-    /// Nothing learnt yet. `sample_rate` in Hz.
+    /// An estimator without observations. `sample_rate` in Hz.
     pub fn new(params: &GravityErrorParams, sample_rate: f32) -> Self {
         let period = 1.0 / sample_rate;
         Self {
@@ -60,12 +60,12 @@ impl GravityError {
         }
     }
 
-    /// m/s², sensor frame.
+    /// Estimated error, m/s², sensor frame.
     pub const fn value(&self) -> Vec3 {
         self.value
     }
 
-    /// Learns from an acceleration in m/s² from which the error has been taken already; `up` is a unit vector.
+    /// Learns from an acceleration in m/s² from which the error has been removed already; `up` is a unit vector.
     #[inline]
     pub fn update(&mut self, acceleration: Vec3, up: Vec3, foot: Foot) {
         let along = acceleration.dot(up);
@@ -97,7 +97,7 @@ mod tests {
 
     const PARAMS: GravityErrorParams = StillnessParams::DEFAULT.gravity_error;
 
-    /// Feeds a foot whose accelerometer shows `offset` m/s² too much along x, for some milliseconds.
+    /// Feeds a foot whose accelerometer reads `offset` m/s² too much along x, for some milliseconds.
     fn feed(error: &mut GravityError, offset: f32, foot: Foot, ms: u32) {
         for _ in 0..ms {
             let left = Vec3::new(offset, 0.0, 0.0) - error.value();
@@ -112,21 +112,21 @@ mod tests {
     }
 
     #[test]
-    fn a_quiet_foot_teaches_what_is_left_of_gravity() {
+    fn gravity_residual_is_learnt_from_a_quiet_foot() {
         let offset = 0.8 * PARAMS.limit;
         let found = taught(offset).value().x;
         assert!((found / offset - 1.0).abs() < 0.1, "{found} of {offset}");
     }
 
     #[test]
-    fn an_acceleration_beyond_what_teaches_is_no_error_and_one_below_is_held_to_the_limit() {
+    fn large_acceleration_is_ignored_and_error_is_limited() {
         assert_eq!(taught(1.25 * PARAMS.limit).value(), Vec3::ZERO);
         let held = taught(1.15 * PARAMS.limit).value().length();
         assert!((held / PARAMS.limit - 1.0).abs() < 1.0e-3, "{held}");
     }
 
     #[test]
-    fn motion_teaches_nothing_and_lets_the_error_be_forgotten_with_its_time_constant() {
+    fn error_decays_with_its_time_constant_in_motion() {
         let mut error = taught(0.5 * PARAMS.limit);
         let before = error.value().x;
         feed(

@@ -1,10 +1,10 @@
-//! What a foot has learnt, as it is stored, sent and put back: a warm start.
+//! State learnt from a foot, as it is stored, sent and restored: a warm start.
 
 use crate::order::Order;
 use crate::range::{ParamsError, Row, in_range, name, ranges};
 use crate::units::Unit;
 
-/// Evidence of each class from which on what is learnt counts as settled, s. Four to five steps.
+/// Evidence of each class from which the learnt state counts as settled, s. Four to five steps.
 pub const SETTLED_AFTER: f32 = 1.0;
 
 /// Range of the logarithm of an amplitude in [`Learnt`]: amplitudes of 1e-4 to 1e4.
@@ -13,10 +13,10 @@ pub const LOGARITHM: (f32, f32) = (-9.3, 9.3);
 /// Largest number of seconds of a class in [`Learnt`].
 pub const MOST_SECONDS: f32 = 1.0e3;
 
-/// Age is not counted beyond this, s: eleven days.
+/// Largest age that is counted, s: eleven days.
 pub const OLDEST: f32 = 1.0e6;
 
-/// What a foot has shown of one quantity; natural logarithms of amplitudes in m/s² or rad/s.
+/// Learnt classes of one quantity; natural logarithms of amplitudes in m/s² or rad/s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Classes {
     /// Mean in stillness.
@@ -27,7 +27,7 @@ pub struct Classes {
     pub width: f32,
 }
 
-/// What a foot has taught so far, and on how much of it that rests. It can be stored and put back:
+/// Learnt state of a foot, and the amount of observation behind it. It can be stored and restored:
 /// a warm start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Learnt {
@@ -37,16 +37,16 @@ pub struct Learnt {
     pub rate: Classes,
     /// Leaky mean of the acceleration.
     pub velocity: Classes,
-    /// Stillness that was learnt from, s; at most [`StillnessParams::memory`](super::StillnessParams::memory).
+    /// Observed stillness, s; at most [`StillnessParams::memory`](super::StillnessParams::memory).
     pub still_seconds: f32,
-    /// Motion that was learnt from, s; at most [`StillnessParams::memory`](super::StillnessParams::memory).
+    /// Observed motion, s; at most [`StillnessParams::memory`](super::StillnessParams::memory).
     pub moving_seconds: f32,
-    /// Age: how long the foot has run since it last taught anything, s.
+    /// Age: time that the foot has run since it was last learnt from, s.
     pub idle_seconds: f32,
 }
 
 impl Classes {
-    /// Within the limits in which they can be stored.
+    /// Limits the numbers to the ranges in which they can be stored.
     pub(super) fn limited(self) -> Self {
         let (_, largest) = LOGARITHM;
         Self {
@@ -58,10 +58,10 @@ impl Classes {
 }
 
 impl Learnt {
-    /// Numbers in the order in which they are stored and sent.
+    /// Number of values that are stored and sent.
     pub const NUMBERS: usize = 12;
 
-    /// As numbers, in the order of the fields.
+    /// Returns the numbers in the order of the fields.
     #[must_use]
     pub const fn to_array(&self) -> [f32; Self::NUMBERS] {
         let Self {
@@ -88,7 +88,7 @@ impl Learnt {
         ]
     }
 
-    /// From numbers in the order of [`Self::to_array`].
+    /// Creates the state from numbers in the order of [`Self::to_array`].
     #[must_use]
     pub const fn from_array(numbers: [f32; Self::NUMBERS]) -> Self {
         let [
@@ -127,7 +127,7 @@ impl Learnt {
         }
     }
 
-    /// Whether it rests on enough: [`SETTLED_AFTER`] of each class.
+    /// Returns whether enough was observed: [`SETTLED_AFTER`] of each class.
     #[must_use]
     pub fn is_settled(&self) -> bool {
         self.still_seconds >= SETTLED_AFTER && self.moving_seconds >= SETTLED_AFTER
@@ -200,7 +200,7 @@ impl Learnt {
         Self::ROWS.get(i).map_or("", |row| row.name)
     }
 
-    /// That every number can have been learnt, and no motion below its stillness.
+    /// Checks that every number is in its range, and no motion below its stillness.
     pub(crate) fn validate(&self) -> Result<(), ParamsError> {
         let Self {
             acceleration: a,
@@ -227,7 +227,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_motion_below_its_stillness_is_refused_by_its_name_and_one_above_is_not() {
+    fn motion_below_its_stillness_is_rejected_by_name() {
         for (i, name) in [
             (1, "learnt.acceleration.moving"),
             (4, "learnt.rate.moving"),

@@ -13,11 +13,11 @@ use crate::range::{ParamsError, in_range};
 /// Whether the classes follow the foot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Learning {
-    /// They do: the foot calibrates itself while it walks.
+    /// The classes follow: the foot calibrates itself while it walks.
     #[default]
     On,
-    /// They stay as they are, so that the same motion gives the same probability, for where a behaviour is
-    /// certified. What gravity's removal leaves, the limit of the slide and the strength of a usual swing are
+    /// The classes are fixed, so that the same motion gives the same probability, as for a certified
+    /// behaviour. The residual of gravity, the limit of the slide and the strength of a usual swing are
     /// still followed.
     Frozen,
 }
@@ -26,7 +26,7 @@ pub enum Learning {
 /// m/s² (the leaky mean of the acceleration).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QuantityParams {
-    /// Floor of the logarithm: smaller amplitudes are all the same. 1e-4 to 10.
+    /// Floor of the logarithm: smaller amplitudes are treated alike. 1e-4 to 10.
     pub floor: f32,
     /// Amplitude of stillness before anything is learnt. 1e-4 to 100.
     pub still: f32,
@@ -36,28 +36,28 @@ pub struct QuantityParams {
     pub width: f32,
     /// Distance of the edge from the mean of stillness, widths. 0 to 20.
     pub edge: f32,
-    /// Factor of a deviation in the width: what lies beyond the edge belongs to stillness
+    /// Factor of a deviation in the width: samples beyond the edge belong to stillness
     /// less and less, and the width would shrink without end. 0.5 to 5.
     pub inflation: f32,
     /// Kernel bandwidth in widths of stillness. 0.01 to 10.
     pub bandwidth: f32,
-    /// Share of the probability that this quantity can never take away. 0 to 1.
+    /// Share of the probability that this quantity cannot remove. 0 to 1.
     pub indifference: f32,
     /// Distance between stillness and motion, of the logarithm, at which the quantity has half of
-    /// its say. 0.01 to 10.
+    /// its influence. 0.01 to 10.
     pub separation: f32,
 }
 
-/// What gravity's removal leaves, and how it is followed.
+/// Constants of the estimation of the residual of gravity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GravityErrorParams {
-    /// The foot counts as quiet from this share of mass on. 0.01 to 1.
+    /// Share of mass from which the foot counts as quiet. 0.01 to 1.
     pub quiet: f32,
-    /// How long a quiet stretch counts as already when it begins, s. 1e-3 to 10.
+    /// Duration credited to a quiet stretch when it begins, s. 1e-3 to 10.
     pub start: f32,
     /// Memory of a long quiet stretch, s. 1e-3 to 100.
     pub memory: f32,
-    /// Time in which it is forgotten without quiet, s. 0.01 to 1000.
+    /// Time constant of the decay without quiet, s. 0.01 to 1000.
     pub forgetting: f32,
     /// Largest error, m/s². 0 to 10.
     pub limit: f32,
@@ -70,15 +70,15 @@ pub struct StillnessParams {
     pub acceleration: QuantityParams,
     /// Angular rate.
     pub rate: QuantityParams,
-    /// Leaky mean of the acceleration, which shaking does not have and a swing does.
+    /// Leaky mean of the acceleration, small under shaking and large in a swing.
     pub velocity: QuantityParams,
     /// Time constant of the windows over masses, s. 1e-4 to 1.
     pub window: f32,
     /// Time constant of the leaky mean, s. 1e-4 to 1.
     pub leak: f32,
-    /// An acceleration counts in the leaky mean up to this, m/s². 0.1 to 1000.
+    /// Limit of an acceleration in the leaky mean, m/s². 0.1 to 1000.
     pub impact: f32,
-    /// The edge lies at most this part of the way from stillness to motion. 0 to 1.
+    /// Largest part of the way from stillness to motion at which the edge lies. 0 to 1.
     pub part_of_the_way: f32,
     /// Least kernel bandwidth, of the logarithm. 0.01 to 3.
     pub least_bandwidth: f32,
@@ -86,22 +86,22 @@ pub struct StillnessParams {
     pub least_width: f32,
     /// Largest width of stillness; not below the least. 0.01 to 3.
     pub largest_width: f32,
-    /// Weight of what stands here against what is learnt, s of each class. 1e-3 to 100.
+    /// Weight of these constants against the learnt state, s of each class. 1e-3 to 100.
     pub prior: f32,
     /// Memory of each class, s of itself. 0.1 to 1000.
     pub memory: f32,
-    /// How much of each stance is learnt from, s. 0.01 to 100.
+    /// Duration of each stance that is learnt from, s. 0.01 to 100.
     pub stance: f32,
-    /// How much of each motion is learnt from, s. 0.01 to 100.
+    /// Duration of each motion that is learnt from, s. 0.01 to 100.
     pub motion: f32,
-    /// Time constant with which a class of stillness that finds none grows back to what stands here,
+    /// Time constant with which the still class of a foot without stillness returns to these constants,
     /// s. 0.1 to 1000.
     pub relaxation: f32,
     /// The slide test.
     pub slide: SlideParams,
-    /// What a foot must show.
+    /// Evidence that a foot must show.
     pub evidence: EvidenceParams,
-    /// What gravity's removal leaves.
+    /// Residual of gravity's removal.
     pub gravity_error: GravityErrorParams,
 }
 
@@ -111,7 +111,7 @@ impl Default for StillnessParams {
     }
 }
 
-/// [`StillnessParams`] that have been checked.
+/// Validated [`StillnessParams`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Constants {
     params: StillnessParams,
@@ -143,10 +143,10 @@ impl Default for Constants {
     }
 }
 
-/// What an amplitude's logarithm may be, in the constants and where learnt.
+/// Range of an amplitude, in the constants and in the learnt state.
 const AMPLITUDE: (f32, f32) = (1.0e-4, 100.0);
 
-/// Goes on where a check has found nothing; `?` is not for the compiler.
+/// Returns early on an error, as `?` does, which is not available in `const fn`.
 macro_rules! checked {
     ($check:expr) => {
         match $check {
@@ -156,7 +156,7 @@ macro_rules! checked {
     };
 }
 
-/// Checks fields: name, value, least and largest.
+/// Checks fields, given as name, value, least and largest.
 const fn all_in_range(mut fields: &[(&'static str, f32, f32, f32)]) -> Result<(), ParamsError> {
     while let Some(((name, value, least, largest), rest)) = fields.split_first() {
         checked!(in_range(name, *value, *least, *largest));
@@ -219,7 +219,7 @@ macro_rules! names {
 }
 
 impl StillnessParams {
-    /// Chosen on the labelled recordings together, cold, with no label seen by the estimate itself: see
+    /// Chosen on the labelled recordings together, from a cold start, without labels in the estimate itself: see
     /// `docs/choosing.md`.
     pub const DEFAULT: Self = Self {
         acceleration: QuantityParams {
@@ -310,7 +310,7 @@ impl StillnessParams {
         },
     };
 
-    /// Checks every field. The compiler can do so where the constants are known to it.
+    /// Checks every field. The compiler can do so if it knows the constants.
     ///
     /// # Errors
     /// The first field that is out of its range, with its value and the range.
@@ -416,9 +416,9 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_out_of_its_range_is_refused_with_the_name_of_its_field() {
+    fn out_of_range_constant_is_rejected_with_its_field_name() {
         type Set = fn(&mut StillnessParams, f32);
-        // Each field with a value that is just too small and one that is just too large.
+        // Each field with a value just below its range and one just above it.
         let fields: [(&str, Set, f32, f32); 7] = [
             (
                 "stillness.acceleration.floor",

@@ -1,10 +1,10 @@
-//! The parts of a motion, and what the classes say of each alone.
+//! The parts of a motion, each judged by the classes alone.
 //!
 //! A part's amplitude is at most that of the whole motion, so it is at least as still. On a foot that
 //! samples fast, parts take turns: with each sample one of the two directions or one axis is judged,
-//! and its means then move by as much as they would have in between. So the parts cost little beside
-//! the whole, which is judged with every sample. What is said of the parts is that of the sample before
-//! at the newest.
+//! and its means then move by as much as they would have in between. So the parts cost little compared
+//! to the whole, which is judged with every sample. The values of the parts are those of the previous
+//! sample or older.
 
 use super::quantity::{Edge, PerQuantity, QuantityCoefficients};
 use super::{heard, mass_of};
@@ -13,7 +13,7 @@ use crate::logarithm::exp;
 use crate::order::Order;
 use crate::vector::Vec3;
 
-/// From this sample rate on, Hz, parts take turns.
+/// Sample rate from which parts take turns, Hz.
 const TURNS_FROM: f32 = 500.0;
 
 /// Samples between two turns of a direction.
@@ -22,13 +22,13 @@ const DIRECTION_TURN: u32 = 3;
 /// Samples between two turns of an axis.
 const AXIS_TURN: u32 = 18;
 
-/// A motion and the squares of its whole.
+/// A motion and the squares of its total amplitudes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Motion {
     pub acceleration: Vec3,
     pub rate: Vec3,
     pub velocity: Vec3,
-    /// Unit vector.
+    /// Unit vector that points up, sensor frame.
     pub up: Vec3,
     pub squares: PerQuantity<f32>,
 }
@@ -58,7 +58,7 @@ impl Part {
         Self::About(2),
     ];
 
-    /// The squares of what it has of each quantity; nothing where it has no part in one.
+    /// Returns the squares of the part's share of each quantity; `None` if the part has no share.
     fn squares(self, motion: &Motion) -> PerQuantity<Option<f32>> {
         let &Motion {
             acceleration,
@@ -79,7 +79,7 @@ impl Part {
             };
             Some(value * value)
         };
-        // Rounding may leave a little less than nothing, which the floors of the logarithms cover.
+        // Rounding may leave a slightly negative value, which the floors of the logarithms cover.
         match self {
             Self::Tangential => PerQuantity {
                 acceleration: Some(squares.acceleration - upright(acceleration)),
@@ -105,7 +105,7 @@ impl Part {
     }
 }
 
-/// What is known of one part.
+/// State of one part.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct State {
     /// Mean masses.
@@ -114,7 +114,7 @@ struct State {
     probability: f32,
 }
 
-/// What is known of all parts.
+/// State of all parts.
 #[derive(Clone, Debug)]
 pub(super) struct Parts {
     states: [State; Part::ALL.len()],
@@ -124,10 +124,10 @@ pub(super) struct Parts {
     schedule: Schedule,
 }
 
-/// Least time constant of a mean, samples: at 100 Hz less than one would be the newest sample alone.
+/// Least time constant of a mean, samples: with less than one, as at 100 Hz, the mean is the newest sample.
 pub(super) const LEAST_WINDOW: f32 = 2.0;
 
-/// When which part is judged.
+/// Schedule of the parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Schedule {
     /// All with each sample.
@@ -159,7 +159,7 @@ impl Parts {
         }
     }
 
-    /// Judges the parts whose turn it is. Means have at least a share of one in `filled` samples.
+    /// Judges the parts that are due. Up to [`AXIS_TURN`] samples in `filled`, the newest mass is the mean.
     pub fn push(
         &mut self,
         motion: &Motion,
@@ -196,7 +196,7 @@ impl Parts {
             return;
         };
         let share = match (part, filled) {
-            // The first time there is nothing to move from.
+            // The first value of a mean has no predecessor.
             (_, ..=AXIS_TURN) => 1.0,
             (Part::Tangential | Part::Vertical, _) => self.direction,
             (Part::Along(_) | Part::About(_), _) => self.axis,
@@ -221,7 +221,7 @@ impl Parts {
         state.probability = probability;
     }
 
-    /// Lowers all means to a share of themselves.
+    /// Multiplies all means by `share`.
     pub fn scale(&mut self, share: f32) {
         for state in &mut self.states {
             state.acceleration *= share;
@@ -230,7 +230,7 @@ impl Parts {
         }
     }
 
-    /// Tangential, vertical, and per axis.
+    /// Returns the tangential and vertical probabilities and those per axis.
     pub fn probabilities(&self) -> (f32, f32, PerAxis<f32>) {
         let [tangential, vertical, ax, ay, az, wx, wy, wz] =
             self.states.map(|state| state.probability);
@@ -246,7 +246,7 @@ impl Parts {
 mod tests {
     use super::*;
 
-    /// A motion with the whole's squares, on a foot whose up is z.
+    /// A motion with the squares of its total, on a foot whose up is z.
     fn motion(acceleration: Vec3, rate: Vec3, velocity: Vec3) -> Motion {
         Motion {
             acceleration,

@@ -1,16 +1,16 @@
-//! What there is of each of the three quantities.
+//! Types for a value or a coefficient per quantity.
 
 use super::learnt::Classes;
 use super::params::QuantityParams;
 
-/// Where stillness ends for one quantity, and how sharply.
+/// Upper end of stillness for one quantity, and its sharpness.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Edge {
     /// Logarithm of the amplitude.
     pub at: f32,
     /// 1/(h√2) for the kernel's bandwidth h.
     pub inverse_scale: f32,
-    /// Share of the probability that the quantity cannot take away.
+    /// Share of the probability that the quantity cannot remove.
     pub floor: f32,
 }
 
@@ -32,7 +32,7 @@ impl<T: Copy> PerQuantity<T> {
     }
 }
 
-/// What a quantity's constants come to.
+/// Coefficients of a quantity, derived from its constants.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct QuantityCoefficients {
     pub floor: f32,

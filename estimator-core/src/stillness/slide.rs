@@ -1,8 +1,8 @@
-//! The slide without shaking: how much speed a foot has picked up along the ground.
+//! Detection of slides without shaking, by the speed gained along the ground.
 //!
 //! A foot on a slick floor can slide off at a tenth of the acceleration that its stances show. Its
-//! accelerations all point one way, though, and add up. So what lies across up is summed into a speed
-//! that forgets:
+//! accelerations all point one way, though, and add up. So the component across up is summed into a speed
+//! that decays:
 //!
 //! ```text
 //! v ← v + clip(a)·dt − v·dt/τ
@@ -11,17 +11,17 @@
 //! ```
 //!
 //! The limit is the foot's own. *usual* is a quantile of the speed in the foot's stances: 0.5 mm/s on a
-//! noise-free simulated robot, 10 mm/s on a NAO. It is learnt from samples that are called stable, so it
+//! noise-free simulated robot, 10 mm/s on a NAO. It is learnt from samples that count as stable, so it
 //! grows where speeds are continuous from rest upwards, and stays where a gap lies between the stances
 //! and the slides. *turn* is the rate at which the foot rolls: an IMU at the heel of a foot that rolls
 //! over its toe moves, and slides nowhere.
 //!
-//! Nothing here is chosen for a sample rate, so a foot is judged alike at every rate from [`FULL_RATE`] on.
+//! No constant depends on a sample rate, so a foot is judged alike at every rate from [`FULL_RATE`] on.
 //! Below it the speed counts less and less, and not at all from [`SLOWEST_RATE`] down: a landing rings at up
-//! to 80 Hz, and of what rings between samples a sum is no speed.
+//! to 80 Hz, and the sum of a signal that rings between samples does not give a speed.
 //!
-//! What it cannot see: a steady acceleration below limit/τ, whatever speed it leads to; and a foot that
-//! slides on at a constant speed, once the start of it is forgotten; and slides at low rates.
+//! Not detected: a steady acceleration below limit/τ, whatever the resulting speed; a foot that
+//! slides on at a constant speed, once its start has decayed; and slides at low rates.
 
 use super::params::SlideParams;
 use crate::logarithm::exp;
@@ -29,13 +29,13 @@ use crate::order::Order;
 use crate::root::sqrt;
 use crate::vector::Vec3;
 
-/// Below this rate samples add up to no speed, Hz: a landing rings at up to 80 Hz.
+/// Rate below which samples do not add up to a speed, Hz: a landing rings at up to 80 Hz.
 const SLOWEST_RATE: f32 = 200.0;
 
-/// From this rate on they do, Hz; in between the speed counts by the way from one to the other.
+/// Rate from which the speed counts in full, Hz; in between its weight is interpolated linearly.
 const FULL_RATE: f32 = 300.0;
 
-/// Weight of the slide at a sample rate in Hz: 0 up to 200 Hz, where samples add up to no speed, 1 from 300 Hz on.
+/// Weight of the slide at a sample rate in Hz: 0 up to 200 Hz, where samples do not give a speed, 1 from 300 Hz on.
 #[must_use]
 pub fn slide_weight(sample_rate: f32) -> f32 {
     ((sample_rate - SLOWEST_RATE) / (FULL_RATE - SLOWEST_RATE))
@@ -46,42 +46,42 @@ pub fn slide_weight(sample_rate: f32) -> f32 {
 /// Range of the usual speed, m/s.
 const USUAL: (f32, f32) = (1.0e-4, 0.2);
 
-/// P above this is more probably still than not.
+/// Probability above which the foot is more probably still than not.
 const STILL: f32 = 0.5;
 
-/// What a sample rate makes of the parameters.
+/// Coefficients of the slide test at a sample rate.
 #[derive(Clone, Copy, Debug)]
 struct Coefficients {
     params: SlideParams,
     /// Time between samples, s.
     period: f32,
-    /// Share of the speed that is forgotten with each sample, of a foot that is still otherwise.
+    /// Share of the speed that decays with each sample while the foot is still by the other quantities.
     forget_still: f32,
-    /// The same of one that moves.
+    /// The same while the foot moves.
     forget_moving: f32,
     /// Share of the newest rate in its mean.
     newest_turn: f32,
-    /// Doubt by the square of the speed over the limit, and by its fourth power: less where samples come slowly.
+    /// Factors of the squared and of the fourth power of the speed over the limit; less at low sample rates.
     doubt: [f32; 2],
-    /// Square of what an acceleration counts up to, m²/s⁴.
+    /// Square of the limit of an acceleration in the sum, m²/s⁴.
     impact_squared: f32,
-    /// Square of the largest speed over the limit, of a foot that is still otherwise.
+    /// Square of the largest speed over the limit while the foot is still by the other quantities.
     still_most: f32,
-    /// The same of one that moves.
+    /// The same while the foot moves.
     moving_most: f32,
 }
 
-/// The speed along the ground, and what is usual of it.
+/// Speed along the ground, and the usual speed in a stance.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Slide {
     coefficients: Coefficients,
-    /// m/s, sensor frame.
+    /// Speed along the ground, m/s, sensor frame.
     speed: Vec3,
     /// Mean rate beyond [`SlideParams::rate`], rad/s.
     turn: f32,
-    /// Speed that is usual in a stance, m/s.
+    /// Usual speed in a stance, m/s.
     usual: f32,
-    /// Stances that it rests on, s; at most the memory.
+    /// Duration of the stances that it was learnt from, s; at most the memory.
     learnt: f32,
     /// Length of the stance so far, s.
     stance: f32,
@@ -133,8 +133,8 @@ impl Slide {
         self.limit_squared = self.standing_squared + turn * turn;
     }
 
-    /// Adds up an acceleration along the ground, m/s², on a foot that is still with probability `still` as
-    /// far as the other quantities go. Returns the probability that it does not slide.
+    /// Adds an acceleration along the ground, m/s², of a foot that is still with probability `still`
+    /// according to the other quantities. Returns the probability that it does not slide.
     #[inline]
     pub fn push(&mut self, level_acceleration: Vec3, still: f32) -> f32 {
         let Coefficients {
@@ -153,7 +153,7 @@ impl Slide {
             true => level_acceleration * (params.impact / sqrt(square)),
             false => level_acceleration,
         };
-        // What a swing has left in the sum says nothing about the stance after it.
+        // The sum left by a swing carries no information about the stance after it.
         let forget = forget_moving + (forget_still - forget_moving) * still;
         let left = self.speed * (1.0 - forget);
         let next = left + clipped * period;
@@ -162,7 +162,7 @@ impl Slide {
             false => moving_most,
         };
         let mut ratio = next.dot(next) / self.limit_squared;
-        // What would lead beyond the largest speed is not added: no root on the way to the probability.
+        // An increment beyond the largest speed is not added: no root on the way to the probability.
         self.speed = match ratio > most {
             true => left,
             false => next,
@@ -171,12 +171,12 @@ impl Slide {
         1.0 / (1.0 + ratio * (by_square + by_fourth * ratio))
     }
 
-    /// Returns whether the foot is no faster than one that stands.
+    /// Returns whether the foot is no faster than a standing one.
     pub fn is_slow(&self) -> bool {
         self.speed.dot(self.speed) < self.standing_squared
     }
 
-    /// Places the limit for the next sample, of a foot that turns at this rate, rad/s.
+    /// Updates the limit for the next sample, for a foot that turns at this rate, rad/s.
     pub fn roll(&mut self, rate: f32) {
         let Coefficients {
             params,
@@ -190,23 +190,23 @@ impl Slide {
         self.place_limit();
     }
 
-    /// Learns the usual speed from the newest sample, which is stable with this probability: steps of
-    /// a fixed size up and down lead to a quantile.
+    /// Learns the usual speed from the newest sample, which is stable with this probability: up and down
+    /// steps of a fixed size converge to a quantile.
     pub fn learn(&mut self, stable: f32) {
         let Coefficients { params, period, .. } = self.coefficients;
         if stable <= STILL {
             self.stance = 0.0;
             return;
         }
-        // Not beyond what is looked at, so that an hour of standing is not counted in steps of 1 ms.
+        // Limited to the range of interest, so that an hour of standing is not counted in steps of 1 ms.
         self.stance = (self.stance + period).lesser(2.0 * params.learn_until);
         if self.stance < params.learn_from || self.stance > params.learn_until {
             return;
         }
         self.learnt = (self.learnt + period).lesser(params.memory);
         let gain = params.gain * period / (self.learnt + params.prior);
-        // Up by the quantile, down by the rest of it, and in between near the usual speed, so that what is
-        // learnt does not hang on the last bit of a speed.
+        // Up by the quantile, down by its complement, and in between near the usual speed, so that the learnt
+        // value does not depend on the last bit of a speed.
         let ratio = self.speed.dot(self.speed) / (self.usual * self.usual);
         let square = ratio * ratio;
         let step = square / (1.0 + square) - (1.0 - params.quantile);
@@ -224,8 +224,8 @@ mod tests {
 
     const PARAMS: SlideParams = StillnessParams::DEFAULT.slide;
 
-    /// Feeds a foot that is still otherwise and turns at `rate`, for `seconds` at `sample_rate`; returns
-    /// the last probability.
+    /// Feeds a foot that is still by the other quantities and turns at `rate`, for `seconds` at `sample_rate`;
+    /// returns the last probability.
     fn feed(slide: &mut Slide, push: f32, rate: f32, seconds: f32, sample_rate: f32) -> f32 {
         let mut probability = 1.0;
         for _ in 0..(seconds * sample_rate) as u32 {
@@ -236,7 +236,7 @@ mod tests {
         probability
     }
 
-    /// A foot that has had quiet stances.
+    /// A foot after quiet stances.
     fn quiet(sample_rate: f32) -> Slide {
         let mut slide = Slide::new(PARAMS, sample_rate);
         for _ in 0..5 {
@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn a_landing_spike_counts_no_more_than_the_limit_of_a_sample() {
+    fn landing_spike_is_limited_per_sample() {
         let mut slide = Slide::new(PARAMS, 500.0);
         let probability = slide.push(Vec3::new(30.0, 0.0, 0.0), 1.0);
         assert!(probability > 0.5, "{probability}");

@@ -1,28 +1,28 @@
-//! The stride that a foot is in: whether it has swung as strongly as it usually does, and was calm before.
+//! State of the current stride: whether the foot has swung as strongly as usual, and was calm before.
 
 use super::evidence::LONGEST;
 use super::params::EvidenceParams;
 use crate::logarithm::exp;
 use crate::order::Order;
 
-/// Time in which the peak falls by one, of the logarithm, s.
+/// Time in which the peak decays by one, of the logarithm, s.
 const PEAK_FALLS: f32 = 2.0;
 
-/// Time constant of the mean that the peak is one of, s.
+/// Time constant of the mean whose peak is tracked, s.
 const PEAK_TIME_CONSTANT: f32 = 0.2;
 
-/// P below this leaves no doubt about the motion.
+/// Probability below which the foot is in motion without doubt.
 const SWINGS: f32 = 0.2;
 
-/// What a sample rate makes of the parameters.
+/// Coefficients of stride detection at a sample rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct StrideCoefficients {
     pub params: EvidenceParams,
     /// Time between samples, s.
     period: f32,
-    /// Share of the newest sample in the mean that shows calm.
+    /// Share of the newest sample in the mean that detects calm.
     newest_calm: f32,
-    /// The same of the mean that shows the strength of a swing.
+    /// Share of the newest sample in the mean that measures the strength of a swing.
     newest_slow: f32,
 }
 
@@ -37,24 +37,24 @@ impl StrideCoefficients {
     }
 }
 
-/// The stride that a foot is in, as far as its acceleration shows it.
+/// State of the current stride, as observed from the acceleration.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stride {
     /// Mean logarithm of the acceleration, over the mean of motion.
     mean: f32,
     /// The same over [`PEAK_TIME_CONSTANT`].
     slow: f32,
-    /// The highest that `slow` was lately, at least 0: so that a foot is found calm, too, of which the motion is
-    /// greater than what was learnt of another.
+    /// Recent maximum of `slow`, at least 0; lets a foot be found calm as well if its motion is
+    /// larger than that learnt from another.
     peak: f32,
     /// Time since the foot was calm, s.
     since_calm: f32,
-    /// Time since it swung, s.
+    /// Time since the foot swung, s.
     pub since_swing: f32,
 }
 
 impl Stride {
-    /// A foot that has just been switched on: what it shows first is learnt, as if it had swung.
+    /// State after power-up: the first samples are learnt from, as if the foot had swung.
     pub const START: Self = Self {
         mean: 0.0,
         slow: 0.0,
@@ -63,8 +63,8 @@ impl Stride {
         since_swing: 0.0,
     };
 
-    /// Takes in the logarithm of an acceleration over the mean of motion, of a sample that is stable with
-    /// a probability. A swing is no lower than `margin` below that mean.
+    /// Processes the logarithm of an acceleration over the mean of motion, of a sample that is stable with
+    /// a probability. A swing is at most `margin` below that mean.
     pub fn push(&mut self, of: &StrideCoefficients, over_mean: f32, margin: f32, stable: f32) {
         let EvidenceParams { calm, stride, .. } = of.params;
         self.mean += (over_mean - self.mean) * of.newest_calm;

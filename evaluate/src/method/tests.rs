@@ -1,4 +1,4 @@
-//! What each method may know, and what it answers.
+//! Tests of the knowledge and the answers of each method.
 
 use recordings::recording::Label;
 
@@ -6,7 +6,7 @@ use super::*;
 use crate::sets::{Family, Set};
 use crate::testing::labelled;
 
-/// Every kind of set, each with more than one recording.
+/// Sets of every kind, each with more than one recording.
 const SETS: [Set; 9] = [
     Set::Ground,
     Set::ThreeSteps,
@@ -19,12 +19,12 @@ const SETS: [Set; 9] = [
     Set::Walk,
 ];
 
-/// The index of a recording that teaches no other one of its family.
+/// Index of a recording that is no teacher within its family.
 const SLIP: usize = 2;
 
 type Row = (recordings::input::pce::Wrench, [f64; 6], Label);
 
-/// A walk of a foot that turns `slowness` times slower in its swing than in the first.
+/// Walk of a foot that turns `slowness` times slower in its swing than in the first walk.
 fn rows(slowness: f64) -> impl Iterator<Item = Row> {
     (0..2000_u32).map(move |k| {
         let noise = 0.01 * (f64::from(k * 7919 % 1000) / 1000.0 - 0.5);
@@ -64,27 +64,27 @@ fn probabilities(run: Option<&Run>) -> Option<Vec<f64>> {
 }
 
 #[test]
-fn a_threshold_is_what_the_other_recordings_say_and_not_the_one_scored() {
+fn threshold_depends_on_the_other_recordings_only() {
     for teachers in [Teachers::OtherFamilies, Teachers::SameFamily] {
         let method = Method::tuned(Detector::Shoe, teachers);
         let mut files = walks();
         let before = method.run(&files).unwrap().swap_remove(0).unwrap();
-        // Another motion in the recordings that tune the first moves the first's threshold …
+        // Another motion in the recordings that tune the first changes its threshold …
         for index in teachers.indices(&files, 0) {
             files[index] = labelled(SETS[index], rows(2000.0));
         }
         let after = method.run(&files).unwrap().swap_remove(0).unwrap();
         assert_ne!(before.answers.scored, after.answers.scored, "{teachers:?}");
-        // … while what it is a threshold on stays.
+        // … but not its ranking.
         assert_eq!(before.answers.ranking, after.answers.ranking);
     }
 }
 
 #[test]
-fn no_method_that_a_robot_can_run_changes_its_mind_by_what_comes_later() {
+fn causal_methods_do_not_depend_on_later_samples() {
     let files = walks();
     let mut cut = files.clone();
-    // What is learnt from others stays: nothing that is scored here learns from the slip set.
+    // The learnt values do not change, because no method learns from the slip set here.
     let keep = 1000;
     cut[SLIP] = labelled(Set::Slip, rows(1.2).take(keep));
     for method in Method::ALL {
@@ -101,7 +101,7 @@ fn no_method_that_a_robot_can_run_changes_its_mind_by_what_comes_later() {
 }
 
 #[test]
-fn no_method_uses_labels_of_the_recording_it_is_scored_on() {
+fn scored_recording_does_not_provide_labels() {
     let files = walks();
     for method in Method::ALL {
         let before = method.run(&files).unwrap();
@@ -118,7 +118,7 @@ fn no_method_uses_labels_of_the_recording_it_is_scored_on() {
 }
 
 #[test]
-fn what_is_tuned_on_other_families_uses_no_labels_of_its_own() {
+fn other_families_tuning_uses_no_labels_of_the_own_family() {
     let files = walks();
     let tuned = Method::ALL.into_iter().filter(|method| {
         matches!(method, Method::Tuned { teachers, .. } if *teachers == Teachers::OtherFamilies)
@@ -142,7 +142,7 @@ fn what_is_tuned_on_other_families_uses_no_labels_of_its_own() {
 }
 
 #[test]
-fn where_there_is_no_force_its_methods_are_absent_and_all_others_are_there() {
+fn force_methods_are_skipped_without_a_force() {
     let files = walks();
     for method in Method::ALL {
         let needs_robot = matches!(
@@ -163,7 +163,7 @@ fn where_there_is_no_force_its_methods_are_absent_and_all_others_are_there() {
 }
 
 #[test]
-fn what_several_runs_knew_is_said_once() {
+fn knowledge_of_several_runs_is_merged() {
     let runs = Method::tuned(Detector::Ared, Teachers::SameFamily)
         .run(&walks())
         .unwrap();

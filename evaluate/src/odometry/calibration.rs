@@ -1,4 +1,4 @@
-//! The velocity of feet in units of `sigma_v`, set by set.
+//! Velocity of feet in units of `sigma_v`, for each set.
 
 use std::path::Path;
 
@@ -11,34 +11,34 @@ use crate::error::Error;
 use crate::labelled::Labelled;
 use crate::sets::{Set, Source};
 
-/// Up to this `sigma_v` a foot is measured to stand, m/s.
+/// Maximum `sigma_v` at which a foot is considered standing, m/s.
 pub const SMALL: f32 = 0.03;
 
-/// How well `sigma_v` describes the velocity of the feet of a set.
+/// Agreement of `sigma_v` with the velocity of the feet of a set.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Calibration {
     /// The set.
     pub set: Set,
-    /// Mean of v²/σ² over all samples without doubt: 3 where σ is right. `None` where the velocity is unknown.
+    /// Mean of v²/σ² over all reliable samples, 3 if σ is correct; `None` if the velocity is unknown.
     pub mean_square: Option<f64>,
     /// Share of the samples with σ of at most [`SMALL`].
     pub small_share: f64,
-    /// Share of these with the label "stable".
+    /// Share of those samples with the label "stable".
     pub stable_where_small: f64,
 }
 
-/// An estimate with the truth about its sample.
+/// Estimate with the truth of its sample.
 struct Sample {
     estimate: ContactEstimate,
     label: Option<Label>,
-    /// m/s.
+    /// True speed, m/s.
     speed: Option<f64>,
 }
 
-/// Of all sets.
+/// Computes the calibration of all sets.
 ///
 /// # Errors
-/// A recording is absent, or what is wrong with it.
+/// A recording is missing or invalid.
 pub fn by_family(walks: &[Walk], datasets: &Path) -> Result<Vec<Calibration>, Error> {
     Set::ALL
         .into_iter()
@@ -64,7 +64,7 @@ fn samples(set: Set, walks: &[Walk], datasets: &Path) -> Result<Vec<Sample>, Err
     Ok(all)
 }
 
-/// The true speeds of a simulated foot; nothing of a file.
+/// True speeds of a simulated foot, m/s; empty for a file.
 fn speeds_of(source: Source) -> Vec<Option<f64>> {
     match source {
         Source::File(_) => Vec::new(),
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn velocity_counts_in_units_of_sigma() {
+    fn velocity_is_scaled_by_sigma() {
         let mut doubtful = sample(9.0, 100.0, Label::NotStable);
         doubtful.estimate.flags = Flags::NONE.with(Flag::Saturated);
         let samples = [

@@ -1,4 +1,4 @@
-//! The constants of `sigma_v`, chosen on one half of the walks and scored on the other.
+//! Constants of `sigma_v`, chosen on one half of the walks and scored on the other.
 
 use estimator_core::VelocityParams;
 
@@ -6,39 +6,39 @@ use super::detector::sigmas;
 use super::walk::Walk;
 use super::{OnWalk, scored};
 
-/// Speeds from which one is chosen, m/s.
+/// Candidate speeds, m/s.
 const SPEEDS: [f32; 5] = [0.03, 0.05, 0.07, 0.1, 0.2];
 
-/// Levers from which one is chosen, m.
+/// Candidate levers, m.
 const LEVERS: [f32; 4] = [0.05, 0.1, 0.15, 0.2];
 
-/// The mean NIS that chosen constants must have: 3 is right, and errors that last for a stance, as
-/// those of a rolling foot do, lower it.
+/// Range of the mean NIS for chosen constants: 3 is ideal, and errors that last for a stance, as those of a
+/// rolling foot, lower it.
 const NIS: std::ops::RangeInclusive<f64> = 1.5..=4.0;
 
 /// Constants chosen on one half of the walks, with their figures on the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SplitHalf {
-    /// The chosen [`VelocityParams::speed`], m/s.
+    /// Chosen [`VelocityParams::speed`], m/s.
     pub speed_m_s: f32,
-    /// The chosen [`VelocityParams::lever`], m.
+    /// Chosen [`VelocityParams::lever`], m.
     pub lever_m: f32,
     /// Mean error of the other walks, m.
     pub error_m: f64,
     /// Mean NIS of the other walks.
     pub nis: f64,
-    /// Mean error of the other walks with the default, m.
+    /// Mean error of the other walks with the default constants, m.
     pub default_error_m: f64,
 }
 
-/// The figures of some constants, walk by walk.
+/// Figures of candidate constants for each walk.
 struct Candidate {
     params: VelocityParams,
     walks: Vec<OnWalk>,
 }
 
-/// Chooses on every second walk and scores on the others, both ways: the constants with the least mean
-/// error among those with a mean NIS of 1.5 to 4.
+/// Chooses the constants on every second walk and scores them on the others, in both directions. The chosen
+/// constants have the least mean error among those with a mean NIS of 1.5 to 4.
 #[must_use]
 pub fn split_halves(walks: &[Walk]) -> Vec<SplitHalf> {
     let params = SPEEDS.into_iter().flat_map(|speed| {

@@ -1,4 +1,4 @@
-//! Zero-velocity detectors, as the standard deviation of a velocity measurement at each sample.
+//! Zero-velocity detectors, each as the standard deviation of a velocity measurement at each sample.
 //!
 //! | constant | value | source |
 //! |---|---|---|
@@ -14,22 +14,22 @@ use super::walk::Walk;
 use crate::peers::published;
 use crate::peers::shoe::{self, Noise};
 
-/// Standard deviation of the velocity where a detector says that the foot stands, m/s.
+/// Standard deviation of the velocity if a binary detector reports that the foot stands, m/s.
 pub const YES: f64 = 0.01;
 
-/// `PyShoe`'s noise of its sensor.
+/// Sensor noise of `PyShoe`.
 const PYSHOE_NOISE: Noise = Noise {
     acceleration: 0.000_98,
     rate: 8.726_646_3e-5,
 };
 
-/// `PyShoe`'s threshold.
+/// Threshold of `PyShoe`.
 const PYSHOE_THRESHOLD: f64 = 5.0e7;
 
-/// The lowest and the highest threshold of SHOE from which the best of a walk is chosen, and their number.
+/// Lowest and highest threshold of SHOE in the search for the best of a walk, and their number.
 const BEST_AMONG: (f64, f64, u32) = (1.0e6, 1.0e9, 25);
 
-/// When a foot is measured to stand, and how exactly.
+/// Source of zero-velocity measurements and their standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Detector {
     /// `sigma_v` at each sample.
@@ -44,14 +44,14 @@ pub enum Detector {
     OpenShoe,
     /// SHOE with the constants of `PyShoe`.
     PyShoe,
-    /// SHOE with the threshold that is best for this walk, by its truth.
+    /// SHOE with the best threshold for this walk, by its truth.
     BestShoe,
     /// ARED with the constants of `OpenShoe`.
     Ared,
 }
 
 impl Detector {
-    /// All detectors in the order in which they are shown.
+    /// All detectors in display order.
     pub const ALL: [Self; 8] = [
         Self::Sigma,
         Self::NineTenths,
@@ -78,8 +78,8 @@ impl Detector {
         }
     }
 
-    /// The standard deviation at each sample, m/s, `None` where there is no measurement; of several the
-    /// one counts that is best by the truth.
+    /// Candidate standard deviations at each sample, m/s, `None` without a measurement. If there are several
+    /// candidates, the best by the truth is used.
     #[must_use]
     pub fn candidates(self, walk: &Walk) -> Vec<Vec<Option<f64>>> {
         let of_estimates = |is_stable: fn(&ContactEstimate) -> bool| {
@@ -110,7 +110,7 @@ impl Detector {
     }
 }
 
-/// The standard deviation of the zero-velocity measurement with these parameters, m/s.
+/// Standard deviation of the zero-velocity measurement at each sample with these parameters, m/s.
 #[must_use]
 pub fn sigmas(estimates: &[ContactEstimate], params: &VelocityParams) -> Vec<Option<f64>> {
     let coefficients = VelocityCoefficients::new(params);
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn measurements_are_where_the_statistic_is_small() {
+    fn small_statistic_yields_a_measurement() {
         assert_eq!(below(&[1.0, 3.0], 2.0), [Some(YES), None]);
         assert_eq!(above(&[-2.9e4, -3.1e4]), [Some(YES), None]);
     }

@@ -1,12 +1,12 @@
-//! The distance between an estimated track and the true one.
+//! Error of an estimated track.
 
 use recordings::space::Vector;
 
-/// `PyShoe`'s error of a track, m: the mean over all samples of the root of the mean square of the
+/// Error of a track as in `PyShoe`, m: the mean over all samples of the root of the mean square of the
 /// three axes' errors. The mean distance in space is √3 times as long.
 ///
-/// Both tracks start at the origin. The estimated one is then turned about up by the angle that brings it
-/// closest to the true one in the sense of least squares: an IMU does not know its heading.
+/// Both tracks are shifted to start at the origin. The estimated one is then rotated about the vertical by
+/// the angle that fits the true one best by least squares, because an IMU does not know its heading.
 #[must_use]
 pub fn position_error(estimated: &[Vector], truth: &[Vector]) -> f64 {
     let (Some(start), Some(true_start)) = (estimated.first(), truth.first()) else {
@@ -44,7 +44,7 @@ mod tests {
     }
 
     #[test]
-    fn heading_and_start_are_no_error() {
+    fn heading_and_start_do_not_affect_the_error() {
         let turned: Vec<_> = track()
             .iter()
             .map(|at| Vector::new(7.0 - at.y, 5.0 + at.x, -3.0))

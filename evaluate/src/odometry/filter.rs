@@ -8,50 +8,50 @@
 //! ```
 //!
 //! The settings are those of `PyShoe`'s `INS.py`, which are those of `OpenShoe`: `σ_a` = 0.5 m/s²,
-//! `σ_ω` = 0.5 °/s; σ = 0.01 m/s for detectors that say yes or no; at the start 10 µm, 10 µm/s and 0.1°,
-//! and up is the mean of the first 20 specific forces, whose length is g. No bias is estimated.
+//! `σ_ω` = 0.5 °/s; σ = 0.01 m/s for binary detectors; initially 10 µm, 10 µm/s and 0.1°. The initial
+//! vertical is the mean of the first 20 specific forces, whose length is g. No bias is estimated.
 
 use recordings::space::{Rotation, Vector};
 
 use crate::window::Reading;
 
-/// Standard deviation of the acceleration, each axis and sample, m/s².
+/// Standard deviation of the acceleration per axis and sample, m/s².
 const ACCELERATION_NOISE: f64 = 0.5;
 
-/// Standard deviation of the angular rate, each axis and sample, rad/s.
+/// Standard deviation of the angular rate per axis and sample, rad/s.
 const RATE_NOISE: f64 = 0.5 * std::f64::consts::PI / 180.0;
 
-/// Standard deviation of position (m) and of velocity (m/s) at the start.
+/// Initial standard deviation of position, m, and velocity, m/s.
 const START: f64 = 1.0e-5;
 
-/// Standard deviation of the attitude at the start, rad.
+/// Initial standard deviation of the attitude, rad.
 const START_ATTITUDE: f64 = 0.1 * std::f64::consts::PI / 180.0;
 
-/// Samples at rest at the start, from which up and g are taken.
+/// Number of initial samples at rest that determine the vertical and g.
 const START_SAMPLES: usize = 20;
 
-/// The estimated motion.
+/// Estimated motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
-    /// At each sample, m; z is up, the heading arbitrary.
+    /// Position at each sample, m; z is up, the heading is arbitrary.
     pub positions: Vec<Vector>,
-    /// Mean over all measurements of the normalised innovation squared, vᵀ S⁻¹ v: 3 in the mean where
-    /// all σ are right. `None` without a measurement.
+    /// Mean over all measurements of the normalised innovation squared, vᵀ S⁻¹ v, expected to be 3 if all σ
+    /// are correct; `None` without a measurement.
     pub nis: Option<f64>,
 }
 
-/// A covariance of position, velocity and attitude.
+/// Covariance of position, velocity and attitude.
 type Covariance = [[f64; STATES]; STATES];
 
 const STATES: usize = 9;
 
-/// The places of the velocity among the states.
+/// Index of the first velocity state.
 const VELOCITY: usize = 3;
 
-/// The places of the attitude among the states.
+/// Index of the first attitude state.
 const ATTITUDE: usize = 6;
 
-/// The state and its uncertainty.
+/// State and its uncertainty.
 struct Filter {
     orientation: Rotation,
     velocity: Vector,
@@ -60,8 +60,8 @@ struct Filter {
     gravity: f64,
 }
 
-/// Runs the filter over readings that are `period` apart, s. `sigmas` has the standard deviation of the
-/// measured velocity at each sample, m/s; `None` where there is no measurement.
+/// Runs the filter over readings with a spacing of `period`, s. `sigmas` is the standard deviation of the
+/// measured velocity at each sample, m/s; `None` without a measurement.
 #[must_use]
 pub fn navigate(readings: &[Reading], period: f64, sigmas: &[Option<f64>]) -> Track {
     let mut filter = Filter::new(readings);
@@ -113,7 +113,7 @@ impl Filter {
         self.position = self.position + self.velocity * period;
     }
 
-    /// P ← F P Fᵀ + Q, with the specific force in the world.
+    /// Computes P ← F P Fᵀ + Q, with the specific force in the world frame.
     fn propagate(&mut self, force: Vector, period: f64) {
         let Vector { x, y, z } = force * period;
         // −T [f]×, row by row.
@@ -137,8 +137,8 @@ impl Filter {
         }
     }
 
-    /// Takes the velocity for zero, with this standard deviation, m/s. Returns the normalised innovation
-    /// squared.
+    /// Applies a measurement of zero velocity with this standard deviation, m/s. Returns the normalised
+    /// innovation squared.
     fn measure(&mut self, sigma: f64) -> f64 {
         let before = self.covariance;
         let mut innovation = [[0.0; 3]; 3];
@@ -182,17 +182,17 @@ impl Filter {
     }
 }
 
-/// The orientation in which a vector points up; the identity for one without a length.
+/// Orientation in which a vector points up; the identity for a zero vector.
 fn level(up: Vector) -> Rotation {
     let length = up.length();
     let half_way = Vector::new(0.0, 0.0, length) + up;
     match half_way.length() > 1.0e-9 * length {
-        // From `up` to z: twice the angle to the vector half-way.
+        // The rotation from `up` to z has twice the angle to the vector half-way.
         true => unit(Rotation {
             w: up.dot(half_way),
             v: up.cross(half_way),
         }),
-        // It points down.
+        // `up` points down.
         false => Rotation {
             w: if length > 0.0 { 0.0 } else { 1.0 },
             v: Vector::new(if length > 0.0 { 1.0 } else { 0.0 }, 0.0, 0.0),
@@ -200,7 +200,7 @@ fn level(up: Vector) -> Rotation {
     }
 }
 
-/// A rotation by a vector, rad.
+/// Rotation by a vector, rad.
 fn by_vector(vector: Vector) -> Rotation {
     let angle = vector.length();
     let (sine, cosine) = libm::sincos(0.5 * angle);
@@ -211,7 +211,7 @@ fn by_vector(vector: Vector) -> Rotation {
     }
 }
 
-/// The same rotation with length 1.
+/// Normalises a rotation to length 1.
 fn unit(rotation: Rotation) -> Rotation {
     let square = rotation.w * rotation.w + rotation.v.dot(rotation.v);
     let scale = 1.0 / libm::sqrt(square);
@@ -221,7 +221,7 @@ fn unit(rotation: Rotation) -> Rotation {
     }
 }
 
-/// The inverse of a symmetric matrix, by its cofactors.
+/// Inverse of a symmetric matrix, by its cofactors.
 fn inverse(m: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
     let [a, b, c] = m.map(Vector::from_array);
     let columns = [b.cross(c), c.cross(a), a.cross(b)];
@@ -235,8 +235,8 @@ mod tests {
 
     const G: f64 = 9.8;
 
-    /// Readings of a level foot that accelerates at 1 m/s² along x for a second, then slows down as much,
-    /// 100 Hz; at rest before and after.
+    /// Readings of a level foot at 100 Hz that accelerates at 1 m/s² along x for a second, then decelerates
+    /// equally; at rest before and after.
     fn pushed() -> Vec<Reading> {
         let acceleration = |k: usize| match k {
             100..200 => 1.0,
@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn attitude_turns_the_force_whatever_way_is_up() {
+    fn attitude_rotates_the_force_for_any_vertical() {
         for up in [
             [0.0, 0.0, 1.0],
             [0.0, 0.0, -1.0],
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn stance_takes_out_a_drift() {
+    fn stance_removes_a_drift() {
         // A bias of 0.1 m/s² drifts 20 cm in 2 s.
         let drifting: Vec<Reading> = (0..220)
             .map(|k| [if k < 20 { 0.0 } else { 0.1 }, 0.0, G, 0.0, 0.0, 0.0])
@@ -304,8 +304,8 @@ mod tests {
     }
 
     #[test]
-    fn nis_is_in_units_of_sigma() {
-        // A foot that moves with 0.1 m/s since the start, measured to stand within 0.01 m/s.
+    fn nis_is_scaled_by_sigma() {
+        // A foot that moves at 0.1 m/s, measured as standing with σ = 0.01 m/s.
         let mut readings = vec![[0.0, 0.0, G, 0.0, 0.0, 0.0]; 40];
         readings[30][0] = 10.0;
         let nis = |sigma: f64| {
@@ -323,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn inverse_of_a_symmetric_matrix_is_its_inverse() {
+    fn symmetric_matrix_times_its_inverse_is_the_identity() {
         let m = [[4.0, 1.0, 0.5], [1.0, 3.0, -0.2], [0.5, -0.2, 2.0]];
         let inverse = inverse(&m);
         for (i, row) in m.iter().enumerate() {

@@ -1,12 +1,12 @@
-//! Positions of a shoe from its IMU, with the zero-velocity measurements of each detector, beside an
-//! optical truth: what a contact estimate is worth to a state estimator.
+//! Positions of a shoe from its IMU with the zero-velocity measurements of each detector, compared with an
+//! optical reference: the benefit of a contact estimate for a state estimator.
 //!
 //! | step | module |
 //! |---|---|
 //! | the twelve walks with their positions | [`walk`] |
-//! | when the foot is measured to stand, and how exactly | [`detector`] |
+//! | zero-velocity measurements with their standard deviation | [`detector`] |
 //! | inertial navigation with these measurements: an error-state Kalman filter | [`filter`] |
-//! | the distance from the truth | [`error`] |
+//! | error of a track | [`error`] |
 //! | the constants of `sigma_v`, chosen on one half and scored on the other | [`constants`] |
 //! | the velocity of feet in units of `sigma_v` | [`calibration`] |
 //!
@@ -32,18 +32,18 @@ use error::position_error;
 use filter::navigate;
 use walk::Walk;
 
-/// A detector on one walk.
+/// Figures of a detector on one walk.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OnWalk {
-    /// The name of the recording.
+    /// Name of the recording.
     pub walk: String,
-    /// `PyShoe`'s error: see [`position_error`], m.
+    /// Error as in `PyShoe`, m: see [`position_error`].
     pub error_m: f64,
-    /// Mean normalised innovation squared of its measurements; 3 where σ is right. `None` where it gave none.
+    /// Mean normalised innovation squared of its measurements, 3 if σ is correct; `None` without a measurement.
     pub nis: Option<f64>,
 }
 
-/// A detector on all walks.
+/// Figures of a detector on all walks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OfDetector {
     /// The detector.
@@ -52,22 +52,22 @@ pub struct OfDetector {
     pub name: String,
     /// Mean error of the walks, m.
     pub mean_error_m: f64,
-    /// The largest error of a walk, m.
+    /// Largest error of a walk, m.
     pub largest_error_m: f64,
-    /// Mean NIS of the walks; `None` where a walk has no measurement.
+    /// Mean NIS of the walks; `None` if a walk has no measurement.
     pub mean_nis: Option<f64>,
-    /// Walk by walk.
+    /// Figures of each walk.
     pub walks: Vec<OnWalk>,
 }
 
-/// All detectors on all walks.
+/// Figures of all detectors on all walks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Odometry {
-    /// In the order of [`Detector::ALL`].
+    /// Detectors in the order of [`Detector::ALL`].
     pub detectors: Vec<OfDetector>,
-    /// The constants of `sigma_v` chosen on one half of the walks and scored on the other.
+    /// Constants of `sigma_v` chosen on one half of the walks and scored on the other.
     pub halves: Vec<SplitHalf>,
-    /// The velocity of feet in units of `sigma_v`, family by family.
+    /// Velocity of feet in units of `sigma_v`, for each family.
     pub calibration: Vec<Calibration>,
 }
 
@@ -75,7 +75,7 @@ impl Odometry {
     /// Evaluates every detector on the walks in the folder of datasets.
     ///
     /// # Errors
-    /// A file is absent, or what is wrong with it.
+    /// A file is missing or invalid.
     pub fn run(datasets: &Path) -> Result<Self, Error> {
         let walks = Walk::all(datasets)?;
         Ok(Self {
@@ -88,7 +88,7 @@ impl Odometry {
         })
     }
 
-    /// The figures of a detector.
+    /// Figures of a detector.
     #[must_use]
     pub fn of(&self, detector: Detector) -> Option<&OfDetector> {
         self.detectors.iter().find(|of| of.detector == detector)
@@ -120,7 +120,7 @@ impl OfDetector {
     }
 }
 
-/// One walk with one standard deviation per sample; a sample without has no measurement.
+/// Scores a walk with one standard deviation per sample; `None` is a sample without a measurement.
 #[must_use]
 pub fn scored(walk: &Walk, sigmas: &[Option<f64>]) -> OnWalk {
     let track = navigate(&walk.readings, walk.period, sigmas);

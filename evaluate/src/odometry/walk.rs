@@ -12,13 +12,13 @@ use crate::labelled::Labelled;
 use crate::sets::{Layout, SHOE_WALKS, Set};
 use crate::window::Reading;
 
-/// Folder of the positions beside that of the recordings.
+/// Folder of the positions, next to that of the recordings.
 pub const POSITIONS: &str = "pyshoe-positions";
 
-/// A walk with its truth and this estimator's answers, default preset.
+/// Walk with its truth and the estimates of the default preset.
 #[derive(Clone, Debug)]
 pub struct Walk {
-    /// The name of the recording.
+    /// Name of the recording.
     pub name: String,
     /// Time between samples, s.
     pub period: f64,
@@ -28,9 +28,9 @@ pub struct Walk {
     pub positions: Vec<Vector>,
     /// True speed at the samples, m/s.
     pub speeds: Vec<f64>,
-    /// The estimates, one per sample.
+    /// Estimates, one per sample.
     pub estimates: Vec<ContactEstimate>,
-    /// The recording with its labels.
+    /// Recording with its labels.
     pub labelled: Labelled,
 }
 
@@ -38,7 +38,7 @@ impl Walk {
     /// The twelve walks; files are in the folder of datasets.
     ///
     /// # Errors
-    /// A file is absent, or what is wrong with it.
+    /// A file is missing or invalid.
     pub fn all(datasets: &Path) -> Result<Vec<Self>, Error> {
         let labelled = Labelled::of_sets([Set::Shoe], datasets)?;
         SHOE_WALKS
@@ -53,8 +53,8 @@ impl Walk {
         let rows = labelled.readings.len();
         let [x, y, z] = columns(&datasets.join(file), ["x", "y", "z"], rows)?;
         let [speeds] = columns(&datasets.join(path), ["speed"], rows)?;
-        // The optical frame is left-handed with z up: PyShoe compares it with tracks whose z it has
-        // turned over.
+        // The optical frame is left-handed with z up; PyShoe compares it with tracks whose z it has
+        // inverted.
         let positions = x.iter().zip(&y).zip(&z);
         let positions = positions.map(|((x, y), z)| Vector::new(*x, -y, *z));
         Ok(Self {
@@ -69,7 +69,7 @@ impl Walk {
     }
 }
 
-/// Columns of a table with a header and this number of rows.
+/// Reads columns of a table with a header and this number of rows.
 fn columns<const N: usize>(
     path: &Path,
     names: [&str; N],

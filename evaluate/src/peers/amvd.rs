@@ -1,15 +1,15 @@
-//! AMVD: the acceleration's moving variance.
+//! AMVD: moving variance of the acceleration.
 //!
 //! ```text
 //! T = 1/N Σ ‖a_k − ā‖², ā the window's mean
 //! ```
 //!
-//! Source: Skog et al. 2010, as of [`shoe`](super::shoe), where the noise's variance divides it: a
-//! constant, which the threshold takes up.
+//! Source: Skog et al. 2010, see [`shoe`](super::shoe). The division by the variance of the noise, a constant,
+//! is left to the threshold.
 
 use crate::window::{Reading, over_windows};
 
-/// The statistic at each sample, m²/s⁴.
+/// Statistic at each sample, m²/s⁴.
 #[must_use]
 pub fn statistic(readings: &[Reading], window: usize) -> Vec<f64> {
     over_windows(readings, window, |window| {
@@ -29,7 +29,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_steady_acceleration_counts_as_rest() {
+    fn constant_acceleration_counts_as_rest() {
         assert_eq!(statistic(&[[3.0; 6]; 4], 3), [0.0; 4]);
     }
 

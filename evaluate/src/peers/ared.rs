@@ -1,15 +1,15 @@
-//! ARED: the angular rate's energy.
+//! ARED: energy of the angular rate.
 //!
 //! ```text
 //! T = 1/N Σ ‖ω_k‖²
 //! ```
 //!
-//! Source: Skog et al. 2010, as of [`shoe`](super::shoe), where the noise's variance divides it: a
-//! constant, which the threshold takes up.
+//! Source: Skog et al. 2010, see [`shoe`](super::shoe). The division by the variance of the noise, a constant,
+//! is left to the threshold.
 
 use crate::window::{Reading, moving_mean, rate_energy};
 
-/// The statistic at each sample, rad²/s².
+/// Statistic at each sample, rad²/s².
 #[must_use]
 pub fn statistic(readings: &[Reading], window: usize) -> Vec<f64> {
     moving_mean(readings, window, rate_energy)
@@ -20,7 +20,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_turning_counts() {
+    fn statistic_depends_on_the_angular_rate_only() {
         let readings = [
             [9.0, 9.0, 9.0, 0.0, 3.0, 4.0],
             [9.0, 9.0, 9.0, 0.0, 0.0, 0.0],

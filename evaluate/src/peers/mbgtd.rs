@@ -1,9 +1,9 @@
-//! MBGTD: the memory-based graph-theoretic detector.
+//! MBGTD: memory-based graph-theoretic detector.
 //!
-//! A window's samples are the nodes of a graph, joined by edges as long as their accelerations
-//! differ. A cut leaves the samples 0…s on one side and t…N−1 on the other; its weight is the
+//! The samples of a window are the nodes of a graph; the length of an edge is the difference of the
+//! accelerations. A cut has the samples 0…s on one side and t…N−1 on the other; its weight is the
 //! length of all edges across, over (t − s)(N − t + 1). The statistic is the largest weight over
-//! all cuts s < t: small where all samples are alike.
+//! all cuts s < t, which is small if all samples are similar.
 //!
 //! Source: Z. Wang, H. Zhao, S. Qiu, Q. Gao, *Stance-Phase Detection for ZUPT-Aided Foot-Mounted
 //! Pedestrian Navigation System*, IEEE/ASME Trans. Mechatronics 20(6), 2015, with the weight as in
@@ -14,10 +14,10 @@ use std::collections::VecDeque;
 
 use crate::window::Reading;
 
-/// The statistic at each sample, m/s². Takes N² steps per sample.
+/// Statistic at each sample, m/s², computed in N² steps per sample.
 #[must_use]
 pub fn statistic(readings: &[Reading], window: usize) -> Vec<f64> {
-    // Edges from each sample in the window to those before it in the window, nearest first.
+    // Edges from each sample in the window to those before it, nearest first.
     let mut edges: VecDeque<Vec<f64>> = VecDeque::with_capacity(window + 1);
     let of_sample = |(index, reading): (usize, &Reading)| {
         let before = index.min(window - 1);
@@ -38,7 +38,7 @@ fn distance(a: &Reading, b: &Reading) -> f64 {
 
 fn heaviest_cut(edges: &VecDeque<Vec<f64>>) -> f64 {
     let samples = edges.len();
-    // Of the sample `t` and all after it: the length of all edges to 0…s, at place s.
+    // Element s is the length of all edges from the samples t and later to 0…s.
     let mut across = vec![0.0; samples];
     let mut heaviest: f64 = 0.0;
     for t in (1..samples).rev() {
@@ -57,7 +57,7 @@ fn heaviest_cut(edges: &VecDeque<Vec<f64>>) -> f64 {
 mod tests {
     use super::*;
 
-    /// By the definition, without anything kept from sample to sample.
+    /// Computes the statistic by its definition, without state between samples.
     fn by_definition(window: &[Reading]) -> f64 {
         let n = window.len();
         let mut heaviest: f64 = 0.0;
@@ -72,7 +72,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_kept_from_sample_to_sample_changes_nothing() {
+    fn incremental_statistic_equals_the_definition() {
         let readings: Vec<Reading> = (0..40_u32)
             .map(|k| [0, 1, 2, 3, 4, 5].map(|axis| f64::from((k * k * 7 + axis * 13) % 23)))
             .collect();
@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_that_are_alike_have_no_cut() {
+    fn equal_samples_have_statistic_zero() {
         assert_eq!(statistic(&[[5.0; 6]; 8], 4), [0.0; 8]);
     }
 }

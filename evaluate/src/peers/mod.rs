@@ -1,6 +1,6 @@
-//! Detectors that others published: yes or no from a threshold on a statistic.
+//! Published detectors: a binary answer from a threshold on a statistic.
 //!
-//! | detector | module | what it looks at |
+//! | detector | module | input |
 //! |---|---|---|
 //! | SHOE, the generalised likelihood-ratio test | [`shoe`] | acceleration and angular rate |
 //! | ARED, angular-rate energy | [`ared`] | angular rate |
@@ -8,11 +8,10 @@
 //! | MBGTD, memory-based graph-theoretic detector | [`mbgtd`] | acceleration |
 //! | threshold and Schmitt trigger on the ground reaction force | [`grf`] | vertical force |
 //!
-//! The statistics here are small where the foot rests. They are computed over trailing windows, on
-//! the recording's own acceleration: it contains gravity where the accelerometer's does, and AMVD and
-//! MBGTD make no difference of that. [`published`] has SHOE and ARED with the constants of their
-//! authors. A [`Detector`] takes the paper's window instead, and [`threshold`] chooses where yes
-//! begins, on recordings that are not the one scored.
+//! The statistics are small if the foot rests. They are computed over trailing windows, on the
+//! recording's own acceleration, which may contain gravity; AMVD and MBGTD do not distinguish the two
+//! cases. [`published`] has SHOE and ARED with the constants of their authors. A [`Detector`] uses the
+//! paper's window instead, and [`threshold`] chooses its threshold on recordings other than the scored one.
 
 pub mod amvd;
 pub mod ared;
@@ -59,8 +58,8 @@ impl Detector {
         }
     }
 
-    /// The score at each sample on which there is a threshold, larger where the foot rather rests;
-    /// `None` where the recording lacks the signal.
+    /// Score at each sample for the threshold, larger if the foot is more likely at rest; `None` if the recording
+    /// lacks the signal.
     #[must_use]
     pub fn scores(self, file: &Labelled) -> Option<Vec<f64>> {
         let readings = &file.readings;
@@ -86,14 +85,12 @@ fn negated(statistic: Vec<f64>) -> Vec<f64> {
     statistic.into_iter().map(|value| -value).collect()
 }
 
-/// The weight of all samples of a group: large, so that the weight of one is exact enough as a whole
-/// number, and small enough for sums.
+/// Total weight of a group, large enough to divide it among samples as integers, and small enough for sums.
 const GROUP_WEIGHT: i64 = 1 << 48;
 
-/// The threshold above which "stable" is answered, for the fewest wrong answers, in which each group
-/// counts alike, however many samples it has: of values that answer equally well, the highest. It
-/// lies halfway between two values that occur. For a yes-or-no detector the share of wrong answers is
-/// the square of the RMSE.
+/// Chooses the threshold above which the answer is "stable", for the fewest wrong answers, with equal weight
+/// for each group; among equally good values, the highest. It lies halfway between two values that occur.
+/// For a binary detector, the share of wrong answers is the square of the RMSE.
 #[must_use]
 pub fn threshold(groups: &[Vec<Scored>]) -> f64 {
     let weighted = groups.iter().flat_map(|group| {
@@ -102,7 +99,7 @@ pub fn threshold(groups: &[Vec<Scored>]) -> f64 {
     });
     let mut ranked: Vec<(&Scored, i64)> = weighted.collect();
     ranked.sort_by(|(a, _), (b, _)| b.probability.total_cmp(&a.probability));
-    // Right answers gained, over "never stable", by calling everything from here up stable.
+    // Right answers gained over "never stable" if all samples from here up are called stable.
     let (mut gained, mut most) = (0_i64, 0_i64);
     let mut best = ranked
         .first()
@@ -128,7 +125,7 @@ pub fn threshold(groups: &[Vec<Scored>]) -> f64 {
     best
 }
 
-/// Yes or no, as a probability of 1 or 0.
+/// Binary answers as probabilities of 1 or 0.
 #[must_use]
 pub fn answers(scores: &[f64], threshold: f64) -> Vec<f64> {
     let answer = |score: &f64| if *score > threshold { 1.0 } else { 0.0 };
@@ -150,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn the_threshold_gives_the_fewest_wrong_answers() {
+    fn threshold_minimises_wrong_answers() {
         use Label::{NotStable, Stable};
         // Above 4: one miss. Above 2: one false alarm and nothing missed, no better; above 6: two.
         let samples = scored(&[
@@ -168,18 +165,18 @@ mod tests {
     }
 
     #[test]
-    fn a_long_group_counts_no_more_than_a_short_one() {
+    fn groups_have_equal_weight_in_the_threshold() {
         use Label::{NotStable, Stable};
-        // Alone, each would put the threshold elsewhere: the long one at 2, the short one at 5.
+        // Alone, the long group has its threshold at 2, the short one at 5.
         let long = scored(&[[(1.0, NotStable), (3.0, Stable)]; 50].concat());
         let short = scored(&[(3.0, NotStable), (4.0, NotStable), (6.0, Stable)]);
         assert_eq!(threshold(&[long.clone(), short.clone()]), 5.0);
-        // As one group, the many samples win.
+        // As one group, the samples of the long group dominate.
         assert_eq!(threshold(&[[long, short].concat()]), 2.0);
     }
 
     #[test]
-    fn where_all_is_stable_all_is_answered_so_and_where_nothing_is_nothing() {
+    fn threshold_of_a_single_label_gives_that_answer() {
         let always = scored(&[(-3.0, Label::Stable), (2.0, Label::Stable)]);
         assert!(threshold(std::slice::from_ref(&always)) < -3.0);
         let never = scored(&[(-3.0, Label::NotStable), (2.0, Label::NotStable)]);

@@ -1,4 +1,4 @@
-//! SHOE and ARED with the constants that were published with them, and so without any tuning.
+//! SHOE and ARED with their published constants, without tuning.
 //!
 //! | constant | value | source |
 //! |---|---|---|
@@ -12,9 +12,9 @@
 //! detector's statistic by the noise, as Skog et al. 2010 do, and has one γ for all of them: for
 //! ARED that is an angular rate of 17 °/s, root mean square over the window.
 //!
-//! Here the window is a duration, and it trails. A slow recording gets at least the five samples.
-//! `OpenShoe` itself has a window of 3 samples at 250 Hz, and calls every sample in a window at rest
-//! where the window is.
+//! Here the window is a duration, and it trails. It has at least five samples in slow recordings.
+//! `OpenShoe` itself has a window of 3 samples at 250 Hz, and classifies every sample of a window at rest
+//! as at rest.
 
 use super::shoe::{self, Noise};
 use super::{ared, negated};
@@ -26,16 +26,16 @@ pub const NOISE: Noise = Noise {
     rate: 0.1 * std::f64::consts::PI / 180.0,
 };
 
-/// γ: the foot rests where the statistic is below it.
+/// γ: the foot is at rest if the statistic is below it.
 pub const THRESHOLD: f64 = 0.3e5;
 
-/// s.
+/// Duration of the window, s.
 pub const WINDOW: f64 = 0.025;
 
-/// Fewest samples in a window.
+/// Minimum number of samples in a window.
 pub const FEWEST_SAMPLES: usize = 5;
 
-/// SHOE's score at each sample: "stable" above −[`THRESHOLD`].
+/// Score of SHOE at each sample: "stable" above −[`THRESHOLD`].
 #[must_use]
 pub fn shoe(file: &Labelled) -> Vec<f64> {
     let gravity = file.recording.gravity;
@@ -47,7 +47,7 @@ pub fn shoe(file: &Labelled) -> Vec<f64> {
     ))
 }
 
-/// ARED's score at each sample: "stable" above −[`THRESHOLD`].
+/// Score of ARED at each sample: "stable" above −[`THRESHOLD`].
 #[must_use]
 pub fn ared(file: &Labelled) -> Vec<f64> {
     let energy = ared::statistic(&file.readings, window(file));
@@ -66,7 +66,7 @@ mod tests {
     use crate::testing::labelled;
     use recordings::recording::Label;
 
-    /// A foot that turns at a steady rate, rad/s.
+    /// Recording of a foot that turns at a constant rate, rad/s.
     fn turning(rate: f64) -> Labelled {
         let row = ([0.0; 6], [0.0, 0.0, 0.0, rate, 0.0, 0.0], Label::Stable);
         labelled(Set::Shoe, std::iter::repeat_n(row, 50))
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_recording_has_at_least_five_samples_in_a_window() {
+    fn window_has_at_least_five_samples() {
         let mut file = turning(1.0);
         assert_eq!(window(&file), 25);
         file.recording.sample_rate = 100.0;

@@ -1,12 +1,12 @@
-//! SHOE: the generalised likelihood-ratio test for "does not move".
+//! SHOE: generalised likelihood-ratio test for standstill.
 //!
 //! ```text
 //! T = 1/N Σ ( ‖a_k − g ā/‖ā‖‖² / σ_a² + ‖ω_k‖² / σ_ω² ), ā the window's mean
 //! ```
 //!
 //! Source: I. Skog, P. Händel, J.-O. Nilsson, J. Rantakokko, *Zero-Velocity Detection — An
-//! Algorithm Evaluation*, IEEE Trans. Biomedical Engineering 57(11), 2010. Where gravity has been
-//! removed from the acceleration, g is 0.
+//! Algorithm Evaluation*, IEEE Trans. Biomedical Engineering 57(11), 2010. If gravity has been removed
+//! from the acceleration, g is 0.
 
 use std::collections::VecDeque;
 
@@ -15,16 +15,16 @@ use estimator_core::params::STANDARD_GRAVITY;
 
 use crate::window::{Reading, acceleration_energy, over_windows, rate_energy};
 
-/// The standard deviations by which SHOE scales the two sensors.
+/// Standard deviations by which SHOE scales the two sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
-    /// Of the acceleration, m/s².
+    /// Standard deviation of the acceleration, m/s².
     pub acceleration: f64,
-    /// Of the angular rate, rad/s.
+    /// Standard deviation of the angular rate, rad/s.
     pub rate: f64,
 }
 
-/// The statistic at each sample.
+/// Statistic at each sample.
 #[must_use]
 pub fn statistic(readings: &[Reading], window: usize, noise: Noise, gravity: Gravity) -> Vec<f64> {
     let gravity = match gravity {
@@ -55,7 +55,7 @@ mod tests {
     };
 
     #[test]
-    fn each_sensor_counts_in_units_of_its_noise() {
+    fn sensors_are_scaled_by_their_noise() {
         let readings = [[2.0, 0.0, 0.0, 0.0, 0.3, 0.0], [0.0; 6]];
         let statistic = statistic(&readings, 2, NOISE, Gravity::Removed);
         assert!((statistic[0] - 13.0).abs() < 1e-9, "{statistic:?}");
@@ -63,12 +63,12 @@ mod tests {
     }
 
     #[test]
-    fn gravity_lies_along_the_mean_force_whatever_the_attitude() {
+    fn gravity_is_removed_along_the_mean_force() {
         let g = f64::from(STANDARD_GRAVITY);
         let tilted = [[0.6 * g, 0.0, -0.8 * g, 0.0, 0.0, 0.0]; 3];
         let at_rest = statistic(&tilted, 2, NOISE, Gravity::Included);
         assert!(at_rest.iter().all(|t| t.abs() < 1e-9), "{at_rest:?}");
-        // Half a metre per second squared to either side of gravity, and along it.
+        // 0.5 m/s² to either side of gravity, and along it.
         let aside = [[0.5, 0.0, g, 0.0, 0.0, 0.0], [-0.5, 0.0, g, 0.0, 0.0, 0.0]];
         let along = [[0.0, 0.0, g + 0.5, 0.0, 0.0, 0.0]; 2];
         for readings in [aside, along] {

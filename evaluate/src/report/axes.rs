@@ -1,4 +1,4 @@
-//! The axes of a picture's one chart, the same in all pictures of shares.
+//! Axes of a chart, shared by all pictures of shares.
 
 use std::error::Error;
 use std::ops::Range;
@@ -14,7 +14,7 @@ use footfall::plot::{
 type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 type Mesh<'a, 'b> = MeshStyle<'a, 'b, RangedCoordf64, RangedCoordf64, SVGBackend<'a>>;
 
-/// A chart over two ranges with room for numbers and titles.
+/// Builds a chart over two ranges with room for numbers and titles.
 pub(super) fn chart<'a>(
     area: &Area<'a>,
     across: Range<f64>,
@@ -28,7 +28,7 @@ pub(super) fn chart<'a>(
         .build_cartesian_2d(across, up)?)
 }
 
-/// How the numbers, titles and lines of a grid look.
+/// Sets the style of the numbers, titles and lines of a grid.
 pub(super) fn styled<'a, 'b, 'm>(
     mesh: &'m mut Mesh<'a, 'b>,
     across: &str,

@@ -1,4 +1,4 @@
-//! Histograms side by side: what share of samples lies how far off.
+//! Side-by-side histograms of errors.
 
 use std::io;
 
@@ -14,10 +14,10 @@ const WIDTH: u32 = 1200;
 const HEIGHT: u32 = 560;
 const LEGEND_HEIGHT: u32 = 44;
 
-/// Bars over [0, 1].
+/// Number of bars over [0, 1].
 pub const BARS: usize = 20;
 
-/// The errors of one method.
+/// Errors of one method.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
     /// The method, for the legend.
@@ -26,10 +26,10 @@ pub struct Series {
     pub errors: Vec<f64>,
 }
 
-/// Draws both distributions as bars beside each other.
+/// Draws both distributions as adjacent bars.
 ///
 /// # Errors
-/// What the drawing library reports; writing to memory gives it no reason to.
+/// The drawing library reports an error, which is not expected when writing to memory.
 pub fn svg(title: &str, series: &[Series; 2]) -> io::Result<String> {
     let mut text = String::new();
     draw(&mut text, title, series).map_err(io::Error::other)?;
@@ -72,7 +72,7 @@ fn draw(text: &mut String, title: &str, series: &[Series; 2]) -> Drawn {
     Ok(())
 }
 
-/// The share of values in each bar, %. A bar holds its lower end, the last holds 1 too.
+/// Share of values in each bar, %. A bar includes its lower end, the last one also 1.
 fn shares(values: &[f64]) -> [f64; BARS] {
     let mut shares = [0.0; BARS];
     for value in values {
@@ -87,14 +87,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn both_ends_have_their_bar_and_shares_add_up() {
+    fn bars_cover_both_ends_and_shares_add_up() {
         let shares = shares(&[0.0, 0.049, 0.5, 1.0]);
         assert_eq!((shares[0], shares[10], shares[19]), (50.0, 25.0, 25.0));
         assert_eq!(shares.iter().sum::<f64>(), 100.0);
     }
 
     #[test]
-    fn the_picture_names_both_methods_and_its_axes() {
+    fn picture_labels_both_methods_and_axes() {
         let series = |name: &str| Series {
             name: name.to_owned(),
             errors: vec![0.1, 0.9],

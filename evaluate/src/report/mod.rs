@@ -1,5 +1,5 @@
-//! An evaluation as tables ([`table`]) and [`pictures`], which are a [`histogram`](mod@histogram) and a
-//! [`reliability`](mod@reliability) diagram; and [`odometry`] as tables.
+//! Reports of an evaluation: tables ([`table`]) and [`pictures`], which are a [`histogram`](mod@histogram) and
+//! a [`reliability`](mod@reliability) diagram; and tables of [`odometry`].
 
 mod axes;
 pub mod histogram;

@@ -1,4 +1,4 @@
-//! Odometry with each detector, as tables.
+//! Tables of the odometry with each detector.
 
 use std::fmt;
 
@@ -8,7 +8,7 @@ use crate::odometry::{Calibration, OfDetector, SplitHalf};
 
 use super::table::{Style, Table, none, write_title, written};
 
-/// The detectors, the constants of `sigma_v` chosen on halves, and the velocities in units of it.
+/// Tables of the detectors, of the constants of `sigma_v` chosen on halves, and of the velocities in its units.
 #[must_use]
 pub fn odometry_tables(odometry: &Odometry, style: Style) -> String {
     written(|to| {

@@ -1,5 +1,4 @@
-//! An evaluation's pictures: how large the errors are, and whether a probability means what it
-//! says.
+//! Pictures of an evaluation: distribution of the errors, and reliability of the probabilities.
 
 use std::io;
 
@@ -10,11 +9,11 @@ use scoring::reliability::{bins, calibration_error};
 
 use super::{histogram as histogram_plot, reliability as reliability_diagram};
 
-/// The paper's comparison: the histogram of |P − label| of this estimator and of fuzzy c-means
-/// on the recording with slip, as an SVG.
+/// Draws the paper's comparison as an SVG: the histogram of |P − label| of this estimator and of fuzzy c-means
+/// on the recording with slip.
 ///
 /// # Errors
-/// What the drawing library reports.
+/// The drawing library reports an error.
 pub fn histogram(evaluation: &Evaluation) -> io::Result<String> {
     let series = [Method::Default, Method::FuzzyCMeans].map(|method| histogram_plot::Series {
         name: method.name(),
@@ -28,11 +27,11 @@ pub fn histogram(evaluation: &Evaluation) -> io::Result<String> {
     histogram_plot::svg(title, &series)
 }
 
-/// The reliability diagrams of the methods that give a probability, on the two robots' families,
-/// as one SVG.
+/// Draws the reliability diagrams of the methods that give a probability, on the two robots' families, as one
+/// SVG.
 ///
 /// # Errors
-/// What the drawing library reports.
+/// The drawing library reports an error.
 pub fn reliability(evaluation: &Evaluation) -> io::Result<String> {
     let panels = Pool::ALL.map(|pool| {
         let methods = [Method::Default, Method::Paper, Method::FuzzyCMeans];

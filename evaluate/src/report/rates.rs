@@ -1,4 +1,4 @@
-//! The default preset at several sample rates, as tables.
+//! Tables of the default preset at several sample rates.
 
 use crate::evaluation::Evaluation;
 use crate::rates::AtRate;
@@ -6,7 +6,7 @@ use crate::score::Scores;
 
 use super::table::{Table, none};
 
-/// RMSE and share of the stable samples that are missed: row by row a set, column by column a rate.
+/// RMSE and share of the stable samples that are missed, with a row per set and a column per rate.
 pub(super) fn by_set(evaluation: &Evaluation) -> Table {
     let cell = |scores: Option<&Scores>| -> String {
         let Some(scores) = scores else { return none() };

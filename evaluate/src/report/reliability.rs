@@ -1,4 +1,4 @@
-//! Reliability diagrams: how often a probability comes true, over what it says.
+//! Reliability diagrams: observed share of stable samples over the estimated probability.
 
 use std::io;
 
@@ -14,31 +14,31 @@ use footfall::plot::{
 
 const WIDTH: u32 = 1600;
 const HEIGHT: u32 = 860;
-/// A title and three lines of legend.
+/// Height of a title and three lines of legend, pixels.
 const LEGEND_HEIGHT: u32 = 150;
 
 /// One line of a diagram.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    /// What it is, for the legend.
+    /// Name in the legend.
     pub name: String,
-    /// Its bins, in order of probability.
+    /// Bins in order of probability.
     pub bins: Vec<Bin>,
 }
 
 /// One diagram.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Panel {
-    /// What the diagram is about.
+    /// Title of the diagram.
     pub title: String,
-    /// The lines in it.
+    /// Lines of the diagram.
     pub series: [Series; 3],
 }
 
-/// Draws two diagrams beside each other. A dot's area grows with the samples in its bin.
+/// Draws two diagrams side by side. The area of a dot grows with the number of samples in its bin.
 ///
 /// # Errors
-/// What the drawing library reports; writing to memory gives it no reason to.
+/// The drawing library reports an error, which is not expected when writing to memory.
 pub fn svg(title: &str, panels: &[Panel; 2]) -> io::Result<String> {
     let mut text = String::new();
     draw(&mut text, title, panels).map_err(io::Error::other)?;
@@ -91,7 +91,7 @@ fn draw_panel(area: &Area<'_>, panel: &Panel) -> Drawn {
     Ok(())
 }
 
-/// The radius of the dot for some of all samples, in pixels: never so small that it is lost.
+/// Radius of the dot for a share of the samples, pixels, limited to a visible minimum.
 fn radius(samples: usize, all: usize) -> i32 {
     let share = samples as f64 / all.max(1) as f64;
     4 + (28.0 * share.sqrt()).round() as i32
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn every_bin_has_its_dot_and_every_line_its_name() {
+    fn every_bin_has_a_dot_and_every_line_a_name() {
         let svg = svg("reliability", &[panel("left"), panel("right")]).unwrap();
         // Six bins and three legend entries in each panel.
         assert_eq!(svg.matches("<circle").count(), 2 * (6 + 3));
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn a_dots_area_grows_with_its_samples_and_no_dot_is_lost() {
+    fn dot_area_grows_with_samples_from_a_visible_minimum() {
         assert_eq!(radius(0, 100), 4);
         assert_eq!(radius(100, 100), 32);
         assert_eq!(radius(25, 100), 18);

@@ -1,4 +1,4 @@
-//! An evaluation as tables: aligned for a terminal, or in Markdown.
+//! Tables of an evaluation, aligned for a terminal or in Markdown.
 
 use std::fmt::{self, Write};
 
@@ -13,7 +13,7 @@ use scoring::metrics::Latency;
 
 use super::rates;
 
-/// How a table is written.
+/// Format of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Style {
     /// Columns aligned with spaces.
@@ -22,7 +22,7 @@ pub enum Style {
     Markdown,
 }
 
-/// A table: a head and rows of as many cells.
+/// Table of a head and rows with the same number of cells.
 pub(super) struct Table {
     pub(super) head: Vec<String>,
     pub(super) rows: Vec<Vec<String>>,
@@ -62,7 +62,7 @@ impl Table {
     }
 }
 
-/// A figure of merit, as a table shows it.
+/// Figure of merit in a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Figure {
     Rmse,
@@ -111,7 +111,7 @@ impl Figure {
     }
 }
 
-/// The samples that a figure is of.
+/// Samples that a figure is computed over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Scope {
     /// The mean over [`Set::AVERAGED`].
@@ -152,8 +152,8 @@ impl Scope {
     }
 }
 
-/// The methods that a README has room for: this estimator, the authors' script, detectors without
-/// and with tuning, and the best with a force.
+/// Methods in the README: this estimator, the authors' script, detectors without and with tuning, and the best
+/// with a force.
 const BRIEF_METHODS: [Method; 11] = [
     Method::Default,
     Method::WarmStart,
@@ -180,7 +180,7 @@ const BRIEF_COLUMNS: [(Scope, Figure); 9] = [
     (Scope::Robots, Figure::Rmse),
 ];
 
-/// The figures that are shown set beside set.
+/// Figures that are compared across sets.
 const COMPARED: [Figure; 5] = [
     Figure::Rmse,
     Figure::RocAuc,
@@ -189,8 +189,8 @@ const COMPARED: [Figure; 5] = [
     Figure::FalseStable,
 ];
 
-/// The table for the README: some methods and some figures of the
-/// [full tables](full_tables), and the default preset at the board's sample rate.
+/// Table for the README: some methods and figures of the [full tables](full_tables), and the default preset
+/// at the board's sample rate.
 #[must_use]
 pub fn brief_table(evaluation: &Evaluation, style: Style) -> String {
     let methods = evaluation.methods.iter();
@@ -209,7 +209,7 @@ pub fn brief_table(evaluation: &Evaluation, style: Style) -> String {
     };
     let board = evaluation.rates.iter().filter(|at| at.rate == BOARD_RATE);
     let mut rows: Vec<_> = brief.map(row).collect();
-    // Below the default preset at the recordings' own rates.
+    // The row follows the default preset at the recordings' own rates.
     rows.splice(1..1, board.map(at_rate));
     let table = Table {
         head: head(BRIEF_COLUMNS.iter().map(title)),
@@ -218,8 +218,8 @@ pub fn brief_table(evaluation: &Evaluation, style: Style) -> String {
     written(|to| table.write(style, to))
 }
 
-/// Everything: the means over sets, the sample rates, the pools, each figure set beside set, then for each set all
-/// figures and what each method knew.
+/// All tables: the means over sets, the sample rates, the pools, each figure across sets, then for each set all
+/// figures and the knowledge of each method.
 #[must_use]
 pub fn full_tables(evaluation: &Evaluation, style: Style) -> String {
     written(|to| {
@@ -251,7 +251,7 @@ pub fn full_tables(evaluation: &Evaluation, style: Style) -> String {
     })
 }
 
-/// All figures of one scope, of the methods that have any.
+/// Table of all figures of one scope, for the methods that have any.
 fn scope_table(evaluation: &Evaluation, scope: Scope) -> Table {
     let row = |evaluated: &Evaluated| {
         let scores = scope.scores(evaluated)?;
@@ -264,7 +264,7 @@ fn scope_table(evaluation: &Evaluation, scope: Scope) -> Table {
     }
 }
 
-/// One figure of all methods: the means, ATLAS pooled, and every set.
+/// Table of one figure of all methods: the means, ATLAS pooled, and every set.
 fn figure_table(evaluation: &Evaluation, figure: Figure) -> Table {
     let scopes = || {
         let sets = Set::ALL.into_iter().map(Scope::Set);
@@ -282,7 +282,7 @@ fn figure_table(evaluation: &Evaluation, figure: Figure) -> Table {
     }
 }
 
-/// All figures on a set, of the methods that can run on it.
+/// Table of all figures on a set, for the methods that can run on it.
 fn set_table(evaluation: &Evaluation, set: Set) -> Table {
     let titles = Figure::ALL.into_iter().map(Figure::title);
     let titles = titles.chain(["on", "off", "missed", "what it knew"]);
@@ -309,7 +309,7 @@ fn head(titles: impl IntoIterator<Item = String>) -> Vec<String> {
     ["method".to_owned()].into_iter().chain(titles).collect()
 }
 
-/// A set with its recording's name, where it has one alone.
+/// Name of a set, with that of its recording if it has only one.
 fn set_title(about: &About) -> String {
     match about.recordings.as_slice() {
         [recording] => format!("{}: {recording}", about.set.name()),
@@ -335,7 +335,7 @@ pub(super) fn write_title(title: &str, style: Style, to: &mut String) -> fmt::Re
 
 pub(super) fn written(write: impl FnOnce(&mut String) -> fmt::Result) -> String {
     let mut text = String::new();
-    // A string takes all that is written to it.
+    // Writing to a String does not fail.
     let _ = write(&mut text);
     text
 }
@@ -372,13 +372,13 @@ mod tests {
     }
 
     #[test]
-    fn columns_line_up_for_a_terminal() {
+    fn text_columns_are_aligned() {
         let text = written(|to| table().write(Style::Text, to));
         assert_eq!(text, "method    RMSE\nours      0.25\nauthors'  –\n");
     }
 
     #[test]
-    fn markdown_has_its_bars() {
+    fn markdown_rows_have_vertical_bars() {
         let text = written(|to| table().write(Style::Markdown, to));
         assert_eq!(
             text,
@@ -387,7 +387,7 @@ mod tests {
     }
 
     #[test]
-    fn a_latency_that_is_not_there_is_no_zero() {
+    fn missing_latency_is_not_shown_as_zero() {
         assert_eq!(latency(&Latency::default()), "–");
         let followed = Latency {
             median_s: Some(0.0125),

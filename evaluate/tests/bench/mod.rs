@@ -1,4 +1,4 @@
-//! A folder in which `evaluate` runs, with recordings made up for it.
+//! Temporary folder with synthetic recordings, in which `evaluate` runs.
 
 use std::fs;
 use std::path::PathBuf;
@@ -20,7 +20,7 @@ impl Bench {
         }
     }
 
-    /// With all recordings in a folder `data`: standing and swinging by turns.
+    /// Creates all recordings in a folder `data`, with alternating stance and swing.
     pub fn with_recordings() -> Self {
         let bench = Self::new();
         for file in files() {

@@ -25,21 +25,21 @@ use super::COMMUNICATION_PRIORITY;
 
 bind_interrupts!(struct Irqs {
     CAN1_TX => TxInterruptHandler<peripherals::CAN1>;
-    // The first leaves nothing to do for the second, which the HAL wants.
+    // The first leaves nothing to do for the second, which the HAL requires.
     CAN1_RX0 => Came, Rx0InterruptHandler<peripherals::CAN1>;
     CAN1_RX1 => Rx1InterruptHandler<peripherals::CAN1>;
     CAN1_SCE => SceInterruptHandler<peripherals::CAN1>;
 });
 
-/// The task that waits for a frame.
+/// Task that waits for a frame.
 static FRAME_CAME: AtomicWaker = AtomicWaker::new();
 
-/// A frame came.
+/// Handler of a received frame.
 struct Came;
 
 impl typelevel::Handler<typelevel::CAN1_RX0> for Came {
     unsafe fn on_interrupt() {
-        // It is enabled again when a task waits for the next one.
+        // The interrupt is enabled again when a task waits for the next frame.
         CAN1.ier().modify(|w| w.set_fmpie(0, false));
         FRAME_CAME.wake();
     }
@@ -48,20 +48,20 @@ impl typelevel::Handler<typelevel::CAN1_RX0> for Came {
 /// Whether the controller has joined a bus: see [`bus_state`].
 static STARTED: AtomicBool = AtomicBool::new(false);
 
-/// The peripherals, until the bit rate is known.
+/// Peripherals, until the bit rate is known.
 pub struct Parts {
     pub(super) controller: Peri<'static, peripherals::CAN1>,
     pub(super) receive: Peri<'static, peripherals::PB8>,
     pub(super) transmit: Peri<'static, peripherals::PB9>,
 }
 
-/// The controller's settings.
+/// Settings of the controller.
 pub struct Control(Can<'static>);
 
-/// The sending half.
+/// Sending half.
 pub struct Sender(CanTx<'static>);
 
-/// The receiving half.
+/// Receiving half.
 pub struct Receiver {
     _frames: CanRx<'static>,
     /// Whether a frame was lost since [`take_overrun`](Self::take_overrun).
@@ -72,7 +72,7 @@ impl Parts {
     /// Joins the bus at `bit_rate`.
     pub fn start(self, bit_rate: u32) -> (Control, Sender, Receiver) {
         let mut can = Can::new(self.controller, self.receive, self.transmit, Irqs);
-        // Without a transceiver the bus looks idle instead of floating.
+        // Without a transceiver the bus then reads as idle instead of floating.
         GPIOB.pupdr().modify(|w| w.set_pupdr(8, Pupdr::PULL_UP));
         for irq in [
             interrupt::CAN1_TX,
@@ -96,7 +96,7 @@ impl Parts {
     }
 }
 
-/// Lets through the frames of masters, for any node id: NMT, SYNC, TIME, LSS, RPDO1 and requests of
+/// Accepts the frames of masters, for any node id: NMT, SYNC, TIME, LSS, RPDO1 and requests of
 /// SDO. Frames of the other feet cost no instruction.
 fn listen_to_masters(can: &mut Can) {
     const fn id(raw: u16) -> StandardId {
@@ -127,9 +127,9 @@ impl Control {
                 return;
             }
         }
-        // Receiving changes the same register from its interrupt.
+        // The interrupt of reception changes the same register.
         critical_section::with(|_| {
-            // Errors are looked at (`bus_state`): on a broken bus there are thousands a second.
+            // Errors are polled (`bus_state`): on a broken bus there are thousands a second.
             CAN1.ier().modify(|w| {
                 w.set_fmpie(0, true);
                 w.set_fmpie(1, false);
@@ -150,19 +150,19 @@ impl Control {
             w.set_sjw(2 - 1);
         });
         CAN1.mcr().modify(|w| {
-            // Back by itself after bus-off.
+            // Automatic recovery from bus-off.
             w.set_abom(true);
-            // Set by the HAL; the errata sheet of the F42x wants it clear.
+            // Set by the HAL; the errata sheet of the F42x requires it to be clear.
             w.set_ttcm(false);
             w.set_inrq(false);
         });
     }
 }
 
-/// Has the controller leave the bus, after the frame that is on it: false where it does not within
+/// Makes the controller leave the bus after the frame in progress; returns `false` if it does not within
 /// 4 ms, several times the longest frame at 125 kbit/s.
 fn initialise() -> bool {
-    /// Each takes at least 12 cycles of 160 MHz.
+    /// Each poll takes at least 12 cycles of 160 MHz.
     const POLLS: u32 = 60_000;
     CAN1.mcr().modify(|w| {
         w.set_sleep(false);
@@ -174,11 +174,11 @@ fn initialise() -> bool {
     })
 }
 
-/// Puts a frame into an empty mailbox; the controller sends the lowest identifier first. False if there
-/// is no room, or if a frame of the same identifier waits already: their order would not be kept. One
+/// Puts a frame into an empty mailbox; the controller sends the lowest identifier first. Returns `false` if
+/// no mailbox is free, or if one holds the same identifier: the order would not be kept. One
 /// mailbox is reserved for the contact, so that it never waits behind frames of lower rank.
 ///
-/// Called once [`Parts::start`] has returned, and never while another call of it is interrupted.
+/// Called after [`Parts::start`] has returned, and never while another call of it is interrupted.
 pub fn try_send(frame: &CanFrame) -> bool {
     const CONTACT: u16 = Pdo::Contact.base();
     const FUNCTION: u16 = 0x780;
@@ -222,7 +222,7 @@ pub fn try_send(frame: &CanFrame) -> bool {
 }
 
 impl Sender {
-    /// Withdraws the frames with these identifiers that have not been sent yet; returns how many.
+    /// Withdraws pending frames with these identifiers; returns their number.
     pub fn withdraw(&mut self, ids: &Range<u16>) -> u32 {
         let mut withdrawn = 0;
         for mailbox in mailboxes() {
@@ -233,9 +233,9 @@ impl Sender {
         withdrawn
     }
 
-    /// Waits until a frame has left its mailbox, if one has a frame.
+    /// Waits until a frame has left its mailbox, if any mailbox is full.
     pub async fn freed(&self) {
-        // Looked at once: a frame that leaves from here on has left, and is not waited for again.
+        // Read once: a frame that leaves from here on is not waited for again.
         let full = mailboxes().map(|mailbox| waiting_in(mailbox).is_some());
         if full == [false; 3] {
             return;
@@ -258,7 +258,7 @@ impl Sender {
     }
 }
 
-/// Enables the interrupt of a mailbox that becomes empty, until it is dropped: also with a future that
+/// Enables the interrupt of a mailbox that becomes empty until it is dropped, also with a future that
 /// is not polled to its end.
 struct MailboxEmptyInterruptGuard;
 
@@ -275,19 +275,19 @@ impl Drop for MailboxEmptyInterruptGuard {
     }
 }
 
-/// Whether an interrupt is enabled.
+/// State of an interrupt.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Enable {
     On,
     Off,
 }
 
-/// In a critical section, because the interrupt of reception changes the same register.
+/// Uses a critical section, because the interrupt of reception changes the same register.
 fn set_mailbox_empty_interrupt(enable: Enable) {
     critical_section::with(|_| CAN1.ier().modify(|w| w.set_tmeie(enable == Enable::On)));
 }
 
-/// The identifier of the frame that waits in a mailbox.
+/// Identifier of the frame that waits in a mailbox.
 fn waiting_in(mailbox: Mailbox) -> Option<u16> {
     let content = CAN1.tx(mailbox as usize).tir().read();
     content.txrq().then_some(content.stid())
@@ -306,8 +306,8 @@ fn request_abort(mailbox: Mailbox, ids: &Range<u16>) -> bool {
     })
 }
 
-/// Waits until the mailbox is empty, which is at once or after the frame on the bus; returns whether its
-/// frame was aborted before it was sent. If the mailbox is full again already, that is not known.
+/// Waits until the mailbox is empty, at once or after the frame on the bus; returns whether its
+/// frame was aborted before it was sent. If the mailbox is full again already, this is unknown.
 fn was_aborted(mailbox: Mailbox) -> bool {
     loop {
         let status = CAN1.tsr().read();
@@ -322,7 +322,7 @@ const fn mailboxes() -> [Mailbox; 3] {
 }
 
 impl Receiver {
-    /// The next frame for this foot; remote and extended frames do not pass the filters.
+    /// Returns the next frame for this foot; the filters reject remote and extended frames.
     pub async fn receive(&mut self) -> CanFrame {
         poll_fn(|context| {
             FRAME_CAME.register(context.waker());
@@ -336,17 +336,17 @@ impl Receiver {
         .await
     }
 
-    /// Whether a received frame was lost since the last call.
+    /// Returns whether a received frame was lost since the last call.
     pub fn take_overrun(&mut self) -> bool {
         mem::take(&mut self.overrun)
     }
 }
 
-/// The next frame of the FIFO. The HAL would panic at a length above eight, which any node may send: it
-/// means eight bytes (ISO 11898-1, DLC), and the controller passes it on as it is.
+/// Takes the next frame of the FIFO. The HAL would panic at a length above eight, which any node may send: it
+/// means eight bytes (ISO 11898-1, DLC), and the controller passes it on unchanged.
 fn take_frame() -> Option<CanFrame> {
     let status = CAN1.rfr(0).read();
-    // One that is being released does not count.
+    // A frame that is being released does not count.
     if status.fmp() == 0 || status.rfom() {
         return None;
     }
@@ -359,7 +359,7 @@ fn take_frame() -> Option<CanFrame> {
     frame
 }
 
-/// Whether a frame came while three waited already; clears that.
+/// Returns whether a frame arrived while three were waiting; clears the flag.
 fn was_overrun() -> bool {
     let overrun = CAN1.rfr(0).read().fovr();
     if overrun {
@@ -368,15 +368,15 @@ fn was_overrun() -> bool {
     overrun
 }
 
-/// Calls of [`bus_state`] in a row that found the controller outside the bus.
+/// Consecutive calls of [`bus_state`] that found the controller outside the bus.
 static OUTSIDE: AtomicU8 = AtomicU8::new(0);
 
-/// Ticks from the start until a controller that is outside the bus counts as bus-off.
+/// Ticks from the start after which a controller that is outside the bus counts as bus-off.
 const JOINING_TICKS: u8 = 20;
 
-/// The controller's state on the bus; active where it was not started. From bus-off it recovers by
-/// itself, after 128 times 11 recessive bits. Called once a tick: [`JOINING_TICKS`] after the start it
-/// has joined any bus on which frames end, else it counts as bus-off.
+/// State of the controller on the bus; active if it was not started. From bus-off it recovers
+/// automatically, after 128 times 11 recessive bits. Called once a tick: [`JOINING_TICKS`] after the start it
+/// has joined any bus on which frames end, otherwise it counts as bus-off.
 pub fn bus_state() -> BusState {
     if !STARTED.load(Ordering::Acquire) {
         return BusState::Active;

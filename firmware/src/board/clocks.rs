@@ -1,4 +1,4 @@
-//! 160 MHz, from the crystal where it starts, else from the internal oscillator.
+//! 160 MHz, from the crystal if it starts, otherwise from the internal oscillator.
 //!
 //! SYSCLK 160 MHz and not 168: APB2 is then 80 MHz and SPI1 runs at exactly the sensor's 10.0 MHz;
 //! the next divider of 84 MHz would give 10.5 MHz.
@@ -11,17 +11,17 @@ use embassy_stm32::rcc::{
 };
 use embassy_stm32::time::Hertz;
 
-/// The crystal between `OSC_IN` and `OSC_OUT`: a whole number of MHz, 4 to 26.
+/// Crystal between `OSC_IN` and `OSC_OUT`: a whole number of MHz, 4 to 26.
 const CRYSTAL_MHZ: u32 = 8;
 
-/// The internal oscillator, MHz.
+/// Internal oscillator, MHz.
 const HSI_MHZ: u32 = 16;
 
-/// What the PLL's input is divided to, MHz: 1 or 2 are allowed, and RM0090 recommends 2 to limit
-/// jitter, which an odd crystal cannot have.
+/// Input of the PLL after its divider, MHz: 1 or 2 are allowed, and RM0090 recommends 2 to limit
+/// jitter, which an odd crystal frequency excludes.
 const PLL_INPUT_MHZ: u32 = if CRYSTAL_MHZ.is_multiple_of(2) { 2 } else { 1 };
 
-/// The PLL's oscillator, MHz; half of it is the system clock.
+/// Oscillator of the PLL, MHz; half of it is the system clock.
 const PLL_MHZ: u32 = 320;
 
 const _: () = assert!(
@@ -34,18 +34,18 @@ const _: () = assert!(
 /// data sheet calls typical.
 const CRYSTAL_POLLS: u32 = 64_000;
 
-/// Where the clock comes from.
+/// Source of the clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
     /// The crystal.
     Crystal,
     /// The internal oscillator: within 1 % at 25 °C, within 4 % from −10 to 85 °C (data sheet DS8626,
-    /// HSI oscillator characteristics). Too little for CAN; the serial line bears some 4 % in all
+    /// HSI oscillator characteristics). Not accurate enough for CAN; the serial line tolerates some 4 % in all
     /// (RM0090, tolerance of the USART receiver).
     Internal,
 }
 
-/// Starts the crystal. The HAL would wait for a missing one without end.
+/// Starts the crystal. The HAL would wait for a missing one indefinitely.
 pub fn start() -> Source {
     RCC.cr().modify(|w| w.set_hseon(true));
     for _ in 0..CRYSTAL_POLLS {
@@ -74,7 +74,7 @@ pub fn config(source: Source) -> Config {
         prediv: PllPreDiv::from_bits((input_mhz / PLL_INPUT_MHZ) as u8),
         mul: PllMul::from_bits((PLL_MHZ / PLL_INPUT_MHZ) as u16),
         divp: Some(PllPDiv::DIV2),
-        // Nothing uses it, but its reset value is lost and 0 is forbidden: 45.7 of at most 48 MHz.
+        // Unused, but its reset value is lost and 0 is forbidden: 45.7 of at most 48 MHz.
         divq: Some(PllQDiv::DIV7),
         divr: None,
     });
@@ -85,12 +85,12 @@ pub fn config(source: Source) -> Config {
     config
 }
 
-/// From now on the loss of the crystal is an exception (NMI) instead of a silent halt.
+/// Makes the loss of the crystal an exception (NMI) instead of a silent halt.
 pub fn watch_crystal() {
     RCC.cr().modify(|w| w.set_csson(true));
 }
 
-/// Switches on what hides the flash's five wait states. The HAL leaves it off.
+/// Enables the caches that hide the flash's five wait states. The HAL leaves them off.
 pub fn enable_caches() {
     FLASH.acr().modify(|w| {
         w.set_icrst(true);

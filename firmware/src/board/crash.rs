@@ -1,7 +1,7 @@
-//! The record of a crash, which outlives the reset: why and where the program stopped.
+//! Record of a crash, kept over the reset: why and where the program stopped.
 //!
-//! The record lies in RAM that start-up code leaves alone. A panic or a fault writes it and
-//! resets the board; the next start takes it out.
+//! The record is in RAM that start-up code does not initialise. A panic or a fault writes it and
+//! resets the board; the next start takes it.
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
@@ -12,21 +12,21 @@ use cortex_m::peripheral::SCB;
 use embassy_stm32::pac::RCC;
 use firmware::supervision::{CRASH_WORDS, CrashReason, CrashRecord};
 
-/// The previous crash.
+/// Previous crash.
 #[derive(Clone, Copy, Debug)]
 pub struct Crash {
-    /// Why and where. The program counter of a panic is that of the call that panicked; it is 0
-    /// where it is not known, as after an overflow of the stack.
+    /// Cause and location. The program counter of a panic is that of the call that panicked; it is 0
+    /// if it is unknown, as after an overflow of the stack.
     pub record: CrashRecord,
-    /// The fault status register (CFSR) of a fault, the number of an exception without
+    /// Fault status register (CFSR) of a fault, number of an exception without
     /// a handler, 0 of a panic.
     pub detail: u32,
 }
 
-/// What made the processor start.
+/// Cause of the processor's start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reset {
-    /// The supply came, or dipped.
+    /// Power-up, or a dip of the supply.
     Power,
     /// The reset pin.
     Pin,
@@ -36,11 +36,11 @@ pub enum Reset {
     Watchdog,
 }
 
-/// What is kept over the reset.
+/// Data kept over the reset.
 #[derive(Clone, Copy)]
 #[repr(C)]
 struct Note {
-    /// Believed only if they are a record, and then the rest too.
+    /// Valid only if they are a record; the rest is then valid as well.
     record: [u32; CRASH_WORDS],
     detail: u32,
 }
@@ -48,17 +48,17 @@ struct Note {
 #[repr(transparent)]
 struct Retained<T>(UnsafeCell<MaybeUninit<T>>);
 
-// SAFETY: written by handlers that never return and read at start, before there are others.
+// SAFETY: written by handlers that never return and read at start, before they can run.
 unsafe impl<T> Sync for Retained<T> {}
 
 #[unsafe(link_section = ".uninit.crash")]
 static NOTE: Retained<Note> = Retained(UnsafeCell::new(MaybeUninit::uninit()));
 
-/// The stack of the fault handler, for faults of the stack itself.
+/// Stack of the fault handler, for faults of the stack itself.
 #[unsafe(link_section = ".uninit.fault_stack")]
 static FAULT_STACK: Retained<[u64; 64]> = Retained(UnsafeCell::new(MaybeUninit::uninit()));
 
-/// The previous crash, if there was one. It is returned only once.
+/// Takes the previous crash, if there was one. It is returned only once.
 pub fn take() -> Option<Crash> {
     let note = NOTE.0.get().cast::<Note>();
     // SAFETY: the pointer is valid and aligned, any bits are a note, and the volatile read keeps
@@ -72,12 +72,12 @@ pub fn take() -> Option<Crash> {
     })
 }
 
-/// Why the processor started, as its flags say; they are cleared.
+/// Returns the cause of the start from its flags, and clears them.
 pub fn take_reset() -> Reset {
     let flags = RCC.csr().read();
     RCC.csr().modify(|w| w.set_rmvf(true));
-    // Every reset but that of the supply also pulls the pin; and the supply's flag stays where the
-    // watchdog bit before flags were cleared, while a supply that comes clears the others.
+    // Every reset except that of the supply also pulls the pin; and the supply's flag stays set if the
+    // watchdog reset the chip before flags were cleared, while a supply that rises clears the others.
     if flags.wdgrstf() || flags.wwdgrstf() {
         Reset::Watchdog
     } else if flags.porrstf() {
@@ -106,15 +106,15 @@ fn note_and_reset(reason: CrashReason, program_counter: u32, detail: u32) -> ! {
     SCB::sys_reset()
 }
 
-/// Ignores the message, so that the linker leaves out the texts of all panics, which are a tenth of the
-/// flash. The program counter leads to file and line by way of the ELF.
+/// Ignores the message, so that the linker drops the texts of all panics, which are a tenth of the
+/// flash. The program counter and the ELF give file and line.
 #[panic_handler]
 fn panic(_: &PanicInfo) -> ! {
     cortex_m::interrupt::disable();
     note_and_reset(CrashReason::Panic, caller(), 0)
 }
 
-/// The first return address into the program on the stack: of the function that panicked, or of one in
+/// First return address into the program on the stack: of the function that panicked, or of one in
 /// the core library that it called.
 fn caller() -> u32 {
     unsafe extern "C" {
@@ -126,20 +126,20 @@ fn caller() -> u32 {
     let mut word_at = cortex_m::register::msp::read() as *const u32;
     let top = &raw const _stack_start;
     while word_at.cast::<u8>() < top {
-        // SAFETY: between the stack pointer and the stack's start there is the stack.
+        // SAFETY: the stack lies between the stack pointer and the stack's start.
         let word = unsafe { ptr::read_volatile(word_at) };
         // Return addresses are odd: the instruction set is Thumb.
         if word & 1 == 1 && text.contains(&word) {
             return word & !1;
         }
-        // SAFETY: still at most one past the stack.
+        // SAFETY: still at most one past the end of the stack.
         word_at = unsafe { word_at.add(1) };
     }
     0
 }
 
-// The handler changes to a stack of its own first, because the fault may be that there is no stack
-// left. The registers at the fault lie where the stack pointer was.
+// The handler first switches to a stack of its own, because the fault may be an exhausted
+// stack. The registers at the fault are where the stack pointer was.
 core::arch::global_asm!(
     ".section .HardFault.foot, \"ax\"",
     ".global HardFault",
@@ -179,7 +179,7 @@ unsafe extern "C" fn hard_fault(frame: *const u32) -> ! {
     note_and_reset(CrashReason::HardFault, program_counter, status);
 }
 
-/// Every exception without a handler of its own, among them the loss of the crystal (NMI).
+/// Handles every exception without a handler of its own, including the loss of the crystal (NMI).
 #[cortex_m_rt::exception]
 unsafe fn DefaultHandler(number: i16) {
     note_and_reset(CrashReason::HardFault, 0, number as u32);

@@ -1,8 +1,8 @@
-//! Sectors 2 and 3 of the flash: the configuration, a page each. And the option bytes that say below
+//! Sectors 2 and 3 of the flash: the configuration, a page each. Also the option bytes that set below
 //! which supply voltage the chip resets itself.
 //!
 //! While the flash erases or writes, the processor cannot fetch from it. Times of the data sheet
-//! (DS8626, table 40 \[M\]) at 32 bits at once, which wants a supply of 2.7 to 3.6 V:
+//! (DS8626, table 40 \[M\]) at 32 bits at once, which requires a supply of 2.7 to 3.6 V:
 //!
 //! | what | typical | at most |
 //! |---|---|---|
@@ -24,19 +24,19 @@ use firmware::storage::StoreFailed;
 
 use super::{supply, watchdog};
 
-/// One sector.
+/// Size of a sector, bytes.
 pub const PAGE: u32 = 16 * 1024;
 
-/// Two of them.
+/// Size of both sectors, bytes.
 pub const SIZE: u32 = 2 * PAGE;
 
-/// The longest that the erase of a sector takes, µs.
+/// Maximum duration of the erase of a sector, µs.
 pub const ERASE_MICROS: u32 = 500_000;
 
-/// Where they begin: `_config_start` in memory.x.
+/// Start of the sectors: `_config_start` in memory.x.
 const START: u32 = 0x0800_8000;
 
-/// The number of the first sector.
+/// Number of the first sector.
 const FIRST_SECTOR: u32 = 2;
 
 const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
@@ -48,13 +48,13 @@ const ERRORS: u32 = 0xF2;
 /// Level 3 in `BOR_LEV` of `FLASH_OPTCR`, which counts downwards; 3 there is off.
 const LEVEL_3: u8 = 0;
 
-/// The configuration's flash, addressed from 0 to [`SIZE`].
+/// Flash of the configuration, addressed from 0 to [`SIZE`].
 pub struct ConfigFlash {
-    /// Nothing else has the flash.
+    /// Owned, so that no other code uses the flash.
     _flash: Peri<'static, peripherals::FLASH>,
 }
 
-/// Why nothing was written or erased, or not well.
+/// Reason why a write or an erase failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Error(StoreFailed);
 
@@ -77,7 +77,7 @@ impl ConfigFlash {
         Self { _flash: flash }
     }
 
-    /// From the next power-up on the chip resets itself below 2.7 V. It takes as long as an erase.
+    /// Makes the chip reset itself below 2.7 V from the next power-up on. It takes as long as an erase.
     ///
     /// # Errors
     /// The supply is too low, or the option bytes do not read back.
@@ -104,7 +104,7 @@ impl ConfigFlash {
     }
 }
 
-/// From which supply voltage on the chip resets itself: 0 off, 1 to 3 above 2.1, 2.4 and 2.7 V.
+/// Brown-out level, below which the chip resets itself: 0 off, 1 to 3 above 2.1, 2.4 and 2.7 V.
 pub fn brown_out_level() -> u8 {
     3 - (FLASH.optcr().read().bor_lev() & 3)
 }
@@ -119,7 +119,7 @@ impl ReadNorFlash for ConfigFlash {
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
         let start = inside(offset, bytes.len())?;
         for (at, byte) in (start as usize..).zip(bytes) {
-            // SAFETY: inside the pages of the configuration, which no program or variable is in.
+            // SAFETY: inside the pages of the configuration, which hold no program or variable.
             *byte = unsafe { core::ptr::with_exposed_provenance::<u8>(at).read_volatile() };
         }
         Ok(())
@@ -134,7 +134,7 @@ impl NorFlash for ConfigFlash {
     const WRITE_SIZE: usize = 4;
     const ERASE_SIZE: usize = PAGE as usize;
 
-    /// Word by word: between two of them the sampling loop gets its turn.
+    /// Writes word by word: the sampling loop can run between two words.
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
         let start = inside(offset, bytes.len())?;
         let (words, rest) = bytes.as_chunks::<4>();
@@ -153,7 +153,7 @@ impl NorFlash for ConfigFlash {
                 break;
             }
             let at = core::ptr::with_exposed_provenance_mut::<u32>(at);
-            // SAFETY: inside the pages of the configuration, which no program or variable is in; on a
+            // SAFETY: inside the pages of the configuration, which hold no program or variable; on a
             // word's boundary, and set to be programmed by words.
             unsafe { at.write_volatile(u32::from_le_bytes(*word)) };
             written = finish();
@@ -174,7 +174,7 @@ impl NorFlash for ConfigFlash {
         for page in from / PAGE..to / PAGE {
             supply_suffices()?;
             unlock();
-            // Its whole period is needed.
+            // The erase needs the watchdog's whole period.
             watchdog::feed();
             FLASH.cr().write(|w| {
                 w.set_psize(Psize::PSIZE32);
@@ -190,7 +190,7 @@ impl NorFlash for ConfigFlash {
     }
 }
 
-/// The address, where the range lies in the configuration's pages.
+/// Address of the range, if it is inside the configuration's pages.
 fn inside(offset: u32, length: usize) -> Result<u32, Error> {
     let fits = (SIZE as usize)
         .checked_sub(length)
@@ -211,7 +211,7 @@ fn supply_suffices() -> Result<(), Error> {
 }
 
 fn unlock() {
-    // Keys written to flash that is open would lock it until the next reset.
+    // Keys written to unlocked flash would lock it until the next reset.
     if FLASH.cr().read().lock() {
         for key in KEYS {
             FLASH.keyr().write_value(key);
@@ -220,12 +220,12 @@ fn unlock() {
     clear_errors();
 }
 
-/// Flags are cleared by ones.
+/// Flags are cleared by writing ones.
 fn clear_errors() {
     FLASH.sr().modify(|_| {});
 }
 
-/// Locks the flash. Erasing leaves old data in the data cache (RM0090, 3.5.4), and what is written is
+/// Locks the flash. Erasing leaves old data in the data cache (RM0090, 3.5.4), and written data are
 /// read back from the flash itself. The cache can be reset only while off.
 fn lock() {
     FLASH.cr().write(|w| w.set_lock(true));

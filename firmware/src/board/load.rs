@@ -1,18 +1,18 @@
-//! The load sensor's voltage on PC0, converted by ADC1 all the time.
+//! Voltage of the load sensor on PC0, converted continuously by ADC1.
 
 use embassy_stm32::pac::adc::vals::{Exten, Res, SampleTime};
 use embassy_stm32::pac::adccommon::vals::Adcpre;
 use embassy_stm32::pac::{ADC1, ADC123_COMMON};
 use embassy_stm32::{Peri, peripherals, rcc};
 
-/// PC0's channel.
+/// Channel of PC0.
 const CHANNEL: u8 = 10;
 
-/// The running converter.
+/// Running converter.
 pub struct LoadSensor(());
 
 impl LoadSensor {
-    /// Starts converting: 12 bits at 20 MHz, sampled over 480 cycles since load sensors are weak
+    /// Starts the conversion: 12 bits at 20 MHz, sampled over 480 cycles since load sensors are weak
     /// sources; a new value every 25 µs.
     pub(super) fn start(
         _converter: Peri<'static, peripherals::ADC1>,
@@ -30,13 +30,13 @@ impl LoadSensor {
             w.set_cont(true);
             w.set_exten(Exten::DISABLED);
         });
-        // 3 µs until the converter is stable.
+        // The converter is stable after 3 µs.
         cortex_m::asm::delay(480);
         ADC1.cr2().modify(|w| w.set_swstart(true));
         Self(())
     }
 
-    /// The newest reading, 0 to 4095 for 0 V to the supply.
+    /// Newest reading, 0 to 4095 for 0 V to the supply.
     pub fn reading(&self) -> u16 {
         ADC1.dr().read().data()
     }

@@ -1,7 +1,7 @@
 //! The board: an STM32F405RG with its crystal, an LSM6DSOX, a CAN transceiver, a serial line, a
-//! load sensor and an LED. Which pin is which is said in each module and in the README.
+//! load sensor and an LED. Each module and the README list its pins.
 //!
-//! All decisions are the library's.
+//! All decisions are made by the library.
 //!
 //! | interrupts, from the most urgent | |
 //! |---|---|
@@ -26,39 +26,39 @@ pub mod watchdog;
 use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 
-/// Of the timer and the sensor's DMA, for which a sample waits.
+/// Priority of the timer and the sensor's DMA, for which a sample waits.
 const URGENT_PRIORITY: Priority = Priority::P1;
 
-/// Of the interrupt that stands for the sampling executor.
+/// Priority of the interrupt that runs the sampling executor.
 pub const SAMPLING_EXECUTOR_PRIORITY: Priority = Priority::P2;
 
-/// Of the peripherals of the communication.
+/// Priority of the communication peripherals.
 const COMMUNICATION_PRIORITY: Priority = Priority::P4;
 
-/// Of the interrupt that stands for the communication executor.
+/// Priority of the interrupt that runs the communication executor.
 pub const COMMUNICATION_EXECUTOR_PRIORITY: Priority = Priority::P5;
 
-/// Everything on the board, started except for what has settings.
+/// Peripherals of the board, started except for those with settings.
 pub struct Board {
-    /// Where the clock comes from.
+    /// Source of the clock.
     pub clock: clocks::Source,
-    /// Why the processor started.
+    /// Cause of the processor's start.
     pub reset: crash::Reset,
-    /// The previous crash, where this start follows one.
+    /// Previous crash, if this start follows one.
     pub crash: Option<crash::Crash>,
-    /// The serial number, unique to this board.
+    /// Serial number, unique to this board.
     pub serial: u32,
     /// Ticks and edges.
     pub timebase: timebase::Timebase,
-    /// The sensor's bus.
+    /// Bus of the sensor.
     pub sensor: sensor::SensorBus,
-    /// The load sensor.
+    /// Load sensor.
     pub load: load::LoadSensor,
     /// CAN, not yet on the bus.
     pub can: can::Parts,
     /// The serial line, not yet running.
     pub uart: uart::Parts,
-    /// Where the configuration is kept.
+    /// Flash of the configuration.
     pub flash: flash::ConfigFlash,
     /// Lit when high.
     pub led: Output<'static>,
@@ -112,7 +112,7 @@ pub fn start() -> Board {
     }
 }
 
-/// The 96 bits that the factory gave this chip, folded into 32 (FNV-1a).
+/// Factory id of the chip, 96 bits folded into 32 (FNV-1a).
 fn serial() -> u32 {
     embassy_stm32::uid::uid()
         .into_iter()

@@ -1,8 +1,8 @@
 //! SPI1 to the LSM6DSOX: SCK PA5, MISO PA6, MOSI PA7, CS PA4; its INT1 on PA0.
 //!
-//! The HAL sets it up; transfers are done here. Each millisecond has two of them, and what the HAL
-//! spends on the DMA of one is as much as the estimator takes. A burst goes over DMA, a register
-//! sooner without.
+//! The HAL configures it; transfers are implemented here. Each millisecond has two of them, and what the HAL
+//! spends on the DMA of one equals the work of the estimator. A burst uses DMA, a register
+//! is faster without.
 
 use core::sync::atomic::{Ordering, compiler_fence};
 
@@ -27,7 +27,7 @@ use lsm6dsox::{SetSpiClock, SpiClock};
 use super::URGENT_PRIORITY;
 use super::timebase::Deadline;
 
-/// Waits on the HAL's timer, at least as long as it says.
+/// Delay by the HAL's timer, at least as long as requested.
 pub struct Delay;
 
 /// One tick of the HAL's time, ns.
@@ -35,45 +35,45 @@ const NANOS_PER_TICK: u32 = (1_000_000_000 / embassy_time::TICK_HZ) as u32;
 
 impl DelayNs for Delay {
     async fn delay_ns(&mut self, ns: u32) {
-        // One tick more: the first one has begun already.
+        // One tick more, because the first one has begun already.
         let ticks = ns.div_ceil(NANOS_PER_TICK) + 1;
         Timer::after(Duration::from_ticks(u64::from(ticks))).await;
     }
 }
 
-/// Room for what the driver only writes: registers, one at a time.
+/// Buffer for write-only transfers of the driver: registers, one at a time.
 const SCRATCH: usize = 8;
 
-/// Streams of DMA2, and the channel on which SPI1 asks both of them.
+/// Streams of DMA2, and the channel of SPI1's requests for both.
 const RECEIVE: usize = 0;
 const TRANSMIT: usize = 3;
 const CHANNEL: u32 = 3;
 
-/// The events of both streams, in the same register (RM0090, 10.5.3): all events of stream 0 at
+/// Events of both streams, in the same register (RM0090, 10.5.3): all events of stream 0 at
 /// bit 0, those of stream 3 at bit 22.
 const EVENTS: u32 = 0b11_1101 | 0b11_1101 << 22;
 
-/// Settings of the streams (RM0090, 10.5.5): channel, highest priority, one byte after the other of
-/// memory; the transmitter's direction; the receiver's interrupts at the end and at an error.
+/// Settings of the streams (RM0090, 10.5.5): channel, highest priority, increment of the
+/// memory address; the transmitter's direction; the receiver's interrupts at the end and at an error.
 const BOTH: u32 = CHANNEL << 25 | 0b11 << 16 | 1 << 10 | 1;
 const TRANSMITTING: u32 = BOTH | 0b01 << 6;
 const RECEIVING: u32 = BOTH | 1 << 4 | 1 << 2;
 
-/// Up to here the bytes are gone before a DMA would be set up.
+/// Length up to which a transfer takes less time than setting up a DMA, bytes.
 const SHORT: usize = 4;
 
-/// Polls for a byte before it counts as lost. It takes at most 1.6 µs; these polls take at least 25.
+/// Polls for a byte before it counts as lost. It takes at most 1.6 µs; these polls take at least 25 µs.
 const POLLS: u32 = 1000;
 
-/// Bytes of the longest burst, that of a sample.
+/// Length of the longest burst, that of a sample, bytes.
 const BURST_BYTES: u32 = 17;
 
-/// How long a burst may take, µs: three times as long as that of a sample, and 10 more.
+/// Timeout of a burst, µs: three times as long as that of a sample, and 10 more.
 const fn burst_micros(clock: SpiClock) -> u32 {
     10 + 3 * BURST_BYTES * 8 / (clock.hertz() / 1_000_000)
 }
 
-/// The divider of APB2's 80 MHz: `BR` in `SPI_CR1` (RM0090, 28.5.1).
+/// Divider of APB2's 80 MHz: `BR` in `SPI_CR1` (RM0090, 28.5.1).
 const fn divider(clock: SpiClock) -> Br {
     match clock {
         SpiClock::Full => Br::DIV8,
@@ -81,18 +81,18 @@ const fn divider(clock: SpiClock) -> Br {
     }
 }
 
-/// The sensor on its bus, alone.
+/// The sensor, alone on its bus.
 pub struct SensorBus {
-    /// Kept for its pins.
+    /// Owned for its pins.
     _spi: Spi<'static, Blocking, Master>,
     select: Output<'static>,
-    /// What the HAL made of the controller.
+    /// Controller settings made by the HAL.
     setting: Cr1,
-    /// How long a burst may take, µs.
+    /// Timeout of a burst, µs.
     burst_micros: u32,
 }
 
-/// The peripherals.
+/// Peripherals.
 pub(super) struct Parts {
     pub controller: Peri<'static, peripherals::SPI1>,
     pub clock: Peri<'static, peripherals::PA5>,
@@ -100,19 +100,19 @@ pub(super) struct Parts {
     pub from_sensor: Peri<'static, peripherals::PA6>,
     pub select: Peri<'static, peripherals::PA4>,
     pub data_ready: Peri<'static, peripherals::PA0>,
-    /// Taken, so that no other code uses it: the HAL is bypassed.
+    /// Owned, so that no other code uses it: the HAL is bypassed.
     pub _transmit_dma: Peri<'static, peripherals::DMA2_CH3>,
     /// Likewise.
     pub _receive_dma: Peri<'static, peripherals::DMA2_CH0>,
 }
 
 impl Parts {
-    /// Opens the bus and leads the data-ready line to the timer.
+    /// Opens the bus and connects the data-ready line to the timer.
     pub fn start(self) -> SensorBus {
         let mut config = Config::default();
         config.mode = MODE_3;
         config.frequency = Hertz(lsm6dsox::SPI_MAX_HERTZ);
-        // Without a sensor everything reads as zero, which no status register says of itself.
+        // Without a sensor everything then reads as zero; no status register would report its absence.
         config.miso_pull = Pull::Down;
         let spi = Spi::new_blocking(
             self.controller,
@@ -126,10 +126,10 @@ impl Parts {
             DMA2.st(stream).par().write_value(SPI1.dr().as_ptr() as u32);
         }
         interrupt::DMA2_STREAM0.set_priority(URGENT_PRIORITY);
-        // SAFETY: the handler below touches nothing that a lock protects.
+        // SAFETY: the handler below accesses nothing that a lock protects.
         unsafe { interrupt::DMA2_STREAM0.enable() };
-        // High INT1 at power-up would put the sensor into I3C mode: a pull-down, never an up. The
-        // pin stays as it is when its owner goes.
+        // High INT1 at power-up would put the sensor into I3C mode: a pull-down, never a pull-up. The
+        // pin keeps its configuration when its owner is dropped.
         core::mem::forget(CapturePin::<peripherals::TIM2, timer::Ch1>::new(
             self.data_ready,
             Pull::Down,
@@ -140,7 +140,7 @@ impl Parts {
             setting: SPI1.cr1().read(),
             burst_micros: burst_micros(SpiClock::Full),
         };
-        // The internal oscillator may be some per cent fast: beyond the sensor's limit.
+        // The internal oscillator may be some per cent fast, which exceeds the sensor's limit.
         if RCC.pllcfgr().read().pllsrc() == Pllsrc::HSI {
             bus.set_spi_clock(SpiClock::Half);
         }
@@ -153,7 +153,7 @@ impl ErrorType for SensorBus {
 }
 
 impl SpiDevice for SensorBus {
-    /// Every operation is a transfer in place, so that there is one way over the bus.
+    /// Every operation is a transfer in place, so that the bus has a single code path.
     async fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
         self.select.set_low();
         let mut result = Ok(());
@@ -170,7 +170,7 @@ impl SpiDevice for SensorBus {
                     copy.copy_from_slice(bytes);
                     copy
                 }
-                // The driver does neither.
+                // The driver uses neither.
                 Operation::Write(_) | Operation::Transfer(..) | Operation::DelayNs(_) => {
                     result = Err(ErrorKind::Other);
                     break;
@@ -203,17 +203,17 @@ impl SetSpiClock for SensorBus {
 }
 
 impl SensorBus {
-    /// Resets the controller to its state after the start, from any state: a byte on its way, an unread
-    /// byte that would delay every later answer, a clock that stands.
+    /// Resets the controller to its state after the start, from any state: a byte in progress, an unread
+    /// byte that would delay every later answer, a stopped clock.
     fn restart(&mut self) {
-        // No other code changes this register once the board has started.
+        // No other code changes this register after the board has started.
         RCC.apb2rstr().modify(|w| w.set_spi1rst(true));
         RCC.apb2rstr().modify(|w| w.set_spi1rst(false));
         SPI1.cr1().write_value(self.setting);
     }
 }
 
-/// Sends bytes and receives as many in their place, waiting for each.
+/// Sends bytes and replaces them by those received, waiting for each.
 fn exchange(bytes: &mut [u8]) -> Result<(), ErrorKind> {
     for byte in bytes {
         SPI1.dr().write(|w| w.set_dr(u16::from(*byte)));
@@ -229,11 +229,11 @@ fn exchange(bytes: &mut [u8]) -> Result<(), ErrorKind> {
     Ok(())
 }
 
-/// The same over DMA; the processor sleeps meanwhile, 14 µs for a sample. To let lower levels run would
+/// Does the same over DMA; the processor sleeps meanwhile, 14 µs for a sample. Running lower levels would
 /// take longer than most of their work.
 fn burst(bytes: &mut [u8], limit_micros: u32) -> Result<(), ErrorKind> {
     DMA2.ifcr(RECEIVE / 4).write_value(Ixr(EVENTS));
-    // The receiver first: nothing comes before something is sent.
+    // The receiver first: nothing is received before something is sent.
     SPI1.cr2().modify(|w| w.set_rxdmaen(true));
     compiler_fence(Ordering::Release);
     for (stream, setting) in [(RECEIVE, RECEIVING), (TRANSMIT, TRANSMITTING)] {
@@ -244,7 +244,7 @@ fn burst(bytes: &mut [u8], limit_micros: u32) -> Result<(), ErrorKind> {
     }
     let deadline = Deadline::after(limit_micros);
     SPI1.cr2().modify(|w| w.set_txdmaen(true));
-    // It stops by itself, at its end or with an error. The end is an interrupt, and so an event.
+    // The stream stops at its end or with an error. The end is an interrupt, and so an event.
     while DMA2.st(RECEIVE).cr().read().en() && !deadline.has_passed() {
         cortex_m::asm::wfe();
     }
@@ -259,14 +259,14 @@ fn burst(bytes: &mut [u8], limit_micros: u32) -> Result<(), ErrorKind> {
     for stream in [TRANSMIT, RECEIVE] {
         let control = DMA2.st(stream).cr();
         control.write_value(Cr(0));
-        // Not later than the byte it is moving: from here on the bytes are the caller's.
+        // Stops after at most the current byte: from here on the bytes are the caller's.
         while control.read().en() {}
     }
     compiler_fence(Ordering::Acquire);
     Err(ErrorKind::Other)
 }
 
-/// The burst has ended: the only effect is to end the sleep.
+/// End of the burst: the only effect is to end the sleep.
 #[embassy_stm32::interrupt]
 fn DMA2_STREAM0() {
     DMA2.ifcr(RECEIVE / 4).write_value(Ixr(EVENTS));

@@ -1,13 +1,13 @@
-//! TIM2: the time of samples, the 1 kHz tick and the data-ready edges' timestamps.
+//! TIM2: the time of samples, the 1 kHz tick and the timestamps of data-ready edges.
 //!
-//! The timer counts microseconds without end. Compare channel 2 is the tick. Channel 1 captures each
+//! The timer counts microseconds and is free-running. Compare channel 2 is the tick. Channel 1 captures each
 //! rising edge of the sensor's data-ready line; only the first edge after a tick raises an
 //! interrupt. Channel 3 ends the wait for it. Channel 4 ends a sleep at its [`Deadline`]. TIM4 counts all captures, with TIM2's trigger
-//! output as its clock, so that too many edges or too few are noticed and cost no interrupts.
+//! output as its clock, so that missing or extra edges are detected without interrupts.
 //!
 //! A compare value that the counter has passed does not match before the counter has wrapped, in 71
-//! minutes. So the counter is read again after a value is written. Where it is late, as after the flash
-//! has held everything up, ticks that cannot be served any more are skipped and counted.
+//! minutes. So the counter is read again after a value is written. If it is late, as after the flash
+//! has stalled the processor, ticks that can no longer be served are skipped and counted.
 
 use core::sync::atomic::{AtomicU16, AtomicU32, Ordering};
 
@@ -22,16 +22,16 @@ use firmware::sampling::{EDGE_LIMIT_US, Tick, Ticks};
 
 use super::URGENT_PRIORITY;
 
-/// One tick, µs.
+/// Duration of a tick, µs.
 const TICK_MICROS: u32 = 1_000;
 
-/// How long after the tick the edge may come, µs.
+/// Maximum time from the tick to the edge, µs.
 const EDGE_MICROS: u32 = EDGE_LIMIT_US as u32;
 
-/// How late a tick may be served, µs: there is time for an edge before the next one.
+/// Maximum delay of serving a tick, µs: leaves time for an edge before the next one.
 const SERVED_MICROS: u32 = TICK_MICROS - EDGE_MICROS - 100;
 
-/// From one edge to the next, µs.
+/// Period of the edges, µs.
 const EDGE_PERIOD_MICROS: u32 = 150;
 
 /// Channels, counted from 0.
@@ -40,36 +40,36 @@ const TICK: usize = 1;
 const EDGE_DEADLINE: usize = 2;
 const SLEEP_DEADLINE: usize = 3;
 
-/// How often the counter has wrapped.
+/// Number of wraps of the counter.
 static WRAPS: AtomicU32 = AtomicU32::new(0);
 
-/// Ticks so far, modulo 2³².
+/// Ticks since the start, modulo 2³².
 static TICKS: AtomicU32 = AtomicU32::new(0);
 
-/// The count of TIM4 at the last tick.
+/// Count of TIM4 at the last tick.
 static EDGES: AtomicU16 = AtomicU16::new(0);
 
-/// Edges that it counted between the last two ticks.
+/// Edges counted by TIM4 between the last two ticks.
 static EDGES_OF_TICK: AtomicU16 = AtomicU16::new(0);
 
 static ALARM: Signal<CriticalSectionRawMutex, Alarm> = Signal::new();
 
-/// A tick, and its edge.
+/// Tick and its edge.
 #[derive(Clone, Copy)]
 struct Alarm {
-    /// The number of the tick, modulo 2³².
+    /// Number of the tick, modulo 2³².
     tick: u32,
-    /// When it was.
+    /// Time of the tick.
     time: Timestamp,
-    /// When the data-ready edge came, if it came in time.
+    /// Time of the data-ready edge, if it came in time.
     edge: Option<Timestamp>,
-    /// Edges from the tick before to this one.
+    /// Edges since the previous tick.
     edges: u16,
 }
 
-/// The running timer.
+/// Running timer.
 pub struct Timebase {
-    /// The tick served last, if any.
+    /// Last tick served, if any.
     served: Option<u32>,
 }
 
@@ -87,7 +87,7 @@ impl Timebase {
         });
         TIM4.cr1().modify(|w| w.set_cen(true));
         rcc::enable_and_reset::<peripherals::TIM2>();
-        // A pulse for each capture of channel 1, whether or not the one before was looked at.
+        // One pulse per capture of channel 1, whether or not the previous one was read.
         TIM2.cr2().modify(|w| w.set_mms(vals::Mms::COMPARE_PULSE));
         let cycles_per_micro = rcc::frequency::<peripherals::TIM2>().0 / 1_000_000;
         TIM2.psc().write_value((cycles_per_micro - 1) as u16);
@@ -96,7 +96,7 @@ impl Timebase {
             .modify(|w| w.set_ccs(EDGE, vals::CcmrInputCcs::TI4));
         TIM2.ccer().modify(|w| w.set_cce(EDGE, true));
         TIM2.ccr(TICK).write_value(TICK_MICROS);
-        // Takes the prescaler over; the update that this is must not count as a wrap.
+        // Loads the prescaler; the resulting update must not count as a wrap.
         TIM2.egr().write(|w| w.set_ug(true));
         TIM2.sr().write_value(regs::SrGp16(0));
         TIM2.dier().modify(|w| {
@@ -106,7 +106,7 @@ impl Timebase {
         });
         TIM2.cr1().modify(|w| w.set_cen(true));
         interrupt::TIM2.set_priority(URGENT_PRIORITY);
-        // SAFETY: the handler below touches nothing that a lock protects.
+        // SAFETY: the handler below accesses nothing that a lock protects.
         unsafe { interrupt::TIM2.enable() };
         Self { served: None }
     }
@@ -133,7 +133,7 @@ impl Ticks for Timebase {
     }
 }
 
-/// The time since start.
+/// Time since the start.
 pub fn now() -> Timestamp {
     Timestamp::from_micros(now_micros())
 }
@@ -150,21 +150,21 @@ fn now_micros() -> u64 {
     }
 }
 
-/// The latest end of a wait. It is an interrupt, and so an event, which ends the sleep of the processor.
+/// Timeout of a wait. It is an interrupt, and so an event, which ends the sleep of the processor.
 pub struct Deadline {
     end: u32,
 }
 
 impl Deadline {
-    /// A deadline `micros` from now. Only the sampling level has one, and never two at once.
+    /// Sets a deadline in `micros`. Only the sampling level has one, and never two at once.
     pub fn after(micros: u32) -> Self {
         let end = TIM2.cnt().read().wrapping_add(micros);
         TIM2.ccr(SLEEP_DEADLINE).write_value(end);
         Self { end }
     }
 
-    /// Whether it has passed. Checked before each sleep: if it passed before it was written, no interrupt
-    /// comes.
+    /// Returns whether it has passed. Checked before each sleep: if it passed before it was written, no interrupt
+    /// follows.
     pub fn has_passed(&self) -> bool {
         let left = self.end.wrapping_sub(TIM2.cnt().read());
         left == 0 || left > u32::MAX / 2
@@ -172,20 +172,20 @@ impl Deadline {
 }
 
 impl Drop for Deadline {
-    /// Behind the counter it matches once more in half an hour, and does no harm.
+    /// Behind the counter the value matches once more in half an hour, without effect.
     fn drop(&mut self) {
         TIM2.ccr(SLEEP_DEADLINE)
             .write_value(self.end.wrapping_sub(1 << 31));
     }
 }
 
-/// When the counter was at `count`, less than a wrap ago.
+/// Time at which the counter was at `count`, less than a wrap ago.
 fn extend(count: u32) -> Timestamp {
     let now = now_micros();
     Timestamp::from_micros(now - u64::from((now as u32).wrapping_sub(count)))
 }
 
-/// Serves the timer's events; much shorter than a tick.
+/// Handles the timer's events; much shorter than a tick.
 #[embassy_stm32::interrupt]
 fn TIM2() {
     let pending = TIM2.sr().read();
@@ -202,7 +202,7 @@ fn TIM2() {
         TIM2.ccr(TICK).write_value(tick.wrapping_add(TICK_MICROS));
         TIM2.ccr(EDGE_DEADLINE)
             .write_value(tick.wrapping_add(EDGE_MICROS));
-        // Edges before the tick are forgotten, with the note that there were several.
+        // Edges before the tick are discarded, with the flag of several captures.
         acknowledge(|w| {
             w.set_ccif(TICK, false);
             w.set_ccif(EDGE, false);
@@ -223,13 +223,13 @@ fn TIM2() {
         wait_for_edge(false);
         raise(None);
     } else if pending.ccif(SLEEP_DEADLINE) {
-        // Its only effect is to end the sleep.
+        // The only effect is to end the sleep.
         acknowledge(|w| w.set_ccif(SLEEP_DEADLINE, false));
     }
 }
 
 /// Continues after a tick that is served so late that its edge may be over: with the newest tick, or
-/// with none if that is too late as well.
+/// with no tick if that is too late as well.
 #[cold]
 #[inline(never)]
 fn catch_up(mut tick: u32) {
@@ -250,7 +250,7 @@ fn catch_up(mut tick: u32) {
             let end = tick.wrapping_add(late).wrapping_add(EDGE_MICROS);
             TIM2.ccr(EDGE_DEADLINE).write_value(end);
             acknowledge(|w| w.set_ccif(EDGE_DEADLINE, false));
-            // The edges since the tick are not those before it.
+            // Edges since the tick must not count as edges before it.
             let since = (late / EDGE_PERIOD_MICROS) as u16;
             for count in [&EDGES, &EDGES_OF_TICK] {
                 count.store(
@@ -294,7 +294,7 @@ fn raise(edge: Option<Timestamp>) {
     });
 }
 
-/// Clears flags: a one leaves a flag as it is, so that none that comes meanwhile is lost.
+/// Clears flags: writing one leaves a flag unchanged, so that none set meanwhile is lost.
 fn acknowledge(clear: impl FnOnce(&mut regs::SrGp16)) {
     let mut flags = regs::SrGp16(u32::MAX);
     clear(&mut flags);

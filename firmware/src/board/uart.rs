@@ -1,7 +1,7 @@
 //! USART1 on PA9 (transmit) and PA10 (receive), 8N1, both ways over DMA.
 //!
-//! The HAL sets it up and receives. It would spend 600 instructions on each transfer that is sent,
-//! of which there is one in each millisecond, so these are started here.
+//! The HAL configures it and receives. It would spend 600 instructions on each transfer that is sent,
+//! one per millisecond, so these are started here.
 
 use core::future::poll_fn;
 use core::sync::atomic::{Ordering, compiler_fence};
@@ -21,16 +21,16 @@ use super::COMMUNICATION_PRIORITY;
 
 bind_interrupts!(struct Irqs {
     USART1 => usart::InterruptHandler<peripherals::USART1>;
-    // The first takes the errors, at which the HAL panics.
+    // The first handles the errors, at which the HAL panics.
     DMA2_STREAM2 => NotReceived, dma::InterruptHandler<peripherals::DMA2_CH2>;
-    // The first leaves nothing to do for the second, which the HAL wants.
+    // The first leaves nothing to do for the second, which the HAL requires.
     DMA2_STREAM7 => Sent, dma::InterruptHandler<peripherals::DMA2_CH7>;
 });
 
-/// The stream of DMA2 that receives.
+/// Stream of DMA2 that receives.
 const RECEIVE: usize = 2;
 
-/// The stream of DMA2 that sends.
+/// Stream of DMA2 that sends.
 const TRANSMIT: usize = 7;
 
 /// All events of a stream (RM0090, 10.5.3): those of the receiving one begin at bit 16 of the lower
@@ -38,14 +38,14 @@ const TRANSMIT: usize = 7;
 const RECEIVE_EVENTS: u32 = 0b11_1101 << 16;
 const EVENTS: u32 = 0b11_1101 << 22;
 
-/// Its setting (RM0090, 10.5.5): channel 4, one byte after the other from memory to the peripheral,
+/// Setting of the sending stream (RM0090, 10.5.5): channel 4, byte by byte from memory to the peripheral,
 /// interrupts at the end and at an error.
 const TRANSMITTING: u32 = 4 << 25 | 1 << 10 | 0b01 << 6 | 1 << 4 | 1 << 2 | 1;
 
-/// The task that waits for the end of a transfer.
+/// Task that waits for the end of a transfer.
 static DONE: AtomicWaker = AtomicWaker::new();
 
-/// The end of a transfer: its bytes are in the transmitter.
+/// Handler of the end of a transfer: its bytes are in the transmitter.
 struct Sent;
 
 impl typelevel::Handler<typelevel::DMA2_STREAM7> for Sent {
@@ -55,8 +55,8 @@ impl typelevel::Handler<typelevel::DMA2_STREAM7> for Sent {
     }
 }
 
-/// The DMA met an error on the bus and has stopped. The HAL is given the end of a round instead: a stream
-/// that is switched off before its end says that it is done (RM0090, 10.3.14).
+/// Handler of a DMA that stopped with a bus error. The HAL is given the end of a round instead: a stream
+/// that is disabled before its end reports completion (RM0090, 10.3.14).
 struct NotReceived;
 
 impl typelevel::Handler<typelevel::DMA2_STREAM2> for NotReceived {
@@ -72,10 +72,10 @@ impl typelevel::Handler<typelevel::DMA2_STREAM2> for NotReceived {
     }
 }
 
-/// What may come before the receiving task looks: 5 ms at 1 Mbaud.
+/// Bytes received before the receiving task runs: 5 ms at 1 Mbaud.
 const RECEIVE_BUFFER: usize = 512;
 
-/// The peripherals, until the rate is known.
+/// Peripherals, until the rate is known.
 pub struct Parts {
     pub(super) controller: Peri<'static, peripherals::USART1>,
     pub(super) transmit: Peri<'static, peripherals::PA9>,
@@ -84,13 +84,13 @@ pub struct Parts {
     pub(super) receive_dma: Peri<'static, peripherals::DMA2_CH2>,
 }
 
-/// The sending half.
+/// Sending half.
 pub struct Sender(UartTx<'static, Async>);
 
-/// Not all of it was sent.
+/// Not all bytes were sent.
 pub struct NotSent;
 
-/// The receiving half.
+/// Receiving half.
 pub struct Receiver {
     ring: RingBufferedUartRx<'static>,
     state: Reception,
@@ -99,7 +99,7 @@ pub struct Receiver {
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Reception {
     Running,
-    /// Not started yet, or stopped by an error that is reported.
+    /// Not started yet, or stopped by a reported error.
     Stopped,
 }
 
@@ -113,7 +113,7 @@ impl Parts {
             ConstStaticCell::new([0; RECEIVE_BUFFER]);
         let mut config = Config::default();
         config.baudrate = rate;
-        // Without a cable the line is idle instead of noisy.
+        // Without a cable the line is then idle instead of noisy.
         config.rx_pull = Pull::Up;
         let uart = Uart::new(
             self.controller,
@@ -143,12 +143,12 @@ impl Parts {
 }
 
 impl Sender {
-    /// Sends bytes from RAM; done when the last one is in the transmitter.
+    /// Sends bytes from RAM; returns when the last one is in the transmitter.
     ///
     /// # Errors
-    /// The DMA could not bring all of them.
+    /// The DMA did not transfer all of them.
     pub async fn send(&mut self, bytes: &[u8]) -> Result<(), NotSent> {
-        // A stream without bytes to move reports no end.
+        // A stream without bytes to transfer reports no end.
         if bytes.is_empty() {
             return Ok(());
         }
@@ -164,7 +164,7 @@ impl Sender {
         stream.cr().write_value(Cr(TRANSMITTING));
         poll_fn(|context| {
             DONE.register(context.waker());
-            // It stops by itself, at its end or with an error.
+            // The stream stops at its end or with an error.
             if stream.cr().read().en() {
                 Poll::Pending
             } else {
@@ -178,15 +178,15 @@ impl Sender {
         }
     }
 
-    /// Changes the rate of both directions, once what was sent is out. One that the peripheral
-    /// cannot have leaves it as it is.
+    /// Changes the rate of both directions after pending bytes are sent. A rate that the peripheral
+    /// does not support is ignored.
     pub async fn set_rate(&mut self, rate: u32) {
         let _ = self.0.flush().await;
         let _ = self.0.set_baudrate(rate);
     }
 }
 
-/// Stops the stream, also with a future that is dropped before its end.
+/// Stops the stream, also if a future is dropped before its end.
 struct Stop;
 
 impl Drop for Stop {
@@ -196,17 +196,17 @@ impl Drop for Stop {
             control.modify(|w| w.set_en(false));
             while control.read().en() {}
         }
-        // What is written to the bytes from here on stays behind the end.
+        // Later writes to the bytes must not be moved before the end.
         compiler_fence(Ordering::Acquire);
     }
 }
 
 impl Receiver {
-    /// Waits for bytes; `None` where some were lost: to noise, a wrong rate, an error of the DMA, or
+    /// Waits for bytes; `None` if some were lost: to noise, a wrong rate, an error of the DMA, or
     /// because they were read too late. The next call, some time later, starts reception again.
     pub async fn receive<'a>(&mut self, room: &'a mut [u8]) -> Option<&'a [u8]> {
         if !is_receiving() {
-            // The HAL may have stopped it between two calls.
+            // The HAL may have stopped reception between two calls.
             if self.state == Reception::Running {
                 self.state = Reception::Stopped;
                 return None;
@@ -223,16 +223,16 @@ impl Receiver {
     }
 }
 
-/// Whether bytes that come are put into the buffer: the HAL stops that at an error of the line, the DMA
-/// at one of the bus.
+/// Returns whether received bytes are put into the buffer: the HAL stops that at an error of the line, the
+/// DMA at one of the bus.
 fn is_receiving() -> bool {
     pac::USART1.cr3().read().dmar() && DMA2.st(RECEIVE).cr().read().en()
 }
 
-/// Prepares reception after an error and at the start. Of what came meanwhile, the HAL would take the
-/// overrun for a new error, without end on a line that is never idle. And a stream that is enabled again
-/// begins at the buffer's start with what was left of its round, so the HAL would hand out old bytes as
-/// new ones: they become zeros, ends of frames without content.
+/// Prepares reception after an error and at the start. The HAL would take the overrun caused meanwhile
+/// for a new error, indefinitely on a line that is never idle. And a stream that is enabled again
+/// begins at the buffer's start with the rest of its round, so the HAL would return old bytes as
+/// new ones: they are replaced by zeros, ends of frames without content.
 fn prepare() {
     let stream = DMA2.st(RECEIVE);
     if stream.cr().read().en() {
@@ -240,8 +240,8 @@ fn prepare() {
     }
     let bytes = stream.m0ar().read() as *mut u8;
     for offset in 0..RECEIVE_BUFFER {
-        // SAFETY: the HAL has given the stream its buffer of this length, and it stands. The HAL
-        // reads from it volatile, as the DMA writes to it, and not meanwhile: all of it runs at one priority.
+        // SAFETY: the HAL has given the stream its buffer of this length, and the stream is stopped. The HAL
+        // reads it volatile, as the DMA writes it, and not meanwhile: all of it runs at one priority.
         unsafe { bytes.add(offset).write_volatile(0) };
     }
     stream.ndtr().write_value(Ndtr(RECEIVE_BUFFER as u32));

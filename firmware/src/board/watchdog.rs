@@ -10,21 +10,21 @@ use embassy_stm32::pac::{DBGMCU, IWDG};
 
 use super::flash::ERASE_MICROS;
 
-/// The oscillator: nominal, and as fast as any, Hz.
+/// Frequency of the oscillator, Hz: nominal, and maximum.
 const LSI_HZ: u32 = 32_000;
 const FASTEST_LSI_HZ: u32 = 47_000;
 
 const DIVIDER: u32 = 16;
 
-/// The period at the nominal frequency, ms.
+/// Period at the nominal frequency, ms.
 const PERIOD_MILLIS: u32 = 1_000;
 
 const RELOAD: u32 = LSI_HZ / DIVIDER * PERIOD_MILLIS / 1_000 - 1;
 
-/// The interval at which it can be fed, ms: more than ten times in its period.
+/// Interval of feeding, ms: more than ten times in the period.
 pub const FEEDING_MILLIS: u32 = 60;
 
-/// What is left of the shortest period after an erase, until all workers have reported: they are
+/// Rest of the shortest period after an erase, in which all workers must report: they are
 /// called at one feeding and checked at the next.
 const AFTER_ERASE_MILLIS: u32 = 2 * FEEDING_MILLIS;
 
@@ -34,12 +34,12 @@ const _: () = assert!(
         > ERASE_MICROS / 1_000 + AFTER_ERASE_MILLIS
 );
 
-/// Polls of `IWDG_SR` until the settings are taken over, which takes five cycles of the oscillator, at
+/// Polls of `IWDG_SR` until the settings are applied, which takes five cycles of the oscillator, at
 /// most 300 µs: some 5,000 cycles of the processor just after reset.
 const POLLS: u32 = 2_000;
 
-// Before memory is initialised and the stack painted, which takes some milliseconds, it is started as
-// it is after reset: with a period of 0.35 to 0.96 s.
+// Started before memory is initialised and the stack painted, which takes some milliseconds, with its
+// period after reset: 0.35 to 0.96 s.
 core::arch::global_asm!(
     ".section .text.__pre_init, \"ax\"",
     ".global __pre_init",
@@ -52,9 +52,9 @@ core::arch::global_asm!(
     "bx lr",
 );
 
-/// Gives the watchdog its period. It runs already, for good.
+/// Sets the watchdog's period. It is running already and cannot be stopped.
 pub fn start() {
-    // What a debugger has halted is not stuck, and goes on at the time at which it was halted.
+    // A program halted by a debugger is not stuck, and continues with the time of the halt.
     DBGMCU.apb1fzr().modify(|w| {
         w.set_iwdg(true);
         w.set_tim2(true);
@@ -72,7 +72,7 @@ pub fn start() {
     feed();
 }
 
-/// Gives it its whole period.
+/// Restarts its period.
 pub fn feed() {
     IWDG.kr().write(|w| w.set_key(Key::RESET));
 }

@@ -1,4 +1,4 @@
-//! Faults that the foot finds itself: raised with an emergency and a line of text, and cleared.
+//! Faults detected by the foot: raised with an emergency and a line of text, and cleared.
 
 use estimator_core::Validity;
 use lsm6dsox::scale::DEGREE;
@@ -12,7 +12,7 @@ use crate::sampling::{Measurement, SATURATED_TICKS, SensorFault};
 use crate::supervision::{FaultLatch, Hysteresis};
 use crate::telemetry::Lane;
 
-/// Good samples in a row after which a fault of the sensor is over.
+/// Consecutive good samples after which a fault of the sensor is cleared.
 pub const SOUND_TICKS: u16 = 20;
 
 /// Ticks for which a fault that is an event stays active after the event.
@@ -22,7 +22,7 @@ const EVENT_TICKS: u16 = 1000;
 /// until the next start.
 const CRASH_TICKS: u16 = 10_000;
 
-/// What the checks of the tick remember.
+/// State of the checks of the tick.
 #[derive(Debug)]
 pub(super) struct FaultState {
     /// Good samples since the last bad one.
@@ -30,7 +30,7 @@ pub(super) struct FaultState {
     saturated: Hysteresis,
     latch: FaultLatch,
     bus: BusState,
-    /// Received CAN frames that were lost since the start.
+    /// Received CAN frames lost since the start.
     can_lost: u32,
 }
 
@@ -168,7 +168,7 @@ impl Foot {
         self.raise_event(Fault::CanOverrun, lost, ports);
     }
 
-    /// Clears the faults whose event is long enough ago.
+    /// Clears faults whose hold time after the event is over.
     pub(super) fn clear_expired_faults(&mut self, ports: &Ports) {
         let mut expired = Faults::NONE;
         self.fault_state

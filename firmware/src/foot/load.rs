@@ -1,4 +1,4 @@
-//! The load on the foot: from the analog input, over CAN, or unknown.
+//! Load on the foot: from the analog input, over CAN, or unknown.
 
 use core::ops::RangeInclusive;
 
@@ -14,7 +14,7 @@ use crate::supervision::Hysteresis;
 /// open or shorted.
 pub const LOAD_READINGS: RangeInclusive<u16> = 16..=4079;
 
-/// What is remembered of the analog input.
+/// State of the analog input.
 #[derive(Debug)]
 pub(super) struct LoadInput {
     open: Hysteresis,
@@ -29,7 +29,7 @@ impl Default for LoadInput {
 }
 
 impl Foot {
-    /// The load on the foot now, where it is known.
+    /// Current load on the foot, if it is known.
     pub(super) fn load(&mut self, reading: Option<u16>, ports: &Ports) -> Option<Load> {
         let input = self.settings().load_input();
         let analog = (input.source == LoadSource::Analog).then_some(reading);

@@ -12,7 +12,7 @@ use crate::ports::Ports;
 use crate::sampling::Measurement;
 use crate::telemetry::Lane;
 
-/// Importance of a line of text; the setting of the log's level compares with these numbers.
+/// Severity of a line of text; the log level of the settings is compared with these numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Level {
     Error = 1,
@@ -20,12 +20,12 @@ pub(super) enum Level {
     Information = 3,
 }
 
-/// What is remembered of the two ways out.
+/// State of the CAN and UART outputs.
 #[derive(Debug)]
 pub(super) struct Output {
     /// Without a crystal there is no CAN.
     pub(super) with_can: bool,
-    /// Of the next UART frame.
+    /// Sequence number of the next UART frame.
     sequence: u16,
 }
 
@@ -91,7 +91,7 @@ impl Foot {
     pub(super) fn log(&mut self, level: Level, text: &str, ports: &Ports) {
         if level as u8 <= self.settings().log_level() {
             let line = LogMessage::new(level as u8, text);
-            // Errors go before answers, of which there can be many.
+            // Errors go before responses, of which there can be many.
             let lane = match level {
                 Level::Error => Lane::Notice,
                 Level::Warning | Level::Information => Lane::Answer,

@@ -1,32 +1,32 @@
-//! A new estimator, where settings that concern it have changed.
+//! Replacement of the estimator after a change of settings that concern it.
 
 use estimator_core::{ContactEstimator, Params};
 
 use super::Foot;
 
-/// How a new estimator starts. Of two, the greater counts.
+/// Start of a new estimator. Of two requests, the greater takes precedence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Renewal {
-    /// With what the previous one has learnt.
+    /// With the values learnt by the previous one.
     Continue,
-    /// With what the settings hold as learnt.
+    /// With the learnt values of the settings.
     Restart,
 }
 
 impl Foot {
-    /// Asks for a new estimator, from the next estimate on.
+    /// Requests a new estimator, from the next estimate on.
     pub(super) fn renew(&mut self, renewal: Renewal) {
         self.renewal = self.renewal.max(Some(renewal));
     }
 
-    /// Replaces the estimator, where that was asked for.
+    /// Replaces the estimator, if requested.
     pub(super) fn renew_estimator(&mut self) {
         if let Some(renewal) = self.renewal.take() {
             self.replace_estimator(renewal);
         }
     }
 
-    /// Apart from the tick, whose stack would otherwise have room for a second estimator each time.
+    /// Separate from the tick, whose stack would otherwise always hold a second estimator.
     #[inline(never)]
     fn replace_estimator(&mut self, renewal: Renewal) {
         self.accelerometer = self.settings().accelerometer();

@@ -1,4 +1,4 @@
-//! Requests to the foot, and what they ask of the board.
+//! Requests to the foot, and the resulting requests to the board.
 
 use wire::dictionary::{self, Concern};
 use wire::node::{BootCause, Calibration, State};
@@ -11,29 +11,29 @@ use crate::ports::{Input, Ports, Reloaded, Request};
 use crate::storage::{Erase, Origin, StoreFailed};
 use crate::telemetry::Lane;
 
-/// Requests that one tick takes in; more wait for the next.
+/// Maximum number of requests handled per tick; more wait for the next.
 pub const INPUTS_PER_TICK: usize = 8;
 
-/// Where the answer to a store or a restore goes.
+/// Destination of the response to a store or a restore.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Requester {
     Can,
     Uart(Address),
 }
 
-/// Requests that are not finished.
+/// Pending requests.
 #[derive(Debug, Default)]
 pub(super) struct Requests {
     storing: Option<Requester>,
-    /// A request that needs an answer, which waits until the estimate is sent.
+    /// Request that needs a response, deferred until the estimate is sent.
     deferred: Option<Input>,
-    /// A request to the board for which the queue had no room yet.
+    /// Request to the board for which the queue had no room yet.
     pending_request: Option<Request>,
 }
 
 impl Foot {
-    /// Takes what has come in, in its order, up to the first request for an answer. Returns how many
-    /// inputs that were.
+    /// Handles inputs in order, up to the first request that needs a response. Returns the number of
+    /// inputs handled.
     pub(super) fn take_inputs(&mut self, ports: &Ports) -> usize {
         if let Some(reloaded) = ports.take_reloaded() {
             self.take_reloaded(reloaded, ports);
@@ -51,7 +51,7 @@ impl Foot {
         INPUTS_PER_TICK
     }
 
-    /// Answers the request that was deferred, and takes what came after it: `most` inputs in all.
+    /// Answers the deferred request, and handles later inputs: `most` in all.
     pub(super) fn answer(&mut self, most: usize, ports: &Ports) {
         if let Some(input) = self.requests.deferred.take() {
             self.node.set_learnt(self.learnt());
@@ -66,7 +66,7 @@ impl Foot {
         self.pass_pending_request(ports);
     }
 
-    /// Passes it to the board, where the queue has room; else again on the next tick.
+    /// Passes the request to the board if the queue has room, otherwise again on the next tick.
     fn pass_pending_request(&mut self, ports: &Ports) {
         if self.requests.pending_request.is_some()
             && let Some(request) = self.requests.pending_request.take()
@@ -149,13 +149,13 @@ impl Foot {
             Event::Restore => self.store(requester, Request::Restore(self.erase()), ports),
             Event::ProtectSupply => self.store(requester, Request::ProtectSupply, ports),
             Event::ResetNode => self.requests.pending_request = Some(Request::Reset),
-            // A reset of the node does that too, and more.
+            // A reset of the node includes a reset of the communication.
             Event::ResetCommunication if self.requests.pending_request == Some(Request::Reset) => {}
             Event::ResetCommunication => self.requests.pending_request = Some(Request::Reload),
             Event::Calibration(Calibration::Forget) => self.renew(Renewal::Restart),
-            // The estimator has it already.
+            // The estimator has the values already.
             Event::Calibration(Calibration::Keep) => {}
-            // The node keeps the load and the time, and their age.
+            // The node keeps the load and the time, with their age.
             Event::Load(_) | Event::State(_) | Event::Sync(_) | Event::Time(_) => {}
         }
     }

@@ -1,31 +1,31 @@
-//! Frames for the serial line, put together so that one transfer carries them.
+//! Frames for the serial line, combined into one transfer.
 
 use wire::uart;
 
 use super::UartQueue;
 use crate::telemetry::Lane;
 
-/// Frames that go to the serial line in one transfer: faults first, the contact, then others, not more
-/// than [`BYTES`](Self::BYTES) together. A contact is never more than a tick old when its turn comes:
+/// Frames sent to the serial line in one transfer: faults first, the contact, then others, not more
+/// than [`BYTES`](Self::BYTES) together. A contact is never more than a tick old when it is sent:
 /// the next one replaces it in the queue.
 #[derive(Debug)]
 pub struct UartBatch {
     bytes: [u8; uart::MAX_FRAME],
-    /// Batches in a row with a contact that had no room for all frames.
+    /// Consecutive batches with a contact that had no room for all frames.
     crowded: u8,
 }
 
 impl UartBatch {
-    /// The most bytes of more than one frame: less than a tick takes at 1 Mbaud, so that no contact
+    /// Maximum size of a batch of several frames, bytes: less than a tick takes at 1 Mbaud, so that no contact
     /// is dropped there, and enough for a contact and a raw sample.
     pub const BYTES: usize = 96;
 
     /// After N batches without room for all frames, one batch may be as long as the longest frame, and
-    /// if that is not enough either, the next one goes without the contact: a line that contacts alone
-    /// fill still answers.
+    /// if that is not enough, the next one goes without the contact: a line filled by contacts alone
+    /// still sends responses.
     const CROWDED: u8 = 4;
 
-    /// An empty batch.
+    /// Creates an empty batch.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -88,7 +88,7 @@ mod tests {
         ports.push_uart(Lane::Answer, sequence, &LogMessage::new(1, &text));
     }
 
-    /// The sequence numbers of the next batch, and how long it is.
+    /// Sequence numbers and length of the next batch.
     fn taken(ports: &Ports, batch: &mut UartBatch) -> (Vec<u16>, usize) {
         let mut decoder = Decoder::new();
         let bytes = ports.take_uart(batch);
@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn the_newest_contact_goes_first_and_the_one_before_is_dropped_and_counted() {
+    fn the_newest_contact_goes_first_and_replaces_the_previous() {
         let (ports, mut batch) = (Ports::new(), UartBatch::new());
         line(&ports, 1, 20);
         assert_eq!(contact(&ports, 2), 0);
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn several_frames_take_less_than_a_tick_and_one_may_be_longer() {
+    fn several_frames_take_less_than_a_tick_and_one_may_exceed_it() {
         let (ports, mut batch) = (Ports::new(), UartBatch::new());
         for sequence in 0..4 {
             line(&ports, sequence, 30);
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn a_batch_of_exactly_the_most_bytes_is_one_transfer() {
+    fn a_batch_of_exactly_the_maximum_is_one_transfer() {
         let (ports, mut batch) = (Ports::new(), UartBatch::new());
         line(&ports, 0, 30);
         let (_, first) = taken(&ports, &mut batch);
@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_that_fits_into_the_longest_batch_goes_with_the_contact() {
+    fn a_line_that_fits_the_longest_batch_goes_with_the_contact() {
         let (ports, mut batch) = (Ports::new(), UartBatch::new());
         line(&ports, 1_000, 60);
         let mut rounds = (0..20).map(|round| {
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn contacts_that_fill_the_line_do_not_keep_everything_else_waiting() {
+    fn contacts_that_fill_the_line_do_not_block_other_frames() {
         let (ports, mut batch) = (Ports::new(), UartBatch::new());
         line(&ports, 1_000, MAX_LOG);
         let rounds = (0..20).take_while(|round| {
@@ -160,7 +160,7 @@ mod tests {
             taken(&ports, &mut batch).0 != [1_000]
         });
         assert_eq!(rounds.count(), usize::from(UartBatch::CROWDED) + 1);
-        // Then it is the contact's turn again.
+        // The next batch starts with the contact again.
         contact(&ports, 30);
         assert_eq!(taken(&ports, &mut batch).0, [30]);
     }

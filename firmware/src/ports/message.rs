@@ -1,4 +1,4 @@
-//! What passes through the ports: inputs to the foot, and its requests to the board.
+//! Messages through the ports: inputs to the foot, and its requests to the board.
 
 use estimator_core::Timestamp;
 use wire::foot::cob_id;
@@ -7,26 +7,26 @@ use wire::{CanFrame, Settings};
 
 use crate::storage::{Erase, Origin, StoreFailed};
 
-/// Bits of an identifier that are a node's id.
+/// Bits of an identifier that hold the node id.
 const NODE_ID_BITS: u16 = 0x7F;
 
-/// An input to the foot, which takes it in on its next tick.
+/// Input to the foot, handled on its next tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Input {
-    /// A CAN frame, and when it was received, on the clock of the samples.
+    /// A CAN frame, and its reception time on the clock of the samples.
     Can(CanFrame, Timestamp),
     /// A request over UART.
     Uart(UartRequest),
-    /// This many UART frames were refused.
+    /// Number of UART frames rejected.
     UartRefused(u32),
-    /// This many bytes of the UART were lost.
+    /// Number of UART bytes lost.
     UartLost(u32),
-    /// At least this many received CAN frames were lost: a controller reports an overrun once, however
+    /// Minimum number of received CAN frames lost: a controller reports an overrun once, however
     /// many frames it lost before the report was read.
     CanLost(u32),
-    /// This many UART frames could not be sent.
+    /// Number of UART frames that could not be sent.
     UartDropped(u32),
-    /// This many CAN frames were withdrawn because the bus took none.
+    /// Number of CAN frames withdrawn because the bus took none.
     CanWithdrawn(u32),
     /// The CAN controller's state has changed.
     Bus(BusState),
@@ -37,7 +37,7 @@ pub enum Input {
 }
 
 impl Input {
-    /// Whether it is a request that is answered. These take longest of all inputs, and have no
+    /// Returns whether the input is a request with a response. These take longest of all inputs, and have no
     /// deadline.
     #[must_use]
     pub fn needs_answer(&self) -> bool {
@@ -49,15 +49,15 @@ impl Input {
     }
 }
 
-/// A request over UART. Much smaller than a [`Message`](wire::uart::Message) of any kind, because it is
+/// Request over UART. Much smaller than a [`Message`](wire::uart::Message) of any kind, because it is
 /// moved several times until it is answered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UartRequest {
-    /// For an object's value.
+    /// Read an object's value.
     Get(ConfigGet),
-    /// To change an object's value.
+    /// Change an object's value.
     Set(ConfigSet),
-    /// To change the NMT state.
+    /// Change the NMT state.
     Nmt(NmtRequest),
 }
 
@@ -66,11 +66,11 @@ pub enum UartRequest {
 pub struct Reloaded {
     /// The settings.
     pub settings: Settings,
-    /// Where they come from.
+    /// Origin of the settings.
     pub origin: Origin,
 }
 
-/// The CAN controller's state on its bus.
+/// State of the CAN controller on its bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BusState {
     /// Error-active: few errors.
@@ -91,11 +91,11 @@ pub enum BusState {
 pub enum Request {
     /// Store these settings, then [`put`](super::Ports::put) an [`Input::Stored`].
     Store(Settings, Erase),
-    /// Forget the stored settings, then [`put`](super::Ports::put) an [`Input::Stored`].
+    /// Delete the stored settings, then [`put`](super::Ports::put) an [`Input::Stored`].
     Restore(Erase),
     /// Set the highest brown-out level, then [`put`](super::Ports::put) an [`Input::Protected`].
     ProtectSupply,
-    /// Load the stored settings, take up their CAN and UART rates, and pass them to
+    /// Load the stored settings, apply their CAN and UART rates, and pass them to
     /// [`reload`](super::Ports::reload).
     Reload,
     /// Restart the whole board.
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn requests_for_objects_are_answered_and_nothing_else_is() {
+    fn only_requests_for_objects_need_an_answer() {
         let address = Address::new(0x2010, 0);
         let value = Value::U8(1).into();
         for answered in [

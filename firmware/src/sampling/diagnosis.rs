@@ -1,4 +1,4 @@
-//! Which fault the sensor has: one register is read back each tick, and all of them after bad ticks.
+//! Diagnosis of sensor faults: one register is read back each tick, and all of them after bad ticks.
 
 use embedded_hal_async::spi::SpiDevice;
 use estimator_core::Timestamp;
@@ -9,20 +9,20 @@ use super::sensor::Sensor;
 use super::watch::SampleIssue;
 use crate::imu;
 
-/// The index of the last register of the configuration: a data rate.
+/// Index of the last register of the configuration: a data rate.
 const LAST_WRITE: usize = Config::WRITES - 1;
 
-/// Ticks in which every register of the configuration is read back.
+/// Ticks for reading back every register of the configuration once.
 pub const READ_BACK_TICKS: usize = 3 * LAST_WRITE;
 
 const _: () = assert!(READ_BACK_TICKS == 66);
 
-/// A fault of the sensor, and the detail of its emergency.
+/// Fault of the sensor, and the detail of its emergency.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SensorFault {
     /// The fault.
     pub fault: Fault,
-    /// Its detail, with the meaning that [`Fault::detail`] gives.
+    /// Detail, with the meaning given by [`Fault::detail`].
     pub detail: u32,
 }
 
@@ -34,9 +34,9 @@ impl SensorFault {
 
 impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
     /// Reads back in turns: the identity, a data rate, which a failed sensor loses first, and one other
-    /// register of the configuration. A difference counts once it has been read twice. With the
-    /// identity of a line at rest it does not count: such a sensor gives no samples either, and the
-    /// bad ticks make the fault.
+    /// register of the configuration. A difference counts once it has been read twice. If the identity reads
+    /// as that of a line at rest it does not count: such a sensor gives no samples either, and the
+    /// bad ticks raise the fault.
     pub(super) async fn read_back_one_register(&mut self, now: Timestamp) -> Option<SensorFault> {
         let turn = self.watch.turn;
         let write = match turn % 3 {
@@ -135,7 +135,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_axis_that_fails_the_self_test_has_its_bit() {
+    fn each_axis_that_fails_the_self_test_sets_its_bit() {
         for axis in 0..6 {
             // Within ST's limits: 0.05 g to 1.7 g, 150 °/s to 700 °/s.
             let mut result = SelfTest {

@@ -12,38 +12,38 @@ use super::diagnosis::{SensorFault, failed_axes};
 use super::watch::{SATURATED_TICKS, SampleIssue, Watch};
 use crate::imu;
 
-/// What the sensor is doing.
+/// State of the sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Activity {
-    /// It is configured for the first time.
+    /// First configuration.
     #[default]
     Starting,
-    /// It tests itself.
+    /// Self-test.
     SelfTest,
-    /// It measures.
+    /// Measurement.
     Measuring,
-    /// It has failed and is initialised again.
+    /// Initialisation after a failure.
     Recovering,
 }
 
-/// The result of a tick.
+/// Result of a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measurement {
-    /// The sample for the estimator; invalid where there is none.
+    /// Sample for the estimator; invalid if none was read.
     pub sample: ImuSample,
-    /// The codes of the sensor, where they could be read.
+    /// Codes of the sensor, if they could be read.
     pub raw: Option<RawSample>,
-    /// What the sensor is doing.
+    /// State of the sensor.
     pub activity: Activity,
-    /// The fault found on this tick.
+    /// Fault found on this tick.
     pub fault: Option<SensorFault>,
     /// Whether the sensor has been at the end of its range for longer than an impact lasts.
     pub saturated_for_long: bool,
-    /// How often the sensor was initialised again so far.
+    /// Number of restarts of the sensor so far.
     pub restarts: u32,
 }
 
-/// The sensor and the state of its health.
+/// Sensor and the state of its health.
 #[derive(Debug)]
 pub struct Sensor<SPI> {
     pub(super) driver: Lsm6dsox<SPI>,
@@ -53,18 +53,18 @@ pub struct Sensor<SPI> {
     standing: Standing,
 }
 
-/// From which sample after a start the sensor is believed.
+/// Trust in the samples after a start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Standing {
-    /// From the first one.
+    /// Trusted from the first sample.
     #[default]
     Trusted,
-    /// Its outputs have repeated: from the sample on which each axis has changed.
+    /// The outputs have repeated: trusted from the sample on which each axis has changed.
     OnProbation,
 }
 
 impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
-    /// A sensor that has not been started.
+    /// Creates a sensor that has not been started.
     pub fn new(spi: SPI) -> Self {
         Self {
             driver: Lsm6dsox::new(spi, imu::SENSOR),
@@ -75,7 +75,7 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
         }
     }
 
-    /// Reads the sample of a tick, and one register back.
+    /// Reads the sample of a tick, and reads back one register.
     pub async fn measure(&mut self, tick: &Tick) -> Measurement {
         self.watch.turn = self.watch.turn.wrapping_add(1);
         let read = self.driver.sample().await;
@@ -115,7 +115,7 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
         }
     }
 
-    /// Whether a sensor on probation has yet to show that each axis is alive.
+    /// Issue of a sensor on probation with an axis that has not changed yet.
     fn unproven(&mut self) -> Option<SampleIssue> {
         if self.standing == Standing::Trusted {
             return None;
@@ -127,7 +127,7 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
         Some(SampleIssue::Unproven)
     }
 
-    /// The measurement of a tick without a sample.
+    /// Measurement of a tick without a sample.
     pub(super) fn absent(tick: &Tick, activity: Activity, restarts: u32) -> Measurement {
         Measurement {
             sample: imu::missing_sample(tick.time),
@@ -139,7 +139,7 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
         }
     }
 
-    /// Brings the sensor up. Returns [`Fault::SensorReset`] if it was found to have lost its settings.
+    /// Starts the sensor. Returns [`Fault::SensorReset`] if it had lost its settings.
     pub(super) async fn start(
         &mut self,
         delay: &mut impl DelayNs,

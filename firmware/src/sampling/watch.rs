@@ -1,4 +1,4 @@
-//! The history of the recent ticks: whether a sample is believed, and when bad ticks make a fault.
+//! History of the recent ticks: whether a sample is trusted, and when bad ticks cause a fault.
 
 use core::ops::RangeInclusive;
 
@@ -7,57 +7,57 @@ use lsm6dsox::{FrozenDetector, RawSample};
 
 use super::Tick;
 
-/// Data-ready edges from one tick to the next, where they are counted: 6.67, give or take one and
+/// Data-ready edges from one tick to the next, if they are counted: 6.67, give or take one and
 /// 10 % of the sensor's clock.
 const EDGES: RangeInclusive<u16> = 5..=8;
 
-/// How often a sample may repeat, with all six codes, before the sensor counts as frozen. With the
+/// Repeats of a sample, with all six codes, before the sensor counts as frozen. With the
 /// noise of the preset all six codes repeat by chance once in 137 000 samples at rest, three times in a
 /// row once in 80 000 years; with half of that noise it would be three times a year, and once a day
 /// where the mean of each axis lies in the middle of a code. Four repeats would take up to 5.0 ms.
 pub const FROZEN_REPEATS: u16 = 3;
 
-/// From this number of repeats on, a sample is not believed.
+/// Number of repeats from which a sample is not trusted.
 const UNTRUSTED_REPEATS: u16 = 2;
 
-/// Ticks in a row at the end of the range that are too many for an impact.
+/// Consecutive ticks at the end of the range that are too many for an impact.
 pub const SATURATED_TICKS: u16 = 50;
 
-/// A bad tick adds this to the count, a good one subtracts 1.
+/// Increment of the count for a bad tick; a good one subtracts 1.
 const BAD_TICK: u16 = 20;
 
-/// The count that makes a fault: three bad ticks in five, or four in 26.
+/// Count that causes a fault: three bad ticks in five, or four in 26.
 const TOO_BAD: u16 = 3 * BAD_TICK - 2;
 
-/// The history of the recent ticks.
+/// History of the recent ticks.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Watch {
     pub(super) frozen: FrozenDetector,
-    /// The count of bad ticks: see [`BAD_TICK`].
+    /// Count of bad ticks: see [`BAD_TICK`].
     badness: u16,
-    /// Bad ticks in a row.
+    /// Consecutive bad ticks.
     pub(super) bad_ticks: u32,
     /// Good ticks since the start of the sensor.
     pub(super) good_ticks: u32,
-    /// Samples in a row at the end of the range.
+    /// Consecutive samples at the end of the range.
     pub(super) saturated_ticks: u16,
     pub(super) last_good: Option<Timestamp>,
     /// Ticks since the last edge.
     pub(super) without_edge: u16,
-    /// Counts ticks: it selects the register that is read back.
+    /// Count of ticks: it selects the register that is read back.
     pub(super) turn: usize,
 }
 
-/// Why the sample of a tick is not believed.
+/// Reason why the sample of a tick is not trusted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SampleIssue {
     /// No edge came.
     Edge,
-    /// The edges are not the sensor's.
+    /// The number of edges is wrong.
     Rate,
     /// Nothing new was read.
     Stale,
-    /// The status byte is not one that the part can send.
+    /// The part cannot send this status byte.
     Status(u8),
     /// The transfer failed.
     Bus,
@@ -68,7 +68,7 @@ pub(super) enum SampleIssue {
 }
 
 impl Watch {
-    /// Forgets everything but the turn of the read-back.
+    /// Resets everything except the turn of the read-back.
     pub(super) fn restart(&mut self) {
         *self = Self {
             turn: self.turn,
@@ -76,7 +76,7 @@ impl Watch {
         };
     }
 
-    /// Takes a sample into the history; returns the issue with it, if there is one.
+    /// Adds a sample to the history; returns the issue with it, if there is one.
     pub(super) fn issue(&mut self, tick: &Tick, raw: &RawSample) -> Option<SampleIssue> {
         // A late edge also shows that the sensor runs.
         self.without_edge = if tick.edge.is_some() || tick.edges.is_some_and(|edges| edges > 0) {
@@ -90,7 +90,7 @@ impl Watch {
         } else {
             0
         };
-        // At the end of the range a working sensor repeats too.
+        // At the end of the range a working sensor repeats as well.
         if !saturated {
             self.frozen.update(raw);
         }
@@ -117,7 +117,7 @@ impl Watch {
         u32::from(axes)
     }
 
-    /// Takes a tick into the count of bad ones; returns its issue if that makes a fault.
+    /// Adds a tick to the count of bad ones; returns its issue if that causes a fault.
     pub(super) fn count(
         &mut self,
         issue: Option<SampleIssue>,

@@ -1,11 +1,11 @@
-//! A log of items in two pages of flash; the newest complete one counts.
+//! A log of items in two pages of flash; the newest complete one is valid.
 //!
-//! One page is written, the other is blank or holds what was written before. When an item no longer
-//! fits, the other page is made blank, the full one is closed, and writing goes on in the other: the
+//! One page is written, the other is blank or holds earlier items. When an item no longer
+//! fits, the other page is erased unless blank, the full one is closed, and writing continues in the other: the
 //! newest item is never in the page that is erased, so a power cut leaves it or the one after it.
 //!
-//! The format is that of the crate `sequential-storage` 8, which earlier programs used, so that they
-//! and this one read each other's pages:
+//! The format is that of the crate `sequential-storage` 8, which earlier programs used, so that both
+//! can read each other's pages:
 //!
 //! | bytes of a page | field |
 //! |---|---|
@@ -20,7 +20,7 @@
 //! | 6, 7 | CRC-16 of the length |
 //! | 8 … | the data, a key in its first byte, filled up with 0 to whole words |
 //!
-//! A mark counts as 0 from four cleared bits on. Nothing is written or erased to find an item.
+//! A mark counts as 0 from four cleared bits on. Searching for an item writes and erases nothing.
 
 use core::cmp::Reverse;
 use core::ops::Range;
@@ -29,22 +29,22 @@ use embedded_storage::nor_flash::NorFlash;
 
 use super::{Erase, StoreFailed};
 
-/// The key of the settings, which are all that the pages hold.
+/// Key of the settings, the only content of the pages.
 pub(super) const KEY: u8 = 0;
 
-/// Bytes of a word, the least that is written at once.
+/// Size of a word, the smallest unit of a write, bytes.
 const WORD: u32 = 4;
 
-/// Bytes before an item's data.
+/// Size of the header before an item's data, bytes.
 const HEADER: u32 = 8;
 
-/// Bytes that are read at once.
+/// Bytes read at once.
 const CHUNK: usize = 64;
 
-/// Attempts to write an item until the flash counts as worn out.
+/// Attempts to write an item before the flash counts as worn out.
 const ATTEMPTS: usize = 2;
 
-/// The state of a page, the less current first.
+/// State of a page, the least current first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Use {
     /// It has no mark: blank, or half erased.
@@ -55,33 +55,33 @@ enum Use {
     Open,
 }
 
-/// A complete item.
+/// Complete item.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Item {
-    /// Where its data begin, in bytes of the flash.
+    /// Start of its data, in bytes of the flash.
     pub(super) data: u32,
-    /// Bytes of data, the key included.
+    /// Length of the data, bytes, including the key.
     pub(super) length: u16,
     check: u32,
 }
 
-/// The content of a page.
+/// Content of a page.
 #[derive(Clone, Copy, Debug)]
 struct Page {
     is: Use,
     newest: Option<Item>,
-    /// An item after the newest was written to its end and does not match its checksum.
+    /// Whether an item after the newest was completely written and does not match its checksum.
     damaged: bool,
-    /// From here on it is blank.
+    /// Start of the blank part.
     free: u32,
 }
 
-/// The result of a search.
+/// Result of a search.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Latest {
-    /// The newest complete item.
+    /// Newest complete item.
     pub(super) item: Option<Item>,
-    /// A newer one has decayed.
+    /// Whether a newer one has decayed.
     pub(super) damaged: bool,
 }
 
@@ -96,7 +96,7 @@ where
 {
     const SIZE: u32 = F::ERASE_SIZE as u32;
 
-    /// The pages in `range`; `None` where it is not two whole ones.
+    /// Opens the pages in `range`; `None` if it is not two whole pages.
     pub(super) fn new(flash: F, range: &Range<u32>) -> Option<Self> {
         const { assert!((WORD as usize).is_multiple_of(F::WRITE_SIZE) && F::READ_SIZE == 1) };
         let whole = [range.start, range.end].map(|end| end.is_multiple_of(Self::SIZE)) == [true; 2];
@@ -129,7 +129,7 @@ where
         Ok(bytes)
     }
 
-    /// Whether the pages are as after an erase.
+    /// Returns whether the pages are as after an erase.
     pub(super) fn are_blank(&mut self) -> Result<bool, F::Error> {
         self.is_blank(self.base(0), self.base(2))
     }
@@ -138,7 +138,7 @@ where
         self.all(from..to, |byte| byte == 0xFF)
     }
 
-    /// Whether all bytes are as asked for; the first that is not is the last asked about.
+    /// Returns whether all bytes satisfy `is`; stops at the first that does not.
     fn all(&mut self, range: Range<u32>, mut is: impl FnMut(u8) -> bool) -> Result<bool, F::Error> {
         let end = range.end;
         for at in range.step_by(CHUNK) {
@@ -153,7 +153,7 @@ where
         Ok(true)
     }
 
-    /// The newest complete item.
+    /// Finds the newest complete item.
     pub(super) fn newest(&mut self) -> Result<Latest, F::Error> {
         let pages = self.look()?;
         let Some(best) = best(&pages) else {
@@ -162,7 +162,7 @@ where
                 damaged: pages.iter().any(|page| page.damaged),
             });
         };
-        // Damage in a page from before is of no interest.
+        // Damage in an earlier page is not reported.
         let damaged = pages.iter().any(|page| page.damaged && page.is >= best.is);
         Ok(Latest {
             item: best.newest,
@@ -239,10 +239,10 @@ where
         Ok(crc.finish())
     }
 
-    /// Writes an item, and reads it back: it is the newest then.
+    /// Writes an item, and reads it back: it is then the newest.
     ///
     /// # Errors
-    /// As [`StoreFailed`] says; the newest item is still the previous one.
+    /// See [`StoreFailed`]; the newest item is still the previous one.
     pub(super) fn append(&mut self, data: &[u8], erase: Erase) -> Result<(), StoreFailed> {
         let length = u16::try_from(data.len()).map_err(|_| StoreFailed::Flash)?;
         let check = data.iter().fold(Crc32::NEW, |crc, byte| crc.with(*byte));
@@ -278,7 +278,7 @@ where
         self.flash.write(end, &last)
     }
 
-    /// The address where an item with `length` bytes of data fits, in a page that is ready for it.
+    /// Address where an item with `length` bytes of data fits, in a page that is ready for it.
     fn make_room(&mut self, length: u32, erase: Erase) -> Result<u32, StoreFailed> {
         let room = HEADER + length.next_multiple_of(WORD);
         if WORD + room + WORD > Self::SIZE {
@@ -319,7 +319,7 @@ where
     }
 }
 
-/// The page with the newest item.
+/// Page with the newest item.
 fn best(pages: &[Page; 2]) -> Option<&Page> {
     let [first, second] = pages;
     match (first.newest, second.newest) {
@@ -373,7 +373,7 @@ impl Crc32 {
         Self(crc)
     }
 
-    /// Its lowest byte is neither 0 nor 0xFF: a checksum half written is never right.
+    /// The lowest byte is neither 0 nor 0xFF: a partly written checksum is never valid.
     const fn finish(self) -> u32 {
         let crc = !self.0;
         match crc {
@@ -448,7 +448,7 @@ mod tests {
     }
 
     #[test]
-    fn a_checksum_is_never_one_that_is_half_written() {
+    fn a_partly_written_checksum_is_never_valid() {
         for (bits, sum) in [
             (0x0000_0000, 0x0000_0001),
             (0x1234_5600, 0x1234_5601),
@@ -460,7 +460,7 @@ mod tests {
     }
 
     #[test]
-    fn what_fills_a_page_between_its_marks_fits_and_a_byte_more_writes_nothing() {
+    fn a_page_holds_the_largest_item_and_rejects_a_byte_more() {
         let mut fits = pages();
         assert_eq!(fits.append(&data::<48>(7), Erase::Allowed), Ok(()));
         for mut full in [pages(), fits] {
@@ -472,7 +472,7 @@ mod tests {
     }
 
     #[test]
-    fn items_of_every_length_are_found_again_page_after_page() {
+    fn items_of_every_length_are_found_on_every_page() {
         let mut pages = pages();
         for number in 1..100 {
             let data = data::<48>(number);
@@ -492,7 +492,7 @@ mod tests {
     }
 
     #[test]
-    fn a_store_holds_though_both_pages_look_as_if_they_were_in_use() {
+    fn a_store_succeeds_even_if_both_pages_look_used() {
         let written = |number: u8| {
             let mut pages = pages();
             assert_eq!(pages.append(&data::<5>(number), Erase::Allowed), Ok(()));

@@ -1,4 +1,4 @@
-//! Commands that this program does not have: each says with which feature it is built.
+//! Commands that are not built; each reports the feature it needs.
 
 use std::ffi::OsString;
 

@@ -82,7 +82,7 @@ impl AttitudeArguments {
     }
 }
 
-/// Whether a finding is one about the samples, and not about a foot that walks.
+/// Returns whether a finding concerns the samples rather than a walking foot.
 const fn concerns_attitude(finding: &Finding) -> bool {
     !matches!(
         finding,

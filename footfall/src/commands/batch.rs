@@ -1,4 +1,4 @@
-//! `footfall batch`: all recordings of a tree, into tables of Parquet.
+//! `footfall batch`: estimates all recordings of a directory tree into Parquet tables.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -225,8 +225,8 @@ impl BatchArguments {
         }
     }
 
-    /// What recordings are estimated with. What is wrong with it whatever the recording is said before any
-    /// is read.
+    /// Returns the settings of the estimation. Errors that do not depend on the recording are reported before any
+    /// recording is read.
     fn settings(&self, configuration: Configuration) -> Result<Settings, Error> {
         let hints = self.recording.reading.hints(&configuration)?;
         let settings = Settings {
@@ -247,7 +247,7 @@ impl BatchArguments {
         let origins = settings.origins("");
         origins.check_effects(&params)?;
         match params.validate::<CAPACITY>() {
-            // As many samples as a window has depends on the recording.
+            // The window length in samples depends on the recording.
             Ok(_) | Err(ParamsError::WindowLength { .. }) => {}
             Err(error) => return Err(origins.explain(&error, &params).into()),
         }
@@ -255,11 +255,11 @@ impl BatchArguments {
     }
 }
 
-/// Counts what becomes of recordings, and shows how far they are.
+/// Counts results of recordings and shows the progress.
 struct Watching {
     bar: ProgressBar,
     count: usize,
-    /// Whether the report has each recording.
+    /// Whether the report lists each recording.
     is_detailed: bool,
     state: Mutex<State>,
 }
@@ -267,7 +267,7 @@ struct Watching {
 #[derive(Default)]
 struct State {
     report: BatchReport,
-    /// By the name of a recording, as many bytes of it as the bar has counted.
+    /// Bytes of each recording counted by the bar, by name.
     counted: HashMap<String, Arc<AtomicU64>>,
 }
 
@@ -345,8 +345,7 @@ impl Watch for Watching {
     }
 }
 
-/// Says what there is to say about a recording: what is not plausible when it is estimated, and in each
-/// run that it has failed.
+/// Prints the findings of a recording when it is estimated, and its failure in each run.
 fn say(name: &str, action: Action, rows: &[Row]) {
     for row in rows {
         let of_feet = if rows.len() > 1 {

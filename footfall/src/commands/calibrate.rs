@@ -134,7 +134,7 @@ impl CalibrateArguments {
 
     fn calibrate_sensor(&self, configuration: &Configuration) -> Result<(), Error> {
         let mut hints = self.recording.reading.hints(configuration)?;
-        // What was found before is replaced, not added to.
+        // Previous results are replaced, not added to.
         hints.correction = Correction::NONE;
         let loaded: Result<Vec<(Format, Loaded)>, Error> = self
             .inputs
@@ -153,7 +153,7 @@ impl CalibrateArguments {
         let mut inputs = BTreeMap::new();
         for (input, (format, loaded)) in self.inputs.iter().zip(&loaded) {
             let mut findings = check(&loaded.recording, &hints);
-            // The sensor lies on each of its sides.
+            // In this calibration the sensor lies on each of its sides in turn.
             findings.retain(|finding| !matches!(finding, Finding::GravityNotAlongZ { .. }));
             let file = input.display().to_string();
             self.recording.reading.report(&file, &findings)?;

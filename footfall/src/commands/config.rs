@@ -1,4 +1,4 @@
-//! `footfall config`: what a configuration file may set, and whether one can be used.
+//! `footfall config`: lists and checks settings of the configuration file.
 
 use std::path::PathBuf;
 

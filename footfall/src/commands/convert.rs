@@ -1,4 +1,4 @@
-//! `footfall convert`: a recording in another format.
+//! `footfall convert`: converts a recording to another format.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -47,11 +47,11 @@ pub struct ConvertArguments {
     pub overwrite: bool,
 }
 
-/// What is known of a foot after a look at its samples.
+/// Properties of a foot found by scanning its samples.
 struct Looked {
     samples: u64,
     has_load: bool,
-    /// Options without which what is written is read otherwise.
+    /// Options required to read the output identically.
     options: Vec<String>,
 }
 
@@ -105,7 +105,7 @@ impl ConvertArguments {
         self.say(&feet, &looked, bag.as_ref(), thresholds)
     }
 
-    /// What it becomes, where that can be written.
+    /// Returns the output format if it can be written.
     fn form(&self) -> Result<Form, OutputError> {
         let output = self.output.as_path();
         let named = || output.display().to_string();
@@ -175,7 +175,7 @@ impl ConvertArguments {
         Ok(Some(bag))
     }
 
-    /// Says what was written and how it is read.
+    /// Prints the output files and the options to read them.
     fn say(
         &self,
         feet: &[Foot],
@@ -194,7 +194,7 @@ impl ConvertArguments {
             options.push("--topic all".to_owned());
         }
         if let Some(bag) = bag.filter(|bag| bag.has_loads) {
-            // For all topics they are by the names of the feet's topics.
+            // `--topic all` expects the load topics in the order of the feet's topic names.
             let mut topics: Vec<&Topics> = bag.topics.iter().collect();
             topics.sort_by(|a, b| a.imu.cmp(&b.imu));
             options.extend(
@@ -230,14 +230,13 @@ impl ConvertArguments {
     }
 }
 
-/// The thresholds of the load that recordings of a format have by default, where those of what is written are
-/// others.
+/// Returns the default load thresholds of a format if they differ from those of the output.
 fn thresholds(format: Format) -> Option<LoadParams> {
     let of = |format| Preset::default().params(format).load;
     Some(of(format)).filter(|load| *load != of(Format::Csv))
 }
 
-/// A name of a foot whose topics no foot before it has.
+/// Returns a foot name whose topics differ from those of all previous feet.
 fn unlike(name: &str, feet: &[Foot]) -> String {
     let is_free = |name: &String| {
         let topics = Topics::of(name);
@@ -248,7 +247,7 @@ fn unlike(name: &str, feet: &[Foot]) -> String {
     names.find(is_free).unwrap_or_else(|| name.to_owned())
 }
 
-/// Looks at the samples that are converted: what is not plausible about them, and what is not in them.
+/// Scans the samples to be converted for findings and for the options the output needs.
 fn look(foot: &mut Foot, span: Span, hints: &Hints) -> io::Result<(Looked, Vec<Finding>)> {
     let about = foot.stored.about.clone();
     let mut check = Check::new(about.sample_rate, about.gravity).with_units(about.units);

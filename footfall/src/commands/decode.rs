@@ -1,4 +1,4 @@
-//! `footfall decode`: what a foot has sent, back to rows and a report.
+//! `footfall decode`: decodes the output of a foot to rows and a report.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -51,7 +51,7 @@ impl DecodeArguments {
                 outcome = Some(decoded);
                 Ok(())
             }
-            // What the writer says is about the file that is written.
+            // Errors of the writer concern the output file.
             Err(DecodeError::Rows(error)) => Err(error),
             Err(error) => {
                 refused = Some(error);

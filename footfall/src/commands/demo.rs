@@ -1,4 +1,4 @@
-//! `footfall demo`: a simulated walk through the estimator, with no files needed.
+//! `footfall demo`: estimates a simulated walk, without input files.
 
 use std::fs;
 use std::path::PathBuf;
@@ -13,10 +13,10 @@ use crate::report::{Outputs, write_outputs};
 use crate::targets;
 use crate::walking_foot;
 
-/// The directory of the results where none is named.
+/// Default directory of the results.
 pub const DIRECTORY: &str = "footfall-demo";
 
-/// The log of what the foot sends on CAN.
+/// File name of the foot's CAN log.
 pub const CAN_LOG: &str = "can.log";
 
 /// The recording of what the foot sends on the serial line.
@@ -43,7 +43,7 @@ impl Default for DemoArguments {
 }
 
 impl DemoArguments {
-    /// Walks, estimates, and writes the samples, the picture and all that the foot sends.
+    /// Simulates a walk, estimates it, and writes the samples, the picture and the output of the foot.
     pub(super) fn run(&self) -> Result<(), Error> {
         let directory = &self.out;
         targets::check_can_be_directory(directory)?;

@@ -1,4 +1,4 @@
-//! `footfall explain`: what a fault, a flag or a refusal means, and what to do about it.
+//! `footfall explain`: meaning of a fault, a flag or a refusal, and its remedy.
 
 use clap::Args;
 use decode::remedy::Trouble;

@@ -1,4 +1,4 @@
-//! Which nodes of a bus are feet, and what they are called: for all commands that read what feet send.
+//! Nodes and names of feet, for all commands that read their output.
 
 use clap::Args;
 use decode::Feet;
@@ -17,10 +17,10 @@ pub struct FeetArguments {
 }
 
 impl FeetArguments {
-    /// The feet.
+    /// Returns the feet.
     ///
     /// # Errors
-    /// A node gets two names, or two nodes get one.
+    /// A node is given two names, or two nodes are given one name.
     pub(super) fn feet(&self) -> Result<Feet, NamedTwice> {
         let mut feet = Feet::default();
         self.nodes.iter().for_each(|node| feet.add(*node));
@@ -29,7 +29,7 @@ impl FeetArguments {
     }
 }
 
-/// A node id, decimal or with 0x hexadecimal.
+/// Parses a node id, decimal or hexadecimal with 0x.
 pub(super) fn parse_node(text: &str) -> Result<NodeId, &'static str> {
     let id = match text.strip_prefix("0x") {
         Some(digits) => u8::from_str_radix(digits, 16),
@@ -40,7 +40,7 @@ pub(super) fn parse_node(text: &str) -> Result<NodeId, &'static str> {
         .ok_or("write a node id, 1 to 127 or 0x01 to 0x7F")
 }
 
-/// A node id and the name of its foot.
+/// Parses a node id with the name of its foot.
 fn parse_name(text: &str) -> Result<(NodeId, Name), String> {
     let (id, name) = text
         .split_once('=')

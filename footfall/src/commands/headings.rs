@@ -1,15 +1,15 @@
-//! What options are grouped under in the help, and the texts that several helps share.
+//! Headings of option groups, and texts shared by several help pages.
 
-/// What is read, and how.
+/// Options for reading the input.
 pub const INPUT: &str = "Input";
 
-/// How it is estimated.
+/// Options of the estimator.
 pub const ESTIMATOR: &str = "Estimator";
 
-/// What is written and printed.
+/// Options for the output.
 pub const OUTPUT: &str = "Output";
 
-/// What the exit codes mean.
+/// Meaning of the exit codes.
 pub const EXIT_CODES: &str = "\
 Exit codes:
   0    done; also where the reader of standard output has gone (| head)

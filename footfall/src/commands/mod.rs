@@ -1,4 +1,4 @@
-//! The command line: one command a file, and `footfall demo` where none is named.
+//! Command line: one file per command; `footfall demo` is the default command.
 //!
 //! | command | file |
 //! |---|---|
@@ -18,11 +18,11 @@
 //! | `foot` | [`foot`] |
 //! | `schema` | [`schema`] |
 //! | `completions`, `man` | [`shell`] |
-//! | what options are grouped under, examples | [`headings`] |
-//! | which nodes are feet, for what reads what they send | [`feet`] |
-//! | what the commands that read recordings share | [`recording`] |
-//! | `batch` and `ros2`, where they are not built | `absent` |
-//! | what `record`, `view` and `ros2` share | [`stream`](crate::stream) |
+//! | headings of option groups, examples | [`headings`] |
+//! | nodes and names of feet | [`feet`] |
+//! | options shared by commands that read recordings | [`recording`] |
+//! | stubs of `batch` and `ros2` if not built | `absent` |
+//! | functions shared by `record`, `view` and `ros2` | [`stream`](crate::stream) |
 
 #[cfg(not(all(feature = "parquet", feature = "ros2")))]
 pub mod absent;
@@ -155,10 +155,10 @@ pub enum Command {
 }
 
 impl Arguments {
-    /// Does what was asked.
+    /// Runs the command.
     ///
     /// # Errors
-    /// The first thing that stands in the way.
+    /// The first error.
     pub fn run(self) -> Result<(), Error> {
         set_verbosity(match (self.quiet, self.verbose) {
             (true, _) => Verbosity::Quiet,
@@ -196,12 +196,12 @@ mod tests {
     use clap::CommandFactory;
 
     #[test]
-    fn the_command_line_is_consistent() {
+    fn command_line_definition_is_consistent() {
         Arguments::command().debug_assert();
     }
 
     #[test]
-    fn nothing_at_all_means_demo() {
+    fn demo_is_the_default_command() {
         let arguments = Arguments::parse_from(["footfall"]);
         assert!(arguments.command.is_none());
     }

@@ -1,4 +1,4 @@
-//! `footfall monitor`: feet that stream, as they are now.
+//! `footfall monitor`: shows the current state of streaming feet.
 
 use std::io::{self, IsTerminal, Write};
 use std::time::{Duration, Instant};
@@ -20,10 +20,10 @@ use crate::monitor::terminal::watch_screen;
 use crate::monitor::{Robot, lines};
 use crate::stream::{deadline, is_over, warn_of_lost};
 
-/// Time from one line of a foot to its next.
+/// Period of the lines of a foot.
 const LINE: Duration = Duration::from_secs(1);
 
-/// How a source is written, for helps.
+/// Help text on the syntax of a source.
 pub(super) const SOURCES: &str = "Where the feet stream from: uart:/dev/ttyACM0[@BAUD], can:can0, \
                        slcan:/dev/ttyACM0[@KBIT], file:can.log[@SPEED], or demo[:feet=4] for \
                        simulated feet";
@@ -48,7 +48,7 @@ pub struct MonitorArguments {
     pub seconds: Option<f64>,
 }
 
-/// How lines are written.
+/// Format of the lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Form {
     Text,
@@ -86,7 +86,7 @@ fn watch_lines(feed: &Feed, robot: &mut Robot, end: Option<Instant>, form: Form)
     let mut seen = 0;
     loop {
         let due = next(LINE, end);
-        // Events are written as they come.
+        // Events are printed on arrival.
         while Instant::now() < due && !robot.has_ended() {
             listen(feed, robot, due.min(Instant::now() + PICTURE));
             let (events, now_seen) = robot.events_since(seen);

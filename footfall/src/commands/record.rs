@@ -1,4 +1,4 @@
-//! `footfall record`: feet that stream, as MCAP for ROS 2.
+//! `footfall record`: records streaming feet as MCAP for ROS 2.
 
 use std::path::{Path, PathBuf};
 
@@ -46,9 +46,9 @@ impl RecordArguments {
             Existing::Kept
         };
         finish_when_interrupted();
-        // What is played need not be waited for.
+        // Recorded sources are read at full speed.
         let mut stream = Stream::open(self.source.at_speed(Speed::Max), self.feet.feet()?);
-        // What cannot be read replaces nothing.
+        // An unreadable source must not replace an existing file.
         stream.wait_until_open()?;
         let mut recording = McapRecording::create(path, existing)?;
         let ended = stream.run(deadline(self.seconds), &mut recording)?;

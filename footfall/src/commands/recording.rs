@@ -1,4 +1,4 @@
-//! What the commands that estimate from recordings share: options, and the configuration file.
+//! Options and configuration file shared by the commands that estimate from recordings.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -149,10 +149,10 @@ impl BagArguments {
     }
 }
 
-/// What lies between `--from` and `--to`, s of the recording's clock.
+/// Returns the span from `--from` to `--to`, s on the recording's clock.
 ///
 /// # Errors
-/// It ends before it begins.
+/// The span ends before it begins.
 pub(super) fn span(from: Option<f64>, to: Option<f64>) -> Result<Span, Error> {
     let span = Span::new(from, to);
     if span.is_empty() {
@@ -164,28 +164,28 @@ pub(super) fn span(from: Option<f64>, to: Option<f64>) -> Result<Span, Error> {
     Ok(span)
 }
 
-/// A configuration file, or one that changes nothing. It is read once, so a pipe will do.
+/// A configuration file, or an empty one. It is read once, so it may be a pipe.
 #[derive(Default)]
 pub(super) struct Configuration {
-    /// The file as it was named.
+    /// File as given.
     pub name: Option<String>,
     pub text: String,
     pub overrides: Overrides,
 }
 
-/// Reads the name of a format; the help lists all of them.
+/// Parser of a format name; the help lists all formats.
 fn format_parser() -> impl TypedValueParser<Value = Format> {
     let names = Format::ALL.map(|format| PossibleValue::new(format.name()).help(format.help()));
     PossibleValuesParser::new(names).try_map(|name| name.parse::<Format>())
 }
 
-/// Reads the name of a preset; the help lists all of them.
+/// Parser of a preset name; the help lists all presets.
 pub(super) fn preset_parser() -> impl TypedValueParser<Value = Preset> {
     let names = Preset::ALL.map(|preset| PossibleValue::new(preset.name()).help(preset.help()));
     PossibleValuesParser::new(names).try_map(|name| name.parse::<Preset>())
 }
 
-/// Reads one of some words; a word that is nearly one of them is answered with that.
+/// Parser of one of several words; an error suggests the nearest word.
 fn word_parser<T: Clone + Send + Sync + 'static, const N: usize>(
     words: [&'static str; N],
     parse: fn(&str) -> Result<T, String>,
@@ -193,7 +193,7 @@ fn word_parser<T: Clone + Send + Sync + 'static, const N: usize>(
     PossibleValuesParser::new(words).try_map(move |word| parse(&word))
 }
 
-/// Findings about a recording that was read with `hints`: the axes that they name take the place of those.
+/// Adjusts findings of a recording read with `hints`: suggested axes replace those in `hints`.
 pub(super) fn with_mounting(findings: Vec<Finding>, hints: &Hints) -> Vec<Finding> {
     let mounting = &hints.correction.mounting;
     let findings = findings.into_iter();
@@ -202,21 +202,21 @@ pub(super) fn with_mounting(findings: Vec<Finding>, hints: &Hints) -> Vec<Findin
         .collect()
 }
 
-/// What is not plausible about a recording that was read with `hints`.
+/// Returns the findings of a recording read with `hints`.
 pub(super) fn check(recording: &Recording, hints: &Hints) -> Vec<Finding> {
     let findings = plausible::check_read_in(recording, hints.table.units);
     with_mounting(findings, hints)
 }
 
 impl ReadingArguments {
-    /// Reports what is not plausible about a recording.
+    /// Reports the findings of a recording.
     ///
     /// # Errors
-    /// Anything is, and `--strict` is given.
+    /// There are findings, and `--strict` is given.
     pub(super) fn report(&self, file: &str, findings: &[Finding]) -> Result<(), Error> {
         for finding in findings {
             let message = format!("{file}: {finding}");
-            // What a failure refers to is a part of it.
+            // With `--strict` findings are errors, as the failure refers to them.
             if self.strict {
                 error(message);
             } else {
@@ -232,7 +232,7 @@ impl ReadingArguments {
         Ok(())
     }
 
-    /// What is known about the files beyond their format.
+    /// Returns the properties of the files that their format does not define.
     pub(super) fn hints(&self, configuration: &Configuration) -> Result<Hints, Error> {
         let hints = configuration.hints(self.sample_rate, self.gravity, self.mounting)?;
         Ok(Hints {
@@ -244,14 +244,14 @@ impl ReadingArguments {
 }
 
 impl RecordingArguments {
-    /// The preset for recordings of a format, with what the configuration sets.
+    /// Returns the preset for recordings of a format, with the settings of the configuration.
     pub(super) fn params(&self, configuration: &Configuration, format: Format) -> Params {
         let mut params = self.preset.params(format);
         configuration.overrides.apply(&mut params);
         params
     }
 
-    /// The preset and what differs from it, in one line.
+    /// Returns the preset and the parameters that differ from it, in one line.
     pub(super) fn parameters_text(&self, params: &Params, format: Format) -> String {
         let preset = self.preset.name();
         match differences(params, self.preset, format).as_str() {
@@ -277,14 +277,14 @@ impl Configuration {
         }
     }
 
-    /// What the file says is wrong with the sensor.
+    /// Returns the sensor correction set by the file.
     pub(super) fn correction(&self) -> Result<Correction, Refusal> {
         let file = self.name.as_deref().unwrap_or_default();
         let correction = self.overrides.correction(file);
         correction.map_err(|refusal| refusal.located(file, &self.text))
     }
 
-    /// What is known about a file beyond its format; options win over the configuration.
+    /// Returns the properties of a file that its format does not define; options override the configuration.
     pub(super) fn hints(
         &self,
         sample_rate: Option<f32>,
@@ -304,7 +304,7 @@ impl Configuration {
         })
     }
 
-    /// Who set the parameters, for errors; `sample_rate` and `window` are those of the options.
+    /// Returns the origins of the parameters, for errors; `sample_rate` and `window` are those of the options.
     pub(super) fn origins<'a>(
         &'a self,
         recording: &'a str,

@@ -1,4 +1,4 @@
-//! `footfall replay`: recordings through the estimator, to a table, a picture and a summary.
+//! `footfall replay`: estimates recordings and writes a table, a picture and a summary.
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -70,17 +70,17 @@ pub struct ReplayArguments {
     pub jobs: Option<NonZeroUsize>,
 }
 
-/// A recording of which all feet have been estimated.
+/// A recording with estimates of all its feet.
 struct Done {
     file: String,
-    /// What is to be said about how it was read.
+    /// Notices about reading the recording.
     notices: Vec<String>,
-    /// What was recognised.
+    /// Details of the recognised format.
     details: Vec<String>,
     feet: Vec<Foot>,
 }
 
-/// A foot that has been estimated.
+/// A foot with its estimates.
 struct Foot {
     foot: Replayed,
     picture: Option<Picture>,
@@ -115,7 +115,7 @@ impl ReplayArguments {
         self.write(feet)
     }
 
-    /// Checks that all results can be written, before anything is computed.
+    /// Checks that all results can be written before computing them.
     fn check_targets(&self) -> Result<(), OutputError> {
         let table = self.output.iter().map(|path| Target::Estimates(path));
         let events = self.events.iter().map(|path| Target::Events(path));
@@ -128,14 +128,14 @@ impl ReplayArguments {
         Ok(())
     }
 
-    /// Whether a result other than the summary goes to standard output.
+    /// Returns whether a result other than the summary goes to standard output.
     fn fills_stdout(&self) -> bool {
         let results = [&self.output, &self.events, &self.plot];
         let mut paths = results.into_iter().flatten();
         paths.any(|path| path == Path::new(STANDARD))
     }
 
-    /// Reads a recording and estimates all feet in it.
+    /// Reads a recording and estimates all its feet.
     fn replay(
         &self,
         configuration: &Configuration,
@@ -189,7 +189,7 @@ impl ReplayArguments {
             layout: self.output.as_deref().map(Layout::of).unwrap_or_default(),
             events: table(&self.events),
         };
-        // Each foot is estimated once, but by any thread.
+        // Each foot is estimated once, on any thread.
         let stored: Vec<_> = stored.into_iter().map(Mutex::new).collect();
         let jobs = if self.inputs.len() == 1 {
             jobs
@@ -251,7 +251,7 @@ impl ReplayArguments {
         })
     }
 
-    /// Writes what was asked for.
+    /// Writes the requested results.
     fn write(&self, mut feet: Vec<Foot>) -> Result<(), Error> {
         let mut written = Vec::new();
         let several = self.inputs.len() > 1 || feet.len() > 1;
@@ -286,7 +286,7 @@ impl ReplayArguments {
     }
 }
 
-/// What a recording was recognised as.
+/// Returns the recognised properties of a recording.
 fn recognised(about: &About, summary: &Summary) -> String {
     let gravity = word_of(&GRAVITIES, about.gravity);
     let labelled = summary
@@ -302,7 +302,7 @@ fn recognised(about: &About, summary: &Summary) -> String {
     )
 }
 
-/// Writes the page of all feet, or the figure of each, and says where.
+/// Writes the page of all feet or the figure of each, and returns the paths.
 fn write_pictures(path: &Path, feet: &mut [Foot]) -> Result<Vec<PathBuf>, Error> {
     let one = feet.len() == 1;
     let mut page = Vec::new();
@@ -317,7 +317,7 @@ fn write_pictures(path: &Path, feet: &mut [Foot]) -> Result<Vec<PathBuf>, Error>
                 } else {
                     targets::with_foot(path, &foot.summary.recording)
                 };
-                // Names of feet may differ in what no file's name has.
+                // Foot names may differ only in characters that file names cannot hold.
                 let path = targets::unlike(path, &written);
                 write_file(&path, |to| {
                     let svg = figure.svg()?;

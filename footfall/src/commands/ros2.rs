@@ -1,4 +1,4 @@
-//! `footfall ros2`: feet that stream, as a node of ROS 2.
+//! `footfall ros2`: publishes streaming feet as a ROS 2 node.
 
 use std::env;
 use std::fmt::Write;
@@ -62,10 +62,10 @@ pub struct Ros2Arguments {
     pub seconds: Option<f64>,
 }
 
-/// The highest domain: those above have ports beyond 65535.
+/// Highest domain: higher ones would use ports above 65535.
 const LAST_DOMAIN: u16 = 232;
 
-/// Reads a domain. An empty text is what scripts set `ROS_DOMAIN_ID` to for none.
+/// Parses a domain. Scripts set `ROS_DOMAIN_ID` to an empty text for the default.
 fn parse_domain(text: &str) -> Result<u16, String> {
     match text.parse() {
         _ if text.is_empty() => Ok(0),
@@ -74,7 +74,7 @@ fn parse_domain(text: &str) -> Result<u16, String> {
     }
 }
 
-/// The interfaces to use: those that were named, else what the variables of ROS say.
+/// Returns the interfaces to use: those given, else those in the ROS variables.
 fn networks(named: Vec<IpAddr>) -> Vec<IpAddr> {
     let is = |variable, value| env::var(variable).is_ok_and(|text| text == value);
     let stays_here =
@@ -133,7 +133,7 @@ impl Ros2Arguments {
         stream.wait_until_open()?;
         let mut node = FootNode::new(options)?;
         let ended = stream.run(deadline(self.seconds), &mut node)?;
-        // Whoever has subscribed does not stay with the newest contacts.
+        // Subscribers must not keep the last contacts as current.
         stream.end(&mut node)?;
         stream.report();
         finish(node)?;
@@ -154,7 +154,7 @@ impl Sink for FootNode {
     }
 }
 
-/// Leaves; says what was sent and what was not.
+/// Shuts down the node and prints the counts of sent and unsent messages.
 fn finish(node: FootNode) -> Result<(), Error> {
     let counts = node.counts();
     let mut text = String::new();

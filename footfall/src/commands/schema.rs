@@ -1,4 +1,4 @@
-//! `footfall schema`: what describes the JSON of the other commands.
+//! `footfall schema`: prints the JSON Schemas of the other commands' output.
 
 use clap::Args;
 

@@ -1,4 +1,4 @@
-//! `footfall completions` and `footfall man`: what a shell and `man` know about the program.
+//! `footfall completions` and `footfall man`: shell completions and manual pages.
 
 use std::fs;
 use std::io;

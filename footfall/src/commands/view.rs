@@ -1,4 +1,4 @@
-//! `footfall view`: feet that stream, in Foxglove and `PlotJuggler`.
+//! `footfall view`: serves streaming feet to Foxglove and `PlotJuggler`.
 
 use clap::{Args, ValueEnum};
 use live::Source;
@@ -61,7 +61,7 @@ pub enum Viewer {
 }
 
 impl Viewer {
-    /// The layout for feet of these names.
+    /// Returns the layout for feet with these names.
     #[must_use]
     pub fn layout(self, feet: &[String]) -> String {
         let pages = pages(feet);

@@ -1,4 +1,4 @@
-//! The messages of all feet, written by their times: MCAP, and the folder of a rosbag2.
+//! Writing the messages of all feet in order of time: MCAP, and the directory of a rosbag2.
 
 use std::io::{self, Write};
 use std::iter::Peekable;
@@ -15,7 +15,7 @@ use super::{Bag, Foot, samples};
 use crate::mcap_recording::io_error;
 
 impl Bag {
-    /// Writes the messages of all feet by their times.
+    /// Writes the messages of all feet in order of time.
     fn write(
         &self,
         feet: &mut [Foot],
@@ -57,10 +57,10 @@ impl Bag {
         }
     }
 
-    /// Writes it as MCAP.
+    /// Writes the bag as MCAP.
     ///
     /// # Errors
-    /// What the writer and the temporary files report.
+    /// Errors of the writer and of the temporary files.
     pub fn write_mcap(&self, feet: &mut [Foot], span: Span, to: &mut dyn Write) -> io::Result<()> {
         let mut bag = McapFile::new(NoSeek::new(to)).map_err(io_error)?;
         self.write(feet, span, |published| {
@@ -69,10 +69,10 @@ impl Bag {
         bag.finish().map_err(io_error)
     }
 
-    /// Writes it as the folder of a rosbag2.
+    /// Writes the bag as the directory of a rosbag2.
     ///
     /// # Errors
-    /// What the folder and the temporary files report.
+    /// Errors of the directory and of the temporary files.
     pub fn write_rosbag2(&self, feet: &mut [Foot], span: Span, path: &Path) -> io::Result<()> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let folder = WholeFolder::create(path)?;
@@ -85,16 +85,16 @@ impl Bag {
     }
 }
 
-/// The samples of a foot on their way to a bag.
+/// Samples of a foot to be written to a bag.
 struct Stream<I: Iterator<Item = io::Result<RecordedSample>>> {
-    /// What is to be added to their timestamps, µs.
+    /// Offset added to the timestamps, µs.
     offset_us: i64,
     messages: Samples,
     samples: Peekable<I>,
 }
 
 impl<I: Iterator<Item = io::Result<RecordedSample>>> Stream<I> {
-    /// When the next sample was acquired, on the clock of the bag.
+    /// Returns the acquisition time of the next sample, on the clock of the bag.
     fn next_at(&mut self) -> io::Result<Option<Timestamp>> {
         if let Some(Err(error)) = self.samples.next_if(Result::is_err) {
             return Err(error);

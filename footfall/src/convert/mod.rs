@@ -1,8 +1,8 @@
-//! A recording in another format: what `footfall convert` writes.
+//! Conversion of a recording to another format, for `footfall convert`.
 //!
-//! What is written is what the estimator takes: SI units in the frame of the foot, f32, times in µs on the
-//! recording's clock, with load, validity and label. So an estimate from it has the bits of one from the
-//! recording that was read.
+//! The output holds the inputs of the estimator: SI units in the frame of the foot, f32, times in µs on the
+//! recording's clock, with load, validity and label. Estimates from the output are therefore bit-identical to those
+//! from the source.
 
 #[cfg(feature = "bags")]
 mod bag;
@@ -41,11 +41,11 @@ pub enum Form {
 }
 
 impl Form {
-    /// What the names of files end in.
+    /// Accepted file extensions, for messages.
     pub const ENDINGS: &'static str =
         "csv, .csv.gz, .parquet or .mcap; or add --as, such as --as rosbag2 for a folder";
 
-    /// Of a file of this name; standard output gets a table.
+    /// Returns the format for a file of this name; standard output gets a table.
     #[must_use]
     pub fn of(path: &Path) -> Option<Self> {
         if path == Path::new(STANDARD) {
@@ -62,7 +62,7 @@ impl Form {
         found.map(|(_, form)| form)
     }
 
-    /// The feature that writes it; `None` where it takes none.
+    /// Returns the feature that writes the format; `None` if it needs none.
     #[must_use]
     pub const fn feature(self) -> Option<Feature> {
         match self {
@@ -72,22 +72,22 @@ impl Form {
         }
     }
 
-    /// Whether it holds several feet.
+    /// Returns whether the format holds several feet.
     #[must_use]
     pub const fn holds_several(self) -> bool {
         matches!(self, Self::Mcap | Self::Rosbag2)
     }
 }
 
-/// A foot that is converted.
+/// A foot to be converted.
 pub struct Foot {
-    /// What it is called.
+    /// Name of the foot.
     pub name: String,
-    /// Its recording.
+    /// Recording of the foot.
     pub stored: Stored,
 }
 
-/// The samples of a foot that are in a span.
+/// Returns the samples of a foot within a span.
 fn samples(
     stored: &mut Stored,
     span: Span,
@@ -99,10 +99,10 @@ fn samples(
     Ok(stored.samples()?.filter(is_in))
 }
 
-/// Shows all samples that are converted.
+/// Passes all samples to be converted to a closure.
 ///
 /// # Errors
-/// The temporary file that holds them cannot be read.
+/// The temporary file with the samples cannot be read.
 pub fn each(
     stored: &mut Stored,
     span: Span,
@@ -114,10 +114,10 @@ pub fn each(
     Ok(())
 }
 
-/// Writes a table of a foot.
+/// Writes the table of a foot.
 ///
 /// # Errors
-/// What the writer and the temporary file report.
+/// Errors of the writer and of the temporary file.
 pub fn write_table(
     form: Form,
     stored: &mut Stored,
@@ -149,19 +149,19 @@ pub fn write_table(
     Ok(())
 }
 
-/// A bag as it is converted to.
+/// A bag as target of a conversion.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Bag {
-    /// The topics of each foot.
+    /// Topics of each foot.
     pub topics: Vec<Topics>,
-    /// Whether feet have loads: all or none.
+    /// Whether the feet have loads: all or none.
     pub has_loads: bool,
-    /// What its clock is ahead of the recording's, µs.
+    /// Offset of the bag's clock from the recording's, µs.
     pub shift_us: i64,
 }
 
 impl Bag {
-    /// For these feet; `None` where a bag has no such times.
+    /// Creates a bag for these feet; `None` if a bag cannot hold their times.
     #[must_use]
     pub fn new(feet: &[Foot], has_loads: bool) -> Option<Self> {
         let abouts = feet.iter().map(|foot| &foot.stored.about);

@@ -1,4 +1,4 @@
-//! A recording that cannot be made: this program does not write MCAP.
+//! Stub for programs built without MCAP output.
 
 use std::path::Path;
 
@@ -10,11 +10,11 @@ use crate::feature::Feature;
 use crate::files::OutputError;
 use crate::stream::Sink;
 
-/// There is none.
+/// Uninhabited: no recording can be created.
 pub enum McapRecording {}
 
 impl McapRecording {
-    /// Says what it takes.
+    /// Fails with the feature required for MCAP.
     ///
     /// # Errors
     /// Always.
@@ -22,13 +22,13 @@ impl McapRecording {
         Err(Feature::Bags.missing_for(path.display()).into())
     }
 
-    /// Its name.
+    /// Returns the path of the file.
     #[must_use]
     pub fn path(&self) -> &Path {
         match *self {}
     }
 
-    /// Never.
+    /// Never called.
     ///
     /// # Errors
     /// None.

@@ -1,4 +1,4 @@
-//! Messages of feet, recorded as MCAP: by `footfall record`, and by the monitor.
+//! Recording of foot messages as MCAP, for `footfall record` and the monitor.
 
 #[cfg(not(feature = "bags"))]
 mod absent;
@@ -10,11 +10,11 @@ pub use absent::McapRecording;
 #[cfg(feature = "bags")]
 pub use written::{McapRecording, io_error};
 
-/// What becomes of a file that is there already.
+/// Handling of an existing file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Existing {
-    /// It stays, and nothing is recorded.
+    /// Keeps the file and records nothing.
     Kept,
-    /// It is replaced.
+    /// Replaces the file.
     Replaced,
 }

@@ -1,4 +1,4 @@
-//! A recording, where this program writes MCAP.
+//! MCAP recording, for programs built with MCAP output.
 
 use std::fmt::Write as _;
 use std::fs::File;
@@ -13,17 +13,17 @@ use crate::error::Error;
 use crate::files::OutputError;
 use crate::stream::Sink;
 
-/// A recording that is being made.
+/// A recording in progress.
 pub struct McapRecording {
     path: PathBuf,
     file: McapFile<File>,
 }
 
 impl McapRecording {
-    /// A recording without messages.
+    /// Creates a recording without messages.
     ///
     /// # Errors
-    /// The file cannot be written, or is there already.
+    /// The file cannot be written or already exists.
     pub fn create(path: &Path, existing: Existing) -> Result<Self, OutputError> {
         let replaces = existing == Existing::Replaced;
         let mut options = File::options();
@@ -42,13 +42,13 @@ impl McapRecording {
         })
     }
 
-    /// Its name.
+    /// Returns the path of the file.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Writes what is left; what there is, a line for each topic, and the name of the file.
+    /// Writes pending messages and returns the message counts by topic and the name of the file.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -84,7 +84,7 @@ fn unwritable(path: &Path, source: io::Error) -> OutputError {
     }
 }
 
-/// What the operating system says, where it is that which an MCAP could not be written for.
+/// Converts an error of the MCAP writer to an I/O error, keeping one of the operating system.
 pub fn io_error(error: McapError) -> io::Error {
     match error {
         McapError::Io(error) => error,

@@ -1,4 +1,4 @@
-//! A foot as it is now.
+//! State of one foot.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -11,46 +11,46 @@ use live::newest_second::SILENT_US;
 use wire::node::State;
 use wire::{Fault, Faults};
 
-/// Probabilities that are kept for the curve: 16 s at 1 kHz.
+/// Number of probabilities kept for the curve: 16 s at 1 kHz.
 const CURVE: usize = 1 << 14;
 
-/// A fault that comes with a boot-up or so soon after it was known before: it says why the foot has started, µs.
+/// Longest time between a boot-up and the fault reported as its cause, µs.
 const BOOT_US: u64 = 200_000;
 
-/// A foot.
+/// State of one foot as last received.
 #[derive(Clone, Debug)]
 pub struct Foot {
-    /// Where it is heard.
+    /// Line and node id on which the foot is received.
     pub key: FootKey,
-    /// What it is called: its name, or its id, or its line.
+    /// Display name: the name, else the node id, else the line.
     pub name: Arc<str>,
-    /// Its newest contact.
+    /// Newest contact.
     pub row: Option<Row>,
-    /// When anything was last received of it.
+    /// Time of the last arrival from the foot.
     pub heard: Timestamp,
-    /// Contacts that are missing between those that came.
+    /// Number of contacts missing from the sequence.
     pub missing: u64,
-    /// Frames that the foot itself has dropped, as far as it said so.
+    /// Number of frames dropped by the foot, as far as reported.
     pub dropped: u64,
-    /// The newest load that it was told, N.
+    /// Last load sent to the foot, N.
     pub load: Option<f32>,
-    /// Its newest orientation as roll and pitch, °.
+    /// Roll and pitch of the newest orientation, °.
     pub tilt: Option<[f32; 2]>,
-    /// Its sensor's temperature, °C.
+    /// Sensor temperature, °C.
     pub temperature: Option<f32>,
-    /// Its NMT state.
+    /// NMT state.
     pub state: Option<State>,
-    /// What the board is doing, where it says so.
+    /// Stage of the board, if reported.
     pub stage: Option<&'static str>,
-    /// The flags of its estimate in the newest health frame, as bits.
+    /// Flags of the estimate in the newest health frame, as bits.
     pub flags: Option<u8>,
-    /// Its active faults.
+    /// Active faults.
     pub faults: Faults,
-    /// When it has last started, and the fault that caused it, where one did.
+    /// Time of the last start, and the fault that caused it, if any.
     pub started: Option<(Timestamp, Option<Fault>)>,
     curve: VecDeque<f32>,
     second: NewestSecond,
-    /// The counter of drops in the newest health frame, modulo 2⁸.
+    /// Drop counter of the newest health frame, modulo 2⁸.
     drops: Option<u8>,
 }
 
@@ -78,7 +78,7 @@ impl Foot {
     }
 
     pub(super) fn contact(&mut self, mut row: Row, at: Timestamp) {
-        // On CAN they come with health frames, ten times a second.
+        // On CAN, health frames carry the flags at 10 Hz.
         let saturated = match row.status.is_saturated() {
             true => Flags::NONE.with(Flag::Saturated).bits(),
             false => 0,
@@ -102,7 +102,7 @@ impl Foot {
         self.row = Some(row);
     }
 
-    /// Takes in the counter of drops of a health frame.
+    /// Updates the drop count from the counter of a health frame.
     pub(super) fn count_drops(&mut self, counter: u8) {
         if let Some(before) = self.drops.replace(counter) {
             self.dropped += u64::from(counter.wrapping_sub(before));
@@ -127,20 +127,20 @@ impl Foot {
         }
     }
 
-    /// The newest second of its contacts.
+    /// Returns the newest second of contacts.
     #[must_use]
     pub const fn second(&self) -> &NewestSecond {
         &self.second
     }
 
-    /// Whether no contact has come for half a second.
+    /// Returns whether no contact has arrived for half a second.
     #[must_use]
     pub fn is_silent(&self, now: Timestamp) -> bool {
         now.as_micros().saturating_sub(self.heard.as_micros()) > SILENT_US
     }
 
-    /// The curve of the probability as `columns` values, the newest last, each the least of its share:
-    /// a short doubt shows.
+    /// Returns the curve of the probability as `columns` values, newest last. Each value is the minimum of its
+    /// share, so that short dips stay visible.
     #[must_use]
     pub fn curve(&self, columns: usize) -> Vec<f32> {
         let share = CURVE.div_ceil(columns.max(1)).min(32);
@@ -151,7 +151,7 @@ impl Foot {
     }
 }
 
-/// Roll and pitch of an orientation, °.
+/// Returns roll and pitch of an orientation, °.
 fn tilt_deg(q: Quaternion) -> [f32; 2] {
     let Quaternion { w, x, y, z } = q;
     let roll = (2.0 * (w * x + y * z)).atan2(1.0 - 2.0 * (x * x + y * y));

@@ -1,4 +1,4 @@
-//! The state of each foot as a line of text or a JSON object, once a second.
+//! State of each foot as a line of text or a JSON object, once a second.
 
 use std::io::{self, Write};
 
@@ -73,7 +73,7 @@ pub struct EventLine<'a> {
 fn foot_line<'a>(robot: &Robot, foot: &'a Foot) -> FootLine<'a> {
     let silent = foot.is_silent(robot.now());
     let several_boards = foot.second().is_of_several_boards(robot.now());
-    // What is old, or of two feet, is no answer to whether the foot stands.
+    // Old contacts and contacts from several boards do not show whether the foot stands.
     let row = foot.row.as_ref().filter(|_| !silent && !several_boards);
     FootLine {
         t: robot.elapsed_s(),
@@ -103,7 +103,7 @@ fn foot_line<'a>(robot: &Robot, foot: &'a Foot) -> FootLine<'a> {
 /// Writes each foot as a JSON object.
 ///
 /// # Errors
-/// What the writer reports.
+/// Errors of the writer.
 pub fn write_json(robot: &Robot, to: &mut dyn Write) -> io::Result<()> {
     for foot in robot.feet() {
         serde_json::to_writer(&mut *to, &Line::of(&foot_line(robot, foot)))?;
@@ -115,7 +115,7 @@ pub fn write_json(robot: &Robot, to: &mut dyn Write) -> io::Result<()> {
 /// Writes an event as a JSON object.
 ///
 /// # Errors
-/// What the writer reports.
+/// Errors of the writer.
 pub fn write_event_json(event: &Event, to: &mut dyn Write) -> io::Result<()> {
     let line = EventLine {
         t: event.t,
@@ -129,7 +129,7 @@ pub fn write_event_json(event: &Event, to: &mut dyn Write) -> io::Result<()> {
 /// Writes each foot as a line of text.
 ///
 /// # Errors
-/// What the writer reports.
+/// Errors of the writer.
 pub fn write_text(robot: &Robot, to: &mut dyn Write) -> io::Result<()> {
     for foot in robot.feet() {
         let line = foot_line(robot, foot);
@@ -165,7 +165,7 @@ pub fn write_text(robot: &Robot, to: &mut dyn Write) -> io::Result<()> {
 /// Writes an event as a line of text.
 ///
 /// # Errors
-/// What the writer reports.
+/// Errors of the writer.
 pub fn write_event(event: &Event, to: &mut dyn Write) -> io::Result<()> {
     let Event { t, foot, text } = event;
     writeln!(
@@ -175,7 +175,7 @@ pub fn write_event(event: &Event, to: &mut dyn Write) -> io::Result<()> {
     )
 }
 
-/// A decision in words.
+/// Returns the name of a decision.
 #[must_use]
 pub const fn decision_text(decision: Option<u8>) -> &'static str {
     match decision {

@@ -1,4 +1,4 @@
-//! What comes from the feet, taken in until something is to be shown.
+//! Reception from the feet until the display is next updated.
 
 use std::time::{Duration, Instant};
 
@@ -6,10 +6,10 @@ use live::Feed;
 
 use super::Robot;
 
-/// Time from one picture to the next.
+/// Period of screen updates.
 pub const PICTURE: Duration = Duration::from_millis(50);
 
-/// Takes in what comes until `due`.
+/// Receives from the feed until `due`.
 pub fn listen(feed: &Feed, robot: &mut Robot, due: Instant) {
     loop {
         let left = due.saturating_duration_since(Instant::now());
@@ -23,7 +23,7 @@ pub fn listen(feed: &Feed, robot: &mut Robot, due: Instant) {
     }
 }
 
-/// The next moment to show something, and the end where that comes first.
+/// Returns the time of the next update, or the end if it comes first.
 #[must_use]
 pub fn next(period: Duration, end: Option<Instant>) -> Instant {
     let due = Instant::now() + period;

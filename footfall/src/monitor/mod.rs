@@ -1,13 +1,13 @@
-//! `footfall monitor`: feet that stream, as they are now.
+//! `footfall monitor`: current state of streaming feet.
 //!
-//! | what | file |
+//! | content | file |
 //! |---|---|
-//! | a foot: its newest contact, its rate, its faults | [`foot`] |
-//! | all feet, and what has happened | [`robot`] |
-//! | what comes, taken in until something is to be shown | [`listen`] |
-//! | on a terminal: the picture, and the keys | `screen`, `terminal` |
-//! | recorded beside the picture | [`recorder`] |
-//! | as lines of text or JSON, elsewhere | [`lines`] |
+//! | state of a foot: newest contact, rate, faults | [`foot`] |
+//! | state of all feet, and events | [`robot`] |
+//! | reception until the next update | [`listen`] |
+//! | display on a terminal, and keys | `screen`, `terminal` |
+//! | recording while the display runs | [`recorder`] |
+//! | output as lines of text or JSON | [`lines`] |
 
 pub mod foot;
 pub mod lines;

@@ -1,4 +1,4 @@
-//! What the monitor hears, recorded beside the picture.
+//! Recording of received messages while the display runs.
 
 use std::path::{Path, PathBuf};
 
@@ -11,15 +11,15 @@ use crate::files::OutputError;
 use crate::mcap_recording::{Existing, McapRecording};
 use crate::stream::Sink;
 
-/// A recording that runs.
+/// A recording in progress.
 pub struct Recorder {
     bridge: Bridge,
     to: McapRecording,
 }
 
 impl Recorder {
-    /// Begins a recording in the current folder, under the first of the names `footfall-1.mcap`,
-    /// `footfall-2.mcap`, … that is free.
+    /// Starts a recording in the current directory, under the first unused name of `footfall-1.mcap`,
+    /// `footfall-2.mcap`, ….
     ///
     /// # Errors
     /// The file cannot be written.
@@ -39,13 +39,13 @@ impl Recorder {
         }
     }
 
-    /// The file.
+    /// Returns the path of the file.
     #[must_use]
     pub fn path(&self) -> &Path {
         self.to.path()
     }
 
-    /// Records what was heard of a foot; `name` is what the foot is called, where it has a name.
+    /// Records a message of a foot; `name` is the name of the foot, if it has one.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -54,7 +54,7 @@ impl Recorder {
         messages.try_for_each(|published| self.to.publish(published))
     }
 
-    /// Records what is due where nothing has come until `now`.
+    /// Records messages that are due if nothing has arrived until `now`.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -63,7 +63,7 @@ impl Recorder {
         messages.try_for_each(|published| self.to.publish(published))
     }
 
-    /// Ends the recording.
+    /// Closes the recording.
     ///
     /// # Errors
     /// The file cannot be written.

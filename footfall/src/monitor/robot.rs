@@ -1,4 +1,4 @@
-//! All feet as they are now, and what has happened.
+//! Current state of all feet, and events.
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -16,44 +16,44 @@ use super::foot::Foot;
 use super::recorder::Recorder;
 use crate::error::Error;
 
-/// Events that are kept.
+/// Maximum number of events kept.
 const EVENTS: usize = 1000;
 
-/// Something that has happened.
+/// An event.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event {
-    /// Since the first arrival, s.
+    /// Time since the first arrival, s.
     pub t: f64,
-    /// The foot, where it is of one.
+    /// Foot to which the event belongs, if any.
     pub foot: Option<String>,
-    /// What.
+    /// Text of the event.
     pub text: String,
 }
 
-/// All that is heard.
+/// State of all feet on all lines.
 pub struct Robot {
     listener: Listener,
     feet: Vec<Foot>,
     events: VecDeque<Event>,
-    /// Events that have been dropped from the front, so that a reader of the list knows where it is.
+    /// Number of events dropped from the front, so that readers can keep their position.
     forgotten: usize,
     first: Option<Timestamp>,
     now: Timestamp,
-    /// When the newest thing arrived, on the clock that stamped it, and on this machine's.
+    /// Time of the newest arrival, on the clock that stamped it and on this machine's.
     newest: Timestamp,
     arrived: Instant,
-    /// What the line waits for.
+    /// Resource the line is waiting for.
     waits_for: Option<String>,
-    /// Why there is nothing more to come.
+    /// Reason the source has ended.
     ended: Option<LinkError>,
-    /// Lines and pieces that could not be read.
+    /// Number of lines and fragments that could not be read.
     unreadable: u64,
     marks: u32,
     recorder: Option<Recorder>,
 }
 
 impl Robot {
-    /// Before the first arrival.
+    /// Creates the state before the first arrival.
     #[must_use]
     pub fn new(feet: Feet) -> Self {
         Self {
@@ -73,7 +73,7 @@ impl Robot {
         }
     }
 
-    /// Takes in what a feed gives.
+    /// Processes an item from a feed.
     pub fn take(&mut self, fed: Fed) {
         match fed {
             Fed::Arrived((at, arrival)) => self.arrive(at, arrival),
@@ -107,13 +107,13 @@ impl Robot {
         self.take_heard();
     }
 
-    /// For how long nothing has arrived.
+    /// Returns the time since the last arrival.
     #[must_use]
     pub fn quiet_for(&self) -> Duration {
         self.arrived.elapsed()
     }
 
-    /// Nothing has arrived since the newest thing for this long: time goes on without it.
+    /// Advances the time to `since` after the newest arrival, if nothing else has arrived.
     pub fn idle(&mut self, since: Duration) {
         let now_us = self.newest.as_micros() + since.as_micros() as u64;
         let now = Timestamp::from_micros(now_us);
@@ -178,8 +178,8 @@ impl Robot {
         }
     }
 
-    /// The place of a foot, which is made where it is heard for the first time; a foot on a serial line
-    /// is known before its id is.
+    /// Returns the index of a foot, adding it on first reception. A foot on a serial line is received before its id
+    /// is known.
     fn index(&mut self, key: &FootKey, said: &Said) -> usize {
         let name = match (self.listener.name(key), said) {
             (Some(name), _) => Some(name),
@@ -197,7 +197,7 @@ impl Robot {
             foot.key.line == key.line
                 && match (foot.key.node, key.node) {
                     (Some(known), Some(node)) => known == node,
-                    // Rows of a recording: one line, several feet.
+                    // Several feet of a recording share one line.
                     (None, None) => name.as_ref().is_none_or(|name| *name == foot.name),
                     (known, _) => known.is_none(),
                 }
@@ -226,7 +226,7 @@ impl Robot {
         self.events.push_back(Event { t, foot, text });
     }
 
-    /// Begins a recording in the current folder, or ends the one that runs: an event says so, or why not.
+    /// Starts a recording in the current directory, or stops the current one, and reports the result as an event.
     pub fn toggle_recording(&mut self) {
         if self.recorder.is_some() {
             self.finish_recording();
@@ -243,9 +243,9 @@ impl Robot {
         self.say(None, event);
     }
 
-    /// Ends the recording, where one runs; returns the event that says so.
+    /// Stops the recording, if any, and returns the text of its event.
     pub fn finish_recording(&mut self) -> Option<String> {
-        // A contact may still wait for what belongs to it.
+        // A contact may still be waiting for related messages.
         self.listener.finish();
         self.take_heard();
         let recorder = self.recorder.take()?;
@@ -258,13 +258,13 @@ impl Robot {
         Some(event)
     }
 
-    /// The file that is recorded to.
+    /// Returns the path of the current recording.
     #[must_use]
     pub fn recording_to(&self) -> Option<&Path> {
         self.recorder.as_ref().map(Recorder::path)
     }
 
-    /// Records what was heard, where a recording runs. One that cannot be written ends.
+    /// Records a received message if a recording is in progress. On a write error the recording stops.
     fn record(&mut self, heard: &Heard) {
         let Some(recorder) = &mut self.recorder else {
             return;
@@ -281,38 +281,38 @@ impl Robot {
         }
     }
 
-    /// Marks this moment; marks are numbered from 1.
+    /// Marks the current time; marks are numbered from 1.
     pub fn mark(&mut self) {
         self.marks += 1;
         self.say(None, format!("mark {}", self.marks));
     }
 
-    /// From the first arrival to the newest, s.
+    /// Returns the time from the first to the newest arrival, s.
     #[must_use]
     pub fn elapsed_s(&self) -> f64 {
         let first = self.first.unwrap_or(self.now);
         self.now.as_micros().saturating_sub(first.as_micros()) as f64 / 1.0e6
     }
 
-    /// The time of the newest arrival.
+    /// Returns the time of the newest arrival.
     #[must_use]
     pub const fn now(&self) -> Timestamp {
         self.now
     }
 
-    /// The feet, by line and id.
+    /// Returns the feet, by line and id.
     #[must_use]
     pub fn feet(&self) -> &[Foot] {
         &self.feet
     }
 
-    /// What has happened, the newest last.
+    /// Returns the events, newest last.
     #[must_use]
     pub const fn events(&self) -> &VecDeque<Event> {
         &self.events
     }
 
-    /// What has happened since the first `seen` events; and how many there have been by now.
+    /// Returns the events after the first `seen`, and the total number of events so far.
     pub fn events_since(&self, seen: usize) -> (impl Iterator<Item = &Event>, usize) {
         let skipped = seen.saturating_sub(self.forgotten);
         (
@@ -321,26 +321,26 @@ impl Robot {
         )
     }
 
-    /// What the line waits for, where it is not open.
+    /// Returns the resource the line is waiting for if it is not open.
     #[must_use]
     pub fn waits_for(&self) -> Option<&str> {
         self.waits_for.as_deref()
     }
 
-    /// Whether there is nothing more to come.
+    /// Returns whether the source has ended.
     #[must_use]
     pub const fn has_ended(&self) -> bool {
         self.ended.is_some()
     }
 
-    /// Why what is played could not be read, or not to its end.
+    /// Returns the error that prevented playback or ended it early.
     #[must_use]
     pub fn into_failure(self) -> Option<LinkError> {
         self.ended
             .filter(|error| !matches!(error, LinkError::Ended(_)))
     }
 
-    /// Lines and pieces that could not be read: of what is played, of an adapter, of serial lines.
+    /// Returns the number of unreadable lines and fragments in playback, from adapters and on serial lines.
     #[must_use]
     pub fn unreadable(&self) -> u64 {
         let reports = self.listener.reports();
@@ -350,7 +350,7 @@ impl Robot {
     }
 }
 
-/// Takes in an emergency message; what it says.
+/// Processes an emergency message and returns its text.
 fn emergency_text(foot: &mut Foot, emergency: Emergency, at: Timestamp) -> Option<String> {
     let Emergency {
         code,
@@ -389,7 +389,7 @@ mod tests {
     }
 
     #[test]
-    fn four_feet_at_1_khz_are_watched_without_losing_a_contact() {
+    fn four_feet_at_1_khz_lose_no_contact() {
         let robot = watched("demo:feet=4,speed=max,seconds=6");
         let names: Vec<_> = robot.feet().iter().map(|foot| &*foot.name).collect();
         assert_eq!(names, ["FL", "FR", "RL", "RR"]);
@@ -412,11 +412,11 @@ mod tests {
     }
 
     #[test]
-    fn a_foot_whose_contacts_stop_is_silent_whatever_else_is_heard() {
+    fn foot_without_contacts_is_silent_despite_other_frames() {
         let mut robot = watched("demo:speed=max,seconds=2");
         let now = robot.now();
         assert!(!robot.feet()[0].is_silent(now));
-        // The robot goes on with its loads, and the foot with its heartbeats.
+        // Loads and heartbeats continue to arrive.
         for ms in 0..600 {
             let at = Timestamp::from_micros(now.as_micros() + ms * 1000);
             for (id, data) in [(0x211, &[0; 4][..]), (0x711, &[127])] {
@@ -429,7 +429,7 @@ mod tests {
     }
 
     #[test]
-    fn two_boards_with_one_id_are_no_foot() {
+    fn two_boards_with_one_id_report_no_decision() {
         let feed = Feed::open("demo:feet=2,speed=max,seconds=3".parse().expect("a source"));
         let mut robot = Robot::new(Feet::default());
         while !robot.has_ended() {
@@ -452,7 +452,7 @@ mod tests {
     }
 
     #[test]
-    fn one_board_is_never_taken_for_several() {
+    fn single_board_is_not_reported_as_several() {
         for source in [
             "demo:speed=max,seconds=5",
             "demo:feet=2,speed=max,seconds=5,line=uart",
@@ -465,7 +465,7 @@ mod tests {
     }
 
     #[test]
-    fn a_foot_is_silent_where_the_whole_line_is() {
+    fn foot_is_silent_on_a_silent_line() {
         let mut robot = watched("demo:speed=max,seconds=2");
         robot.idle(Duration::from_millis(400));
         assert!(!robot.feet()[0].is_silent(robot.now()));
@@ -474,14 +474,14 @@ mod tests {
     }
 
     #[test]
-    fn a_foot_on_a_serial_line_gets_its_name_with_its_first_health_message() {
+    fn serial_foot_is_named_by_its_first_health_message() {
         let robot = watched("demo:feet=2,speed=max,seconds=2,line=uart");
         let names: Vec<_> = robot.feet().iter().map(|foot| &*foot.name).collect();
         assert_eq!(names, ["L", "R"]);
         assert!(robot.feet().iter().all(|foot| foot.missing == 0));
     }
 
-    /// A frame of the bus is received.
+    /// Receives a frame from the bus.
     fn receive(robot: &mut Robot, ms: u64, id: u16, data: &[u8]) {
         let at = Timestamp::from_micros(ms * 1000);
         let interface = "can0".into();
@@ -490,7 +490,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_come_and_go_and_name_the_reason_of_a_start() {
+    fn faults_are_tracked_and_explain_a_restart() {
         let mut robot = Robot::new(Feet::default());
         let mut receive = |ms, id, data: &[u8]| receive(&mut robot, ms, id, data);
         let raised = Emergency::raised(Fault::WatchdogReset, 3, Faults::NONE).encode();
@@ -516,7 +516,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_whose_frame_goes_before_that_of_the_boot_up_is_of_the_new_start() {
+    fn fault_just_before_boot_up_belongs_to_the_new_start() {
         let mut robot = Robot::new(Feet::default());
         let mut receive = |ms, id, data: &[u8]| receive(&mut robot, ms, id, data);
         let frozen = Emergency::raised(Fault::SensorFrozen, 0, Faults::NONE).encode();
@@ -533,7 +533,7 @@ mod tests {
     }
 
     #[test]
-    fn flags_of_health_frames_stay_with_the_contacts_that_follow() {
+    fn health_flags_apply_to_following_contacts() {
         for source in [
             "demo:speed=max,seconds=3",
             "demo:speed=max,seconds=3,line=uart",
@@ -545,7 +545,7 @@ mod tests {
     }
 
     #[test]
-    fn contacts_that_are_missing_are_counted() {
+    fn missing_contacts_are_counted() {
         use estimator_core::ContactEstimate;
         use wire::pdo::Contact;
         let mut robot = Robot::new(Feet::default());
@@ -564,11 +564,11 @@ mod tests {
     }
 
     #[test]
-    fn what_a_stall_has_lost_is_counted_to_within_a_hundredth() {
+    fn contacts_lost_in_a_stall_are_counted_within_1_percent() {
         use wire::pdo::{Contact, ShortTime};
         let mut robot = Robot::new(Feet::default());
         for ms in (0..6000_u64).filter(|ms| !(2300..5000).contains(ms)) {
-            // Edges vary by a tenth of a period; nothing is read from 2 s to 5 s.
+            // Edges have 10 % jitter; nothing is read from 2 s to 5 s.
             let made_us = ms * 1000 + ms * 37 % 100;
             let read_us = if ms < 2000 {
                 made_us

@@ -1,4 +1,4 @@
-//! The feet on a terminal.
+//! Display of the feet on a terminal.
 
 use estimator_core::{Decision, Phase};
 use ratatui::Frame;
@@ -11,25 +11,25 @@ use ros::bridge::SEVERAL_BOARDS;
 use super::foot::Foot;
 use super::robot::{Event, Robot};
 
-/// The least and the most lines of a foot: two of text, the others are its curve.
+/// Minimum and maximum lines per foot: two lines of text, the rest for the curve.
 const LINES: (u16, u16) = (4, 10);
 
-/// The least lines of events.
+/// Minimum lines of events.
 const EVENT_LINES: u16 = 3;
 
-/// Steps of a curve.
+/// Number of vertical steps of a curve.
 const STEPS: u64 = 1000;
 
-/// Whether the picture goes on.
+/// Update state of the display.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Running {
-    /// It does.
+    /// The display follows the feet.
     Live,
-    /// It shows a moment; feet are heard all the same.
+    /// The display is frozen; reception continues.
     Paused,
 }
 
-/// Draws everything.
+/// Draws the whole display.
 pub fn draw(frame: &mut Frame<'_>, robot: &Robot, source: &str, running: Running) {
     let feet = u16::try_from(robot.feet().len()).unwrap_or(u16::MAX);
     let height = frame.area().height;
@@ -109,7 +109,7 @@ fn draw_foot(frame: &mut Frame<'_>, robot: &Robot, foot: &Foot, area: Rect) {
     frame.render_widget(health_line(foot), second);
 }
 
-/// Green in stance, yellow in a slip, red with a fault.
+/// Returns the colour of a foot: green in stance, yellow in a slip, red with a fault.
 fn colour(foot: &Foot) -> Color {
     match &foot.row {
         _ if foot.faults.void_estimate() => Color::Red,
@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn four_feet_fit_a_terminal_of_80_by_24_and_a_large_one() {
+    fn four_feet_fit_small_and_large_terminals() {
         for (width, height) in [(80, 24), (200, 60)] {
             let screen = shown(
                 "demo:feet=4,speed=max,seconds=4",
@@ -272,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_said_and_no_size_breaks_it() {
+    fn hidden_feet_are_counted_at_any_terminal_size() {
         let source = "demo:feet=6,speed=max,seconds=1";
         let screen = shown(source, 80, 24, Running::Paused);
         assert!(screen.contains("2 more feet below"), "{screen}");

@@ -1,4 +1,4 @@
-//! The picture of the feet on a terminal, and the keys.
+//! Display of the feet on a terminal, and key input.
 
 use std::io;
 use std::time::{Duration, Instant};
@@ -13,7 +13,7 @@ use crate::files::finish_when_interrupted;
 use crate::messages::aside;
 use crate::stream::is_over;
 
-/// Gives the terminal back however the picture ends.
+/// Restores the terminal when dropped.
 struct Restored;
 
 impl Drop for Restored {
@@ -22,7 +22,7 @@ impl Drop for Restored {
     }
 }
 
-/// Shows the feet until a key, the end, or an interruption ends it.
+/// Shows the feet until a key, the end of the source or an interruption.
 ///
 /// # Errors
 /// The terminal cannot be used.
@@ -32,7 +32,7 @@ pub fn watch_screen(
     end: Option<Instant>,
     source: &str,
 ) -> io::Result<()> {
-    // A signal that ended the program at once would leave the terminal without echo and cursor.
+    // Terminating on the signal would leave the terminal without echo and cursor.
     finish_when_interrupted();
     let mut terminal = ratatui::try_init()?;
     let restored = Restored;
@@ -40,7 +40,7 @@ pub fn watch_screen(
     'watch: while !is_over(end) {
         listen(feed, robot, next(PICTURE, end));
         if robot.has_ended() {
-            // What is left on the screen is the end: keys are waited for.
+            // After the source has ended, the last state stays on screen until a key is pressed.
             event::poll(PICTURE)?;
         }
         let mut is_changed = running == Running::Live;

@@ -1,23 +1,23 @@
-//! Millions of samples on a few hundred pixel columns, without losing a peak.
+//! Reduction of millions of samples to a few hundred pixel columns without losing peaks.
 //!
-//! A column keeps its first, lowest, highest and last value in the order in which they came:
-//! a line through them covers the same pixels as a line through all of them.
+//! Each column keeps its first, lowest, highest and last value in order of arrival. A line through them covers the
+//! same pixels as a line through all values.
 
 use std::ops::Range;
 
-/// A line, in pieces where values are missing: (time in s, value).
+/// A line as (time in s, value), split where values are missing.
 pub(super) type Trace = Vec<Vec<(f64, f64)>>;
 
-/// The time that a picture shows, s, and how many pixel columns it has for it.
+/// Time range of a picture, s, and its number of pixel columns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Width {
-    /// The time from the left end to the right.
+    /// Time from the left end to the right.
     pub span: Range<f64>,
-    /// The pixel columns.
+    /// Number of pixel columns.
     pub columns: u32,
 }
 
-/// The points that a line needs, from values in order of time.
+/// Points of a line, from values in order of time.
 pub(super) struct Polyline {
     width: Width,
     pieces: Trace,
@@ -35,7 +35,7 @@ impl Polyline {
         }
     }
 
-    /// Appends a value. A missing one ends a piece.
+    /// Appends a value. A missing value ends the current piece.
     pub(super) fn add(&mut self, time: f64, value: Option<f64>) {
         let column = self.width.column_of(time);
         if let Some(full) = self
@@ -65,9 +65,8 @@ impl Polyline {
     }
 }
 
-/// The stretches of time in which something stays the same, to whole columns: a column shows what
-/// most of its samples are, so that areas are true and nothing is narrower than a column. A column
-/// without samples shows what the one before does.
+/// Intervals of constant value, rounded to whole columns. Each column takes the value of most of its samples, so
+/// areas are true and no interval is narrower than a column. A column without samples repeats the previous one.
 pub(super) struct Stretching<T> {
     width: Width,
     winners: Vec<(u32, T)>,
@@ -98,7 +97,7 @@ impl<T: Copy + PartialEq> Stretching<T> {
         }
     }
 
-    /// Ends a column.
+    /// Closes the current column.
     fn close(&mut self) {
         let winner = self.votes.drain(..).max_by_key(|(_, count)| *count);
         if let Some((winner, _)) = winner
@@ -131,7 +130,7 @@ impl Width {
     }
 }
 
-/// What is kept of one pixel column.
+/// Values kept for one pixel column.
 struct Bucket {
     column: u32,
     first: (f64, f64),
@@ -203,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn a_peak_of_one_sample_among_a_million_survives() {
+    fn single_sample_peak_survives_decimation() {
         let values =
             (0..1_000_000).map(|k| (f64::from(k), Some(f64::from(u8::from(k == 777_777)))));
         let trace = polylines(values, &(0.0..1e6), 100);
@@ -213,14 +212,14 @@ mod tests {
     }
 
     #[test]
-    fn few_samples_are_kept_as_they_are() {
+    fn few_samples_are_kept_unchanged() {
         let points = [(0.0, 3.0), (1.0, 1.0), (2.0, 2.0)];
         let values = points.into_iter().map(|(t, v)| (t, Some(v)));
         assert_eq!(polylines(values, &(0.0..2.0), 100), [points]);
     }
 
     #[test]
-    fn a_missing_value_breaks_the_line() {
+    fn missing_value_breaks_the_line() {
         let values = [Some(1.0), None, None, Some(2.0), Some(3.0)];
         let timed = (0..).map(f64::from).zip(values);
         assert_eq!(
@@ -230,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn a_column_shows_what_most_of_its_samples_are() {
+    fn column_takes_the_majority_value() {
         let values = ["a", "a", "a", "a", "b", "a", "b", "a", "b", "b", "b", "b"];
         let timed = (0..).map(f64::from).zip(values);
         // Columns of three samples: aaa, aba, bab, bbb.
@@ -241,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn a_column_without_samples_shows_what_the_one_before_does() {
+    fn empty_column_repeats_the_previous_one() {
         let timed = [(0.0, 'a'), (5.0, 'b'), (9.0, 'c')];
         assert_eq!(
             stretches(timed.into_iter(), &(0.0..10.0), 10),

@@ -1,7 +1,7 @@
-//! How the amplitudes of a foot are distributed at rest and in motion, as an SVG.
+//! Distribution of a foot's amplitudes at rest and in motion, as an SVG.
 //!
-//! One panel a quantity, on a logarithmic scale: samples by the probability with which they are still
-//! or not, the amplitudes learnt for both, and the edge of stillness between them.
+//! One panel per quantity, on a logarithmic scale: samples weighted by their probability of being still or moving,
+//! the learnt amplitudes of both classes, and the stillness threshold between them.
 
 use std::io;
 use std::ops::Range;
@@ -21,7 +21,7 @@ use super::{
 const PANEL_HEIGHT: u32 = 300;
 const VALUE_AXIS_HEIGHT: u32 = 60;
 const LEGEND_HEIGHT: u32 = 44;
-/// Factors beyond the classes that a panel shows.
+/// Factors by which a panel extends beyond the classes.
 const BELOW: f64 = 30.0;
 const ABOVE: f64 = 30.0;
 const BINS: usize = 120;
@@ -29,10 +29,10 @@ const STILL_COLOUR: RGBColor = TOTAL_COLOUR;
 const MOVING_COLOUR: RGBColor = TANGENTIAL_COLOUR;
 const EDGE_COLOUR: RGBColor = VERTICAL_COLOUR;
 
-/// Draws the distribution of each quantity's amplitude.
+/// Draws the amplitude distribution of each quantity.
 ///
 /// # Errors
-/// What the drawing library reports; writing to memory gives it no reason to.
+/// Errors of the drawing library; none are expected when writing to memory.
 pub fn svg(foot: &LearntFoot) -> io::Result<String> {
     let mut text = String::new();
     draw(&mut text, foot).map_err(io::Error::other)?;
@@ -141,8 +141,8 @@ fn draw_panel(
     Ok(())
 }
 
-/// Bars over `shown`, even on a logarithmic scale, with the weight of all values in each as a share of
-/// their number, %: those beyond count, but are not shown.
+/// Returns bars over `shown`, even on a logarithmic scale, each with its share of the total weight, %. Values
+/// outside `shown` count towards the total only.
 fn histogram(
     values: impl ExactSizeIterator<Item = (f64, f64)>,
     shown: &Range<f64>,
@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn every_quantity_has_its_panel_with_unit_classes_and_edge() {
+    fn each_quantity_has_a_panel_with_unit_classes_and_edge() {
         let svg = svg(&foot(4000)).unwrap();
         assert!(svg.contains("learnt from 3.0 s of stance and 2.0 s of swing"));
         for (quantity, unit) in [
@@ -220,17 +220,17 @@ mod tests {
     }
 
     #[test]
-    fn a_histogram_holds_the_weight_that_is_shown() {
+    fn histogram_holds_the_shown_weight() {
         let values = [0.05, 0.1, 0.5, 1.0, 9.99, 10.0, f64::NAN, 0.0];
         let weighted = values.into_iter().map(|value| (value, 0.5));
         let bars = histogram(weighted, &(0.1..10.0));
         let weight: f64 = bars.iter().map(|(_, height)| height).sum();
-        // Four of eight values, half of each.
+        // Four of eight values, each with weight 0.5.
         assert!((weight - 25.0).abs() < 1e-9, "{weight}");
     }
 
     #[test]
-    fn its_size_does_not_depend_on_how_long_the_recordings_are() {
+    fn size_is_independent_of_recording_length() {
         let [short, long] = [2_000, 200_000].map(|samples| svg(&foot(samples)).unwrap());
         assert!(long.len() < 200_000 && long.len().abs_diff(short.len()) < 2_000);
     }

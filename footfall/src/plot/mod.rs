@@ -1,19 +1,17 @@
-//! The paper's figure as an SVG: load on top, then tangential and vertical probability, then
-//! the total with the labels, over one time axis.
+//! The paper's figure as an SVG: load on top, then tangential and vertical probability, then the total with the
+//! labels, over one time axis.
 //!
-//! The state that the estimator sees is shaded: swing grey, quiet swing blue, slip purple, unknown
-//! yellow; stance stays white. Shading has columns of three pixels, each of which shows the state
-//! that most of its samples are in: the few milliseconds of slip at every landing and lift-off of
-//! a long walk would otherwise be hairlines, wider than they last and easily taken for faults of
-//! the drawing. So areas are true, what is narrower than a column is in the table alone, and of a
-//! long recording only what lasts is shaded. Without any load the state is always unknown, and
-//! nothing is shaded.
+//! The estimator state is shaded: swing grey, quiet swing blue, slip purple, unknown yellow; stance stays white.
+//! Shading uses columns of three pixels, each showing the state of most of its samples. In a long walk, the few
+//! milliseconds of slip at every landing and lift-off would otherwise be drawn as hairlines wider than they last.
+//! Areas are therefore true; anything narrower than a column appears in the table only. Without any load the state
+//! is always unknown and nothing is shaded.
 //!
-//! The lines' colours are those of Okabe and Ito, which colour-blind readers can distinguish. The
-//! file's size depends on the picture's width and not on the recording's length: every pixel column
-//! keeps its first, lowest, highest and last value, so no peak is lost.
+//! The line colours are those of Okabe and Ito, which colour-blind readers can distinguish. The file size depends
+//! on the width of the picture, not on the length of the recording: every pixel column keeps its first, lowest,
+//! highest and last value, so no peak is lost.
 //!
-//! `png` makes pixels of the SVG; [`page`] shows the same of several feet, to zoom into.
+//! `png` renders the SVG as pixels; [`page`] shows several feet with zoom.
 
 mod decimate;
 pub mod distribution;
@@ -38,47 +36,47 @@ use series::Series;
 pub use decimate::Width;
 pub use series::Collector;
 
-/// Width of the picture in its own units; a viewer may scale it.
+/// Width of the picture in user units; viewers may scale it.
 const WIDTH: u32 = 1600;
-/// Height of the line with the title.
+/// Height of the title line.
 pub const TITLE_HEIGHT: u32 = 56;
-/// One row of the legend: lines in the first, labels and states in the second.
+/// Height of a legend row: lines in the first, labels and states in the second.
 const LEGEND_HEIGHT: u32 = 40;
 const PANEL_HEIGHT: u32 = 210;
-/// Room for the numbers and the title of the time axis, under the last panel only.
+/// Height of the numbers and the title of the time axis, below the last panel only.
 const TIME_AXIS_HEIGHT: u32 = 66;
 const BOTTOM_MARGIN: u32 = 12;
 const LEFT_MARGIN: u32 = 16;
 /// Width of the numbers and the title of a vertical axis.
 pub const VALUE_AXIS_WIDTH: u32 = 104;
 const RIGHT_MARGIN: u32 = 40;
-/// Between panels, half above and half below.
+/// Gap between panels, half above and half below.
 const PANEL_GAP: u32 = 18;
 
-/// Named by family only: the viewer of the picture picks the font.
+/// Font family only: the viewer picks the font.
 const FONT: &str = "sans-serif";
-/// Size of a title.
+/// Font size of a title.
 pub const TITLE_SIZE: u32 = 32;
-/// Size of the titles of axes and of legends.
+/// Font size of axis titles and legends.
 pub const TEXT_SIZE: u32 = 24;
-/// Size of the numbers of axes.
+/// Font size of axis numbers.
 pub const NUMBER_SIZE: u32 = 22;
 
 const LOAD_COLOUR: RGBColor = RGBColor(64, 64, 64);
-/// Colour of the first of several lines: the tangential probability.
+/// Colour of the first line: the tangential probability.
 pub const TANGENTIAL_COLOUR: RGBColor = RGBColor(0, 114, 178);
-/// Colour of the second: the vertical probability.
+/// Colour of the second line: the vertical probability.
 pub const VERTICAL_COLOUR: RGBColor = RGBColor(213, 94, 0);
-/// Colour of the third: the probability.
+/// Colour of the third line: the probability.
 pub const TOTAL_COLOUR: RGBColor = RGBColor(0, 158, 115);
 const LABEL_COLOUR: RGBColor = BLACK;
 const SWING_SHADE: RGBColor = RGBColor(230, 230, 230);
 const QUIET_SWING_SHADE: RGBColor = RGBColor(196, 220, 238);
 const SLIP_SHADE: RGBColor = RGBColor(221, 189, 232);
 const UNKNOWN_SHADE: RGBColor = RGBColor(252, 243, 190);
-/// Width of a column of shading, in pixels.
+/// Width of a shading column, pixels.
 const SHADE_COLUMN: u32 = 3;
-/// Where the labels are, over the total probability, as values on its axis.
+/// Position of the labels above the total probability, as values on its axis.
 const TRACK: Range<f64> = 1.1..1.22;
 /// Colour of a grid.
 pub const GRID_COLOUR: RGBColor = RGBColor(205, 205, 205);
@@ -89,7 +87,7 @@ pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 /// Result of drawing.
 pub type Drawn = Result<(), Box<dyn std::error::Error + Send + Sync>>;
 
-/// The figure of one recording, which is drawn when all samples are in it.
+/// Figure of one recording, drawn once all samples are added.
 pub struct Figure {
     title: String,
     start_us: i64,
@@ -98,9 +96,9 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// Of a recording that lasts from `span.start` to `span.end`, s, and whose clock says
-    /// `start_us` at timestamp 0, µs. The axis counts from there on and says so: a time since 1970
-    /// has no room at every tick.
+    /// Creates a figure of a recording from `span.start` to `span.end`, s, whose clock reads `start_us`, µs, at
+    /// timestamp 0. The axis counts from that time and states it, since a time since 1970 does not fit at every
+    /// tick.
     #[must_use]
     pub fn new(title: &str, start_us: i64, load_title: &str, span: Range<f64>) -> Self {
         let width = Width {
@@ -115,15 +113,15 @@ impl Figure {
         }
     }
 
-    /// Takes in a sample with its estimate. Load and labels are drawn where they exist.
+    /// Adds a sample with its estimate. Load and labels are drawn if present.
     pub fn add(&mut self, sample: &RecordedSample, estimate: &ContactEstimate) {
         self.collector.add(sample, estimate);
     }
 
-    /// Draws it.
+    /// Draws the figure.
     ///
     /// # Errors
-    /// What the drawing library reports; writing to memory gives it no reason to.
+    /// Errors of the drawing library; none are expected when writing to memory.
     pub fn svg(self) -> io::Result<String> {
         let mut text = String::new();
         let series = self.collector.finish();
@@ -133,8 +131,8 @@ impl Figure {
     }
 }
 
-/// The time that a recording covers, s: `samples` at `sample_rate` in Hz, over `duration_s` from the
-/// first at `start_s`. A single sample still needs an axis.
+/// Returns the time range of a recording, s: `samples` at `sample_rate` in Hz, over `duration_s` from the first at
+/// `start_s`. A single sample still needs an axis.
 #[must_use]
 pub fn span(start_s: f64, duration_s: f64, sample_rate: f32) -> Range<f64> {
     start_s..start_s + duration_s.max(1.0 / f64::from(sample_rate))
@@ -155,21 +153,21 @@ pub fn svg(recording: &Recording, estimates: &[ContactEstimate]) -> io::Result<S
     figure.svg()
 }
 
-/// One line in a panel.
+/// A line in a panel.
 struct Line {
     colour: RGBColor,
     width: u32,
     trace: Trace,
 }
 
-/// One panel: its axis and the line in it, which the axis title names in the legend too.
+/// A panel: its axis and its line, which the axis title also names in the legend.
 struct Panel {
     axis_title: String,
     range: Range<f64>,
     line: Line,
 }
 
-/// Stretches of time in which something is so.
+/// Time intervals to be shaded.
 struct Stretches {
     name: &'static str,
     colour: RGBColor,
@@ -177,7 +175,7 @@ struct Stretches {
 }
 
 impl Stretches {
-    /// As blocks between two values.
+    /// Returns blocks between two values.
     fn blocks(&self, between: Range<f64>) -> impl Iterator<Item = Rectangle<(f64, f64)>> {
         let style = self.colour.filled();
         self.times.iter().map(move |time| {
@@ -217,7 +215,7 @@ fn draw(
     draw_legend(&legend, &panels, &blocks)?;
     let last = panels.len() - 1;
     for (k, panel) in panels.iter().enumerate() {
-        // The last panel is that of the total probability, which the labels belong to.
+        // The last panel shows the total probability, to which the labels belong.
         let (panel_height, track, time_axis) = if k == last {
             let height = PANEL_HEIGHT + TIME_AXIS_HEIGHT;
             (height, labels.as_ref(), Some(time_title(start_us)))
@@ -232,7 +230,7 @@ fn draw(
     Ok(())
 }
 
-/// The title of the time axis.
+/// Returns the title of the time axis.
 fn time_title(start_us: i64) -> String {
     if start_us == 0 {
         "time (s)".to_owned()
@@ -242,7 +240,7 @@ fn time_title(start_us: i64) -> String {
     }
 }
 
-/// Width of the data area, in pixels.
+/// Returns the width of the data area, pixels.
 const fn plot_width() -> u32 {
     WIDTH - LEFT_MARGIN - VALUE_AXIS_WIDTH - RIGHT_MARGIN
 }
@@ -255,7 +253,7 @@ const fn plot_middle() -> i32 {
     plot_left() + plot_width() as i32 / 2
 }
 
-/// Text of a size, from a size constant of this module.
+/// Returns the text style of a font size, one of the size constants of this module.
 #[must_use]
 pub fn text_style(size: u32) -> TextStyle<'static> {
     (FONT, size).into_font().color(&BLACK)
@@ -289,7 +287,7 @@ fn panels(load_title: &str, series: &Series) -> Vec<Panel> {
     panels
 }
 
-/// When the label says stable; `None` where there are no labels.
+/// Returns the intervals labelled stable; `None` without labels.
 fn label_track(series: &Series) -> Option<Stretches> {
     let labels = series.labels.as_ref()?;
     Some(Stretches {
@@ -299,7 +297,7 @@ fn label_track(series: &Series) -> Option<Stretches> {
     })
 }
 
-/// A range of values with a little room around it.
+/// Returns a value range with a small margin.
 fn padded(Range { start, end }: &Range<f64>) -> Range<f64> {
     let padding = if end > start {
         0.06 * (end - start)
@@ -309,7 +307,7 @@ fn padded(Range { start, end }: &Range<f64>) -> Range<f64> {
     start - padding..end + padding
 }
 
-/// The states that are shaded, as far as they occur.
+/// Returns the shaded states that occur.
 fn shades(series: &Series) -> Vec<Stretches> {
     [
         ("state: swing", SWING_SHADE, Phase::Swing),
@@ -327,17 +325,17 @@ fn shades(series: &Series) -> Vec<Stretches> {
     .collect()
 }
 
-/// Those of `stretches` that have this value.
+/// Returns the intervals of `stretches` with this value.
 fn times_of<T: Copy + PartialEq>(stretches: &[(Range<f64>, T)], of: T) -> Vec<Range<f64>> {
     let holding = stretches.iter().filter(|(_, value)| *value == of);
     holding.map(|(times, _)| times.clone()).collect()
 }
 
-/// A strip of its own, so that the legend never covers data.
+/// Draws the legend in a strip of its own, so that it never covers data.
 fn draw_legend(area: &Area<'_>, panels: &[Panel], blocks: &[&Stretches]) -> Drawn {
     const SWATCH: i32 = 44;
     const SPACE: i32 = 10;
-    /// About the width of a character, as no font is at hand to measure it.
+    /// Approximate width of a character; no font metrics are available.
     const CHARACTER: i32 = 12;
     let style = text_style(TEXT_SIZE).pos(Pos::new(HPos::Left, VPos::Center));
     let name_at = |x: &mut i32, middle: i32, name: &str| {
@@ -410,12 +408,12 @@ fn draw_panel(
     Ok(())
 }
 
-/// A number on an axis, without the decimals it does not need.
+/// Formats a number on an axis without trailing decimals.
 #[must_use]
 pub fn tick(value: &f64) -> String {
-    // Ticks are multiples of some power of ten, but for rounding.
+    // Ticks are multiples of a power of ten, except for rounding.
     let rounded = (value * 1.0e6).round() / 1.0e6;
-    // Not "-0".
+    // Avoids "-0".
     (rounded + 0.0).to_string()
 }
 

@@ -1,8 +1,8 @@
-//! The page of a replay: all feet in one HTML file that needs no network, to zoom into with the mouse.
+//! Page of a replay: all feet in one HTML file that needs no network, with zoom by mouse.
 //!
-//! [uPlot](https://github.com/leeoniya/uPlot) draws what is in the page as JSON. Lines are envelopes of
-//! [`COLUMNS`] columns, which keep every peak, so a page grows with the number of its feet and not with the
-//! length of their recordings. Feet whose times overlap on their clocks share an axis.
+//! [uPlot](https://github.com/leeoniya/uPlot) draws the JSON data in the page. Lines are envelopes of [`COLUMNS`]
+//! columns that keep every peak, so the size of a page depends on the number of feet and not on the length of the
+//! recordings. Feet whose times overlap on their clocks share an axis.
 
 mod pack;
 
@@ -20,10 +20,10 @@ use super::series::Collector;
 use super::time_title;
 use pack::{Axis, json_string};
 
-/// Columns of the envelope of each line.
+/// Number of columns in the envelope of each line.
 pub const COLUMNS: u32 = 20_000;
 
-/// Events of one foot in a page; how many more there are is said in it.
+/// Maximum number of events of one foot in a page; the page states how many were omitted.
 pub const MOST_EVENTS: usize = 20_000;
 
 const FRAME: &str = include_str!("page/page.html");
@@ -33,13 +33,13 @@ const UPLOT: &str = include_str!("uplot/uPlot.iife.min.js");
 const UPLOT_STYLE: &str = include_str!("uplot/uPlot.min.css");
 const UPLOT_LICENCE: &str = include_str!("uplot/LICENSE");
 
-/// The names of decisions and labels by their codes in the page.
+/// Names of decisions and labels by their codes in the page.
 const DECISIONS: [Decision; 2] = [Decision::NotStable, Decision::Stable];
 const DECISION_NAMES: [&str; 2] = ["not_stable", "stable"];
 const LABELS: [Option<Label>; 3] = [None, Some(Label::NotStable), Some(Label::Stable)];
 const LABEL_NAMES: [&str; 3] = ["unknown", "not_stable", "stable"];
 
-/// What a page shows of one foot, collected sample by sample.
+/// Page data of one foot, collected sample by sample.
 pub struct PageFoot {
     name: String,
     start_us: i64,
@@ -50,12 +50,12 @@ pub struct PageFoot {
     collector: Collector,
     decisions: Stretching<Decision>,
     events: Vec<Event>,
-    /// In the order of [`Kind::ALL`].
+    /// Number of events per kind, in the order of [`Kind::ALL`].
     counts: [usize; Kind::ALL.len()],
 }
 
 impl PageFoot {
-    /// Of a recording, from `span.start` to `span.end`, s since its first sample.
+    /// Creates the page data of a recording from `span.start` to `span.end`, s since its first sample.
     #[must_use]
     pub fn new(name: &str, about: &About, span: Range<f64>) -> Self {
         let width = Width {
@@ -76,14 +76,14 @@ impl PageFoot {
         }
     }
 
-    /// Takes in a sample with its estimate.
+    /// Adds a sample with its estimate.
     pub fn add(&mut self, sample: &RecordedSample, estimate: &ContactEstimate) {
         self.samples += 1;
         self.collector.add(sample, estimate);
         self.decisions.add(sample.time_s(), estimate.decision);
     }
 
-    /// Takes in an event.
+    /// Adds an event.
     pub fn add_event(&mut self, event: &Event) {
         self.counts[event.kind as usize] += 1;
         if self.events.len() < MOST_EVENTS {
@@ -91,13 +91,13 @@ impl PageFoot {
         }
     }
 
-    /// The time it covers on its clock, µs.
+    /// Returns the covered time on the foot's clock, µs.
     fn on_clock(&self) -> Range<i64> {
         let at = |seconds: f64| self.start_us.saturating_add(pack::micros(seconds));
         at(self.span.start)..at(self.span.end)
     }
 
-    /// Appends it as JSON; `axis` is the number of its axis, whose 0 is `origin_us` on the clock.
+    /// Appends the data as JSON; `axis` is the index of its axis, whose 0 is `origin_us` on the clock.
     fn pack(self, axis: usize, origin_us: i64, to: &mut String) -> std::fmt::Result {
         let counted: usize = self.counts.iter().sum();
         write!(
@@ -149,15 +149,15 @@ impl PageFoot {
     }
 }
 
-/// Writes the page of these feet.
+/// Writes the page of the given feet.
 ///
 /// # Errors
-/// What the writer reports.
+/// Errors of the writer.
 pub fn write(feet: Vec<PageFoot>, to: &mut dyn Write) -> io::Result<()> {
     let title = title(&feet);
     let data = data(&title, feet).map_err(io::Error::other)?;
     let mut rest = FRAME;
-    // In the order of the frame; what is put in is not looked at again.
+    // Placeholders are replaced in template order; inserted content is not searched again.
     for (place, content) in [
         ("{title}", escaped(&title).as_str()),
         ("{uplot_style}", UPLOT_STYLE),
@@ -177,7 +177,7 @@ pub fn write(feet: Vec<PageFoot>, to: &mut dyn Write) -> io::Result<()> {
     to.write_all(rest.as_bytes())
 }
 
-/// The names of the feet, or how many there are.
+/// Returns the names of the feet, or their number.
 fn title(feet: &[PageFoot]) -> String {
     let names: Vec<_> = feet.iter().map(|foot| foot.name.as_str()).collect();
     match names.len() {
@@ -186,7 +186,7 @@ fn title(feet: &[PageFoot]) -> String {
     }
 }
 
-/// Everything that the page's script draws, as JSON.
+/// Returns all data for the page's script, as JSON.
 fn data(title: &str, feet: Vec<PageFoot>) -> Result<String, std::fmt::Error> {
     let clocks: Vec<_> = feet.iter().map(PageFoot::on_clock).collect();
     let (axes, axis_of) = Axis::shared(&clocks);
@@ -202,7 +202,7 @@ fn data(title: &str, feet: Vec<PageFoot>) -> Result<String, std::fmt::Error> {
         pack::names(LABEL_NAMES),
         pack::names(Kind::ALL.map(Kind::name)),
     )?;
-    // Of an axis, 0 is where the first of its feet has its timestamp 0, as in a figure of that foot.
+    // As in the figure of a foot, 0 on an axis is timestamp 0 of its first foot.
     let origins: Vec<i64> = (0..axes.len())
         .map(|axis| {
             let of_axis = feet.iter().zip(&axis_of).filter(|(_, of)| **of == axis);
@@ -229,7 +229,7 @@ fn data(title: &str, feet: Vec<PageFoot>) -> Result<String, std::fmt::Error> {
     Ok(to)
 }
 
-/// A text between tags.
+/// Escapes a text for use between tags.
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")

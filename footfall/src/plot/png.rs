@@ -1,4 +1,4 @@
-//! Our own SVG as pixels, with a font that comes along: the picture is the same on every machine.
+//! Rendering of our own SVG as pixels, with a bundled font for identical pictures on every machine.
 
 use std::io;
 use std::sync::Arc;
@@ -7,16 +7,16 @@ use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::fontdb::Database;
 use resvg::usvg::{Options, Tree};
 
-/// The font `DejaVu` Sans without the scripts that names of files and feet hardly have; its licence is beside it.
+/// Font `DejaVu` Sans reduced to the scripts expected in file and foot names; its licence is in the same directory.
 const FONT: &[u8] = include_bytes!("font/DejaVuSans-latin-greek-cyrillic.ttf");
 
-/// The name by which the font is found.
+/// Family name of the font.
 const FAMILY: &str = "DejaVu Sans";
 
-/// Draws an SVG in its own size, as PNG.
+/// Renders an SVG in its own size, as PNG.
 ///
 /// # Errors
-/// It is no SVG, or too large for the memory.
+/// The SVG is invalid or too large for the memory.
 pub fn png(svg: &str) -> io::Result<Vec<u8>> {
     let mut fonts = Database::new();
     fonts.load_font_data(FONT.to_vec());
@@ -38,7 +38,7 @@ pub fn png(svg: &str) -> io::Result<Vec<u8>> {
 mod tests {
     use super::*;
 
-    /// How many pixels of a picture are darker than paper.
+    /// Returns the number of pixels darker than paper.
     fn ink(png: &[u8]) -> usize {
         let picture = Pixmap::decode_png(png).unwrap();
         let dark = |pixel: &&resvg::tiny_skia::PremultipliedColorU8| pixel.green() < 128;
@@ -55,7 +55,7 @@ mod tests {
     }
 
     #[test]
-    fn text_is_drawn_with_the_font_that_comes_along() {
+    fn text_is_drawn_with_the_bundled_font() {
         assert_eq!(ink(&png(&text("")).unwrap()), 0);
         let few = ink(&png(&text("P")).unwrap());
         let many = ink(&png(&text("P stable, 9.81 m/s² · ΔΩ – Größe")).unwrap());
@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_svg_is_an_error() {
+    fn invalid_svg_is_rejected() {
         assert!(png("<html></html>").is_err());
     }
 }

@@ -1,4 +1,4 @@
-//! What a figure shows of a recording, collected sample by sample.
+//! Data of a figure, collected sample by sample.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use recordings::recording::{Label, RecordedSample};
 
 use super::decimate::{Polyline, Stretching, Trace, Width};
 
-/// Collects the series of one foot; memory grows with the width of the figure alone.
+/// Collects the series of one foot; memory depends on the width of the figure only.
 pub struct Collector {
     width: Width,
     load: Polyline,
@@ -23,19 +23,19 @@ pub struct Collector {
 /// The series of one foot.
 pub(super) struct Series {
     pub(super) span: Range<f64>,
-    /// The load, and its least and largest value; `None` where none is known.
+    /// Load with its minimum and maximum; `None` if unknown.
     pub(super) load: Option<(Trace, Range<f64>)>,
     pub(super) tangential: Trace,
     pub(super) vertical: Trace,
     pub(super) total: Trace,
-    /// Which state the estimator sees; empty without any load, when it is always unknown.
+    /// State seen by the estimator; empty without any load, when the state is always unknown.
     pub(super) phases: Vec<(Range<f64>, Phase)>,
-    /// What the labels say; `None` where there are none.
+    /// Labels over time; `None` without labels.
     pub(super) labels: Option<Vec<(Range<f64>, Option<Label>)>>,
 }
 
 impl Collector {
-    /// For a figure of this width; `shade` is the width of a column of shading, in pixel columns.
+    /// Creates a collector for a figure of this width; `shade` is the width of a shading column, in pixel columns.
     #[must_use]
     pub fn new(width: Width, shade: u32) -> Self {
         let line = || Polyline::new(width.clone());
@@ -56,7 +56,7 @@ impl Collector {
         }
     }
 
-    /// Takes in a sample with its estimate.
+    /// Adds a sample with its estimate.
     pub fn add(&mut self, sample: &RecordedSample, estimate: &ContactEstimate) {
         let time = sample.time_s();
         let load = sample.load.map(|Load(load)| f64::from(load));

@@ -1,4 +1,4 @@
-//! The figure of a replay, by its texts and traces.
+//! Tests of the replay figure by its texts and traces.
 
 use super::*;
 use estimator_core::{Gravity, ImuSample, Load, Probabilities, Timestamp};
@@ -47,14 +47,14 @@ fn picture_of_phases(
     svg(&recording, &estimates).unwrap()
 }
 
-/// How many blocks of a colour there are: one per panel and stretch, and one in the legend.
+/// Returns the number of blocks of a colour: one per panel and interval, plus one in the legend.
 fn blocks(svg: &str, RGBColor(r, g, b): RGBColor) -> usize {
     svg.matches(&format!("fill=\"#{r:02X}{g:02X}{b:02X}\""))
         .count()
 }
 
 #[test]
-fn every_state_has_its_own_shade_and_name() {
+fn each_state_has_its_own_shade_and_name() {
     for (phase, name, colour) in [
         (Phase::Swing, "state: swing", SWING_SHADE),
         (Phase::QuietSwing, "state: quiet swing", QUIET_SWING_SHADE),
@@ -72,8 +72,8 @@ fn every_state_has_its_own_shade_and_name() {
 }
 
 #[test]
-fn a_state_of_a_moment_is_no_hairline() {
-    // 14 s: a column of shading is 29 ms.
+fn brief_state_is_not_drawn_as_a_hairline() {
+    // At 14 s, a shading column is 29 ms wide.
     let slip_of = |milliseconds: usize| {
         let svg = picture_of_phases(14_000, Some(Load(5.0)), None, |k| match k {
             0..7000 => Phase::Swing,
@@ -87,7 +87,7 @@ fn a_state_of_a_moment_is_no_hairline() {
 }
 
 #[test]
-fn the_legend_names_lines_as_their_axes_do() {
+fn legend_matches_axis_titles() {
     let svg = picture(1000, Some(Load(5.0)), Some(Label::Stable));
     for text in [
         "vertical force (N)",
@@ -100,7 +100,7 @@ fn the_legend_names_lines_as_their_axes_do() {
 }
 
 #[test]
-fn axes_and_legend_say_what_is_drawn() {
+fn axes_and_legend_name_the_drawn_series() {
     let svg = picture(1000, Some(Load(5.0)), Some(Label::Stable));
     for text in [
         "busy walk",
@@ -118,7 +118,7 @@ fn axes_and_legend_say_what_is_drawn() {
 }
 
 #[test]
-fn what_was_not_recorded_is_not_drawn() {
+fn unrecorded_series_are_not_drawn() {
     let svg = picture(1000, None, None);
     for text in ["force", "label:", "state:"] {
         assert!(!svg.contains(text), "{text}");
@@ -126,17 +126,17 @@ fn what_was_not_recorded_is_not_drawn() {
 }
 
 #[test]
-fn a_single_sample_makes_a_picture() {
+fn single_sample_can_be_drawn() {
     assert!(picture(1, Some(Load(0.0)), None).contains("</svg>"));
 }
 
 #[test]
-fn the_size_stays_below_a_megabyte_however_long_and_busy_the_recording_is() {
+fn size_stays_below_1_mb_for_any_recording() {
     let svg = picture(300_000, Some(Load(5.0)), Some(Label::Stable));
     assert!(svg.len() < 1_000_000, "{} bytes", svg.len());
 }
 
 #[test]
-fn the_same_recording_gives_the_same_picture() {
+fn figure_is_deterministic() {
     assert!(picture(500, None, None) == picture(500, None, None));
 }

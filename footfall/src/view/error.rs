@@ -1,4 +1,4 @@
-//! Why nothing can be served.
+//! Errors of the viewer server.
 
 use std::io;
 use std::net::{IpAddr, SocketAddr};
@@ -6,26 +6,26 @@ use std::net::{IpAddr, SocketAddr};
 use foxglove::FoxgloveError;
 use thiserror::Error;
 
-/// Why nothing can be served.
+/// Reason the server cannot serve.
 #[derive(Debug, Error)]
 pub enum ViewError {
-    /// A host has no address.
+    /// The host has no address.
     #[error("--host {host}: {source}")]
     Host {
-        /// As it was written.
+        /// Host as given.
         host: String,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// There can be no server at this address.
+    /// The server cannot use this address.
     #[error("nothing can be served at {address}: {source}")]
     Address {
         /// The address.
         address: SocketAddr,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: Box<FoxgloveError>,
     },
-    /// Another program has the port.
+    /// The port is used by another program.
     #[error("port {port} of {host} is in use; --port 0 takes any port that is free")]
     PortInUse {
         /// The host.
@@ -33,18 +33,18 @@ pub enum ViewError {
         /// The port.
         port: u16,
     },
-    /// A topic cannot be announced.
+    /// The topic cannot be announced.
     #[error("{topic} cannot be announced: {source}")]
     Topic {
         /// The topic.
         topic: String,
-        /// What the server says.
+        /// Error of the server.
         source: Box<FoxgloveError>,
     },
 }
 
 impl ViewError {
-    /// Why a server cannot be at this address.
+    /// Creates the error of a failed bind.
     pub(super) fn of_bind(address: SocketAddr, error: FoxgloveError) -> Self {
         match error {
             FoxgloveError::Bind(source) if source.kind() == io::ErrorKind::AddrInUse => {

@@ -1,17 +1,17 @@
-//! Pages as a layout of Foxglove: a panel of tabs, each with the panels of a page in a column.
+//! Foxglove layout of the pages: one tab per page, with its panels in a column.
 
 use ros::topics::DIAGNOSTICS;
 use serde_json::{Map, Value, json};
 
 use super::pages::{Kind, Page, Panel};
 
-/// As many seconds are shown of what streams.
+/// Time range shown of streaming data, s.
 const SHOWN_S: f64 = 10.0;
 
-/// The name of the panel that holds all others.
+/// Name of the panel that contains all others.
 const TABS: &str = "Tab!pages";
 
-/// The text of the file.
+/// Returns the text of the layout file.
 #[must_use]
 pub fn layout(pages: &[Page]) -> String {
     let mut panels = Map::new();
@@ -37,7 +37,7 @@ pub fn layout(pages: &[Page]) -> String {
     format!("{layout:#}\n")
 }
 
-/// Panels one below the other, all of one height.
+/// Stacks panels of equal height.
 fn column(names: &[String]) -> Value {
     match names {
         [] => Value::Null,
@@ -51,7 +51,7 @@ fn column(names: &[String]) -> Value {
     }
 }
 
-/// The kind of a panel in Foxglove, and its settings.
+/// Returns the Foxglove type and settings of a panel.
 fn settings(panel: &Panel) -> (&'static str, Value) {
     let paths: Vec<_> = panel
         .curves

@@ -1,12 +1,12 @@
-//! Feet in the viewers of others: Foxglove and `PlotJuggler`.
+//! Display of feet in third-party viewers: Foxglove and `PlotJuggler`.
 //!
-//! | what | module |
+//! | content | module |
 //! |---|---|
-//! | feet that stream are served until it is over | `serving` |
-//! | the server that both connect to | `server` |
-//! | a client that is too slow is noticed | `slow` |
-//! | what is drawn, as pages of panels | [`pages`] |
-//! | pages as a layout of Foxglove, of `PlotJuggler` | [`foxglove_layout`], [`plotjuggler_layout`] |
+//! | serving of streaming feet | `serving` |
+//! | server for both viewers | `server` |
+//! | detection of slow clients | `slow` |
+//! | panels by page | [`pages`] |
+//! | layouts for Foxglove and for `PlotJuggler` | [`foxglove_layout`], [`plotjuggler_layout`] |
 
 #[cfg(feature = "foxglove")]
 mod error;

@@ -1,50 +1,50 @@
-//! What a layout shows of feet, whichever viewer it is for: a page of all of them, and one of each.
+//! Viewer-independent layout: one page of all feet, and one page per foot.
 
 use std::sync::Arc;
 
 use ros::Topics;
 
-/// A page of panels, one below the other.
+/// A page of stacked panels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Page {
-    /// What it is called.
+    /// Title of the page.
     pub title: String,
-    /// Its panels.
+    /// Panels of the page, from top to bottom.
     pub panels: Vec<Panel>,
 }
 
-/// A part of a page.
+/// A panel of a page.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Panel {
-    /// What it shows, with its unit.
+    /// Displayed quantity, with its unit.
     pub title: String,
-    /// How.
+    /// Kind of display.
     pub kind: Kind,
-    /// What of.
+    /// Displayed curves.
     pub curves: Vec<Curve>,
 }
 
-/// How a panel shows its curves.
+/// Display of the curves in a panel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
-    /// As lines over time, on an axis of its own.
+    /// Lines over time, on an axis of their own.
     Lines,
-    /// As lines over time, from 0 to 1.
+    /// Lines over time, from 0 to 1.
     Probabilities,
-    /// As coloured bars over time.
+    /// Coloured bars over time.
     States,
-    /// As a list of what feet say about themselves; without curves.
+    /// List of the diagnostics reported by the feet; without curves.
     Diagnostics,
 }
 
-/// A number of a topic.
+/// A numeric field of a topic.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    /// What it is called in its panel.
+    /// Label in the panel.
     pub label: String,
-    /// The topic.
+    /// Topic of the messages.
     pub topic: Arc<str>,
-    /// The field of its messages, with a point before each part of a part.
+    /// Field of the messages, with nested fields separated by points.
     pub field: &'static str,
 }
 
@@ -56,21 +56,21 @@ fn curve(label: impl Into<String>, topic: &Arc<str>, field: &'static str) -> Cur
     }
 }
 
-/// The fields of a sample's acceleration, x, y and z.
+/// Fields of a sample's acceleration, x, y and z.
 const LINEAR_ACCELERATION: [&str; 3] = [
     "linear_acceleration.x",
     "linear_acceleration.y",
     "linear_acceleration.z",
 ];
 
-/// The fields of its angular rate, x, y and z.
+/// Fields of a sample's angular rate, x, y and z.
 const ANGULAR_VELOCITY: [&str; 3] = [
     "angular_velocity.x",
     "angular_velocity.y",
     "angular_velocity.z",
 ];
 
-/// A curve for each of three axes.
+/// Returns a curve for each of three axes.
 fn axes(topic: &Arc<str>, fields: [&'static str; 3]) -> Vec<Curve> {
     let named = ["x", "y", "z"].into_iter().zip(fields);
     named
@@ -78,7 +78,7 @@ fn axes(topic: &Arc<str>, fields: [&'static str; 3]) -> Vec<Curve> {
         .collect()
 }
 
-/// The pages of feet of these names.
+/// Returns the pages of feet with these names.
 #[must_use]
 pub fn pages(feet: &[String]) -> Vec<Page> {
     let topics: Vec<(&String, Topics)> = feet.iter().map(|foot| (foot, Topics::of(foot))).collect();

@@ -1,16 +1,16 @@
-//! Pages as a layout of `PlotJuggler`: a tab each, with its plots in a column. What is no number, such as the
-//! names of faults, it does not draw: that panel is left out.
+//! `PlotJuggler` layout of the pages: one tab per page, with its plots in a column. `PlotJuggler` draws numbers
+//! only, so the panel of diagnostics is left out.
 
 use std::fmt::{self, Write};
 
 use super::pages::{Kind, Page, Panel};
 
-/// Colours of curves that can be told apart, also by those who see few colours: Okabe and Ito.
+/// Distinguishable colours for curves, also for colour-blind readers: Okabe and Ito.
 const COLOURS: [&str; 6] = [
     "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9",
 ];
 
-/// The text of the file.
+/// Returns the text of the layout file.
 #[must_use]
 pub fn layout(pages: &[Page]) -> String {
     let mut text = String::new();
@@ -77,7 +77,7 @@ fn write_panel(panel: &Panel, to: &mut String) -> fmt::Result {
     writeln!(to, "      </plot>\n     </DockArea>")
 }
 
-/// A text within quotes.
+/// Escapes a text for use within quotes.
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")

@@ -1,7 +1,7 @@
-//! The server: messages by topic over a WebSocket, in the protocol of Foxglove.
+//! Server of messages by topic over a WebSocket, using the Foxglove protocol.
 //!
-//! Each client has a queue of its own, which a thread of the server empties. Where a client takes less than is
-//! sent, its oldest messages are dropped: the feet are heard all the same, and so are other clients.
+//! Each client has its own queue, emptied by a server thread. If a client reads too slowly, its oldest messages are
+//! dropped; reception from the feet and other clients are not affected.
 
 use std::collections::HashMap;
 use std::io;
@@ -22,23 +22,23 @@ use super::{ViewError, slow};
 use crate::error::Error;
 use crate::stream::Sink;
 
-/// Messages that wait for a client at most: four seconds of four feet on serial lines.
+/// Maximum number of messages queued per client: four seconds of four feet on serial lines.
 const QUEUE: usize = 1 << 16;
 
-/// How long clients are waited for at the end.
+/// Timeout for closing client connections at the end.
 const GOODBYE: Duration = Duration::from_secs(1);
 
-/// At how many addresses of this machine a server is.
+/// Addresses of this machine on which the server listens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reach {
-    /// At one.
+    /// One address.
     OneAddress,
-    /// At all: other machines can connect.
+    /// All addresses: other machines can connect.
     AllAddresses,
 }
 
-/// The address of a host that is written as one, or by name. Where a name has addresses of both kinds, that of
-/// IPv4 is taken: viewers try it first.
+/// Resolves a host given as an address or a name. If a name has addresses of both kinds, IPv4 is preferred, as
+/// viewers try it first.
 fn address_of(host: &str, port: u16) -> Result<SocketAddr, ViewError> {
     let unknown = |source| ViewError::Host {
         host: host.to_owned(),
@@ -53,7 +53,7 @@ fn address_of(host: &str, port: u16) -> Result<SocketAddr, ViewError> {
     address.ok_or_else(|| unknown(io::ErrorKind::NotFound.into()))
 }
 
-/// A server that runs.
+/// A running server.
 pub struct Server {
     context: Arc<Context>,
     handle: WebSocketServerHandle,
@@ -62,7 +62,7 @@ pub struct Server {
 }
 
 impl Server {
-    /// Starts it. Port 0 is one that is free; `name` is what the server is called in viewers.
+    /// Starts the server. Port 0 selects a free port; `name` is the server name shown in viewers.
     ///
     /// # Errors
     /// The address cannot be used.
@@ -71,7 +71,7 @@ impl Server {
         NOTICED.call_once(slow::notice);
         let context = Context::new();
         let address = address_of(host, port)?;
-        // Addresses of IPv6 stand in brackets.
+        // IPv6 addresses need brackets.
         let host = match address.ip() {
             IpAddr::V4(host) => host.to_string(),
             IpAddr::V6(host) => format!("[{host}]"),
@@ -91,7 +91,7 @@ impl Server {
         })
     }
 
-    /// At how many addresses of this machine it is.
+    /// Returns whether the server listens on one address or on all.
     #[must_use]
     pub const fn reach(&self) -> Reach {
         if self.address.ip().is_unspecified() {
@@ -101,7 +101,7 @@ impl Server {
         }
     }
 
-    /// Where it is, for programs on this machine.
+    /// Returns the URL of the server for programs on this machine.
     #[must_use]
     pub fn url(&self) -> String {
         let host: IpAddr = match self.address.ip() {
@@ -112,26 +112,26 @@ impl Server {
         format!("ws://{}", SocketAddr::new(host, self.address.port()))
     }
 
-    /// What a browser opens to see it in Foxglove.
+    /// Returns the URL that opens the server in Foxglove in a browser.
     #[must_use]
     pub fn app_url(&self) -> String {
         AppUrl::new().with_websocket(self.url()).to_string()
     }
 
-    /// Says goodbye to the clients. What waits for them is not sent.
+    /// Closes all client connections. Queued messages are discarded.
     pub fn stop(self) {
         let stopping = self.handle.stop();
         let (done, is_done) = channel();
         thread::spawn(move || {
             stopping.wait_blocking();
-            // The receiver may have given up.
+            // The receiver may have timed out.
             let _ = done.send(());
         });
-        // A client that does not read must not delay the end.
+        // A client that does not read must not delay the exit.
         let _ = is_done.recv_timeout(GOODBYE);
     }
 
-    /// The channel of a topic, announced where it is new.
+    /// Returns the channel of a topic, announcing it on first use.
     fn channel(&mut self, published: &Published) -> Result<&RawChannel, FoxgloveError> {
         let topic = &published.topic;
         if !self.channels.contains_key(topic) {
@@ -156,7 +156,7 @@ impl Sink for Server {
                 topic: published.topic.as_ref().to_owned(),
                 source: Box::new(source),
             })?;
-        // Without a subscriber there is nothing to encode.
+        // Messages are encoded only if a client has subscribed.
         if channel.has_sinks() {
             let nanos = published.at.as_micros().saturating_mul(1000);
             let about = PartialMetadata::with_log_time(nanos);

@@ -1,4 +1,4 @@
-//! Feet that stream are served until it is over.
+//! Serving of streaming feet until the deadline.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -13,13 +13,13 @@ use crate::files::finish_when_interrupted;
 use crate::messages::{aside, warn};
 use crate::stream::{Stream, is_over};
 
-/// How often it is looked whether the end has come, once the source has ended.
+/// Polling interval for the deadline after the source has ended.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Serves what the feet stream until the deadline.
+/// Serves the messages of the feet until the deadline.
 ///
 /// # Errors
-/// The source cannot be opened, or nothing can be served.
+/// The source cannot be opened, or the server cannot start.
 pub fn serve(
     source: &Source,
     (host, port): (&str, u16),
@@ -53,7 +53,7 @@ pub fn serve(
         Ok(None) => Ok(()),
         Err(error) => Err(error),
     };
-    // What is played is still on its way to viewers, which show it as long as they are connected.
+    // Played messages may still be queued for viewers, which show them while connected.
     while ended.is_ok() && !is_over(deadline) {
         thread::sleep(LOOK);
     }

@@ -1,5 +1,5 @@
-//! What the server notes for developers, as far as a user should know it: that a client takes less than is sent,
-//! which the server tells in no other way, and errors.
+//! Forwarding of server log entries that concern the user: errors, and slow clients, which the server reports in no
+//! other way.
 
 use std::fmt::{self, Debug, Write};
 
@@ -10,16 +10,16 @@ use tracing::{Event, Level, Metadata, Subscriber};
 
 use crate::messages::warn;
 
-/// How the server begins a note that messages are dropped; at most twice a minute, for all clients.
+/// Prefix of a log entry about dropped messages; at most two a minute for all clients.
 const FULL: &str = "outbox for client ";
 
-/// From now on, the server's notes are heard.
+/// Starts forwarding the server's log entries.
 pub fn notice() {
-    // A program that this is a part of may hear them already.
+    // An embedding program may already have a subscriber.
     let _ = set_global_default(Notes);
 }
 
-/// Hears notes.
+/// Subscriber for log entries.
 struct Notes;
 
 impl Subscriber for Notes {
@@ -28,7 +28,7 @@ impl Subscriber for Notes {
     }
 
     fn new_span(&self, _: &Attributes<'_>) -> Id {
-        // None is enabled.
+        // No span is enabled.
         Id::from_u64(1)
     }
 
@@ -49,7 +49,7 @@ impl Subscriber for Notes {
     fn exit(&self, _: &Id) {}
 }
 
-/// The warning that a note is worth, if any.
+/// Returns the warning for a log entry, if any.
 fn what_to_say(level: Level, note: &str) -> Option<String> {
     if let Some(rest) = note.strip_prefix(FULL) {
         let client = rest.split_whitespace().next().unwrap_or_default();
@@ -60,7 +60,7 @@ fn what_to_say(level: Level, note: &str) -> Option<String> {
     (level == Level::ERROR).then(|| note.to_owned())
 }
 
-/// The words of a note.
+/// Text of a log entry.
 #[derive(Default)]
 struct Text(String);
 
@@ -78,7 +78,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_slow_viewer_and_errors_are_said_and_nothing_else() {
+    fn only_slow_viewers_and_errors_are_reported() {
         assert_eq!(
             what_to_say(Level::INFO, "outbox for client 127.0.0.1:9 full").as_deref(),
             Some(

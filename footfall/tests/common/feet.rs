@@ -1,11 +1,11 @@
-//! Feet that walk and sensors that lie still, as tables.
+//! Tables of walking feet and of sensors at rest.
 
 use gait::{GaitName, Ground, Plan, SensorParams, record};
 use recordings::output::write_recording;
 
 use super::AXES;
 
-/// A simulated walk.
+/// Returns a simulated walk.
 pub fn csv(gait: GaitName, seconds: f64) -> Vec<u8> {
     let plan = Plan::steady(gait, Ground::Hard, seconds, 3);
     let recording = record(&plan, &SensorParams::LSM6DSOX, 3);
@@ -14,7 +14,7 @@ pub fn csv(gait: GaitName, seconds: f64) -> Vec<u8> {
     bytes
 }
 
-/// A sensor in g times `unit` that lies still on some of its six sides, two seconds each.
+/// Returns a sensor in g times `unit` at rest on some of its six sides, two seconds each.
 pub fn lying(sides: usize, unit: f64) -> String {
     let mut rows = String::new();
     for k in 0..sides * 200 {

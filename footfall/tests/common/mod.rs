@@ -1,5 +1,5 @@
-//! A bench on which the `footfall` command runs.
-#![allow(dead_code)] // Each test file uses its share.
+//! Bench that runs the `footfall` command.
+#![allow(dead_code)] // Each test file uses a part of it.
 
 pub mod feet;
 
@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
-/// A directory of its own for each test, in which the command runs.
+/// A directory per test in which the command runs.
 pub struct Bench {
     pub directory: TempDir,
 }
@@ -24,7 +24,7 @@ impl Bench {
         }
     }
 
-    /// A bench with one file in it.
+    /// Creates a bench with one file.
     pub fn with(name: &str, content: impl AsRef<[u8]>) -> Self {
         let bench = Self::new();
         fs::write(bench.path(name), content).expect("a file in a temporary directory");
@@ -43,7 +43,7 @@ impl Bench {
             .expect("the command that was just built")
     }
 
-    /// The command with this on its standard input, all of which it reads.
+    /// Runs the command with this standard input, all of which it reads.
     pub fn piped(&self, arguments: &str, input: &str) -> Output {
         let mut child = Command::new(env!("CARGO_BIN_EXE_footfall"))
             .args(arguments.split_whitespace())
@@ -62,14 +62,14 @@ impl Bench {
         output
     }
 
-    /// What a command that succeeds prints on stdout.
+    /// Runs a command that must succeed and returns its stdout.
     pub fn stdout(&self, arguments: &str) -> String {
         let output = self.run(arguments);
         assert!(output.status.success(), "{output:?}");
         text(&output.stdout)
     }
 
-    /// What a command that fails prints on stderr. It prints nothing on stdout.
+    /// Runs a command that must fail without writing to stdout, and returns its stderr.
     pub fn error(&self, arguments: &str) -> String {
         let output = self.run(arguments);
         assert!(!output.status.success(), "{output:?}");
@@ -77,7 +77,7 @@ impl Bench {
         text(&output.stderr)
     }
 
-    /// Waits until a file is there.
+    /// Waits until a file exists.
     pub fn wait_for(&self, name: &str) {
         let end = Instant::now() + Duration::from_secs(60);
         while !self.path(name).exists() {
@@ -86,7 +86,7 @@ impl Bench {
         }
     }
 
-    /// The names of the files that are there.
+    /// Returns the names of the files.
     pub fn files(&self) -> Vec<String> {
         let entries = fs::read_dir(&self.directory).expect("a directory");
         let name = |entry: std::io::Result<fs::DirEntry>| {
@@ -109,15 +109,15 @@ pub fn read(path: &Path) -> String {
 
 pub const AXES: &str = "ax,ay,az,wx,wy,wz";
 
-/// A foot that stands for a second at 1 kHz, gravity included.
+/// Returns a foot that stands for one second at 1 kHz, gravity included.
 pub fn standing() -> String {
     let row = |k: u32| format!("{:.3},0,0,9.81,0,0,0,50,1\n", f64::from(k) * 1e-3);
     let rows: String = (0..1000).map(row).collect();
     format!("t,{AXES},force,label\n{rows}")
 }
 
-/// Says that `missing` keeps a test from checking anything, which fails where nothing may be left
-/// unchecked.
+/// Reports that `missing` prevents a test from checking anything; this is an error if unchecked tests are not
+/// allowed.
 pub fn unmet(missing: &str) {
     let required = env::var_os("FOOTFALL_REQUIRE_EVERYTHING").is_some_and(|value| value == "1");
     assert!(!required, "{missing}");

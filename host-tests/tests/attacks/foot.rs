@@ -1,5 +1,5 @@
-//! A foot in closed form, which shares nothing with `gait`: its gait, its sensor, and how
-//! right an estimator is about it.
+//! A foot in closed form, without code in common with `gait`: its gait, its sensor, and the scoring of an
+//! estimator.
 
 use std::f64::consts::TAU;
 
@@ -14,40 +14,40 @@ pub const GRAVITY: f64 = 9.806_65;
 /// Noise of the sensor, m/s² and rad/s.
 pub const NOISE: (f64, f64) = (0.02, 0.0012);
 
-/// A stance is checked from so long after its touchdown, s, when no ringing of it is left.
+/// Time after touchdown from which a stance is checked, s: the ringing has decayed.
 pub const SETTLED: f64 = 0.12;
 
-/// Of a swing its first moments are left out, s: a probability needs some to fall.
+/// Time at the start of a swing that is not checked, s: a probability needs time to fall.
 pub const LIFTED: f64 = 0.015;
 
-/// Steps after which its answers have to be right again.
+/// Steps after which the estimates have to be right again.
 pub const STEPS: f64 = 10.0;
 
 /// A gait in the sagittal plane. It begins with a touchdown.
 #[derive(Clone, Copy, Debug)]
 pub struct Gait {
-    /// Duration of a stride, s.
+    /// Period of a stride, s.
     pub stride: f64,
-    /// Share of it that is stance.
+    /// Share of the stride that is stance.
     pub duty: f64,
     /// Length and height of a step, m.
     pub length: f64,
     pub height: f64,
-    /// How far the foot pitches in its swing, rad.
+    /// Pitch of the foot in swing, rad.
     pub pitch: f64,
-    /// What a landing begins to ring with, m/s², at which frequency, Hz, and how soon it fades, s.
+    /// Initial amplitude of the ringing after a landing, m/s², its frequency, Hz, and its decay time, s.
     pub impact: f64,
     pub ring: f64,
     pub fade: f64,
-    /// What the stances shake with, m/s², and at which frequency, Hz.
+    /// Amplitude of the vibration in stance, m/s², and its frequency, Hz.
     pub shake: f64,
     pub shake_hertz: f64,
-    /// Where in the stride it begins, 0 to 1.
+    /// Initial phase in the stride, 0 to 1.
     pub phase: f64,
 }
 
 impl Gait {
-    /// At a person's pace.
+    /// Pace of a person.
     pub const WALK: Self = Self {
         stride: 0.9,
         duty: 0.6,
@@ -68,7 +68,7 @@ impl Gait {
         ..Self::WALK
     };
 
-    /// Stands all the time.
+    /// Standing all the time.
     pub const STANDING: Self = Self {
         duty: 1.0,
         impact: 0.0,
@@ -76,7 +76,7 @@ impl Gait {
         ..Self::WALK
     };
 
-    /// Time since touchdown, or since lift-off, at a time in s.
+    /// Phase of the gait at a time in s.
     pub fn part(&self, time: f64) -> Part {
         let phase = (time / self.stride + self.phase).rem_euclid(1.0);
         if phase < self.duty {
@@ -117,14 +117,14 @@ impl Gait {
     }
 }
 
-/// What a foot does, and since when, s.
+/// Phase of the gait, with the time since its start, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Part {
     Stance(f64),
     Swing(f64),
 }
 
-/// What the sensor measured, and what the foot did.
+/// Reading of the sensor, and the true phase of the foot.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
     pub time: f64,
@@ -133,7 +133,7 @@ pub struct Sample {
     pub part: Part,
 }
 
-/// A foot's samples, with the sensor's noise; each is the mean over its period.
+/// Samples of a foot with the sensor's noise; each is the mean over its period.
 pub fn measured(gait: &Gait, rate: f64, seconds: f64, gravity: Gravity) -> Vec<Sample> {
     let mut chance = Chance::new(7);
     let instants = (8000.0 / rate).max(4.0) as usize;
@@ -165,7 +165,7 @@ pub fn measured(gait: &Gait, rate: f64, seconds: f64, gravity: Gravity) -> Vec<S
         .collect()
 }
 
-/// With a bias of the accelerometer, m/s², and of the gyroscope, rad/s.
+/// Adds a bias to the accelerometer, m/s², and to the gyroscope, rad/s.
 pub fn biased(samples: &[Sample], force: [f64; 3], rate: [f64; 3]) -> Vec<Sample> {
     let mut samples = samples.to_vec();
     for sample in &mut samples {
@@ -177,7 +177,7 @@ pub fn biased(samples: &[Sample], force: [f64; 3], rate: [f64; 3]) -> Vec<Sample
     samples
 }
 
-/// Of a sensor that is mounted turned about an axis, by an angle in rad.
+/// Samples of a sensor that is mounted turned about an axis, by an angle in rad.
 pub fn mounted(samples: &[Sample], axis: [f64; 3], angle: f64) -> Vec<Sample> {
     let length = axis.iter().map(|x| x * x).sum::<f64>().sqrt();
     let [x, y, z] = axis.map(|x| x / length);
@@ -222,7 +222,7 @@ pub struct Foot {
 
 impl Foot {
     pub fn new(params: &Params) -> Self {
-        // The window of the paper's method, which nothing here uses.
+        // Window of the paper's method, which is not used here.
         let params = Params {
             window: estimator_core::WindowLength::Samples(50),
             ..*params
@@ -234,7 +234,7 @@ impl Foot {
         }
     }
 
-    /// One sample, so many µs after the one before.
+    /// Processes one sample, `micros` µs after the previous one.
     pub fn after(&mut self, micros: u64, sample: &Sample, validity: Validity) -> ContactEstimate {
         self.now = self.now.wrapping_add(micros);
         let imu = ImuSample {
@@ -246,7 +246,7 @@ impl Foot {
         self.estimator.update(&imu, None)
     }
 
-    /// Samples at the period that the estimator knows.
+    /// Processes samples at the period of the estimator's parameters.
     pub fn measures(&mut self, samples: &[Sample]) -> Vec<ContactEstimate> {
         let period = self.period;
         let valid = |sample| self.after(period, sample, Validity::Valid);
@@ -259,18 +259,18 @@ impl Foot {
     }
 }
 
-/// Shares of what is checked in a walk.
+/// Shares of the checked samples of a walk.
 #[derive(Clone, Copy, Debug)]
 pub struct Shares {
-    /// Of the stances: P > 0.5.
+    /// Share of stance samples with P > 0.5.
     pub stance: f64,
-    /// Of the swings: P < 0.5.
+    /// Share of swing samples with P < 0.5.
     pub swing: f64,
-    /// Of the swings: the decision is "stable".
+    /// Share of swing samples with the decision "stable".
     pub wrongly_stable: f64,
 }
 
-/// The shares from a time in s on.
+/// Shares from a time in s on.
 pub fn shares(samples: &[Sample], estimates: &[ContactEstimate], from: f64) -> Shares {
     let checked = |stance: bool| {
         let pairs = samples.iter().zip(estimates);
@@ -299,7 +299,7 @@ pub fn assert_told_right(name: &str, shares: Shares) {
     assert!(right, "{name}: {shares:.3?}");
 }
 
-/// A foot that goes through something and then walks: the shares from the eleventh step on.
+/// Shares of a walk after earlier motion, from the eleventh step on.
 pub fn walk_after(params: &Params, before: &[Sample], gait: &Gait, steps: f64) -> Shares {
     let rate = f64::from(params.sample_rate);
     let walk = measured(gait, rate, (steps + STEPS) * gait.stride, params.gravity);

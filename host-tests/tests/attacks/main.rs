@@ -1,5 +1,4 @@
-//! Attacks on what the default preset promises: other feet, other orders of events, two disturbances at
-//! once.
+//! Attacks on the guarantees of the default preset: other feet, other orders of events, two disturbances at once.
 
 mod foot;
 
@@ -17,9 +16,9 @@ use foot::{
     params, shares, walk_after,
 };
 
-/// The bias is found from what the inclination has to be corrected by, as there is no rest to see it in.
+/// The bias is found from the corrections of the inclination, as there is no rest to observe it.
 #[test]
-fn a_foot_that_walks_before_it_has_rested_finds_its_stances_whatever_the_gyroscopes_bias() {
+fn stances_are_found_without_rest_at_any_gyroscope_bias() {
     let slow = Gait {
         stride: 1.8,
         ..Gait::WALK
@@ -37,9 +36,9 @@ fn a_foot_that_walks_before_it_has_rested_finds_its_stances_whatever_the_gyrosco
     }
 }
 
-/// At half the rate each sample comes after a gap, and is bounded by what the samples before it gave.
+/// At half the rate each sample follows a gap, and is limited by the result before it.
 #[test]
-fn a_foot_of_which_every_second_sample_is_lost_finds_its_stances() {
+fn stances_are_found_with_every_second_sample_lost() {
     for gravity in [Gravity::Included, Gravity::Removed] {
         let mut foot = Foot::new(&params(1000.0, gravity));
         foot.measures(&measured(&Gait::WALK, 1000.0, 9.0, gravity));
@@ -51,9 +50,9 @@ fn a_foot_of_which_every_second_sample_is_lost_finds_its_stances() {
     }
 }
 
-/// The classes of the trot are larger. What is still for most of the time shrinks them.
+/// The classes of the trot are larger. Mostly still motion shrinks them.
 #[test]
-fn a_foot_that_slows_down_from_a_trot_is_not_called_stable_while_it_swings() {
+fn slowing_down_from_a_trot_keeps_swings_unstable() {
     let slow = Gait {
         stride: 1.5,
         length: 0.25,
@@ -74,7 +73,7 @@ fn a_foot_that_slows_down_from_a_trot_is_not_called_stable_while_it_swings() {
 
 /// At 100 Hz one sample is more than half of a window.
 #[test]
-fn a_foot_that_was_not_seen_for_an_hour_is_not_stable_with_the_next_sample() {
+fn a_gap_of_an_hour_is_not_followed_by_a_stable_sample() {
     for rate in [100.0, 125.0, 200.0, 1000.0] {
         let mut foot = Foot::new(&params(rate, Gravity::Removed));
         let stood = measured(&Gait::STANDING, rate, 2.0, Gravity::Removed);
@@ -87,9 +86,9 @@ fn a_foot_that_was_not_seen_for_an_hour_is_not_stable_with_the_next_sample() {
     }
 }
 
-/// With gravity removed nothing says where up is, and the slide test takes the sensor's z for it.
+/// With gravity removed the vertical is unknown, and the slide test assumes the sensor's z.
 #[test]
-fn with_gravity_removed_it_does_not_matter_how_the_sensor_is_turned_about_up() {
+fn heading_is_irrelevant_with_gravity_removed() {
     for (rate, axes) in [
         (200.0, [[1.0, 0.0, 0.0], [1.0, 0.7, 0.3]]),
         (1000.0, [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]),
@@ -108,9 +107,9 @@ fn with_gravity_removed_it_does_not_matter_how_the_sensor_is_turned_about_up() {
     }
 }
 
-/// Of such classes every quantity would have nothing to say, and P would be 1 whatever the foot does.
+/// Such classes would carry no information, and P would be 1 for any motion.
 #[test]
-fn frozen_classes_that_lie_together_do_not_make_a_shaken_foot_stable() {
+fn overlapping_frozen_classes_do_not_make_shaking_stable() {
     let together = Classes {
         still: -1.0,
         moving: -1.0,
@@ -144,7 +143,7 @@ fn largest_difference(expected: &[ContactEstimate], other: &[ContactEstimate]) -
     differences.fold(0.0, f32::max)
 }
 
-/// Numbers of any size between two.
+/// Random number between two bounds, of any magnitude.
 fn scale(chance: &mut Chance, low: f64, high: f64) -> f64 {
     low * (high / low).powf(chance.even())
 }
@@ -168,9 +167,9 @@ fn any_gait(chance: &mut Chance) -> Gait {
     }
 }
 
-/// Of 1481 such gaits all were.
+/// All of 1481 such gaits were estimated correctly.
 #[test]
-fn gaits_of_every_size_and_pace_are_told_right_within_ten_steps_at_every_rate() {
+fn random_gaits_are_estimated_within_ten_steps_at_every_rate() {
     let mut chance = Chance::new(1);
     for k in 0..60 {
         let gait = any_gait(&mut chance);
@@ -182,7 +181,7 @@ fn gaits_of_every_size_and_pace_are_told_right_within_ten_steps_at_every_rate() 
 }
 
 #[test]
-fn however_the_sensor_is_mounted_and_wherever_in_a_stride_it_starts_p_is_the_same() {
+fn p_does_not_depend_on_mounting_or_starting_phase() {
     let mut chance = Chance::new(2);
     for phase in [0.0, 0.3, 0.7, 0.95] {
         let gait = Gait {
@@ -206,7 +205,7 @@ fn however_the_sensor_is_mounted_and_wherever_in_a_stride_it_starts_p_is_the_sam
 }
 
 #[test]
-fn a_foot_that_walks_on_a_ship_or_in_a_lift_is_told_right() {
+fn walks_on_a_ship_or_in_a_lift_are_estimated_correctly() {
     let walk = measured(&Gait::WALK, 200.0, 27.0, Gravity::Included);
     for (hertz, degrees, heave) in [(0.1, 10.0_f64, 0.0), (0.3, 5.0, 0.0), (0.3, 0.0, 1.0)] {
         let moved = walk.iter().map(|sample| {
@@ -227,7 +226,7 @@ fn a_foot_that_walks_on_a_ship_or_in_a_lift_is_told_right() {
 }
 
 #[test]
-fn a_foot_that_was_turned_about_up_from_power_up_finds_its_stances() {
+fn stances_are_found_after_turning_about_up_from_power_up() {
     for degrees in [2.0_f64, 5.0] {
         let turned = measured(&Gait::STANDING, 1000.0, 3.0, Gravity::Included);
         let turned = biased(&turned, [0.0; 3], [0.0, 0.0, degrees.to_radians()]);
@@ -237,7 +236,7 @@ fn a_foot_that_was_turned_about_up_from_power_up_finds_its_stances() {
 }
 
 #[test]
-fn a_landing_that_clips_after_a_restart_with_what_a_louder_robot_has_learnt_is_not_stable() {
+fn a_clipped_landing_after_a_foreign_warm_start_is_not_stable() {
     let loud = Gait {
         length: 1.0,
         height: 0.16,
@@ -271,13 +270,13 @@ fn a_landing_that_clips_after_a_restart_with_what_a_louder_robot_has_learnt_is_n
     }
 }
 
-/// All probabilities.
+/// All probabilities as an array.
 fn all(p: &Probabilities) -> [f32; 9] {
     let [ax, ay, az, wx, wy, wz] = p.axes.to_array();
     [ax, ay, az, wx, wy, wz, p.tangential, p.vertical, p.stable]
 }
 
-/// An event of a random sequence, and what one of its samples is like.
+/// Applies a random event to a sample and its time.
 fn disturb(
     event: u64,
     first: bool,
@@ -300,7 +299,7 @@ fn disturb(
         }
         2 if first => micros += (12.0 * chance.even() * period as f64) as u64,
         3 if first => micros = [10_001, 30_000, 100_000, 3_600_000_000][chance.bits() as usize % 4],
-        // Back in time.
+        // A step back in time.
         4 if first => {
             micros = [0, u64::MAX, 0_u64.wrapping_sub(60_000_000)][chance.bits() as usize % 3];
         }
@@ -315,9 +314,9 @@ fn disturb(
     (micros, validity)
 }
 
-/// Of 30 000 such sequences none broke it.
+/// None of 30 000 such sequences violated it.
 #[test]
-fn in_no_order_of_events_is_a_sample_in_doubt_stable_or_p_higher_after_a_gap_than_before() {
+fn samples_in_doubt_are_never_stable_and_gaps_never_raise_p() {
     for seed in 0..1500 {
         let mut chance = Chance::new(seed);
         let rate = [100.0, 200.0, 333.0, 400.0, 1000.0][chance.bits() as usize % 5];
@@ -356,7 +355,7 @@ fn in_no_order_of_events_is_a_sample_in_doubt_stable_or_p_higher_after_a_gap_tha
                     assert!(estimate.flags.contains(Flag::TimeGap), "{}", context());
                     let pairs = p.iter().zip(all(&before.probabilities));
                     let mut risen = pairs.filter(|(p, before)| **p > before + 1.0e-6);
-                    // After one gap upon another the limit is what the sample between them gave.
+                    // After two consecutive gaps the limit is the result of the sample between them.
                     if !before.flags.contains(Flag::TimeGap) {
                         assert_eq!(risen.next(), None, "{}", context());
                     }
@@ -367,9 +366,9 @@ fn in_no_order_of_events_is_a_sample_in_doubt_stable_or_p_higher_after_a_gap_tha
     }
 }
 
-/// Of 900 such starts at all rates some take longer than ten steps, none takes half a minute.
+/// Of 900 such starts at all rates some take longer than ten steps, and none takes half a minute.
 #[test]
-fn at_1_khz_a_foot_that_starts_with_anything_that_can_be_learnt_is_told_right_in_half_a_minute() {
+fn any_learnable_start_recovers_within_half_a_minute_at_1_khz() {
     let mut chance = Chance::new(5);
     for _ in 0..20 {
         let mut classes = || {
@@ -399,7 +398,7 @@ fn at_1_khz_a_foot_that_starts_with_anything_that_can_be_learnt_is_told_right_in
 }
 
 #[test]
-fn times_that_alternate_or_jitter_by_most_of_a_period_keep_the_stances() {
+fn stances_are_found_with_alternating_or_jittering_times() {
     let mut chance = Chance::new(6);
     let walk = measured(&Gait::WALK, 500.0, 27.0, Gravity::Included);
     for name in ["alternating", "jittering"] {

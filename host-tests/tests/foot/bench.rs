@@ -1,7 +1,7 @@
-//! A foot on a bench: the simulated sensor, virtual time, and everything that comes out.
+//! A foot on a bench: the simulated sensor, virtual time, and all of its output.
 //!
-//! Time is the part's. The executor polls the sampling loop until it waits, lets time pass until
-//! the next moment that a task waits for, and polls again: the same run always gives the same bits.
+//! Time is that of the sensor. The executor polls the sampling loop until it waits, advances time to the next
+//! moment that a task waits for, and polls again: the same run always gives the same bits.
 
 use std::cell::{Cell, RefCell};
 use std::pin::{Pin, pin};
@@ -24,7 +24,7 @@ use wire::{Address, CanFrame, Emergency, Settings, Stage, Value};
 pub const MS: u64 = 1_000_000;
 pub const SECOND: u64 = 1000 * MS;
 
-/// What a part that is no particular one is like.
+/// Options of an ordinary part.
 pub const ORDINARY: PartOptions = PartOptions {
     byte_time_ns: 800,
     ..PLAIN
@@ -107,7 +107,7 @@ impl Ticks for BenchTicks<'_> {
         let limit_ns = tick_ns + EDGE_LIMIT_US * 1000;
         let edge = self.edge_after().filter(|edge| *edge <= limit_ns);
         self.alarm.wait_until(edge.unwrap_or(limit_ns)).await;
-        // The edge just waited for belongs to this tick's count.
+        // The edge that has just arrived belongs to this tick's count.
         let edges = edges + u16::from(edge.is_some());
         Tick {
             time: Timestamp::from_micros(tick_ns / 1000),
@@ -118,10 +118,10 @@ impl Ticks for BenchTicks<'_> {
     }
 }
 
-/// Something to be done to the part at a time.
+/// An action on the part, with its time.
 pub type Action<'a> = (u64, &'a dyn Fn(&SharedPart));
 
-/// How to run.
+/// Options of a run.
 #[derive(Clone, Copy, Default)]
 pub struct Run<'a> {
     pub self_test: bool,
@@ -162,7 +162,7 @@ impl Run<'_> {
                 part.advance_to(*at);
                 action(part);
                 due = actions.next();
-                // What was waited for may come otherwise now.
+                // The awaited event may now come at another time.
                 next = part.now_ns();
             }
             part.advance_to(next);
@@ -170,14 +170,14 @@ impl Run<'_> {
     }
 }
 
-/// A contact frame, and when it went out.
+/// A contact frame, with the time at which it was sent.
 #[derive(Clone, Copy, Debug)]
 pub struct Sent {
     pub ns: u64,
     pub contact: Contact,
 }
 
-/// The foot with its ports, and consumers that take everything at once.
+/// The foot with its ports, and consumers that take all output at once.
 pub struct Bench {
     pub foot: Foot,
     pub ports: Ports,
@@ -209,7 +209,7 @@ impl Bench {
         }
     }
 
-    /// One tick, and what came out of it. What came before is forgotten.
+    /// Runs one tick and records its output. Earlier output is discarded.
     pub fn tick(&mut self, tick: &Tick, measurement: &Measurement, reading: Option<u16>) {
         self.foot.tick(tick, measurement, reading, &self.ports);
         self.can.clear();
@@ -229,7 +229,7 @@ impl Bench {
         }
     }
 
-    /// The contact frame of the last tick.
+    /// Contact frame of the last tick.
     pub fn contact(&self) -> Option<Contact> {
         let id = Pdo::Contact.cob_id(self.foot.settings().node_id()?);
         let mut frames = self.can.iter().filter(|frame| frame.id() == id);
@@ -238,7 +238,7 @@ impl Bench {
         Some(Contact::decode(frame.data8().expect("eight bytes")))
     }
 
-    /// Puts bytes into the UART; what the foot has no room for is given back.
+    /// Writes bytes to the UART; bytes for which the foot has no room are returned.
     pub fn type_in(&mut self, bytes: &[u8]) {
         for byte in bytes {
             if let Some(input) = self.receiver.push(*byte) {
@@ -267,7 +267,7 @@ impl Bench {
         self.ask(&Message::Nmt(NmtRequest(command)));
     }
 
-    /// The answers on the UART in the last tick.
+    /// Answers on the UART in the last tick.
     pub fn answers(&self) -> Vec<Answer> {
         let answers = self.uart.iter().filter_map(|message| match message {
             Message::ConfigResponse(response) => Some(response.answer),
@@ -276,7 +276,7 @@ impl Bench {
         answers.collect()
     }
 
-    /// The lines of text over UART in the last tick.
+    /// Lines of text over UART in the last tick.
     pub fn lines(&self) -> Vec<&str> {
         let lines = self.uart.iter().filter_map(|message| match message {
             Message::Log(line) => Some(line.text()),
@@ -285,24 +285,24 @@ impl Bench {
         lines.collect()
     }
 
-    /// The emergencies on the CAN in the last tick.
+    /// Emergency messages on CAN in the last tick.
     pub fn emergencies(&self) -> Vec<Emergency> {
         let frames = self.can.iter().filter(|frame| frame.id() == 0x91);
         let bytes = frames.map(|frame| frame.data8().expect("eight bytes"));
         bytes.map(Emergency::decode).collect()
     }
 
-    /// One tick of a sensor that lies still, without a sensor.
+    /// Runs one tick of a resting sensor, without a simulated part.
     pub fn still(&mut self) {
         self.still_with(None);
     }
 
-    /// The same with a reading of the load input.
+    /// Runs a resting tick with a reading of the load input.
     pub fn still_with(&mut self, reading: Option<u16>) {
         self.still_tick(0, reading);
     }
 
-    /// The same after ticks that were missed.
+    /// Runs a resting tick after missed ticks.
     pub fn still_after(&mut self, missed: u32) {
         self.still_tick(missed, None);
     }
@@ -316,7 +316,7 @@ impl Bench {
             missed,
             ..Tick::default()
         };
-        // Codes of 1 g upwards, and a little of everything else.
+        // Codes of 1 g upwards, with scatter on all values.
         let scatter = (self.still_ticks % 7) as i16 - 3;
         let mut bytes = [3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
         bytes[4] = u8::from(scatter > 0);
@@ -333,7 +333,7 @@ impl Bench {
         self.tick(&tick, &measurement, reading);
     }
 
-    /// Ticks until the foot is at work.
+    /// Runs ticks until the foot has started.
     pub fn running(mut self) -> Self {
         for _ in 0..1000 {
             self.still();
@@ -342,13 +342,13 @@ impl Bench {
         self
     }
 
-    /// How many UART frames the receiving side misses.
+    /// Number of UART frames that the receiving side misses.
     pub fn uart_missing(&self) -> u32 {
         self.decoder.drops().missing
     }
 }
 
-/// Runs a foot on `part`, all ticks into `each` with what came out.
+/// Runs a foot on `part`, and passes all ticks with their output to `each`.
 pub fn run(
     run: Run<'_>,
     part: &SharedPart,

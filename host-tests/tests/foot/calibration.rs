@@ -1,5 +1,5 @@
-//! The foot learns its limits of stillness while it walks; what it has learnt is kept over power-off,
-//! forgotten on request, and never lost otherwise.
+//! The foot learns its limits of stillness while it walks; the learnt values are kept over power-off, cleared on
+//! request, and never lost otherwise.
 
 use std::cell::RefCell;
 
@@ -25,14 +25,14 @@ const LEARNING: Address = Address::new(index::ESTIMATION, 2);
 const KEEP: Value = Value::U8(1);
 const FORGET: Value = Value::U8(2);
 
-/// A walk is settled by then, ms.
+/// Time after which a walk is settled, ms.
 const SETTLED_MS: u64 = 10_000;
 
 fn walk(seconds: f64, seed: u64) -> Track {
     Track::new(&Plan::steady(GaitName::Walk, Ground::Hard, seconds, seed))
 }
 
-/// A foot that stands for two seconds and walks then.
+/// A foot that stands for two seconds and then walks.
 fn walking(seconds: f64, seed: u64) -> SharedPart {
     SensorParams::LSM6DSOX.mounted(walk(seconds, seed), 0.0, seed)
 }
@@ -49,13 +49,13 @@ fn is_settling(bench: &Bench) -> bool {
     bench.foot.estimate().flags.contains(Flag::Settling)
 }
 
-/// What is done after a tick.
+/// An action after a tick.
 type Act<'a> = (u64, &'a dyn Fn(&mut Bench));
 
-/// When the sensor, which each run starts again, is at work.
+/// Time after which the sensor, which each run restarts, has started, ms.
 const AT_WORK: u64 = 1000;
 
-/// Runs for `ms` ticks and does one thing after some of them; all answers in their order.
+/// Runs for `ms` ticks and performs an action after some of them. Returns all answers, in order.
 fn scripted(part: &SharedPart, bench: &mut Bench, ms: u64, script: &[Act<'_>]) -> Vec<Answer> {
     let mut answers = Vec::new();
     let mut ticks = 0;
@@ -68,7 +68,7 @@ fn scripted(part: &SharedPart, bench: &mut Bench, ms: u64, script: &[Act<'_>]) -
     answers
 }
 
-/// A foot after a walk that has settled, in pre-operational state, and its part.
+/// A foot after a settled walk, in pre-operational state, and its part.
 fn walked(settings: Settings, seed: u64) -> (SharedPart, Bench) {
     let part = walking(60.0, seed);
     let mut bench = Bench::new(settings);
@@ -78,7 +78,7 @@ fn walked(settings: Settings, seed: u64) -> (SharedPart, Bench) {
     (part, bench)
 }
 
-/// What a foot starts with that has walked with this seed.
+/// Settings with the values learnt by a foot that walked with this seed.
 fn learnt_from(seed: u64) -> Settings {
     let (_, bench) = walked(Settings::default(), seed);
     let mut settings = Settings::default();
@@ -87,7 +87,7 @@ fn learnt_from(seed: u64) -> Settings {
     settings
 }
 
-/// Everything but the seconds.
+/// The learnt values without the seconds.
 fn classes(learnt: Learnt) -> [f32; 9] {
     let numbers = learnt.to_array();
     std::array::from_fn(|i| numbers[i])
@@ -127,11 +127,11 @@ fn a_walking_foot_settles_within_five_steps() {
 }
 
 #[test]
-fn what_is_kept_and_stored_is_there_from_the_first_sample_after_power_off() {
+fn kept_values_apply_from_the_first_sample_after_power_off() {
     let (part, mut bench) = walked(Settings::default(), 5);
     let before = RefCell::new(Learnt::default());
     let keep = |bench: &mut Bench| bench.set(COMMAND, KEEP);
-    // The next tick takes the command in after its sample.
+    // The next tick executes the command after its sample.
     let note = |bench: &mut Bench| *before.borrow_mut() = bench.foot.learnt();
     let ask_state = |bench: &mut Bench| ask(bench, STATE);
     let doubtless = |bench: &mut Bench| {
@@ -202,13 +202,13 @@ fn number(answer: &Answer) -> f32 {
     }
 }
 
-/// That an estimator starts with the classes of `kept`, of which the seconds count for little.
+/// Asserts that an estimator starts with the classes of `kept`, with a small weight of their seconds.
 fn assert_starts_with(learnt: Learnt, kept: Learnt) {
     assert_eq!(learnt.to_array()[..9], kept.to_array()[..9]);
     assert!(learnt.is_settled() && learnt.still_seconds <= kept.still_seconds);
 }
 
-/// That an estimator goes on from `before`: with its classes, but for what one sample teaches.
+/// Asserts that an estimator continues from `before`: with its classes, except for one learnt sample.
 fn assert_goes_on(learnt: Learnt, before: Learnt) {
     let classes = |learnt: Learnt| learnt.to_array().into_iter().take(9);
     for (now, before) in classes(learnt).zip(classes(before)) {
@@ -217,13 +217,13 @@ fn assert_goes_on(learnt: Learnt, before: Learnt) {
 }
 
 #[test]
-fn what_is_forgotten_is_learnt_again() {
+fn cleared_values_are_learnt_again() {
     let (part, mut bench) = walked(learnt_from(7), 8);
     let forget = |bench: &mut Bench| bench.set(COMMAND, FORGET);
     let ask_state = |bench: &mut Bench| ask(bench, STATE);
     let forgotten = |bench: &mut Bench| {
         let learnt = bench.foot.learnt();
-        // But for the first samples after it.
+        // Except for the first samples after it.
         assert!(
             learnt.still_seconds + learnt.moving_seconds < 0.01,
             "{learnt:?}"
@@ -293,13 +293,13 @@ fn frozen_classes_never_change() {
             age = learnt.idle_seconds;
         },
     );
-    // It says so by its age, from when up is known.
+    // The age shows this, from when up is known.
     let grown = age - start.idle_seconds;
     assert!((19.0..20.0).contains(&grown), "{grown} s");
 }
 
 #[test]
-fn settings_of_the_estimator_change_nothing_of_what_has_been_learnt() {
+fn estimator_settings_do_not_change_the_learnt_values() {
     let changes: [(Address, Value); 5] = [
         (THRESHOLD, Value::F32(0.6)),
         (METHOD, Value::U8(1)),
@@ -313,19 +313,19 @@ fn settings_of_the_estimator_change_nothing_of_what_has_been_learnt() {
         let before = RefCell::new(Learnt::default());
         let change = |bench: &mut Bench| bench.set(address, value);
         let same = |bench: &mut Bench| {
-            // A new estimator looks for up first.
+            // A new estimator first determines up.
             let flags = bench.foot.estimate().flags;
             assert!(flags.contains(Flag::AttitudeNotInitialised), "{address:?}");
             assert_goes_on(bench.foot.learnt(), *before.borrow());
         };
-        // The request is answered after that tick's estimate, and the next one has another estimator.
+        // The request is answered after that tick's estimate, and the next tick has another estimator.
         let note = |bench: &mut Bench| *before.borrow_mut() = bench.foot.learnt();
         let script: [Act<'_>; 3] = [
             (AT_WORK, &change),
             (AT_WORK + 1, &note),
             (AT_WORK + 2, &same),
         ];
-        // Until it stands again.
+        // Until the foot stands again.
         let answers = scripted(&part, &mut bench, AT_WORK + 2000, &script);
         assert_eq!(answers, [Answer::Done]);
     }
@@ -339,7 +339,7 @@ fn settings_of_the_estimator_change_nothing_of_what_has_been_learnt() {
 }
 
 #[test]
-fn what_another_writes_into_the_settings_counts_instead() {
+fn learnt_values_written_by_a_master_take_precedence() {
     let other = learnt_from(12).learnt().expect("something");
     let (part, mut bench) = walked(Settings::default(), 13);
     let numbers = other.to_array();
@@ -361,7 +361,7 @@ fn what_another_writes_into_the_settings_counts_instead() {
 }
 
 #[test]
-fn the_foot_and_a_replay_that_start_with_the_same_learnt_find_the_same_bits() {
+fn the_foot_and_a_replay_with_equal_learnt_values_agree() {
     let settings = learnt_from(14);
     let params = settings.params();
     assert!(params.learnt.is_some());
@@ -400,7 +400,7 @@ fn the_foot_and_a_replay_that_start_with_the_same_learnt_find_the_same_bits() {
 }
 
 #[test]
-fn a_reset_of_the_communication_counts_only_where_it_brings_another_learnt() {
+fn a_communication_reset_applies_only_changed_learnt_values() {
     let other = learnt_from(16);
     let (part, mut bench) = walked(Settings::default(), 17);
     for (settings, starts_with) in [(Settings::default(), None), (other.clone(), other.learnt())] {

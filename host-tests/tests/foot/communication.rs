@@ -1,4 +1,4 @@
-//! CAN and UART: requests, settings, floods, and no receiver.
+//! CAN and UART: requests, settings, floods, and missing receivers.
 
 use crate::bench::{Bench, MS, Run, SECOND, at_once, run, standing};
 use estimator_core::{Decision, Phase, Timestamp};
@@ -22,7 +22,7 @@ fn bench() -> Bench {
     Bench::new(Settings::default()).running()
 }
 
-/// A bench whose settings can be written.
+/// A bench whose settings are writable.
 fn open() -> Bench {
     let mut bench = bench();
     bench.command(Command::EnterPreOperational);
@@ -38,7 +38,7 @@ fn settings(changes: &[(Address, Value)]) -> Settings {
     settings
 }
 
-/// An SDO download of four bytes at most.
+/// SDO download of at most four bytes.
 fn sdo_write(address: Address, value: Value, size: u8) -> CanFrame {
     let [i0, i1] = address.index.to_le_bytes();
     let [a, b, c, d] = value.to_raw().to_le_bytes();
@@ -53,7 +53,7 @@ fn receive(bench: &mut Bench, frame: CanFrame) {
     bench.still();
 }
 
-/// The SDO server's answer in the last tick.
+/// Answer of the SDO server in the last tick.
 fn sdo_answer(bench: &Bench) -> [u8; 8] {
     let mut answers = bench.can.iter().filter(|frame| frame.id() == 0x591);
     let answer = answers.next().expect("an answer");
@@ -61,7 +61,7 @@ fn sdo_answer(bench: &Bench) -> [u8; 8] {
 }
 
 #[test]
-fn a_refused_value_changes_nothing_and_the_reason_is_reported_on_both_ways() {
+fn a_rejected_value_changes_nothing_and_is_reported_twice() {
     let too_long = Value::U32(1_000_000);
     let mut bench = open();
     let before = bench.foot.settings().clone();
@@ -71,12 +71,12 @@ fn a_refused_value_changes_nothing_and_the_reason_is_reported_on_both_ways() {
     assert_eq!(bench.answers(), [Answer::Refused(AbortCode::TooHigh)]);
     receive(&mut bench, sdo_write(WINDOW, too_long, 4));
     assert_eq!(sdo_answer(&bench), [0x80, 0x10, 0x20, 0, 0x31, 0, 9, 6]);
-    // What fits its own limits but not the other settings.
+    // A value within its own limits that does not fit the other settings.
     bench.set(Address::new(index::LOAD_INPUT, 5), Value::F32(1.0e6));
     bench.still();
     assert_eq!(bench.answers(), [Answer::Refused(AbortCode::Incompatible)]);
     assert_eq!(*bench.foot.settings(), before);
-    // The estimator was not even replaced.
+    // The estimator was not replaced.
     assert_eq!(bench.foot.estimate().flags, estimate.flags);
     bench.command(Command::StartRemoteNode);
     bench.set(WINDOW, Value::U32(10_000));
@@ -85,7 +85,7 @@ fn a_refused_value_changes_nothing_and_the_reason_is_reported_on_both_ways() {
     assert_eq!(*bench.foot.settings(), before);
 }
 
-/// How many samples it takes from the moment up is known until the window is full.
+/// Number of samples from the moment up is known until the window is full.
 fn ticks_to_full_window(bench: &mut Bench) -> u32 {
     use estimator_core::Flag;
     let mut ticks = 0;
@@ -114,7 +114,7 @@ fn a_new_window_takes_effect_with_the_next_tick() {
         bench.still();
         assert_eq!(bench.answers(), [Answer::Done]);
         bench.still();
-        // A new estimator looks for up first.
+        // A new estimator first determines up.
         assert!(bench.foot.estimate().flags.are_doubt());
         assert_eq!(ticks_to_full_window(&mut bench), samples);
     }
@@ -148,7 +148,7 @@ fn streams_can_be_switched_off_and_thinned_out() {
 }
 
 #[test]
-fn a_flood_of_malformed_commands_is_counted_and_nothing_else() {
+fn a_flood_of_malformed_commands_is_only_counted() {
     let part = standing();
     let mut bench = Bench::new(Settings::default());
     let mut state = 1_u32;
@@ -180,7 +180,7 @@ fn a_flood_of_malformed_commands_is_counted_and_nothing_else() {
             bytes.extend(damaged.iter().map(|byte| (*byte).max(1)));
             bytes.push(0);
             bench.type_in(&bytes);
-            // And any frame there is on the bus, to this foot and to others.
+            // Any frame on the bus, to this foot and to others.
             for _ in 0..4 {
                 let id = u16::from_le_bytes([random(), random() & 7]);
                 let data: Vec<u8> = (0..random() % 9).map(|_| random()).collect();
@@ -198,7 +198,7 @@ fn a_flood_of_malformed_commands_is_counted_and_nothing_else() {
     assert!(bench.foot.counters().get(Counter::UartRefused) > 10_000);
     assert_eq!(*bench.foot.settings(), Settings::default());
     assert!(!bench.foot.faults().void_estimate());
-    // And it still answers.
+    // The foot still answers.
     bench.type_in(&[0]);
     bench.set(WINDOW, Value::U32(10_000));
     let mut answers = Vec::new();
@@ -209,7 +209,7 @@ fn a_flood_of_malformed_commands_is_counted_and_nothing_else() {
 }
 
 #[test]
-fn no_receiver_for_a_minute_costs_frames_and_no_tick() {
+fn a_minute_without_a_receiver_costs_frames_but_no_tick() {
     let mut bench = bench();
     bench.can_listens = false;
     bench.uart_listens = false;
@@ -224,13 +224,13 @@ fn no_receiver_for_a_minute_costs_frames_and_no_tick() {
         valid += u32::from(!bench.foot.estimate().flags.are_doubt());
     }
     assert_eq!(valid, 60_000);
-    // 1 + 4/20 + 1/1000 + 1/100 frames a tick on CAN and 2 in 500 ms; 1 + 1/100 on the UART.
+    // 1 + 4/20 + 1/1000 + 1/100 frames per tick on CAN and 2 in 500 ms; 1 + 1/100 on the UART.
     let dropped = bench.foot.counters().dropped() - dropped;
     assert!((130_000..140_000).contains(&dropped), "{dropped}");
     bench.can_listens = true;
     bench.uart_listens = true;
     bench.still();
-    // What comes first is of the last few ticks: 16 frames, of which some are not contacts.
+    // The first frames are of the last few ticks: 16 frames, some of which are not contacts.
     let newest = bench.foot.estimate().timestamp;
     let oldest = bench.uart.iter().find_map(|message| match message {
         Message::Contact(contact) => Some(contact.timestamp),
@@ -245,7 +245,7 @@ fn no_receiver_for_a_minute_costs_frames_and_no_tick() {
     let last = contacts.next_back().expect("contacts");
     let now = (newest.as_micros() / 10) as u16;
     assert_eq!(last.data()[4..6], now.to_le_bytes());
-    // The next health frames say what was lost.
+    // The next health frames report the loss.
     let reported = (0..200).find_map(|_| {
         bench.still();
         let health = bench.can.iter().find(|frame| frame.id() == 0x511)?;
@@ -255,7 +255,7 @@ fn no_receiver_for_a_minute_costs_frames_and_no_tick() {
 }
 
 #[test]
-fn frames_that_the_board_withdraws_are_counted() {
+fn frames_withdrawn_by_the_board_are_counted() {
     let mut bench = bench();
     let before = bench.foot.counters().get(Counter::CanDropped);
     assert!(bench.ports.try_put(Input::CanWithdrawn(3)));
@@ -265,7 +265,7 @@ fn frames_that_the_board_withdraws_are_counted() {
 }
 
 #[test]
-fn lost_input_is_a_fault_with_how_much_was_lost_so_far_for_a_second_after_the_last_loss() {
+fn lost_input_is_a_fault_for_a_second_after_the_last_loss() {
     type Lost = fn(u32) -> Input;
     let losses: [(Lost, Fault); 2] = [
         (Input::CanLost, Fault::CanOverrun),
@@ -289,7 +289,7 @@ fn lost_input_is_a_fault_with_how_much_was_lost_so_far_for_a_second_after_the_la
         assert!(bench.ports.try_put(lost(5)));
         let raised = emergencies(&mut bench, 1);
         assert_eq!(raised, [(Some(fault), fault.code(), 5)]);
-        // What is active already is not reported again, and lasts longer.
+        // A fault that is already active is not reported again, and lasts longer.
         assert_eq!(emergencies(&mut bench, 900), []);
         assert!(bench.ports.try_put(lost(2)));
         assert_eq!(emergencies(&mut bench, 999), []);
@@ -301,7 +301,7 @@ fn lost_input_is_a_fault_with_how_much_was_lost_so_far_for_a_second_after_the_la
 }
 
 #[test]
-fn bus_off_is_a_fault_while_it_lasts_and_reported_on_the_bus_after_the_recovery() {
+fn bus_off_is_a_fault_and_reported_after_recovery() {
     let mut bench = bench();
     let off = Fault::CanBusOff;
     for times in 1..=2 {
@@ -315,14 +315,14 @@ fn bus_off_is_a_fault_while_it_lasts_and_reported_on_the_bus_after_the_recovery(
         assert!(bench.ports.try_put(Input::Bus(BusState::Off)));
         bench.still();
         assert!(bench.lines().contains(&off.name()), "{:?}", bench.lines());
-        // Longer than a fault that is an event is kept up.
+        // Longer than the hold time of an event fault.
         for _ in 0..1100 {
             assert!(bench.foot.faults().contains(off));
             assert_eq!(bench.emergencies(), []);
             bench.still();
         }
         assert_eq!(bench.foot.counters().get(Counter::CanBusOff), times);
-        // The estimate does not suffer from it.
+        // The estimate is not affected.
         let status = bench.contact().expect("a contact frame").status;
         assert!(status.is_valid() && status.decision() == Decision::Stable);
         assert!(bench.ports.try_put(Input::Bus(BusState::Active)));
@@ -347,7 +347,7 @@ fn bus_off_is_a_fault_while_it_lasts_and_reported_on_the_bus_after_the_recovery(
 }
 
 #[test]
-fn a_bus_that_is_lost_again_and_again_is_reported_once_and_never_forgotten_meanwhile() {
+fn repeated_bus_off_is_reported_once_and_stays_active() {
     let mut bench = bench();
     let mut reported = 0;
     for _ in 0..20 {
@@ -368,7 +368,7 @@ fn a_bus_that_is_lost_again_and_again_is_reported_once_and_never_forgotten_meanw
 }
 
 #[test]
-fn only_the_end_of_bus_off_begins_the_second_for_which_it_is_still_a_fault() {
+fn the_bus_off_fault_lasts_one_second_after_its_end() {
     let mut bench = bench();
     let mut take = |state: BusState, ticks: u32| {
         assert!(bench.ports.try_put(Input::Bus(state)));
@@ -377,18 +377,18 @@ fn only_the_end_of_bus_off_begins_the_second_for_which_it_is_still_a_fault() {
     };
     let off = Faults::NONE.with(Fault::CanBusOff);
     let (active, passive) = (BusState::Active, BusState::Passive(0, 130));
-    // Its report waits for a bus, however often the state is told.
+    // The report waits for a bus, however often the state is updated.
     assert_eq!(take(BusState::Off, 1), (off, 0));
     assert_eq!(take(BusState::Off, 1), (off, 0));
     assert_eq!(take(active, 1), (off, 1));
-    // What the bus does afterwards does not prolong it.
+    // Later events on the bus do not prolong it.
     assert_eq!(take(passive, 500).0, off.with(Fault::CanErrorPassive));
     assert_eq!(take(active, 498).0, off);
     assert_eq!(take(active, 1).0, Faults::NONE);
 }
 
 #[test]
-fn a_store_is_answered_when_it_is_done_and_a_failed_one_is_a_fault() {
+fn a_store_is_answered_when_done_and_its_failure_is_a_fault() {
     let signature = Value::U32(SIGNATURE_STORE);
     for (result, by_uart, by_sdo) in [
         (Ok(()), Answer::Done, 0x60),
@@ -405,7 +405,7 @@ fn a_store_is_answered_when_it_is_done_and_a_failed_one_is_a_fault() {
         let request = bench.ports.try_next_request();
         let settings = bench.foot.settings().clone();
         assert_eq!(request, Some(Request::Store(settings, Erase::Allowed)));
-        // A second one is refused meanwhile.
+        // A second store is rejected meanwhile.
         bench.set(STORE, signature);
         bench.still();
         assert_eq!(bench.answers(), [Answer::Refused(AbortCode::Hardware)]);
@@ -444,7 +444,7 @@ fn a_store_is_answered_when_it_is_done_and_a_failed_one_is_a_fault() {
 }
 
 #[test]
-fn a_reset_of_the_communication_loads_what_is_stored_and_boots_again() {
+fn a_communication_reset_loads_stored_settings_and_reboots() {
     let mut bench = bench();
     bench.command(Command::ResetCommunication);
     bench.still();
@@ -458,7 +458,7 @@ fn a_reset_of_the_communication_loads_what_is_stored_and_boots_again() {
     bench.still();
     assert_eq!(bench.can[0], CanFrame::new(0x720, &[0]).expect("boot-up"));
     assert_eq!(*bench.foot.settings(), stored);
-    // The master that asked for the reset configures and starts it.
+    // The master that requested the reset configures and starts the foot.
     assert_eq!(bench.contact(), None);
     bench.command(Command::StartRemoteNode);
     bench.still();
@@ -469,7 +469,7 @@ fn a_reset_of_the_communication_loads_what_is_stored_and_boots_again() {
 }
 
 #[test]
-fn faults_from_before_are_reported_at_the_start_and_the_crash_is_cleared_in_time() {
+fn old_faults_are_reported_at_start_and_the_crash_is_cleared() {
     let crash = CrashRecord {
         reason: CrashReason::HardFault,
         program_counter: 0x0800_1234,
@@ -499,7 +499,7 @@ fn faults_from_before_are_reported_at_the_start_and_the_crash_is_cleared_in_time
         bench.foot.faults(),
         Faults::NONE.with(Fault::ConfigCorrupted)
     );
-    // The reason itself can still be read.
+    // The crash reason itself can still be read.
     let last_crash = Address::new(index::LAST_CRASH, 2);
     bench.ask(&Message::ConfigGet(wire::uart::ConfigGet {
         address: last_crash,
@@ -512,7 +512,7 @@ fn faults_from_before_are_reported_at_the_start_and_the_crash_is_cleared_in_time
 }
 
 #[test]
-fn without_a_crystal_the_can_is_silent_and_the_uart_says_why() {
+fn without_a_crystal_can_is_silent_and_the_uart_reports_it() {
     let start = Start {
         crystal_missing: true,
         ..Start::default()
@@ -536,7 +536,7 @@ fn without_a_crystal_the_can_is_silent_and_the_uart_says_why() {
 }
 
 #[test]
-fn the_analog_load_makes_a_stance_and_an_open_input_makes_a_fault() {
+fn an_analog_load_gives_a_stance_and_an_open_input_a_fault() {
     let settings = settings(&[
         (LOAD_SOURCE, Value::U8(1)),
         (Address::new(index::LOAD_INPUT, 2), Value::F32(0.5)),
@@ -549,7 +549,7 @@ fn the_analog_load_makes_a_stance_and_an_open_input_makes_a_fault() {
         }
         bench.contact().expect("a contact frame").status.phase()
     };
-    // 0.5 N a step from 1000 on: 50 N and 1 N; loaded from 12 N on.
+    // 0.5 N per step from 1000 on: 50 N and 1 N; loaded from 12 N on.
     assert_eq!(phase(&mut bench, Some(1100)), Phase::Stance);
     assert_eq!(phase(&mut bench, Some(1002)), Phase::QuietSwing);
     for broken in [Some(0), Some(4095), None] {
@@ -566,7 +566,7 @@ fn the_analog_load_makes_a_stance_and_an_open_input_makes_a_fault() {
 }
 
 #[test]
-fn a_load_over_can_is_believed_for_a_tenth_of_a_second() {
+fn a_can_load_expires_after_a_tenth_of_a_second() {
     let settings = settings(&[(LOAD_SOURCE, Value::U8(2))]);
     let mut bench = Bench::new(settings).running();
     let load = CanFrame::new(0x211, &50.0_f32.to_le_bytes()).expect("a frame");
@@ -605,7 +605,7 @@ fn a_stopped_foot_is_silent_until_it_is_started() {
 }
 
 #[test]
-fn a_new_threshold_is_used_and_kept_out_of_an_operational_foot() {
+fn a_new_threshold_takes_effect() {
     let mut bench = open();
     bench.set(THRESHOLD, Value::F32(0.99));
     bench.still();
@@ -614,7 +614,7 @@ fn a_new_threshold_is_used_and_kept_out_of_an_operational_foot() {
 }
 
 #[test]
-fn the_watchdog_is_fed_only_while_ticks_and_communication_are_alive() {
+fn the_watchdog_is_fed_only_while_the_foot_is_alive() {
     let mut bench = bench();
     let report_both = |bench: &Bench| {
         bench.ports.liveness.report(Worker::Can);
@@ -632,7 +632,7 @@ fn the_watchdog_is_fed_only_while_ticks_and_communication_are_alive() {
 }
 
 #[test]
-fn a_tick_without_a_sample_is_alive_only_where_a_fault_or_the_activity_explains_it() {
+fn a_tick_without_a_sample_is_alive_only_with_an_explanation() {
     let silent = SensorFault {
         fault: Fault::SensorSilent,
         detail: 0,
@@ -669,11 +669,11 @@ fn a_tick_without_a_sample_is_alive_only_where_a_fault_or_the_activity_explains_
 }
 
 #[test]
-fn damaged_settings_are_reported_after_a_reset_of_the_communication_and_until_sound_ones_come() {
+fn damaged_settings_are_reported_until_valid_ones_are_stored() {
     let mut bench = bench();
     for (origin, reported) in [
         (Origin::Corrupted, vec![0x6300]),
-        // The node has booted, so it is reported again.
+        // The node has booted, so the fault is reported again.
         (Origin::Corrupted, vec![0x6300]),
         (Origin::Stored, vec![]),
         (Origin::Corrupted, vec![0x6300]),
@@ -696,7 +696,7 @@ fn damaged_settings_are_reported_after_a_reset_of_the_communication_and_until_so
 }
 
 #[test]
-fn while_process_data_go_out_no_page_is_erased_for_a_store() {
+fn a_store_erases_no_page_while_process_data_are_sent() {
     let mut bench = bench();
     let restore = Address::new(index::RESTORE, 1);
     for (address, signature) in [(STORE, SIGNATURE_STORE), (restore, SIGNATURE_RESTORE)] {
@@ -710,13 +710,13 @@ fn while_process_data_go_out_no_page_is_erased_for_a_store() {
         assert!(bench.ports.try_put(Input::Stored(needs_erase)));
         bench.still();
         assert_eq!(bench.answers(), [Answer::Refused(AbortCode::DeviceState)]);
-        // It is no fault of the board.
+        // The rejection is not a fault of the board.
         assert!(bench.foot.faults().is_empty());
     }
 }
 
 #[test]
-fn a_supply_too_low_to_store_has_a_detail_of_its_own() {
+fn a_supply_too_low_to_store_has_its_own_detail() {
     let mut bench = open();
     bench.set(STORE, Value::U32(SIGNATURE_STORE));
     bench.still();

@@ -1,5 +1,4 @@
-//! Errors of the accelerometer and axes of the sensor, set on the foot over SDO and in a replay by a
-//! file.
+//! Corrections of the accelerometer and the sensor's axes, set on the foot over SDO and in a replay by a file.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -18,23 +17,22 @@ use wire::node::Command;
 use wire::uart::Answer;
 use wire::{AbortCode, Address, CanFrame, Settings, Value};
 
-/// m/s².
+/// Bias, m/s².
 const BIAS: [f64; 3] = [0.19, -0.12, 0.15];
-/// The correction's scale: what the part makes of a force is the force over it.
+/// Scale of the correction: the part measures a force divided by it.
 const SCALE: [f64; 3] = [1.01, 0.992, 1.006];
 
-/// The method that leaves in the acceleration what gravity's removal leaves.
+/// Method whose acceleration keeps the residual of gravity.
 const METHOD: &str = "method = 'half_widths'";
 
-/// The same with the correction.
+/// The same method with the correction.
 const ROBOT: &str = "method = 'half_widths'
 [accelerometer]
 bias_m_s2 = { ax = 0.19, ay = -0.12, az = 0.15 }
 scale = { ax = 1.01, ay = 0.992, az = 1.006 }
 ";
 
-/// How the sensor lies, as the foot's object has it and as the file says it: not at all, axes along
-/// axes, and askew.
+/// Mountings of the sensor, as the foot's object and in the file: none, axes along axes, and oblique.
 const MOUNTINGS: [(&[(u8, Value)], &str); 3] = [
     (&[], ""),
     (&[(1, Value::U16(162))], "axes = 'x,-z,y'\n"),
@@ -50,13 +48,13 @@ const MOUNTINGS: [(&[(u8, Value)], &str); 3] = [
     ),
 ];
 
-/// When the first setting is written, and the second, and so on.
+/// Time of the first write, ms; the other settings follow.
 const WRITTEN_MS: u64 = 300;
-/// From here on it lies still, as it did at the start; in between it is moved.
+/// Time from which the foot lies still again, as at the start, ms; in between it is moved.
 const STILL_MS: u64 = 2000;
 const END_MS: u64 = 3000;
 
-/// A foot that lies askew, is moved in all directions, and lies askew again.
+/// A foot that lies obliquely, is moved in all directions, and lies obliquely again.
 fn moved() -> SharedPart {
     let options = PartOptions {
         accel_bias: BIAS,
@@ -90,7 +88,7 @@ fn write_over_sdo(bench: &mut Bench, address: Address, value: Value) {
     assert!(bench.ports.try_put(Input::Can(frame, at)));
 }
 
-/// The settings that are written, one after the other; the method last, so that each has to count.
+/// Settings in the order in which they are written; the method is last, so that each takes effect.
 fn written(corrected: bool, mounting: &[(u8, Value)]) -> Vec<(Address, Value)> {
     let values = BIAS.into_iter().chain(SCALE).map(|value| value as f32);
     let values = (1..).zip(values).filter(|_| corrected);
@@ -107,8 +105,7 @@ fn written(corrected: bool, mounting: &[(u8, Value)]) -> Vec<(Address, Value)> {
         .collect()
 }
 
-/// The samples as the sensor gave them, and the estimates, from the tick on which the last setting
-/// took effect.
+/// Samples of the sensor and estimates from the tick on which the last setting took effect.
 fn on_the_foot(
     corrected: bool,
     mounting: &[(u8, Value)],
@@ -148,7 +145,7 @@ fn on_the_foot(
     (samples, estimates)
 }
 
-/// The estimates of a replay of the samples, as `footfall replay` makes them of a file.
+/// Estimates of a replay of the samples, as of a file by `footfall replay`.
 fn on_the_host(samples: &[ImuSample], robot: &str) -> Vec<ContactEstimate> {
     let mut table = String::from("t,ax,ay,az,wx,wy,wz\n");
     for sample in samples {
@@ -176,13 +173,13 @@ fn on_the_host(samples: &[ImuSample], robot: &str) -> Vec<ContactEstimate> {
     replay(&loaded.recording, &params).expect("the foot's parameters")
 }
 
-/// All of an estimate to the bit, but for when the recording began.
+/// All fields of an estimate to the bit, except for the start of the recording.
 fn bits(estimates: &[ContactEstimate]) -> Vec<String> {
     let start = estimates.first().map_or(0, |e| e.timestamp.as_micros());
     let relative = estimates.iter().map(|estimate| {
         let micros = estimate.timestamp.as_micros() - start;
         let timestamp = Timestamp::from_micros(micros);
-        // The shortest text that is no other number, and tells −0 from 0.
+        // The shortest unambiguous text, which distinguishes −0 from 0.
         format!(
             "{:?}",
             ContactEstimate {
@@ -195,7 +192,7 @@ fn bits(estimates: &[ContactEstimate]) -> Vec<String> {
 }
 
 #[test]
-fn the_foot_and_a_replay_put_readings_right_with_the_same_bits() {
+fn the_foot_and_a_replay_correct_readings_identically() {
     for (corrected, robot) in [(true, ROBOT), (false, METHOD)] {
         let mut all = Vec::new();
         for (mounting, axes) in MOUNTINGS {
@@ -207,14 +204,14 @@ fn the_foot_and_a_replay_put_readings_right_with_the_same_bits() {
             assert_eq!(difference, None, "corrected: {corrected}, {axes}");
             all.push(on_foot);
         }
-        // And each of them counts.
+        // Each correction has an effect.
         let last = |estimates: &Vec<String>| estimates.last().cloned();
         assert!(last(&all[0]) != last(&all[1]) && last(&all[1]) != last(&all[2]));
     }
 }
 
 #[test]
-fn less_of_gravity_is_left_at_rest() {
+fn a_correction_reduces_the_residual_of_gravity_at_rest() {
     let left = |corrected: bool| {
         let (_, estimates) = on_the_foot(corrected, &[]);
         let still = &estimates[(estimates.len() - 300)..];
@@ -231,7 +228,7 @@ fn less_of_gravity_is_left_at_rest() {
 }
 
 #[test]
-fn a_mounting_that_no_sensor_has_is_refused_over_can_and_uart_and_changes_nothing() {
+fn an_impossible_mounting_is_rejected_over_can_and_uart() {
     const LEFT_HANDED: Value = Value::U16(132);
     const AXIS_TWICE: Value = Value::U16(113);
     let invalid = AbortCode::InvalidValue.code().to_le_bytes();
@@ -250,7 +247,7 @@ fn a_mounting_that_no_sensor_has_is_refused_over_can_and_uart_and_changes_nothin
         let refused = [Answer::Refused(AbortCode::InvalidValue)];
         assert_eq!(bench.answers(), refused);
     }
-    // Of length 1.28.
+    // A quaternion of length 1.28.
     for (subindex, part) in [(2, 0.8), (3, 1.0)] {
         bench.set(Address::new(index::MOUNTING, subindex), Value::F32(part));
         bench.still();
@@ -263,20 +260,20 @@ fn a_mounting_that_no_sensor_has_is_refused_over_can_and_uart_and_changes_nothin
     assert_eq!(bench.foot.settings().mounting(), Mounting::IDENTITY);
 }
 
-/// Where the foot has up, to a tenth.
+/// Up in the frame of the foot, in tenths.
 fn up(bench: &Bench) -> [f32; 3] {
     let Vec3 { x, y, z } = bench.foot.estimate().orientation.up();
     [x, y, z].map(|part| (10.0 * part).round() / 10.0)
 }
 
 #[test]
-fn a_mounting_set_over_uart_takes_effect_at_once_and_again_after_a_power_cycle() {
+fn a_mounting_set_over_uart_applies_at_once_and_after_restart() {
     let mut bench = Bench::new(Settings::default()).running();
     assert_eq!(up(&bench), [0.0, 0.0, 1.0]);
     bench.command(Command::EnterPreOperational);
     bench.still();
     bench.set(Address::new(index::MOUNTING, 1), Value::U16(162));
-    // The estimator begins anew with samples in the new frame, and finds up in that.
+    // The estimator restarts with samples in the new frame, and finds up in it.
     let bench = bench.running();
     assert_eq!(up(&bench), [0.0, -1.0, 0.0]);
 
@@ -289,7 +286,7 @@ fn a_mounting_set_over_uart_takes_effect_at_once_and_again_after_a_power_cycle()
 }
 
 #[test]
-fn the_bias_of_the_gyroscope_is_found_again_along_the_axes_of_another_mounting() {
+fn the_gyroscope_bias_is_relearnt_along_remounted_axes() {
     let options = PartOptions {
         gyro_bias: [0.01, -0.02, 0.04],
         ..ORDINARY

@@ -1,26 +1,26 @@
-//! Each fault of the sensor: the flag, how long it takes to come, and how the foot recovers.
+//! Faults of the sensor: the flag, the detection time, and the recovery of the foot.
 
 use crate::bench::{Bench, MS, ORDINARY, Run, SECOND, Sent, part, run, standing};
 use estimator_core::Decision;
 use lsm6dsox::sim::{Part, PartFault, PartOptions, SharedPart, Stimulus};
 use wire::{Counter, Emergency, Fault, Faults, Settings, Stage};
 
-/// Within which every fault of the sensor is flagged and P is 0, ns.
+/// Time within which every fault of the sensor is flagged and P is 0, ns.
 const LIMIT: u64 = 5 * MS;
 
-/// When faults come, at the earliest: the foot stands and says "stable" by then.
+/// Earliest time of faults: the foot stands and says "stable" by then.
 const BEGIN: u64 = 1500 * MS;
 
-/// How long a fault lasts.
+/// Duration of a fault.
 const DURATION: u64 = 150 * MS;
 
 #[derive(Clone, Copy)]
 struct Case {
     name: &'static str,
     fault: PartFault,
-    /// The emergencies that report it, in their order.
+    /// Emergency messages that report it, in order.
     reported: &'static [Fault],
-    /// Within which no frame is valid any more, ns: one tick, but for what only shows in time.
+    /// Time after which no frame is valid, ns: one tick, unless the fault takes longer to detect.
     doubted_within: u64,
     edges_counted: bool,
 }
@@ -91,7 +91,7 @@ const fn doubted_within(ns: u64, case: Case) -> Case {
     }
 }
 
-/// On a board that counts edges; another one notices only that samples are stale.
+/// Marks a case for boards that count edges; other boards detect only that samples are stale.
 const fn counted(case: Case) -> Case {
     Case {
         edges_counted: true,
@@ -99,24 +99,24 @@ const fn counted(case: Case) -> Case {
     }
 }
 
-/// What was seen of one fault.
+/// Observations of one fault.
 #[derive(Default)]
 struct Seen {
-    /// From the fault to the first frame that is not valid.
+    /// Time from the fault to the first invalid frame.
     doubted: Option<u64>,
-    /// From the fault to the first frame with P = 0 and the fault flag.
+    /// Time from the fault to the first frame with P = 0 and the fault flag.
     flagged: Option<u64>,
-    /// From the fault to the last frame that said "stable" before the recovery.
+    /// Time from the fault to the last frame that said "stable" before the recovery.
     last_stable: Option<u64>,
-    /// From the end of the fault to the first valid frame.
+    /// Time from the end of the fault to the first valid frame.
     recovered: Option<u64>,
-    /// From the end of the fault to the first frame that says "stable" again.
+    /// Time from the end of the fault to the first frame that says "stable" again.
     stable_again: Option<u64>,
     reported: Vec<Fault>,
     restarts: u32,
 }
 
-/// Injects a fault at `begin` and clears it later, and watches every frame.
+/// Injects a fault at `begin`, clears it later, and checks every frame.
 fn watch(fault: PartFault, begin: u64, edges_counted: bool) -> Seen {
     let part = standing();
     let end = begin + DURATION;
@@ -191,14 +191,14 @@ fn milliseconds(ns: Option<u64>) -> String {
 }
 
 #[test]
-fn every_fault_of_the_sensor_is_flagged_within_5_ms_and_recovered_from() {
+fn every_sensor_fault_is_flagged_within_5_ms_and_recovers() {
     println!(
         "| fault | emergency | not valid after | flagged, P = 0 after | last \"stable\" after | recovered in |"
     );
     println!("|---|---|---|---|---|---|");
     for case in CASES {
         let mut worst = Seen::default();
-        // Whatever part of four ticks and of the sensor's period it falls on.
+        // At any phase of four ticks and of the sensor's period.
         for phase in 0..40 {
             let begin = BEGIN + phase * 113_313;
             let seen = watch(case.fault, begin, case.edges_counted);
@@ -248,7 +248,7 @@ fn every_fault_of_the_sensor_is_flagged_within_5_ms_and_recovered_from() {
 }
 
 #[test]
-fn what_every_sensor_does_now_and_then_is_no_fault() {
+fn ordinary_sensor_irregularities_are_not_faults() {
     let harmless: [(&str, PartFault, bool); 3] = [
         ("a clock 3 % slow", PartFault::ClockRatio(0.97), true),
         ("a clock 5 % fast", PartFault::ClockRatio(1.05), true),
@@ -265,7 +265,7 @@ fn what_every_sensor_does_now_and_then_is_no_fault() {
 }
 
 #[test]
-fn a_sensor_driven_beyond_its_range_is_not_believed_from_the_first_sample_on() {
+fn a_sensor_beyond_its_range_is_doubted_from_the_first_sample() {
     for phase in 0..10 {
         let seen = watch(PartFault::Saturation, BEGIN + phase * 113_313, false);
         assert!(
@@ -278,7 +278,7 @@ fn a_sensor_driven_beyond_its_range_is_not_believed_from_the_first_sample_on() {
             "{:?}",
             seen.last_stable
         );
-        // An impact takes milliseconds; what takes fifty is a fault.
+        // An impact lasts milliseconds; saturation of fifty is a fault.
         assert!(
             seen.flagged
                 .is_some_and(|ns| (48 * MS..52 * MS).contains(&ns)),
@@ -294,7 +294,7 @@ fn a_sensor_driven_beyond_its_range_is_not_believed_from_the_first_sample_on() {
 }
 
 #[test]
-fn a_noisy_line_is_doubted_and_reported_though_spi_has_no_checksum() {
+fn a_noisy_line_is_doubted_and_reported_without_a_checksum() {
     let flips = PartFault::BitFlips {
         per_million: 100_000,
     };
@@ -315,7 +315,7 @@ fn a_noisy_line_is_doubted_and_reported_though_spi_has_no_checksum() {
 }
 
 #[test]
-fn a_foot_without_a_sensor_says_so_and_nothing_else() {
+fn a_foot_without_a_sensor_only_reports_its_absence() {
     let part = standing();
     part.inject(PartFault::MisoStuckHigh);
     let mut bench = Bench::new(Settings::default());
@@ -342,12 +342,12 @@ fn a_foot_without_a_sensor_says_so_and_nothing_else() {
 }
 
 #[test]
-fn a_first_start_that_fails_is_reported_though_the_second_succeeds() {
+fn a_failed_first_start_is_reported_if_the_second_succeeds() {
     let part = standing();
     part.inject(PartFault::MisoStuckHigh);
     let clear = |part: &SharedPart| part.with(Part::clear_faults);
     let options = Run {
-        // The identity is read after 10 ms, and again no sooner than 20 ms later.
+        // The identity is read after 10 ms, and again 20 ms later at the earliest.
         actions: &[(15 * MS, &clear)],
         ..Run::default()
     };
@@ -373,7 +373,7 @@ fn a_first_start_that_fails_is_reported_though_the_second_succeeds() {
 }
 
 #[test]
-fn a_rate_at_rest_that_is_no_bias_is_reported_in_thousandths_of_a_degree_per_second() {
+fn an_implausible_rate_at_rest_is_reported_in_millidegrees() {
     let turns = |seconds: f64| Stimulus {
         angular_rate: [0.0, 0.0, if seconds < 8.0 { 0.5 } else { 0.0 }],
         ..Stimulus::REST
@@ -401,7 +401,7 @@ fn a_rate_at_rest_that_is_no_bias_is_reported_in_thousandths_of_a_degree_per_sec
 }
 
 #[test]
-fn missed_ticks_are_counted_and_a_fault_for_a_second_after_the_last_of_them() {
+fn missed_ticks_are_counted_and_a_fault_for_one_second() {
     let mut bench = Bench::new(Settings::default()).running();
     let late = Faults::NONE.with(Fault::LateTick);
     for (missed, counted, reported) in [(3, 3, Some(3000)), (2, 5, None)] {
@@ -418,7 +418,7 @@ fn missed_ticks_are_counted_and_a_fault_for_a_second_after_the_last_of_them() {
 }
 
 #[test]
-fn the_self_test_runs_at_the_start_and_a_failed_axis_voids_every_estimate() {
+fn a_failed_self_test_axis_invalidates_every_estimate() {
     for (signal, failed) in [(4.9, 0), (0.1, 0b111)] {
         let options = PartOptions {
             accel_test_signal: [signal; 3],

@@ -1,5 +1,4 @@
-//! A sensor of which a part is dead while the rest lives: noticed within its bound, and never
-//! believed while it lasts.
+//! A partly failed sensor: detected within its bound, and never trusted while the fault lasts.
 
 use crate::bench::{Bench, MS, ORDINARY, Run, SECOND, part, run};
 use estimator_core::Decision;
@@ -8,28 +7,27 @@ use lsm6dsox::sim::{Axis, Part, PartFault, SharedPart, Stimulus};
 use lsm6dsox::{Sensor, SpiClock, register};
 use wire::{Fault, Settings};
 
-/// When it goes wrong: the foot stands and says "stable" by then, ns.
+/// Time of the fault, ns: the foot stands and says "stable" by then.
 const BEGIN: u64 = 1500 * MS;
 
-/// What was seen.
+/// Observations of one fault.
 #[derive(Default)]
 struct Seen {
-    /// From the fault to the last frame that said "stable" while it lasted, ns.
+    /// Time from the fault to the last frame that said "stable" while it lasted, ns.
     last_stable: u64,
-    /// From the fault to its report, ns.
+    /// Time from the fault to its report, ns.
     reported_after: Option<u64>,
-    /// The first report: which fault, and its detail.
+    /// First report: the fault and its detail.
     reported: Option<(Fault, u32)>,
-    /// All faults that were reported, also after the fault had gone.
+    /// All reported faults, also after the end of the fault.
     all: Vec<Fault>,
     /// Whether a report was withdrawn while the fault lasted.
     withdrawn: bool,
-    /// Whether the foot said "stable" at the end, the fault gone for two seconds.
+    /// Whether the foot said "stable" at the end, two seconds after the end of the fault.
     stable_at_the_end: bool,
 }
 
-/// A foot that stands, and from [`BEGIN`] on moves as `moves` says with `fault`, for a second and a
-/// half.
+/// Observes a foot that stands, and from [`BEGIN`] on moves by `moves` with `fault`, for a second and a half.
 fn watch(fault: PartFault, moves: Stimulus, phase_ns: u64) -> Seen {
     let begin = BEGIN + phase_ns;
     let end = begin + 1500 * MS;
@@ -105,7 +103,7 @@ fn turn() -> Stimulus {
 }
 
 #[test]
-fn a_half_dead_sensor_is_reported_within_its_bound_and_never_believed_while_it_lasts() {
+fn a_half_dead_sensor_is_reported_and_never_trusted() {
     let stuck = |sensor, axis, code| PartFault::AxisStuck { sensor, axis, code };
     for (name, fault, moves, axes, within) in [
         ("ax", stuck(Sensor::Accel, Axis::X, 0), slide(), 0b1, 31),
@@ -159,7 +157,7 @@ fn a_half_dead_sensor_is_reported_within_its_bound_and_never_believed_while_it_l
 }
 
 #[test]
-fn a_foot_that_stands_still_for_ten_minutes_has_no_frozen_axis() {
+fn a_foot_at_rest_for_ten_minutes_has_no_frozen_axis() {
     let part = part(|_: f64| Stimulus::REST, ORDINARY);
     let mut bench = Bench::new(Settings::default());
     let mut reported = Vec::new();
@@ -176,7 +174,7 @@ fn a_foot_that_stands_still_for_ten_minutes_has_no_frozen_axis() {
 }
 
 #[test]
-fn a_data_line_that_was_stuck_for_a_while_is_not_taken_for_a_reset_of_the_sensor() {
+fn a_stuck_data_line_is_not_mistaken_for_a_sensor_reset() {
     for fault in [PartFault::MisoStuckLow, PartFault::MisoStuckHigh] {
         let seen = watch(fault, Stimulus::REST, 0);
         assert_eq!(seen.all, [Fault::SensorWrongId], "{fault:?}");
@@ -185,7 +183,7 @@ fn a_data_line_that_was_stuck_for_a_while_is_not_taken_for_a_reset_of_the_sensor
 }
 
 #[test]
-fn a_sensor_whose_data_line_is_too_slow_is_read_at_half_the_clock() {
+fn a_sensor_with_a_slow_data_line_is_read_at_half_the_clock() {
     let part = part(|_: f64| Stimulus::REST, ORDINARY);
     part.inject(PartFault::SdoDelay { ns: 50 });
     part.with(|part| part.set_bus_clock(SpiClock::Full.hertz()));
@@ -202,13 +200,13 @@ fn a_sensor_whose_data_line_is_too_slow_is_read_at_half_the_clock() {
         },
     );
     assert!(stable);
-    // More than half a period of 10 MHz, and less than that of 5 MHz.
+    // More than half a period of 10 MHz, and less than half a period of 5 MHz.
     let least_ns = part.with(|part| part.least_half_period_ns());
     assert!(least_ns > 50 && least_ns < 100);
 }
 
 #[test]
-fn a_register_that_changes_behind_the_drivers_back_is_reported_and_put_right() {
+fn an_unexpected_register_change_is_reported_and_corrected() {
     for (register, bits) in [
         (register::CTRL5_C, 0b01),
         (register::CTRL5_C, 0b0100),

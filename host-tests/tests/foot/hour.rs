@@ -9,13 +9,13 @@ use wire::pdo::Unwrapper;
 use wire::uart::Message;
 use wire::{Counter, Faults, Settings, Stage};
 
-/// The walk that is repeated, s; the first two of them the foot stands.
+/// Duration of the repeated walk, s; in the first two seconds the foot stands.
 const WALK: f64 = 20.0;
 
-/// The part's ticks in a second.
+/// Sensor ticks per second.
 const RATE: f64 = 20_000.0 / 3.0;
 
-/// A walk over and over: what the sensor feels, and whether the foot is in the air, at a time in s.
+/// An endlessly repeated walk: the sensor's input and whether the foot is in the air, at a time in s.
 struct Walking {
     felt: Vec<(Stimulus, Activity)>,
 }
@@ -38,7 +38,7 @@ impl Walking {
 }
 
 #[test]
-fn an_hour_of_walking_leaves_no_gap_anywhere() {
+fn an_hour_of_walking_has_no_gaps() {
     let walking = Walking::new();
     let truth = Walking::new();
     let part = part(
@@ -98,8 +98,8 @@ fn an_hour_of_walking_leaves_no_gap_anywhere() {
     ] {
         assert_eq!(count(never), 0, "{}", never.name());
     }
-    // While the sensor starts, 10 ms of boot and 80 of turn-on, there are no samples, and afterwards
-    // there is one for each tick.
+    // While the sensor starts, 10 ms of boot and 80 of turn-on, there are no samples; afterwards there is one per
+    // tick.
     assert!(count(Counter::MissedSamples) < 95, "{counters:?}");
     let share = stable as f64 / frames as f64;
     println!(

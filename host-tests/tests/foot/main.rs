@@ -1,8 +1,7 @@
-//! The program of the foot, whole, on the simulated sensor in virtual time: what comes out of CAN
-//! and UART, and what does not.
+//! The complete firmware of the foot, on the simulated sensor in virtual time: its output on CAN and UART.
 //!
-//! These scenarios stand here and not in the firmware's own package, because cargo builds a
-//! package's binaries for its integration tests, and the firmware's are for its chip only.
+//! These scenarios are here and not in the firmware's own package, because cargo builds a package's binaries for
+//! its integration tests, and the firmware's are for its chip only.
 
 mod bench;
 mod calibration;

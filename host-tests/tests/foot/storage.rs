@@ -15,15 +15,15 @@ const PAGE: usize = 2048;
 const PAGES: usize = 2;
 const RANGE: Range<u32> = 0..(PAGE * PAGES) as u32;
 
-/// Two pages of flash that lose their power after N bytes. A write clears bits, byte by
-/// byte; an erase sets them, byte by byte too.
+/// Two pages of flash that lose power after N bytes. A write clears bits, byte by byte; an erase sets them, byte
+/// by byte too.
 #[derive(Clone)]
 pub struct Flash {
     bytes: Vec<u8>,
     power: u64,
-    /// Bytes written and erased so far.
+    /// Number of bytes written and erased so far.
     spent: u64,
-    /// Bits that have failed and stay cleared: in these bytes, those of the mask.
+    /// Failed bits that stay cleared: those of the mask, in these bytes.
     dead: (Range<usize>, u8),
 }
 
@@ -96,7 +96,7 @@ impl NorFlash for Flash {
             "whole words"
         );
         for (at, new) in (offset as usize..).zip(bytes) {
-            // As on the chip: a bit once 0 stays 0 until it is erased.
+            // As on the chip: a cleared bit stays 0 until it is erased.
             self.change(at, |old| old & new)?;
         }
         Ok(())
@@ -107,12 +107,12 @@ fn storage(flash: Flash) -> Storage<Flash> {
     Storage::new(flash, &RANGE).expect("two pages")
 }
 
-/// The settings that a start finds.
+/// Settings found at a start.
 pub fn load(flash: Flash) -> (Settings, Origin) {
     storage(flash).load()
 }
 
-/// Settings with every half-width and the window at something of their own.
+/// Settings with individual values of every half-width and the window.
 fn settings(number: u32) -> Settings {
     let mut settings = Settings::default();
     for axis in 1..=6 {
@@ -127,7 +127,7 @@ fn settings(number: u32) -> Settings {
     settings
 }
 
-/// The flash after a store.
+/// Content of the flash after a store.
 pub fn stored(flash: Flash, settings: &Settings) -> Flash {
     let mut storage = storage(flash);
     storage
@@ -137,7 +137,7 @@ pub fn stored(flash: Flash, settings: &Settings) -> Flash {
 }
 
 #[test]
-fn blank_flash_gives_defaults_and_stored_settings_come_back() {
+fn blank_flash_gives_defaults_and_stores_are_restored() {
     let flash = Flash::blank();
     assert_eq!(load(flash.clone()), (Settings::default(), Origin::Blank));
     let flash = stored(flash, &settings(1));
@@ -148,10 +148,10 @@ fn blank_flash_gives_defaults_and_stored_settings_come_back() {
 }
 
 #[test]
-fn a_power_cut_at_any_byte_of_a_store_leaves_the_old_settings_or_the_new() {
+fn a_power_cut_in_a_store_leaves_the_old_or_new_settings() {
     let mut flash = stored(Flash::blank(), &settings(0));
     let (mut cuts, mut erases) = (0, 0);
-    // Enough stores to fill both pages and to move on over them.
+    // Enough stores to fill both pages and to continue over them.
     for number in 1..=12 {
         let (old, new) = (settings(number - 1), settings(number));
         let spent = flash.spent;
@@ -175,7 +175,7 @@ fn a_power_cut_at_any_byte_of_a_store_leaves_the_old_settings_or_the_new() {
                 loaded == old || loaded == new,
                 "cut at byte {cut} of store {number}: a mixture"
             );
-            // And it can be stored again.
+            // The settings can be stored again.
             let again = stored(survivor, &new);
             assert_eq!(
                 load(again),
@@ -191,7 +191,7 @@ fn a_power_cut_at_any_byte_of_a_store_leaves_the_old_settings_or_the_new() {
 }
 
 #[test]
-fn damaged_flash_gives_sound_settings_and_never_a_panic() {
+fn damaged_flash_gives_valid_settings_without_a_panic() {
     let sound = stored(stored(Flash::blank(), &settings(1)), &settings(2));
     let used = sound
         .bytes
@@ -222,7 +222,7 @@ fn a_damaged_only_record_gives_defaults_and_is_reported() {
         .iter()
         .rposition(|byte| *byte != 0xFF)
         .expect("used");
-    // Behind the marks of the page, which can be restored.
+    // After the marks of the page, which can be restored.
     for at in 8..used {
         let mut flash = sound.clone();
         flash.bytes[at] ^= 0x10;
@@ -259,7 +259,7 @@ fn a_power_cut_in_the_very_first_store_leaves_defaults() {
 }
 
 #[test]
-fn flash_full_of_anything_can_be_used_again() {
+fn flash_with_arbitrary_content_can_be_used_again() {
     let mut state = 7_u32;
     for _ in 0..200 {
         let mut flash = Flash::blank();
@@ -275,13 +275,13 @@ fn flash_full_of_anything_can_be_used_again() {
 }
 
 #[test]
-fn a_range_that_is_not_whole_pages_is_refused() {
+fn a_range_of_partial_pages_is_rejected() {
     for (start, end) in [(0, PAGE as u32), (0, 100), (4, 4100), (4096, 0)] {
         assert!(Storage::new(Flash::blank(), &(start..end)).is_err());
     }
 }
 
-/// Flash whose page in use has no room for another record, and whose other page is full too.
+/// Flash whose active page has no room for another record, and whose other page is full too.
 fn both_full() -> (Flash, Settings) {
     let mut flash = stored(Flash::blank(), &settings(0));
     let mut erases = 0;
@@ -297,7 +297,7 @@ fn both_full() -> (Flash, Settings) {
 }
 
 #[test]
-fn a_store_or_a_restore_that_must_erase_is_refused_where_it_may_not_and_changes_nothing() {
+fn a_store_or_restore_that_must_erase_is_rejected_if_forbidden() {
     let (full, last) = both_full();
     let mut storage = storage(full.clone());
     let new = settings(100);
@@ -308,14 +308,14 @@ fn a_store_or_a_restore_that_must_erase_is_refused_where_it_may_not_and_changes_
     assert_eq!(storage.load(), (last, Origin::Stored));
     assert_eq!(storage.store(&new, Erase::Allowed), Ok(()));
     assert_eq!(storage.load(), (new.clone(), Origin::Stored));
-    // The page behind it is used without an erase.
+    // The next page is used without an erase.
     assert_eq!(storage.store(&settings(101), Erase::Refused), Ok(()));
     assert_eq!(storage.restore(Erase::Refused), Ok(()));
     assert_eq!(storage.load(), (Settings::default(), Origin::Blank));
 }
 
 #[test]
-fn a_load_changes_nothing_whatever_the_pages_hold() {
+fn a_load_changes_no_flash_content() {
     let (full, _) = both_full();
     let cost = stored(full.clone(), &settings(100)).spent - full.spent;
     for cut in (0..cost).step_by(7) {
@@ -334,7 +334,7 @@ fn a_load_changes_nothing_whatever_the_pages_hold() {
 }
 
 #[test]
-fn a_bit_that_does_not_hold_moves_the_record_on_and_two_are_reported() {
+fn a_worn_bit_moves_the_record_and_two_are_reported() {
     let old = stored(Flash::blank(), &settings(1));
     let begin = old.bytes.iter().rposition(|byte| *byte != 0xFF);
     let begin = begin.expect("something is stored") + 1;
@@ -354,7 +354,7 @@ fn a_bit_that_does_not_hold_moves_the_record_on_and_two_are_reported() {
             moved += usize::from(flash.spent - old.spent > record as u64);
             let bytes = flash.bytes.clone();
             assert_eq!(load(flash), (new.clone(), Origin::Stored), "byte {at}");
-            // Nor does it hold where the bit was cleared before.
+            // The store also succeeds if the bit was cleared before.
             let mut worn = old.clone();
             worn.bytes[at] &= !(1 << bit);
             let worn = stored(worn, &new);
@@ -364,7 +364,7 @@ fn a_bit_that_does_not_hold_moves_the_record_on_and_two_are_reported() {
     }
     // Many bits are to be cleared anyway.
     assert!(moved > record, "{moved} moved");
-    // Where nothing holds, it is said, and the old settings are still there.
+    // If no bit holds, the failure is reported, and the old settings remain.
     let mut flash = old;
     flash.bytes[begin + 8..PAGE - 4].fill(0);
     flash.dead = (PAGE + 4..2 * PAGE - 4, 0x01);
@@ -375,13 +375,13 @@ fn a_bit_that_does_not_hold_moves_the_record_on_and_two_are_reported() {
 }
 
 #[test]
-fn a_newest_record_that_has_decayed_is_reported_beside_the_one_before_it() {
+fn a_decayed_newest_record_is_reported_and_the_previous_used() {
     let older = stored(Flash::blank(), &settings(1));
     let newer = stored(older.clone(), &settings(2));
     let used = |flash: &Flash| flash.bytes.iter().rposition(|byte| *byte != 0xFF);
     let (from, to) = (used(&older), used(&newer));
     let (from, to) = (from.expect("used") + 1, to.expect("used"));
-    // Behind the header, before what fills up the last word.
+    // After the header, before the padding of the last word.
     for at in from + 8..to - 3 {
         let mut flash = newer.clone();
         flash.bytes[at] ^= 0x04;

@@ -1,4 +1,4 @@
-//! The labelled sets that the mean over sets is taken of, and what parameters score on them.
+//! The labelled sets of the mean over sets, and the scores of parameters on them.
 #![allow(dead_code)] // Each test file uses its share.
 
 use estimator_core::Params;
@@ -11,20 +11,20 @@ use scoring::scored::Scored;
 
 use host_tests::datasets::recorded;
 
-/// The recordings of [`Set::AVERAGED`] with their sets, in their order; `None` where one is absent.
+/// The recordings of [`Set::AVERAGED`] with their sets, in order; `None` if one is absent.
 ///
 /// # Panics
-/// One cannot be read.
+/// If a recording cannot be read.
 #[must_use]
 pub fn averaged() -> Option<Vec<(Set, Recording)>> {
     let recordings = of_sets(&Set::AVERAGED)?.into_iter();
     Some(recordings.map(|file| (file.set, file.recording)).collect())
 }
 
-/// The recordings of some sets, in their order; `None` where one of any set is absent.
+/// The recordings of some sets, in order; `None` if one of any set is absent.
 ///
 /// # Panics
-/// One cannot be read.
+/// If a recording cannot be read.
 #[must_use]
 pub fn of_sets(sets: &[Set]) -> Option<Vec<Labelled>> {
     let paths: Option<Vec<_>> = files().iter().map(|file| recorded(file.path)).collect();
@@ -37,7 +37,7 @@ pub fn of_sets(sets: &[Set]) -> Option<Vec<Labelled>> {
 /// RMSE of P over the labelled samples of a recording.
 ///
 /// # Panics
-/// Parameters that are not valid, or no label.
+/// If the parameters are invalid, or there is no label.
 #[must_use]
 pub fn rmse(recording: &Recording, params: &Params) -> f64 {
     pooled([recording], params)

@@ -15,7 +15,7 @@ pub struct Peer {
     pub worst_deg: f64,
 }
 
-/// The peers on recordings; what stands in the way of running them is said in one line.
+/// Runs the peers on recordings; an error is a single line.
 pub fn run(recordings: &[PathBuf]) -> Result<Vec<Peer>, String> {
     let packages = packages::install("python-attitude", REQUIREMENTS)?;
     let output = Command::new(packages.interpreter)
@@ -26,7 +26,7 @@ pub fn run(recordings: &[PathBuf]) -> Result<Vec<Peer>, String> {
         .map_err(|error| error.to_string())?;
     let said = String::from_utf8_lossy(&output.stdout);
     let stderr = String::from_utf8_lossy(&output.stderr);
-    // From here on a failure is no lack of packages.
+    // A failure after this point is not caused by missing packages.
     assert!(output.status.success(), "{said}{stderr}");
     Ok(said.lines().map(peer).collect())
 }

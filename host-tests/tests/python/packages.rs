@@ -1,4 +1,4 @@
-//! Packages of Python for one test, beside the environment of the wire's tests, which has others.
+//! Python packages for one test, besides the environment of the wire's tests, which has others.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -12,15 +12,14 @@ pub struct Packages {
     pub folder: PathBuf,
 }
 
-/// Installs `requirements`, one a line, in a folder of this name; what stands in the way is said in
-/// one line.
+/// Installs `requirements`, one per line, in a folder of this name; an error is a single line.
 pub fn install(folder: &str, requirements: &str) -> Result<Packages, String> {
     let interpreter = environment::make()?;
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(folder);
     fs::create_dir_all(&folder).map_err(|error| error.to_string())?;
     let installed = folder.join("installed.txt");
-    // Tests that share a folder start at the same time. Without this, one would take the packages
-    // away while the other loads them.
+    // Tests that share a folder start at the same time. Without the lock, one could remove the packages while
+    // another loads them.
     let lock = File::create(folder.join("lock")).map_err(|error| error.to_string())?;
     lock.lock().map_err(|error| error.to_string())?;
     let packages = Packages {

@@ -1,4 +1,4 @@
-//! What the foot has learnt while it walked: looked at, kept over power-off, and forgotten.
+//! Calibration that the foot has learnt while walking: read, stored and erased.
 
 use wire::dictionary::index;
 use wire::node::{Calibration, CalibrationState};
@@ -9,17 +9,17 @@ use super::Named;
 use super::client::{Client, RequestError};
 use super::settings;
 
-/// The object's part that takes commands, and that of the state.
+/// Subindices of the command and the state.
 const COMMAND: u8 = 1;
 const STATE: u8 = 2;
 
-/// The first of the parts that are numbers.
+/// Subindex of the first number.
 const FIRST: u8 = 3;
 
-/// How far the foot is.
+/// Reads the state of the calibration.
 ///
 /// # Errors
-/// A request came to nothing.
+/// A request has failed.
 pub fn state(client: &mut Client) -> Result<CalibrationState, RequestError> {
     let address = Address::new(index::CALIBRATION, STATE);
     let code = client.read(address, DataType::Unsigned8)?.to_raw();
@@ -32,30 +32,30 @@ pub fn state(client: &mut Client) -> Result<CalibrationState, RequestError> {
     })
 }
 
-/// What the foot has learnt as it is now, each number with its name and unit.
+/// Reads the current numbers of the calibration.
 ///
 /// # Errors
-/// A request came to nothing.
+/// A request has failed.
 pub fn numbers(client: &mut Client) -> Result<Vec<(Named, f32)>, RequestError> {
     read(client, |named| {
         named.address.index == index::CALIBRATION && named.address.subindex >= FIRST
     })
 }
 
-/// What the foot has kept of that, which it starts with, each number with its name and unit.
+/// Reads the stored numbers of the calibration, with which the foot starts.
 ///
 /// # Errors
-/// A request came to nothing.
+/// A request has failed.
 pub fn kept(client: &mut Client) -> Result<Vec<(Named, f32)>, RequestError> {
     read(client, |named| {
         named.address.index == index::LEARNT && named.address.subindex > 0
     })
 }
 
-/// The bias of the gyroscope along each axis, rad/s.
+/// Reads the bias of the gyroscope along each axis, rad/s; `None` if it is not finite.
 ///
 /// # Errors
-/// A request came to nothing.
+/// A request has failed.
 pub fn gyroscope_bias_rad_s(client: &mut Client) -> Result<[Option<f32>; 3], RequestError> {
     let mut bias = [None; 3];
     for (subindex, bias) in (1..).zip(&mut bias) {
@@ -68,10 +68,10 @@ pub fn gyroscope_bias_rad_s(client: &mut Client) -> Result<[Option<f32>; 3], Req
     Ok(bias)
 }
 
-/// The correction of the accelerometer: bias along each axis, m/s², then scale.
+/// Reads the correction of the accelerometer: bias along each axis, m/s², then scale.
 ///
 /// # Errors
-/// A request came to nothing.
+/// A request has failed.
 pub fn correction(client: &mut Client) -> Result<Vec<(Named, f32)>, RequestError> {
     read(client, |named| {
         named.address.index == index::ACCELEROMETER && named.address.subindex > 0
@@ -91,10 +91,10 @@ fn read(
     Ok(numbers)
 }
 
-/// Has the foot keep what it has learnt, or forget it, and store that. The foot does not stream meanwhile.
+/// Makes the foot keep or forget its calibration, and stores the result. The foot does not stream meanwhile.
 ///
 /// # Errors
-/// The foot refuses it, as while it is settling, or does not answer.
+/// The foot refuses the command, for example while it is settling, or does not respond.
 pub fn store(client: &mut Client, command: Calibration) -> Result<(), RequestError> {
     let address = Address::new(index::CALIBRATION, COMMAND);
     settings::while_paused(client, |client| {

@@ -1,5 +1,5 @@
-//! Requests, one after the other, and their answers: over CAN as SDOs, over the serial line as its own
-//! messages. Everything else that arrives meanwhile is passed over.
+//! Requests to a foot, one at a time: SDOs over CAN, configuration messages over the serial line. Other
+//! messages that arrive meanwhile are ignored.
 
 mod error;
 mod requests;
@@ -18,53 +18,54 @@ use crate::link::{Link, Sending};
 pub use error::RequestError;
 use requests::Came;
 
-/// How long a foot may take to answer: it does so in the tick that takes the request in.
+/// Response timeout; a foot responds in the tick that receives the request.
 const ANSWER: Duration = Duration::from_millis(500);
 
-/// The same of a store, which may erase a page.
+/// Response timeout of a store, which may erase a page.
 const STORE: Duration = Duration::from_secs(3);
 
-/// How often something is asked that was not answered: frames are lost.
+/// Maximum number of attempts per request, because frames may be lost.
 pub(super) const TRIES: u32 = 3;
 
-/// How long to listen for what is waited for at once.
+/// Timeout of one receive.
 pub(super) const LISTEN: Duration = Duration::from_millis(5);
 
-/// By how much messages of a serial line may be out of order, µs; a clock that goes back by more began again.
+/// Tolerance for messages out of order on a serial line, µs; if the clock goes back by more, the foot has
+/// restarted.
 const DISORDER_US: u64 = 20_000;
 
-/// How many emergencies are kept.
+/// Maximum number of emergencies kept.
 const MOST_EMERGENCIES: usize = 16;
 
-/// The foot that is asked.
+/// Addressing of the foot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Way {
-    /// The node of this id, by SDO.
+    /// Node with this id, by SDO.
     Can(NodeId),
-    /// The one at the other end of the serial line.
+    /// The foot at the other end of the serial line.
     Serial,
 }
 
-/// A foot that is asked and set.
+/// Client of one foot.
 pub struct Client {
     link: Box<dyn Link>,
     listener: Listener,
     way: Way,
     sequence: u16,
-    /// The newest emergencies of the foot: they come between answers.
+    /// Newest emergencies of the foot, which arrive between responses.
     emergencies: VecDeque<Emergency>,
-    /// The newest time on the foot's clock, on a serial line, µs.
+    /// Newest time on the foot's clock, µs; serial line only.
     clock_us: Option<u64>,
     starts: u32,
-    /// The nodes that have started.
+    /// Nodes that have started.
     booted: Vec<NodeId>,
 }
 
 impl Client {
-    /// The foot at the other end of a line: on a bus the node that is given, or the only one there is.
+    /// Creates the client of a foot: on a bus, the given node, or the only foot.
     ///
     /// # Errors
-    /// There is none, or several and none is given.
+    /// There is no foot, or there are several and no node is given.
     pub fn new(mut link: Box<dyn Link>, node: Option<NodeId>) -> Result<Self, RequestError> {
         let mut listener = Listener::default();
         let way = match node {
@@ -99,7 +100,7 @@ impl Client {
         })
     }
 
-    /// The foot's node id, where it is asked over CAN.
+    /// Node id of the foot, if it is connected over CAN.
     #[must_use]
     pub const fn node(&self) -> Option<NodeId> {
         match self.way {
@@ -108,7 +109,7 @@ impl Client {
         }
     }
 
-    /// From now on the foot is the node of this id, where it is asked over CAN.
+    /// Changes the node id of the foot, if it is connected over CAN.
     pub(super) fn follow(&mut self, node: NodeId) {
         if let Way::Can(_) = self.way {
             self.way = Way::Can(node);
@@ -116,7 +117,7 @@ impl Client {
         }
     }
 
-    /// From now on what the node of this id says is heard, too.
+    /// Adds a node to those whose messages are decoded.
     pub(super) fn hear(&mut self, node: NodeId) {
         self.listener.add(node);
     }
@@ -131,7 +132,7 @@ impl Client {
     /// Reads the bytes of an object.
     ///
     /// # Errors
-    /// It is refused, or nothing answers.
+    /// The request is refused, or there is no response.
     pub fn read_bytes(&mut self, address: Address) -> Result<Vec<u8>, RequestError> {
         let what = || format!("reading {}", named(address));
         match self.request(address, None, ANSWER, &what)? {
@@ -148,7 +149,7 @@ impl Client {
     /// Reads a number.
     ///
     /// # Errors
-    /// It is refused, nothing answers, or it has another type.
+    /// The request is refused, there is no response, or the object has another type.
     pub fn read(&mut self, address: Address, data_type: DataType) -> Result<Value, RequestError> {
         let bytes = self.read_bytes(address)?;
         Value::from_bytes(data_type, &bytes).ok_or_else(|| RequestError::Type {
@@ -161,7 +162,7 @@ impl Client {
     /// Reads a text.
     ///
     /// # Errors
-    /// It is refused, or nothing answers.
+    /// The request is refused, or there is no response.
     pub fn read_text(&mut self, address: Address) -> Result<String, RequestError> {
         let bytes = self.read_bytes(address)?;
         Ok(String::from_utf8_lossy(&bytes).into_owned())
@@ -170,31 +171,30 @@ impl Client {
     /// Writes an object.
     ///
     /// # Errors
-    /// It is refused, or nothing answers.
+    /// The request is refused, or there is no response.
     pub fn write(&mut self, address: Address, value: Value) -> Result<(), RequestError> {
         self.write_within(address, value, ANSWER)
     }
 
-    /// Stores all settings, so that they outlast power-off. Whether the foot still had those that were
-    /// written, the caller finds out.
+    /// Stores all settings in flash. The caller checks that the foot still had the settings that were written.
     ///
     /// # Errors
-    /// It is refused, or nothing answers.
+    /// The request is refused, or there is no response.
     pub(super) fn store(&mut self) -> Result<(), RequestError> {
         let all = Address::new(index::STORE, 1);
         self.write_within(all, Value::U32(SIGNATURE_STORE), STORE)
     }
 
-    /// Forgets the stored settings: from the next reset on the foot has its defaults.
+    /// Erases the stored settings; the defaults apply from the next reset on.
     ///
     /// # Errors
-    /// It is refused, or nothing answers.
+    /// The request is refused, or there is no response.
     pub fn restore(&mut self) -> Result<(), RequestError> {
         let all = Address::new(index::RESTORE, 1);
         self.write_within(all, Value::U32(SIGNATURE_RESTORE), STORE)
     }
 
-    /// Commands the foot: to stream, to stop, to reset. That is not answered.
+    /// Sends a command, which has no response.
     ///
     /// # Errors
     /// The line does not work.
@@ -210,11 +210,11 @@ impl Client {
         Ok(())
     }
 
-    /// Commands the foot to be in this state again. Where it is to stream, it is commanded again until it
-    /// does: commands are not answered, and frames are lost.
+    /// Returns the foot to this state. The command to stream is repeated until the foot does: commands have no
+    /// response, and frames may be lost.
     ///
     /// # Errors
-    /// It does not stream.
+    /// The foot does not stream.
     pub fn bring_to(&mut self, state: State) -> Result<(), RequestError> {
         let command = match state {
             State::Operational => Command::StartRemoteNode,
@@ -229,7 +229,7 @@ impl Client {
             self.command(command)?;
             let streams = self.listen(SCAN, |heard| {
                 let streams = match &heard.said {
-                    // On a serial line a foot streams in pre-operational state, too.
+                    // On a serial line, a foot streams in the pre-operational state as well.
                     Said::Board(board) => id.is_none() && board.state == State::Operational,
                     Said::Contact(_) => id.is_some() && heard.foot.node == id,
                     Said::Heartbeat(state) => heard.foot.node == id && *state == State::Operational,
@@ -247,11 +247,11 @@ impl Client {
         })
     }
 
-    /// The state that the foot reports next: in a heartbeat or a health message. A foot that sends no
-    /// heartbeats, as its settings may say, is operational where it sends contacts.
+    /// Returns the state that the foot reports next, in a heartbeat or a health message. A foot whose heartbeats
+    /// are disabled is operational if it sends contacts.
     ///
     /// # Errors
-    /// It reports none.
+    /// The foot reports no state.
     pub fn state(&mut self) -> Result<State, RequestError> {
         let id = self.node().map(NodeId::get);
         let mut streams = false;
@@ -288,10 +288,10 @@ impl Client {
         }
     }
 
-    /// Makes sure that one board alone answers.
+    /// Checks that exactly one board responds.
     ///
     /// # Errors
-    /// None does, or several do, which have the same id.
+    /// There is no response, or several boards have the same id.
     pub fn is_alone(&mut self) -> Result<(), RequestError> {
         let serial = Address::new(index::IDENTITY, 4);
         let Way::Can(node) = self.way else {
@@ -301,13 +301,13 @@ impl Client {
         let head = [low, high, serial.subindex];
         let request = [0x40, low, high, serial.subindex, 0, 0, 0, 0];
         let mut count = 0;
-        // Each answer is counted, and none is the last.
+        // All responses within the timeout are counted.
         self.exchange(node, request, ANSWER, |response| {
             count += usize::from(response[1..4] == head);
             false
         })?;
         match count {
-            // A frame was lost: ask again, in the usual way.
+            // A frame was lost: repeat as a normal request.
             0 => self.read(serial, DataType::Unsigned32).map(|_| ()),
             1 => Ok(()),
             count => Err(RequestError::SameId {
@@ -317,17 +317,17 @@ impl Client {
         }
     }
 
-    /// Checks that no other board on the bus has the id that this one gets. A serial line cannot tell.
+    /// Checks that no other board on the bus has the new id of this one; on a serial line, nothing is checked.
     ///
     /// # Errors
-    /// One has.
+    /// Another board has the id.
     pub(super) fn is_free(&mut self, node: NodeId) -> Result<(), RequestError> {
         if self.node().is_none_or(|own| own == node) {
             return Ok(());
         }
         self.hear(node);
         let taken = self.listen(SCAN, |heard| {
-            // A robot reports loads to feet that are not there, too.
+            // A robot reports loads to absent feet as well.
             let is_load = matches!(heard.said, Said::Load(_));
             (heard.foot.node == Some(node.get()) && !is_load).then_some(())
         })?;
@@ -340,7 +340,7 @@ impl Client {
         })
     }
 
-    /// Waits. What arrives meanwhile is taken from the line, whose buffers would overflow.
+    /// Waits, and receives meanwhile, so that the buffers of the line do not overflow.
     ///
     /// # Errors
     /// The line does not work.
@@ -348,7 +348,7 @@ impl Client {
         self.listen(time, |_| None::<()>).map(|_| ())
     }
 
-    /// Listens for what `find` finds, `longest` at most.
+    /// Listens until `find` returns a value, at most `longest`.
     pub(super) fn listen<T>(
         &mut self,
         longest: Duration,
@@ -358,7 +358,7 @@ impl Client {
         while Instant::now() < end {
             if let Some((at, arrival)) = self.link.receive(LISTEN)? {
                 self.booted.extend(scan::boot_up(&arrival));
-                // What is no frame is no answer.
+                // Unreadable arrivals are ignored.
                 arrival.hand_to(&mut self.listener, at);
             }
             while let Some(heard) = self.listener.next_heard() {
@@ -381,7 +381,7 @@ impl Client {
         }
     }
 
-    /// Notes the foot's clock on a serial line; how often it went back is how often the foot has started again.
+    /// Counts restarts of the foot: boot-ups over CAN, jumps back of its clock on a serial line.
     fn keep_clock(&mut self, heard: &Heard) {
         if self.way != Way::Serial {
             let is_own = self.node().map(NodeId::get) == heard.foot.node;
@@ -403,23 +403,23 @@ impl Client {
         }
     }
 
-    /// How often the foot has started again since it was first heard.
+    /// Number of restarts of the foot since it was first heard.
     pub(super) const fn starts(&self) -> u32 {
         self.starts
     }
 
-    /// Takes the ids of the nodes that have started since they were last taken.
+    /// Returns the ids of the nodes that have started since the last call.
     pub(super) fn take_booted(&mut self) -> Vec<NodeId> {
         std::mem::take(&mut self.booted)
     }
 
-    /// Takes the emergencies of the foot since they were last taken, the newest first.
+    /// Returns the emergencies of the foot since the last call, newest first.
     pub(super) fn take_emergencies(&mut self) -> VecDeque<Emergency> {
         std::mem::take(&mut self.emergencies)
     }
 }
 
-/// An object in words: its name and its address.
+/// Formats an object as its name and address.
 fn named(address: Address) -> String {
     let Address { index, subindex } = address;
     let name = super::name::Named::at(address).map(|named| format!("{} ", named.name()));

@@ -6,38 +6,38 @@ use thiserror::Error;
 use wire::dictionary::{self, Entry, Limits, Object, Role, Shape};
 use wire::{Address, DataType, NodeId, Value};
 
-/// The bit of a PDO's identifier that switches it off.
+/// Bit of a PDO's identifier that disables it.
 const OFF: u32 = 1 << 31;
 
-/// An object of the dictionary, or a part of one.
+/// Object of the dictionary, or a part of one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Named {
-    /// Where it is.
+    /// Index and subindex.
     pub address: Address,
-    /// What it is.
+    /// Dictionary entry.
     pub entry: &'static Entry,
     object: &'static Object,
 }
 
-/// Why a text does not name an object, or is no value of it.
+/// Error in the name or the value of an object.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum NameError {
-    /// There is none of that name.
+    /// No object has this name.
     #[error("no object is called {name:?}{}", did_you_mean(near))]
     Unknown {
         /// The name.
         name: String,
-        /// Names that are like it.
+        /// Similar names.
         near: Vec<String>,
     },
-    /// The value does not fit.
+    /// The value is invalid.
     #[error("{name} is {value:?}, but {expected} is expected")]
     Value {
-        /// The object's name.
+        /// Name of the object.
         name: String,
-        /// What was written.
+        /// Text of the value.
         value: String,
-        /// What would fit.
+        /// Expected values.
         expected: String,
     },
 }
@@ -49,10 +49,10 @@ fn did_you_mean(near: &[String]) -> String {
     format!("; did you mean {}?", near.join(" or "))
 }
 
-/// How much alike two names are at least for one to be suggested for the other, from 0 to 1.
+/// Minimum similarity of a suggested name, 0 to 1.
 const ALIKE: f64 = 0.8;
 
-/// The names that are most like `text`, or whose last part is, or that contain it: three at most.
+/// Returns up to three names that contain `text`, or are similar to it as a whole or in the last part.
 fn near(text: &str) -> Vec<String> {
     let last = |name: &str| name.rsplit('.').next().unwrap_or_default().to_owned();
     let likeness = |name: &str| {
@@ -64,12 +64,12 @@ fn near(text: &str) -> Vec<String> {
     let names = Named::all().map(|named| named.name());
     let mut near: Vec<_> = names.map(|name| (likeness(&name), name)).collect();
     near.retain(|(likeness, _)| *likeness >= ALIKE);
-    // Stable: where two are as much alike, the first in the dictionary comes first.
+    // The sort is stable: equally similar names keep the order of the dictionary.
     near.sort_by(|(a, _), (b, _)| b.total_cmp(a));
     near.into_iter().map(|(_, name)| name).take(3).collect()
 }
 
-/// A title as a part of a name: lower case, with `_` between words.
+/// Converts a title to a part of a name: lower case, with `_` between words.
 fn part(title: &str) -> String {
     let letters = title.chars().map(|letter| match letter {
         letter if letter.is_alphanumeric() => letter,
@@ -103,10 +103,10 @@ impl Named {
         Self::all().find(|named| named.address == address)
     }
 
-    /// The object that `text` names: `half_width.ax`, or by its address: `0x2012:1`, `0x2010`.
+    /// Finds an object by its name, `half_width.ax`, or by its address, `0x2012:1` or `0x2010`.
     ///
     /// # Errors
-    /// There is none.
+    /// There is no such object.
     pub fn find(text: &str) -> Result<Self, NameError> {
         let by_address = address(text).and_then(Self::at);
         let found = by_address.or_else(|| Self::all().find(|named| named.name() == text));
@@ -116,7 +116,7 @@ impl Named {
         })
     }
 
-    /// Its name, the same for every version that has it: that of the object, and of its part.
+    /// Name of the object and its part, the same in every version that has it.
     #[must_use]
     pub fn name(&self) -> String {
         let object = part(self.object.name.as_str());
@@ -126,7 +126,7 @@ impl Named {
         }
     }
 
-    /// What it is, in words.
+    /// Description of the object.
     #[must_use]
     pub fn doc(&self) -> String {
         let texts = [self.object.doc.as_str(), self.entry.doc.as_str()];
@@ -134,7 +134,7 @@ impl Named {
         texts.collect::<Vec<_>>().join("; ")
     }
 
-    /// What may be written, in words.
+    /// Description of the values that may be written.
     #[must_use]
     pub fn range(&self) -> String {
         if self.entry.role == Role::PdoCobId {
@@ -162,7 +162,7 @@ impl Named {
         }
     }
 
-    /// Its value at first, on a foot of this id.
+    /// Default value on a foot with this id.
     #[must_use]
     pub fn default(&self, node: Option<NodeId>) -> Value {
         match (self.entry.role, self.entry.default) {
@@ -171,7 +171,7 @@ impl Named {
         }
     }
 
-    /// A value as text, without its unit.
+    /// Formats a value without its unit.
     #[must_use]
     pub fn text(&self, value: Value) -> String {
         match (self.entry.role, value) {
@@ -181,10 +181,10 @@ impl Named {
         }
     }
 
-    /// The value that `text` is, within what may be written, for a foot of this id.
+    /// Parses a value and checks its range, for a foot with this id.
     ///
     /// # Errors
-    /// It is none, or not allowed.
+    /// The text is not a value of this type, or is out of range.
     pub fn parse(&self, text: &str, node: Option<NodeId>) -> Result<Value, NameError> {
         let refused = || NameError::Value {
             name: self.name(),
@@ -229,7 +229,7 @@ fn number(data_type: DataType, text: &str) -> Option<Value> {
     })
 }
 
-/// `0x2012:1` or `0x2010`.
+/// Parses an address: `0x2012:1` or `0x2010`.
 fn address(text: &str) -> Option<Address> {
     let digits = text.strip_prefix("0x")?;
     let (index, subindex) = digits.split_once(':').unwrap_or((digits, "0"));
@@ -237,7 +237,7 @@ fn address(text: &str) -> Option<Address> {
     Some(Address::new(index, subindex.parse().ok()?))
 }
 
-/// A value as text that reads back as the same.
+/// Formats a value so that it parses back to the same value.
 struct Shown(Value);
 
 impl fmt::Display for Shown {
@@ -259,7 +259,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     #[test]
-    fn every_object_has_a_name_of_its_own_by_which_it_is_found() {
+    fn every_object_is_found_by_its_unique_name_and_address() {
         let mut names = BTreeSet::new();
         for named in Named::all() {
             let name = named.name();
@@ -274,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn every_setting_reads_its_own_default_and_nothing_beyond_its_range() {
+    fn settings_parse_defaults_and_reject_values_out_of_range() {
         let node = NodeId::new(0x12);
         for named in Named::settings() {
             let default = named.default(node);
@@ -299,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_that_is_not_quite_one_is_answered_with_what_is() {
+    fn unknown_name_error_suggests_similar_names() {
         let error = Named::find("half_width.axx")
             .expect_err("there is none")
             .to_string();

@@ -1,4 +1,4 @@
-//! Which foot a board is: a new one is the front left, as all new ones are.
+//! Position of a board; a new board is the front left foot.
 
 use thiserror::Error;
 use wire::dictionary::index;
@@ -7,29 +7,29 @@ use wire::{Address, Foot, Value};
 use super::client::{Client, RequestError};
 use super::settings::{self, Lasting, SettingsError, Values};
 
-/// Why a board cannot be made another foot.
+/// Error of setting the position of a board.
 #[derive(Debug, Error)]
 pub enum PositionError {
-    /// The board did not take it.
+    /// The board has not accepted the settings.
     #[error(transparent)]
     Settings(#[from] SettingsError),
-    /// A request came to nothing.
+    /// A request has failed.
     #[error(transparent)]
     Request(#[from] RequestError),
 }
 
-/// Makes the board this foot, with the node id of that foot, stores it, and starts the board again as
-/// what it is now.
+/// Sets and stores the position of the board, with the default node id of that position, and restarts the
+/// board.
 ///
 /// # Errors
-/// Other boards are in the way, or the board does not take it.
+/// Another board has this id, or the board does not accept the settings.
 pub fn set(client: &mut Client, foot: Foot) -> Result<(), PositionError> {
     client.is_alone()?;
     let node = foot.default_node_id();
     client.is_free(node)?;
     let values = Values::from([
         (Address::new(index::FOOT, 0), Value::U8(foot.code())),
-        // 0: the id of the foot.
+        // 0: the default id of the position.
         (Address::new(index::NODE_ID, 0), Value::U8(0)),
     ]);
     settings::write(client, &values, Lasting::Stored)?;

@@ -1,4 +1,4 @@
-//! A reset, until the foot is back in the state that it was in before.
+//! Reset of a foot and return to its previous state.
 
 use std::time::{Duration, Instant};
 
@@ -8,25 +8,25 @@ use wire::{Address, DataType, NodeId, Value};
 
 use super::client::{Client, RequestError, TRIES};
 
-/// How long a foot may take from its reset to its first answer.
+/// Timeout from a reset to the first response.
 const START: Duration = Duration::from_secs(5);
 
-/// How long it takes at most until it is heard that a foot has started: over CAN it says so at once.
+/// Timeout for detecting a start; over CAN, the foot reports it at once.
 const HEARD: Duration = Duration::from_secs(2);
 
 impl Client {
-    /// Resets the foot, waits for its first answer, and brings it back to the state before: a commanded
-    /// reset leaves it in pre-operational state. `node` is its id from then on, where that changes.
+    /// Resets the foot, waits for its first response, and restores its previous state, because a commanded reset
+    /// leaves it in the pre-operational state. `node` is its new id, if that changes.
     ///
     /// # Errors
-    /// It does not start again, or does not come back within five seconds.
+    /// The foot does not restart, or does not respond within five seconds.
     pub fn restart(&mut self, node: Option<NodeId>) -> Result<(), RequestError> {
         let before = self.state()?;
         self.reset(node)?;
         self.bring_to(before)
     }
 
-    /// The same, but as if it were switched on: it streams afterwards, whatever its state was before.
+    /// Like [`Self::restart`], but the foot streams afterwards in any case, as after power-on.
     ///
     /// # Errors
     /// Those of [`Self::restart`].
@@ -35,10 +35,10 @@ impl Client {
         self.bring_to(State::Operational)
     }
 
-    /// Resets the foot and waits for its first answer; it is in pre-operational state then. Commands are not
-    /// answered, and frames are lost: a foot that goes on as it was is commanded again.
+    /// Resets the foot and waits for its first response; it is in the pre-operational state then. Commands have
+    /// no response, and frames may be lost, so the command is repeated if the foot has not restarted.
     pub(super) fn reset(&mut self, node: Option<NodeId>) -> Result<(), RequestError> {
-        // A foot whose stored id is another starts with that one.
+        // If the stored id differs, the foot restarts with that one and is found by its serial number.
         let serial = match node {
             Some(node) => {
                 self.hear(node);
@@ -63,8 +63,7 @@ impl Client {
         })
     }
 
-    /// Whether the foot is heard to start, as the node that it is from then on: the one that is given, or
-    /// any that has its serial number.
+    /// Waits for a start of the foot: as the given node, or as any node with its serial number.
     fn hears_start(
         &mut self,
         node: Option<NodeId>,
@@ -90,7 +89,7 @@ impl Client {
         Ok(false)
     }
 
-    /// Whether the node of this id has this serial number; then it is the foot.
+    /// Returns whether the node has this serial number; if so, the client follows it.
     fn is_now(&mut self, node: NodeId, serial: Option<Value>) -> Result<bool, RequestError> {
         let Some(own) = self.node() else {
             return Ok(false);
@@ -107,7 +106,7 @@ impl Client {
         Ok(is_foot)
     }
 
-    /// Whether the foot answers as the node that it was.
+    /// Returns whether the foot responds under its current id.
     fn is_there(&mut self) -> Result<bool, RequestError> {
         match self.read(SERIAL_NUMBER, DataType::Unsigned32) {
             Ok(_) => Ok(true),
@@ -116,7 +115,7 @@ impl Client {
         }
     }
 
-    /// Waits for the foot's first answer after a start.
+    /// Waits for the first response of the foot after a start.
     pub(super) fn first_answer(&mut self) -> Result<(), RequestError> {
         let end = Instant::now() + START;
         while !self.is_there()? {
@@ -131,7 +130,7 @@ impl Client {
     }
 }
 
-/// How long to listen before it is looked whether the foot has started.
+/// Polling interval for a start.
 const LOOK: Duration = Duration::from_millis(5);
 
 const SERIAL_NUMBER: Address = Address::new(index::IDENTITY, 4);

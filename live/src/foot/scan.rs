@@ -1,7 +1,7 @@
-//! The feet on a line.
+//! Scan of a line for feet.
 //!
-//! A foot has the id of its place unless another is set, and other devices may share the bus: a node that
-//! is heard is asked what it is.
+//! A foot has the default id of its position unless another is set, and other devices may share the bus, so
+//! the product code of every node that sends heartbeats is read.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -15,28 +15,27 @@ use wire::{Address, CanFrame, NodeId};
 use super::client::LISTEN;
 use crate::link::{Arrival, Link, LinkError, Sending};
 
-/// How long to listen for feet on a bus: each sends a contact a millisecond, and a heartbeat in any
-/// state twice a second.
+/// Duration of a scan; a foot sends a contact every millisecond, and a heartbeat in any state twice a second.
 pub const SCAN: Duration = Duration::from_millis(1200);
 
-/// How long a node may take to say what it is, and how often it is asked.
+/// Response timeout of the request for the product code, and its number of attempts.
 const ANSWER: Duration = Duration::from_millis(150);
 const TRIES: u32 = 2;
 
-/// The object that says what a node is: the product code.
+/// Object of the product code.
 const PRODUCT: Address = Address::new(index::IDENTITY, 2);
 
-/// What a node says of itself.
+/// Kind of node by its product code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Product {
     Foot,
     Other,
-    /// It does not answer.
+    /// The node does not respond.
     Unknown,
 }
 
-/// The feet that are heard on a line within some time, by line and id. The listener hears all of them from
-/// then on. On a serial line there is one, of which the id does not matter.
+/// Returns the feet that are heard on a line within `time`, by line and id, and adds them to the listener. A
+/// serial line has one foot, whose id is `None`.
 ///
 /// # Errors
 /// The line does not work.
@@ -56,7 +55,7 @@ pub fn feet(
         while let Some(mut heard) = listener.next_heard() {
             let is_serial = match &heard.said {
                 Said::Raw(_) | Said::Board(_) | Said::Log(_) | Said::Answer(_) => true,
-                // A contact of a serial line has all its flags.
+                // Only contacts of a serial line have axes and all flags.
                 Said::Contact(row) => row.axes.is_some() && row.flags.is_some(),
                 _ => false,
             };
@@ -65,7 +64,7 @@ pub fn feet(
                 feet.insert(heard.foot);
                 return Ok(feet);
             }
-            // The robot's own report of a load is no sign of a foot.
+            // A load report is sent by the robot, not by a foot.
             if !matches!(heard.said, Said::Load(_)) {
                 feet.insert(heard.foot);
             }
@@ -84,14 +83,14 @@ pub fn feet(
                 });
             }
             Product::Other => feet.retain(|foot| foot.node != Some(id)),
-            // What is on an id of a foot may be one that is busy.
+            // A foot may be too busy to respond.
             Product::Unknown => {}
         }
     }
     Ok(feet)
 }
 
-/// The node that starts with this frame.
+/// Returns the node whose boot-up this is.
 pub(super) fn boot_up(arrival: &Arrival) -> Option<NodeId> {
     match arrival {
         Arrival::Frame { frame, .. } => match said(frame)? {
@@ -102,7 +101,7 @@ pub(super) fn boot_up(arrival: &Arrival) -> Option<NodeId> {
     }
 }
 
-/// The node whose heartbeat or boot-up this is, and its line.
+/// Returns the node whose heartbeat or boot-up this is, and its line.
 fn heartbeat(arrival: &Arrival) -> Option<(NodeId, Arc<str>)> {
     let Arrival::Frame { interface, frame } = arrival else {
         return None;
@@ -113,7 +112,7 @@ fn heartbeat(arrival: &Arrival) -> Option<(NodeId, Arc<str>)> {
     }
 }
 
-/// Asks a node what it is.
+/// Reads the product code of a node.
 fn product(
     link: &mut dyn Link,
     listener: &mut Listener,
@@ -137,7 +136,7 @@ fn product(
                 && let Some([_, a, b, c, code @ ..]) = frame.data8()
                 && [*a, *b, *c] == head
             {
-                // One that refuses has no such object.
+                // An abort code is no product code: a node that refuses is another device.
                 return Ok(match u32::from_le_bytes(*code) {
                     PRODUCT_CODE => Product::Foot,
                     _ => Product::Other,

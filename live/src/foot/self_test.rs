@@ -1,4 +1,4 @@
-//! The sensor's self-test: it runs at a start of the foot, where the settings say so.
+//! Self-test of the sensor, which runs at a start of the foot if the settings enable it.
 
 use std::time::{Duration, Instant};
 
@@ -11,51 +11,51 @@ use wire::{Address, DataType, Emergency, Fault, Faults, Stage, Value};
 use super::client::{Client, RequestError};
 use super::settings;
 
-/// How long the start of a foot may take, self-test and all.
+/// Timeout of a start with self-test.
 const START: Duration = Duration::from_secs(10);
 
-/// From one look at the stage to the next: a self-test takes longer.
+/// Polling interval of the stage, shorter than a self-test.
 const LOOK: Duration = Duration::from_millis(10);
 
-/// How long the report of a fault may take after its tick.
+/// Maximum delay of a fault's report after its tick.
 const REPORT: Duration = Duration::from_millis(100);
 
-/// What came of a self-test.
+/// Result of a self-test.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// All axes react as the data sheet says.
+    /// All axes react within the limits of the data sheet.
     Passed,
-    /// Some do not; `None` where the foot does not say which, as on a serial line.
+    /// Some axes have failed; `None` if the foot does not report which, as on a serial line.
     Failed(Option<Vec<Axis>>),
 }
 
-/// Why there is no verdict.
+/// Error of a self-test.
 #[derive(Debug, Error)]
 pub enum SelfTestError {
-    /// The foot started without it.
+    /// The foot has started without a self-test.
     #[error("the foot has started without a self-test: does its program have one?")]
     NotRun,
-    /// The sensor did not start.
+    /// The sensor has not started.
     #[error("the sensor has not started within {} s: {faults}", START.as_secs())]
     NotStarted {
-        /// The faults that it has.
+        /// Active faults.
         faults: String,
     },
-    /// A request came to nothing.
+    /// A request has failed.
     #[error(transparent)]
     Request(#[from] RequestError),
-    /// The setting could not be put back.
+    /// The setting could not be restored.
     #[error(
         "{0}; the self-test stays on at each start until footfall foot … set self_test_at_start=0 --save"
     )]
     StaysOn(RequestError),
 }
 
-/// Runs the self-test, for which the foot is reset and must not move; settings that are not stored are
-/// lost. Where the settings do not have one at each start, they are stored with it and then without it.
+/// Runs the self-test. The foot is reset, must not move, and loses settings that are not stored. If the
+/// self-test is disabled, it is enabled in the stored settings meanwhile.
 ///
 /// # Errors
-/// There is no verdict.
+/// The self-test has no result.
 pub fn run(client: &mut Client) -> Result<Verdict, SelfTestError> {
     client.is_alone()?;
     let before = client.state()?;
@@ -74,8 +74,8 @@ pub fn run(client: &mut Client) -> Result<Verdict, SelfTestError> {
     verdict
 }
 
-/// Stores that no self-test runs at a start. A foot that has started by itself meanwhile may stream, and takes no
-/// settings then.
+/// Disables the self-test in the stored settings. The foot is paused first: after a reset of its own it may
+/// stream, and then refuses settings.
 fn switch_off(client: &mut Client) -> Result<(), RequestError> {
     client.first_answer()?;
     client.command(Command::EnterPreOperational)?;

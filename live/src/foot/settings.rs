@@ -1,4 +1,4 @@
-//! Many settings at once: read from a foot or a text, compared, and written, all or none.
+//! Sets of settings: read from a foot or a text, compared, and written, all or none.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -11,67 +11,67 @@ use wire::{AbortCode, Address, Foot, NodeId, Value};
 use super::client::{Client, RequestError};
 use super::name::{NameError, Named};
 
-/// Settings by address, as the text of a file has them.
+/// Settings by address.
 pub type Values = BTreeMap<Address, Value>;
 
-/// Why settings cannot be read from a text, or written to a foot.
+/// Error of reading settings from a text, or writing them to a foot.
 #[derive(Debug, Error)]
 pub enum SettingsError {
-    /// A line of the text is none.
+    /// A line of the text is invalid.
     #[error("line {line}: {message}")]
     Line {
-        /// Its number, from 1.
+        /// Line number, from 1.
         line: usize,
-        /// What is wrong.
+        /// Description of the error.
         message: String,
     },
-    /// They do not go together.
+    /// The settings are incompatible with each other.
     #[error("these settings do not go together, from {0} on; nothing was written")]
     Incompatible(String),
-    /// The foot did not take all of them.
+    /// The foot has not accepted all of them.
     #[error("{cause}; {undone}")]
     NotTaken {
-        /// What stood in the way.
+        /// Cause of the failure.
         cause: RequestError,
-        /// What the foot has now.
+        /// Settings of the foot after the failure.
         undone: Undone,
     },
-    /// What was written reads back as something else.
+    /// A setting reads back as another value.
     #[error("{name} was written as {written} and reads back as {read}; {undone}")]
     ReadBack {
-        /// The setting.
+        /// Name of the setting.
         name: String,
-        /// What was written.
+        /// Written value.
         written: String,
-        /// What the foot says.
+        /// Value read back.
         read: String,
-        /// What the foot has now.
+        /// Settings of the foot after the failure.
         undone: Undone,
     },
-    /// A request came to nothing before anything was written.
+    /// A request has failed before anything was written.
     #[error(transparent)]
     Request(#[from] RequestError),
 }
 
-/// What a foot has after a failure.
+/// Settings of a foot after a failure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Undone {
-    /// What it had before.
+    /// The previous settings.
     All,
-    /// Some of both, until it is reset: nothing was stored.
+    /// Some of the new and some of the previous settings until a reset; nothing was stored.
     NotStored,
-    /// What was stored before.
+    /// The settings that were stored before.
     NoneStored,
-    /// All new settings; whether they are stored is not known.
+    /// All new settings; whether they are stored is unknown.
     Unknown,
 }
 
-/// How long settings that are written are to last.
+/// Lifetime of written settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lasting {
     /// Until the foot is reset.
     UntilReset,
-    /// For good: all settings are stored.
+    /// Permanently: all settings are stored.
     Stored,
 }
 
@@ -93,7 +93,7 @@ impl std::fmt::Display for Undone {
 /// Reads all settings of a foot.
 ///
 /// # Errors
-/// A request came to nothing.
+/// A request has failed.
 pub fn read(client: &mut Client) -> Result<Values, RequestError> {
     let mut values = Values::new();
     for named in Named::settings() {
@@ -103,7 +103,7 @@ pub fn read(client: &mut Client) -> Result<Values, RequestError> {
     Ok(values)
 }
 
-/// The defaults of a foot of this id.
+/// Default settings of a foot with this id.
 #[must_use]
 pub fn defaults(node: Option<NodeId>) -> Values {
     let settings = Named::settings();
@@ -112,7 +112,7 @@ pub fn defaults(node: Option<NodeId>) -> Values {
         .collect()
 }
 
-/// Settings as text: a line each, with unit and range as a comment.
+/// Formats settings as text, one per line, with range and unit as a comment.
 #[must_use]
 pub fn to_text(values: &Values, about: &str) -> String {
     let mut text = format!("# {about}\n");
@@ -132,14 +132,13 @@ pub fn to_text(values: &Values, about: &str) -> String {
     text
 }
 
-/// The settings in a text, for a foot of this id. Names and values must be those of this version:
-/// what differs is named, and nothing is taken.
+/// Parses the settings in a text, for a foot with this id. Unknown names and invalid values are errors.
 ///
 /// # Errors
-/// The first line that is no setting.
+/// The first invalid line.
 pub fn from_text(text: &str, node: Option<NodeId>) -> Result<Values, SettingsError> {
     let mut values = Values::new();
-    // As Windows writes it.
+    // Windows programs write a byte order mark.
     let text = text.strip_prefix('\u{FEFF}').unwrap_or(text);
     for (number, line) in (1..).zip(text.lines()) {
         let line = line.split('#').next().unwrap_or("").trim();
@@ -169,7 +168,7 @@ pub fn from_text(text: &str, node: Option<NodeId>) -> Result<Values, SettingsErr
     Ok(values)
 }
 
-/// The settings whose values differ, with both; a setting that one lacks does not differ.
+/// Returns the settings whose values differ, with both values; settings missing in one are skipped.
 #[must_use]
 pub fn differences(from: &Values, to: &Values) -> Vec<(Named, Value, Value)> {
     let both = from.iter().filter_map(|(address, before)| {
@@ -180,7 +179,7 @@ pub fn differences(from: &Values, to: &Values) -> Vec<(Named, Value, Value)> {
     both.collect()
 }
 
-/// The id of a foot with these settings from its next start on.
+/// Node id of a foot with these settings after its next start.
 fn node_of(settings: &Values) -> Option<NodeId> {
     let number = |index| Some(settings.get(&Address::new(index, 0))?.to_raw());
     let id = number(index::NODE_ID)?;
@@ -191,12 +190,10 @@ fn node_of(settings: &Values) -> Option<NodeId> {
     Foot::from_code(code).map(Foot::default_node_id)
 }
 
-/// Stores all settings, which are these: a foot that has started again meanwhile has others, so they are
-/// read back.
+/// Stores all settings, and reads them back: a foot that has restarted meanwhile has lost `settings`.
 ///
 /// # Errors
-/// Another board has the id that the foot would have, the foot refuses it, does not answer, or has started
-/// again.
+/// Another board has the new id of the foot, or the foot refuses the request, does not respond or has restarted.
 fn store_these(client: &mut Client, settings: &Values) -> Result<(), RequestError> {
     if let Some(node) = node_of(settings) {
         client.is_free(node)?;
@@ -210,20 +207,19 @@ fn store_these(client: &mut Client, settings: &Values) -> Result<(), RequestErro
     })
 }
 
-/// Stores all settings as they are; the foot does not stream meanwhile.
+/// Stores the current settings; the foot must not stream meanwhile.
 ///
 /// # Errors
-/// Another board has the id that the foot would have, the foot refuses it, does not answer, or has started
-/// again.
+/// Another board has the new id of the foot, or the foot refuses the request, does not respond or has restarted.
 pub fn store(client: &mut Client) -> Result<(), RequestError> {
     let settings = read(client)?;
     store_these(client, &settings)
 }
 
-/// Has the foot forget what it has stored, and start again with its defaults: as the front left one.
+/// Erases the stored settings and restarts the foot with its defaults, as the front left foot.
 ///
 /// # Errors
-/// Another board has the id of that foot, the foot refuses it, or does not come back.
+/// Another board has the id of that foot, or the foot refuses the request or does not restart.
 pub fn restore(client: &mut Client) -> Result<(), RequestError> {
     let node = Foot::default().default_node_id();
     client.is_free(node)?;
@@ -231,11 +227,12 @@ pub fn restore(client: &mut Client) -> Result<(), RequestError> {
     client.restart(Some(node))
 }
 
-/// Writes settings that differ from those of the foot, all or none, reads them back, and stores them
-/// where they are to last. The foot does not stream meanwhile. Returns what was changed.
+/// Writes the settings that differ from those of the foot, all or none, reads them back, and stores them
+/// if requested. The foot does not stream meanwhile. Returns the changes.
 ///
 /// # Errors
-/// They do not go together, or the foot does not take or store them: then what was written is put back.
+/// The settings are incompatible, or the foot does not accept or store them; the previous ones are restored
+/// as far as [`Undone`] reports.
 pub fn write(
     client: &mut Client,
     values: &Values,
@@ -262,7 +259,7 @@ pub fn write(
             let undone = match cause {
                 RequestError::NoAnswer { .. } | RequestError::Link(_) => Undone::Unknown,
                 RequestError::StartedAgain { .. } => {
-                    // It has begun by itself, in the state that its settings say.
+                    // After a reset of its own, the foot is in the state of its settings.
                     let _ = client.bring_to(state);
                     Undone::NoneStored
                 }
@@ -275,11 +272,11 @@ pub fn write(
     Ok(changes)
 }
 
-/// Puts a foot into pre-operational state, in which it takes settings and does not stream; returns the
-/// state before.
+/// Puts a foot into the pre-operational state, in which it accepts settings and does not stream; returns
+/// the previous state.
 ///
 /// # Errors
-/// Several boards answer as this foot, or it does not say in which state it is.
+/// Several boards respond as this foot, or it does not report its state.
 fn pause(client: &mut Client) -> Result<State, RequestError> {
     client.is_alone()?;
     let before = client.state()?;
@@ -287,10 +284,10 @@ fn pause(client: &mut Client) -> Result<State, RequestError> {
     Ok(before)
 }
 
-/// Does something for which the foot must not stream, and brings it back to its state before.
+/// Runs an action while the foot does not stream, and restores its previous state.
 ///
 /// # Errors
-/// What was done has failed, the foot has started again meanwhile, or does not say in which state it is.
+/// The action has failed, or the foot has restarted meanwhile or does not report its state.
 pub fn while_paused(
     client: &mut Client,
     action: impl FnOnce(&mut Client) -> Result<(), RequestError>,
@@ -307,7 +304,7 @@ pub fn while_paused(
     done
 }
 
-/// What went wrong while a foot was written.
+/// Cause of a failed write.
 enum Cause {
     Request(RequestError),
     ReadBack {
@@ -343,7 +340,7 @@ fn with_undone(cause: Cause, undone: Undone) -> SettingsError {
 }
 
 fn write_all(client: &mut Client, changes: &[(Named, Value, Value)]) -> Result<(), Cause> {
-    // A setting may fit only after another: as long as any is taken, the others are tried again.
+    // A setting may become compatible after another: refused ones are retried as long as any is accepted.
     let mut left: Vec<_> = changes.iter().collect();
     while !left.is_empty() {
         let mut refused = Vec::new();
@@ -380,7 +377,7 @@ fn write_all(client: &mut Client, changes: &[(Named, Value, Value)]) -> Result<(
     Ok(())
 }
 
-/// Writes what there was before; what cannot be written is left.
+/// Restores the previous settings as far as possible.
 fn put_back(client: &mut Client, changes: &[(Named, Value, Value)], state: State) -> Undone {
     let backwards: Vec<_> = changes
         .iter()

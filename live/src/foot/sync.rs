@@ -1,9 +1,9 @@
-//! The clocks of several feet on one another, from what each reports of the SYNCs on their bus.
+//! Comparison of the clocks of several feet by their reports of the SYNCs on their bus.
 //!
-//! A SYNC reaches all feet at the same moment, and each says in its health frame when it came, on its own
-//! clock in steps of 10 µs. Where two feet have reported the same SYNC, the difference is the offset of
-//! their clocks; where they report others, it lies between two SYNCs that were reported. A line through
-//! all differences is offset and drift.
+//! A SYNC reaches all feet at the same time, and each reports its reception time in its health frame, on its
+//! own clock in steps of 10 µs. If two feet have reported the same SYNC, the difference is the offset of their
+//! clocks; otherwise the time on the reference is interpolated between two reported SYNCs. A line fitted
+//! through all differences yields offset and drift.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -11,59 +11,59 @@ use decode::live::{FootKey, Heard, Said};
 use thiserror::Error;
 use wire::pdo::{LastSync, TIME_STEP_US};
 
-/// As many SYNCs are remembered to find the one that a report is of: as there are numbers.
+/// SYNCs kept for matching a report: one full cycle of the counter.
 const REMEMBERED: usize = LastSync::HIGHEST_NUMBER as usize;
 
-/// How long a foot may report nothing, in steps of its clock: a second.
+/// Maximum interval between two reports, in steps of the foot's clock: 1 s.
 const LONGEST_GAP: i64 = 100_000;
 
-/// The least number of differences that make a line with an error.
+/// Minimum number of differences for a fit with errors.
 const LEAST: usize = 5;
 
-/// What a foot has reported.
+/// Reports of one foot.
 #[derive(Clone, Debug, Default)]
 struct Reported {
-    /// When the newest came, in steps of the foot's clock, counted on beyond 2³².
+    /// Time of the newest SYNC in steps of the foot's clock, unwrapped beyond 2³².
     newest: Option<i64>,
-    /// Steps of the clock by SYNCs, counted from the first that was heard.
+    /// Reception time by index of the SYNC, counted from the first that was heard.
     syncs: BTreeMap<u64, i64>,
 }
 
-/// What the feet of one bus have reported.
+/// Reports of the feet on one bus.
 #[derive(Clone, Debug, Default)]
 pub struct Clocks {
     feet: BTreeMap<FootKey, Reported>,
-    /// The newest SYNCs on the bus: their numbers, and which they are since the first that was heard.
+    /// Newest SYNCs on the bus: their numbers, and their indices since the first that was heard.
     heard: VecDeque<(u8, u64)>,
     has_sync_without_number: bool,
-    /// How often a number was neither the next nor the first.
+    /// Number of SYNCs whose number went back to one other than 1.
     leaps_back: u64,
     interruptions: u64,
 }
 
-/// The clock of a foot on that of another.
+/// Clock of a foot relative to that of another, the reference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
     /// The foot.
     pub foot: FootKey,
-    /// What is to be added to the other's clock for that of this foot, in the middle of the time, µs.
+    /// Offset of this clock from the reference at the middle of the observation, µs.
     pub offset_us: f64,
-    /// By how much the offset may be wrong: twice its standard error, and not less than a step, µs.
+    /// Error of the offset, µs: twice its standard error, at least one step.
     pub offset_error_us: f64,
-    /// How much faster this foot's clock runs, in parts per million.
+    /// Rate of this clock relative to the reference, ppm; positive if it is faster.
     pub drift_ppm: f64,
-    /// By how much the drift may be wrong, as for the offset.
+    /// Error of the drift, ppm: twice its standard error, at least one step over the observation.
     pub drift_error_ppm: f64,
-    /// How many SYNCs that rests on.
+    /// Number of SYNCs used.
     pub syncs: usize,
-    /// How long that was observed, s.
+    /// Duration of the observation, s.
     pub span_s: f64,
 }
 
-/// Why clocks cannot be compared.
+/// Error of a comparison of clocks.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum SyncError {
-    /// There are not two feet.
+    /// Fewer than two feet have reported a SYNC.
     #[error("the clocks of two feet are compared; feet that reported a SYNC: {0}")]
     TooFew(usize),
     /// SYNCs have no numbers.
@@ -71,7 +71,7 @@ pub enum SyncError {
         "the SYNCs on this bus have no numbers: the master has to count them (its object 0x1019, synchronous counter overflow value, 240)"
     )]
     NoNumbers,
-    /// Numbers of SYNCs go back.
+    /// The numbers of the SYNCs go back.
     #[error(
         "the numbers of the SYNCs on this bus go back in between: does more than one master send them?"
     )]
@@ -79,14 +79,13 @@ pub enum SyncError {
     /// There are no SYNCs.
     #[error("there are no SYNCs on this bus: start its master, or have them sent with --send")]
     NoSync,
-    /// There are too few.
+    /// Too few SYNCs were reported.
     #[error("too few SYNCs were reported: {0} where {LEAST} are needed; listen for longer")]
     TooShort(usize),
 }
 
 impl Clocks {
-    /// Takes in a SYNC on the bus, with its number where it has one. A master counts to 240 or to less,
-    /// and begins again with 1.
+    /// Adds a SYNC on the bus, with its number if it has one. A master counts to 240 or less, and wraps to 1.
     pub fn take_sync(&mut self, number: Option<u8>) {
         let Some(number) = number.filter(|number| *number > 0) else {
             self.has_sync_without_number = true;
@@ -94,7 +93,7 @@ impl Clocks {
         };
         let index = match self.heard.back() {
             None => 0,
-            // One that was not heard leaves a gap.
+            // A missed SYNC leaves a gap.
             Some((last, index)) if number > *last => index + u64::from(number - last),
             Some((_, index)) => {
                 self.leaps_back += u64::from(number != 1);
@@ -107,18 +106,18 @@ impl Clocks {
         self.heard.push_back((number, index));
     }
 
-    /// Takes in what a foot said.
+    /// Adds a message of a foot.
     pub fn take(&mut self, heard: &Heard) {
         match &heard.said {
             Said::Health(health) => self.report(&heard.foot, health.sync),
-            // Its clock begins again.
+            // The clock of the foot restarts.
             Said::BootUp(_) => self.forget(&heard.foot),
             _ => {}
         }
     }
 
-    /// How often a foot has started again meanwhile, or was not heard for longer than SYNCs can be
-    /// counted: what it reported before does not count.
+    /// Number of restarts of feet, and of gaps longer than SYNCs can be counted; earlier reports of the foot are
+    /// discarded.
     #[must_use]
     pub const fn interruptions(&self) -> u64 {
         self.interruptions
@@ -148,10 +147,10 @@ impl Clocks {
         reported.syncs.insert(index, time);
     }
 
-    /// The clock of each foot on that of the first, in the order of lines and ids.
+    /// Compares the clock of each foot with that of the first, in the order of lines and ids.
     ///
     /// # Errors
-    /// There are not two feet, or they have not reported enough.
+    /// Fewer than two feet have reported, they have reported too few SYNCs, or the SYNCs cannot be used.
     pub fn compare(&self) -> Result<(FootKey, Vec<Comparison>), SyncError> {
         if self.leaps_back > 1 {
             return Err(SyncError::SeveralMasters);
@@ -177,7 +176,7 @@ impl Clocks {
     }
 }
 
-/// The time of each SYNC of `own` on the clock of `reference`, s, and the difference of both, µs.
+/// Returns the time of each SYNC of `own` on the clock of `reference`, s, and the difference of both, µs.
 fn differences(reference: &Reported, own: &Reported) -> Vec<(f64, f64)> {
     let step = TIME_STEP_US as f64;
     let points = own.syncs.iter().filter_map(|(number, time)| {
@@ -196,7 +195,7 @@ fn differences(reference: &Reported, own: &Reported) -> Vec<(f64, f64)> {
     points.collect()
 }
 
-/// The line of least squares through differences, with errors from what is left.
+/// Fits a line through the differences by least squares, with errors from the residuals.
 fn line(foot: &FootKey, points: &[(f64, f64)]) -> Comparison {
     let count = points.len() as f64;
     let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
@@ -234,7 +233,7 @@ mod tests {
     #[derive(Clone, Copy)]
     struct Foot {
         node: u8,
-        /// What its clock says at the first SYNC, µs, and how fast it runs.
+        /// Clock at the first SYNC, µs, and its rate error, ppm.
         begins_us: f64,
         ppm: f64,
         phase: u64,
@@ -251,7 +250,7 @@ mod tests {
         }
     }
 
-    /// A robot whose SYNCs come 10 ms apart, more or less, numbered up to `overflow`.
+    /// Robot with SYNCs about every 10 ms, numbered up to `overflow`.
     struct Bench {
         clocks: Clocks,
         overflow: u64,
@@ -265,7 +264,7 @@ mod tests {
             }
         }
 
-        /// Ten seconds, in which each foot reports every tenth SYNC.
+        /// Runs ten seconds, in which each foot reports every tenth SYNC.
         fn run(&mut self, feet: &[Foot]) {
             for k in 0..1000_u64 {
                 let counter = (k % self.overflow + 1) as u8;
@@ -303,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn offset_and_drift_are_within_their_errors_however_the_reports_are_interleaved() {
+    fn offset_and_drift_errors_hold_for_interleaved_reports() {
         for (phase, overflow) in (0..10).zip([240, 240, 10, 19, 100, 50, 240, 12, 20, 30]) {
             let mut bench = Bench::new();
             bench.overflow = overflow;
@@ -312,7 +311,7 @@ mod tests {
                 Foot::new(0x12, 6_234_567.0, 20.0, phase),
             ]);
             let compared = bench.compared();
-            // The drift counts up to the middle of the ten seconds.
+            // The offset applies to the middle of the ten seconds.
             let true_offset = 1_234_567.0 + 20.0 * 5.0;
             let error = (compared.offset_us - true_offset).abs();
             assert!(error <= compared.offset_error_us, "{phase}: {compared:?}");
@@ -324,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn clocks_that_wrap_meanwhile_are_counted_on() {
+    fn wrapping_clock_is_unwrapped() {
         let mut bench = Bench::new();
         let before_the_end = 4_294_967_296.0 * 10.0 - 4.0e6;
         bench.run(&[
@@ -336,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_foot_reported_before_it_started_again_does_not_count() {
+    fn restart_discards_earlier_reports_of_the_foot() {
         let still = Foot::new(0x11, 0.0, 0.0, 0);
         let mut bench = Bench::new();
         bench.run(&[still, Foot::new(0x12, 9.0e6, 500.0, 0)]);
@@ -349,7 +348,7 @@ mod tests {
             said: Said::BootUp(Faults::NONE),
         });
         assert_eq!(bench.clocks.interruptions(), 1);
-        // The other goes on.
+        // The other foot continues.
         let still = Foot::new(0x11, 1.0e7, 0.0, 0);
         bench.run(&[still, Foot::new(0x12, 1.0e7, 0.0, 0)]);
         let compared = bench.compared();
@@ -361,7 +360,7 @@ mod tests {
             compared.drift_ppm.abs() <= compared.drift_error_ppm,
             "{compared:?}"
         );
-        // A boot-up that was not heard: the clock goes back.
+        // A missed boot-up is detected by the clock going back.
         let still = Foot::new(0x11, 2.0e7, 0.0, 0);
         bench.run(&[still, Foot::new(0x12, 3.0e6, 0.0, 0)]);
         assert_eq!(bench.clocks.interruptions(), 2);
@@ -369,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_missing_is_named() {
+    fn errors_name_the_missing_input() {
         let mut bench = Bench::new();
         assert_eq!(bench.clocks.compare(), Err(SyncError::NoSync));
         bench.clocks.take_sync(None);
@@ -380,7 +379,7 @@ mod tests {
         assert_eq!(bench.clocks.compare(), Err(SyncError::TooFew(1)));
         bench.report(0x12, 1, LongTime(1));
         assert_eq!(bench.clocks.compare(), Err(SyncError::TooShort(1)));
-        // A second master, which counts for itself.
+        // A second master has its own counter.
         for number in [50, 1, 51, 2, 52, 3] {
             bench.clocks.take_sync(Some(number));
         }

@@ -1,5 +1,4 @@
-//! An interface of `SocketCAN`. It is set up by whoever owns it: `ip link set can0 up type can bitrate
-//! 1000000`.
+//! Interface of `SocketCAN`, which must be up: `ip link set can0 up type can bitrate 1000000`.
 
 use std::io;
 use std::sync::Arc;
@@ -10,7 +9,7 @@ use wire::CanFrame;
 
 use super::{Arrival, Arrived, Link, LinkError, Sending, now};
 
-/// An interface that is open.
+/// Open interface.
 pub(super) struct Interface {
     name: Arc<str>,
     socket: CanSocket,
@@ -41,7 +40,7 @@ impl Link for Interface {
             let left = end.saturating_duration_since(Instant::now());
             match self.socket.read_frame_timeout(left) {
                 Ok(socketcan::CanFrame::Data(frame)) => {
-                    // Frames with 29-bit identifiers are none of a foot's.
+                    // Feet send no frames with 29-bit identifiers.
                     if let Id::Standard(id) = frame.id()
                         && let Some(frame) = CanFrame::new(id.as_raw(), frame.data())
                     {

@@ -1,4 +1,4 @@
-//! Simulated feet: a [`Robot`] in real time, or as fast as it can be computed.
+//! Simulated feet: a [`Robot`] in real time, at a multiple of it, or as fast as possible.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -10,22 +10,22 @@ use crate::robot::Robot;
 use crate::robot::board::INTERFACE;
 use crate::source::{Demo, DemoLine};
 
-/// A robot that is connected.
+/// Line to a simulated robot.
 pub struct SimulatedFeet {
     robot: Robot,
     line: DemoLine,
     pace: Pace,
-    /// Until when it walks, µs.
+    /// End of the walk, µs.
     end_us: u64,
     interface: Arc<str>,
     ports: Vec<Arc<str>>,
     waiting: VecDeque<Arrived>,
-    /// The tick that is computed but not due.
+    /// Time of the tick that is computed but not due yet, µs.
     is_due: Option<u64>,
 }
 
 impl SimulatedFeet {
-    /// Switches on a robot.
+    /// Creates a robot that has just been switched on.
     #[must_use]
     pub fn new(demo: &Demo) -> Self {
         let robot = Robot::new(demo.feet, demo.seed, demo.line);
@@ -43,7 +43,7 @@ impl SimulatedFeet {
         }
     }
 
-    /// Computes a tick, and takes what the feet send.
+    /// Simulates a tick, and collects the output of the feet.
     fn tick(&mut self) {
         self.robot.tick();
         let Self { robot, waiting, .. } = self;

@@ -1,8 +1,8 @@
-//! A file that is played: what it is, its first bytes say.
+//! Playback of a file, whose format is recognised by its first bytes.
 //!
 //! | file | is played by |
 //! |---|---|
-//! | a log of CAN frames in any form that `footfall decode` reads | `log` |
+//! | a log of CAN frames in any format that `footfall decode` reads | `log` |
 //! | a recording of the serial line | `bytes` |
 //! | a recording of an IMU in any format that `footfall replay` reads, estimated here | `imu` |
 
@@ -21,13 +21,13 @@ use wire::uart::Decoder;
 use super::pace::{Pace, Speed};
 use super::{Link, LinkError};
 
-/// The number of first bytes by which a file is recognised.
+/// Number of bytes read to recognise the format.
 const HEAD: u64 = 1 << 16;
 
-/// Opens a file that is played at this speed.
+/// Opens a file for playback at this speed.
 ///
 /// # Errors
-/// It cannot be read, or is none of those above.
+/// The file cannot be read, or its format is unknown.
 pub fn open(path: &Path, speed: Speed) -> Result<Box<dyn Link>, LinkError> {
     let name = path.display().to_string();
     let unreadable = |error: std::io::Error| LinkError::File(format!("{name}: {error}"));

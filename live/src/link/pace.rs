@@ -1,30 +1,30 @@
-//! How fast something is played.
+//! Playback speed.
 
 use std::fmt;
 use std::str::FromStr;
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// How fast something is played.
+/// Playback speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Speed {
     /// A multiple of the original speed.
     Times(f64),
-    /// As fast as it is read.
+    /// As fast as possible.
     Max,
 }
 
 impl Speed {
-    /// As it happened.
+    /// Original speed.
     pub const REAL: Self = Self::Times(1.0);
 
-    /// What texts are expected, for errors.
+    /// Description of the expected text, for errors.
     pub const EXPECTED: &'static str = "a number from 0.001, or max,";
 
-    /// The slowest: a second takes a quarter of an hour.
+    /// Minimum multiple: one second takes 1000 s.
     const SLOWEST: f64 = 0.001;
 
-    /// A multiple of the original speed; `None` below 0.001, or for what is not a number.
+    /// Creates a multiple of the original speed; `None` if it is below 0.001 or not finite.
     #[must_use]
     pub fn new(times: f64) -> Option<Self> {
         (times >= Self::SLOWEST && times.is_finite()).then_some(Self::Times(times))
@@ -51,15 +51,15 @@ impl fmt::Display for Speed {
     }
 }
 
-/// Makes what is played come when it is due.
+/// Timing of a playback.
 #[derive(Debug)]
 pub(crate) struct Pace {
     speed: Speed,
-    /// The time that is played, µs, and when it was played.
+    /// Recorded time of the start, µs, and the time of its playback.
     start: Option<(u64, Instant)>,
 }
 
-/// A pause in what is played that is longer than this was none of the feet's: it is skipped, µs.
+/// Longest wait, µs; a longer pause in a recording is skipped.
 const LONGEST_PAUSE_US: u64 = 10_000_000;
 
 impl Pace {
@@ -67,7 +67,7 @@ impl Pace {
         Self { speed, start: None }
     }
 
-    /// How long it is until what happened at `micros` is due.
+    /// Time until data recorded at `micros` is due.
     pub(crate) fn until_due(&mut self, micros: u64) -> Duration {
         let Speed::Times(times) = self.speed else {
             return Duration::ZERO;
@@ -83,7 +83,7 @@ impl Pace {
         wait
     }
 
-    /// Waits until what happened at `micros` is due, at most `longest`; whether it is.
+    /// Waits until data recorded at `micros` is due, at most `longest`; returns whether it is due.
     pub(crate) fn wait(&mut self, micros: u64, longest: Duration) -> bool {
         let wait = self.until_due(micros);
         thread::sleep(wait.min(longest));
@@ -96,7 +96,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_played_twice_as_fast_is_due_after_half_the_time() {
+    fn double_speed_halves_the_time_until_due() {
         let mut pace = Pace::new(Speed::Times(2.0));
         assert_eq!(pace.until_due(5_000_000), Duration::ZERO, "the first");
         let wait = pace.until_due(6_000_000);
@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_jumps_holds_up_nothing() {
+    fn jump_of_the_clock_does_not_delay_playback() {
         let mut pace = Pace::new(Speed::REAL);
         pace.until_due(5_000_000);
         assert_eq!(pace.until_due(900_000_000_000), Duration::ZERO, "forwards");

@@ -1,4 +1,4 @@
-//! A foot's serial port.
+//! Serial port of a foot.
 
 use std::io;
 use std::sync::Arc;
@@ -8,13 +8,13 @@ use serial2::SerialPort;
 
 use super::{Arrival, Arrived, Link, LinkError, Sending, now};
 
-/// How long a write may wait for the port.
+/// Timeout of a write.
 const WRITE_TIMEOUT: Duration = Duration::from_millis(500);
 
-/// What is read at once.
+/// Maximum size of one read, bytes.
 const PIECE: usize = 4096;
 
-/// A serial port that is open.
+/// Open serial port.
 pub(super) struct Port {
     name: Arc<str>,
     port: SerialPort,
@@ -36,10 +36,10 @@ impl Port {
         Arc::clone(&self.name)
     }
 
-    /// What arrives within `longest`; nothing where nothing does.
+    /// Reads the bytes that arrive within `longest`; empty if there are none.
     pub(super) fn read(&mut self, longest: Duration) -> Result<Vec<u8>, LinkError> {
         let error = LinkError::device(&self.name);
-        // The system counts in whole milliseconds.
+        // The system's timeout has a resolution of 1 ms.
         let longest = longest.max(Duration::from_millis(1));
         if let Err(source) = self.port.set_read_timeout(longest) {
             return Err(error(source));
@@ -47,7 +47,7 @@ impl Port {
         let mut piece = vec![0; PIECE];
         loop {
             match self.port.read(&mut piece) {
-                // A port that is gone is readable, and has nothing.
+                // An unplugged port is readable but returns no bytes.
                 Ok(0) => return Err(error(io::ErrorKind::UnexpectedEof.into())),
                 Ok(count) => {
                     piece.truncate(count);
@@ -68,8 +68,8 @@ impl Port {
     }
 }
 
-/// Keeps other programs from a port that they would take bytes from: those that ask, as footfall and pyserial's
-/// `exclusive` do. The lock ends with the port.
+/// Locks the port against other programs that would take bytes from it. The lock is advisory: footfall and
+/// pyserial's `exclusive` respect it. It ends when the port is closed.
 #[cfg(unix)]
 fn take_alone(port: &SerialPort) -> io::Result<()> {
     use rustix::fs::{FlockOperation, flock};
@@ -81,28 +81,28 @@ fn take_alone(port: &SerialPort) -> io::Result<()> {
             io::ErrorKind::ResourceBusy,
             "another program has it open",
         )),
-        // A system that has no locks for ports.
+        // The system does not support locks on ports.
         Err(Errno::NOTSUP | Errno::NOSYS | Errno::INVAL) => Ok(()),
         Err(error) => Err(error.into()),
     }
 }
 
-/// The system opens a port for one program alone.
+/// Does nothing: the system opens a port for one program only.
 #[cfg(not(unix))]
 fn take_alone(_: &SerialPort) -> io::Result<()> {
     Ok(())
 }
 
-/// The serial line of a foot.
+/// Serial line of a foot.
 pub struct SerialLine {
     port: Port,
 }
 
 impl SerialLine {
-    /// Opens it.
+    /// Opens a serial port.
     ///
     /// # Errors
-    /// It is not there or cannot be used.
+    /// The port is missing or cannot be used.
     pub fn open(port: &str, baud: u32) -> Result<Self, LinkError> {
         Ok(Self {
             port: Port::open(port, baud)?,

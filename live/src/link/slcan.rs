@@ -1,4 +1,4 @@
-//! An adapter that speaks slcan: CAN frames as lines of text over a serial port.
+//! Adapter that speaks slcan: CAN frames as lines of text over a serial port.
 //!
 //! | line, ended by CR | meaning |
 //! |---|---|
@@ -6,8 +6,8 @@
 //! | `T`, `r`, `R`, `d`, `D`, `b`, `B` … | a frame with a 29-bit identifier, a remote frame or one of CAN FD, none of which feet send |
 //! | `C`, `S0` … `S8`, `O` | close, the rate of the bus, open |
 //!
-//! The adapter answers each with CR, or with BEL where it fails. Source: the protocol of Lawicel's
-//! CAN232, as can-utils' `slcand` and python-can's `slcan` speak it.
+//! The adapter acknowledges each with CR, or with BEL if it fails. Source: the protocol of Lawicel's CAN232,
+//! as implemented by can-utils' `slcand` and python-can's `slcan`.
 
 use std::collections::VecDeque;
 use std::fmt::Write as _;
@@ -20,19 +20,19 @@ use super::serial::Port;
 use super::{Arrival, Arrived, Link, LinkError, Sending, now};
 use crate::source::SLCAN_RATES_KBIT;
 
-/// The rate of the serial port: most adapters are USB, and ignore it.
+/// Rate of the serial port, Bd; USB adapters, which most are, ignore it.
 const BAUD: u32 = 921_600;
 
-/// The longest line: an extended CAN FD frame with a time stamp.
+/// Maximum length of a line: an extended CAN FD frame with a time stamp.
 const LONGEST_LINE: usize = 256;
 
-/// How long an adapter may take to answer.
+/// Response timeout of an adapter.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(1);
 
 const CR: u8 = b'\r';
 const BEL: u8 = 0x07;
 
-/// The line of a frame, with its end.
+/// Formats a frame as a line, with its terminating CR.
 #[must_use]
 pub fn line(frame: &CanFrame) -> String {
     let mut line = format!("t{:03X}{}", frame.id(), frame.data().len());
@@ -44,22 +44,22 @@ pub fn line(frame: &CanFrame) -> String {
     line
 }
 
-/// Something that an adapter says, or that it is told.
+/// Command to an adapter, or response from it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Word {
     /// A frame.
     Frame(CanFrame),
     /// A frame of a kind that feet do not send.
     OtherFrame,
-    /// A command was done.
+    /// A command has succeeded.
     Done,
     /// A command has failed.
     Failed,
-    /// Anything else: a command to an adapter, its version.
+    /// Any other line, such as a command or a version.
     Line(String),
 }
 
-/// Finds words in the bytes of an adapter.
+/// Parser of the byte stream of an adapter.
 #[derive(Clone, Debug, Default)]
 pub struct Words {
     line: Vec<u8>,
@@ -67,7 +67,7 @@ pub struct Words {
 }
 
 impl Words {
-    /// Takes in a byte; a word at its last.
+    /// Parses a byte; returns a word when it is complete.
     pub fn push(&mut self, byte: u8) -> Option<Word> {
         match byte {
             CR => {
@@ -97,7 +97,7 @@ impl Words {
 
 fn word(line: &[u8]) -> Word {
     match line {
-        // A frame was sent: z, and Z for an extended one.
+        // z and Z acknowledge a sent frame, Z an extended one.
         [] | [b'z' | b'Z'] => Word::Done,
         [b't', rest @ ..] => match frame(rest) {
             Some(frame) => Word::Frame(frame),
@@ -108,7 +108,7 @@ fn word(line: &[u8]) -> Word {
     }
 }
 
-/// Three digits of identifier, one of length, two for each byte, and perhaps four of a time stamp.
+/// Parses three digits of identifier, one of length, two per byte, and an optional time stamp of four.
 fn frame(text: &[u8]) -> Option<CanFrame> {
     let digit = |byte: u8| char::from(byte).to_digit(16);
     let (id, rest) = text.split_at_checked(3)?;
@@ -128,7 +128,7 @@ fn frame(text: &[u8]) -> Option<CanFrame> {
     CanFrame::new(u16::try_from(id).ok()?, &bytes?)
 }
 
-/// An adapter with its bus open.
+/// Adapter with its bus open.
 pub struct Adapter {
     port: Port,
     interface: Arc<str>,
@@ -140,7 +140,7 @@ impl Adapter {
     /// Opens the adapter at `port`, and the bus at `kbit` kbit/s.
     ///
     /// # Errors
-    /// The port cannot be used, or nothing there answers as an adapter does.
+    /// The port cannot be used, or the device does not respond as an adapter.
     pub fn open(port: &str, kbit: u32) -> Result<Self, LinkError> {
         let mut adapter = Self {
             port: Port::open(port, BAUD)?,
@@ -149,7 +149,7 @@ impl Adapter {
             waiting: VecDeque::new(),
         };
         let rate = SLCAN_RATES_KBIT.iter().position(|known| *known == kbit);
-        // The first line may end garbage, and a bus that is closed already cannot be closed.
+        // The leading CRs end partial lines. C fails if the bus is closed already, so its response is discarded.
         adapter.port.write(b"\r\r\rC\r")?;
         adapter.drain(Duration::from_millis(50))?;
         adapter.command(&format!("S{}", rate.unwrap_or(SLCAN_RATES_KBIT.len() - 1)))?;
@@ -157,7 +157,7 @@ impl Adapter {
         Ok(adapter)
     }
 
-    /// Takes in what comes until it is quiet for so long.
+    /// Discards received bytes until none arrive for `quiet`.
     fn drain(&mut self, quiet: Duration) -> Result<(), LinkError> {
         let end = Instant::now() + ANSWER_TIMEOUT;
         while Instant::now() < end && !self.port.read(quiet)?.is_empty() {}
@@ -165,7 +165,7 @@ impl Adapter {
         Ok(())
     }
 
-    /// Gives a command, and waits for the answer.
+    /// Sends a command and waits for its response.
     fn command(&mut self, command: &str) -> Result<(), LinkError> {
         self.port.write(format!("{command}\r").as_bytes())?;
         let error = |what| LinkError::Adapter {
@@ -230,7 +230,7 @@ impl Link for Adapter {
 
 impl Drop for Adapter {
     fn drop(&mut self) {
-        // It may be gone already.
+        // The adapter may be unplugged already.
         let _ = self.port.write(b"C\r");
     }
 }
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_is_the_line_that_adapters_write() {
+    fn frames_are_formatted_and_parsed_as_slcan_lines() {
         let frame = CanFrame::new(0x191, &[0x00, 0xAB, 0xFF]).expect("a frame");
         assert_eq!(line(&frame), "t191300ABFF\r");
         assert_eq!(
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_frame_of_a_foot_is_said_to_be_something_else() {
+    fn other_lines_are_not_parsed_as_data_frames() {
         let line = |text: &str| Word::Line(text.to_owned());
         for (text, word) in [
             ("t19\r", line("t19")),
@@ -278,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_without_an_end_takes_no_memory() {
+    fn endless_line_is_limited_in_length() {
         let mut words = Words::default();
         for _ in 0..100_000 {
             assert_eq!(words.push(b't'), None);

@@ -1,4 +1,4 @@
-//! What a simulated board puts around [`firmware::Foot`], and the bus that it is on.
+//! Simulated board around [`firmware::Foot`], and its bus.
 
 use estimator_core::{ImuSample, Timestamp};
 use firmware::Start;
@@ -8,25 +8,25 @@ use lsm6dsox::RawSample;
 use wire::dictionary::index;
 use wire::{Address, Settings};
 
-/// Time 0 of a simulated clock in logs, which need a date: the first of January 2021, µs since 1970.
+/// Time 0 of a simulated clock in logs, which need a date: 1 January 2021, µs since 1970.
 const EPOCH_US: u64 = 1_609_459_200_000_000;
 
 /// Name of the CAN interface in logs.
 pub const INTERFACE: &str = "can0";
 
-/// Time of a frame of 8 bytes on a bus of 1 Mbit/s, µs: 111 bits, stuff bits not counted.
+/// Duration of a frame of 8 bytes on a bus of 1 Mbit/s, µs: 111 bits without stuff bits.
 const FRAME_US: u64 = 111;
 
-/// The highest level of the brown-out reset, which a board sets at its first start.
+/// Highest level of the brown-out reset, which a board sets at its first start.
 const BROWN_OUT_LEVEL: u8 = 3;
 
-/// A time of the simulated clock as logs have it, since 1970.
+/// Converts a time of the simulated clock to that of logs, since 1970.
 #[must_use]
 pub const fn in_logs(time: Timestamp) -> Timestamp {
     Timestamp::from_micros(EPOCH_US + time.as_micros())
 }
 
-/// The default settings, but with the load over CAN: a simulated robot knows it.
+/// Default settings with the load over CAN, which a simulated robot reports.
 #[must_use]
 pub fn settings() -> Settings {
     let mut settings = Settings::default();
@@ -35,7 +35,7 @@ pub fn settings() -> Settings {
     settings
 }
 
-/// The start of a board that is switched on.
+/// Start of a board at power-on.
 #[must_use]
 pub fn switched_on(serial: u32) -> Start {
     Start {
@@ -45,7 +45,7 @@ pub fn switched_on(serial: u32) -> Start {
     }
 }
 
-/// What sampling makes of a sample of a sensor without faults.
+/// Measurement of a sensor without faults.
 #[must_use]
 pub const fn measurement(sample: ImuSample, raw: Option<RawSample>) -> Measurement {
     Measurement {
@@ -58,14 +58,14 @@ pub const fn measurement(sample: ImuSample, raw: Option<RawSample>) -> Measureme
     }
 }
 
-/// A bus of 1 Mbit/s: it carries one frame after the other.
+/// Bus of 1 Mbit/s, which carries one frame at a time.
 #[derive(Clone, Debug, Default)]
 pub struct Bus {
     free_us: u64,
 }
 
 impl Bus {
-    /// Carries a frame that is ready at `ready`; returns when it is complete.
+    /// Carries a frame that is ready at `ready`; returns the time of its end.
     pub fn carry(&mut self, ready: Timestamp) -> Timestamp {
         self.free_us = self.free_us.max(ready.as_micros()) + FRAME_US;
         Timestamp::from_micros(self.free_us)

@@ -1,21 +1,21 @@
-//! The two pages of flash that hold a simulated foot's settings.
+//! Two pages of flash with the settings of a simulated foot.
 
 use std::convert::Infallible;
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use firmware::storage::StoreFailed;
 
-/// Bytes of a page.
+/// Size of a page, bytes.
 pub(super) const PAGE: usize = 16 * 1024;
 
-/// Bytes of all pages.
+/// Size of all pages, bytes.
 pub(super) const SIZE: usize = 2 * PAGE;
 
-/// Flash: a write clears bits, an erase sets them.
+/// Simulated flash: a write clears bits, an erase sets them.
 #[derive(Clone, Debug)]
 pub(super) struct Flash(Vec<u8>);
 
-/// It never fails.
+/// Error that never occurs.
 #[derive(Debug)]
 pub(super) struct Never(Infallible);
 

@@ -1,4 +1,4 @@
-//! A simulated foot: its walk and its sensor, and the board's program around [`firmware::Foot`].
+//! Simulated foot: its walk and its sensor, and the board's program around [`firmware::Foot`].
 
 use std::pin::pin;
 use std::task::{Context, Waker};
@@ -20,19 +20,19 @@ use super::board;
 use super::flash::{Flash, SIZE};
 use crate::source::DemoLine;
 
-/// How long the sensor's self-test takes, ticks: less than the board's own, whose waits are longer.
+/// Duration of the sensor's self-test, ticks; shorter than on the board, whose waits are longer.
 const SELF_TEST_TICKS: u32 = 300;
 
-/// How much faster than the robot's clock those of the feet run, ppm; a crystal is allowed 30.
+/// Rate error of the feet's clocks against the robot's, ppm; the tolerance of a crystal is 30 ppm.
 const CLOCKS_PPM: [f64; MOST_FEET] = [0.0, 18.0, -11.0, 25.0, -27.0, 7.0];
 
-/// How much earlier than the one before it each foot was switched on, µs.
+/// Interval by which each foot was switched on before the preceding one, µs.
 const SWITCHED_ON_US: i64 = 137_000;
 
-/// How long a plan is that a foot walks before it begins the next, s.
+/// Duration of a plan, after which the next begins, s.
 const PLAN_S: f64 = 1800.0;
 
-/// A foot.
+/// Simulated foot.
 pub(super) struct SimulatedFoot {
     position: Position,
     walk: Walk,
@@ -41,19 +41,19 @@ pub(super) struct SimulatedFoot {
     clock: OwnClock,
     serial: u32,
     receiver: UartReceiver,
-    /// What its sensor's self-test finds, as the detail of the fault.
+    /// Axes that fail the sensor's self-test, as the detail of the fault.
     failing_axes: u32,
 }
 
-/// The clock of a foot: it begins with each start of the board, and its crystal is not that of others.
+/// Clock of a foot, which starts at 0 with each start of the board and has its own rate error.
 struct OwnClock {
-    /// The robot's time at which it began, µs; before the robot's own for a foot that was on before.
+    /// Start time on the robot's clock, µs; negative if the foot was switched on before the robot.
     began_us: i64,
     ppm: f64,
 }
 
 impl OwnClock {
-    /// A time of the robot on this clock.
+    /// Converts a time of the robot to this clock.
     fn time(&self, robot: Timestamp) -> Timestamp {
         let since_us = robot.as_micros() as i64 - self.began_us;
         let gained_us = since_us as f64 * self.ppm * 1.0e-6;
@@ -61,23 +61,23 @@ impl OwnClock {
     }
 }
 
-/// What runs from one reset of the board to the next.
+/// State between two resets of the board.
 struct Program {
     foot: Foot,
     ports: Ports,
-    /// Ticks for which the sensor's self-test still runs, and whether its result is still to be reported.
+    /// Remaining ticks of the sensor's self-test, and whether its result is pending.
     self_test_ticks: u32,
     is_tested: bool,
 }
 
-/// A walk without end: one plan after the other, on the same sensor.
+/// Endless walk: one plan after the other, with the same sensor.
 struct Walk {
     walking: Walking,
     ticks_left: u64,
     seed: u64,
     rounds: u64,
     phase_s: f64,
-    /// When the plan began, µs.
+    /// Start of the current plan, µs.
     begun_us: u64,
     ticks: u64,
 }
@@ -111,7 +111,7 @@ impl Walk {
     }
 }
 
-/// A plan whose steps belong to `seed` and `round`, on the sensor that belongs to `seed`, and its ticks.
+/// Plan with steps from `seed` and `round` and the sensor from `seed`, and its duration in ticks.
 fn walking(seed: u64, round: u64, phase_s: f64) -> (Walking, u64) {
     let mut plan = Plan::rounds(PLAN_S, seed.wrapping_add(round << 32));
     plan.standing += phase_s;
@@ -120,8 +120,8 @@ fn walking(seed: u64, round: u64, phase_s: f64) -> (Walking, u64) {
 }
 
 impl SimulatedFoot {
-    /// A foot that has just been switched on, with its place and its line among its settings.
-    /// `index` counts the feet of a robot from 0.
+    /// Creates a foot that has just been switched on, with settings for its position and line. `index` counts
+    /// the feet of a robot from 0.
     pub(super) fn new(
         index: usize,
         position: Position,
@@ -163,23 +163,23 @@ impl SimulatedFoot {
         self.position
     }
 
-    /// Its id on the bus, where it has one.
+    /// Node id, if there is one.
     pub(super) fn node_id(&self) -> Option<NodeId> {
         self.program.foot.settings().node_id()
     }
 
-    /// What its sensor measures in the next millisecond.
+    /// Simulates the walk and the sensor for the next millisecond.
     pub(super) fn walk(&mut self) -> Walked {
         self.walk.tick()
     }
 
-    /// Its CAN controller receives a frame.
+    /// Receives a frame by the CAN controller.
     pub(super) fn receive(&mut self, frame: CanFrame, at: Timestamp) {
         let at = self.clock.time(at);
         self.put(Input::Can(frame, at), Input::CanLost(1));
     }
 
-    /// Its serial line receives bytes.
+    /// Receives bytes on the serial line.
     pub(super) fn receive_serial(&mut self, bytes: &[u8]) {
         for byte in bytes {
             if let Some(request) = self.receiver.push(*byte) {
@@ -191,19 +191,19 @@ impl SimulatedFoot {
         }
     }
 
-    /// Puts an input; one that finds no room is lost, and counted where that finds room.
+    /// Queues an input; if the queue is full, it is discarded, and `lost` is queued if possible.
     fn put(&mut self, input: Input, lost: Input) {
         if !self.program.ports.try_put(input) {
             self.program.ports.try_put(lost);
         }
     }
 
-    /// From its next self-test on, these axes fail: bit *i* is axis *i*.
+    /// Makes these axes fail from the next self-test on: bit *i* is axis *i*.
     pub(super) const fn fail_self_test(&mut self, axes: u32) {
         self.failing_axes = axes;
     }
 
-    /// A millisecond that begins at `now`.
+    /// Runs the program for the millisecond that begins at `now`.
     pub(super) fn tick(&mut self, now: Timestamp, walked: &Walked) {
         let edge = self.clock.time(walked.imu.timestamp);
         let tick = Tick {
@@ -245,7 +245,7 @@ impl SimulatedFoot {
         measurement
     }
 
-    /// Does what the board's thread level does.
+    /// Serves a request as the board's thread level does.
     fn serve(&mut self, request: Request, now: Timestamp) {
         let ports = &self.program.ports;
         match request {
@@ -257,13 +257,13 @@ impl SimulatedFoot {
                 let forgotten = self.storage.restore(erase);
                 ports.try_put(Input::Stored(forgotten));
             }
-            // The highest level is set from the start.
+            // The highest brown-out level is set from the start.
             Request::ProtectSupply => {
                 ports.try_put(Input::Protected(Ok(())));
             }
             Request::Reload => {
                 let (settings, origin) = self.storage.load();
-                // A foot asks again only when it has this: there is room, and nothing to wait for.
+                // A foot repeats the request only after the response, so there is room and the future is ready.
                 let mut reload = pin!(ports.reload(Reloaded { settings, origin }));
                 let polled = reload
                     .as_mut()
@@ -280,12 +280,12 @@ impl SimulatedFoot {
         }
     }
 
-    /// The frames that it has for the bus.
+    /// Returns the pending frames for the bus.
     pub(super) fn take_frames(&mut self) -> impl Iterator<Item = CanFrame> + '_ {
         std::iter::from_fn(|| self.program.ports.try_next_can())
     }
 
-    /// The bytes that it has for its serial line.
+    /// Returns the pending bytes for the serial line.
     pub(super) fn take_serial(&mut self) -> Vec<u8> {
         let mut bytes = Vec::new();
         while let Some(frame) = self.program.ports.try_next_uart() {

@@ -39,7 +39,7 @@ fn the_presets_cut_offs_match_and_lie_below_500_hz() {
 }
 
 #[test]
-fn what_the_part_does_not_have_is_refused_with_the_name_of_the_field() {
+fn unsupported_setting_is_rejected_with_its_field_name() {
     assert_eq!(refused(|p| p.gyro.odr = Odr::Hz1_6), "gyro.odr");
     assert_eq!(refused(|p| p.accel.odr = Odr::Hz1_6), "accel.filter");
     assert_eq!(refused(|p| p.gyro.odr = Odr::Off), "data_ready.sensor");
@@ -133,7 +133,7 @@ fn no_configuration_touches_a_reserved_bit() {
 }
 
 #[test]
-fn full_scales_have_sts_codes() {
+fn full_scales_use_the_codes_of_st() {
     let mut params = Params::FRESH_KILOHERTZ;
     for (full_scale, value) in AccelFullScale::ALL
         .into_iter()
@@ -181,7 +181,7 @@ fn the_data_ready_pin_is_driven_by_the_chosen_sensor_alone() {
 }
 
 #[test]
-fn the_fifo_takes_both_sensors_at_their_rates_up_to_a_nine_bit_watermark() {
+fn fifo_batches_both_sensors_up_to_a_nine_bit_watermark() {
     let params = Params {
         fifo: Some(FIFO),
         ..Params::FRESH_KILOHERTZ

@@ -5,19 +5,19 @@ use std::collections::VecDeque;
 use crate::fifo::{CAPACITY, WordBytes};
 use crate::register::{fifo_data_out_tag, fifo_status2};
 
-/// What `FIFO_MODE` asks for.
+/// Mode selected by `FIFO_MODE`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Mode {
-    /// Empty, and stays so.
+    /// Remains empty.
     Bypass,
     /// Stops when full.
     UntilFull,
-    /// Overwrites the oldest.
+    /// Overwrites the oldest word.
     Continuous,
 }
 
 impl Mode {
-    /// Modes that wait for a trigger count as their first half.
+    /// Decodes the mode; modes that wait for a trigger count as their first half.
     pub(super) const fn of(code: u8) -> Self {
         match code {
             0b001 => Self::UntilFull,
@@ -31,10 +31,10 @@ impl Mode {
 #[derive(Clone, Debug)]
 pub(super) struct Fifo {
     words: VecDeque<WordBytes>,
-    /// How many words it holds: fewer than there is room for where it stops at the watermark.
+    /// Number of words it holds: less than the capacity if it stops at the watermark.
     depth: u16,
     slot: u8,
-    /// Slots since the timestamp was last taken.
+    /// Slots since the last timestamp.
     without_timestamp: u8,
     overrun: bool,
     overrun_latched: bool,
@@ -60,18 +60,18 @@ impl Fifo {
         self.overrun_latched = false;
     }
 
-    /// The next instant: words pushed from now on belong together.
+    /// Starts the next time slot: words pushed from now on belong together.
     pub(super) const fn next_slot(&mut self) {
         self.slot = (self.slot + 1) & 0b11;
     }
 
-    /// `STOP_ON_WTM`: no more words than the watermark; `None` is all there is room for.
+    /// `STOP_ON_WTM`: limits the depth to the watermark; `None` is the full capacity.
     pub(super) fn set_depth(&mut self, watermark: Option<u16>) {
         let watermark = watermark.filter(|watermark| *watermark > 0);
         self.depth = watermark.map_or(CAPACITY, |watermark| watermark.min(CAPACITY));
     }
 
-    /// Whether the timestamp goes with this slot, by `ODR_TS_BATCH` (ST's `DEC_TS_BATCH`).
+    /// Returns whether this slot gets a timestamp, by `ODR_TS_BATCH` (ST's `DEC_TS_BATCH`).
     pub(super) const fn takes_timestamp(&mut self, code: u8) -> bool {
         let every = match code {
             0 => return false,
@@ -103,7 +103,7 @@ impl Fifo {
         self.words.push_back([tag | parity, b0, b1, b2, b3, b4, b5]);
     }
 
-    /// A byte of the oldest word; reading the last takes the word out.
+    /// Reads a byte of the oldest word; reading the last byte removes the word.
     pub(super) fn read(&mut self, index: usize) -> u8 {
         let byte = self.words.front().map_or(0, |word| word[index]);
         if index == 6 {
@@ -121,12 +121,12 @@ impl Fifo {
         watermark > 0 && self.level() >= watermark
     }
 
-    /// `FIFO_STATUS1`.
+    /// Value of `FIFO_STATUS1`.
     pub(super) fn status1(&self) -> u8 {
         self.level().to_le_bytes()[0]
     }
 
-    /// `FIFO_STATUS2`; reading it forgets the latched overrun.
+    /// Value of `FIFO_STATUS2`; reading it clears the latched overrun.
     pub(super) fn status2(&mut self, watermark: u16) -> u8 {
         fifo_status2::DIFF_FIFO.place(self.level().to_le_bytes()[1])
             | fifo_status2::FIFO_WTM_IA.place(u8::from(self.reached(watermark)))
@@ -143,7 +143,7 @@ mod tests {
     use crate::fifo::tag;
 
     #[test]
-    fn a_full_fifo_loses_its_oldest_word_and_says_so_once() {
+    fn full_fifo_drops_its_oldest_word_and_reports_it_once() {
         let mut fifo = Fifo::new();
         for i in 0..=CAPACITY {
             let [low, high] = i.to_le_bytes();
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fifo_that_is_cleared_is_as_it_was_at_first() {
+    fn cleared_fifo_is_in_its_initial_state() {
         let mut fifo = Fifo::new();
         for _ in 0..=CAPACITY {
             fifo.next_slot();
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fifo_that_stops_at_the_watermark_holds_no_more() {
+    fn fifo_can_stop_at_the_watermark() {
         let mut fifo = Fifo::new();
         fifo.set_depth(Some(10));
         for i in 0..15_u8 {
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn a_word_is_gone_once_its_last_byte_is_read() {
+    fn word_is_removed_when_its_last_byte_is_read() {
         let mut fifo = Fifo::new();
         fifo.push(Mode::Continuous, tag::ACCEL, [1, 2, 3, 4, 5, 6]);
         assert_eq!(

@@ -1,4 +1,4 @@
-//! What the bus sees: bytes in and out of registers.
+//! Bus interface of the part: reads and writes of registers, byte by byte.
 
 use super::memory::Bank;
 use super::part::{Busy, Part};
@@ -6,12 +6,12 @@ use crate::register::{
     self, Register, ctrl3_c, ctrl4_c, ctrl5_c, ctrl10_c, func_cfg_access, status_reg,
 };
 
-/// What `BDU` makes of a new value while a word is half read.
+/// Handling of a new value while a word is half read, as set by `BDU`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Update {
-    /// It goes into the outputs at once.
+    /// The outputs take it at once.
     Continuous,
-    /// It waits for the other half.
+    /// It waits until the other half has been read.
     Blocked,
 }
 
@@ -19,7 +19,7 @@ pub(super) enum Update {
 #[derive(Clone, Copy, Debug, Default)]
 struct Word {
     value: i16,
-    /// Which of its bytes has been read while the other has not: 0 low, 1 high.
+    /// The byte that has been read while the other has not: 0 low, 1 high.
     half_read: Option<u8>,
 }
 
@@ -40,7 +40,7 @@ impl Word {
     }
 }
 
-/// The output registers, from `OUT_TEMP_L` to `OUTZ_H_A`, and which of them are new.
+/// The output registers, from `OUT_TEMP_L` to `OUTZ_H_A`, and their data-ready flags.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Words {
     words: [Word; 7],
@@ -83,7 +83,7 @@ impl Words {
             | status_reg::TDA.place(u8::from(self.temperature_fresh))
     }
 
-    /// A byte of an output; reading a high byte makes its sample old.
+    /// Reads a byte of an output; reading a high byte clears its sample's data-ready flag.
     fn read(&mut self, offset: u8) -> u8 {
         let (word, half) = (offset / 2, offset % 2);
         if half == 1 {
@@ -107,11 +107,11 @@ fn bytes(words: &[Word]) -> [u8; 6] {
     core::array::from_fn(|i| words[i / 2].value.to_le_bytes()[i % 2])
 }
 
-/// How long before the sampling edge data must be valid for the master, ns: of the order of what
-/// STM32's data sheets give (assumed).
+/// Setup time of the master before the sampling edge, ns: of the order given in
+/// STM32's data sheets (assumed).
 const SETUP_NS: u32 = 5;
 
-/// Where in an SPI transaction the bus is.
+/// State of an SPI transaction.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) enum Phase {
     /// Chip select is high.
@@ -126,17 +126,17 @@ pub(super) enum Phase {
 }
 
 impl Part {
-    /// Chip select goes low: the next byte is an address, its top bit set to read.
+    /// Drives chip select low: the next byte is an address, its top bit set to read.
     pub const fn select(&mut self) {
         self.phase = Phase::Address;
     }
 
-    /// Chip select goes high.
+    /// Drives chip select high.
     pub const fn deselect(&mut self) {
         self.phase = Phase::Idle;
     }
 
-    /// The clock with which the master reads from now on, Hz. Where its half period is shorter than
+    /// Sets the clock with which the master reads from now on, Hz. If its half period is shorter than
     /// [`least_half_period_ns`](Self::least_half_period_ns), every bit is read one clock late.
     pub const fn set_bus_clock(&mut self, hertz: u32) {
         self.bus_clock_hertz = Some(hertz);
@@ -145,8 +145,8 @@ impl Part {
         }
     }
 
-    /// From the clock's edge that shifts to the one that samples it takes at least this long to read
-    /// what the part sends, ns: its delay and the master's setup time.
+    /// Least time from the clock's shifting edge to its sampling edge with which the part's data are
+    /// read correctly, ns: the part's delay and the master's setup time.
     #[must_use]
     pub fn least_half_period_ns(&self) -> u32 {
         self.faults
@@ -155,14 +155,14 @@ impl Part {
             + SETUP_NS
     }
 
-    /// Whether the data line is behind the master's clock.
+    /// Returns whether the data line lags the master's clock.
     fn is_late(&self) -> bool {
         let half_period_ns = |hertz: u32| 500_000_000 / hertz.max(1);
         self.bus_clock_hertz
             .is_some_and(|hertz| half_period_ns(hertz) < self.least_half_period_ns())
     }
 
-    /// One byte from the master, one byte to it. While chip select is high, and with 3-wire SPI
+    /// Exchanges one byte with the master. While chip select is high, and with 3-wire SPI
     /// always, no part drives the data line: [`open_line`](super::PartOptions::open_line).
     pub fn exchange(&mut self, out: u8) -> u8 {
         let byte = self.answer(out);
@@ -177,7 +177,7 @@ impl Part {
         self.faults.stuck.unwrap_or(late)
     }
 
-    /// The byte that the part shifts out while `out` comes in.
+    /// Returns the byte that the part shifts out while `out` comes in.
     fn answer(&mut self, out: u8) -> u8 {
         self.byte_time();
         match self.phase {
@@ -203,12 +203,12 @@ impl Part {
         }
     }
 
-    /// Whether the part answers on I²C.
+    /// Returns whether the part answers on I²C.
     pub(super) fn has_i2c(&self) -> bool {
         !ctrl4_c::I2C_DISABLE.is_set(self.memory.get(register::CTRL4_C))
     }
 
-    /// The register that follows in a burst.
+    /// Returns the address that follows in a burst.
     pub(super) fn following(&self, address: u8) -> u8 {
         let increments = ctrl3_c::IF_INC.is_set(self.memory.get(register::CTRL3_C));
         if !increments {
@@ -220,7 +220,7 @@ impl Part {
         }
     }
 
-    /// Where a burst goes back to from the last output, by `ROUNDING` in `CTRL5_C`.
+    /// Returns the address to which a burst wraps from the last output, by `ROUNDING` in `CTRL5_C`.
     fn rounded(&self, address: u8) -> Option<u8> {
         const LAST_GYRO: u8 = register::OUTX_L_A.address - 1;
         const LAST_ACCEL: u8 = register::OUTZ_H_A.address;
@@ -232,14 +232,14 @@ impl Part {
         }
     }
 
-    /// One byte's time passes.
+    /// Advances time by one byte on the bus.
     pub(super) fn byte_time(&mut self) {
         if self.options.byte_time_ns > 0 {
             self.advance_to(self.now_ns + u64::from(self.options.byte_time_ns));
         }
     }
 
-    /// A byte as the master receives it, with the faults of the line.
+    /// Returns a byte as received by the master, with the faults of the line.
     pub(super) fn read_bus(&mut self, address: u8) -> u8 {
         let mut byte = self.read_register(address);
         if self.faults.flips_per_million > 0 {
@@ -286,14 +286,14 @@ impl Part {
             }
             _ if address == IS(register::INTERNAL_FREQ_FINE) => {
                 let steps = libm::floor(self.options.clock_error / 0.0015 + 0.5);
-                // The cast saturates at what the register holds.
+                // The cast saturates at the range of the register.
                 (steps as i8).to_le_bytes()[0]
             }
             _ => self.memory.read(address),
         }
     }
 
-    /// A byte from the master.
+    /// Handles a byte written by the master.
     pub(super) fn write_register(&mut self, address: u8, value: u8) {
         if self.busy.is_some() {
             return;
@@ -311,7 +311,7 @@ impl Part {
         self.act_on(address, value);
     }
 
-    /// The bank that an address means, where it is not the one described in
+    /// Returns the bank that an address refers to, if it is not the one described in
     /// [`register`](crate::register): that of the embedded functions or of the sensor hub.
     fn other_bank(&self, address: u8) -> Option<Bank> {
         const SENSOR_HUB: u8 = 0b01;
@@ -333,7 +333,7 @@ impl Part {
         self.act_on(address, value);
     }
 
-    /// What a register's new value starts.
+    /// Applies the effect of a register's new value.
     fn act_on(&mut self, address: u8, value: u8) {
         if address == register::CTRL3_C.address && ctrl3_c::BOOT.is_set(value) {
             return self.reboot();
@@ -355,7 +355,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_blocked_output_waits_for_its_other_half_however_often_the_first_is_read() {
+    fn blocked_output_waits_until_its_other_half_is_read() {
         for [first, second] in [[0, 1], [1, 0]] {
             let mut word = Word::default();
             let bytes =

@@ -1,4 +1,4 @@
-//! One sensor's path from motion to codes, three axes at a time.
+//! Signal path of one sensor from motion to codes, for its three axes.
 
 use super::clock::Clock;
 use super::filter::{LowPass, State};
@@ -6,22 +6,22 @@ use super::random::Random;
 use crate::register::ctrl2_g;
 use crate::scale::{AccelFullScale, DEGREE, GyroFullScale, STANDARD_GRAVITY};
 
-/// How a channel is set.
+/// Settings of a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Setting {
     /// Ticks from one sample to the next; 0 is off.
     pub(super) divider: u64,
-    /// Cut-off, Hz; `None` is open.
+    /// Cut-off, Hz; `None` disables the filter.
     pub(super) cutoff: Option<f64>,
     /// SI units per code.
     pub(super) sensitivity: f64,
     /// Noise density, SI units per √Hz.
     pub(super) density: f64,
-    /// The test signal, SI units.
+    /// Test signal, SI units.
     pub(super) test_signal: [f64; 3],
 }
 
-/// A channel: filters, and the sample that came out last.
+/// A channel: filters and the newest sample.
 #[derive(Clone, Debug)]
 pub(super) struct Channel {
     setting: Setting,
@@ -31,11 +31,11 @@ pub(super) struct Channel {
     noise_codes: f64,
     /// Codes of the newest sample.
     pub(super) codes: [i16; 3],
-    /// No samples before this time, ns.
+    /// Time of the earliest sample, ns.
     pub(super) starts_ns: u64,
 }
 
-/// ODR field → ticks per sample. The data rates are 6667 Hz divided by powers of two.
+/// Converts an ODR field to ticks per sample. The data rates are 6667 Hz divided by powers of two.
 pub(super) const fn divider(odr_code: u8) -> u64 {
     match odr_code {
         code @ 1..=10 => 1 << (10 - code),
@@ -64,7 +64,7 @@ impl Channel {
         }
     }
 
-    /// Takes another setting. A sensor that was off gives its first sample `turn_on_ns` later.
+    /// Applies another setting. A sensor that was off gives its first sample `turn_on_ns` later.
     pub(super) fn set(&mut self, setting: Setting, now_ns: u64, turn_on_ns: u64) {
         if setting == self.setting {
             return;
@@ -90,7 +90,7 @@ impl Channel {
         self.setting.divider != 0
     }
 
-    /// The first tick from `tick` on that gives a sample, were it started.
+    /// Returns the first tick from `tick` on that gives a sample, ignoring the start time.
     pub(super) const fn next_sample(&self, tick: u64) -> Option<u64> {
         if self.is_on() {
             Some(tick.next_multiple_of(self.setting.divider))
@@ -99,7 +99,7 @@ impl Channel {
         }
     }
 
-    /// One tick; whether a new sample came out.
+    /// Processes one tick; returns whether a new sample was produced.
     pub(super) fn tick(
         &mut self,
         tick: u64,
@@ -117,7 +117,7 @@ impl Channel {
                 *x += self.noise_codes * random.normal();
             }
         }
-        // What is not a number would stay in the filter for good.
+        // A NaN or an infinity would stay in the filter for good.
         let x = x.map(|x| {
             if x.is_nan() {
                 0.0
@@ -141,7 +141,7 @@ impl Channel {
     }
 }
 
-/// SI units per code, from `FS_XL`.
+/// Returns the full scale for a value of `FS_XL`.
 pub(super) fn accel_full_scale(fs_xl: u8) -> AccelFullScale {
     AccelFullScale::ALL
         .into_iter()
@@ -149,7 +149,7 @@ pub(super) fn accel_full_scale(fs_xl: u8) -> AccelFullScale {
         .unwrap_or_default()
 }
 
-/// Full scale from `CTRL2_G`.
+/// Returns the full scale for a value of `CTRL2_G`.
 pub(super) fn gyro_full_scale(ctrl2: u8) -> GyroFullScale {
     let fs_g = ctrl2_g::FS_G.of(ctrl2);
     if ctrl2_g::FS_125.is_set(ctrl2) {
@@ -161,12 +161,12 @@ pub(super) fn gyro_full_scale(ctrl2: u8) -> GyroFullScale {
         .unwrap_or_default()
 }
 
-/// m/s² per code.
+/// Sensitivity, m/s² per code.
 pub(super) fn accel_sensitivity(full_scale: AccelFullScale) -> f64 {
     f64::from(full_scale.milli_g_per_code()) * 1.0e-3 * f64::from(STANDARD_GRAVITY)
 }
 
-/// rad/s per code.
+/// Sensitivity, rad/s per code.
 pub(super) fn gyro_sensitivity(full_scale: GyroFullScale) -> f64 {
     f64::from(full_scale.milli_dps_per_code()) * 1.0e-3 * f64::from(DEGREE)
 }
@@ -177,14 +177,14 @@ mod tests {
     use crate::setting::Odr;
 
     #[test]
-    fn every_data_rate_divides_the_clock_to_within_its_nominal_number() {
+    fn divided_data_rates_match_their_nominal_values() {
         for odr in Odr::ALL {
             let divider = divider(odr.code());
             if odr == Odr::Off {
                 assert_eq!(divider, 0);
             } else {
                 let rate = Clock::RATE / divider as f64;
-                // 12.5 Hz is 13.02 Hz: as with the part, by the formula in its datasheet.
+                // 12.5 Hz is 13.02 Hz, as on the part, by the formula in its datasheet.
                 assert!(
                     (rate / f64::from(odr.hertz()) - 1.0).abs() < 0.05,
                     "{odr:?}"

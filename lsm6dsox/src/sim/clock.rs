@@ -1,14 +1,14 @@
-//! The part's own clock: ticks of 6667 Hz with an error and jitter.
+//! Clock of the part: ticks of 6667 Hz with an error and jitter.
 
 use super::random::hash;
 
 /// Nominal time between ticks, ps: six steps of the 25 µs timestamp.
 const PERIOD_PS: f64 = 150.0e6;
 
-/// Steps of the timestamp in a tick.
+/// Steps of the timestamp per tick.
 const STEPS: u64 = 6;
 
-/// Ticks as a function of time, and the other way round.
+/// Conversion between ticks and time.
 #[derive(Clone, Debug)]
 pub(super) struct Clock {
     origin_ps: u64,
@@ -22,7 +22,7 @@ impl Clock {
     /// Nominal ticks per second.
     pub(super) const RATE: f64 = 1.0e12 / PERIOD_PS;
 
-    /// Tick 0 at time 0. `ratio` is this clock's rate over the nominal one.
+    /// Starts tick 0 at time 0. `ratio` is this clock's rate over the nominal one.
     pub(super) fn new(ratio: f64, jitter_ns: u32, seed: u64) -> Self {
         let period_ps = period(ratio);
         Self {
@@ -34,7 +34,7 @@ impl Clock {
         }
     }
 
-    /// Runs at another rate from the last tick before `now_ps` on.
+    /// Changes the rate from the last tick before `now_ps` on.
     pub(super) fn set_ratio(&mut self, ratio: f64, now_ps: u64) {
         let ticks = now_ps.saturating_sub(self.origin_ps) / self.period_ps;
         self.origin_ps += ticks * self.period_ps;
@@ -42,7 +42,7 @@ impl Clock {
         self.period_ps = period(ratio);
     }
 
-    /// When a tick comes, ps. Each is late by up to the jitter, on its own.
+    /// Time of a tick, ps. Each tick is late by up to the jitter, independently.
     pub(super) fn tick_ps(&self, tick: u64) -> u64 {
         let jitter = if self.jitter_ps == 0 {
             0

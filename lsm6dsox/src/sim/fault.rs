@@ -1,39 +1,39 @@
-//! Faults of a part, injected on request.
+//! Faults of the simulated part.
 
 use crate::setting::Sensor;
 
 /// An axis of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axis {
-    /// The first pair of output bytes.
+    /// First pair of output bytes.
     X,
-    /// The second.
+    /// Second pair.
     Y,
-    /// The third.
+    /// Third pair.
     Z,
 }
 
 impl Axis {
-    /// In the order of the outputs.
+    /// All axes, in the order of the outputs.
     pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
 }
 
-/// A fault of the part. Faults add up; the same kind again replaces the earlier one, but for
-/// [`AxisStuck`](Self::AxisStuck), which each axis has for itself.
+/// Fault of the part. Faults accumulate; the same kind again replaces the earlier one, except for
+/// [`AxisStuck`](Self::AxisStuck), which applies per axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PartFault {
     /// The part's data line is stuck at 0: every byte read is 0x00.
     MisoStuckLow,
     /// The part's data line is stuck at 1: every byte read is 0xFF.
     MisoStuckHigh,
-    /// Each bit read is wrong with this probability.
+    /// Each bit read is inverted with this probability.
     BitFlips {
-        /// Wrong bits in a million.
+        /// Inverted bits per million.
         per_million: u32,
     },
-    /// `WHO_AM_I` says something else.
+    /// `WHO_AM_I` reads this value.
     WrongId(u8),
-    /// The supply dips now: the part boots, and all its settings are gone. Done once.
+    /// The supply dips now: the part boots, and all its settings are lost. Applied once.
     Reset,
     /// The interrupt pins stay low.
     DataReadyLost,
@@ -42,32 +42,32 @@ pub enum PartFault {
         /// Time from one rising edge to the next, ns.
         period_ns: u32,
     },
-    /// The outputs stay as they are, and yet are announced as new.
+    /// The outputs do not change, but are reported as new.
     FrozenOutput,
-    /// The outputs of one sensor stay as they are, and yet are announced as new; the other sensor
-    /// goes on.
+    /// The outputs of one sensor do not change, but are reported as new; the other sensor
+    /// is unaffected.
     SensorFrozen(Sensor),
-    /// One axis gives the same code with every sample, whatever the motion; the other five go on.
+    /// One axis outputs the same code with every sample, whatever the motion; the other five are unaffected.
     AxisStuck {
-        /// Of which sensor.
+        /// Affected sensor.
         sensor: Sensor,
-        /// Which of its axes.
+        /// Affected axis.
         axis: Axis,
-        /// The code that it gives, in steps of the full scale that is set.
+        /// Output code, in steps of the configured full scale.
         code: i16,
     },
-    /// Bits of a register change their value now, whether they can be written or not, and the part
-    /// acts on it as on a write. Done once: a write or a reset puts the register right.
+    /// Bits of a register flip now, whether writable or not, and the part
+    /// acts on the value as on a write. Applied once: a write or a reset restores the register.
     RegisterFlipped {
-        /// Where: 7 bits, in the bank described in [`register`](crate::register).
+        /// Address: 7 bits, in the bank described in [`register`](crate::register).
         address: u8,
-        /// The bits that change.
+        /// Bits to flip.
         bits: u8,
     },
-    /// From the clock's edge until the data line is valid it takes so long, instead of
+    /// Delay from the clock's edge until the data line is valid, instead of
     /// [`sdo_delay_ns`](super::PartOptions::sdo_delay_ns).
     SdoDelay {
-        /// ns.
+        /// Delay, ns.
         ns: u32,
     },
     /// The interrupt pins show pulses of 1 µs in addition to those of the samples.
@@ -77,11 +77,11 @@ pub enum PartFault {
     },
     /// Every axis is driven beyond the end of its range.
     Saturation,
-    /// The clock runs at this rate over the one it was made with; the trim does not show it.
+    /// Rate of the clock over its initial rate; the trim does not show it.
     ClockRatio(f64),
 }
 
-/// The faults in force.
+/// Active faults.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Faults {
     pub(super) stuck: Option<u8>,
@@ -96,7 +96,7 @@ pub(super) struct Faults {
     pub(super) saturated: bool,
 }
 
-/// The faults of the outputs of one sensor.
+/// Active faults of the outputs of one sensor.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Broken {
     pub(super) frozen: bool,

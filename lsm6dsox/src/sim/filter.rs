@@ -1,6 +1,6 @@
 //! A second-order Butterworth low-pass, by the bilinear transform with prewarping.
 
-/// What a filter computes with.
+/// Coefficients of the filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LowPass {
     b0: f64,
@@ -10,7 +10,7 @@ pub(super) struct LowPass {
     a2: f64,
 }
 
-/// What a filter remembers.
+/// State of the filter.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct State {
     s1: f64,
@@ -18,7 +18,7 @@ pub(super) struct State {
 }
 
 impl LowPass {
-    /// Lets everything through.
+    /// Passes everything.
     pub(super) const OPEN: Self = Self {
         b0: 1.0,
         b1: 0.0,
@@ -27,7 +27,7 @@ impl LowPass {
         a2: 0.0,
     };
 
-    /// With its −3 dB point at `cutoff`; open where that is (nearly) half the rate or more.
+    /// Creates a filter with its −3 dB point at `cutoff`; open if that is (nearly) half the rate or more.
     pub(super) fn new(cutoff: f64, rate: f64) -> Self {
         if cutoff >= 0.49 * rate {
             return Self::OPEN;
@@ -44,7 +44,7 @@ impl LowPass {
         }
     }
 
-    /// The state in which a constant input comes out as it is.
+    /// State in which a constant input passes unchanged.
     pub(super) const fn settled(&self, x: f64) -> State {
         State {
             s1: x * (1.0 - self.b0),
@@ -91,18 +91,18 @@ mod tests {
     }
 
     #[test]
-    fn what_would_alias_at_a_kilohertz_is_a_third_or_less() {
+    fn aliasing_frequencies_are_damped_to_a_third_or_less() {
         // 667 Hz folds onto the cut-off itself: −12 dB.
         assert!(gain(335.0, 667.0) < 0.26);
         assert!(gain(335.0, 1000.0) < 0.12);
     }
 
     #[test]
-    fn a_slow_motion_comes_out_two_thirds_of_a_millisecond_late() {
+    fn slow_motion_is_delayed_by_two_thirds_of_a_millisecond() {
         for cutoff in [333.35, 335.0] {
             let filter = LowPass::new(cutoff, RATE);
             let mut state = State::default();
-            // A ramp of one unit a second, long after it has begun.
+            // A ramp of one unit per second, long after its start.
             let late = (0..10_000).fold(0.0, |_, i| {
                 let x = f64::from(i) / RATE;
                 x - filter.step(&mut state, x)

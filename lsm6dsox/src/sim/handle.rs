@@ -1,4 +1,4 @@
-//! The part's ends, to be handed to drivers.
+//! Shared handles to a part, for drivers and tests.
 
 use core::cell::RefCell;
 use core::convert::Infallible;
@@ -13,7 +13,7 @@ use super::part::Part;
 use crate::driver::{SetSpiClock, SpiClock};
 use crate::setting::Pin;
 
-/// A part that several hold: the buses, the delay, and the test that watches.
+/// A part with several owners: the buses, the delay, and the observing test.
 #[derive(Clone, Debug)]
 pub struct SharedPart(Rc<RefCell<Part>>);
 
@@ -37,45 +37,45 @@ impl SharedPart {
         }
     }
 
-    /// A delay that lets the part's time pass.
+    /// A delay that advances the part's time.
     #[must_use]
     pub fn delay(&self) -> SimDelay {
         SimDelay(self.clone())
     }
 
-    /// Does something with the part itself. The part must not be asked for again meanwhile.
+    /// Calls `f` with the part. The part must not be accessed through another handle meanwhile.
     pub fn with<T>(&self, f: impl FnOnce(&mut Part) -> T) -> T {
         f(&mut self.0.borrow_mut())
     }
 
-    /// [`Part::advance_to`].
+    /// See [`Part::advance_to`].
     pub fn advance_to(&self, now_ns: u64) {
         self.with(|part| part.advance_to(now_ns));
     }
 
-    /// Lets so much time pass, ns.
+    /// Advances time by this duration, ns.
     pub fn advance_by(&self, ns: u64) {
         self.with(|part| part.advance_to(part.now_ns() + ns));
     }
 
-    /// [`Part::now_ns`].
+    /// See [`Part::now_ns`].
     #[must_use]
     pub fn now_ns(&self) -> u64 {
         self.with(|part| part.now_ns())
     }
 
-    /// [`Part::inject`].
+    /// See [`Part::inject`].
     pub fn inject(&self, fault: PartFault) {
         self.with(|part| part.inject(fault));
     }
 
-    /// [`Part::pin_is_high`].
+    /// See [`Part::pin_is_high`].
     #[must_use]
     pub fn pin_is_high(&self, pin: Pin) -> bool {
         self.with(|part| part.pin_is_high(pin))
     }
 
-    /// [`Part::next_rising_edge_ns`].
+    /// See [`Part::next_rising_edge_ns`].
     #[must_use]
     pub fn next_rising_edge_ns(&self, pin: Pin) -> Option<u64> {
         self.with(|part| part.next_rising_edge_ns(pin))
@@ -137,7 +137,7 @@ impl embedded_hal_async::spi::SpiDevice for SimSpi {
 }
 
 impl SetSpiClock for SimSpi {
-    /// Tells the part, whose bytes take as much longer where they take time at all.
+    /// Passes the clock to the part; the time of a byte, if not zero, changes accordingly.
     fn set_spi_clock(&mut self, clock: SpiClock) {
         self.0.with(|part| part.set_bus_clock(clock.hertz()));
     }
@@ -151,11 +151,11 @@ pub struct SimI2c {
 }
 
 impl SimI2c {
-    /// Where the part answers with its SA0 pin low \[P\].
+    /// Address of the part with its SA0 pin low \[P\].
     pub const ADDRESS: u8 = 0x6A;
 }
 
-/// No answer: another address, or I²C is switched off.
+/// No acknowledge: another address, or I²C is switched off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct I2cError;
 
@@ -213,7 +213,7 @@ impl I2c<SevenBitAddress> for SimI2c {
     }
 }
 
-/// A delay that lets the part's time pass.
+/// A delay that advances the part's time.
 #[derive(Clone, Debug)]
 pub struct SimDelay(SharedPart);
 

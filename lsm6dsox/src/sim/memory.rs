@@ -7,41 +7,41 @@ use crate::register::{
     ctrl8_xl, ctrl9_xl, fifo_ctrl2, func_cfg_access, int1_ctrl, int2_ctrl,
 };
 
-/// Something a driver must not do to the registers. The part shrugs it off; tests need not.
+/// Access to the registers that a driver must not make. The part tolerates it; tests need not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Violation {
-    /// A write to a register that only can be read.
+    /// A write to a read-only register.
     WroteReadOnly {
-        /// Where.
+        /// Address of the register.
         address: u8,
-        /// What.
+        /// Value written.
         value: u8,
     },
     /// A write that would have changed reserved bits.
     ChangedReservedBits {
-        /// Where.
+        /// Address of the register.
         address: u8,
-        /// What.
+        /// Value written.
         value: u8,
     },
-    /// A write to an address that is not described.
+    /// A write to an address without a description.
     WroteUnknown {
-        /// Where.
+        /// Address written to.
         address: u8,
-        /// What.
+        /// Value written.
         value: u8,
     },
-    /// A write that switched on what this part does not simulate; the register holds it, and
-    /// nothing comes of it.
+    /// A write that enabled a function that this part does not simulate; the register stores it,
+    /// without effect.
     NotSimulated {
-        /// Where.
+        /// Address of the register.
         address: u8,
-        /// The bits.
+        /// Bits without simulation.
         bits: u8,
     },
 }
 
-/// What the part would act on and this one does not, by register: bits that are refused.
+/// Fields that a real part acts on and this one does not, by register; setting them is reported.
 const NOT_SIMULATED: &[(Register, &[Field])] = &[
     (
         register::FUNC_CFG_ACCESS,
@@ -109,28 +109,28 @@ const NOT_SIMULATED: &[(Register, &[Field])] = &[
     (register::CTRL9_XL, &[ctrl9_xl::DEN_LH, ctrl9_xl::DEN_XL_G]),
 ];
 
-/// The bits of `value` that are refused.
+/// Returns the bits of `value` that are not simulated.
 fn not_simulated(address: u8, value: u8) -> u8 {
     let fields = NOT_SIMULATED.iter().find(|(r, _)| r.address == address);
     let fields = fields.map_or(&[][..], |(_, fields)| fields);
     fields.iter().fold(0, |bits, field| bits | field.mask()) & value
 }
 
-/// The most violations that are kept; later ones are not.
+/// Largest number of recorded violations; later ones are dropped.
 const MAX_VIOLATIONS: usize = 256;
 
-/// A bank of registers of which none is described.
+/// A register bank without a description.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Bank {
     EmbeddedFunctions,
     SensorHub,
 }
 
-/// Values of the registers that hold some.
+/// Values of the registers.
 #[derive(Clone, Debug)]
 pub(super) struct Memory {
     values: [u8; 128],
-    /// The other banks: what was written, without any effect.
+    /// The other banks: values written, without effect.
     others: [[u8; 128]; 2],
     described: [Option<Register>; 128],
     violations: Vec<Violation>,
@@ -175,7 +175,7 @@ impl Memory {
         self.read(register.address)
     }
 
-    /// Writes the bits that can be written.
+    /// Writes the writable bits.
     pub(super) fn write(&mut self, address: u8, value: u8) {
         let violation = match self.described[usize::from(address & 0x7F)] {
             None => Some(Violation::WroteUnknown { address, value }),
@@ -204,12 +204,12 @@ impl Memory {
         }
     }
 
-    /// Puts a value there whatever it is.
+    /// Sets a register to any value.
     pub(super) fn put(&mut self, register: Register, value: u8) {
         self.force(register.address, value);
     }
 
-    /// The same by the address.
+    /// Sets the register at an address to any value.
     pub(super) fn force(&mut self, address: u8, value: u8) {
         self.values[usize::from(address & 0x7F)] = value;
     }
@@ -232,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn reserved_bits_keep_their_value_and_the_attempt_is_noted() {
+    fn reserved_bits_keep_their_value_and_writes_are_recorded() {
         let mut memory = Memory::new();
         memory.write(0x10, 0xFF);
         assert_eq!(memory.read(0x10), 0xFE);
@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_simulated_is_held_and_noted() {
+    fn unsimulated_bits_are_stored_and_recorded() {
         let mut memory = Memory::new();
         memory.write(register::CTRL7_G.address, 0x40);
         memory.write(register::CTRL5_C.address, 0x05);
@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn what_can_only_be_read_does_not_change() {
+    fn read_only_register_does_not_change() {
         let mut memory = Memory::new();
         memory.write(0x0F, 0x00);
         assert_eq!(memory.read(0x0F), 0x6C);

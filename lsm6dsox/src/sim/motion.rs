@@ -1,11 +1,11 @@
-//! What the part feels: motion as a function of time.
+//! Motion of the part as a function of time.
 
 use core::fmt;
 use std::vec::Vec;
 
 use crate::scale::STANDARD_GRAVITY;
 
-/// What acts on the part at one instant.
+/// Physical inputs of the part at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stimulus {
     /// Specific force in the axes of the sensor, m/s², gravity included.
@@ -17,7 +17,7 @@ pub struct Stimulus {
 }
 
 impl Stimulus {
-    /// Lying still, z up, at 25 °C.
+    /// At rest, z up, at 25 °C.
     pub const REST: Self = Self {
         specific_force: [0.0, 0.0, STANDARD_GRAVITY as f64],
         angular_rate: [0.0; 3],
@@ -33,7 +33,7 @@ impl Default for Stimulus {
 
 /// A source of motion. Closures from seconds to [`Stimulus`] are sources.
 pub trait Motion {
-    /// What acts `seconds` after the start. Times come in rising order, 150 µs apart.
+    /// Returns the inputs `seconds` after the start. Times are ascending, 150 µs apart.
     fn at(&mut self, seconds: f64) -> Stimulus;
 }
 
@@ -43,17 +43,17 @@ impl<F: FnMut(f64) -> Stimulus> Motion for F {
     }
 }
 
-/// What lies between two samples of a recording.
+/// Interpolation between two samples of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
-    /// The earlier of the two.
+    /// The earlier of the two samples.
     Hold,
     /// A straight line.
     Linear,
 }
 
-/// Recorded motion at a stated rate, resampled to the part's clock. Before its first sample it
-/// is the first, after its last the last.
+/// Recorded motion at a stated rate, resampled to the part's clock. The first sample also applies
+/// before its time, the last one after its time.
 #[derive(Clone, Debug)]
 pub struct Recording {
     rate: f64,
@@ -61,7 +61,7 @@ pub struct Recording {
     interpolation: Interpolation,
 }
 
-/// Why a recording cannot be played.
+/// Reason for which a recording is rejected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RecordingError {
     /// It has no samples.
@@ -82,10 +82,10 @@ impl fmt::Display for RecordingError {
 impl core::error::Error for RecordingError {}
 
 impl Recording {
-    /// A recording of `rate` Hz.
+    /// Creates a recording of `rate` Hz.
     ///
     /// # Errors
-    /// Where there is nothing to play, or no rate to play it at.
+    /// An error if there is no sample, or the rate is invalid.
     pub fn new(
         rate: f64,
         samples: Vec<Stimulus>,
@@ -118,7 +118,7 @@ impl Recording {
 impl Motion for Recording {
     fn at(&mut self, seconds: f64) -> Stimulus {
         let position = seconds * self.rate;
-        // The cast takes what is below 0 to 0.
+        // The cast takes negative values to 0.
         let index = position as usize;
         let before = self.sample(index);
         if self.interpolation == Interpolation::Hold {
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_is_drawn_between_samples_and_the_ends_are_held() {
+    fn samples_are_interpolated_and_the_ends_are_held() {
         let mut recording = ramp(Interpolation::Linear);
         let at = [(-1.0, 10.0), (0.0, 10.0), (0.005, 15.0), (0.015, 30.0)];
         for (seconds, temperature) in at.into_iter().chain([(0.02, 40.0), (9.0, 40.0)]) {
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn a_recording_without_samples_or_rate_is_refused() {
+    fn recording_without_samples_or_rate_is_rejected() {
         let new = |rate, samples| Recording::new(rate, samples, Interpolation::Hold).err();
         assert_eq!(new(100.0, vec![]), Some(RecordingError::Empty));
         for rate in [0.0, -1.0, f64::INFINITY] {

@@ -1,4 +1,4 @@
-//! The part as a whole: time, ticks, resets and faults.
+//! The simulated part: time, ticks, resets and faults.
 
 use std::boxed::Box;
 
@@ -16,33 +16,33 @@ use crate::fifo::tag;
 use crate::register::{self, ctrl3_c, fifo_ctrl2, fifo_ctrl3, fifo_ctrl4};
 use crate::scale::{DEGREE, STANDARD_GRAVITY};
 
-/// A software reset, ns \[S\].
+/// Duration of a software reset, ns \[S\].
 const RESET_NS: u64 = 50_000;
 
-/// Ticks from one temperature to the next: 52 Hz.
+/// Ticks per temperature sample: 52 Hz.
 const TEMPERATURE_DIVIDER: u64 = 128;
 
-/// Where offsets are given and the temperature's code is 0, °C \[P\].
+/// Temperature at which offsets are specified and the temperature's code is 0, °C \[P\].
 const REFERENCE_TEMPERATURE: f64 = 25.0;
 
-/// How long a specimen takes to start.
+/// Start-up times of a specimen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StartTimes {
-    /// From power-up until the part answers, ns.
+    /// Time from power-up until the part answers, ns.
     pub boot_ns: u64,
-    /// From its data rate to the accelerometer's first sample, ns.
+    /// Time from setting the data rate to the accelerometer's first sample, ns.
     pub accel_turn_on_ns: u64,
-    /// From its data rate to the gyroscope's first sample, ns.
+    /// Time from setting the data rate to the gyroscope's first sample, ns.
     pub gyro_turn_on_ns: u64,
-    /// From its data rate until the gyroscope's samples are right, ns.
+    /// Time from setting the data rate until the gyroscope's samples are valid, ns.
     pub gyro_settled_ns: u64,
-    /// By how much the gyroscope is wrong at its data rate, rad/s on each axis; from there it falls
-    /// evenly to 0.
+    /// Error of the gyroscope when its data rate is set, rad/s on each axis; it falls
+    /// linearly to 0.
     pub gyro_start_error: f64,
 }
 
 impl StartTimes {
-    /// The longest: boot 10 ms \[P example\], accelerometer 5 ms (assumed), gyroscope's first sample
+    /// The longest times: boot 10 ms \[P example\], accelerometer 5 ms (assumed), gyroscope's first sample
     /// 35 ms \[D\] and settled 70 ms (AN5040, LSM6DSL); the error, 0.2 rad/s, is assumed.
     pub const SLOWEST: Self = Self {
         boot_ns: 10_000_000,
@@ -52,7 +52,7 @@ impl StartTimes {
         gyro_start_error: 0.2,
     };
 
-    /// The shortest; all of it is assumed.
+    /// The shortest times; all are assumed.
     pub const FASTEST: Self = Self {
         boot_ns: 3_000_000,
         accel_turn_on_ns: 1_000_000,
@@ -62,16 +62,16 @@ impl StartTimes {
     };
 }
 
-/// What one specimen is like.
+/// Properties of one specimen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PartOptions {
-    /// Decides noise, jitter and bit flips.
+    /// Seed of noise, jitter and bit flips.
     pub seed: u64,
-    /// By which fraction the clock is fast; `INTERNAL_FREQ_FINE` shows it in steps of 0.15 %.
+    /// Fraction by which the clock is fast; `INTERNAL_FREQ_FINE` shows it in steps of 0.15 %.
     pub clock_error: f64,
-    /// By how much an edge may be late, ns; each on its own.
+    /// Largest delay of an edge, ns; each edge has its own.
     pub jitter_ns: u32,
-    /// Whether there is noise. It takes three quarters of a run's time: with it, an hour
+    /// Enables noise. It takes three quarters of a run's time: with it, an hour
     /// of 24 million ticks takes some seconds.
     pub noise: bool,
     /// Zero-g offset at 25 °C, m/s².
@@ -88,12 +88,12 @@ pub struct PartOptions {
     pub gyro_test_signal: [f64; 3],
     /// Time that passes with each byte on the bus, ns: 0, or 800 for 10 MHz.
     pub byte_time_ns: u32,
-    /// How long it takes to start.
+    /// Start-up times.
     pub start: StartTimes,
-    /// From the clock's edge until the data line is valid, ns; on a sibling at most 50. It matters
-    /// once the clock is known, [`Part::set_bus_clock`].
+    /// Delay from the clock's edge until the data line is valid, ns; on a sibling at most 50. It has an
+    /// effect once the clock is known, [`Part::set_bus_clock`].
     pub sdo_delay_ns: u32,
-    /// What the master reads while the part does not drive the data line: the board's pull.
+    /// Value read by the master while the part does not drive the data line: the board's pull.
     pub open_line: u8,
 }
 
@@ -105,7 +105,7 @@ impl Default for PartOptions {
 
 impl PartOptions {
     /// A part without error, offset or drift, with noise and 500 ns of jitter; 0.5 g and 400 °/s of
-    /// test signal; transfers take no time; starts as slowly as parts do; 25 ns from the clock to the
+    /// test signal; transfers take no time; slowest start-up; 25 ns from the clock to the
     /// data line, which is pulled down.
     pub const DEFAULT: Self = Self {
         seed: 1,
@@ -142,7 +142,7 @@ fn offset(bias: [f64; 3], drift: [f64; 3], temperature: f64) -> [f64; 3] {
     core::array::from_fn(|axis| bias[axis] + drift[axis] * warmth)
 }
 
-/// What keeps the part from answering.
+/// State in which the part does not answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Busy {
     /// Booting: nothing answers.
@@ -162,16 +162,16 @@ pub struct Part {
     pub(super) faults: Faults,
     pub(super) flips: Random,
     pub(super) busy: Option<(Busy, u64)>,
-    /// What the timestamp counter read zero at, in steps; `None` while it is off.
+    /// Value of the step counter at which the timestamp is zero; `None` while it is off.
     pub(super) timestamp_zero: Option<u64>,
     pub(super) clock: Clock,
     pub(super) next_tick: u64,
     pub(super) accel: Channel,
     pub(super) gyro: Channel,
-    /// When the gyroscope was switched on.
+    /// Time at which the gyroscope was switched on, ns.
     gyro_on_ns: u64,
     pub(super) bus_clock_hertz: Option<u32>,
-    /// The last bit on the data line, where it comes too late.
+    /// Last bit on the data line, used if bits are read late.
     pub(super) late_bit: u8,
     pub(super) accel_edge_ns: Option<u64>,
     pub(super) gyro_edge_ns: Option<u64>,
@@ -190,12 +190,12 @@ impl core::fmt::Debug for Part {
 }
 
 impl Part {
-    /// A part just powered up that feels `motion`.
+    /// Creates a part after power-up that senses `motion`.
     pub fn new(motion: impl Motion + 'static) -> Self {
         Self::with_options(motion, PartOptions::default())
     }
 
-    /// A particular specimen just powered up.
+    /// Creates a specimen with these properties after power-up.
     pub fn with_options(motion: impl Motion + 'static, options: PartOptions) -> Self {
         Self {
             now_ns: 0,
@@ -222,7 +222,7 @@ impl Part {
         }
     }
 
-    /// The part with its ends: buses and a delay.
+    /// Converts the part into a shared one, with handles for buses and a delay.
     #[must_use]
     pub fn shared(self) -> SharedPart {
         SharedPart::new(self)
@@ -234,13 +234,13 @@ impl Part {
         self.now_ns
     }
 
-    /// What was done to the registers that must not be done, in order; the first 256.
+    /// Recorded violations of register accesses, in order; the first 256.
     #[must_use]
     pub fn violations(&self) -> &[Violation] {
         self.memory.violations()
     }
 
-    /// Lets time pass until `now_ns` since power-up. Time does not run backwards.
+    /// Advances time to `now_ns` since power-up. Time does not run backwards.
     pub fn advance_to(&mut self, now_ns: u64) {
         let now_ps = now_ns.saturating_mul(1000);
         while self.measures() {
@@ -260,7 +260,7 @@ impl Part {
         }
     }
 
-    /// Puts a fault into force.
+    /// Activates a fault.
     pub fn inject(&mut self, fault: PartFault) {
         match fault {
             PartFault::MisoStuckLow => self.faults.stuck = Some(0x00),
@@ -290,7 +290,7 @@ impl Part {
         }
     }
 
-    /// Takes all faults away. What a reset has done stays done.
+    /// Removes all faults. The effects of a reset remain.
     pub fn clear_faults(&mut self) {
         self.faults = Faults::default();
         self.set_clock_ratio(1.0);
@@ -302,7 +302,7 @@ impl Part {
         self.next_tick = self.clock.next_tick(self.now_ns * 1000);
     }
 
-    /// All settings gone, with them what the FIFO holds, and busy for a while.
+    /// Resets all settings and clears the FIFO; the part is busy for `duration_ns`.
     fn restart(&mut self, busy: Busy, duration_ns: u64) {
         self.memory.reset();
         self.words = Words::default();
@@ -323,7 +323,7 @@ impl Part {
         self.accel.is_on() || self.gyro.is_on()
     }
 
-    /// Takes the signal paths' settings from the registers.
+    /// Applies the registers to the signal paths.
     pub(super) fn settings_changed(&mut self) {
         let asleep = !self.measures();
         let (accel, gyro) = (self.accel_setting(), self.gyro_setting());
@@ -335,7 +335,7 @@ impl Part {
             self.gyro_on_ns = self.now_ns;
         }
         if asleep {
-            // The ticks of a part asleep have gone by unnoticed.
+            // Skips the ticks that have passed while the part was asleep.
             self.next_tick = self.clock.next_tick(self.now_ns * 1000);
         }
         if Mode::of(fifo_ctrl4::FIFO_MODE.of(self.memory.get(register::FIFO_CTRL4))) == Mode::Bypass
@@ -388,7 +388,7 @@ impl Part {
         self.batch(tick, tick_ps);
     }
 
-    /// What is left of the gyroscope's error at its start, rad/s.
+    /// Remaining error of the gyroscope after its start, rad/s.
     fn gyro_start_error(&self, now_ns: u64) -> f64 {
         let StartTimes {
             gyro_settled_ns,
@@ -402,7 +402,7 @@ impl Part {
         gyro_start_error * left as f64 / gyro_settled_ns as f64
     }
 
-    /// The codes as a broken sensor puts them out; `None` where the old ones stay.
+    /// Returns the codes as output by a broken sensor; `None` if the old ones remain.
     fn broken(&self, broken: Broken, codes: [i16; 3]) -> Option<[i16; 3]> {
         if broken.frozen {
             None
@@ -414,7 +414,7 @@ impl Part {
         }
     }
 
-    /// Puts this tick's words into the FIFO.
+    /// Adds this tick's words to the FIFO.
     fn batch(&mut self, tick: u64, tick_ps: u64) {
         let ctrl4 = self.memory.get(register::FIFO_CTRL4);
         let mode = Mode::of(fifo_ctrl4::FIFO_MODE.of(ctrl4));
@@ -466,7 +466,7 @@ impl Part {
     }
 
     pub(super) fn timestamp_at(&self, now_ps: u64) -> u32 {
-        // 32 bits of it: the counter wraps.
+        // The lower 32 bits: the counter wraps.
         self.timestamp_zero
             .map_or(0, |zero| self.clock.steps(now_ps).wrapping_sub(zero) as u32)
     }

@@ -1,4 +1,4 @@
-//! How the registers set the signal paths.
+//! Configuration of the signal paths by the registers.
 
 use super::channel::{self, Setting};
 use super::part::Part;
@@ -7,7 +7,7 @@ use crate::register::{self, ctrl1_xl, ctrl2_g, ctrl4_c, ctrl5_c, ctrl6_c, ctrl8_
 use crate::scale::{AccelFullScale, DEGREE, STANDARD_GRAVITY};
 use crate::setting::{AccelFilter, Ftype, GyroFilter, Odr};
 
-/// Where the gyroscope's cut-off is not known: this part of its data rate.
+/// Fraction of the data rate used if the gyroscope's cut-off is unknown.
 const UNKNOWN_CUTOFF: f64 = 0.4;
 
 impl Part {
@@ -16,7 +16,7 @@ impl Part {
         let odr_code = ctrl1_xl::ODR_XL.of(ctrl1);
         let ctrl8 = self.memory.get(register::CTRL8_XL);
         let full_scale = match channel::accel_full_scale(ctrl1_xl::FS_XL.of(ctrl1)) {
-            // The code of 16 g is a second one for 2 g in the mode that ends at 8 g.
+            // The code of 16 g is a second code of 2 g in the mode that ends at 8 g.
             AccelFullScale::G16 if ctrl8_xl::XL_FS_MODE.is_set(ctrl8) => AccelFullScale::G2,
             full_scale => full_scale,
         };
@@ -84,7 +84,7 @@ fn odr(code: u8) -> Odr {
         .unwrap_or_default()
 }
 
-/// Hz by ST's names, for the cut-offs that are fractions of it.
+/// Nominal rate by ST's names, Hz, for the cut-offs that are fractions of it.
 fn nominal_rate(odr_code: u8) -> f64 {
     f64::from(odr(odr_code).hertz())
 }

@@ -1,18 +1,18 @@
-//! The interrupt pins: how high they are, and when they rise next.
+//! The interrupt pins: their levels and next rising edges.
 
 use super::channel::Channel;
 use super::part::Part;
 use crate::register::{self, counter_bdr_reg1, ctrl3_c, ctrl4_c, int1_ctrl, int2_ctrl};
 use crate::setting::Pin;
 
-/// A pulsed data-ready, ns \[D\].
+/// Duration of a data-ready pulse, ns \[D\].
 const PULSE_NS: u64 = 75_000;
 
-/// How long a glitch is, ns.
+/// Duration of a glitch, ns.
 pub(super) const GLITCH_NS: u64 = 1_000;
 
 impl Part {
-    /// Whether accelerometer, gyroscope and watermark drive a pin.
+    /// Returns whether accelerometer, gyroscope and watermark are routed to a pin.
     fn routing(&self, pin: Pin) -> (bool, bool, bool) {
         let (int1, int2) = (
             self.memory.get(register::INT1_CTRL),
@@ -45,7 +45,7 @@ impl Part {
         counter_bdr_reg1::DATAREADY_PULSED.is_set(self.memory.get(register::COUNTER_BDR_REG1))
     }
 
-    /// Whether a pin is high now.
+    /// Returns whether a pin is high now.
     #[must_use]
     pub fn pin_is_high(&self, pin: Pin) -> bool {
         if self.faults.pins_lost {
@@ -57,18 +57,18 @@ impl Part {
         self.glitches() || self.announces(pin) != self.is_active_low()
     }
 
-    /// Whether the pins are low for what they announce, and high otherwise.
+    /// Returns whether the pins are active low.
     fn is_active_low(&self) -> bool {
         ctrl3_c::H_LACTIVE.is_set(self.memory.get(register::CTRL3_C))
     }
 
-    /// Whether a glitch lifts the pins now.
+    /// Returns whether a glitch drives the pins high now.
     fn glitches(&self) -> bool {
         let period = self.faults.glitch_period_ns;
         period.is_some_and(|period| self.now_ns % period < GLITCH_NS)
     }
 
-    /// Whether what is routed to a pin holds it high.
+    /// Returns whether a signal routed to a pin drives it high.
     fn announces(&self, pin: Pin) -> bool {
         let (accel, gyro, watermark) = self.routing(pin);
         let recent = |edge: Option<u64>| edge.is_some_and(|edge| self.now_ns < edge + PULSE_NS);
@@ -82,8 +82,8 @@ impl Part {
             || (watermark && self.fifo.reached(self.watermark()))
     }
 
-    /// When a pin next rises by a data-ready, ns since power-up, later than now: `None` where it
-    /// will not, or not before the sample that holds it high is read.
+    /// Time of a pin's next rising edge by data-ready, ns since power-up, later than now: `None` without an
+    /// edge, or if there is none before the sample that holds the pin high is read.
     #[must_use]
     pub fn next_rising_edge_ns(&self, pin: Pin) -> Option<u64> {
         if self.faults.pins_lost {
@@ -99,7 +99,7 @@ impl Part {
         if !self.pulsed() && self.announces(pin) {
             return None;
         }
-        // A glitch in a sample's pulse is no edge.
+        // A glitch within a sample's pulse does not cause an edge.
         let pulse_end = |routed: bool, edge: Option<u64>| {
             let edge = edge.filter(|_| routed && self.pulsed());
             edge.map_or(0, |edge| edge + PULSE_NS - 1)
@@ -118,7 +118,7 @@ impl Part {
             .min()
     }
 
-    /// When pins that are active low next rise: at the end of a pulse; latched ones do when a sample
+    /// Time of the next rising edge of active-low pins: the end of a pulse; latched pins rise when a sample
     /// is read.
     fn next_end_of_a_pulse_ns(&self, accel: bool, gyro: bool) -> Option<u64> {
         if !self.pulsed() {

@@ -1,4 +1,4 @@
-//! Random numbers that are the same everywhere.
+//! Reproducible random numbers.
 
 /// xoshiro256++ of Blackman and Vigna (public domain), seeded by splitmix64.
 #[derive(Clone, Debug)]
@@ -7,7 +7,7 @@ pub(super) struct Random {
     spare: Option<f64>,
 }
 
-/// splitmix64: a number out of a counter.
+/// Hash of a counter by splitmix64.
 pub(super) const fn hash(counter: u64) -> u64 {
     let z = counter.wrapping_add(0x9E37_79B9_7F4A_7C15);
     let z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -35,13 +35,13 @@ impl Random {
         result
     }
 
-    /// Uniform in (0, 1], in steps of 2⁻⁵³.
+    /// Returns a uniform number in (0, 1], in steps of 2⁻⁵³.
     fn uniform(&mut self) -> f64 {
         const STEP: f64 = 1.0 / (1_u64 << 53) as f64;
         ((self.next() >> 11) + 1) as f64 * STEP
     }
 
-    /// Normal with mean 0 and standard deviation 1, by Box and Muller: two at a time.
+    /// Returns a normal number with mean 0 and standard deviation 1, by Box and Muller: two at a time.
     pub(super) fn normal(&mut self) -> f64 {
         if let Some(spare) = self.spare.take() {
             return spare;
@@ -52,7 +52,7 @@ impl Random {
         radius * cos
     }
 
-    /// True with a probability of `per_million` in a million.
+    /// Returns true with a probability of `per_million` in a million.
     pub(super) const fn chance(&mut self, per_million: u32) -> bool {
         self.next() % 1_000_000 < per_million as u64
     }
@@ -88,7 +88,7 @@ mod tests {
         assert_eq!(normal, NORMAL);
     }
 
-    /// By an implementation in another language.
+    /// Computed by an implementation in another language.
     const FIRST: [u64; 3] = [
         997_370_147_696_787_464,
         11_176_634_544_585_163_408,

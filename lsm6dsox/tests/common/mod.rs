@@ -1,4 +1,4 @@
-//! A part lying still, and its driver.
+//! A part at rest, and its driver.
 #![allow(dead_code)] // Each test file uses its share.
 
 use lsm6dsox::sim::{Part, PartOptions, SharedPart, SimSpi, Stimulus};
@@ -21,7 +21,7 @@ pub fn part(options: PartOptions) -> SharedPart {
     Part::with_options(at_rest, options).shared()
 }
 
-/// A driver that has brought the part up, a millisecond later.
+/// Initialises a driver and waits for a millisecond.
 pub fn sensor(part: &SharedPart, config: Config) -> Lsm6dsox<SimSpi> {
     let mut sensor = Lsm6dsox::new(part.spi(), config);
     sensor.init(&mut part.delay()).expect("the part is sound");

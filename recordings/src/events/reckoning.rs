@@ -1,13 +1,13 @@
-//! Dead reckoning: how far a foot has come since it last stood, from its accelerations alone.
+//! Dead reckoning: displacement of a foot since it last stood, from its accelerations alone.
 
 use estimator_core::{ContactEstimate, Flag, Timestamp};
 
 use crate::space::{Rotation, Vector};
 
-/// Samples further apart leave open how the foot moved between them, µs.
+/// Longest step between samples, µs; the motion within longer steps is unknown.
 const LONGEST_STEP_US: u64 = 20_000;
 
-/// A sample with one of these says nothing that can be summed up.
+/// Flags of samples that cannot be integrated.
 const UNSOUND: [Flag; 4] = [
     Flag::AttitudeNotInitialised,
     Flag::Saturated,
@@ -15,25 +15,25 @@ const UNSOUND: [Flag; 4] = [
     Flag::InvalidSample,
 ];
 
-/// The motion since a foot last stood: its acceleration without gravity, turned into the world and
-/// summed up twice, trapezoid by trapezoid.
+/// Motion since the foot last stood: its acceleration without gravity, rotated into the world frame and integrated
+/// twice with the trapezoidal rule.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reckoning {
     start: Timestamp,
     now: Timestamp,
-    /// Up in the frame of the foot, while it stood.
+    /// Up in the frame of the foot during its stance.
     up: Vector,
-    /// World frame, m/s².
+    /// Acceleration in the world frame, m/s².
     acceleration: Vector,
-    /// m/s.
+    /// Velocity, m/s.
     velocity: Vector,
-    /// m.
+    /// Position, m.
     position: Vector,
     is_sound: bool,
 }
 
 impl Reckoning {
-    /// A foot that stands: this estimate is the last one that says so.
+    /// Starts from a foot at rest; this is the last stable estimate.
     pub(super) fn from_rest(estimate: &ContactEstimate) -> Self {
         Self {
             start: estimate.timestamp,
@@ -46,12 +46,12 @@ impl Reckoning {
         }
     }
 
-    /// The newest estimate's time.
+    /// Time of the newest estimate.
     pub(super) const fn now(&self) -> Timestamp {
         self.now
     }
 
-    /// Takes in the next estimate.
+    /// Processes the next estimate.
     pub(super) fn add(&mut self, estimate: &ContactEstimate) {
         let step = estimate.timestamp.micros_since(self.now);
         let acceleration = in_world(estimate);
@@ -71,20 +71,19 @@ impl Reckoning {
         self.now = estimate.timestamp;
     }
 
-    /// Angle by which the foot is inclined against its stance, rad; 0 to π.
+    /// Inclination of the foot against its stance, rad; 0 to π.
     pub(super) fn tilt(&self, estimate: &ContactEstimate) -> f64 {
         self.up.angle_to(up(estimate))
     }
 
-    /// How far along the ground the foot has come, m, where it now stands again: what is left of the
-    /// speed is an error that has grown evenly, and is taken out. `None` where a sample was missing or
-    /// cannot be believed.
+    /// Distance along the ground of a foot that now stands again, m. The remaining speed is taken for an error
+    /// that has grown linearly, and is removed. `None` if a sample was missing or doubtful.
     pub(super) fn distance_to_rest(&self) -> Option<f64> {
         let seconds = self.now.micros_since(self.start)? as f64 / 1.0e6;
         self.along_ground(self.position - self.velocity * (0.5 * seconds))
     }
 
-    /// How far along the ground the foot has come, m, while it still moves.
+    /// Distance along the ground of a foot that still moves, m.
     pub(super) fn distance(&self) -> Option<f64> {
         self.along_ground(self.position)
     }
@@ -95,7 +94,7 @@ impl Reckoning {
     }
 }
 
-/// The acceleration without gravity in the world frame, m/s².
+/// Acceleration without gravity in the world frame, m/s².
 fn in_world(estimate: &ContactEstimate) -> Vector {
     let a = estimate.linear_acceleration.0;
     rotation(estimate).to_world(Vector::new(a.x.into(), a.y.into(), a.z.into()))

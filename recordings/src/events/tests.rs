@@ -1,27 +1,27 @@
-//! Events of feet whose estimates are written down.
+//! Events from synthetic estimates.
 
 use super::*;
 use estimator_core::{Flag, Flags, LinearAcceleration, Phase, Probabilities, Quaternion, Vec3};
 
-/// What a foot does for some milliseconds.
+/// Motion of a foot during some milliseconds.
 #[derive(Clone, Copy)]
 enum Does {
     Stands,
-    /// With this phase.
+    /// Swings with this phase.
     Swings(Phase),
-    /// Along the ground, with this acceleration, m/s².
+    /// Slides along the ground with this acceleration, m/s².
     Slides(Phase, f32),
-    /// About its toe: the sensor moves along the ground, and the foot is inclined by 5°.
+    /// Rolls about its toe: the sensor moves along the ground, and the foot is inclined by 5°.
     Rolls,
-    /// Up and down on the spot.
+    /// Moves up and down on the spot.
     Sinks,
-    /// Something that cannot be seen.
+    /// Moves unseen: the samples are unusable.
     Hides,
 }
 
 use Does::{Hides, Rolls, Sinks, Slides, Stands, Swings};
 
-/// Without a load no phase is known.
+/// Phase without a load.
 const NONE: Phase = Phase::Unknown;
 
 fn estimate(does: Does, ms: u64) -> ContactEstimate {
@@ -61,7 +61,7 @@ fn estimate(does: Does, ms: u64) -> ContactEstimate {
     }
 }
 
-/// The events of a foot that does one thing after the other, each for a number of milliseconds.
+/// Returns the events of a sequence of motions, each with its duration in ms.
 fn events(of: &[(u64, Does)]) -> Vec<Event> {
     let mut events = Events::default();
     let mut found = Vec::new();
@@ -74,7 +74,7 @@ fn events(of: &[(u64, Does)]) -> Vec<Event> {
     found
 }
 
-/// Name, time and duration in ms.
+/// Returns name, time and duration in ms of each event.
 fn said(of: &[(u64, Does)]) -> Vec<(&'static str, u64, Option<u64>)> {
     let ms = |micros: u64| micros / 1000;
     let say = |e: &Event| (e.kind.name(), ms(e.time.as_micros()), e.duration_us.map(ms));
@@ -82,7 +82,7 @@ fn said(of: &[(u64, Does)]) -> Vec<(&'static str, u64, Option<u64>)> {
 }
 
 #[test]
-fn a_step_is_a_touch_down_and_a_lift_off_with_the_stance_between_them() {
+fn step_yields_touch_down_and_lift_off() {
     for swing in [Phase::Swing, NONE] {
         let step = [
             (300, Swings(swing)),
@@ -102,13 +102,13 @@ fn a_step_is_a_touch_down_and_a_lift_off_with_the_stance_between_them() {
 }
 
 #[test]
-fn a_foot_that_stands_when_the_recording_begins_has_not_touched_down() {
+fn standing_at_start_yields_no_touch_down() {
     let begins = [(180, Hides), (500, Stands), (300, Swings(NONE))];
     assert_eq!(said(&begins), [("lift_off", 680, None)]);
 }
 
 #[test]
-fn a_slip_lies_within_its_stance_and_has_its_distance() {
+fn slip_within_stance_has_distance() {
     let slip = [
         (300, Swings(NONE)),
         (100, Stands),
@@ -135,7 +135,7 @@ fn a_slip_lies_within_its_stance_and_has_its_distance() {
 }
 
 #[test]
-fn a_constant_error_of_the_acceleration_does_not_count_as_distance() {
+fn constant_acceleration_error_adds_no_distance() {
     let biased = [
         (100, Stands),
         (100, Slides(NONE, 2.5)),
@@ -147,7 +147,7 @@ fn a_constant_error_of_the_acceleration_does_not_count_as_distance() {
 }
 
 #[test]
-fn the_distance_is_blank_where_a_sample_in_the_slip_cannot_be_believed() {
+fn distance_is_blank_after_doubtful_sample() {
     let hidden = [
         (100, Stands),
         (100, Slides(NONE, 2.0)),
@@ -163,7 +163,7 @@ fn the_distance_is_blank_where_a_sample_in_the_slip_cannot_be_believed() {
 }
 
 #[test]
-fn a_landing_that_counts_as_slip_is_none_however_long_it_takes() {
+fn long_landing_is_not_a_slip() {
     let landing = [
         (300, Swings(Phase::Swing)),
         (400, Slides(Phase::Slip, 1.0)),
@@ -173,7 +173,7 @@ fn a_landing_that_counts_as_slip_is_none_however_long_it_takes() {
 }
 
 #[test]
-fn a_foot_that_slides_until_it_is_lifted_has_a_slip_that_ends_there() {
+fn slip_ends_at_lift_off() {
     let lost = [
         (100, Stands),
         (200, Slides(Phase::Slip, 1.0)),
@@ -230,12 +230,12 @@ fn slide_before_a_roll_keeps_its_slip() {
 }
 
 #[test]
-fn a_foot_that_sinks_in_has_no_event() {
+fn sinking_foot_has_no_event() {
     assert_eq!(said(&[(100, Stands), (200, Sinks), (100, Stands)]), []);
 }
 
 #[test]
-fn what_shakes_a_standing_foot_for_a_moment_is_no_swing() {
+fn short_shock_in_stance_is_not_a_swing() {
     let knocked = [(200, Stands), (50, Swings(NONE)), (200, Stands)];
     assert!(
         said(&knocked)
@@ -247,7 +247,7 @@ fn what_shakes_a_standing_foot_for_a_moment_is_no_swing() {
 }
 
 #[test]
-fn where_a_stance_ends_unseen_its_duration_is_blank() {
+fn duration_is_blank_if_stance_end_is_unseen() {
     let unseen = |hidden| {
         said(&[
             (300, Swings(NONE)),
@@ -266,7 +266,7 @@ fn where_a_stance_ends_unseen_its_duration_is_blank() {
             ("touch_down", 1500, None)
         ]
     );
-    // A moment is bridged.
+    // A short gap is bridged.
     let bridged = unseen(20);
     assert_eq!(
         bridged[..2],
@@ -275,7 +275,7 @@ fn where_a_stance_ends_unseen_its_duration_is_blank() {
 }
 
 #[test]
-fn a_recording_may_end_in_a_slip_and_in_a_swing() {
+fn recording_may_end_in_slip_or_swing() {
     assert_eq!(
         said(&[(100, Stands), (150, Slides(NONE, 1.0))]),
         [("slip_start", 100, None)]
@@ -289,7 +289,7 @@ fn a_recording_may_end_in_a_slip_and_in_a_swing() {
 }
 
 #[test]
-fn the_peak_is_that_of_the_stance_or_of_the_slip() {
+fn peak_is_that_of_the_stance_or_slip() {
     let slip = [
         (300, Swings(NONE)),
         (100, Stands),
@@ -302,7 +302,7 @@ fn the_peak_is_that_of_the_stance_or_of_the_slip() {
 }
 
 #[test]
-fn a_row_has_a_cell_for_every_name_in_the_header() {
+fn row_has_a_cell_for_every_header_name() {
     let event = Event {
         time: Timestamp::from_micros(1_500_000),
         kind: Kind::SlipEnd,

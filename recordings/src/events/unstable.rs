@@ -1,25 +1,24 @@
-//! A stretch in which the decision is not "stable", and what was in it.
+//! A stretch in which the decision is not "stable", and its verdict.
 
 use estimator_core::{ContactEstimate, Flag, Phase, Timestamp};
 
 use super::reckoning::Reckoning;
 
-/// No foot swings in less, µs: the swing of a run takes 260 ms. Nor does a foot slide for so long that just
-/// peels off the ground.
+/// Shortest swing, µs: the swing of a run takes 260 ms. A foot that only peels off the ground slides for less.
 pub const SHORTEST_SWING_US: u64 = 100_000;
 
-/// A foot of unknown load has left the ground where
-/// [`vertical`](estimator_core::Probabilities::vertical) is below.
+/// A foot of unknown load has left the ground if [`vertical`](estimator_core::Probabilities::vertical) is below
+/// this.
 pub const LIFTED_BELOW: f32 = 0.1;
 
-/// A foot on the ground slides where [`tangential`](estimator_core::Probabilities::tangential) is below.
+/// A foot on the ground slides if [`tangential`](estimator_core::Probabilities::tangential) is below this.
 pub const SLIDES_BELOW: f32 = 0.5;
 
-/// A foot that is inclined by more against its stance rolls, rad (1°). Simulated slides tilt by up to 0.3° until
-/// the foot peels off, roll-offs of a shoe by 1° within 50 ms.
+/// Inclination against its stance above which a foot rolls, rad (1°). Simulated slides tilt by up to 0.3° until
+/// the foot peels off; roll-offs of a shoe tilt by 1° within 50 ms.
 pub const ROLLS_ABOVE: f64 = 0.0175;
 
-/// The flags that leave open how the foot moves.
+/// Flags of samples in which the motion of the foot is unknown.
 const MOTION_UNKNOWN: [Flag; 5] = [
     Flag::WindowNotFull,
     Flag::AttitudeNotInitialised,
@@ -28,52 +27,52 @@ const MOTION_UNKNOWN: [Flag; 5] = [
     Flag::TimeGap,
 ];
 
-/// For so long after such a sample, probabilities are low because of it, µs: the longest window of a preset.
+/// Time for which such a sample lowers the probabilities, µs: the longest window of a preset.
 const RECOVERY_US: u64 = 50_000;
 
-/// What is known of the stretch up to its newest sample.
+/// State of the stretch up to its newest sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Unstable {
-    /// Its first sample.
+    /// Time of its first sample.
     pub(super) start: Timestamp,
     /// Greatest probability of stable contact.
     pub(super) peak: f32,
-    /// How far the foot had come along the ground when it left it, m.
+    /// Distance along the ground at lift-off, m.
     pub(super) distance_to_lift: Option<f64>,
     newest: Timestamp,
     has_load: bool,
-    /// From when on the foot was without load, and from when on it lifted or tilted.
+    /// Start of the time without load, and of lifting or tilting.
     unloaded: Option<Timestamp>,
     lifted: Option<Timestamp>,
-    /// From when on it rolled about its toe or its heel.
+    /// Start of rolling about the toe or heel.
     rolled: Option<Timestamp>,
-    /// Whether it slid before that.
+    /// Whether it slid before it rolled.
     slid: bool,
     unknown_us: u64,
     last_unknown: Option<Timestamp>,
-    /// From the last stable sample on; `None` where there was none.
+    /// Motion since the last stable sample; `None` if there was none.
     reckoning: Option<Reckoning>,
 }
 
-/// What the stretch was.
+/// Verdict on a stretch.
 pub(super) enum Verdict {
-    /// The foot left the ground at `lift_off`; where `slip`, it slid from the start until then.
+    /// The foot left the ground at `lift_off`; with `slip`, it slid from the start until then.
     Swing {
-        /// When it left.
+        /// Time of the lift-off.
         lift_off: Timestamp,
-        /// Whether it slid before.
+        /// Whether the foot slid before.
         slip: bool,
     },
-    /// How the foot moved is not known.
+    /// The motion of the foot is unknown.
     Unknown,
-    /// It slid.
+    /// The foot slid.
     Slip,
-    /// It stayed where it was.
+    /// The foot stayed in place.
     Neither,
 }
 
 impl Unstable {
-    /// Begins with this estimate; `stood` is what is reckoned from the last stable one.
+    /// Starts a stretch with this estimate; `stood` is the motion since the last stable one.
     pub(super) fn new(stood: Option<Reckoning>, estimate: &ContactEstimate) -> Self {
         let mut unstable = Self {
             start: estimate.timestamp,
@@ -93,7 +92,7 @@ impl Unstable {
         unstable
     }
 
-    /// Takes in the next estimate.
+    /// Processes the next estimate.
     pub(super) fn add(&mut self, estimate: &ContactEstimate) {
         let now = estimate.timestamp;
         self.reckon(estimate);
@@ -131,24 +130,24 @@ impl Unstable {
         }
     }
 
-    /// Sums up the motion up to this estimate, which may be the first after the stretch.
+    /// Integrates the motion up to this estimate, which may be the first after the stretch.
     pub(super) fn reckon(&mut self, estimate: &ContactEstimate) {
         if let Some(reckoning) = &mut self.reckoning {
             reckoning.add(estimate);
         }
     }
 
-    /// Whether the foot stood before.
+    /// Returns whether the foot stood before.
     pub(super) const fn stood(&self) -> bool {
         self.reckoning.is_some()
     }
 
-    /// How far the foot has come along the ground, m, where it now stands again.
+    /// Distance along the ground, m, of a foot that now stands again.
     pub(super) fn distance_to_rest(&self) -> Option<f64> {
         self.reckoning?.distance_to_rest()
     }
 
-    /// When it lost its load, lifted or began to roll, whichever was first.
+    /// Time at which it lost its load, lifted or began to roll, whichever was first.
     fn left_ground(&self) -> Option<Timestamp> {
         let times = [self.unloaded, self.lifted, self.rolled];
         times
@@ -157,7 +156,7 @@ impl Unstable {
             .min_by_key(|time| time.as_micros())
     }
 
-    /// What it was, if it ends here.
+    /// Verdict on the stretch if it ends here.
     pub(super) fn verdict(&self) -> Verdict {
         let lasted = |from: Timestamp, to: Timestamp| {
             to.micros_since(from)

@@ -1,4 +1,4 @@
-//! Whether a file among many is a recording, by its name and its first bytes.
+//! Detects recordings among other files, by name and first bytes.
 
 use std::fs::{self, File};
 use std::io::{self, Read};
@@ -8,23 +8,23 @@ use super::Opened;
 use super::format::Format;
 use super::magic::{self, Known};
 
-/// Extensions that only recordings have. A file of this name that is none is an error.
+/// Extensions used only for recordings. A file of this name that is not a recording is an error.
 const OF_RECORDINGS: [&str; 5] = ["csv", "tsv", "parquet", "mcap", "db3"];
 
 /// Extensions of any text.
 const OF_TEXTS: [&str; 2] = ["txt", "dat"];
 
-/// Extensions of compressed files, which come after those of what is in them.
+/// Extensions of compressed files, which follow those of their content.
 const OF_COMPRESSED: [&str; 3] = ["gz", "zst", "zstd"];
 
-/// The file with which rosbag2 describes its folder.
+/// File in which rosbag2 describes its folder.
 const METADATA: &str = "metadata.yaml";
 
-/// Whether a file is a recording, as far as its name and its first bytes show. Where a format is
-/// given, every text may be one.
+/// Returns whether a file is a recording, judged by its name and its first bytes. If a format is given, every text
+/// may be one.
 ///
 /// # Errors
-/// It cannot be read.
+/// The file cannot be read.
 pub fn is_recording(path: &Path, format: Option<Format>) -> io::Result<bool> {
     let extension = extension(path);
     if OF_RECORDINGS.contains(&extension.as_str()) {
@@ -34,7 +34,7 @@ pub fn is_recording(path: &Path, format: Option<Format>) -> io::Result<bool> {
     let file = File::open(path)?;
     file.take(magic::LENGTH as u64).read_to_end(&mut first)?;
     Ok(match magic::known(&first) {
-        // Many programs have databases of SQLite.
+        // Many programs use SQLite databases.
         Some(Known::Container(format)) => format != Format::Rosbag2,
         Some(Known::Foreign(_)) => false,
         None if OF_TEXTS.contains(&extension.as_str()) => {
@@ -44,7 +44,7 @@ pub fn is_recording(path: &Path, format: Option<Format>) -> io::Result<bool> {
     })
 }
 
-/// Whether a folder is that of a rosbag2.
+/// Returns whether a folder is a rosbag2.
 #[must_use]
 pub fn is_rosbag2(folder: &Path) -> bool {
     let is_bag = |name: &Path| ["mcap", "db3"].contains(&extension(name).as_str());
@@ -53,7 +53,7 @@ pub fn is_rosbag2(folder: &Path) -> bool {
             .is_ok_and(|entries| entries.flatten().any(|entry| is_bag(&entry.path())))
 }
 
-/// The extension of a file in small letters; that of what is in it where it is compressed.
+/// Extension of a file in lower case; that of its content if it is compressed.
 fn extension(path: &Path) -> String {
     let of = |path: &Path| {
         let extension = path.extension().unwrap_or_default();
@@ -72,7 +72,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn recordings_are_known_among_other_files() {
+    fn recordings_are_detected_among_other_files() {
         let folder = tempfile::tempdir().unwrap();
         let table = "t,ax,ay,az,wx,wy,wz\n0,0,0,9.8,0,0,0\n";
         for (name, content, format, expected) in [
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_of_bags_is_a_rosbag2_where_it_says_so() {
+    fn folder_of_bags_is_a_rosbag2_only_with_metadata() {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("walk_0.db3.zstd"), "").unwrap();
         assert!(!is_rosbag2(folder.path()));

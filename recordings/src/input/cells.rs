@@ -1,4 +1,4 @@
-//! The cells of a row, whatever the table is kept in, and those that hold a label or a validity.
+//! Cells of a row, independent of the table's storage, and those that hold a label or a validity.
 
 use std::borrow::Cow;
 
@@ -10,28 +10,27 @@ use super::table::Row;
 use crate::recording::Label;
 use crate::validity::VALIDITIES;
 
-/// A row of a table, by the index of a column, from 0.
+/// A row of a table; columns are indexed from 0.
 pub(super) trait Cells {
-    /// Whether there is nothing in a cell.
+    /// Returns whether a cell is blank.
     fn is_blank(&self, index: usize) -> bool;
 
-    /// What stands in a cell, as text.
+    /// Content of a cell, as text.
     fn shown(&self, index: usize) -> Cow<'_, str>;
 
-    /// The number in a cell; `None` where it is blank.
+    /// Number in a cell; `None` if it is blank.
     fn optional(&self, index: usize, name: &str) -> Result<Option<f64>, InputError>;
 
-    /// The number in a cell, where it is a whole one: those of nanoseconds have more digits than an
-    /// f64.
+    /// Number in a cell if it is an integer: nanoseconds have more digits than an f64.
     fn whole(&self, index: usize) -> Option<i64>;
 
-    /// The time in a cell, µs, where the cell tells its unit.
+    /// Time in a cell, µs, if the cell defines its unit.
     fn moment_us(&self, index: usize) -> Option<i64>;
 
-    /// Where a cell is, for messages.
+    /// Position of a cell, for messages.
     fn cell(&self, index: usize, name: &str) -> Cell;
 
-    /// The number in a cell that must not be blank.
+    /// Number in a cell that must not be blank.
     fn number(&self, index: usize, name: &str) -> Result<f64, InputError> {
         self.optional(index, name)?
             .ok_or_else(|| InputError::Blank {
@@ -74,8 +73,8 @@ impl Cells for Row {
     }
 }
 
-/// What R, pandas, SQL, spreadsheets and the C library of Windows write for "not a number", which
-/// Rust does not read.
+/// Spellings of "not a number" by R, pandas, SQL, spreadsheets and the C library of Windows that Rust does not
+/// parse.
 const NOT_A_NUMBER: [&str; 10] = [
     "NA",
     "N/A",
@@ -89,13 +88,13 @@ const NOT_A_NUMBER: [&str; 10] = [
     "-1.#IND",
 ];
 
-/// The number that a text stands for.
+/// Parses a number.
 pub(super) fn number(text: &str) -> Option<f64> {
     let parsed = text.parse().ok();
     parsed.or_else(|| NOT_A_NUMBER.contains(&text).then_some(f64::NAN))
 }
 
-/// A label in column `index`: 1 is stable, 0 is not.
+/// Label in column `index`: 1 stable, 0 not.
 pub(super) fn label(row: &impl Cells, index: usize, value: f64) -> Result<Label, InputError> {
     if value == 1.0 {
         Ok(Label::Stable)
@@ -109,7 +108,7 @@ pub(super) fn label(row: &impl Cells, index: usize, value: f64) -> Result<Label,
     }
 }
 
-/// A label in column `index` that may also be a word, as pandas and R write it, or not known.
+/// Label in column `index`, which may also be a word, as pandas and R write it, or unknown.
 pub(super) fn optional_label(row: &impl Cells, index: usize) -> Result<Option<Label>, InputError> {
     let text = row.shown(index);
     if text.eq_ignore_ascii_case("true") {
@@ -124,7 +123,7 @@ pub(super) fn optional_label(row: &impl Cells, index: usize) -> Result<Option<La
     }
 }
 
-/// The validity in column `index`.
+/// Validity in column `index`.
 pub(super) fn validity(row: &impl Cells, index: usize) -> Result<Validity, InputError> {
     if row.is_blank(index) {
         return Ok(Validity::Valid);

@@ -6,21 +6,21 @@ use super::options::TimeUnit;
 use super::rows::NotAfter;
 use super::time::MAX_TIME_S;
 
-/// Times that tell their unit must lie within this of 1970, µs: in the year 9999 they do.
+/// Largest distance from 1970 of times with a known unit, µs; it includes the year 9999.
 const LATEST_US: u64 = 1 << 58;
 
-/// The column that holds the time, and how it is read.
+/// Column of the time and its interpretation.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TimeColumn {
-    /// Its index.
+    /// Index of the column.
     pub(super) index: usize,
-    /// The index of the nanoseconds, where it holds whole seconds only.
+    /// Index of the nanoseconds, if the column holds whole seconds only.
     pub(super) nanoseconds: Option<usize>,
     pub(super) unit: TimeUnit,
 }
 
 impl TimeColumn {
-    /// The time of a row, rounded to a microsecond.
+    /// Time of a row, rounded to 1 µs.
     pub(super) fn micros(&self, row: &impl Cells) -> Result<i64, InputError> {
         if let Some(micros) = row.moment_us(self.index) {
             return if micros.unsigned_abs() <= LATEST_US {
@@ -54,7 +54,7 @@ impl TimeColumn {
         Ok(whole.saturating_add(fraction))
     }
 
-    /// That a row's time does not come after that of the row before.
+    /// Error about a time that is not after that of the previous row.
     pub(super) fn order_error(&self, row: &impl Cells, not_after: &NotAfter) -> InputError {
         InputError::TimeOrder {
             cell: row.cell(self.index, "t"),
@@ -65,8 +65,8 @@ impl TimeColumn {
     }
 }
 
-/// The unit in which a number makes sense as a time since 1970: from 2001 to 2096 each unit has a
-/// range of its own.
+/// Unit in which a number is a plausible time since 1970: from 2001 to 2096 the ranges of the units do not
+/// overlap.
 pub(super) fn unit_since_1970(value: f64) -> TimeUnit {
     let units = TimeUnit::ALL.into_iter().skip(1);
     let is_unit = |unit: &TimeUnit| (1.0e9..=MAX_TIME_S).contains(&(value / unit.per_second()));

@@ -1,4 +1,4 @@
-//! Files that were compressed with gzip or zstd, known by their first bytes.
+//! Files compressed with gzip or zstd, recognised by their first bytes.
 
 use std::io::{self, BufReader, Cursor, Read};
 
@@ -11,10 +11,10 @@ const GZIP: [u8; 2] = [0x1f, 0x8b];
 /// The first bytes of a zstd frame (RFC 8878, section 3.1.1).
 pub(super) const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
 
-/// What a file holds: itself, or what was compressed.
+/// Content of a file, decompressed if necessary.
 ///
 /// # Errors
-/// The file cannot be read, or a zstd frame begins badly.
+/// The file cannot be read, or the first zstd frame is invalid.
 pub fn decompressed(mut file: Box<dyn Read>) -> io::Result<Box<dyn Read>> {
     let mut first = Vec::new();
     file.by_ref()
@@ -40,7 +40,7 @@ fn decoder(source: Box<dyn Read>) -> io::Result<FrameReader> {
     StreamingDecoder::new(source).map_err(io::Error::other)
 }
 
-/// The frames of a zstd file one after the other: a file that was appended to has several.
+/// The consecutive frames of a zstd file: a file that was appended to has several.
 struct Frames {
     /// `None` after the last frame.
     decoder: Option<FrameReader>,
@@ -95,27 +95,27 @@ mod tests {
     }
 
     #[test]
-    fn plain_text_stays_as_it_is_however_short() {
+    fn plain_text_of_any_length_is_unchanged() {
         for text in ["", "t", "t,ax,ay\n"] {
             assert_eq!(read(text.as_bytes()).unwrap(), text);
         }
     }
 
     #[test]
-    fn gzip_is_read_and_so_are_files_put_one_after_the_other() {
+    fn concatenated_gzip_files_are_read() {
         assert_eq!(read(&gzip("t,ax\n")).unwrap(), "t,ax\n");
         let two = [gzip("t,ax\n"), gzip("0,1\n")].concat();
         assert_eq!(read(&two).unwrap(), "t,ax\n0,1\n");
     }
 
     #[test]
-    fn zstd_is_read_and_so_are_files_put_one_after_the_other() {
+    fn concatenated_zstd_files_are_read() {
         assert_eq!(read(T_AX).unwrap(), "t,ax\n");
         assert_eq!(read(&[T_AX, T_AX].concat()).unwrap(), "t,ax\nt,ax\n");
     }
 
     #[test]
-    fn a_compressed_file_that_ends_early_is_an_error() {
+    fn truncated_compressed_file_is_an_error() {
         let gzip = gzip("t,ax\n");
         assert!(read(&gzip[..gzip.len() - 4]).is_err());
         assert!(read(&T_AX[..T_AX.len() - 6]).is_err());

@@ -1,28 +1,27 @@
-//! A sensor's static calibration and its mounting, applied where readings become SI units and nowhere
-//! else.
+//! Static calibration and mounting of a sensor, applied only where readings are converted to SI units.
 
 use estimator_core::{AccelerometerCorrection, AngularRate, Mounting, SpecificForce, Vec3};
 
-/// What is wrong with a sensor, and how it lies in the foot.
+/// Errors of a sensor, and its mounting in the foot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Correction {
-    /// The accelerometer, corrected as the foot does it: single precision, the same bits.
+    /// Correction of the accelerometer, in single precision and bit-exact with the foot's.
     pub accelerometer: AccelerometerCorrection,
-    /// What the gyroscope reads at rest, rad/s.
+    /// Gyroscope reading at rest, rad/s.
     pub gyroscope_bias: Vec3,
-    /// How the sensor's axes lie in the foot: what is wrong with the sensor is along its own.
+    /// Mounting of the sensor in the foot; the errors above are along the sensor's own axes.
     pub mounting: Mounting,
 }
 
 impl Correction {
-    /// A perfect sensor whose axes are those of the foot.
+    /// An ideal sensor whose axes are those of the foot.
     pub const NONE: Self = Self {
         accelerometer: AccelerometerCorrection::NONE,
         gyroscope_bias: Vec3::ZERO,
         mounting: Mounting::IDENTITY,
     };
 
-    /// The truth behind a reading, in the frame of the foot.
+    /// Returns the corrected readings in the frame of the foot.
     #[must_use]
     pub fn apply(&self, force: SpecificForce, rate: AngularRate) -> (SpecificForce, AngularRate) {
         let mut force = self.accelerometer.apply(force);

@@ -4,20 +4,18 @@
 //! | column | unit | blank cell |
 //! |---|---|---|
 //! | `t` | s, from any start, advancing by at least 1 µs per row | error |
-//! | `ax`, `ay`, `az` | m/s², gravity included unless said otherwise | error |
+//! | `ax`, `ay`, `az` | m/s², gravity included unless declared otherwise | error |
 //! | `wx`, `wy`, `wz` | rad/s | error |
-//! | `force` | N | no load known |
-//! | `label` | 1 stable, 0 not stable | truth not known |
-//! | `validity` | a name of [`VALIDITIES`](crate::validity::VALIDITIES): what the source knew about the sample | valid |
+//! | `force` | N | load unknown |
+//! | `label` | 1 stable, 0 not stable | truth unknown |
+//! | `validity` | a name of [`VALIDITIES`](crate::validity::VALIDITIES): validity at the source | valid |
 //!
-//! Other columns are ignored, and named in a notice. The sample rate is that of the times between
-//! rows without the gaps: the roundest number of Hz that they allow. Or it is the one that is
-//! given; where there are both they agree within 1 %.
+//! Other columns are ignored, and named in a notice. The sample rate is the roundest number of Hz compatible with
+//! the times between rows, gaps excluded, or the given rate; if both are known they must agree within 1 %.
 //!
-//! Tables of others are read by their names for these columns, listed in `names`, or by a
-//! [`Mapping`](super::Mapping); in them a blank cell of an axis is not a number, and a row that has
-//! none of the six is left out and counted, as one of another signal. Times may be dates with times
-//! as in ISO 8601.
+//! Tables of other origin are read by their names for these columns, listed in `names`, or by a
+//! [`Mapping`](super::Mapping). In them a blank cell of an axis is not a number, and a row without any axis
+//! belongs to another signal: it is left out and counted. Times may be dates with times as in ISO 8601.
 
 use super::error::InputError;
 use super::extra::ExtraColumns;
@@ -28,10 +26,10 @@ use super::loaded::Hints;
 use super::stored::Stored;
 use super::table::Table;
 
-/// Reads a table with a header, and the `extra` columns beside those of a recording.
+/// Reads a table with a header, and the `extra` columns in addition to those of a recording.
 ///
 /// # Errors
-/// The first thing that is wrong with it, with file, line and column.
+/// The first error found, with file, line and column.
 pub(super) fn read(
     mut table: Table,
     hints: &Hints,
@@ -104,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_may_stand_in_any_order() {
+    fn columns_may_be_in_any_order() {
         let Loaded {
             recording, notices, ..
         } = loaded("label,wz,wy,wx,az,ay,ax,force,t\n1,6,5,4,3,2,1,7,0\n0,6,5,4,3,2,1,,0.002\n");
@@ -124,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn windows_line_ends_and_a_byte_order_mark_change_nothing() {
+    fn windows_line_ends_and_byte_order_mark_are_ignored() {
         let plain = "t,ax,ay,az,wx,wy,wz\n0,1,2,3,4,5,6\n0.01,1,2,3,4,5,6\n";
         let windows = format!("\u{feff}{}", plain.replace('\n', "\r\n"));
         assert_eq!(
@@ -134,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn line_numbers_are_those_of_an_editor_whatever_the_line_ends() {
+    fn line_numbers_are_those_of_an_editor() {
         for end in ["\n", "\r\n"] {
             let lines = ["ax,ay,az,wx,wy,wz", "0,0,0,0,0,0", "", "0,0,x,0,0,0"];
             for text in [lines.join(end), lines.join(end) + end] {
@@ -149,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn names_that_say_nothing_are_answered_with_how_a_mapping_is_written() {
+    fn unknown_names_error_shows_how_to_map() {
         let missing = ": missing in the header: ax, ay, az, wx, wy, wz; --map says which columns \
                        stand for them, such as --map ";
         for (header, mapping) in [
@@ -166,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_of_no_known_format_is_answered_with_a_mapping_too() {
+    fn unknown_format_error_suggests_mapping() {
         let mut file = tempfile::NamedTempFile::new().unwrap();
         file.write_all(b"a,b,c,d,e,f,1,2\n").unwrap();
         let said = Opened::new(file.path(), None).err().unwrap().to_string();
@@ -180,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_that_mean_nothing_here_are_named_in_one_notice() {
+    fn unknown_columns_are_listed_in_one_notice() {
         let notices =
             loaded("t,ax,ay,az,wx,wy,wz,qw,qx\n0,1,2,3,4,5,6,,\n1,1,2,3,4,5,6,,\n").notices;
         assert_eq!(notices.len(), 1);
@@ -188,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_finite_reaches_the_estimator_which_flags_it() {
+    fn non_finite_value_makes_the_sample_invalid() {
         let recording =
             loaded("t,ax,ay,az,wx,wy,wz\n0,nan,inf,-inf,1e300,0,0\n1,0,0,0,0,0,0\n").recording;
         assert_eq!(
@@ -198,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn the_clock_may_start_anywhere() {
+    fn clock_may_start_anywhere() {
         for (start, start_us) in [
             ("-0.002", -2000),
             ("0.5", 500_000),
@@ -221,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn a_validity_is_kept_by_name_and_an_unknown_name_is_an_error() {
+    fn validity_is_kept_and_unknown_name_is_an_error() {
         let table = |cell: &str| {
             format!("t,ax,ay,az,wx,wy,wz,validity\n0,1,2,3,4,5,6,{cell}\n1,0,0,0,0,0,0,\n")
         };
@@ -242,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn a_row_that_is_left_out_takes_its_orientation_along() {
+    fn row_left_out_removes_its_orientation() {
         let mut file = tempfile::NamedTempFile::new().unwrap();
         file.write_all(
             b"t,ax,ay,az,wx,wy,wz,qw,qx,qy,qz\n\
@@ -266,7 +264,7 @@ mod tests {
     const WHOLE: &str = "t,ax,ay,az,wx,wy,wz\n0,1,2,3,4,5,6\n0.01,1,2,3,4,5,6\n0.02,1,2,3,4,5,6\n";
 
     #[test]
-    fn a_last_line_that_is_cut_off_is_left_out_and_said() {
+    fn truncated_last_line_is_left_out_and_reported() {
         let line_begins = WHOLE.trim_end().rfind('\n').unwrap() + 1;
         for length in line_begins + 1..WHOLE.len() - 2 {
             let cut = loaded(&WHOLE[..length]);
@@ -277,10 +275,10 @@ mod tests {
                 cut.notices
             );
         }
-        // As after a loss of power, where the file system had not written yet.
+        // As after a loss of power before the file system wrote the data.
         let zeros = format!("{}{}", &WHOLE[..line_begins + 2], "\0".repeat(5000));
         assert_eq!(loaded(zeros).recording.samples.len(), 2);
-        // A whole line without an end is a row; a short one elsewhere is an error.
+        // A complete line without a line end is a row; a short one elsewhere is an error.
         let whole = loaded(WHOLE.trim_end());
         assert_eq!((whole.recording.samples.len(), whole.notices.len()), (3, 0));
         for text in [WHOLE.replace("0.01,1,", ""), WHOLE.replace("0.02,1,", "")] {
@@ -290,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn what_there_is_of_compressed_data_that_ends_early_is_read_and_said() {
+    fn truncated_compressed_data_is_read_and_reported() {
         let rows: String = (0..2000)
             .map(|k| format!("{k}e-2,1,{k},3,4,5,6\n"))
             .collect();
@@ -307,7 +305,7 @@ mod tests {
             "{:?}",
             cut.notices
         );
-        // What is damaged is no recording.
+        // Damaged data are rejected.
         let mut damaged = bytes;
         let end = damaged.len() - 6;
         damaged[end] ^= 1;
@@ -315,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_within_quotes_are_an_error_and_not_lost() {
+    fn rows_within_quotes_are_an_error() {
         let rows = |first: &str, last: &str| {
             let row = |k: u32, note: &str| format!("0.{k:02},1,2,3,4,5,6,{note}\n");
             let mut text = "t,ax,ay,az,wx,wy,wz,note\n".to_owned();
@@ -339,13 +337,13 @@ mod tests {
                 other => panic!("{other:?}"),
             }
         }
-        // A note may have two lines.
+        // A note may span two lines.
         let two = rows("\"start\nof the slip\"", "\"a, b\"").unwrap();
         assert_eq!(two.recording.samples.len(), 8);
     }
 
     #[test]
-    fn a_row_that_has_no_end_does_not_fill_the_memory() {
+    fn row_without_end_does_not_fill_memory() {
         let begin = "t,ax,ay,az,wx,wy,wz\n0,1,2,3,4,5,6\n0.01,\"1".as_bytes();
         let endless = begin.chain(std::io::repeat(b'0'));
         let table = Table::of("x".to_owned(), "x".to_owned(), Box::new(endless)).unwrap();
@@ -359,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_above_the_header_are_passed_over_and_said() {
+    fn lines_above_the_header_are_skipped_and_reported() {
         let above = format!("Logger 1.2\nRun: 3\n{WHOLE}");
         let read = loaded(&above);
         assert_eq!(read.recording.samples, loaded(WHOLE).recording.samples);
@@ -382,7 +380,7 @@ mod tests {
     }
 
     #[test]
-    fn words_of_others_for_no_number_make_a_sample_invalid() {
+    fn foreign_words_for_nan_make_a_sample_invalid() {
         for word in [
             "NA",
             "N/A",
@@ -414,7 +412,7 @@ mod tests {
     }
 
     #[test]
-    fn a_decimal_comma_is_named() {
+    fn decimal_comma_is_reported() {
         let text = "t;ax;ay;az;wx;wy;wz\n0;1,5;2;3;4;5;6\n";
         let said = read_text(text, &Hints::default()).unwrap_err().to_string();
         assert!(
@@ -431,14 +429,14 @@ mod tests {
                               0,1,2,3,4,5,6\n10,1,2,3,4,5,6\n";
 
     #[test]
-    fn units_in_brackets_are_no_part_of_a_name() {
+    fn units_in_brackets_are_not_part_of_a_name() {
         let read = loaded(WITH_UNITS);
         assert_eq!(read.recording.sample_rate, 100.0);
         assert_eq!(
             read.recording.samples,
             loaded(&WHOLE[..WHOLE.len() - 17]).recording.samples
         );
-        // Our names, too.
+        // The same applies to our names.
         let ours = WITH_UNITS
             .replace("acc_", "a")
             .replace("gyr_", "w")
@@ -447,7 +445,7 @@ mod tests {
     }
 
     #[test]
-    fn a_unit_in_a_name_is_that_in_which_the_column_is_read_or_an_error() {
+    fn unit_in_a_name_must_match_the_one_read() {
         let text = WITH_UNITS.replace("m/s^2", "g").replace("rad/s", "deg/s");
         let error = read_text(&text, &Hints::default()).unwrap_err().to_string();
         assert!(
@@ -461,7 +459,7 @@ mod tests {
         hints.table.units = "g,dps".parse().unwrap();
         let samples = read_text(&text, &hints).unwrap().recording.samples;
         assert_eq!(samples[0].imu.specific_force.0.x, 9.80665);
-        // Who maps a column knows its unit.
+        // An explicit mapping implies that the unit is known.
         let mapped = "ax=acc_x [g],ay=acc_y [g],az=acc_z [g],wx=gyr_x (deg/s),wy=gyr_y (deg/s),wz=gyr_z (deg/s),t=Time [ms]";
         hints.table.units = Units::default();
         hints.table.mapping = mapped.parse().unwrap();
@@ -471,9 +469,9 @@ mod tests {
     }
 
     #[test]
-    fn times_that_only_look_as_if_they_counted_from_1970_are_an_error() {
+    fn times_wrongly_taken_for_1970_are_an_error() {
         for (start, step, meant) in [
-            // Twenty minutes, and twenty days, since the start of a computer.
+            // 20 minutes and 20 days since the start of a computer.
             (
                 1_200_000_000_000_u64,
                 1_000_000,
@@ -509,7 +507,7 @@ mod tests {
     }
 
     #[test]
-    fn a_time_beyond_its_unit_is_answered_with_the_option() {
+    fn time_beyond_its_unit_error_suggests_the_option() {
         let text = WHOLE.replace("0.01,1", "10000029000,1");
         let said = read_text(text, &Hints::default()).unwrap_err().to_string();
         assert!(
@@ -521,7 +519,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mapping_to_a_name_that_stands_twice_is_an_error() {
+    fn mapping_to_a_duplicate_name_is_an_error() {
         let mut hints = Hints::default();
         hints.table.mapping = "force=q".parse().unwrap();
         let text = "t,ax,ay,az,wx,wy,wz,q,q\n0,1,2,3,4,5,6,7,8\n";
@@ -533,7 +531,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_of_units_and_a_header_in_the_middle_are_named() {
+    fn line_of_units_and_second_header_are_reported() {
         for (line, end) in [
             (
                 "s,m/s^2,m/s^2,m/s^2,rad/s,rad/s,rad/s",
@@ -554,21 +552,21 @@ mod tests {
     }
 
     #[test]
-    fn what_stands_in_a_cell_does_not_flood_the_terminal() {
+    fn long_cell_is_shortened_in_the_error() {
         let text = WHOLE.replace("0.01,1", &format!("0.01,{}", "\0".repeat(5000)));
         let said = read_text(text, &Hints::default()).unwrap_err().to_string();
         assert!(said.len() < 300, "{said}");
     }
 
     #[test]
-    fn a_column_that_may_be_the_time_is_named() {
+    fn possible_time_column_is_suggested() {
         let text = "SampleTimeFine,Acc_X,Acc_Y,Acc_Z,Gyr_X,Gyr_Y,Gyr_Z\n0,1,2,3,4,5,6\n";
         let said = read_text(text, &Hints::default()).unwrap_err().to_string();
         assert!(said.ends_with("--map t=SampleTimeFine"), "{said}");
     }
 
     #[test]
-    fn without_times_rows_are_spaced_by_the_rate_given() {
+    fn rows_without_times_use_the_given_rate() {
         let hints = Hints {
             sample_rate: Some(400.0),
             gravity: Some(Gravity::Removed),

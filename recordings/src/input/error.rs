@@ -1,4 +1,4 @@
-//! What can be wrong with a file, and where.
+//! Errors in a file, and their position.
 
 use std::{fmt, io};
 
@@ -13,12 +13,12 @@ use super::refusal::ContainerError;
 use super::time::{MAX_TIME_S, MILLISECONDS_HINT};
 use crate::number::{shown, shown_rate};
 
-/// How the names in a header may be meant, although none is there.
+/// Reason why the names in a header are not recognised, although they are present.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HeaderSlip {
-    /// They are in upper case.
+    /// The names are in upper case.
     UpperCase,
-    /// They are separated by something else than commas.
+    /// The names are separated by this character instead of commas.
     Separator(char),
 }
 
@@ -36,12 +36,12 @@ impl fmt::Display for HeaderSlip {
     }
 }
 
-/// What may help a header that is not understood.
+/// Suggestion for a header that is not understood.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Suggestion {
-    /// The mapping that may be meant.
+    /// Mapping that may be intended.
     Meant(Mapping),
-    /// A mapping of the header's first names, to show how one is written.
+    /// Mapping of the header's first names, as an example of the syntax.
     Example(Mapping),
 }
 
@@ -57,7 +57,7 @@ impl fmt::Display for Suggestion {
     }
 }
 
-/// The end of an error about a header: what to do about it.
+/// End of an error about a header: how to resolve it.
 fn header_hint(slip: Option<HeaderSlip>, suggestion: Option<&Suggestion>) -> String {
     match (slip, suggestion) {
         (Some(slip), _) => format!("; {slip}"),
@@ -66,7 +66,7 @@ fn header_hint(slip: Option<HeaderSlip>, suggestion: Option<&Suggestion>) -> Str
     }
 }
 
-/// A time as it stands in a file, with its unit unless it is a date.
+/// A time as written in a file, with its unit unless it is a date.
 fn time_text(text: &str, unit: TimeUnit) -> String {
     if micros_since_1970(text).is_some() {
         text.to_owned()
@@ -75,7 +75,7 @@ fn time_text(text: &str, unit: TimeUnit) -> String {
     }
 }
 
-/// As much of a cell's text as fits a line.
+/// Text of a cell, shortened to fit a line.
 fn excerpt(text: &str) -> String {
     const SHOWN: usize = 40;
     let mut first: String = text.chars().take(SHOWN).collect();
@@ -85,7 +85,7 @@ fn excerpt(text: &str) -> String {
     first
 }
 
-/// The end of an error about a cell that should hold a number, where it tells what it is.
+/// End of an error about a cell that should hold a number, if the text shows its kind.
 fn cell_hint(text: &str) -> &'static str {
     let has_comma = text.matches(',').count() == 1;
     if has_comma && text.replace(',', ".").parse::<f64>().is_ok() {
@@ -99,7 +99,7 @@ fn cell_hint(text: &str) -> &'static str {
     }
 }
 
-/// The end of an error about a time that would be one in a smaller unit.
+/// End of an error about a time that would be valid in a smaller unit.
 fn unit_hint(text: &str, unit: TimeUnit) -> &'static str {
     let most = MAX_TIME_S * TimeUnit::Nanoseconds.per_second();
     let is_time = text.parse::<f64>().is_ok_and(|time| time.abs() <= most);
@@ -110,196 +110,196 @@ fn unit_hint(text: &str, unit: TimeUnit) -> &'static str {
     }
 }
 
-/// Why a file is no recording. Lines and columns count from 1.
+/// Reason why a file is not a recording. Lines and columns count from 1.
 #[derive(Debug, Error)]
 pub enum InputError {
-    /// It is not read as what its first bytes say.
+    /// The content does not match its first bytes or options.
     #[error(transparent)]
     Container(#[from] ContainerError),
     /// The file cannot be opened or read.
     #[error("{file} cannot be read: {source}")]
     Unreadable {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// It is named twice among those that are taken together.
+    /// The file is named twice among files that are read together.
     #[error("{file} is named twice: what it shows would count twice")]
     Twice {
-        /// The file, as it was named the second time.
+        /// The file, as given the second time.
         file: String,
     },
-    /// There is no sample in it.
+    /// The file has no samples.
     #[error("{file} is empty: it holds no sample")]
     Empty {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
     },
-    /// No format was given and the first line does not show it.
+    /// No format was given and the first line does not identify it.
     #[error(
         "{file} has no header that names the six axes, so its format must be given: --format pce-atlas, pce-go1, lcd or csv{}",
         header_hint(None, suggestion.as_ref())
     )]
     UnknownFormat {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// How its columns are named, where they have names.
+        /// How to map its columns, if they have names.
         suggestion: Option<Suggestion>,
     },
-    /// A cell in quotes holds rows.
+    /// A quoted cell holds rows.
     #[error(
         "{file}, line {line}: a quote opens here and is open until line {until}, so that the rows between would be lost: remove it"
     )]
     RowsInQuotes {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// Where the quote opens.
+        /// Line of the opening quote.
         line: u64,
-        /// Where it closes, or the end of the file.
+        /// Line of the closing quote, or the end of the file.
         until: u64,
     },
-    /// A row does not end.
+    /// A row is too long.
     #[error(
         "{file}, line {line}: a row of more than {most_bytes} bytes: the file is no table, or a quote that opens here is never closed"
     )]
     LongRow {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// Where it begins.
+        /// Line at which it begins.
         line: u64,
-        /// As many bytes a row may have.
+        /// Longest row, bytes.
         most_bytes: usize,
     },
-    /// The name of a column tells another unit than that in which it is read.
+    /// The unit in the name of a column differs from the unit in which it is read.
     #[error(
         "{file}{place}: column {name:?} is in {unit} by its name, but would be read in {read_in}: --units {units}"
     )]
     NamedUnit {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// Where the header is.
+        /// Position of the header.
         place: Place,
-        /// The column's name.
+        /// Name of the column.
         name: String,
-        /// The unit in its name.
+        /// Unit in its name.
         unit: &'static str,
-        /// The unit in which it would be read.
+        /// Unit in which it would be read.
         read_in: &'static str,
-        /// The units in which all columns would be read as their names tell.
+        /// Units that match the names of all columns.
         units: Units,
     },
     /// A line is not text.
     #[error("{file}, line {line}, column {column}: not UTF-8 text")]
     NotUtf8 {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// The line.
+        /// Number of the line.
         line: u64,
-        /// The column.
+        /// Number of the column.
         column: usize,
     },
     /// A line has too many or too few cells.
     #[error("{file}{place}: {found} columns where {expected} are expected")]
     ColumnCount {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// The row.
+        /// Position of the row.
         place: Place,
-        /// How many it has.
+        /// Number of cells found.
         found: usize,
-        /// How many it should have.
+        /// Number of cells expected.
         expected: usize,
     },
-    /// The header lacks columns that every recording needs.
+    /// The header lacks required columns.
     #[error(
         "{file}{place}: missing in the header: {columns}{}",
         header_hint(*slip, suggestion.as_ref())
     )]
     MissingColumns {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// Where the header is.
+        /// Position of the header.
         place: Place,
-        /// The missing names, separated by commas.
+        /// Missing names, separated by commas.
         columns: String,
-        /// Where they may be all the same.
+        /// Reason why they may be present after all.
         slip: Option<HeaderSlip>,
-        /// The columns that may be meant.
+        /// Columns that may be intended.
         suggestion: Option<Suggestion>,
     },
     /// A column of a mapping is not in the header.
     #[error("{file}{place}: there is no column {name:?} to map; there are {columns}")]
     NoSuchColumn {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// Where the header is.
+        /// Position of the header.
         place: Place,
-        /// The name in the mapping.
+        /// Name in the mapping.
         name: String,
-        /// The names in the header.
+        /// Names in the header.
         columns: String,
     },
-    /// A column of a mapping may be several.
+    /// A column of a mapping is ambiguous.
     #[error(
         "{file}{place}: {name:?} may be {} or {}: give more of its name",
         candidates[0],
         candidates[1]
     )]
     AmbiguousColumn {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// Where the header is.
+        /// Position of the header.
         place: Place,
-        /// The name in the mapping.
+        /// Name in the mapping.
         name: String,
-        /// Two columns that it fits.
+        /// Two columns that match it.
         candidates: [String; 2],
     },
-    /// There are several sensors in one table.
+    /// A table has several sensors.
     #[error(
         "{file}{place}: {} and {} are of two sensors: choose one, such as --map {mapping}",
         candidates[0],
         candidates[1]
     )]
     SeveralSensors {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// Where the header is.
+        /// Position of the header.
         place: Place,
-        /// The first axis of two of them.
+        /// First axis of two of them.
         candidates: [String; 2],
-        /// A mapping that chooses the first.
+        /// Mapping that selects the first.
         mapping: Mapping,
     },
-    /// Options for tables with a header are given for a format that has its own columns and units.
+    /// Options for tables with a header are given for a format with fixed columns and units.
     #[error("{file} is read as {format}, which has columns, units and times of its own: {options}")]
     TableOptions {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// Its format.
+        /// Format of the file.
         format: Format,
-        /// Which options are for other formats.
+        /// Options that apply to other formats.
         options: &'static str,
     },
-    /// The header names a column twice.
+    /// The header has a duplicate column.
     #[error("{cell}: this name stands in the header twice")]
     DuplicateColumn {
         /// The second of the two.
         cell: Cell,
     },
-    /// A cell that needs a number has none.
+    /// A required number is blank.
     #[error("{cell}: blank where a number is needed")]
     Blank {
         /// The cell.
         cell: Cell,
     },
-    /// A cell holds something else than a number.
+    /// A cell does not hold a number.
     #[error("{cell}: {:?} is not a number{}", excerpt(text), cell_hint(text))]
     NotANumber {
         /// The cell.
         cell: Cell,
-        /// What it holds.
+        /// Content of the cell.
         text: String,
     },
     /// A label is neither 0 nor 1.
@@ -307,43 +307,43 @@ pub enum InputError {
     Label {
         /// The cell.
         cell: Cell,
-        /// What it holds.
+        /// Content of the cell.
         text: String,
     },
-    /// The true orientation, or whether it counts, is not what it may be.
+    /// The true orientation, or the column that says whether it counts, is invalid.
     #[error("{cell}: {text} where {expected} is expected")]
     Truth {
         /// The cell.
         cell: Cell,
-        /// What it holds.
+        /// Content of the cell.
         text: String,
-        /// What it may be.
+        /// Expected content.
         expected: &'static str,
     },
-    /// The orientation is what an estimator made of the very samples.
+    /// The orientation was estimated from these samples.
     #[error(
         "{file}: qw, qx, qy and qz are estimates here, as the column p_stable beside them tells, and no truth"
     )]
     EstimatedOrientation {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
     },
-    /// There is nothing to score.
+    /// No row can be scored.
     #[error(
         "{file}: no row has an orientation that counts: qw, qx, qy and qz filled in and, where there is a column movement, a 1 in it"
     )]
     NoOrientation {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
     },
-    /// A validity has a name that means nothing here.
+    /// A validity has an unknown name.
     #[error(
         "{cell}: {text:?} where valid, accelerometer_saturated, gyroscope_saturated, both_saturated, stale or invalid is expected"
     )]
     Validity {
         /// The cell.
         cell: Cell,
-        /// What it holds.
+        /// Content of the cell.
         text: String,
     },
     /// A time is not finite, or too far from zero.
@@ -357,12 +357,12 @@ pub enum InputError {
     Time {
         /// The cell.
         cell: Cell,
-        /// What it holds.
+        /// Content of the cell.
         text: String,
-        /// The unit in which it is read.
+        /// Unit in which it is read.
         unit: TimeUnit,
     },
-    /// Time does not advance by at least a microsecond.
+    /// A time is not at least 1 µs after the previous one.
     #[error(
         "{cell}: time {} does not come after {previous} {} in the row before; --times drop-bad \
          leaves such rows out, --times rate spaces rows by the sample rate",
@@ -372,37 +372,37 @@ pub enum InputError {
     TimeOrder {
         /// The cell.
         cell: Cell,
-        /// The time as it stands there.
+        /// Time as written in the file.
         text: String,
-        /// The unit in which it is read.
+        /// Unit in which it is read.
         unit: TimeUnit,
-        /// The time of the row before, in that unit.
+        /// Time of the previous row, in that unit.
         previous: f64,
     },
-    /// Time does not advance by at least a microsecond, in a file that has no lines.
+    /// A time is not at least 1 µs after the previous one, in a file without lines.
     #[error(
         "{file}: the time of a message does not come after {} s, the one before; --times drop-bad \
          leaves such messages out, --times rate spaces them by the sample rate",
         *previous_us as f64 / 1.0e6
     )]
     MessageOrder {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// The time of the message before, µs.
+        /// Time of the previous message, µs.
         previous_us: i64,
     },
-    /// The samples cannot be kept while they are looked at.
+    /// The samples cannot be buffered.
     #[error(
         "{file}: its samples cannot be kept in {}: {source}; the variable TMPDIR names another folder",
         std::env::temp_dir().display()
     )]
     Spool {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// What the operating system says.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// Cells that belong together are filled in part.
+    /// Cells that belong together are only partly filled.
     #[error(
         "{cell}: IMU values after a row that had none; rows of force alone may only stand at the end"
     )]
@@ -410,7 +410,7 @@ pub enum InputError {
         /// The cell.
         cell: Cell,
     },
-    /// The sample rate is not known.
+    /// The sample rate is unknown.
     #[error(
         "{file} has no times that tell the sample rate, so it must be given: --sample-rate HZ{}",
         time_column
@@ -419,12 +419,12 @@ pub enum InputError {
             .unwrap_or_default()
     )]
     UnknownSampleRate {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// A column that may hold the times.
+        /// Column that may hold the times.
         time_column: Option<String>,
     },
-    /// Times that were taken for those since 1970 make no rate that a sensor has.
+    /// Times taken for times since 1970 yield an implausible rate.
     #[error(
         "{file}: column t was taken for {} since 1970, but looks like {}: --time-unit {}",
         read_in.name(),
@@ -432,14 +432,14 @@ pub enum InputError {
         meant.name()
     )]
     GuessedUnit {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// The unit in which the times were read.
+        /// Unit in which the times were read.
         read_in: TimeUnit,
-        /// The one in which they make sense.
+        /// Unit in which they are plausible.
         meant: TimeUnit,
     },
-    /// The times contradict the sample rate that was given.
+    /// The times contradict the given sample rate.
     #[error(
         "{file}: column t says {} Hz, but the sample rate was given as {} Hz{}",
         shown_rate(*measured),
@@ -447,24 +447,24 @@ pub enum InputError {
         if *in_milliseconds { MILLISECONDS_HINT } else { "" }
     )]
     SampleRateConflict {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// The rate that the times make, Hz.
+        /// Rate of the times, Hz.
         measured: f64,
-        /// The rate that was given, Hz.
+        /// Given rate, Hz.
         given: f32,
-        /// Whether they would agree if the times were in milliseconds.
+        /// Whether they would agree with times in milliseconds.
         in_milliseconds: bool,
     },
 }
 
 impl InputError {
-    /// Whether what is compressed ends before its end.
+    /// Returns whether compressed data end early.
     pub(super) fn ended_early(&self) -> bool {
         matches!(self, Self::Unreadable { source, .. } if source.kind() == io::ErrorKind::UnexpectedEof)
     }
 
-    /// Whether it may come from a row whose end is missing, which has as many cells.
+    /// Returns whether the error may come from a truncated row with this number of cells.
     pub(super) fn may_be_a_cut(&self, cells: usize) -> bool {
         match self {
             Self::ColumnCount {
@@ -477,7 +477,7 @@ impl InputError {
         }
     }
 
-    /// With a column that may hold the times, where none was known to.
+    /// Adds a column that may hold the times, if no column is known to.
     pub(super) fn with_time_column(self, column: Option<String>) -> Self {
         match self {
             Self::UnknownSampleRate { file, .. } => Self::UnknownSampleRate {

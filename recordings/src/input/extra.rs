@@ -1,25 +1,25 @@
-//! Columns of a `csv` that are no part of a recording.
+//! Columns of a `csv` that are not part of a recording.
 
 use super::cells::Cells;
 use super::error::InputError;
 use super::table::Row;
 
-/// A reader of the columns of a table that are no part of a recording.
+/// Reader of the columns of a table that are not part of a recording.
 pub(super) trait ExtraColumns {
-    /// Whether it reads the column of this name.
+    /// Returns whether it reads the column of this name.
     fn reads(&self, name: &str) -> bool;
 
-    /// Takes in the header.
+    /// Processes the header.
     fn header(&mut self, header: &Row, file: &str) -> Result<(), InputError>;
 
-    /// The columns that it reads, by their index.
+    /// Indices of the columns that it reads.
     #[cfg(feature = "parquet")]
     fn used(&self) -> Vec<usize>;
 
-    /// Takes in a row.
+    /// Processes a row.
     fn row(&mut self, row: &impl Cells) -> Result<(), InputError>;
 
-    /// Leaves out the rows for which `kept` has a false.
+    /// Removes the rows whose flag in `kept` is false.
     fn retain(&mut self, kept: &[bool]);
 }
 

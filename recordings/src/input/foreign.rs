@@ -1,20 +1,20 @@
-//! Kinds of files that are not read, what they are called, and what to do with them: one table for
-//! recordings and for logs of frames. `magic` has the bytes by which they are known.
+//! Kinds of files that are not read, their names and advice for each: one table for recordings and logs of frames.
+//! `magic` has their first bytes.
 
 use std::fmt;
 
-/// A kind of file that is not read here.
+/// A kind of file that is not supported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Foreign {
     /// A bag of ROS 1.
     Ros1Bag,
     /// HDF5, also of pandas.
     Hdf5,
-    /// MATLAB's MAT-file, version 4 excepted, which has no first bytes of its own.
+    /// MATLAB's MAT-file, except version 4, which has no magic bytes.
     Matlab,
-    /// One array of `NumPy`.
+    /// A single `NumPy` array.
     Numpy,
-    /// Several arrays of `NumPy`.
+    /// Several `NumPy` arrays.
     NumpyArchive,
     /// A sheet of Excel.
     Excel,
@@ -22,15 +22,15 @@ pub enum Foreign {
     Zip,
     /// A tar archive.
     Tar,
-    /// A capture of a network, old or new.
+    /// A network capture, pcap or pcapng.
     Capture,
     /// ASAM MDF, version 3 or 4.
     Mdf,
     /// A log of Vector's tools.
     Blf,
-    /// Pickled objects of Python.
+    /// Pickled Python objects.
     Pickle,
-    /// Arrow's IPC file, which is Feather, too.
+    /// Arrow's IPC file, also known as Feather.
     ArrowIpc,
     /// A log of PX4.
     ULog,
@@ -40,49 +40,49 @@ pub enum Foreign {
     Sqlite,
     /// JSON.
     Json,
-    /// What `candump -l` writes.
+    /// Log of `candump -l`.
     CanLog,
     /// PNG, JPEG or GIF.
     Picture,
     /// PDF.
     Pdf,
-    /// MCAP, to a reader of logs.
+    /// MCAP, to a reader of frame logs.
     Mcap,
-    /// Parquet, to a reader of logs.
+    /// Parquet, to a reader of frame logs.
     Parquet,
     /// A log of PEAK's tools.
     Trc,
     /// A 7z archive.
     SevenZip,
-    /// Compressed with xz.
+    /// A file compressed with xz.
     Xz,
-    /// Compressed with bzip2.
+    /// A file compressed with bzip2.
     Bzip2,
-    /// Compressed with gzip or zstd within such a compression.
+    /// A file compressed with gzip or zstd twice.
     CompressedTwice,
     /// Text in UTF-16, as PowerShell's `>` writes it.
     Utf16,
 }
 
-/// What there is to say about a kind.
+/// Name of a kind, and advice for it.
 struct Kind {
-    /// What it is called, with its article.
+    /// Name, with its article.
     name: &'static str,
-    /// What to do with one that should be a recording; `None` where it is read.
+    /// Advice for a file that should be a recording; `None` if it is read.
     recording: Option<&'static str>,
-    /// What to do with one that should be a log, with `FILE` for its name; `None` where it is read, or
-    /// where a recording of the serial line may have the same first bytes.
+    /// Advice for a file that should be a log, with `FILE` for its name; `None` if it is read, or if a recording
+    /// of the serial line may have the same first bytes.
     log: Option<&'static str>,
 }
 
-/// For frames that another program can write as a log.
+/// Advice for frames that another program can write as a log.
 const BY_PYTHON_CAN: &str =
     "convert it with python-can: pip install python-can, then can_logconvert FILE can.asc";
 
 const UNPACK: &str = "unpack it";
 
 impl Foreign {
-    /// All of them.
+    /// All kinds.
     pub const ALL: [Self; 28] = [
         Self::Ros1Bag,
         Self::Hdf5,
@@ -114,19 +114,19 @@ impl Foreign {
         Self::Utf16,
     ];
 
-    /// What it is called, with its article.
+    /// Name, with its article.
     #[must_use]
     pub const fn name(self) -> &'static str {
         self.kind().name
     }
 
-    /// What to do with one that should be a recording; `None` where it is read.
+    /// Advice for a file that should be a recording; `None` if it is read.
     #[must_use]
     pub const fn advice(self) -> Option<&'static str> {
         self.kind().recording
     }
 
-    /// What to do with the file of this name that should be a log; `None` where it may be one.
+    /// Advice for the file of this name that should be a log; `None` if it may be one.
     #[must_use]
     pub fn log_advice(self, file: &str) -> Option<String> {
         self.kind().log.map(|advice| advice.replace("FILE", file))

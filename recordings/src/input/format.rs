@@ -1,9 +1,9 @@
-//! The formats of files, by name.
+//! Formats of files, by name.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// How a file is laid out.
+/// Layout of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// Simulated ATLAS of the method's authors: 13 columns, no header, 1 kHz, gravity removed.
@@ -19,23 +19,23 @@ pub enum Format {
     Parquet,
     /// `sensor_msgs/msg/Imu` of ROS 2 in MCAP.
     Mcap,
-    /// The same in the `SQLite` of a rosbag2, or the folder of a rosbag2.
+    /// The same in the `SQLite` database of a rosbag2, or the folder of a rosbag2.
     Rosbag2,
 }
 
-/// What a file holds, as far as it decides which options there are.
+/// Kind of content, which determines the applicable options.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content {
-    /// Columns whose places and units are known.
+    /// Columns at fixed places with fixed units.
     Fixed,
-    /// Columns with names.
+    /// Columns identified by name.
     Columns,
     /// Messages by topic.
     Messages,
 }
 
 impl Format {
-    /// All of them.
+    /// All formats.
     pub const ALL: [Self; 7] = [
         Self::PceAtlas,
         Self::PceGo1,
@@ -46,7 +46,7 @@ impl Format {
         Self::Rosbag2,
     ];
 
-    /// Its name in options.
+    /// Name in options.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -60,7 +60,7 @@ impl Format {
         }
     }
 
-    /// One line about it, for the help of an option.
+    /// Description in one line, for the help of an option.
     #[must_use]
     pub const fn help(self) -> &'static str {
         match self {
@@ -84,7 +84,7 @@ impl Format {
         }
     }
 
-    /// How its columns are found.
+    /// Kind of content.
     #[must_use]
     pub const fn content(self) -> Content {
         match self {
@@ -94,7 +94,7 @@ impl Format {
         }
     }
 
-    /// Whether files of it are known by their first bytes, and are read from a disk only.
+    /// Returns whether its files are recognised by their first bytes and read from a disk only.
     #[must_use]
     pub const fn is_container(self) -> bool {
         matches!(self, Self::Parquet | Self::Mcap | Self::Rosbag2)
@@ -102,7 +102,7 @@ impl Format {
 }
 
 impl Format {
-    /// The feature of this crate that reads files of it, if this build lacks it.
+    /// Feature of this crate that reads its files, if missing in this build.
     #[must_use]
     pub const fn missing_feature(self) -> Option<&'static str> {
         match self {
@@ -136,14 +136,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_format_is_found_by_its_name() {
+    fn format_is_found_by_its_name() {
         for format in Format::ALL {
             assert_eq!(format.to_string().parse(), Ok(format));
         }
     }
 
     #[test]
-    fn an_unknown_format_is_answered_with_the_known_ones() {
+    fn unknown_format_error_lists_the_known_ones() {
         assert_eq!(
             "xls".parse::<Format>(),
             Err(

@@ -1,4 +1,4 @@
-//! The beginning of a table: what separates its columns, and a header that is a comment.
+//! Start of a table: the column separator, and a header in a comment.
 
 use std::io::{self, Read};
 
@@ -7,38 +7,38 @@ use csv::StringRecord;
 use super::layout;
 use super::mapping::is_ours;
 
-/// As many columns six axes have.
+/// Number of columns of six axes.
 const COLUMNS_OF_A_TABLE: usize = 6;
 
-/// Begins a line that is no row.
+/// Marks a line as a comment.
 pub(super) const COMMENT: u8 = b'#';
 
-/// At most this many bytes are looked at for the first line of the table.
+/// Most bytes read to find the first line of the table.
 const LONGEST_HEAD: usize = 1 << 18;
 
-/// At most this many bytes are looked at for a header that is not the first line.
+/// Most bytes read to find a header below the first line.
 const LONGEST_PREAMBLE: u64 = 1 << 14;
 
-/// At most this many lines stand above a header.
+/// Most lines above a header.
 const LONGEST_PREAMBLE_LINES: usize = 50;
 
-/// From this many commas on in its first line, a table is separated by commas: six axes need them.
+/// Number of commas in the first line from which a table is separated by commas: six axes need them.
 const SURELY_COMMAS: usize = 5;
 
-/// What the first lines of a file show.
+/// Properties found in the first lines of a file.
 pub(super) struct Head {
-    /// The bytes that were read to see it.
+    /// Bytes read to find them.
     pub(super) bytes: Vec<u8>,
-    /// What separates columns: a comma, a semicolon or a tab.
+    /// Column separator: a comma, a semicolon or a tab.
     pub(super) separator: u8,
-    /// How many lines above the header are neither blank nor comments; they are blank in `bytes`.
+    /// Number of lines above the header that are neither blank nor comments; they are blank in `bytes`.
     pub(super) preamble: usize,
-    /// The last comment before the first other line, with its number.
+    /// Last comment before the first other line, with its line number.
     pub(super) comment: Option<(u64, StringRecord)>,
 }
 
 impl Head {
-    /// Reads as much of a file as it takes.
+    /// Reads the required part of a file.
     pub(super) fn of(source: &mut dyn Read) -> io::Result<Self> {
         let mut bytes = Vec::new();
         let mut chunk = [0; 4096];
@@ -51,7 +51,7 @@ impl Head {
             }
         }
         let preamble = pass_over_preamble(&mut bytes, source)?;
-        // A file's last line may have no end.
+        // The last line of a file may lack a line end.
         bytes.push(b'\n');
         let first = Lines::of(&bytes).find(Line::is_row);
         let separator = first.as_ref().map_or(b',', |line| separator(line.bytes));
@@ -69,9 +69,9 @@ impl Head {
     }
 }
 
-/// Makes the lines above the header blank, so that line numbers stay: those that loggers write about
-/// themselves without marking them as comments. Their first line is no row of numbers and no header,
-/// and a header comes soon. Gives how many they are.
+/// Blanks the lines above the header, so that line numbers are kept: lines that loggers write about themselves
+/// without a comment mark. The first of them is neither a row of numbers nor a header, and a header follows soon.
+/// Returns their number.
 fn pass_over_preamble(bytes: &mut Vec<u8>, source: &mut dyn Read) -> io::Result<usize> {
     let first = Lines::of(bytes).find(Line::is_row);
     if first.is_none_or(|line| line.may_begin_a_table()) {
@@ -97,18 +97,18 @@ fn pass_over_preamble(bytes: &mut Vec<u8>, source: &mut dyn Read) -> io::Result<
     Ok(passed)
 }
 
-/// The lines of a text that have an end.
+/// Iterator over the complete lines of a text.
 struct Lines<'a> {
     rest: &'a [u8],
     number: u64,
-    /// Where the rest begins.
+    /// Start of the remaining text.
     start: usize,
 }
 
 struct Line<'a> {
-    /// Where it begins.
+    /// Start of the line.
     start: usize,
-    /// Without space around it.
+    /// The line without surrounding space.
     bytes: &'a [u8],
     number: u64,
 }
@@ -147,26 +147,26 @@ impl Line<'_> {
         self.bytes.first().is_some_and(|byte| *byte != COMMENT)
     }
 
-    /// The cells of a comment, with the line's number.
+    /// Cells of a comment, with the line's number.
     fn comment(&self) -> Option<(u64, StringRecord)> {
         let text = self.bytes.strip_prefix(&[COMMENT])?;
         Some((self.number, cells(text)?))
     }
 
-    /// Whether it is the header of six axes.
+    /// Returns whether it is a header with six axes.
     fn is_header(&self) -> bool {
         self.is_row() && cells(self.bytes).is_some_and(|cells| layout::is_header(&cells))
     }
 
-    /// Whether the first line of a table may look like this: a header, even one that is not
-    /// understood, or numbers. What stands above a table has fewer columns.
+    /// Returns whether the first line of a table may look like this: a header, even one that is not understood, or
+    /// numbers. Lines above a table have fewer columns.
     fn may_begin_a_table(&self) -> bool {
         cells(self.bytes)
             .is_none_or(|cells| cells.len() >= COLUMNS_OF_A_TABLE || cells.iter().any(is_ours))
     }
 }
 
-/// The cells of a line of text.
+/// Cells of a line of text.
 fn cells(line: &[u8]) -> Option<StringRecord> {
     let text = str::from_utf8(line).ok()?;
     let separator = char::from(separator(line));
@@ -180,7 +180,7 @@ fn cells(line: &[u8]) -> Option<StringRecord> {
     Some(cells.collect())
 }
 
-/// What separates the columns of a line.
+/// Column separator of a line.
 fn separator(line: &[u8]) -> u8 {
     let count = |wanted: u8| line.iter().filter(|byte| **byte == wanted).count();
     let commas = count(b',');
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_are_separated_by_what_the_first_row_has_most_of() {
+    fn separator_is_the_most_frequent_in_the_first_row() {
         for (text, separator) in [
             ("t,ax,ay,az,wx,wy,wz\n", b','),
             ("t;ax;ay;az;wx;wy;wz\n", b';'),
@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_without_lines_above_its_header_stays_as_it_is() {
+    fn table_without_lines_above_its_header_is_unchanged() {
         for text in [
             "t,ax\nt,ax,ay,az,wx,wy,wz\n",
             "0,1\n2,3\n",
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_read_to_see_it_is_kept() {
+    fn bytes_read_ahead_are_kept() {
         let text = "# note\nt;ax\n".to_owned() + &"0;1\n".repeat(9000);
         let mut rest = text.as_bytes();
         let mut bytes = Head::of(&mut rest).unwrap().bytes;
@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn the_comment_above_the_table_may_be_its_header() {
+    fn comment_above_the_table_may_be_its_header() {
         let (line, cells) = head("# made by x\n# t, ax\n0,1\n").comment.unwrap();
         assert_eq!((line, cells), (2, StringRecord::from(vec!["t", "ax"])));
         assert!(head("t,ax\n# 0,1\n").comment.is_none());

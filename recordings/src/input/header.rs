@@ -1,4 +1,4 @@
-//! The columns that the header of a `csv` names, and the cells of a row in them.
+//! Columns named in the header of a `csv`, and the cells of a row in them.
 
 use estimator_core::{Axis, Load, Timestamp, Validity};
 
@@ -10,36 +10,36 @@ use super::mapping::is_ours;
 use super::table::Row;
 use crate::recording::RecordedSample;
 
-/// Whether a row is a header, however badly written: a known name stands in it.
+/// Returns whether a row is a header, even a malformed one: it contains a known name.
 pub(super) fn is_header(row: &Row) -> bool {
     row.cells()
         .flat_map(|cell| cell.split(OTHER_SEPARATORS))
         .any(|name| is_ours(&name.to_lowercase()))
 }
 
-/// What a header's names are mistakenly separated by.
+/// Characters mistakenly used to separate the names of a header.
 const OTHER_SEPARATORS: [char; 4] = [';', '\t', ' ', '|'];
 
-/// Where each known column stands.
+/// Position of each known column.
 #[derive(Default)]
 pub(super) struct Columns {
-    /// How many cells a row has.
+    /// Number of cells in a row.
     pub(super) count: usize,
-    /// The index of the column `t`.
+    /// Index of the column `t`.
     pub(super) t: Option<usize>,
-    /// The index of the nanoseconds of a stamp, of which `t` is the seconds.
+    /// Index of the nanoseconds of a stamp whose seconds are `t`.
     pub(super) nanoseconds: Option<usize>,
     axes: [Option<usize>; 6],
     force: Option<usize>,
     label: Option<usize>,
     validity: Option<usize>,
-    /// The names that mean nothing in a recording.
+    /// Names that are unknown in a recording.
     pub(super) ignored: Vec<String>,
     duplicate: Option<(usize, String)>,
 }
 
 impl Columns {
-    /// What a header says; `None` where the line holds numbers and so is no header.
+    /// Parses a header; `None` if the line holds numbers.
     fn from_header(header: &Row) -> Option<Self> {
         let mut columns = Self::default();
         for (index, name) in header.cells().enumerate() {
@@ -68,7 +68,7 @@ impl Columns {
         Some(columns)
     }
 
-    /// The columns of a header.
+    /// Parses a header that must have all required columns.
     pub(super) fn checked(header: &Row, file: &str) -> Result<Self, InputError> {
         let columns = Self::from_header(header).unwrap_or_default();
         if let Some((index, name)) = &columns.duplicate {
@@ -90,7 +90,7 @@ impl Columns {
         }
     }
 
-    /// The indices of all columns that are read.
+    /// Indices of all columns that are read.
     #[cfg(feature = "parquet")]
     pub(super) fn used(&self) -> Vec<usize> {
         let others = [
@@ -103,7 +103,7 @@ impl Columns {
         self.axes.into_iter().chain(others).flatten().collect()
     }
 
-    /// The axes that the header does not name.
+    /// Axes that are missing in the header.
     fn missing(&self) -> Vec<&'static str> {
         Axis::ALL
             .iter()
@@ -113,13 +113,13 @@ impl Columns {
             .collect()
     }
 
-    /// What makes known names unknown, where that is so.
+    /// Reason why known names are not recognised, if any.
     fn slip(&self) -> Option<HeaderSlip> {
         let known = |name: &str| is_ours(&name.to_lowercase());
         self.ignored.iter().find_map(|name| {
             let separator = name.chars().find(|c| OTHER_SEPARATORS.contains(c));
             match separator {
-                // One name alone has something else beside it, such as a unit.
+                // A single name is followed by something else, such as a unit.
                 Some(found) => {
                     let names = name.split(found).map(str::trim).filter(|name| known(name));
                     (names.count() > 1).then_some(HeaderSlip::Separator(found))
@@ -129,19 +129,19 @@ impl Columns {
         })
     }
 
-    /// The sentence that names the ignored columns.
+    /// Sentence that lists the ignored columns.
     pub(super) fn notice(&self, file: &str) -> Option<String> {
         let names = shortened(&self.ignored);
         (!self.ignored.is_empty()).then(|| format!("{file}: ignored columns: {names}"))
     }
 
-    /// Whether a row has no value in any axis.
+    /// Returns whether a row has no value in any axis.
     pub(super) fn has_no_axis(&self, row: &impl Cells) -> bool {
         let mut axes = self.axes.iter().flatten();
         axes.all(|index| row.is_blank(*index))
     }
 
-    /// A row's values; the time is filled in later.
+    /// Values of a row; the time is set later.
     pub(super) fn sample(
         &self,
         row: &impl Cells,

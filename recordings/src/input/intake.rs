@@ -1,4 +1,4 @@
-//! The rows of a table with names for its columns become those of a recording.
+//! Converts the rows of a table with named columns into the rows of a recording.
 
 use estimator_core::Gravity;
 
@@ -14,19 +14,19 @@ use super::rows::{Refused, Rows, Source};
 use super::stored::Stored;
 use super::table::Row;
 
-/// The title of a column `force`.
+/// Title of a column `force`.
 pub(super) const LOAD_TITLE: &str = "force (N)";
 
-/// What became of a row.
+/// Result of reading a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Taken {
-    /// It is a sample.
+    /// The row is a sample.
     Sample,
-    /// All six axes are blank in it: it is left out.
+    /// All six axes are blank: the row is left out.
     Nothing,
 }
 
-/// A table whose rows are taken in.
+/// A table whose rows are being read.
 pub(super) struct Intake<'a> {
     file: &'a str,
     hints: &'a Hints,
@@ -34,12 +34,12 @@ pub(super) struct Intake<'a> {
     columns: Columns,
     rows: Rows,
     time: Option<TimeColumn>,
-    /// What is to be said about the table beside its columns.
+    /// Notices about the table other than those about its columns.
     pub(super) notices: Vec<String>,
 }
 
 impl<'a> Intake<'a> {
-    /// A table with the `columns` of `layout`.
+    /// Starts a table with the `columns` of `layout`.
     pub(super) fn new(file: &'a str, hints: &'a Hints, layout: Layout, columns: Columns) -> Self {
         Self {
             file,
@@ -52,12 +52,12 @@ impl<'a> Intake<'a> {
         }
     }
 
-    /// How many cells a row has.
+    /// Number of cells in a row.
     pub(super) const fn width(&self) -> usize {
         self.columns.count
     }
 
-    /// Takes in a row.
+    /// Processes a row.
     pub(super) fn take(&mut self, row: &impl Cells) -> Result<Taken, InputError> {
         let columns = &self.columns;
         let blanks = self.layout.blanks;
@@ -85,12 +85,12 @@ impl<'a> Intake<'a> {
         Ok(Taken::Sample)
     }
 
-    /// Which samples are kept, where some may be left out.
+    /// Flags of the samples that are kept, if some may be left out.
     pub(super) fn kept(&self) -> Option<Vec<bool>> {
         self.rows.kept()
     }
 
-    /// The recording, with the samples that [`Self::kept`] has chosen.
+    /// Returns the recording, with the samples selected by [`Self::kept`].
     pub(super) fn finish(
         self,
         name: String,
@@ -121,8 +121,7 @@ impl<'a> Intake<'a> {
     }
 }
 
-/// The unit of the times: the one that is given, or that of the column's name, or the one in which
-/// the first time makes sense.
+/// Unit of the times: the given one, that of the column's name, or the one in which the first time is plausible.
 fn time_unit(layout: &Layout, hints: &Hints, first: &impl Cells, index: usize) -> TimeUnit {
     let by_size = || {
         let value = first.optional(index, "t").ok().flatten();
@@ -135,11 +134,11 @@ fn time_unit(layout: &Layout, hints: &Hints, first: &impl Cells, index: usize) -
         .unwrap_or_else(by_size)
 }
 
-/// Rates that sensors have, Hz.
+/// Plausible rates of sensors, Hz.
 const PLAUSIBLE_RATES: std::ops::RangeInclusive<f64> = 10.0..=1.0e5;
 
-/// Makes sure that times that were taken for those since 1970 by their size make a plausible rate, where
-/// they do in a smaller unit: a clock that counts from the start of a computer may show as much.
+/// Checks the rate of times taken for times since 1970 by their size: an error if the rate is plausible only in a
+/// smaller unit. A clock that counts from the start of a computer may show similar values.
 fn check_guess(file: &str, unit: TimeUnit, rate: f32) -> Result<(), InputError> {
     let is_plausible = |other: &TimeUnit| {
         let faster = other.per_second() / unit.per_second();
@@ -160,7 +159,7 @@ fn check_guess(file: &str, unit: TimeUnit, rate: f32) -> Result<(), InputError> 
     }
 }
 
-/// The column of a table of ours that may be meant by `t`.
+/// Column of a table of ours that may be intended as `t`.
 fn time_by_another_name(header: &Row) -> Option<String> {
     let names: Vec<String> = header.cells().map(str::to_owned).collect();
     match find_time(&names) {

@@ -1,8 +1,8 @@
-//! Dates with times, as ISO 8601 and RFC 3339 write them: `2024-05-01T12:00:00.123456+02:00`, with a
-//! space for the `T` as pandas has it. Where there is no zone, it is UTC: only differences matter.
+//! Dates with times as in ISO 8601 and RFC 3339: `2024-05-01T12:00:00.123456+02:00`, or with a space for the `T`
+//! as in pandas. Without a zone they are in UTC: only differences matter.
 
-/// Microseconds since 1970 in UTC; `None` where the text is no date with a time. Leap seconds are
-/// those of POSIX: there are none.
+/// Microseconds since 1970 in UTC; `None` if the text is not a date with a time. Leap seconds are ignored, as in
+/// POSIX.
 pub(super) fn micros_since_1970(text: &str) -> Option<i64> {
     let (date, rest) = text.split_once(['T', ' '])?;
     let mut parts = date.splitn(3, '-');
@@ -21,13 +21,13 @@ pub(super) fn micros_since_1970(text: &str) -> Option<i64> {
     Some((seconds - zone_seconds(zone)?) * 1_000_000 + micros(fraction)?)
 }
 
-/// A number of exactly `count` digits.
+/// Number of exactly `count` digits.
 fn digits(text: &str, count: usize) -> Option<i64> {
     let all = text.len() == count && text.bytes().all(|byte| byte.is_ascii_digit());
     all.then(|| text.parse().ok())?
 }
 
-/// The digits after the point of a second, rounded to µs.
+/// Decimals of a second, rounded to µs.
 fn micros(fraction: &str) -> Option<i64> {
     if fraction.is_empty() || !fraction.bytes().all(|byte| byte.is_ascii_digit()) {
         return None;
@@ -36,7 +36,7 @@ fn micros(fraction: &str) -> Option<i64> {
     Some((value * 1.0e6).round() as i64)
 }
 
-/// How far a zone is ahead of UTC, s.
+/// Offset of a zone from UTC, s; positive to the east.
 fn zone_seconds(zone: &str) -> Option<i64> {
     let ahead = match zone.chars().next() {
         None | Some('Z') => return (zone.len() < 2).then_some(0),
@@ -66,7 +66,7 @@ mod tests {
 
     #[test]
     fn dates_are_counted_from_1970() {
-        // `date -u +%s -d …` of GNU coreutils.
+        // Expected values are from `date -u +%s -d …` of GNU coreutils.
         for (text, seconds) in [
             ("1970-01-01T00:00:00Z", 0),
             ("2000-02-29T12:00:00Z", 951_825_600),
@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn other_texts_are_no_dates() {
+    fn other_texts_are_not_dates() {
         for text in [
             "",
             "0.01",

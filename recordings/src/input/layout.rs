@@ -1,4 +1,4 @@
-//! The header of a `csv`, with our names for the columns that are ours.
+//! Header of a `csv`, with our names for the known columns.
 
 use csv::StringRecord;
 
@@ -10,50 +10,49 @@ use super::options::{AccelerationUnit, RateUnit, TableOptions, TimeUnit, Units};
 use super::ros2;
 use super::table::{Row, Table};
 
-/// The name of the nanoseconds of a stamp, of which `t` has the seconds.
+/// Name of the nanoseconds of a stamp whose seconds are `t`.
 pub(super) const NANOSECONDS: &str = "t.nanosec";
 
-/// A table with this many words in its first row has a header, whatever they mean.
+/// Number of words in the first row from which a table has a header, whatever the words.
 const LEAST_WORDS: usize = 6;
 
-/// How many axes a recording has.
+/// Number of axes of a recording.
 const AXES: usize = 6;
 
-/// What blank cells of an axis are.
+/// Treatment of blank cells of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Blanks {
-    /// An error: a table of ours has none.
+    /// Error: a table of ours has no blank cells.
     Refused,
-    /// Not a number; a row that has nothing else is another signal's, and left out.
+    /// Not a number; a row without any other value belongs to another signal and is left out.
     NotANumber,
 }
 
-/// The column of a table that pandas puts before those with names.
+/// Index column that pandas writes before the named columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Index {
-    /// There is none.
+    /// There is no index.
     None,
-    /// It is no time.
+    /// The index is not a time.
     Other,
-    /// It is the time, in the column of this index.
+    /// The index is the time, in the column of this index.
     Time(usize),
 }
 
-/// A header that has been understood as far as it can be.
+/// A header, parsed as far as possible.
 pub(super) struct Layout {
-    /// With our names.
+    /// Header with our names.
     pub(super) header: Row,
     pub(super) blanks: Blanks,
-    /// The unit of the time, where the name of its column tells.
+    /// Unit of the time, if the name of its column defines it.
     pub(super) time_unit: Option<TimeUnit>,
-    /// Which columns were taken for ours without being named so.
+    /// Columns that were recognised under other names.
     pub(super) notice: Option<String>,
-    /// Whether columns that mean nothing here are worth naming.
+    /// Whether unknown columns are to be listed.
     pub(super) names_ignored: bool,
 }
 
-/// Whether a table has a header, or needs none: names of ours or of others, or cells that are
-/// known to be a message.
+/// Returns whether a table has a header, with our names or those of others, or has the cells of a known message.
 pub(super) fn is_table(table: &mut Table) -> Result<bool, InputError> {
     if table.comment_header().is_some() {
         return Ok(true);
@@ -66,7 +65,7 @@ pub(super) fn is_table(table: &mut Table) -> Result<bool, InputError> {
     Ok(ros2::header(first).is_some() || (words >= LEAST_WORDS && words + 1 >= first.len()))
 }
 
-/// Whether the cells of a comment are a header.
+/// Returns whether the cells of a comment are a header.
 pub(super) fn is_header(cells: &StringRecord) -> bool {
     let names: Vec<String> = cells.iter().map(str::to_owned).collect();
     let ours = |triple: Triple| {
@@ -79,7 +78,7 @@ pub(super) fn is_header(cells: &StringRecord) -> bool {
     known(Triple::Acceleration) && known(Triple::Rate)
 }
 
-/// [`find`], also where units stand behind the names.
+/// As [`find`], also with units after the names.
 fn find_with_units(triple: Triple, names: &[String]) -> Found {
     match find(triple, names) {
         Found::Nowhere => {
@@ -102,7 +101,7 @@ fn without_units(names: &[String]) -> Vec<String> {
 }
 
 impl Layout {
-    /// Reads the header of a table; `None` where it has no row at all.
+    /// Reads the header of a table; `None` if the table is empty.
     pub(super) fn of(
         table: &mut Table,
         options: &TableOptions,
@@ -173,18 +172,18 @@ impl Layout {
     }
 }
 
-/// Whether the first column holds dates with times, by its next row.
+/// Returns whether the first column holds dates with times, judged by its next row.
 fn index_is_time(table: &mut Table) -> Result<bool, InputError> {
     let next = table.peek_row()?;
     Ok(next.is_some_and(|row| micros_since_1970(row.text(0)).is_some()))
 }
 
-/// The names of a header's columns while they become ours.
+/// Names of a header's columns during their translation into ours.
 struct Naming {
     names: Vec<String>,
-    /// Our names for columns that had others, with the index.
+    /// Our names of columns that had others, with the index.
     taken: Vec<(&'static str, usize)>,
-    /// How many of them were mapped: their units are the business of who maps them.
+    /// Number of columns with an explicit mapping, whose units are not checked.
     mapped: usize,
     place: Place,
     file: String,
@@ -196,7 +195,7 @@ impl Naming {
         self.names.iter().any(|given| given == name)
     }
 
-    /// Gives a column our name; another of that name loses it.
+    /// Gives a column our name; another column of that name loses it.
     fn take(&mut self, ours: &'static str, index: usize) {
         for name in &mut self.names {
             if name == ours {
@@ -207,7 +206,7 @@ impl Naming {
         self.taken.push((ours, index));
     }
 
-    /// Applies a mapping that was given.
+    /// Applies an explicit mapping.
     fn map(&mut self, mapping: &Mapping) -> Result<(), InputError> {
         let given = self.names.clone();
         for (ours, theirs) in mapping.pairs() {
@@ -247,8 +246,8 @@ impl Naming {
         Ok(())
     }
 
-    /// Takes columns with names of others for ours, where ours are missing. Units in their names must
-    /// be those in which they are read.
+    /// Recognises columns with names of others where ours are missing. Units in their names must be those in which
+    /// they are read.
     fn recognise(&mut self, header: &Row, units: Units) -> Result<(), InputError> {
         let given = self.names.clone();
         for triple in [Triple::Acceleration, Triple::Rate] {
@@ -274,7 +273,7 @@ impl Naming {
             }
         }
         self.check_units(header, units)?;
-        // A table of ours with a column `time` has none: it may be any time.
+        // A table of ours has no column `time`: it may be any time.
         let foreign = self.taken.iter().any(|(ours, _)| is_axis(ours));
         let complete = [Triple::Acceleration, Triple::Rate]
             .iter()
@@ -298,8 +297,7 @@ impl Naming {
         Ok(())
     }
 
-    /// Makes sure that no axis that was recognised is in another unit than the one in which it would
-    /// be read, by its name.
+    /// Checks that the unit in the name of each recognised axis is the one in which it would be read.
     fn check_units(&self, header: &Row, units: Units) -> Result<(), InputError> {
         let mut named = units;
         let mut wrong = None;
@@ -334,7 +332,7 @@ impl Naming {
         }
     }
 
-    /// The sentence that says which columns were taken.
+    /// Sentence that lists the recognised columns.
     fn notice(&self, header: &Row) -> String {
         let taken: Vec<_> = self
             .taken
@@ -348,14 +346,14 @@ impl Naming {
     }
 }
 
-/// A mapping of our names to columns, as the option is written.
+/// A mapping of our names to columns, as written in the option.
 fn pairs(ours: &[&str], indices: &[usize], names: &[String]) -> Mapping {
     let pair = |(ours, index): (&&str, &usize)| ((*ours).to_owned(), names[*index].clone());
     Mapping::from_pairs(ours.iter().zip(indices).map(pair).collect())
 }
 
-/// What may help a header in which our names are missing: the mapping by which it would be
-/// understood where its names tell, or else how one is written.
+/// Suggestion for a header that lacks our names: a mapping if the names allow one, otherwise an example of the
+/// syntax.
 pub(super) fn suggestion(header: &Row, missing: &[&'static str]) -> Option<Suggestion> {
     let names: Vec<String> = header.cells().map(str::to_owned).collect();
     let mut wanted: Vec<&'static str> = missing.to_vec();
@@ -374,11 +372,11 @@ pub(super) fn suggestion(header: &Row, missing: &[&'static str]) -> Option<Sugge
     if found.iter().any(|(ours, _)| is_axis(ours)) {
         return Some(Suggestion::Meant(Mapping::from_pairs(found)));
     }
-    // One axis that is missing is no matter of how a mapping is written.
+    // An example of the syntax does not help if a single axis is missing.
     (missing.len() == AXES).then(|| example(&wanted, &names))?
 }
 
-/// How a mapping is written that takes the first columns of a file for ours, where they have names.
+/// Example of a mapping of the first columns of a file, if they have names.
 pub(super) fn example(wanted: &[&str], names: &[String]) -> Option<Suggestion> {
     let is_name =
         |name: &&String| !name.is_empty() && name.parse::<f64>().is_err() && !is_ours(name);
@@ -391,14 +389,14 @@ pub(super) fn example(wanted: &[&str], names: &[String]) -> Option<Suggestion> {
     if theirs.len() < wanted.iter().filter(|ours| is_axis(ours)).count() {
         return None;
     }
-    // Where there is one name too few, the time does without.
+    // If there is one name too few, the time is omitted.
     let wanted = &wanted[wanted.len().saturating_sub(theirs.len())..];
     let pairs = wanted.iter().zip(theirs);
     let pairs = pairs.map(|(ours, theirs)| ((*ours).to_owned(), theirs.clone()));
     Some(Suggestion::Example(Mapping::from_pairs(pairs.collect())))
 }
 
-/// Our name as one that lives as long as the program.
+/// Our name with a static lifetime.
 fn own_name(name: &str) -> Option<&'static str> {
     let axes = Triple::Acceleration
         .ours()
@@ -408,7 +406,7 @@ fn own_name(name: &str) -> Option<&'static str> {
         .find(|ours| *ours == name)
 }
 
-/// Names, the first of them where there are many.
+/// List of names, shortened to the first ones if there are many.
 pub(super) fn shortened(names: &[String]) -> String {
     const SHOWN: usize = 20;
     let first: Vec<&str> = names

@@ -1,17 +1,16 @@
-//! A text on its way to the reader of its rows: no line of it fills the memory, and how it ended is
-//! known.
+//! Limits the length of lines between a text and the reader of its rows, and records how the text ends.
 
 use std::cell::Cell;
 use std::io::{self, Read};
 use std::rc::Rc;
 
-/// A row may have as many bytes: 16 MB. The longest that is known of a robot has 0.1 MB.
+/// Longest row, bytes: 16 MB. The longest known row of a robot has 0.1 MB.
 pub(super) const LONGEST_ROW: usize = 16 << 20;
 
-/// What has been seen of a text.
+/// State of a text that is being read.
 #[derive(Default)]
 pub(super) struct Progress {
-    /// Bytes that the row that is being read may still have.
+    /// Bytes left for the current row.
     left: Cell<usize>,
     /// The last byte.
     last: Cell<Option<u8>>,
@@ -20,23 +19,23 @@ pub(super) struct Progress {
 }
 
 impl Progress {
-    /// A row begins.
+    /// Starts a row.
     pub(super) fn begin_row(&self) {
         self.left.set(LONGEST_ROW);
     }
 
-    /// Whether a row is longer than any.
+    /// Returns whether the row exceeds [`LONGEST_ROW`].
     pub(super) const fn is_too_long(&self) -> bool {
         self.is_too_long.get()
     }
 
-    /// Whether the text has ended within a line.
+    /// Returns whether the text has ended within a line.
     pub(super) fn ended_within_a_line(&self) -> bool {
         self.has_ended.get() && self.last.get().is_some_and(|byte| byte != b'\n')
     }
 }
 
-/// A text whose progress is known.
+/// A text that records its progress.
 pub(super) struct Watched<R> {
     text: R,
     progress: Rc<Progress>,

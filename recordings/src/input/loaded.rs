@@ -1,4 +1,4 @@
-//! What a reader needs besides a file, and what it returns.
+//! Inputs of a reader besides a file, and its results.
 
 use estimator_core::{AngularRate, Gravity, ImuSample, SpecificForce, Timestamp, Validity, Vec3};
 
@@ -7,34 +7,34 @@ use super::options::TableOptions;
 use super::topics::BagOptions;
 use crate::recording::Recording;
 
-/// What is known about a file beyond its format.
+/// Properties of a file that its format does not define.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Hints {
-    /// Sample rate in Hz, above 0, where it is given.
+    /// Sample rate in Hz, above 0, if given.
     pub sample_rate: Option<f32>,
-    /// Whether the samples contain gravity, where it differs from what the format says.
+    /// Whether the samples contain gravity, if different from the format's default.
     pub gravity: Option<Gravity>,
-    /// The sensor's static calibration, and its mounting.
+    /// Static calibration and mounting of the sensor.
     pub correction: Correction,
-    /// How columns with names are to be understood; units and times are those of bags, too.
+    /// Interpretation of named columns; units and times also apply to bags.
     pub table: TableOptions,
-    /// Which topics of a bag are read.
+    /// Topics of a bag that are read.
     pub bag: BagOptions,
 }
 
-/// Rows of a `csv` that are not in the recording as they stand in the file.
+/// Rows of a `csv` that were left out or changed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Repairs {
     /// Rows left out because all six axes are blank in them.
     pub blank_rows: usize,
     /// Rows left out because their times do not advance.
     pub dropped_rows: usize,
-    /// Rows that got another time.
+    /// Rows whose time was changed.
     pub retimed_rows: usize,
 }
 
 impl Repairs {
-    /// One sentence on each that there is.
+    /// One sentence for each kind of repair that occurred.
     pub(super) fn notices(self, file: &str) -> Vec<String> {
         let Self {
             blank_rows,
@@ -62,26 +62,25 @@ impl Repairs {
 /// A file that has been read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loaded {
-    /// The recording. Its first sample is at time 0.
+    /// Recording. Its first sample is at time 0.
     pub recording: Recording,
-    /// What the file's clock says at the first sample, µs; 0 where the file has no clock. It may
-    /// be negative, as before a trigger, or count from 1970.
+    /// Time of the file's clock at the first sample, µs; 0 if the file has no clock. It may be negative, as before
+    /// a trigger, or count from 1970.
     pub start_us: i64,
-    /// One sentence on each thing that was left out or reinterpreted, for people to read.
+    /// One sentence for each thing that was left out or reinterpreted, for people to read.
     pub notices: Vec<String>,
-    /// Rows that were left out or got another time.
+    /// Rows that were left out or whose time was changed.
     pub repairs: Repairs,
 }
 
-/// The time of row `index` at a steady `sample_rate` in Hz.
+/// Time of row `index` at a constant `sample_rate` in Hz.
 pub(super) fn steady_time(index: usize, sample_rate: f32) -> Timestamp {
     let micros = index as f64 * 1.0e6 / f64::from(sample_rate);
     Timestamp::from_micros(micros.round() as u64)
 }
 
-/// A sample from six readings in SI units, in the order of
-/// [`Axis::ALL`](estimator_core::Axis::ALL), with what is known to be wrong with them put
-/// right, in the frame of the foot.
+/// Converts six readings in SI units, in the order of [`Axis::ALL`](estimator_core::Axis::ALL), into a corrected
+/// sample in the frame of the foot.
 pub(super) fn imu_sample(
     timestamp: Timestamp,
     readings: [f64; 6],

@@ -1,38 +1,38 @@
-//! What a file is, by its first bytes.
+//! Kinds of files, recognised by their first bytes.
 
 use super::foreign::Foreign;
 use super::format::Format;
 
-/// As many of a file's first bytes as it takes to know it: an archive of tar shows itself last.
+/// Bytes required to recognise a file: the mark of a tar archive comes last.
 pub(super) const LENGTH: usize = 512;
 
-/// A file that is no table.
+/// A file that is not a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Known {
-    /// It can be read.
+    /// A container that can be read.
     Container(Format),
     Foreign(Foreign),
 }
 
-/// The first bytes of kinds of files.
+/// First bytes of each kind of file.
 const BEGINNINGS: &[(&[u8], Known)] = &[
     // https://mcap.dev/spec#magic
     (b"\x89MCAP0\r\n", Known::Container(Format::Mcap)),
     (b"SQLite format 3\0", Known::Container(Format::Rosbag2)),
     (b"PAR1", Known::Container(Format::Parquet)),
-    // The same with an encrypted footer.
+    // Parquet with an encrypted footer.
     (b"PARE", Known::Container(Format::Parquet)),
     (b"#ROSBAG V", Known::Foreign(Foreign::Ros1Bag)),
     (b"\x89HDF\r\n\x1a\n", Known::Foreign(Foreign::Hdf5)),
     (b"MATLAB 5.0 MAT-file", Known::Foreign(Foreign::Matlab)),
     (b"MATLAB 7.3 MAT-file", Known::Foreign(Foreign::Matlab)),
     (b"\x93NUMPY", Known::Foreign(Foreign::Numpy)),
-    // The old format of Office.
+    // Old Office format.
     (
         b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1",
         Known::Foreign(Foreign::Excel),
     ),
-    // pcap in both byte orders, with µs and with ns; pcapng.
+    // pcap in both byte orders, with µs and ns; pcapng.
     (b"\xd4\xc3\xb2\xa1", Known::Foreign(Foreign::Capture)),
     (b"\xa1\xb2\xc3\xd4", Known::Foreign(Foreign::Capture)),
     (b"\x4d\x3c\xb2\xa1", Known::Foreign(Foreign::Capture)),
@@ -41,7 +41,7 @@ const BEGINNINGS: &[(&[u8], Known)] = &[
     (b"MDF     ", Known::Foreign(Foreign::Mdf)),
     (b"UnFinMF ", Known::Foreign(Foreign::Mdf)),
     (b"LOGG", Known::Foreign(Foreign::Blf)),
-    // The protocols of pickle since Python 2.3; those before are text.
+    // Protocols of pickle since Python 2.3; earlier ones are text.
     (b"\x80\x02", Known::Foreign(Foreign::Pickle)),
     (b"\x80\x03", Known::Foreign(Foreign::Pickle)),
     (b"\x80\x04", Known::Foreign(Foreign::Pickle)),
@@ -49,7 +49,7 @@ const BEGINNINGS: &[(&[u8], Known)] = &[
     (b"ARROW1", Known::Foreign(Foreign::ArrowIpc)),
     (b"FEA1", Known::Foreign(Foreign::ArrowIpc)),
     (b"ULog\x01\x12\x35", Known::Foreign(Foreign::ULog)),
-    // A message that describes the messages.
+    // Message that describes the messages.
     (b"\xa3\x95\x80", Known::Foreign(Foreign::DataFlash)),
     (b"\x89PNG\r\n\x1a\n", Known::Foreign(Foreign::Picture)),
     (b"\xff\xd8\xff", Known::Foreign(Foreign::Picture)),
@@ -60,24 +60,24 @@ const BEGINNINGS: &[(&[u8], Known)] = &[
     (b"7z\xbc\xaf\x27\x1c", Known::Foreign(Foreign::SevenZip)),
     (b"\xfd7zXZ\0", Known::Foreign(Foreign::Xz)),
     (b"BZh", Known::Foreign(Foreign::Bzip2)),
-    // Compression is taken off before; what still has it had it twice.
+    // One compression has already been removed: such a file was compressed twice.
     (b"\x1f\x8b\x08", Known::Foreign(Foreign::CompressedTwice)),
     (
         b"\x28\xb5\x2f\xfd",
         Known::Foreign(Foreign::CompressedTwice),
     ),
-    // A byte order mark of either order.
+    // Byte order marks.
     (b"\xff\xfe", Known::Foreign(Foreign::Utf16)),
     (b"\xfe\xff", Known::Foreign(Foreign::Utf16)),
 ];
 
-/// Where an archive of tar has its name.
+/// Position and content of the mark of a tar archive.
 const TAR: (usize, &[u8]) = (257, b"ustar");
 
-/// The header of a member of a ZIP archive, and how long it is without the member's name.
+/// Header of a member of a ZIP archive, and its length without the member's name.
 const ZIP: (&[u8], usize) = (b"PK\x03\x04", 30);
 
-/// What a file is, by its first [`LENGTH`] bytes; `None` where it may be a table.
+/// Kind of a file, by its first [`LENGTH`] bytes; `None` if it may be a table.
 pub(super) fn known(first: &[u8]) -> Option<Known> {
     let by_beginning = BEGINNINGS
         .iter()
@@ -89,8 +89,7 @@ pub(super) fn known(first: &[u8]) -> Option<Known> {
     })
 }
 
-/// What a file is that should be a log of frames, by its first `LENGTH` bytes or more; `None` where it
-/// may be one.
+/// Kind of a file that should be a log of frames, by its first `LENGTH` bytes or more; `None` if it may be one.
 #[must_use]
 pub fn no_log(first: &[u8]) -> Option<Foreign> {
     let kind = match known(first)? {
@@ -102,7 +101,7 @@ pub fn no_log(first: &[u8]) -> Option<Foreign> {
     kind.log_advice("").is_some().then_some(kind)
 }
 
-/// What kind of ZIP archive it is, by the name of its first member.
+/// Kind of ZIP archive, by the name of its first member.
 fn zip(first: &[u8]) -> Option<Foreign> {
     let (beginning, length) = ZIP;
     if !first.starts_with(beginning) {
@@ -128,7 +127,7 @@ fn tar(first: &[u8]) -> Option<Foreign> {
     is_tar.then_some(Foreign::Tar)
 }
 
-/// A text that is no table.
+/// A text that is not a table.
 fn text(first: &[u8]) -> Option<Foreign> {
     let text = first.strip_prefix(b"\xef\xbb\xbf").unwrap_or(first);
     let text = text.trim_ascii_start();
@@ -142,7 +141,7 @@ fn text(first: &[u8]) -> Option<Foreign> {
     }
 }
 
-/// Whether this is `1700000000.123456) can0 191#0011` or the beginning of it.
+/// Returns whether the text is `1700000000.123456) can0 191#0011` or a prefix of it.
 fn is_can_log(after_bracket: &[u8]) -> bool {
     let line = after_bracket.split(|byte| *byte == b'\n').next();
     let mut words = line.unwrap_or_default().split(|byte| *byte == b' ');
@@ -156,7 +155,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_kind_is_known_by_some_file() {
+    fn every_kind_is_recognised_in_some_file() {
         let mut tar = vec![b'a'; 257];
         tar.extend_from_slice(b"ustar\x0000");
         let zip = |name: &str| {
@@ -188,14 +187,14 @@ mod tests {
                 .iter()
                 .any(|(_, known)| *known == Known::Foreign(foreign));
             let by_other = others.iter().any(|(_, known)| *known == foreign);
-            // What a database is only its tables tell; some are read as recordings.
+            // A database is classified by its tables; some are read as recordings.
             let is_read = foreign.advice().is_none() || foreign == Foreign::Sqlite;
             assert!(by_beginning || by_other || is_read, "{foreign}");
         }
     }
 
     #[test]
-    fn what_is_no_log_is_known_by_its_first_bytes_and_not_by_fewer() {
+    fn foreign_logs_are_recognised_only_by_complete_magic() {
         let kinds: Vec<_> = BEGINNINGS
             .iter()
             .filter_map(|(first, _)| Some((*first, no_log(first)?)))
@@ -214,14 +213,14 @@ mod tests {
         ] {
             assert!(kinds.iter().any(|(_, known)| *known == kind), "{kind}");
         }
-        // A log, and bytes with which a recording of the serial line may begin.
+        // A log, and possible first bytes of a recording of the serial line.
         for first in [&b"(1609459200.000114) can0 191#FF"[..], b"", b"\x80\x02"] {
             assert_eq!(no_log(first), None);
         }
     }
 
     #[test]
-    fn tables_are_none_of_them() {
+    fn tables_are_not_recognised_as_foreign() {
         for table in [
             "",
             "t,ax,ay,az,wx,wy,wz\n",

@@ -1,43 +1,43 @@
-//! Which columns of a file stand for ours: `ax=linear_acceleration.x,…`.
+//! Mapping of columns of a file to ours: `ax=linear_acceleration.x,…`.
 
 use std::fmt;
 use std::str::FromStr;
 
 use estimator_core::Axis;
 
-/// The names of ours that are no axis.
+/// Our names other than axes.
 const OTHERS: [&str; 4] = ["t", "force", "label", "validity"];
 
-/// Whether a column of a `csv` may have this name.
+/// Returns whether a column of a `csv` may have this name.
 pub(super) fn is_ours(name: &str) -> bool {
     OTHERS.contains(&name) || is_axis(name)
 }
 
-/// Whether this is the name of an axis.
+/// Returns whether this is the name of an axis.
 pub(super) fn is_axis(name: &str) -> bool {
     Axis::ALL.iter().any(|axis| axis.name() == name)
 }
 
-/// Columns of a file by the names that they have here.
+/// Columns of a file by our names.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Mapping {
     columns: Vec<(String, String)>,
 }
 
 impl Mapping {
-    /// A mapping from pairs: our name, and that of the file.
+    /// Creates a mapping from pairs of our name and that of the file.
     pub(super) fn from_pairs(columns: Vec<(String, String)>) -> Self {
         Self { columns }
     }
 
-    /// The pairs: our name, and that of the file.
+    /// Pairs of our name and that of the file.
     pub fn pairs(&self) -> impl Iterator<Item = (&str, &str)> {
         self.columns
             .iter()
             .map(|(ours, theirs)| (ours.as_str(), theirs.as_str()))
     }
 
-    /// Whether it maps nothing.
+    /// Returns whether the mapping is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.columns.is_empty()
@@ -91,7 +91,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_mapping_reads_as_it_is_written() {
+    fn mapping_reads_as_it_is_written() {
         let text = "t=stamp,ax=/imu/linear_acceleration/x,force=foot_force[0]";
         let mapping: Mapping = text.parse().unwrap();
         assert_eq!(mapping.to_string(), text);
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mapping_that_cannot_be_meant_is_refused() {
+    fn invalid_mapping_is_rejected() {
         for (text, why) in [
             ("ax", "is no pair"),
             ("", "is no pair"),

@@ -1,26 +1,25 @@
-//! Files become recordings: SI units, one clock, nothing lost without a word.
+//! Reads files into recordings: SI units, one clock, and a notice for everything left out.
 //!
 //! | step | file |
 //! |---|---|
-//! | the formats by name, files by their first bytes, and how a file is opened | `format`, `magic`, `foreign`, `open`, this one |
+//! | formats by name, files by their first bytes, opening of files | `format`, `magic`, `foreign`, `open`, this one |
 //! | recordings among other files | `candidate` |
-//! | gzip and zstd, what separates columns, rows of cells with their line numbers | `compressed`, `lines`, `head`, `table` |
+//! | gzip and zstd, column separators, rows of cells with their line numbers | `compressed`, `lines`, `head`, `table` |
 //! | `csv`: a header names the columns | [`csv`]; `header`, `cells`, `intake`, `clock`, `rate`, `time` |
 //! | `parquet`: the same columns | `parquet` |
 //! | `mcap`, `rosbag2`: bags of ROS 2 | `bag`; [`topics`] |
-//! | tables of others: options, names, ROS 2 without a header, dates, times out of order | [`options`], [`mapping`]; `layout`, `names`, `ros2`, `iso8601`, `times` |
-//! | columns of a `csv` that are no part of a recording: the true orientation | `extra`, `truth` |
+//! | tables of other origin: options, names, ROS 2 without a header, dates, times out of order | [`options`], [`mapping`]; `layout`, `names`, `ros2`, `iso8601`, `times` |
+//! | columns of a `csv` that are not part of a recording: the true orientation | `extra`, `truth` |
 //! | `pce-atlas`, `pce-go1`, `lcd`: published recordings of robots | [`pce`] |
-//! | rows in order, whatever they are read from, and where they go | `rows`, `stored` |
-//! | the sensor's static calibration, and its mounting | `correction` |
-//! | what comes out, and what can be wrong | `loaded`, [`error`], `place`, [`refusal`] |
+//! | rows in order, independent of their source, and their storage | `rows`, `stored` |
+//! | static calibration and mounting of the sensor | `correction` |
+//! | results and errors | `loaded`, [`error`], `place`, [`refusal`] |
 //!
-//! Parquet and bags are read with the features `parquet` and `bags` only, and from a disk: what comes through a
-//! pipe or is compressed is copied first. All others are tables of numbers separated by commas, semicolons or tabs, plain or compressed
-//! with gzip or zstd. Windows line ends, blank lines, lines that begin with `#`, spaces around cells
-//! and a UTF-8 byte order mark are fine. `nan`, `inf` and
-//! numbers beyond f32 in an axis are accepted: the estimator flags such a sample as invalid and
-//! gives it mass 0.
+//! Parquet and bags are read only with the features `parquet` and `bags`, and only from a disk: data from a pipe
+//! or compressed data are copied first. All others are tables of numbers separated by commas, semicolons or tabs,
+//! plain or compressed with gzip or zstd. Windows line ends, blank lines, lines that begin with `#`, spaces around
+//! cells and a UTF-8 byte order mark are accepted, as are `nan`, `inf` and numbers beyond f32 in an axis: the
+//! estimator flags such a sample as invalid and gives it mass 0.
 
 #[cfg(feature = "bags")]
 mod bag;
@@ -87,29 +86,29 @@ use pce::LabelScheme;
 use table::Table;
 use truth::Orientations;
 
-/// A file that is open, with its format known. A table is read once, as it comes, so a pipe will do.
+/// An open file of known format. A table is read once and sequentially, so it may be a pipe.
 pub struct Opened {
     source: Source,
     format: Format,
 }
 
 impl Opened {
-    /// Opens a file, or the folder of a rosbag2. Where no format is given, it is known by the first
-    /// bytes; else a header that names any known column makes it `csv`, and so does one of words
-    /// only, or a message of ROS 2 for a first row.
+    /// Opens a file, or the folder of a rosbag2. If no format is given, it is recognised by the first bytes;
+    /// otherwise the file is a `csv` if its header has a known column or consists only of words, or if its first
+    /// row is a message of ROS 2.
     ///
     /// # Errors
-    /// The file cannot be opened, it is of a kind that is not read, it is not of the format that is
-    /// given, or no format is given and its first line does not show it.
+    /// The file cannot be opened, is of a kind that is not read or not of the given format, or no format is given
+    /// and the first line does not identify it.
     pub fn new(path: &Path, format: Option<Format>) -> Result<Self, InputError> {
         Self::through(path, format, |file, _| Box::new(file))
     }
 
-    /// [`Self::new`], reading what `wrap` makes of the file and its length in bytes, such as one
-    /// that shows progress.
+    /// As [`Self::new`], but reads the result of `wrap`, which takes the file and its length in bytes, e.g. to
+    /// show progress.
     ///
     /// # Errors
-    /// Those of [`Self::new`].
+    /// The errors of [`Self::new`].
     pub fn through(
         path: &Path,
         format: Option<Format>,
@@ -124,13 +123,13 @@ impl Opened {
         Ok(Self { source, format })
     }
 
-    /// How the file is laid out.
+    /// Format of the file.
     #[must_use]
     pub const fn format(&self) -> Format {
         self.format
     }
 
-    /// The file, as it was named.
+    /// Path of the file, as given.
     fn file(&self) -> &str {
         match &self.source {
             Source::Table(table) => table.file(),
@@ -138,10 +137,10 @@ impl Opened {
         }
     }
 
-    /// Reads it into memory.
+    /// Reads the file into memory.
     ///
     /// # Errors
-    /// Those of [`Self::store`].
+    /// The errors of [`Self::store`].
     pub fn read(self, hints: &Hints) -> Result<Loaded, InputError> {
         let file = self.file().to_owned();
         self.store(hints)?
@@ -149,11 +148,10 @@ impl Opened {
             .map_err(|source| InputError::Spool { file, source })
     }
 
-    /// Reads the recording of each foot in it: of each topic that is chosen in a bag, of the one foot
-    /// in all other files.
+    /// Reads the recording of each foot: one per selected topic of a bag, one in all other files.
     ///
     /// # Errors
-    /// The first thing that is wrong with it, with file, line and column, or file, topic and message.
+    /// The first error found, with file, line and column, or file, topic and message.
     pub fn store_all(self, hints: &Hints) -> Result<Vec<Stored>, InputError> {
         self.check_options(hints)?;
         let format = self.format;
@@ -163,11 +161,10 @@ impl Opened {
         }
     }
 
-    /// Reads it, in memory that does not grow with its length where it has names for its columns or
-    /// topics.
+    /// Reads the file. For files with named columns or topics, memory does not grow with the length.
     ///
     /// # Errors
-    /// Those of [`Self::store_all`]; there are several feet.
+    /// The errors of [`Self::store_all`], or the file has several feet.
     pub fn store(self, hints: &Hints) -> Result<Stored, InputError> {
         let file = self.file().to_owned();
         let mut feet = self.store_all(hints)?;
@@ -184,7 +181,7 @@ impl Opened {
         }
     }
 
-    /// Makes sure that options are not for another kind of file.
+    /// Checks that the options apply to this kind of file.
     fn check_options(&self, hints: &Hints) -> Result<(), InputError> {
         let file = || self.file().to_owned();
         let format = self.format;
@@ -212,14 +209,14 @@ impl Opened {
         })
     }
 
-    /// Reads a `csv` or Parquet that has the columns `qw`, `qx`, `qy` and `qz`, too: a unit quaternion per
-    /// row, Hamilton, sensor → world, z up, blank where it is not known. Gives it for each sample, from
-    /// the frame of the foot, as the samples are; `None`, too, where a column `movement` says that the
-    /// row does not count. Whatever the format of a table is said to be, it is read as a `csv`.
+    /// Reads a `csv` or Parquet that also has the columns `qw`, `qx`, `qy` and `qz`: a unit quaternion per row,
+    /// Hamilton, sensor → world, z up, blank if unknown. Returns it for each sample, from the frame of the foot,
+    /// as the samples are; `None`, too, if a column `movement` excludes the row. A table is always read as a
+    /// `csv`, whatever its format.
     ///
     /// # Errors
-    /// The first thing that is wrong with it, with file, line and column; no row counts; or it is a bag,
-    /// whose orientations are those of an estimator.
+    /// The first error found, with file, line and column; no row counts; or the file is a bag, whose orientations
+    /// are estimates.
     pub fn read_with_orientation(
         self,
         hints: &Hints,
@@ -243,7 +240,7 @@ impl Opened {
         let loaded = stored
             .into_loaded()
             .map_err(|source| InputError::Spool { file, source })?;
-        // The truth is the sensor's, the samples are the foot's.
+        // The truth is in the frame of the sensor, the samples are in that of the foot.
         let to_sensor = mounting::rotation(&hints.correction.mounting).inverse();
         let turn = |truth: Option<Rotation>| truth.map(|truth| truth.after(to_sensor));
         Ok((loaded, orientations.rows.into_iter().map(turn).collect()))
@@ -256,7 +253,7 @@ fn read_table(table: Table, format: Format, hints: &Hints) -> Result<Stored, Inp
         Format::PceAtlas => pce::read_robot(table, LabelScheme::StableOrNot, hints),
         Format::Lcd => pce::read_robot(table, LabelScheme::ContactClass, hints),
         Format::PceGo1 => pce::read_go1(table, hints),
-        // What is in a container is no table.
+        // The content of a container is not a table.
         Format::Csv | Format::Parquet | Format::Mcap | Format::Rosbag2 => {
             return csv::read(table, hints, &mut ());
         }
@@ -288,15 +285,15 @@ fn read_container(container: Container, hints: &Hints) -> Result<Vec<Stored>, In
 /// Reads a file.
 ///
 /// # Errors
-/// The first thing that is wrong with it, with file, line and column.
+/// The first error found, with file, line and column.
 pub fn read(path: &Path, format: Format, hints: &Hints) -> Result<Loaded, InputError> {
     Opened::new(path, Some(format))?.read(hints)
 }
 
-/// [`Opened::read_with_orientation`] of a file that is a `csv`.
+/// As [`Opened::read_with_orientation`], for a `csv` file.
 ///
 /// # Errors
-/// Those of opening the file and of reading it.
+/// The errors of opening the file and of reading it.
 pub fn read_with_orientation(
     path: &Path,
     hints: &Hints,
@@ -304,11 +301,11 @@ pub fn read_with_orientation(
     Opened::new(path, Some(Format::Csv))?.read_with_orientation(hints)
 }
 
-/// The columns that a mapping names.
+/// Columns named in a mapping.
 const OURS: [&str; 7] = ["t", "ax", "ay", "az", "wx", "wy", "wz"];
 
-/// The format of a table, where its first row leaves no doubt: a header that names a known column,
-/// if not quite as it should. What else is wrong with the header, the reader will say.
+/// Format of a table, if its first row leaves no doubt: a header with a known column, possibly malformed. The
+/// reader reports other errors in the header.
 fn guess_format(table: &mut Table) -> Result<Format, InputError> {
     let Some(first) = table.peek_row()? else {
         return Err(table.empty());

@@ -1,12 +1,12 @@
-//! The names that others give to the columns of an IMU, and the ones that are found in a header.
+//! Column names of an IMU in tables of other origin, and their detection in a header.
 //!
-//! | whose | accelerations | angular rates | time |
+//! | source | accelerations | angular rates | time |
 //! |---|---|---|---|
 //! | `sensor_msgs/Imu` in `PlotJuggler`'s CSV | `/imu/linear_acceleration/x` | `/imu/angular_velocity/x` | `__time` |
 //! | the same by `rostopic echo -p` (ROS 1) | `field.linear_acceleration.x` | `field.angular_velocity.x` | `%time`, ns |
-//! | `LowState` of `unitree_go` (Go2) | `imu_state.accelerometer[0]` | `imu_state.gyroscope[0]` | that of the logger |
-//! | `LowState` of `unitree_legged_msgs` (A1, Go1) | `imu.accelerometer[0]` | `imu.gyroscope[0]` | that of the logger |
-//! | loggers of people with a Unitree robot | `imu_acc_x`, `accel_x` | `imu_gyro_x`, `gyro_x` | `time`, `timestamp` |
+//! | `LowState` of `unitree_go` (Go2) | `imu_state.accelerometer[0]` | `imu_state.gyroscope[0]` | as in the logger |
+//! | `LowState` of `unitree_legged_msgs` (A1, Go1) | `imu.accelerometer[0]` | `imu.gyroscope[0]` | as in the logger |
+//! | loggers for Unitree robots | `imu_acc_x`, `accel_x` | `imu_gyro_x`, `gyro_x` | `time`, `timestamp` |
 //!
 //! Sources: `sensor_msgs/msg/Imu.msg` of ROS; `PlotJuggler`'s CSV publisher; `IMUState.msg` of
 //! <https://github.com/unitreerobotics/unitree_ros2> and `IMU.msg` of
@@ -14,7 +14,7 @@
 
 use super::options::TimeUnit;
 
-/// The names of accelerations without the axis, best first.
+/// Names of accelerations without the axis, best first.
 const ACCELERATION: [&str; 6] = [
     "linear.acceleration",
     "linearacceleration",
@@ -24,7 +24,7 @@ const ACCELERATION: [&str; 6] = [
     "acceleration",
 ];
 
-/// The names of angular rates without the axis, best first.
+/// Names of angular rates without the axis, best first.
 const RATE: [&str; 8] = [
     "angular.velocity",
     "angularvelocity",
@@ -33,11 +33,11 @@ const RATE: [&str; 8] = [
     "gyr",
     "ang.vel",
     "omega",
-    // `gx` beside `ax`, as sketches for an MPU-6050 print them.
+    // `gx` next to `ax`, as printed by sketches for an MPU-6050.
     "g",
 ];
 
-/// The names of times, best first, with their unit where it is part of the name.
+/// Names of times, best first, with their unit if it is part of the name.
 const TIME: [(&str, Option<TimeUnit>); 18] = [
     ("__time", Some(TimeUnit::Seconds)),
     ("%time", Some(TimeUnit::Nanoseconds)),
@@ -62,7 +62,7 @@ const TIME: [(&str, Option<TimeUnit>); 18] = [
 /// The two parts of a `builtin_interfaces/Time`.
 const STAMP: [&str; 2] = ["stamp.sec", "stamp.nanosec"];
 
-/// Three axes of one sensor.
+/// The three axes of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Triple {
     Acceleration,
@@ -70,7 +70,7 @@ pub(super) enum Triple {
 }
 
 impl Triple {
-    /// Our names of them.
+    /// Our names of the axes.
     pub(super) const fn ours(self) -> [&'static str; 3] {
         match self {
             Self::Acceleration => ["ax", "ay", "az"],
@@ -86,17 +86,17 @@ impl Triple {
     }
 }
 
-/// Where the three axes of a sensor stand.
+/// Position of the three axes of a sensor.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Found {
     Nowhere,
     /// At these indices.
     At([usize; 3]),
-    /// At the first of several such triples, of which this is the second.
+    /// At the first of several such triples; the second is given, too.
     Several([usize; 3], [usize; 3]),
 }
 
-/// The three axes of a sensor in a header.
+/// Finds the three axes of a sensor in a header.
 pub(super) fn find(triple: Triple, names: &[String]) -> Found {
     let normal: Vec<String> = names.iter().map(|name| normal(name)).collect();
     for sensor in triple.theirs() {
@@ -110,7 +110,7 @@ pub(super) fn find(triple: Triple, names: &[String]) -> Found {
     Found::Nowhere
 }
 
-/// Where the three axes of a sensor of this name stand, once for each sensor.
+/// Positions of the three axes of a sensor of this name, once for each sensor.
 fn triples<'a>(sensor: &'a str, names: &'a [String]) -> impl Iterator<Item = [usize; 3]> + 'a {
     let endings = [["x", "y", "z"], ["0", "1", "2"]];
     names.iter().enumerate().filter_map(move |(x, name)| {
@@ -130,16 +130,16 @@ fn triples<'a>(sensor: &'a str, names: &'a [String]) -> impl Iterator<Item = [us
     })
 }
 
-/// Where a header has the time.
+/// Position of the time in a header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum FoundTime {
-    /// In one column, in a unit that the name may tell.
+    /// In one column, with its unit if the name defines it.
     Column(usize, Option<TimeUnit>),
     /// Seconds in one column and nanoseconds in another.
     Stamp(usize, usize),
 }
 
-/// The time in a header.
+/// Finds the time in a header.
 pub(super) fn find_time(names: &[String]) -> Option<FoundTime> {
     let index_of = |wanted: &dyn Fn(&str) -> bool| {
         let mut at = (0..names.len()).filter(|index| wanted(&names[*index]));
@@ -158,7 +158,7 @@ pub(super) fn find_time(names: &[String]) -> Option<FoundTime> {
     Some(FoundTime::Column(stamp, None))
 }
 
-/// Where a name stands that is one of these words, or ends in it after a separator.
+/// Positions of the names that are one of these words, or end in it after a separator.
 pub(super) fn position(wanted: &str, names: &[String]) -> Vec<usize> {
     let exact = (0..names.len()).filter(|index| names[*index] == wanted);
     let exact: Vec<usize> = exact.collect();
@@ -177,13 +177,13 @@ fn ends_with(name: &str, ending: &str) -> bool {
         .is_some_and(|before| before.is_empty() || before.ends_with('.'))
 }
 
-/// A name without the unit that stands in brackets at its end, and that unit: `acc_x [g]`.
+/// Splits a name into the name and the unit in brackets at its end: `acc_x [g]`.
 pub(super) fn split_unit(name: &str) -> (&str, Option<&str>) {
     let brackets = [('[', ']'), ('(', ')'), ('<', '>')];
     let split = brackets.into_iter().find_map(|(open, close)| {
         let (before, unit) = name.strip_suffix(close)?.rsplit_once(open)?;
         let unit = unit.trim();
-        // An index is no unit.
+        // A number in brackets is an index, not a unit.
         let is_unit = unit.chars().any(|c| c.is_alphabetic() || c == '°');
         is_unit.then(|| (before.trim_end(), Some(unit)))
     });
@@ -192,7 +192,7 @@ pub(super) fn split_unit(name: &str) -> (&str, Option<&str>) {
         .unwrap_or((name, None))
 }
 
-/// A name in lower case, its parts separated by dots: `/imu/acc[0]` becomes `imu.acc.0`.
+/// Name in lower case, its parts separated by dots: `/imu/acc[0]` becomes `imu.acc.0`.
 fn normal(name: &str) -> String {
     let lower = name.to_lowercase();
     let parts = lower.split(|letter: char| !(letter.is_alphanumeric() || letter == '%'));
@@ -202,7 +202,7 @@ fn normal(name: &str) -> String {
         .join(".")
 }
 
-/// A column that may be meant by one of our names, by what its name contains.
+/// Guesses the column for one of our names from the content of its name.
 pub(super) fn guess(ours: &str, names: &[String]) -> Option<usize> {
     let words: &[&str] = match ours {
         "t" => &["time", "stamp", "sec"],
@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn the_axes_of_a_sensor_are_found_under_the_names_of_others() {
+    fn axes_are_found_under_foreign_names() {
         for header in [
             "q,/imu/linear_acceleration/x,/imu/linear_acceleration/y,/imu/linear_acceleration/z",
             "q,imu_state.accelerometer[0],imu_state.accelerometer[1],imu_state.accelerometer[2]",
@@ -262,14 +262,14 @@ mod tests {
     fn short_names_of_rates_are_known_and_come_last() {
         let alone = names("ax,ay,az,gx,gy,gz");
         assert_eq!(find(Triple::Rate, &alone), Found::At([3, 4, 5]));
-        // Else they may be gravity.
+        // With longer names present they may be gravity.
         let beside = names("gyro_x,gyro_y,gyro_z,gx,gy,gz");
         assert_eq!(find(Triple::Rate, &beside), Found::At([0, 1, 2]));
         assert_eq!(find(Triple::Acceleration, &alone), Found::Nowhere);
     }
 
     #[test]
-    fn words_within_words_and_axes_alone_are_no_sensor() {
+    fn partial_words_and_bare_axes_are_not_a_sensor() {
         for header in ["vacc_x,vaccel_y,vacc_z", "acc_x,acc_y", "x,y,z"] {
             let found = find(Triple::Acceleration, &names(header));
             assert_eq!(found, Found::Nowhere, "{header}");
@@ -306,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn a_unit_in_brackets_is_no_part_of_a_name() {
+    fn unit_in_brackets_is_not_part_of_a_name() {
         for (name, split) in [
             ("acc_x [g]", ("acc_x", Some("g"))),
             ("ax (m/s^2)", ("ax", Some("m/s^2"))),
@@ -322,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_known_is_guessed() {
+    fn unknown_name_is_guessed() {
         let header = names("Time [s],Body Acc X (g),GyrRaw_x,mood");
         assert_eq!(guess("t", &header), Some(0));
         assert_eq!(guess("ax", &header), Some(1));

@@ -1,4 +1,4 @@
-//! A file is opened: a table is read as it comes, a container from the disk.
+//! Opens files: a table is read sequentially, a container from the disk.
 
 use std::fs::{self, File};
 use std::io::{self, Cursor, Read, Seek, SeekFrom};
@@ -14,13 +14,13 @@ use super::magic::{self, Known};
 use super::refusal::ContainerError;
 use super::table::{Table, recording_name};
 
-/// What was opened.
+/// An opened file.
 pub(super) enum Source {
     Table(Box<Table>),
     Container(Container),
 }
 
-/// A file that is read from the disk, or several that are one.
+/// A container read from the disk, in one or several files.
 #[cfg_attr(
     not(any(feature = "bags", feature = "parquet")),
     allow(
@@ -30,11 +30,11 @@ pub(super) enum Source {
 )]
 pub(super) struct Container {
     pub(super) format: Format,
-    /// The file or folder, as it was named.
+    /// File or folder, as given.
     pub(super) file: String,
-    /// Where a recording comes from, as its title.
+    /// Title of the recording.
     pub(super) name: String,
-    /// In the order of their times.
+    /// Files in the order of their times.
     pub(super) parts: Vec<Part>,
 }
 
@@ -49,15 +49,15 @@ pub(super) struct Container {
 pub(super) struct Part {
     pub(super) format: Format,
     pub(super) path: PathBuf,
-    /// The first pass over it, in which it shows its progress.
+    /// Reader of the first pass, which shows its progress.
     first_pass: Option<Box<dyn Read>>,
-    /// Where it was copied to, so that it can be read more than once and from any place.
+    /// Temporary copy, so that the file can be read repeatedly and at any position.
     _copy: Option<TempPath>,
 }
 
 #[cfg(feature = "bags")]
 impl Part {
-    /// Its bytes from the beginning.
+    /// Returns its bytes from the start.
     pub(super) fn bytes(&mut self) -> io::Result<Box<dyn Read>> {
         match self.first_pass.take() {
             Some(bytes) => Ok(bytes),
@@ -67,7 +67,7 @@ impl Part {
 }
 
 impl Source {
-    /// Opens a file, to read what `wrap` makes of it and its length in bytes; or a folder.
+    /// Opens a file, read through the result of `wrap` with its length in bytes; or a folder.
     pub(super) fn open(
         path: &Path,
         given: Option<Format>,
@@ -102,7 +102,7 @@ impl Source {
         }
     }
 
-    /// The files of a rosbag2 in its folder.
+    /// Files of a rosbag2 in its folder.
     fn folder(path: &Path) -> Result<Opened, InputError> {
         let file = path.display().to_string();
         let entries = fs::read_dir(path).map_err(|source| unreadable(&file, source))?;
@@ -131,7 +131,7 @@ impl Source {
     }
 }
 
-/// What a file turned out to be.
+/// Kind of an opened file.
 enum Opened {
     Table(Box<Table>),
     Parts(Format, Vec<Part>),
@@ -164,7 +164,7 @@ impl Opened {
                 Ok(Self::Table(Box::new(table)))
             }
             Some(Known::Foreign(kind)) => Ok(Self::Foreign(kind)),
-            // What cannot be read is not copied, either.
+            // An unsupported file is not copied.
             Some(Known::Container(format)) if format.missing_feature().is_some() => {
                 Ok(Self::Parts(format, Vec::new()))
             }
@@ -187,21 +187,21 @@ impl Opened {
     }
 }
 
-/// The first bytes.
+/// Reads the first bytes.
 fn beginning(file: &mut impl Read) -> io::Result<Vec<u8>> {
     let mut first = Vec::new();
     file.take(magic::LENGTH as u64).read_to_end(&mut first)?;
     Ok(first)
 }
 
-/// Whether this is the name of a file of a rosbag2.
+/// Returns whether this is the name of a file of a rosbag2.
 fn is_part(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let name = name.strip_suffix(".zstd").unwrap_or(&name);
     name.ends_with(".mcap") || name.ends_with(".db3")
 }
 
-/// The number that rosbag2 counts files with: 10 of `walk_10.db3`.
+/// Number that rosbag2 appends to names of files: 10 of `walk_10.db3`.
 fn number_at_the_end(path: &Path) -> u64 {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let stem = name.split('.').next().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! How a `csv` of somebody else's is to be understood: names, units, times.
+//! Interpretation of a `csv` of other origin: names, units, times.
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,25 +7,25 @@ use estimator_core::params::STANDARD_GRAVITY;
 
 use super::mapping::Mapping;
 
-/// What is known about a `csv` beyond its header. The default is a table of ours.
+/// Properties of a `csv` beyond its header. The default is a table of ours.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TableOptions {
-    /// Which columns stand for ours.
+    /// Mapping of columns to ours.
     pub mapping: Mapping,
     /// The units of the six axes.
     pub units: Units,
-    /// The unit of the times, where it is given.
+    /// Unit of the times, if given.
     pub time_unit: Option<TimeUnit>,
-    /// What happens to times that are not in order.
+    /// Treatment of times that are not in order.
     pub times: Times,
 }
 
-/// The units of a table's axes.
+/// Units of a table's axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Units {
-    /// Of `ax`, `ay` and `az`.
+    /// Unit of `ax`, `ay` and `az`.
     pub acceleration: AccelerationUnit,
-    /// Of `wx`, `wy` and `wz`.
+    /// Unit of `wx`, `wy` and `wz`.
     pub rate: RateUnit,
 }
 
@@ -50,7 +50,7 @@ pub enum RateUnit {
 }
 
 impl AccelerationUnit {
-    /// Its name in options.
+    /// Name in options.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -59,7 +59,7 @@ impl AccelerationUnit {
         }
     }
 
-    /// The unit that is written like this.
+    /// The unit with this spelling.
     pub(super) fn written(text: &str) -> Option<Self> {
         match text {
             "m/s2" | "m/s^2" | "m/s²" | "m/s/s" | "m/s**2" => Some(Self::MetresPerSecondSquared),
@@ -70,7 +70,7 @@ impl AccelerationUnit {
 }
 
 impl RateUnit {
-    /// Its name in options.
+    /// Name in options.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -79,7 +79,7 @@ impl RateUnit {
         }
     }
 
-    /// The unit that is written like this.
+    /// The unit with this spelling.
     pub(super) fn written(text: &str) -> Option<Self> {
         match text {
             "rad/s" => Some(Self::RadiansPerSecond),
@@ -90,12 +90,12 @@ impl RateUnit {
 }
 
 impl Units {
-    /// Whether this is the name of a unit.
+    /// Returns whether this is the name of a unit.
     pub(super) fn are_named(text: &str) -> bool {
         AccelerationUnit::written(text).is_some() || RateUnit::written(text).is_some()
     }
 
-    /// Six readings in SI units, accelerations first; the same bits where they are so already.
+    /// Converts six readings to SI units, accelerations first; SI readings are unchanged.
     #[must_use]
     pub fn to_si(self, readings: [f64; 6]) -> [f64; 6] {
         let [ax, ay, az, wx, wy, wz] = readings;
@@ -114,7 +114,7 @@ impl Units {
 }
 
 impl fmt::Display for Units {
-    /// As [`FromStr`] reads them.
+    /// Writes units as [`FromStr`] reads them.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{},{}", self.acceleration.name(), self.rate.name())
     }
@@ -123,8 +123,8 @@ impl fmt::Display for Units {
 impl FromStr for Units {
     type Err = String;
 
-    /// Reads one unit or two, separated by a comma, in any order: `m/s2` or `g`, `rad/s` or `dps`, also
-    /// as `m/s^2`, `m/s²`, `deg/s` or `°/s`.
+    /// Reads one or two units, separated by a comma, in any order: `m/s2` or `g`, `rad/s` or `dps`, also `m/s^2`,
+    /// `m/s²`, `deg/s` or `°/s`.
     fn from_str(text: &str) -> Result<Self, String> {
         let (mut acceleration, mut rate) = (None, None);
         for unit in text.split(',').map(str::trim) {
@@ -150,7 +150,7 @@ impl FromStr for Units {
     }
 }
 
-/// The unit of a table's times.
+/// Unit of a table's times.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TimeUnit {
     /// s.
@@ -165,7 +165,7 @@ pub enum TimeUnit {
 }
 
 impl TimeUnit {
-    /// All of them.
+    /// All units.
     pub const ALL: [Self; 4] = [
         Self::Seconds,
         Self::Milliseconds,
@@ -173,7 +173,7 @@ impl TimeUnit {
         Self::Nanoseconds,
     ];
 
-    /// Its name in options.
+    /// Name in options.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -184,7 +184,7 @@ impl TimeUnit {
         }
     }
 
-    /// The unit that is written like this.
+    /// The unit with this spelling.
     pub(super) fn written(text: &str) -> Option<Self> {
         match text {
             "s" | "sec" => Some(Self::Seconds),
@@ -195,7 +195,7 @@ impl TimeUnit {
         }
     }
 
-    /// How many of it are a second.
+    /// Number of units per second.
     #[must_use]
     pub const fn per_second(self) -> f64 {
         match self {
@@ -216,16 +216,15 @@ impl FromStr for TimeUnit {
     }
 }
 
-/// What happens to times that are not in order.
+/// Treatment of times that are not in order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Times {
-    /// Times are kept as they stand; one that does not advance is an error.
+    /// Times are kept unchanged; one that does not advance is an error.
     #[default]
     Keep,
-    /// As few rows are left out as it takes for times to advance: duplicates, steps back, single
-    /// rows far ahead.
+    /// The fewest possible rows are left out so that times advance: duplicates, steps back, single rows far ahead.
     DropBad,
-    /// Rows are spaced by the sample rate, for those that arrive in batches.
+    /// Rows are spaced by the sample rate, for rows that arrive in batches.
     Rate,
 }
 
@@ -247,7 +246,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn units_stand_in_any_order_and_default_to_si() {
+    fn units_are_in_any_order_and_default_to_si() {
         let g_dps = Units {
             acceleration: AccelerationUnit::StandardGravity,
             rate: RateUnit::DegreesPerSecond,
@@ -271,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn g_and_degrees_become_si_and_si_keeps_its_bits() {
+    fn g_and_degrees_become_si_and_si_is_unchanged() {
         let readings = [1.0, 0.1, -2.0, 180.0, 0.3, -90.0];
         let [ax, .., wx, _, _] = "g,dps".parse::<Units>().unwrap().to_si(readings);
         assert_eq!(ax, f64::from(STANDARD_GRAVITY));
@@ -280,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn words_that_mean_nothing_are_answered_with_those_that_do() {
+    fn unknown_words_error_lists_the_known_ones() {
         assert_eq!("us".parse(), Ok(TimeUnit::Microseconds));
         assert_eq!(
             "min".parse::<TimeUnit>(),

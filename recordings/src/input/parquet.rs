@@ -1,11 +1,11 @@
-//! Parquet with the columns of a `csv`: the same names, units and rules. Columns within a struct have
-//! the names of both, joined by a dot. Row groups are read one after the other.
+//! Parquet with the columns of a `csv`: the same names, units and rules. Columns within a struct have the names of
+//! both, joined by a dot. Row groups are read sequentially.
 //!
-//! | type of a column | it is |
+//! | type of a column | read as |
 //! |---|---|
 //! | integers and floats of all widths, booleans | a number |
 //! | timestamps and durations | a time |
-//! | texts, also of a dictionary | a name of a validity; a date with a time; a number |
+//! | texts, also in a dictionary | a name of a validity; a date with a time; a number |
 //! | null | blank |
 
 mod column;
@@ -38,16 +38,16 @@ use super::table::Row;
 use column::{Column, Kind};
 use guarded::guarded;
 
-/// As many rows are decoded at once.
+/// Rows decoded at once.
 const BATCH: usize = 8192;
 
-/// How pandas begins the name of an index that has none.
+/// Prefix that pandas gives an unnamed index.
 const PANDAS_INDEX: &str = "__index_level_";
 
 /// Reads a file.
 ///
 /// # Errors
-/// The first thing that is wrong with it, with its row and column.
+/// The first error found, with its row and column.
 pub(super) fn read(
     container: &Container,
     hints: &Hints,
@@ -121,11 +121,11 @@ pub(super) fn read(
     intake.finish(container.name.clone(), kept)
 }
 
-/// What the library makes of a file, unless it finds it damaged.
+/// Result of the library, or an error if it finds the file damaged.
 fn sound<T>(file: &str, call: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, InputError> {
     let damaged = |error: ParquetError| ContainerError::Damaged {
         file: file.to_owned(),
-        // One line, however many the library has.
+        // One line, although the library's errors may have several.
         source: error.to_string().replace('\n', " ").into(),
         advice: None,
     };
@@ -138,16 +138,16 @@ fn sound<T>(file: &str, call: impl FnOnce() -> Result<T, ParquetError>) -> Resul
     }
 }
 
-/// A column that is no struct.
+/// A column that is not a struct.
 struct Leaf {
-    /// Its name after those of the structs around it.
+    /// Name of the column after those of the structs around it.
     name: String,
-    /// Its place among the columns, then within each struct.
+    /// Index among the columns, then within each struct.
     path: Vec<usize>,
     data_type: DataType,
 }
 
-/// Lists the columns of a schema, those of structs in the place of the struct.
+/// Lists the columns of a schema, those of structs at the position of the struct.
 fn find_leaves(fields: &Fields, before: &str, path: &[usize], leaves: &mut Vec<Leaf>) {
     for (place, field) in fields.iter().enumerate() {
         let name = match before {
@@ -166,8 +166,8 @@ fn find_leaves(fields: &Fields, before: &str, path: &[usize], leaves: &mut Vec<L
     }
 }
 
-/// The column that may be the time without a name that says so: pandas' index, or the only one
-/// whose type is that of a time.
+/// Column that may be the time without a name that identifies it: the index of pandas, or the only column with the
+/// type of a time.
 fn index(leaves: &[Leaf]) -> Index {
     let is_time = |leaf: &Leaf| Kind::of(&leaf.data_type) == Some(Kind::Moment) && leaf.name != "t";
     let is_index = |leaf: &Leaf| leaf.name.starts_with(PANDAS_INDEX);
@@ -186,7 +186,7 @@ fn index(leaves: &[Leaf]) -> Index {
 }
 
 impl Leaf {
-    /// Makes sure that its values can be read.
+    /// Checks that its values can be read.
     fn check(&self, file: &str) -> Result<(), InputError> {
         if Kind::of(&self.data_type).is_some() {
             return Ok(());
@@ -200,7 +200,7 @@ impl Leaf {
         .into())
     }
 
-    /// Its values in a batch that has the columns `roots` of the file.
+    /// Values in a batch that has the columns `roots` of the file.
     fn column(&self, batch: &RecordBatch, roots: &[usize]) -> Option<Column> {
         let (root, within) = self.path.split_first()?;
         let place = roots.iter().position(|other| other == root)?;
@@ -218,11 +218,11 @@ impl Leaf {
 /// A row of a batch.
 struct BatchRow<'a> {
     file: &'a str,
-    /// The columns of the file that are used.
+    /// Columns of the file that are used.
     columns: &'a [Option<Column>],
-    /// Its place in the batch.
+    /// Index in the batch.
     row: usize,
-    /// Its place in the file, from 1.
+    /// Number in the file, from 1.
     number: u64,
 }
 

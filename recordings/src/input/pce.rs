@@ -1,24 +1,24 @@
-//! The recordings published with the method, simulated ATLAS and a real GO1, and those of `lcd`,
-//! which have the same columns as ATLAS. None has a header.
+//! Recordings published with the method, simulated ATLAS and a real GO1, and those of `lcd`, which have the same
+//! columns as ATLAS. They have no header.
 //!
 //! Sources: `offline/data` of the authors' repository,
 //! <https://github.com/MichaelMarav/ProbabilisticContactEstimation>; <https://github.com/mrsp/lcd>.
 //!
 //! # ATLAS
-//! `Fx Fy Fz Tx Ty Tz ax ay az wx wy wz label`, N, N m, m/s², rad/s; 1 kHz; the simulator has
-//! taken gravity out. The load is `Fz`; label 1 is stable.
+//! `Fx Fy Fz Tx Ty Tz ax ay az wx wy wz label`, N, N m, m/s², rad/s; 1 kHz; gravity was removed by the simulator.
+//! The load is `Fz`; label 1 is stable.
 //!
 //! # LCD
-//! Simulated ATLAS and NAO, as above but at 100 Hz and with a class for a label: 0 stable, 1 no
-//! contact, 2 slip, of which the last two count as not stable.
+//! Simulated ATLAS and NAO, as above but at 100 Hz and with a class as the label: 0 stable, 1 no contact, 2 slip;
+//! the last two count as not stable.
 //!
 //! # GO1
 //! `Fz ax ay az wx wy wz`, raw force, g, °/s, gravity included. The IMU was read at about 70 Hz
 //! and its values repeated to nominally 250 Hz; repeats count as samples, as in the paper.
 //!
-//! Force and IMU come from two logs that were put side by side: row *n* of one has nothing to do
-//! with row *n* of the other, and the force log is longer, so that the last rows have force
-//! alone. Both logs show the same trot, which shows how they belong together:
+//! Force and IMU come from two logs that were joined column by column: row *n* of one is not related to row *n* of
+//! the other, and the force log is longer, so that the last rows have force alone. Both logs show the same trot,
+//! which yields their alignment:
 //!
 //! * The step period (lag of the autocorrelation's third peak, over 3) is 336.3, 336.7 and 336.7
 //!   force rows and 176.7, 177.3 and 179.7 IMU rows on mattress, normal and slippery ground:
@@ -54,16 +54,16 @@ pub const LCD_SAMPLE_RATE: f32 = 100.0;
 /// Nominal rate of the GO1 recordings' IMU columns, Hz.
 pub const GO1_SAMPLE_RATE: f32 = Params::PAPER_GO1.sample_rate;
 
-/// Rows of the GO1's force log per row of its IMU log, as measured: see the module's text.
+/// Rows of the GO1's force log per row of its IMU log, measured: see the module documentation.
 pub const FORCE_ROWS_PER_IMU_ROW: f64 = 1.9;
 
-/// Rows by which the GO1's force log begins before its IMU log, as measured: see the module's
-/// text. A delay of the force signal would look the same.
+/// Rows by which the GO1's force log begins before its IMU log, measured: see the module documentation. A delay of
+/// the force signal would look the same.
 pub const FORCE_LEAD_ROWS: f64 = 50.0;
 
-/// From this acceleration on, in g, a GO1 sample counts as saturated. The range is ±4 g and no
-/// reading lies beyond 3.9996, but impacts reach all the way up to it, and few read exactly the
-/// end: so the last 2.5 % of the range are doubted as well.
+/// Acceleration, in g, from which a GO1 sample counts as saturated. The range is ±4 g and no reading exceeds
+/// 3.9996, but impacts reach that limit while few readings are exactly at it: so the last 2.5 % of the range count
+/// as saturated, too.
 pub const GO1_CLIPPING_G: f64 = 3.9;
 
 const ATLAS_COLUMNS: [&str; 13] = [
@@ -72,7 +72,7 @@ const ATLAS_COLUMNS: [&str; 13] = [
 
 const GO1_COLUMNS: [&str; 7] = ["Fz", "ax", "ay", "az", "wx", "wy", "wz"];
 
-/// What the last of the 13 columns says, which also distinguishes the recordings of `lcd` from those of the
+/// Meaning of the last of the 13 columns, which also distinguishes the recordings of `lcd` from those of the
 /// method's authors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LabelScheme {
@@ -83,7 +83,7 @@ pub enum LabelScheme {
 }
 
 impl LabelScheme {
-    /// The rate of the recordings with such labels, Hz.
+    /// Sample rate of the recordings with such labels, Hz.
     #[must_use]
     pub const fn sample_rate(self) -> f32 {
         match self {
@@ -93,13 +93,13 @@ impl LabelScheme {
     }
 }
 
-/// What a six-axis force/torque sensor in the ankle measured: Fx, Fy, Fz in N, Tx, Ty, Tz in N m.
+/// Reading of a six-axis force/torque sensor in the ankle: Fx, Fy, Fz in N, Tx, Ty, Tz in N m.
 pub type Wrench = [f64; 6];
 
 /// Reads a recording with ATLAS' 13 columns.
 ///
 /// # Errors
-/// The first thing that is wrong with it, with file, line and column.
+/// The first error found, with file, line and column.
 pub(super) fn read_robot(
     table: Table,
     labels: LabelScheme,
@@ -116,10 +116,10 @@ pub(super) fn read_robot(
     })
 }
 
-/// Reads a recording with ATLAS' 13 columns and all of its wrench.
+/// Reads a recording with ATLAS' 13 columns, including the whole wrench.
 ///
 /// # Errors
-/// The first thing that is wrong with it, with file, line and column.
+/// The first error found, with file, line and column.
 pub fn read_with_wrench(
     path: &Path,
     labels: LabelScheme,
@@ -171,11 +171,10 @@ fn read_table(
     Ok((recording, wrenches))
 }
 
-/// Reads a GO1 recording: one sample per row of the IMU columns, converted to SI, with the load
-/// of the same moment.
+/// Reads a GO1 recording: one sample per row of the IMU columns, converted to SI, with the load at the same time.
 ///
 /// # Errors
-/// The first thing that is wrong with it, with file, line and column.
+/// The first error found, with file, line and column.
 pub(super) fn read_go1(mut table: Table, hints: &Hints) -> Result<Loaded, InputError> {
     let sample_rate = hints.sample_rate.unwrap_or(GO1_SAMPLE_RATE);
     let mut forces = Vec::new();
@@ -226,7 +225,7 @@ pub(super) fn read_go1(mut table: Table, hints: &Hints) -> Result<Loaded, InputE
     })
 }
 
-/// The six axes of a row in g and °/s; `None` where all of them are blank.
+/// Six axes of a row in g and °/s; `None` if all of them are blank.
 fn go1_axes(row: &Row) -> Result<Option<[f64; 6]>, InputError> {
     if row.cells().skip(1).all(str::is_empty) {
         return Ok(None);
@@ -252,12 +251,12 @@ fn go1_validity(axes: &[f64; 6]) -> Validity {
     }
 }
 
-/// The force row of the same moment as IMU row `k`.
+/// Force row at the time of IMU row `k`.
 fn force_row(k: usize) -> usize {
     (FORCE_ROWS_PER_IMU_ROW * k as f64 + FORCE_LEAD_ROWS).round() as usize
 }
 
-/// What became of the two logs, in one line.
+/// Describes the alignment of the two logs in one line.
 fn go1_notice(file: &str, imu_rows: usize, force_rows: usize) -> String {
     let end = force_row(imu_rows);
     let unused = force_rows.saturating_sub(end);
@@ -295,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn an_atlas_row_gives_the_vertical_force_the_motion_and_the_label() {
+    fn atlas_row_yields_force_motion_and_label() {
         let text = "1,2,3,4,5,6,7,8,9,10,11,12,1.000000\n1,2,3,4,5,6,7,8,9,10,11,12,0\n";
         let recording = load(text, read_atlas).unwrap().recording;
         let sample = recording.samples[0];
@@ -308,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn a_label_of_another_dataset_is_refused() {
+    fn label_of_another_dataset_is_rejected() {
         let text = "0,0,0,0,0,0,0,0,0,0,0,0,2\n";
         match load(text, read_atlas) {
             Err(InputError::Label { text, .. }) => assert_eq!(text, "2"),
@@ -317,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn a_contact_class_is_stable_or_not_and_nothing_else() {
+    fn contact_class_is_mapped_to_stable_or_not() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("robot.csv");
         let rows = |classes: &[u8]| -> String {
@@ -339,7 +338,7 @@ mod tests {
     }
 
     #[test]
-    fn a_go1_row_is_converted_to_si() {
+    fn go1_row_is_converted_to_si() {
         let recording = load("250,1,0,-0.5,180,-90,0\n", read_go1)
             .unwrap()
             .recording;
@@ -351,7 +350,7 @@ mod tests {
     }
 
     #[test]
-    fn a_go1_sample_takes_the_force_of_the_same_moment() {
+    fn go1_sample_has_the_force_at_the_same_time() {
         let mut text = String::new();
         for row in 0..200 {
             let imu = if row < 80 { "0,0,1,0,0,0" } else { ",,,,," };
@@ -375,7 +374,7 @@ mod tests {
     }
 
     #[test]
-    fn an_acceleration_at_the_end_of_the_range_is_saturated() {
+    fn acceleration_at_the_end_of_the_range_is_saturated() {
         let text = "0,3.9,0,0,0,0,0\n0,0,-3.99,0,0,0,0\n0,0,0,3.89,0,0,0\n";
         let recording = load(text, read_go1).unwrap().recording;
         let validities: Vec<_> = recording.samples.iter().map(|s| s.imu.validity).collect();
@@ -384,7 +383,7 @@ mod tests {
     }
 
     #[test]
-    fn imu_values_after_a_row_without_any_are_refused() {
+    fn imu_values_after_a_row_without_any_are_rejected() {
         let text = "0,0,0,1,0,0,0\n0,,,,,,\n0,0,0,1,0,0,0\n";
         match load(text, read_go1) {
             Err(InputError::ImuAfterForceOnly { cell }) => assert_eq!(cell.place, Place::Line(3)),
@@ -393,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn a_row_with_some_axes_blank_is_refused() {
+    fn row_with_some_axes_blank_is_rejected() {
         match load("0,0,0,,0,0,0\n", read_go1) {
             Err(InputError::Blank { cell }) => assert_eq!(cell.name, "az"),
             other => panic!("{other:?}"),

@@ -1,15 +1,15 @@
-//! Where in a file something is, for messages.
+//! Position in a file, for messages.
 
 use std::fmt;
 
-/// Where in a file a row is.
+/// Position of a row in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// On this line of a text, from 1.
+    /// Line number in a text, from 1.
     Line(u64),
-    /// This is its number among the rows, from 1, where there are no lines.
+    /// Row number, from 1, in a file without lines.
     Row(u64),
-    /// It is not a row but what names the columns, where there are no lines.
+    /// The names of the columns, in a file without lines.
     Names,
 }
 
@@ -23,16 +23,16 @@ impl fmt::Display for Place {
     }
 }
 
-/// A place in a file.
+/// Position of a cell in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cell {
-    /// The file, as it was named.
+    /// Path of the file, as given.
     pub file: String,
-    /// Its row.
+    /// Row of the cell.
     pub place: Place,
     /// Column, from 1.
     pub column: usize,
-    /// The column's name.
+    /// Name of the column.
     pub name: String,
 }
 

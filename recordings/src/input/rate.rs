@@ -1,12 +1,12 @@
-//! The sample rate of a `csv`: that of the times between its rows, or the one that is given.
+//! Sample rate of a `csv`: that of the times between its rows, or the given one.
 
 use super::error::InputError;
 use crate::steps::{Steps, median};
 
-/// By how much a given sample rate may differ from that of the times, as a fraction.
+/// Largest deviation of a given sample rate from that of the times, as a fraction.
 const RATE_TOLERANCE: f64 = 0.01;
 
-/// The sample rate in Hz that times and hint agree on.
+/// Sample rate in Hz on which times and hint agree.
 pub(super) fn sample_rate(
     steps: &Steps,
     given: Option<f32>,
@@ -30,18 +30,17 @@ pub(super) fn sample_rate(
     }
 }
 
-/// The sample rate in Hz of times that advance, µs, and that which is given where there is one, as of
-/// a column `t`.
+/// Sample rate in Hz of increasing times, µs, checked against the given rate, if any, as for a column `t`.
 ///
 /// # Errors
-/// They differ by more than 1 %, or neither tells.
+/// The rates differ by more than 1 %, or neither is known.
 pub fn rate_of_times(times_us: &[i64], given: Option<f32>) -> Result<f32, InputError> {
     let mut times = TimesSoFar::default();
     times_us.iter().for_each(|time_us| times.add(*time_us));
     times.rate(given)
 }
 
-/// Times that advance, as they come, and the rate in them.
+/// Increasing times and their rate.
 #[derive(Default)]
 pub struct TimesSoFar {
     steps: Steps,
@@ -49,17 +48,17 @@ pub struct TimesSoFar {
 }
 
 impl TimesSoFar {
-    /// Takes in the next time, µs.
+    /// Adds the next time, µs.
     pub fn add(&mut self, time_us: i64) {
         if let Some(before_us) = self.newest_us.replace(time_us) {
             self.steps.add(before_us.abs_diff(time_us));
         }
     }
 
-    /// The sample rate in Hz of the times, and that which is given where there is one, as of a column `t`.
+    /// Sample rate in Hz of the times, checked against the given rate, if any, as for a column `t`.
     ///
     /// # Errors
-    /// They differ by more than 1 %, or neither tells.
+    /// The rates differ by more than 1 %, or neither is known.
     pub fn rate(&self, given: Option<f32>) -> Result<f32, InputError> {
         sample_rate(&self.steps, given, "t")
     }
@@ -69,11 +68,11 @@ fn agree(measured: f64, given: f32) -> bool {
     (f64::from(given) - measured).abs() <= RATE_TOLERANCE * measured
 }
 
-/// The rate in Hz of the steps between rows, gaps left out.
+/// Rate in Hz of the steps between rows, gaps excluded.
 ///
-/// Rows may stand up to a fraction of a period off their places, as samples do that wait for a
-/// sensor with a clock of its own. So the rate is one over the mean time, and what can be known of
-/// it ends where the rows' places do: of the rates within that, it is the roundest.
+/// Rows may be displaced by up to a fraction of a period, like samples that wait for a sensor with its own clock.
+/// The rate is the inverse of the mean step, with an uncertainty given by the displacement of the rows; the
+/// roundest rate within it is chosen.
 fn measured_rate(steps: &Steps) -> Option<f64> {
     let mut sorted = steps.sorted();
     let median = median(&sorted)?;
@@ -91,8 +90,7 @@ fn measured_rate(steps: &Steps) -> Option<f64> {
     ))
 }
 
-/// `rate`, or the multiple nearest to it of the largest power of ten that has one from `lowest`
-/// to `highest`.
+/// `rate`, or the nearest multiple of the largest power of ten that has a multiple from `lowest` to `highest`.
 pub(super) fn roundest(lowest: f64, rate: f64, highest: f64) -> f64 {
     [1.0e4, 1.0e3, 1.0e2, 1.0e1, 1.0]
         .into_iter()
@@ -105,7 +103,7 @@ pub(super) fn roundest(lowest: f64, rate: f64, highest: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The steps between times, µs.
+    /// Steps between times, µs.
     fn steps(times: &[u64]) -> Steps {
         let mut steps = Steps::default();
         for pair in times.windows(2) {
@@ -115,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn the_rate_is_that_of_the_steps_without_gaps() {
+    fn rate_excludes_gaps() {
         let times = [0, 3_500, 7_000, 90_000, 93_500];
         let rate = measured_rate(&steps(&times)).unwrap();
         assert!((rate - 285.714).abs() < 1e-3, "{rate}");
@@ -123,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_that_wait_for_a_sensors_edges_have_the_rate_of_their_ticks() {
+    fn rows_waiting_for_sensor_edges_have_the_tick_rate() {
         for period in [146, 150, 153, 155] {
             for rows in [50, 500, 5_000] {
                 let edge = |tick: u64| (tick * 1000).next_multiple_of(period);
@@ -139,7 +137,7 @@ mod tests {
 
     #[test]
     fn jitter_does_not_bias_the_rate() {
-        // Rarely late by a little, made up for by few short steps: the median is 1003 µs.
+        // Few short steps compensate small delays: the median is 1003 µs.
         let times: Vec<_> = [1003, 1003, 1003, 991]
             .into_iter()
             .cycle()
@@ -154,13 +152,13 @@ mod tests {
     }
 
     #[test]
-    fn a_rate_that_is_no_number_agrees_with_no_times() {
+    fn nan_rate_agrees_with_no_times() {
         let times = [0, 10_000, 20_000];
         assert!(sample_rate(&steps(&times), Some(f32::NAN), "x").is_err());
     }
 
     #[test]
-    fn a_rate_within_one_percent_of_the_times_is_believed() {
+    fn rate_within_one_percent_of_the_times_is_accepted() {
         let times = [0, 10_000, 20_000];
         assert_eq!(
             sample_rate(&steps(&times), Some(100.9), "x").unwrap(),

@@ -1,4 +1,4 @@
-//! What can be wrong with a file that is no text.
+//! Errors in a file that is not a text.
 
 use std::fmt;
 
@@ -11,11 +11,11 @@ use super::topics::LoadTopic;
 /// A topic with samples of an IMU.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImuTopic {
-    /// Its name.
+    /// Name of the topic.
     pub name: String,
-    /// How many messages it has.
+    /// Number of messages.
     pub messages: u64,
-    /// How many arrive in a second, Hz; `None` where there are fewer than two.
+    /// Message rate, Hz; `None` if there are fewer than two messages.
     pub rate: Option<f64>,
 }
 
@@ -34,7 +34,7 @@ impl fmt::Display for ImuTopic {
     }
 }
 
-/// Topics or other names, one after the other.
+/// List of topics or other names.
 fn listed<T: fmt::Display>(names: &[T]) -> String {
     const SHOWN: usize = 20;
     let shown: Vec<_> = names.iter().take(SHOWN).map(T::to_string).collect();
@@ -46,64 +46,64 @@ fn listed<T: fmt::Display>(names: &[T]) -> String {
     }
 }
 
-/// Why a file is not read as what its first bytes say.
+/// Reason why a file is not read as its first bytes suggest.
 #[derive(Debug, Error)]
 pub enum ContainerError {
-    /// It is of a kind that is not read here.
+    /// The file is of an unsupported kind.
     #[error("{file} is {kind}; {}", kind.advice().unwrap_or("it is not read here"))]
     Foreign {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// What it is.
+        /// Kind of the file.
         kind: Foreign,
     },
-    /// It could be read, but not by this program.
+    /// The file could be read, but not by this build.
     #[error("{file} is {format}, and this program was built without the feature {feature}")]
     NotBuilt {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// Its format.
+        /// Format of the file.
         format: Format,
-        /// The feature of this crate that reads it.
+        /// Feature of this crate that reads it.
         feature: &'static str,
     },
-    /// It is not in the format that was given.
+    /// The file is not in the given format.
     #[error(
         "{file} is {}, but was given as --format {given}",
         found.map_or("a table or of no kind that is known", Format::name)
     )]
     OtherFormat {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// What was given.
+        /// Given format.
         given: Format,
-        /// What it is, where that is known.
+        /// Format found, if known.
         found: Option<Format>,
     },
-    /// True orientations are in tables only.
+    /// True orientations are supported in tables only.
     #[error(
         "{file} is {format}, whose orientations are what an estimator made of the samples: the truth is in columns qw,qx,qy,qz of csv or parquet"
     )]
     NoTruth {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// What it is.
+        /// Format of the file.
         format: Format,
     },
-    /// There are no recordings in a folder.
+    /// A folder contains no recordings.
     #[error("{file} is a folder without files of a rosbag2: .mcap or .db3")]
     Folder {
-        /// The folder, as it was named.
+        /// Path of the folder, as given.
         file: String,
     },
-    /// It is not what its first bytes promise.
+    /// The content does not match the first bytes.
     #[error("{file} is damaged: {source}{}", advice.map(|advice| format!("; {advice}")).unwrap_or_default())]
     Damaged {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// What its reader says.
+        /// Error of its reader.
         source: Box<dyn std::error::Error + Send + Sync>,
-        /// What may save it.
+        /// Advice for recovery.
         advice: Option<&'static str>,
     },
     /// No topic has samples of an IMU.
@@ -112,77 +112,77 @@ pub enum ContainerError {
         listed(topics)
     )]
     NoImu {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// The topics with their types.
+        /// Topics with their types.
         topics: Vec<String>,
     },
     /// A topic has no message.
     #[error("{file}: topic {topic} has no message; there is {}", listed(topics))]
     NoMessage {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
         /// The topic, or all of them.
         topic: String,
-        /// All with samples of an IMU.
+        /// All topics with samples of an IMU.
         topics: Vec<ImuTopic>,
     },
-    /// A topic is not there.
+    /// A topic is missing.
     #[error("{file} has no topic {topic} of {wanted}; there is {}", listed(topics))]
     NoSuchTopic {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// The topic that was named.
+        /// Name of the topic.
         topic: String,
-        /// What it should have.
+        /// Expected content.
         wanted: &'static str,
-        /// What there is.
+        /// Topics in the file.
         topics: Vec<String>,
     },
-    /// Several topics may be the foot.
+    /// The topic of the foot is ambiguous.
     #[error(
         "{file} has several IMUs, choose with --topic, or --topic all: {}",
         listed(topics)
     )]
     SeveralTopics {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// All with samples of an IMU.
+        /// All topics with samples of an IMU.
         topics: Vec<ImuTopic>,
     },
-    /// Several feet are read where one is wanted.
+    /// The file has several feet, but one is expected.
     #[error("{file} has several feet, and one is wanted here: {}", listed(feet))]
     SeveralFeet {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// Their names.
+        /// Names of the feet.
         feet: Vec<String>,
     },
-    /// A message is not what its topic promises.
+    /// A message does not match its topic.
     #[error("{file}, topic {topic}, message {number}: {what}")]
     Message {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
         /// The topic.
         topic: String,
-        /// The message among those of the topic, from 1.
+        /// Number of the message in its topic, from 1.
         number: u64,
-        /// What is wrong with it.
+        /// Description of the error.
         what: String,
     },
-    /// All messages of a topic say that a sensor is not there.
+    /// All messages of a topic mark a sensor as missing.
     #[error(
         "{file}, topic {topic}: its messages have no {sensor}, as {sensor}_covariance[0] = -1 says"
     )]
     Absent {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
         /// The topic.
         topic: String,
-        /// The field.
+        /// Field of the sensor.
         sensor: &'static str,
     },
-    /// There are not as many loads as feet.
+    /// The number of loads differs from the number of feet.
     #[error(
         "{file}: there are loads for {} of {} feet: give --load-topic once for each of {}",
         loads.len(),
@@ -190,43 +190,43 @@ pub enum ContainerError {
         listed(feet)
     )]
     LoadCount {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// The loads.
+        /// Loads.
         loads: Vec<LoadTopic>,
-        /// The topics of the feet, in their order.
+        /// Topics of the feet, in order.
         feet: Vec<String>,
     },
     /// A load has no such field.
     #[error("{file}: {load} is no load: {message} has {fields}")]
     LoadField {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// The load.
+        /// Load.
         load: LoadTopic,
-        /// The type of its messages.
+        /// Type of its messages.
         message: String,
-        /// Which fields that has.
+        /// Fields of that type.
         fields: &'static str,
     },
-    /// Options for bags are given for a file that is none.
+    /// Options for bags are given for a file of another format.
     #[error("{file} is read as {format}: --topic and --load-topic are for mcap and rosbag2")]
     BagOptions {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// Its format.
+        /// Format of the file.
         format: Format,
     },
-    /// A column has something else than numbers.
+    /// A column does not hold numbers.
     #[error("{file}: column {column} has values of type {found}, which cannot be read as {wanted}")]
     ColumnType {
-        /// The file, as it was named.
+        /// Path of the file, as given.
         file: String,
-        /// The column.
+        /// Name of the column.
         column: String,
-        /// Its type.
+        /// Type found.
         found: String,
-        /// What it should be.
+        /// Expected type.
         wanted: &'static str,
     },
 }

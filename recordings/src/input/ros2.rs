@@ -1,5 +1,5 @@
-//! Tables that `ros2 topic echo --csv` writes of a `sensor_msgs/msg/Imu`: no header, the fields of
-//! the message in order.
+//! Tables written by `ros2 topic echo --csv` for `sensor_msgs/msg/Imu`: no header, the fields of the message in
+//! order.
 //!
 //! Source: `message_to_csv` of `rosidl_runtime_py`, and `sensor_msgs/msg/Imu.msg`.
 
@@ -7,14 +7,14 @@ use csv::StringRecord;
 
 use super::table::Row;
 
-/// How many cells a message has: a stamp in two, a name, a quaternion and its covariance, two
-/// vectors and theirs.
+/// Number of cells of a message: a stamp in two cells, a name, a quaternion and its covariance, two vectors and
+/// their covariances.
 const CELLS: usize = 40;
 
-/// How far from 1 the length of a quaternion may be.
+/// Tolerance of the length of a quaternion about 1.
 const LENGTH_TOLERANCE: f64 = 0.01;
 
-/// The names of the cells.
+/// Names of the cells.
 fn names() -> impl Iterator<Item = String> {
     let stamp = [
         "header.stamp.sec",
@@ -34,8 +34,8 @@ fn names() -> impl Iterator<Item = String> {
         .chain(field("linear_acceleration", "xyz"))
 }
 
-/// The header that a table of such messages would have, where `first` is a row of one: the number
-/// of its cells is right, a stamp comes first, and the orientation is one or said to be unknown.
+/// Header for a table of such messages, if `first` is one of them: the number of cells matches, a stamp comes
+/// first, and the orientation is a unit quaternion or marked as unknown.
 pub(super) fn header(first: &Row) -> Option<StringRecord> {
     let cells: Vec<&str> = first.cells().collect();
     if cells.len() != CELLS || cells[..2].iter().any(|cell| cell.parse::<i64>().is_err()) {
@@ -49,7 +49,7 @@ pub(super) fn header(first: &Row) -> Option<StringRecord> {
         .map(|part| part * part)
         .sum::<f64>()
         .sqrt();
-    // The message's way to say that there is no orientation: -1 as the first covariance.
+    // A first covariance of -1 marks the orientation as unknown.
     let unknown = length == 0.0 || numbers[4] == -1.0;
     ((length - 1.0).abs() <= LENGTH_TOLERANCE || unknown).then(|| names().collect())
 }

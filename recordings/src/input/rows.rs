@@ -1,5 +1,4 @@
-//! The rows of a recording as they are read, whatever they are read from: their order, their clock
-//! and their rate.
+//! Rows of a recording as they are read, independent of their source: order, clock and rate.
 
 use std::io;
 
@@ -15,49 +14,49 @@ use crate::recording::RecordedSample;
 use crate::spool::Spool;
 use crate::steps::Steps;
 
-/// What its source knows about a recording.
+/// Properties of a recording known from its source.
 pub(super) struct Source<'a> {
-    /// The file, as it was named.
+    /// Path of the file, as given.
     pub(super) file: &'a str,
     pub(super) name: String,
     pub(super) foot: Option<String>,
-    /// Whether the accelerations contain gravity, where nothing else is said.
+    /// Whether the accelerations contain gravity by default.
     pub(super) gravity: Gravity,
     pub(super) load_title: String,
     pub(super) notices: Vec<String>,
 }
 
-/// The rows of one recording.
+/// Rows of one recording.
 pub(super) struct Rows {
     times: Times,
     spool: Spool,
     clock: Option<Clock>,
     steps: Steps,
-    /// What the clock says, µs, where it need not be in order.
+    /// Times of the clock, µs, if they need not be in order.
     unordered_us: Vec<i64>,
     pub(super) repairs: Repairs,
 }
 
-/// The first and the newest time, µs.
+/// First and newest time, µs.
 #[derive(Clone, Copy)]
 struct Clock {
     start_us: i64,
     newest_us: i64,
 }
 
-/// A time that does not come after that of the row before, µs.
+/// A time that is not after that of the previous row, µs.
 pub(super) struct NotAfter {
     pub(super) previous_us: i64,
 }
 
-/// Why a row was not taken.
+/// Reason why a row was rejected.
 pub(super) enum Refused {
     Time(NotAfter),
     Spool(io::Error),
 }
 
 impl Refused {
-    /// The error of a file whose times are its own business.
+    /// Error about times that cannot be attributed to a cell.
     pub(super) fn into_error(self, file: &str) -> InputError {
         match self {
             Self::Time(NotAfter { previous_us }) => InputError::MessageOrder {
@@ -84,8 +83,7 @@ impl Rows {
         }
     }
 
-    /// Appends a row; `clock_us` is what the file's clock says, where it has one: then all rows
-    /// have it.
+    /// Appends a row; `clock_us` is the time of the file's clock, given for all rows or for none.
     pub(super) fn push(
         &mut self,
         clock_us: Option<i64>,
@@ -104,7 +102,7 @@ impl Rows {
         self.spool.push(&sample).map_err(Refused::Spool)
     }
 
-    /// The time since the first row.
+    /// Time since the first row.
     fn advance_to(&mut self, now_us: i64) -> Result<Timestamp, NotAfter> {
         let clock = self.clock.get_or_insert(Clock {
             start_us: now_us,
@@ -121,12 +119,12 @@ impl Rows {
         Ok(Timestamp::from_micros(now_us.abs_diff(clock.start_us)))
     }
 
-    /// Which rows are kept, where some may be left out.
+    /// Flags of the rows that are kept, if some may be left out.
     pub(super) fn kept(&self) -> Option<Vec<bool>> {
         (self.times == Times::DropBad).then(|| longest_increase(&self.unordered_us))
     }
 
-    /// The recording, with the rows that [`Self::kept`] has chosen.
+    /// Returns the recording, with the rows selected by [`Self::kept`].
     pub(super) fn finish(
         mut self,
         source: Source<'_>,
@@ -204,7 +202,7 @@ impl Rows {
         *spacing = Some(Spacing::Kept(kept.to_vec()));
     }
 
-    /// Gives each row the place that it has at the sample rate.
+    /// Spaces the rows evenly at the sample rate.
     fn space_evenly(&mut self, given: Option<f32>, spacing: &mut Option<Spacing>) {
         let Some(first) = self.unordered_us.first() else {
             return;
@@ -223,10 +221,10 @@ impl Rows {
     }
 }
 
-/// How rows are spaced where it is not by their clock as it stands.
+/// Spacing of rows that do not keep the times of their clock.
 enum Spacing {
-    /// By the clock, without the rows for which there is a false.
+    /// Times of the clock, without the rows whose flag is false.
     Kept(Vec<bool>),
-    /// By this rate, Hz.
+    /// Constant rate, Hz.
     Even(f64),
 }

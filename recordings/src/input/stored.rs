@@ -1,4 +1,4 @@
-//! What comes out of a file: a recording whose samples lie in a [`Spool`].
+//! Result of reading a file: a recording whose samples are in a [`Spool`].
 
 use std::io;
 
@@ -9,31 +9,31 @@ use super::options::Units;
 use crate::recording::{RecordedSample, Recording};
 use crate::spool::{Samples, Spool};
 
-/// What is known about a recording beside its samples.
+/// Properties of a recording other than its samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct About {
-    /// Where it comes from, for titles and messages.
+    /// Name of the source, for titles and messages.
     pub name: String,
-    /// Which foot it is of, where the file has several or names it.
+    /// Name of the foot, if the file has several or names it.
     pub foot: Option<String>,
-    /// How many samples it has.
+    /// Number of samples.
     pub samples: usize,
-    /// From the first sample to the last, µs. The first is at time 0.
+    /// Duration from the first sample to the last, µs. The first is at time 0.
     pub duration_us: u64,
     /// Samples per second.
     pub sample_rate: f32,
     /// Whether the accelerations contain gravity.
     pub gravity: Gravity,
-    /// The units in which the file was read, where they are not those of its format.
+    /// Units in which the file was read, if different from those of its format.
     pub units: Units,
     /// Name and unit of the load signal, such as `vertical force (N)`.
     pub load_title: String,
-    /// What the file's clock says at the first sample, µs; 0 where the file has no clock. It may
-    /// be negative, as before a trigger, or count from 1970.
+    /// Time of the file's clock at the first sample, µs; 0 if the file has no clock. It may be negative, as before
+    /// a trigger, or count from 1970.
     pub start_us: i64,
-    /// One sentence on each thing that was left out or reinterpreted, for people to read.
+    /// One sentence for each thing that was left out or reinterpreted, for people to read.
     pub notices: Vec<String>,
-    /// Rows that were left out or got another time.
+    /// Rows that were left out or whose time was changed.
     pub repairs: Repairs,
 }
 
@@ -45,20 +45,20 @@ impl About {
     }
 }
 
-/// Where the time of a sample comes from.
+/// Source of the time of a sample.
 #[derive(Clone, Debug)]
 pub(super) enum Timing {
-    /// It is the time since the first sample.
+    /// Stored time since the first sample.
     Stored,
-    /// It follows from the sample's place and the sample rate.
+    /// Computed from the sample's index and the sample rate.
     Steady,
-    /// It is what the file's clock says; samples for which there is a false are left out.
+    /// Time of the file's clock; samples whose flag is false are left out.
     Clock { kept: Vec<bool> },
 }
 
-/// A recording that has been read. Memory does not grow with its length.
+/// A recording that has been read. Its memory does not grow with its length.
 pub struct Stored {
-    /// What is known about it.
+    /// Properties of the recording.
     pub about: About,
     spool: Spool,
     timing: Timing,
@@ -73,7 +73,7 @@ impl Stored {
         }
     }
 
-    /// A recording that is in memory.
+    /// Stores a recording that is in memory.
     pub(super) fn from_loaded(loaded: Loaded) -> io::Result<Self> {
         let recording = loaded.recording;
         let mut spool = Spool::default();
@@ -97,10 +97,10 @@ impl Stored {
         Ok(Self::new(about, spool, Timing::Stored))
     }
 
-    /// All samples, from the first.
+    /// Returns all samples, from the first.
     ///
     /// # Errors
-    /// The temporary file that holds them cannot be written or read.
+    /// The temporary file with the samples cannot be written or read.
     pub fn samples(&mut self) -> io::Result<impl Iterator<Item = io::Result<RecordedSample>> + '_> {
         Ok(Timed {
             samples: self.spool.samples()?,
@@ -111,10 +111,10 @@ impl Stored {
         })
     }
 
-    /// The recording with all samples in memory.
+    /// Returns the recording with all samples in memory.
     ///
     /// # Errors
-    /// Those of [`Self::samples`].
+    /// The errors of [`Self::samples`].
     pub fn into_loaded(mut self) -> io::Result<Loaded> {
         let samples = self.samples()?.collect::<io::Result<Vec<_>>>()?;
         let about = self.about;
@@ -133,13 +133,13 @@ impl Stored {
     }
 }
 
-/// Samples that get their times.
+/// Iterator that adds the times to samples.
 struct Timed<'a> {
     samples: Samples<'a>,
     timing: &'a Timing,
     start_us: i64,
     sample_rate: f32,
-    /// Of the next sample.
+    /// Index of the next sample.
     index: usize,
 }
 

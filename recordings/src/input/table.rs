@@ -1,4 +1,4 @@
-//! Rows of cells from a file, with the line numbers people see in an editor.
+//! Rows of cells from a file, with line numbers as in an editor.
 
 use std::fs::File;
 use std::io::{self, Chain, Cursor, Read};
@@ -14,24 +14,24 @@ use super::iso8601::micros_since_1970;
 use super::layout;
 use super::lines::{LONGEST_ROW, Progress, Watched};
 
-/// A line with as many separators is a row: six axes need them.
+/// Number of separators from which a line is a row: six axes need them.
 const SEPARATORS_OF_A_ROW: usize = 5;
 
 /// A text that ends with a line feed.
 type Text = Chain<Watched<Box<dyn Read>>, &'static [u8]>;
 
-/// A file open for reading, row by row.
+/// A file that is read row by row.
 pub(super) struct Table {
     file: String,
     recording_name: String,
     reader: csv::Reader<Text>,
     progress: Rc<Progress>,
     separator: u8,
-    /// How many lines above the header are neither blank nor comments.
+    /// Number of lines above the header that are neither blank nor comments.
     preamble: usize,
-    /// A row that was looked at and not taken yet.
+    /// A row that was peeked at and not taken yet.
     peeked: Option<Row>,
-    /// The comment above the first row.
+    /// Comment above the first row.
     comment: Option<Row>,
 }
 
@@ -46,7 +46,7 @@ impl Table {
         }
     }
 
-    /// The table in a text.
+    /// Creates the table of a text.
     pub(super) fn of(
         file: String,
         recording_name: String,
@@ -70,17 +70,17 @@ impl Table {
                 .has_headers(false)
                 .delimiter(head.separator)
                 .comment(Some(COMMENT))
-                // Counts are checked against what the format expects, not against line 1.
+                // The number of cells is checked against the format, not against line 1.
                 .flexible(true)
-                // A carriage return is taken for space around a cell, so that every row
-                // ends right after its line feed: see `line`.
+                // A carriage return counts as space around a cell, so that every row ends right after its line
+                // feed: see `line`.
                 .terminator(Terminator::Any(b'\n'))
                 .trim(Trim::All)
                 .from_reader(text.chain(&b"\n"[..])),
         })
     }
 
-    /// The comment above the first row, where it names the columns of numbers below it.
+    /// Returns the comment above the first row, if it names the columns of the numbers below it.
     pub(super) fn comment_header(&mut self) -> Option<Row> {
         let comment = self.comment.clone()?;
         let first = self.peek_row().ok().flatten()?;
@@ -89,17 +89,17 @@ impl Table {
         (is_value && layout::is_header(&comment.cells)).then_some(comment)
     }
 
-    /// The file, as it was named.
+    /// Path of the file, as given.
     pub(super) fn file(&self) -> &str {
         &self.file
     }
 
-    /// What the recording in the file is called.
+    /// Name of the recording in the file.
     pub(super) fn recording_name(&self) -> &str {
         &self.recording_name
     }
 
-    /// The row that [`next_row`](Self::next_row) will give.
+    /// The row that [`next_row`](Self::next_row) returns next.
     pub(super) fn peek_row(&mut self) -> Result<Option<&Row>, InputError> {
         if self.peeked.is_none() {
             self.peeked = self.next_row()?;
@@ -107,14 +107,14 @@ impl Table {
         Ok(self.peeked.as_ref())
     }
 
-    /// That there is no sample in the file.
+    /// Error about a file without samples.
     pub(super) fn empty(&self) -> InputError {
         InputError::Empty {
             file: self.file.clone(),
         }
     }
 
-    /// The next line that is not blank; `None` at the end of the file.
+    /// Returns the next line that is not blank; `None` at the end of the file.
     pub(super) fn next_row(&mut self) -> Result<Option<Row>, InputError> {
         if let Some(row) = self.peeked.take() {
             return Ok(Some(row));
@@ -122,7 +122,7 @@ impl Table {
         loop {
             let mut cells = StringRecord::new();
             self.progress.begin_row();
-            // Or blank lines before the row.
+            // May also be the start of blank lines before the row.
             let begins = self.reader.position().line();
             match self.reader.read_record(&mut cells) {
                 Ok(false) => return Ok(None),
@@ -140,16 +140,16 @@ impl Table {
         }
     }
 
-    /// The line of the row just read. The position a record carries is no help: it is where blank
-    /// lines before the record begin. But the reader stands right after the row's line feed, which
-    /// the last row has too, because one is appended to the file.
+    /// Line of the row just read. The position in a record is not usable: it is the start of the blank lines
+    /// before the record. The reader, however, is right after the row's line feed, which the last row has, too,
+    /// because one is appended to the file.
     fn line(&self) -> u64 {
         self.reader.position().line() - 1
     }
 
-    /// Makes sure that no rows are within the quotes of a cell, and lost with it.
+    /// Checks that no rows are lost within the quotes of a cell.
     fn check_quotes(&self, cells: &StringRecord, line: u64) -> Result<(), InputError> {
-        // All cells of the row at once: line feeds are rare.
+        // All cells of the row are checked at once, because line feeds are rare.
         if !cells.as_slice().contains('\n') {
             return Ok(());
         }
@@ -157,7 +157,7 @@ impl Table {
             let separators = line.bytes().filter(|byte| *byte == self.separator);
             separators.count() >= SEPARATORS_OF_A_ROW
         };
-        // The rest of the row in which the quote closes is no row of its own.
+        // The rest of the row after the closing quote does not count as a row.
         let swallowed = |cell: &str| cell.lines().skip(1).any(is_row);
         if !cells.iter().any(swallowed) {
             return Ok(());
@@ -169,13 +169,12 @@ impl Table {
         })
     }
 
-    /// Whether the row that was just taken is the last, and its line has no end: then the rest of
-    /// it may be missing.
+    /// Returns whether the row just taken is the last and lacks a line end, so that the rest of it may be missing.
     pub(super) fn is_cut_off(&mut self) -> bool {
         matches!(self.peek_row(), Ok(None)) && self.progress.ended_within_a_line()
     }
 
-    /// The sentence on the lines above the header.
+    /// Sentence about the lines above the header.
     pub(super) fn preamble_notice(&self) -> Option<String> {
         let file = &self.file;
         match self.preamble {
@@ -212,13 +211,12 @@ impl Table {
     }
 }
 
-/// What was read already, and the rest.
+/// Prepends bytes that were already read to the rest.
 pub(super) fn beginning_with(bytes: Vec<u8>, rest: Box<dyn Read>) -> Box<dyn Read> {
     Box::new(Cursor::new(bytes).chain(rest))
 }
 
-/// Where a recording comes from, as its title: the file's name without its extension, nor the one
-/// of its compression.
+/// Title of a recording: the file's name without its extension and that of its compression.
 #[must_use]
 pub fn recording_name(path: &Path) -> String {
     let compressed = path.extension().is_some_and(|extension| {
@@ -238,7 +236,7 @@ pub fn recording_name(path: &Path) -> String {
         .into_owned()
 }
 
-/// One line.
+/// A row of the table.
 #[derive(Clone)]
 pub(super) struct Row {
     file: String,
@@ -247,7 +245,7 @@ pub(super) struct Row {
 }
 
 impl Row {
-    /// The names of columns of a file that has no lines.
+    /// Names of the columns of a file without lines.
     #[cfg(feature = "parquet")]
     pub(super) fn of_names(file: &str, names: &[String]) -> Self {
         Self {
@@ -257,17 +255,17 @@ impl Row {
         }
     }
 
-    /// The cells, without space around them.
+    /// Cells, without surrounding space.
     pub(super) fn cells(&self) -> impl Iterator<Item = &str> {
         self.cells.iter()
     }
 
-    /// How many cells it has.
+    /// Number of cells.
     pub(super) fn len(&self) -> usize {
         self.cells.len()
     }
 
-    /// A row at the same place with other cells.
+    /// Returns a row at the same position with other cells.
     pub(super) fn with_cells(&self, cells: StringRecord) -> Self {
         Self {
             file: self.file.clone(),
@@ -276,7 +274,7 @@ impl Row {
         }
     }
 
-    /// Makes sure that the row has `expected` cells.
+    /// Checks that the row has `expected` cells.
     pub(super) fn expect_columns(&self, expected: usize) -> Result<(), InputError> {
         if self.cells.len() == expected {
             Ok(())
@@ -290,12 +288,12 @@ impl Row {
         }
     }
 
-    /// What stands in column `index` (from 0).
+    /// Content of column `index` (from 0).
     pub(super) fn text(&self, index: usize) -> &str {
         self.cells.get(index).unwrap_or_default()
     }
 
-    /// Where a cell is, for messages.
+    /// Position of a cell, for messages.
     pub(super) fn cell(&self, index: usize, name: &str) -> Cell {
         Cell {
             file: self.file.clone(),

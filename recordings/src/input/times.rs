@@ -1,12 +1,12 @@
-//! Times that are not in order, put right.
+//! Repair of times that are not in order.
 
 use super::rate::roundest;
 use crate::steps::{Steps, median};
 
-/// Which rows to keep so that times advance and as few as possible are left out: the longest
-/// sequence that increases (patience sorting).
+/// Flags of the rows to keep so that times advance and the fewest possible rows are left out: the longest
+/// increasing subsequence (patience sorting).
 pub(super) fn longest_increase(times_us: &[i64]) -> Vec<bool> {
-    // Of each length, the row with the earliest time that a sequence of that length can end with.
+    // For each length, the row with the earliest time at which a sequence of that length can end.
     let mut ends: Vec<usize> = Vec::new();
     let mut before: Vec<Option<usize>> = Vec::with_capacity(times_us.len());
     for (row, time) in times_us.iter().enumerate() {
@@ -27,18 +27,17 @@ pub(super) fn longest_increase(times_us: &[i64]) -> Vec<bool> {
     kept
 }
 
-/// Steps of less than this are of rows that arrive together: no sensor is read as often, µs.
+/// Step below which rows arrive together, µs: no sensor is read at this rate.
 const LEAST_STEP_US: u64 = 100;
 
-/// From this step on the clock jumps, µs, where it is also [`UNUSUAL`].
+/// Step from which the clock jumps, µs, if it is also [`UNUSUAL`].
 const JUMP_US: u64 = 1_000_000;
 
-/// How many times the usual step a step is that is not usual.
+/// Multiple of the usual step from which a step is unusual.
 const UNUSUAL: u64 = 20;
 
-/// The mean rate in Hz of rows that arrive in batches: what can be known of it ends where a batch
-/// does, and of the rates within that it is the roundest. Where the clock jumps, forth as over a
-/// gap or back as where it starts again, there is no step.
+/// Mean rate in Hz of rows that arrive in batches: the roundest within the uncertainty, which is one batch. Jumps
+/// of the clock, forward over a gap or back after a restart, are excluded.
 pub(super) fn mean_rate(times_us: &[i64]) -> Option<f64> {
     let steps = || {
         times_us
@@ -56,7 +55,7 @@ pub(super) fn mean_rate(times_us: &[i64]) -> Option<f64> {
     let mut is_after_jump = false;
     for step in steps() {
         let size = step.unsigned_abs();
-        // Rows that come at once after a jump had waited: it is as long as they took.
+        // Rows that come at once after a jump were delayed: the jump is as long as they took.
         is_after_jump = size > jump || (is_after_jump && size < usual / 4);
         if !is_after_jump {
             span += step;
@@ -69,13 +68,13 @@ pub(super) fn mean_rate(times_us: &[i64]) -> Option<f64> {
     }
     let (periods, batch) = (periods as f64, longest as f64);
     let span = span as f64;
-    // What is left of gaps is no batch: it must not make every rate possible.
+    // Remaining gaps are not batches; they must not make every rate possible.
     let batch = batch.min(span / 20.0);
     let rate = |span: f64| 1.0e6 * periods / span;
     Some(roundest(rate(span + batch), rate(span), rate(span - batch)))
 }
 
-/// How many rows stand elsewhere than at `rate` in Hz from the first, by more than half a period.
+/// Number of rows that are more than half a period away from their place at `rate` in Hz from the first.
 pub(super) fn moved(times_us: &[i64], rate: f64) -> usize {
     let Some(first) = times_us.first() else {
         return 0;
@@ -103,20 +102,20 @@ mod tests {
     }
 
     #[test]
-    fn as_few_rows_as_possible_are_left_out() {
+    fn fewest_possible_rows_are_left_out() {
         assert_eq!(kept(&[]), [0; 0]);
         assert_eq!(kept(&[0, 1, 2, 3]), [0, 1, 2, 3]);
         assert_eq!(kept(&[0, 1, 1, 2]), [0, 1, 2]);
-        // One row far ahead costs itself, not all rows until then.
+        // A single row far ahead is left out, not all rows up to its time.
         assert_eq!(kept(&[0, 1, 900, 2, 3, 4]), [0, 1, 2, 3, 4]);
         assert_eq!(kept(&[5, 6, 7, 0, 8, 9]), [5, 6, 7, 8, 9]);
-        // A clock that starts again keeps its longer part.
+        // A clock that restarts keeps its longer part.
         assert_eq!(kept(&[8, 9, 0, 1, 2]), [0, 1, 2]);
     }
 
     #[test]
     fn batches_have_the_rate_of_their_rows() {
-        // Ten rows every 10 ms, all at once.
+        // Ten rows at once every 10 ms.
         let times: Vec<i64> = (0..1000).map(|row| row / 10 * 10_000).collect();
         assert_eq!(mean_rate(&times), Some(1000.0));
         assert_eq!(mean_rate(&[7]), None);
@@ -124,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_jumps_does_not_change_the_rate() {
+    fn clock_jump_does_not_change_the_rate() {
         let steady = |rows: std::ops::Range<i64>, start: i64| rows.map(move |k| start + 1000 * k);
         let rate = |parts: [std::ops::Range<i64>; 2], starts: [i64; 2]| {
             let [first, second] = parts;
@@ -141,10 +140,10 @@ mod tests {
         ] {
             assert_eq!(rate([0..5000, 0..9000], starts), Some(1000.0), "{starts:?}");
         }
-        // Two seconds of rows at once are no jump.
+        // A batch of 2 s is not a jump.
         let batches: Vec<i64> = (0..200_000).map(|row| row / 2000 * 2_000_000).collect();
         assert_eq!(mean_rate(&batches), Some(1000.0));
-        // Three seconds of rows that came late, all at once.
+        // Rows of 3 s that arrived late, all at once.
         let late: Vec<i64> = steady(0..14_000, 0)
             .map(|time| match time {
                 5_000_000..8_000_000 => 8_000_000,
@@ -158,16 +157,16 @@ mod tests {
             mean_rate(&(0..14_000).map(gap).collect::<Vec<_>>()),
             Some(1000.0)
         );
-        // One row far ahead, and back.
+        // A single row far ahead, and back.
         let mut far: Vec<i64> = steady(0..5000, 0).collect();
         far[3000] = 1_000_000_000_000;
         assert_eq!(mean_rate(&far), Some(1000.0));
-        // Backwards there is none.
+        // Decreasing times have no rate.
         assert_eq!(mean_rate(&[3000, 2000, 1000]), None);
     }
 
     #[test]
-    fn a_row_counts_as_moved_from_half_a_period_on() {
+    fn row_counts_as_moved_from_half_a_period_on() {
         assert_eq!(moved(&[0, 1_000, 2_400, 3_000], 1000.0), 0);
         assert_eq!(moved(&[0, 0, 0, 3_000], 1000.0), 2);
     }

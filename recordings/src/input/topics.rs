@@ -1,4 +1,4 @@
-//! Which topics of a bag are read.
+//! Selection of the topics of a bag.
 
 use std::fmt;
 use std::str::FromStr;
@@ -6,29 +6,29 @@ use std::str::FromStr;
 /// Selects all topics with samples of an IMU.
 const ALL: &str = "all";
 
-/// What is known about a bag of ROS beyond its topics. The default takes the only IMU.
+/// Options of a bag of ROS 2. The default reads its only IMU.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BagOptions {
-    /// The feet.
+    /// Topics of the feet.
     pub topics: Topics,
-    /// Their loads, in the same order; none, or as many as there are feet.
+    /// Topics of their loads, in the same order; empty, or one for each foot.
     pub loads: Vec<LoadTopic>,
 }
 
-/// Which topics are feet.
+/// Selection of the topics of feet.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Topics {
-    /// The only one with samples of an IMU; several are an error.
+    /// The only topic with samples of an IMU; several are an error.
     #[default]
     TheOnly,
-    /// These, in this order.
+    /// These topics, in this order.
     Named(Vec<String>),
-    /// All with samples of an IMU, by name.
+    /// All topics with samples of an IMU, by name.
     All,
 }
 
 impl Topics {
-    /// The topics that are named in options, of which `all` means all.
+    /// Topics given in options; `all` selects all.
     #[must_use]
     pub fn from_names(names: &[String]) -> Self {
         if names.is_empty() {
@@ -47,12 +47,12 @@ impl Topics {
     }
 }
 
-/// A topic that has the load of a foot.
+/// Topic of the load of a foot.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoadTopic {
-    /// Its name.
+    /// Name of the topic.
     pub topic: String,
-    /// The field of its messages, where it is not the one that is taken by itself.
+    /// Field of its messages, if not the default.
     pub field: Option<String>,
 }
 
@@ -86,7 +86,7 @@ impl fmt::Display for LoadTopic {
     }
 }
 
-/// A topic's name as a bag has it: from the root.
+/// Absolute name of a topic, as in a bag.
 fn absolute(name: &str) -> String {
     if name.starts_with('/') {
         name.to_owned()
@@ -100,7 +100,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn topics_are_named_from_the_root_and_once() {
+    fn topics_are_absolute_and_unique() {
         let named = |names: &[&str]| {
             Topics::from_names(&names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>())
         };
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn a_load_is_a_topic_with_or_without_a_field() {
+    fn load_topic_may_have_a_field() {
         let load: LoadTopic = "/ft/fl:force.z".parse().unwrap();
         assert_eq!(
             (load.topic.as_str(), load.field.as_deref()),

@@ -1,12 +1,11 @@
-//! Columns that know how the sensor was really turned: `qw,qx,qy,qz`, and `movement` where there
-//! is one.
+//! Columns with the true orientation of the sensor: `qw,qx,qy,qz`, and `movement` if present.
 //!
 //! | column | meaning | blank cell |
 //! |---|---|---|
-//! | `qw` … `qz` | unit quaternion, Hamilton, sensor → world, z up | not seen; all four or none |
-//! | `movement` | 1 where the row counts, 0 where it does not | error |
+//! | `qw` … `qz` | unit quaternion, Hamilton, sensor → world, z up | unknown; all four or none |
+//! | `movement` | 1 if the row counts, 0 if not | error |
 //!
-//! They are no part of a recording: what replays it must not see them.
+//! They are not part of a recording: a replay must not see them.
 
 use super::cells::Cells;
 use super::error::InputError;
@@ -18,13 +17,13 @@ const QUATERNION: [&str; 4] = ["qw", "qx", "qy", "qz"];
 
 const MOVEMENT: &str = "movement";
 
-/// Where this column is, the orientation beside it is an estimate.
+/// Column that marks the orientation next to it as an estimate.
 const ESTIMATE: &str = "p_stable";
 
-/// How far from 1 the length of a quaternion may be that was written with few decimals.
+/// Tolerance of the length about 1 of a quaternion written with few decimals.
 const LENGTH_TOLERANCE: f64 = 0.01;
 
-/// Collects the orientation of each row, where it is known and counts.
+/// Collects the orientation of each row, if it is known and counts.
 #[derive(Default)]
 pub(super) struct Orientations {
     quaternion: [usize; 4],

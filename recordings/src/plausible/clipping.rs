@@ -1,22 +1,22 @@
-//! Samples at the end of a sensor's range, as its source says or as the readings show: an axis that
-//! comes back to the same largest reading again and again, and stays there for some samples.
+//! Samples at the end of a sensor's range, as declared by the source or as shown by the readings: an axis that
+//! repeatedly reaches the same largest reading and stays there for some samples.
 
 use estimator_core::{Decision, Saturation, Validity};
 
 use super::Finding;
 use crate::recording::RecordedSample;
 
-/// A sensor may be at the end of its range for this many samples a step: the impact itself.
+/// Number of samples per step that may be at the end of the range: the impact itself.
 pub const CLIPPED_A_STEP: u64 = 3;
 
-/// An axis that is at its largest reading in this many separate places is at the end of its range,
+/// Number of separate visits to the largest reading from which an axis is at the end of its range,
 const LEAST_VISITS: u64 = 8;
 
-/// if it stays there for this many samples each time, as a steady motion does not,
+/// provided that it stays there for this many samples on average, unlike a steady motion,
 const LEAST_STAY: u64 = 2;
 
-/// and comes there from below this share of it at once: a smooth motion has a slow top, which looks
-/// flat where readings are rounded.
+/// and arrives there in one sample from below this share of it: a smooth motion has a slow peak, which looks flat
+/// if readings are rounded.
 const APPROACH: f32 = 0.99;
 
 /// One of the two sensors.
@@ -29,7 +29,7 @@ pub enum Sensor {
 }
 
 impl Sensor {
-    /// Its name.
+    /// Name of the sensor.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -38,7 +38,7 @@ impl Sensor {
         }
     }
 
-    /// The unit of its readings.
+    /// Unit of its readings.
     #[must_use]
     pub const fn unit(self) -> &'static str {
         match self {
@@ -47,7 +47,7 @@ impl Sensor {
         }
     }
 
-    /// Below this no sensor's range ends, m/s² or rad/s: 2 g and 125 °/s are the smallest.
+    /// Smallest range of a sensor, m/s² or rad/s: 2 g and 125 °/s.
     const fn smallest_range(self) -> f32 {
         match self {
             Self::Accelerometer => 19.0,
@@ -56,19 +56,19 @@ impl Sensor {
     }
 }
 
-/// Counts what is clipped.
+/// Counts clipped samples.
 #[derive(Default)]
 pub(super) struct Clipping {
     sensors: [SensorCount; 2],
     was_stable: bool,
-    /// How often the decision has turned to "stable".
+    /// Number of changes of the decision to "stable".
     steps: u64,
 }
 
-/// Of one sensor.
+/// Counts of one sensor.
 #[derive(Default)]
 struct SensorCount {
-    /// Samples that their source says are clipped.
+    /// Samples declared as clipped by their source.
     declared: u64,
     /// The positive and the negative end of each axis.
     ends: [End; 6],
@@ -81,7 +81,7 @@ struct End {
     value: f32,
     samples: u64,
     visits: u64,
-    /// The reading before.
+    /// The previous reading.
     newest: f32,
     is_there: bool,
 }

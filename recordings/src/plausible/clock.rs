@@ -1,14 +1,14 @@
-//! Times that jump, and rows that arrive together.
+//! Clock jumps, and rows that arrive in batches.
 
 use estimator_core::Timestamp;
 
 use super::Finding;
 use crate::steps::{Steps, median};
 
-/// From this step on the clock jumps, s, where it is also [`UNUSUAL`].
+/// Step from which the clock jumps, s, if it is also [`UNUSUAL`].
 const JUMP_S: f64 = 1.0;
 
-/// How many times the median step a step is that is not usual.
+/// Multiple of the median step from which a step is unusual.
 const UNUSUAL: f64 = 20.0;
 
 /// Collects the steps between samples.
@@ -26,7 +26,7 @@ impl ClockCheck {
         }
     }
 
-    /// What is wrong with the times.
+    /// Findings about the times.
     pub(super) fn findings(&self) -> Vec<Finding> {
         let sorted = self.steps.sorted();
         let Some(median_us) = median(&sorted) else {

@@ -1,21 +1,21 @@
-//! Readings that are held: rows that come more often than the sensor was read.
+//! Held readings: rows that come more often than new readings of the sensor.
 
 use super::Finding;
 use crate::recording::RecordedSample;
 
-/// From this share of repeated readings on, they are held. In recordings of sensors that were read for each
-/// row, and of simulated robots, it is at most 0.017; on a GO1 that was read at 70 Hz and held to 250 Hz, 0.72.
+/// Share of repeated readings from which they are held. In recordings with one reading per row, and of simulated
+/// robots, it is at most 0.017; on a GO1 read at 70 Hz and held to 250 Hz, 0.72.
 const HELD_SHARE: f64 = 0.25;
 
-/// A reading that is repeated more often in a row is not held: a simulated foot rests, or a sensor is stuck.
+/// Longest run of repeats that counts as held; in longer ones a simulated foot rests or a sensor is stuck.
 const LONGEST_HOLD: u64 = 50;
 
-/// Counts readings that repeat the one before, until another comes.
+/// Counts readings that repeat the previous one, until a new one comes.
 #[derive(Default)]
 pub(super) struct HeldCheck {
     newest: Option<[f32; 6]>,
     samples: u64,
-    /// In a row, up to the newest sample.
+    /// Length of the current run.
     run: u64,
     repeats: u64,
 }
@@ -31,12 +31,12 @@ impl HeldCheck {
             }
             self.run = 0;
         } else if reading.iter().any(|axis| *axis != 0.0) {
-            // A simulated foot without gravity at perfect rest has zeros, which are readings.
+            // A simulated foot without gravity reads zeros at perfect rest; they are real readings.
             self.run += 1;
         }
     }
 
-    /// Whether readings are held in rows at `sample_rate`, Hz.
+    /// Finding about held readings in rows at `sample_rate`, Hz.
     pub(super) fn finding(&self, sample_rate: f32) -> Option<Finding> {
         let share = self.repeats as f64 / self.samples as f64;
         (share > HELD_SHARE).then_some(Finding::HeldReadings {

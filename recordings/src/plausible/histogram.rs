@@ -1,9 +1,9 @@
-//! How often sizes occur, so that a quantile does not need all of them in memory.
+//! Histogram of sizes, so that a quantile does not need all of them in memory.
 
-/// The low bits of an f32 that do not count: what is left tells sizes apart that differ by 0.2 %.
+/// Low bits of an f32 that are dropped; the rest resolves sizes to 0.2 %.
 const DROPPED_BITS: u32 = 14;
 
-/// Sizes in bins of 0.2 % of their size at most.
+/// Sizes in bins of at most 0.2 % of their size.
 pub(super) struct Histogram {
     counts: Vec<u64>,
     total: u64,
@@ -19,7 +19,7 @@ impl Default for Histogram {
 }
 
 impl Histogram {
-    /// Counts a size, which is not negative.
+    /// Counts a size, which must not be negative.
     pub(super) fn add(&mut self, size: f32) {
         let bin = (size.abs().to_bits() >> DROPPED_BITS) as usize;
         if let Some(count) = self.counts.get_mut(bin) {
@@ -28,7 +28,7 @@ impl Histogram {
         }
     }
 
-    /// The size below which a `share` of them lies, in [0, 1], to its bin; `None` of none.
+    /// Size below which a `share` of the values lies, in [0, 1], to the resolution of a bin; `None` if empty.
     pub(super) fn quantile(&self, share: f64) -> Option<f32> {
         let wanted = ((self.total as f64 * share) as u64).min(self.total.checked_sub(1)?);
         let mut before = 0;
@@ -39,7 +39,7 @@ impl Histogram {
         Some(f32::from_bits((bin as u32) << DROPPED_BITS))
     }
 
-    /// How many of them are `size` or more, to its bin.
+    /// Number of values of `size` or more, to the resolution of a bin.
     pub(super) fn from(&self, size: f32) -> u64 {
         let bin = (size.abs().to_bits() >> DROPPED_BITS) as usize;
         self.counts.iter().skip(bin).sum()
@@ -51,7 +51,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_quantile_is_right_to_its_bin() {
+    fn quantile_is_right_to_its_bin() {
         let mut histogram = Histogram::default();
         assert_eq!(histogram.quantile(0.5), None);
         for k in 1..=1000_u16 {

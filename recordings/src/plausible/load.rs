@@ -1,4 +1,4 @@
-//! A load that stays on one side of its thresholds: another unit than theirs, or an offset.
+//! A load that stays on one side of its thresholds: wrong unit or an offset.
 
 use std::fmt;
 
@@ -6,15 +6,15 @@ use estimator_core::{Load, Phase};
 
 use super::Finding;
 
-/// From this time in stance, and from this time in motion on, there is something to say, s.
+/// Least time in stance and in motion for a finding, s.
 const LEAST_S: f32 = 1.0;
 
-/// Where a load stays.
+/// Side of the thresholds on which a load stays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LoadSide {
-    /// Above the thresholds: the foot seems never to be in the air.
+    /// Above the thresholds: the foot never seems to swing.
     Above,
-    /// Below them: it seems never to be on the ground.
+    /// Below the thresholds: the foot never seems to stand.
     Below,
 }
 
@@ -27,12 +27,12 @@ impl fmt::Display for LoadSide {
     }
 }
 
-/// Counts the phases that follow from the load.
+/// Counts the phases derived from the load.
 #[derive(Default)]
 pub(super) struct LoadCheck {
-    /// At rest and in motion, under load.
+    /// Samples at rest and in motion, with load.
     loaded: [u64; 2],
-    /// The same without.
+    /// Samples at rest and in motion, without load.
     unloaded: [u64; 2],
     range: Option<[f32; 2]>,
 }

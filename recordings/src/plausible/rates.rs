@@ -1,29 +1,29 @@
-//! Angular rates that are too large or too small for the unit in which they were read.
+//! Angular rates that are too large or too small for their unit.
 
 use super::Finding;
 use super::histogram::Histogram;
 use crate::input::RateUnit;
 use crate::recording::RecordedSample;
 
-/// The end of the range that gyroscopes on robots have, 2000 °/s, rad/s.
+/// Range of the gyroscopes on robots, 2000 °/s, in rad/s.
 pub const LARGEST_RATE: f32 = 34.9;
 
-/// A foot that walks exceeds this in one sample in a hundred, 20 °/s, rad/s. Of recordings of feet,
-/// shoes and hands the slowest has 1.3 rad/s; a robot's trunk may have less, but not in °/s.
+/// Rate that a walking foot exceeds in one sample in a hundred, 20 °/s, in rad/s. Of recordings of feet, shoes and
+/// hands the slowest has 1.3 rad/s; a robot's trunk may have less, but not in °/s.
 pub const SMALLEST_RATE: f32 = 0.35;
 
-/// By this much one |a| in a hundred exceeds the median where a foot moves, m/s².
+/// Excess of the 99th percentile of |a| over its median from which a foot moves, m/s².
 const MOVES: f32 = 5.0;
 
-/// Collects how large rates are.
+/// Collects the magnitudes of rates.
 pub(super) struct RateCheck {
     rates: Histogram,
-    /// |a|, where rates were read as °/s.
+    /// Values of |a|, if rates were read as °/s.
     forces: Option<Histogram>,
 }
 
 impl RateCheck {
-    /// Of rates that were read in this unit.
+    /// Starts with rates read in this unit.
     pub(super) fn new(unit: RateUnit) -> Self {
         let in_degrees = unit == RateUnit::DegreesPerSecond;
         Self {
@@ -46,7 +46,7 @@ impl RateCheck {
         }
     }
 
-    /// What is wrong with the unit.
+    /// Finding about the unit.
     pub(super) fn finding(&self) -> Option<Finding> {
         let percentile = self.rates.quantile(0.99)?;
         if percentile > LARGEST_RATE {

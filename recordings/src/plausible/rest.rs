@@ -1,34 +1,34 @@
-//! What the accelerometer reads at rest: where the accelerations are quietest.
+//! Accelerometer reading at rest, from the quietest accelerations.
 
 use estimator_core::Validity;
 
 use crate::recording::RecordedSample;
 
-/// How long a piece is that is quiet as a whole, s.
+/// Duration of a piece, s.
 const PIECE_S: f32 = 0.1;
 
-/// The share of the pieces that counts as rest.
+/// Share of the pieces that counts as rest.
 const REST_SHARE: f64 = 0.1;
 
-/// What the accelerometer reads at rest.
+/// Accelerometer reading at rest.
 pub(super) struct Rest {
-    /// The median of |a|, m/s².
+    /// Median of |a|, m/s².
     pub(super) size: f32,
-    /// The mean, m/s².
+    /// Mean, m/s².
     pub(super) mean: [f32; 3],
 }
 
-/// Collects what each piece of a recording says of rest.
+/// Collects the variance and mean of each piece of a recording.
 pub(super) struct RestSearch {
-    /// Samples of a piece.
+    /// Samples per piece.
     length: usize,
-    /// Of the piece that is not full yet.
+    /// Samples in the current piece.
     samples: usize,
     sums: [f64; 3],
     squares: f64,
-    /// Whether all its samples are to be believed.
+    /// Whether all its samples are valid.
     valid: bool,
-    /// The variance of the accelerations in a piece, and their mean.
+    /// Variance and mean of the accelerations of each piece.
     pieces: Vec<(f32, [f32; 3])>,
 }
 
@@ -45,7 +45,7 @@ impl RestSearch {
     }
 
     pub(super) fn add(&mut self, sample: &RecordedSample) {
-        // A reading beyond any sensor may be one in another unit, which is what is looked for.
+        // A reading beyond any sensor's range may be in another unit, which this check is to find.
         let force = sample.imu.specific_force.0;
         let is_number = force.x.is_finite() && force.y.is_finite() && force.z.is_finite();
         self.valid &= is_number && sample.imu.validity == Validity::Valid;
@@ -71,7 +71,7 @@ impl RestSearch {
         self.valid = true;
     }
 
-    /// Rest, where enough samples are valid to say.
+    /// Reading at rest; `None` if too few samples are valid.
     pub(super) fn rest(&self) -> Option<Rest> {
         let mut pieces = self.pieces.clone();
         let count = ((pieces.len() as f64 * REST_SHARE).ceil() as usize).min(pieces.len());
@@ -90,7 +90,7 @@ impl RestSearch {
     }
 }
 
-/// The length of a vector.
+/// Length of a vector.
 pub(super) fn size([x, y, z]: [f32; 3]) -> f32 {
     libm::sqrtf(x * x + y * y + z * z)
 }

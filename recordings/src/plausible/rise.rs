@@ -5,23 +5,22 @@ use estimator_core::Load;
 use super::Finding;
 use super::histogram::Histogram;
 
-/// Above this probability the foot is more likely stable than not.
+/// Probability above which the foot is more likely stable than not.
 const HIGH: f32 = 0.5;
 
-/// A foot is loaded from this share of its usual load on, which is what it exceeds in a tenth of
-/// the time.
+/// Share of the usual load from which a foot is loaded; the usual load is exceeded in a tenth of the time.
 const LOADED: f32 = 0.5;
 
-/// A share of the loaded time below which the probability does not rise with the load.
+/// Share of the loaded time below which the probability does not rise with the load.
 const LEAST_SHARE: f64 = 0.05;
 
-/// From this time under load on there is something to say, s.
+/// Least time under load for a finding, s.
 const LEAST_LOADED_S: f32 = 1.0;
 
-/// From this length of a recording without a load on there is something to say, s.
+/// Least duration of a recording without a load for a finding, s.
 const LEAST_UNKNOWN_S: f32 = 10.0;
 
-/// Counts loads, all of them and those with a high probability.
+/// Counts all loads, and those with a high probability.
 #[derive(Default)]
 pub(super) struct Rise {
     samples: u64,

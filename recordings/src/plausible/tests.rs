@@ -59,11 +59,11 @@ fn scaled(by: f32) -> impl Fn(Vec3) -> Vec3 {
 }
 
 #[test]
-fn nothing_is_wrong_with_a_walk() {
+fn walk_has_no_finding() {
     assert_eq!(found(&walk()), [""; 0]);
 }
 
-/// Readings that come once in `rows` rows, and are held.
+/// Readings that are updated once in `rows` rows and held in between.
 fn held(rows: usize) -> Recording {
     let mut recording = walk();
     for k in 0..recording.samples.len() {
@@ -75,9 +75,9 @@ fn held(rows: usize) -> Recording {
 }
 
 #[test]
-fn held_readings_are_found_with_their_number() {
+fn held_readings_are_reported_with_their_number() {
     let mut recording = held(4);
-    // While it rests, the made-up foot has noise, too.
+    // The synthetic foot has noise at rest, too.
     for (k, sample) in (0..).zip(&mut recording.samples) {
         sample.imu.angular_rate.0.x = 1e-3 * (k / 4 % 7) as f32;
     }
@@ -99,7 +99,7 @@ fn perfect_rest_is_not_held() {
     let mut removed = held(4);
     removed.gravity = Gravity::Removed;
     for sample in &mut removed.samples {
-        // At rest in three samples of four.
+        // At rest in three samples out of four.
         let moves = sample.imu.timestamp.as_micros() / 5_000 % 4 == 0;
         let force = if moves { 3.0 } else { 0.0 };
         sample.imu.specific_force.0 = Vec3::new(force, 0.0, 0.0);
@@ -109,7 +109,7 @@ fn perfect_rest_is_not_held() {
 }
 
 #[test]
-fn accelerations_in_g_are_found_with_gravity_declared_or_not() {
+fn accelerations_in_g_are_found_with_and_without_gravity() {
     let mut recording = with_force(scaled(1.0 / 9.81));
     assert_eq!(found(&recording), ["acceleration_in_g"]);
     recording.gravity = Gravity::Removed;
@@ -118,7 +118,7 @@ fn accelerations_in_g_are_found_with_gravity_declared_or_not() {
 }
 
 #[test]
-fn gravity_is_found_where_it_is_declared_removed_and_missed_where_it_is_not() {
+fn gravity_contradicting_its_declaration_is_found() {
     let mut recording = walk();
     recording.gravity = Gravity::Removed;
     assert_eq!(found(&recording), ["gravity_included"]);
@@ -129,7 +129,7 @@ fn gravity_is_found_where_it_is_declared_removed_and_missed_where_it_is_not() {
 }
 
 #[test]
-fn a_sensor_on_its_side_or_head_is_found_with_the_axis_that_is_up() {
+fn sensor_on_its_side_is_found_with_the_axis_up() {
     let up = |recording: &Recording| match check(recording)[..] {
         [Finding::GravityNotAlongZ { up, axes }] => (up, axes.to_string()),
         ref other => panic!("{other:?}"),
@@ -140,14 +140,14 @@ fn a_sensor_on_its_side_or_head_is_found_with_the_axis_that_is_up() {
     let y_up = with_force(|f| Vec3::new(f.x, f.z, -f.y));
     assert_eq!(up(&y_up), is("y", "x,-z,y"));
     assert_eq!(up(&with_force(scaled(-1.0))), is("-z", "x,-y,-z"));
-    // 30° is how a foot may stand.
+    // A foot may stand at 30°.
     let tilted = with_force(|f| Vec3::new(f.x + 0.5 * f.z, f.y, 0.866 * f.z));
     assert_eq!(found(&tilted), [""; 0]);
 }
 
 #[test]
-fn a_mounting_that_was_wrong_is_replaced_by_one_that_is_right() {
-    // y of the sensor is up, and was said to be x of the foot.
+fn wrong_mounting_is_replaced_by_a_right_one() {
+    // y of the sensor is up, but was declared as x of the foot.
     let wrong: Mounting = "y,z,x".parse().expect("axes");
     let recording = with_force(|f| wrong.turn(Vec3::new(f.x, f.z, -f.y)));
     let [finding] = check(&recording)[..] else {
@@ -163,7 +163,7 @@ fn a_mounting_that_was_wrong_is_replaced_by_one_that_is_right() {
 }
 
 #[test]
-fn gravity_at_rest_is_told_where_there_is_any() {
+fn gravity_at_rest_is_returned_if_present() {
     let up = gravity_at_rest(&walk()).expect("gravity");
     assert!((up - Vec3::new(0.0, 0.0, 9.81)).length() < 0.1, "{up:?}");
     let removed = Recording {
@@ -189,7 +189,7 @@ fn rates_in_degrees_are_found() {
 }
 
 #[test]
-fn rates_in_radians_that_were_read_as_degrees_are_found_where_the_foot_moves() {
+fn radians_read_as_degrees_are_found_if_the_foot_moves() {
     let degrees = Units {
         rate: RateUnit::DegreesPerSecond,
         ..Units::default()
@@ -233,7 +233,7 @@ fn accelerations_in_mg_or_counts_are_found() {
 }
 
 #[test]
-fn samples_that_are_no_numbers_are_found_from_one_in_a_hundred_on() {
+fn non_numbers_are_found_from_one_percent_on() {
     let without = |one_in: usize, at: usize| {
         let mut recording = walk();
         for sample in recording.samples.iter_mut().skip(at).step_by(one_in) {
@@ -250,7 +250,7 @@ fn samples_that_are_no_numbers_are_found_from_one_in_a_hundred_on() {
 }
 
 #[test]
-fn a_clock_that_jumps_is_found_and_a_short_gap_is_not() {
+fn clock_jump_is_found_but_short_gap_is_not() {
     let gap = |length_us: u64| with_times(move |k| 5_000 * k + if k < 900 { 0 } else { length_us });
     assert_eq!(found(&gap(5_000_000)), ["clock_jumps"]);
     assert_eq!(found(&gap(500_000)), [""; 0]);
@@ -261,7 +261,7 @@ fn a_clock_that_jumps_is_found_and_a_short_gap_is_not() {
 }
 
 #[test]
-fn rows_that_arrive_in_batches_are_found_and_jitter_is_not() {
+fn batches_are_found_but_jitter_is_not() {
     let batches = with_times(|k| k / 10 * 50_000 + k % 10);
     assert_eq!(found(&batches), ["batches"]);
     let jitter = with_times(|k| 5_000 * k + (k * 7919) % 3_000);
@@ -269,7 +269,7 @@ fn rows_that_arrive_in_batches_are_found_and_jitter_is_not() {
 }
 
 #[test]
-fn a_rate_below_that_of_the_slowest_recordings_is_found() {
+fn rate_below_the_slowest_recordings_is_found() {
     let slower = |rate: f32| Recording {
         sample_rate: rate,
         ..walk()
@@ -279,7 +279,7 @@ fn a_rate_below_that_of_the_slowest_recordings_is_found() {
 }
 
 #[test]
-fn a_recording_without_a_valid_sample_has_nothing_else_to_find() {
+fn recording_without_valid_samples_has_no_other_finding() {
     let mut recording = with_force(|_| Vec3::new(f32::NAN, 0.0, 0.0));
     assert_eq!(found(&recording), ["not_numbers"]);
     recording.samples.clear();
@@ -287,8 +287,8 @@ fn a_recording_without_a_valid_sample_has_nothing_else_to_find() {
 }
 
 #[test]
-fn a_sensor_that_is_cut_off_is_found_and_one_that_just_reaches_its_end_is_not() {
-    // The swing's 12.2 m/s² and more along x, against a range of 2 g.
+fn clipping_is_found_but_reaching_the_range_is_not() {
+    // The swing reaches 12.2 m/s² along x, against a range of 2 g.
     let clipped = |factor: f32| {
         with_force(|force| Vec3::new((factor * force.x).clamp(-19.6, 19.6), force.y, force.z))
     };
@@ -304,7 +304,7 @@ fn a_sensor_that_is_cut_off_is_found_and_one_that_just_reaches_its_end_is_not() 
 }
 
 #[test]
-fn samples_that_their_source_calls_saturated_count_as_clipped() {
+fn samples_declared_saturated_count_as_clipped() {
     let mut recording = walk();
     for sample in recording.samples.iter_mut().skip(400).take(3) {
         sample.imu.validity = Validity::Saturated(Saturation::Gyroscope);
@@ -314,8 +314,8 @@ fn samples_that_their_source_calls_saturated_count_as_clipped() {
     assert_eq!(found(&recording), ["clips"]);
 }
 
-/// The findings about a walk under a load that is there in the first half of each second, with a
-/// probability for each sample.
+/// Returns the findings about a walk with a load in the first half of each second and a probability for each
+/// sample.
 fn with_probability(loaded: bool, probability: impl Fn(usize) -> f32) -> Vec<&'static str> {
     let recording = walk();
     let mut check = Check::new(recording.sample_rate, recording.gravity);
@@ -334,9 +334,9 @@ fn with_probability(loaded: bool, probability: impl Fn(usize) -> f32) -> Vec<&'s
 }
 
 #[test]
-fn a_probability_that_does_not_rise_under_load_is_found() {
+fn probability_that_does_not_rise_under_load_is_found() {
     assert_eq!(with_probability(true, |_| 0.4), ["never_rises"]);
-    // In the air, it may be as high as it likes.
+    // The probability is irrelevant in the air.
     let in_the_air = |k: usize| if k % 200 < 100 { 0.4 } else { 0.9 };
     assert_eq!(with_probability(true, in_the_air), ["never_rises"]);
     let late = |k: usize| if k % 200 > 80 { 0.9 } else { 0.0 };
@@ -344,13 +344,13 @@ fn a_probability_that_does_not_rise_under_load_is_found() {
 }
 
 #[test]
-fn without_a_load_a_probability_that_never_rises_is_found() {
+fn low_probability_without_a_load_is_found() {
     assert_eq!(with_probability(false, |_| 0.5), ["never_rises"]);
     let once = |k: usize| if k == 1000 { 0.9 } else { 0.0 };
     assert_eq!(with_probability(false, once), [""; 0]);
 }
 
-/// The findings about a foot that stands and moves by turns, one second each, under these loads.
+/// Returns the findings about a foot that stands and moves in turn, 1 s each, under these loads.
 fn with_loads(loads: [f32; 2], phases: [Phase; 2]) -> Vec<Finding> {
     let mut check = LoadCheck::default();
     for k in 0..1000 {
@@ -361,7 +361,7 @@ fn with_loads(loads: [f32; 2], phases: [Phase; 2]) -> Vec<Finding> {
 }
 
 #[test]
-fn a_load_that_stays_on_one_side_of_its_thresholds_is_found() {
+fn load_on_one_side_of_its_thresholds_is_found() {
     assert_eq!(with_loads([80.0, 0.0], [Phase::Stance, Phase::Swing]), []);
     let stays = |side, range| [Finding::LoadThresholds { side, range }];
     assert_eq!(
@@ -372,7 +372,7 @@ fn a_load_that_stays_on_one_side_of_its_thresholds_is_found() {
         with_loads([8.0, -0.5], [Phase::QuietSwing, Phase::Swing]),
         stays(LoadSide::Below, [-0.5, 8.0])
     );
-    // A foot that is only seen in the air, or standing.
+    // A foot that is recorded only in the air, or only standing.
     assert_eq!(with_loads([0.0, 0.0], [Phase::Swing, Phase::Swing]), []);
     assert_eq!(with_loads([80.0, 80.0], [Phase::Stance, Phase::Stance]), []);
     assert_eq!(with_loads([80.0, 0.0], [Phase::Unknown; 2]), []);

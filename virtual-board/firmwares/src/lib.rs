@@ -1,9 +1,9 @@
-//! What the proofs compute, for target and host alike.
+//! Computations of the test programs, for target and host alike.
 
 #![cfg_attr(target_os = "none", no_std)]
 #![forbid(unsafe_code)]
 
-/// A point that wanders on a path without end; every step depends on every bit of the last.
+/// A point on an endless path; every step depends on every bit of the previous one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orbit {
     x: f32,
@@ -13,7 +13,7 @@ pub struct Orbit {
 }
 
 impl Orbit {
-    /// The start of the path number `seed`.
+    /// Start of path number `seed`.
     #[must_use]
     pub const fn new(seed: u32) -> Self {
         Self {
@@ -37,55 +37,55 @@ impl Orbit {
         }
     }
 
-    /// How many steps it has gone.
+    /// Number of steps so far.
     #[must_use]
     pub const fn steps(&self) -> u32 {
         self.steps
     }
 
-    /// All bits of where it is.
+    /// All bits of the position.
     #[must_use]
     pub const fn bits(&self) -> [u32; 3] {
         [self.x.to_bits(), self.y.to_bits(), self.z.to_bits()]
     }
 }
 
-/// The addresses by which the fault program and its tests talk: in CCM RAM, which no start-up
+/// Addresses through which the fault program and its tests communicate: in CCM RAM, which no start-up
 /// code and no stack touches.
 pub mod mailbox {
-    /// What to do wrong, a [`Misuse`](super::Misuse).
+    /// The fault to provoke, a [`Misuse`](super::Misuse).
     pub const MISUSE: u32 = 0x1000_0000;
-    /// How often the program has started.
+    /// Number of starts of the program.
     pub const STARTS: u32 = 0x1000_0004;
-    /// The program counter that the fault handler found in its frame.
+    /// Program counter that the fault handler found in its frame.
     pub const PC: u32 = 0x1000_0008;
-    /// The fault status register then.
+    /// Fault status register in the fault handler.
     pub const CFSR: u32 = 0x1000_000C;
-    /// The hard fault status register then.
+    /// Hard fault status register in the fault handler.
     pub const HFSR: u32 = 0x1000_0010;
-    /// Which handler it was.
+    /// Number of the handler.
     pub const HANDLER: u32 = 0x1000_0014;
-    /// The reset flags of the last start.
+    /// Reset flags of the last start.
     pub const RESET_FLAGS: u32 = 0x1000_0018;
 }
 
-/// What the fault program can do wrong.
+/// Misuse by the fault program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Misuse {
-    /// Executes what is no instruction, at the symbol `undefined_here`.
+    /// Executes an undefined instruction, at the symbol `undefined_here`.
     Undefined = 1,
-    /// Loads from where nothing is, at `load_here`.
+    /// Loads from an unmapped address, at `load_here`.
     Load = 2,
-    /// Stores to where nothing is, at `store_here`.
+    /// Stores to an unmapped address, at `store_here`.
     Store = 3,
     /// Uses the floating-point unit while it is off, at `float_here`, usage faults enabled.
     Float = 4,
     /// Faults in the fault handler.
     LockUp = 5,
-    /// Starts the watchdog and forgets it.
+    /// Starts the watchdog and never feeds it.
     Watchdog = 6,
-    /// Asks for a reset.
+    /// Requests a reset.
     Reset = 7,
     /// Calls itself until the stack leaves RAM.
     Overflow = 8,
@@ -97,12 +97,12 @@ pub enum Misuse {
     Unmodelled = 11,
     /// Loads through a null pointer, at `load_here`.
     Null = 12,
-    /// Speeds the core up without wait states of flash, at `store_here`.
+    /// Raises the core clock without wait states of flash, at `store_here`.
     WaitStates = 13,
 }
 
 impl Misuse {
-    /// All of them.
+    /// All variants.
     pub const ALL: [Self; 13] = [
         Self::Undefined,
         Self::Load,

@@ -15,38 +15,38 @@ use crate::time::from_us;
 /// A branch to itself.
 const ENDLESS_LOOP: u16 = 0xE7FE;
 
-/// Where there is neither memory nor a peripheral.
+/// An address with neither memory nor a peripheral.
 const NOWHERE: u32 = 0x6000_0000;
 
-/// A fault that is injected into the board.
+/// A fault to inject into the board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Injection {
-    /// Of the sensor or its line.
+    /// Fault of the sensor or its line.
     Sensor(SensorFault),
     /// The clock on the sensor's bus stops, and a reset of its controller does not start it again.
     SensorClockStopped,
-    /// This stream of DMA2 meets an error in the middle of each transfer.
+    /// This stream of DMA2 has an error in the middle of each transfer.
     DmaError(usize),
-    /// Of the CAN bus.
+    /// Fault of the CAN bus.
     Bus(BusFault),
-    /// Of the serial line.
+    /// Fault of the serial line.
     Line(LineFault),
-    /// The crystal stops, and will not start again.
+    /// The crystal stops and does not start again.
     CrystalLost,
     /// The supply dips.
     BrownOut,
-    /// The supply becomes this, mV. Below the brown-out level of the option bytes it is a dip, and
-    /// comes back.
+    /// The supply changes to this voltage, mV. Below the brown-out level of the option bytes it is a dip, and
+    /// returns.
     Supply(u32),
     /// A debugger halts the core for this long, ms.
     DebuggerHalt(u32),
     /// The reset pin is pulled low.
     Reset,
-    /// The supply fails in this many operations of flash from now.
+    /// The supply fails after this many flash operations.
     CutInFlash(u64),
-    /// In this many operations of flash from now, one that programs clears a bit too many.
+    /// After this many flash operations, one that programs clears one bit too many.
     WornFlash(u64),
-    /// The load sensor's voltage becomes this.
+    /// The load sensor's voltage changes to this code.
     Load(u16),
     /// The core jumps to an address without memory.
     Derail,
@@ -56,22 +56,21 @@ pub enum Injection {
     Panic,
     /// The stack pointer moves to the end of the stack.
     StackOverflow,
-    /// An interrupt of this number is no longer enabled, as by a flipped bit: a task that waits
-    /// for it waits until the next reset.
+    /// The interrupt with this number is disabled, as by a flipped bit: a task that waits for it waits until the
+    /// next reset.
     InterruptLost(u16),
-    /// The pages with the settings are blank.
+    /// The settings pages are blank.
     SettingsErased,
-    /// The pages with the settings hold arbitrary bytes, made from this seed.
+    /// The settings pages hold arbitrary bytes, generated from this seed.
     SettingsGarbage(u64),
-    /// Bits have flipped all over the pages with the settings, where something was written.
+    /// Bits have flipped throughout the written part of the settings pages.
     SettingsDamaged,
-    /// Every fault of the sensor and its bus, of DMA, of CAN, of the serial line and of the load
-    /// sensor is cleared.
+    /// Clears all faults of the sensor and its bus, of DMA, CAN, the serial line and the load sensor.
     Clear,
 }
 
 impl Board {
-    /// Injects a fault now, or clears those that can be cleared.
+    /// Injects a fault now, or clears all clearable faults.
     pub fn inject(&mut self, injection: Injection) {
         match injection {
             Injection::Derail => return self.cpu.derail(NOWHERE, Interrupts::Enabled),
@@ -147,7 +146,7 @@ impl Board {
         machine.wake();
     }
 
-    /// The core goes on in a function.
+    /// Continues execution in a function.
     fn derail_to(&mut self, name: &str) {
         let functions = &self.image.functions;
         let function = functions.iter().find(|(.., known)| known.contains(name));
@@ -156,8 +155,8 @@ impl Board {
         }
     }
 
-    /// Fills the pages with the settings as a seed chooses: with noise, with noise in blank pages, or
-    /// by clearing scattered bits of their content.
+    /// Fills the settings pages, as a seed selects: with noise, with noise in blank pages, or by clearing
+    /// scattered bits of their content.
     fn fill_settings(&mut self, seed: u64) {
         let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
         let mut next = move || {
@@ -183,7 +182,7 @@ impl Board {
         });
     }
 
-    /// Changes the pages with the settings, byte by byte.
+    /// Modifies the settings pages byte by byte.
     fn spoil_settings(&mut self, change: impl Fn(usize, u8) -> u8) {
         let mut bytes = self.settings();
         for (index, byte) in bytes.iter_mut().enumerate() {

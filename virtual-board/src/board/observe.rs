@@ -22,19 +22,19 @@ impl Board {
         self.cpu.state()
     }
 
-    /// Faults of the architecture that the program saw.
+    /// Architectural faults that the program observed.
     #[must_use]
     pub fn faults(&self) -> Vec<FaultNote> {
         self.cpu.machine().faults.clone()
     }
 
-    /// Resets since power-up: when and why.
+    /// Resets since power-up: time and cause.
     #[must_use]
     pub fn resets(&self) -> Vec<(u64, ResetCause)> {
         self.cpu.machine().chip.resets.clone()
     }
 
-    /// How often each exception was taken.
+    /// Number of times each exception was taken.
     #[must_use]
     pub fn exceptions(&self) -> Vec<(u16, u64)> {
         let machine = self.cpu.machine();
@@ -45,8 +45,8 @@ impl Board {
             .collect()
     }
 
-    /// Counts the instructions of a function apart, from now on, with all that it calls and all
-    /// that interrupts it; of the first function whose name contains `part`. False where there is none.
+    /// Counts the instructions of a function from now on, including its callees and the interrupts during it;
+    /// selects the first function whose name contains `part`. Returns false if there is none.
     pub fn watch_function(&mut self, part: &str) -> bool {
         let mut functions = self.image.functions.iter();
         let found = functions.find(|(_, _, name)| name.contains(part));
@@ -56,8 +56,8 @@ impl Board {
         found.is_some()
     }
 
-    /// Instructions of the functions watched, of calls that have returned. Of one that another calls
-    /// they count twice.
+    /// Instructions of the watched functions, over calls that have returned. Instructions of a watched function
+    /// called by another watched one count twice.
     #[must_use]
     pub fn watched_instructions(&self) -> u64 {
         let machine = self.cpu.machine();
@@ -70,8 +70,8 @@ impl Board {
         self.cpu.machine().start_profile();
     }
 
-    /// Instructions by function since the profile was started, and cycles of waiting for flash;
-    /// most instructions first.
+    /// Instructions and cycles of waiting for flash, by function, since the profile was started; most instructions
+    /// first.
     #[must_use]
     pub fn profile(&self) -> Vec<(String, [u64; 2])> {
         let machine = self.cpu.machine();
@@ -94,7 +94,7 @@ impl Board {
         functions
     }
 
-    /// A core register: R0 to R12, SP, LR, PC.
+    /// Value of a core register: R0 to R12, SP, LR, PC.
     #[must_use]
     pub fn register(&self, index: usize) -> u32 {
         self.cpu.register(index)
@@ -106,14 +106,14 @@ impl Board {
         &self.image
     }
 
-    /// Bytes of memory, as a debugger reads them; `None` where there is no memory.
+    /// Reads memory as a debugger does; `None` if there is no memory.
     pub fn memory(&mut self, address: u32, length: usize) -> Option<Vec<u8>> {
         let mut bytes = vec![0; length];
         self.cpu.memory().read(address, &mut bytes).then_some(bytes)
     }
 
-    /// The deepest that the stack between two addresses has been, bytes from its upper end; a word
-    /// that was never written holds [`UNTOUCHED`] or the start-up code's own paint.
+    /// Maximum depth of the stack between two addresses, bytes from its upper end; a word that was never written
+    /// holds [`UNTOUCHED`] or the start-up code's paint.
     pub fn stack_high_water(&mut self, low: u32, high: u32) -> usize {
         const PAINT: [u8; 4] = 0xCCCC_CCCC_u32.to_le_bytes();
         let Some(bytes) = self.memory(low, high.saturating_sub(low) as usize) else {

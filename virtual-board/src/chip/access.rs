@@ -1,4 +1,4 @@
-//! Loads and stores of the core and of DMA: which peripheral an address belongs to.
+//! Loads and stores of the core and of DMA: the mapping of addresses to peripherals.
 
 use super::map::{MAP, Part};
 use super::{Chip, Context};
@@ -11,7 +11,7 @@ impl Chip {
     /// A load by the core.
     ///
     /// # Errors
-    /// Where the peripheral is not modelled or not clocked.
+    /// If the peripheral is not modelled or not clocked.
     pub fn read(
         &mut self,
         context: &mut Context,
@@ -31,7 +31,7 @@ impl Chip {
     /// A store by the core.
     ///
     /// # Errors
-    /// Where the peripheral is not modelled or not clocked, or refuses the value.
+    /// If the peripheral is not modelled or not clocked, or refuses the value.
     pub fn write(
         &mut self,
         context: &mut Context,
@@ -171,7 +171,7 @@ impl Chip {
     }
 }
 
-/// The word and bit behind an address of the peripherals' bit-band alias.
+/// Word and bit behind an address of the peripherals' bit-band alias.
 const fn bit_band(address: u32) -> Option<(u32, u32)> {
     if address < 0x4200_0000 || address >= 0x4400_0000 {
         return None;

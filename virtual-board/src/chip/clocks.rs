@@ -1,11 +1,11 @@
-//! The clocks of the peripherals, and the consequences of a change of them.
+//! Clocks of the peripherals, and the consequences of their change.
 
 use super::Chip;
 use super::map::MAP;
 use crate::time::cycle;
 
 impl Chip {
-    /// The cycle of the core's clock.
+    /// Period of the core's clock.
     #[must_use]
     pub const fn period(&self) -> u64 {
         cycle(self.rcc.clocks().hclk)
@@ -54,7 +54,7 @@ impl Chip {
         Ok(())
     }
 
-    /// Timers and CAN count in the clocks as they are now.
+    /// Updates the clocks of timers and CAN.
     fn follow_clocks(&mut self, now: u64) {
         let clocks = self.rcc.clocks();
         for timer in &mut self.timers {
@@ -63,7 +63,7 @@ impl Chip {
         self.can.set_clock(clocks.pclk1);
     }
 
-    /// The crystal stops: whether an NMI is due.
+    /// Stops the crystal. Returns whether an NMI is due.
     ///
     /// # Errors
     /// As [`Rcc::lose_crystal`].

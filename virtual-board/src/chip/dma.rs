@@ -1,4 +1,4 @@
-//! DMA: which peripheral requests which stream, and the items that are moved.
+//! DMA: the mapping of peripheral requests to streams, and the transfer of items.
 
 use super::Chip;
 use crate::memory::{CCM, Memory};
@@ -12,7 +12,7 @@ enum Request {
     UsartTransmit(usize),
 }
 
-/// The request that a stream serves on a channel; `None` where no model makes it.
+/// The request that a stream serves on a channel; `None` if it is not modelled.
 const fn request(controller: usize, stream: usize, channel: u32) -> Option<Request> {
     use Request::{SpiReceive, SpiTransmit, UsartReceive, UsartTransmit};
     Some(match (controller, stream, channel) {

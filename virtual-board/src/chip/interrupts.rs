@@ -1,4 +1,4 @@
-//! Which interrupt line each peripheral drives (RM0090, table 62).
+//! Interrupt line of each peripheral (RM0090, table 62).
 
 use super::Chip;
 use crate::core::nvic::Nvic;
@@ -14,7 +14,7 @@ const DMA_INTERRUPTS: [[u16; 8]; 2] = [
 ];
 
 impl Chip {
-    /// The levels of all interrupt lines.
+    /// Drives the levels of all interrupt lines.
     pub(crate) fn drive_lines(&self, nvic: &mut Nvic) {
         for (timer, line) in self.timers.iter().zip(TIMER_INTERRUPTS) {
             nvic.set_line(line, timer.interrupts());

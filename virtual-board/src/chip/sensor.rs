@@ -6,8 +6,7 @@ use lsm6dsox::sim::Part as Sensor;
 use super::Chip;
 use crate::time::{NEVER, from_ns, to_ns};
 
-/// Which of these timers each of them has as its internal triggers 0 to 3; the others are not
-/// modelled (RM0090, table 98).
+/// Timer behind each internal trigger 0 to 3 of these timers; the others are not modelled (RM0090, table 98).
 const TRIGGERS: [[Option<usize>; 4]; 4] = [
     [None, None, Some(1), Some(2)],
     [None, Some(0), Some(3), Some(2)],
@@ -18,20 +17,20 @@ const TRIGGERS: [[Option<usize>; 4]; 4] = [
 /// The bytes on the sensor's bus while its chip select was low.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Transaction {
-    /// When the chip select fell, in units of [`time`](crate::time).
+    /// Time of the falling edge of the chip select, in units of [`time`](crate::time).
     pub start: u64,
-    /// When the last byte was through.
+    /// Time of the end of the last byte.
     pub end: u64,
-    /// When the sensor's pin had last risen before.
+    /// Time of the last rising edge of the sensor's pin before the transaction.
     pub edge: Option<u64>,
-    /// To the sensor.
+    /// Bytes to the sensor.
     pub out: Vec<u8>,
-    /// From it.
+    /// Bytes from the sensor.
     pub back: Vec<u8>,
 }
 
 impl Chip {
-    /// Faults of the sensor come and go between accesses; afterwards its pin is read again.
+    /// Gives access to the sensor between transactions, to set or clear faults; then reads its pin again.
     pub fn with_sensor<T>(&mut self, now: u64, act: impl FnOnce(&mut Sensor) -> T) -> Option<T> {
         let sensor = self.sensor.as_mut()?;
         sensor.advance_to(to_ns(now));
@@ -40,15 +39,15 @@ impl Chip {
         Some(result)
     }
 
-    /// The clock on the sensor's bus stops, or runs again.
+    /// Stops or restarts the clock on the sensor's bus.
     pub const fn set_sensor_clock_stopped(&mut self, stopped: bool, now: u64) {
         let pclk = self.spi_clock(0);
         self.spis[0].set_stopped(stopped, now, pclk);
     }
 
-    /// A byte to the sensor, and its answer.
+    /// Exchanges a byte with the sensor.
     pub(super) fn exchange(&mut self, out: u8, now: u64) -> u8 {
-        // The data line then has the level that its pin is pulled to.
+        // The data line then has the level of its pull.
         let undriven = match self.ports[0].is_pulled_up(6) {
             true => 0xFF,
             false => 0,
@@ -87,13 +86,13 @@ impl Chip {
             }
             self.watch_pin(edge);
             if self.sensor_edge == edge {
-                // Announced, but it has not come: it will be announced again.
+                // The edge was announced but did not occur: it will be announced again.
                 self.sensor_edge = NEVER;
             }
         }
     }
 
-    /// Looks at the level of the pin and when it rises next.
+    /// Reads the level of the pin and the time of its next rising edge.
     pub(super) fn watch_pin(&mut self, now: u64) {
         let Some(sensor) = &self.sensor else {
             return;
@@ -105,7 +104,7 @@ impl Chip {
         }
     }
 
-    /// The level of the pin changes: port, interrupt and timer capture see it.
+    /// Sets the level of the pin for port, interrupt and timer capture.
     fn set_pin(&mut self, high: bool, now: u64) {
         self.pin_high = high;
         if high {
@@ -114,7 +113,7 @@ impl Chip {
         let port = &mut self.ports[0];
         port.levels = port.levels & !1 | u16::from(high);
         self.exti.edge(0, 0, high);
-        // PA0 is channel 1 of TIM2 as its alternate function 1, of TIM5 as 2.
+        // PA0 is channel 1 of TIM2 in alternate function 1, of TIM5 in 2.
         if port.mode(0) == 2 {
             let captured = match port.function(0) {
                 1 if self.timers[0].edge(0, high, now) => Some(0),
@@ -127,7 +126,7 @@ impl Chip {
         }
     }
 
-    /// A timer's trigger output has a pulse.
+    /// Emits a pulse on a timer's trigger output.
     fn pulse(&mut self, master: usize) {
         for (timer, triggers) in self.timers.iter_mut().zip(TRIGGERS) {
             let input = timer.counts_trigger().map(|input| triggers[input as usize]);
@@ -137,7 +136,7 @@ impl Chip {
         }
     }
 
-    /// The chip select follows its pin.
+    /// Updates the chip select from its pin.
     pub(super) fn update_select(&mut self, now: u64) {
         // An input floats, and the sensor's pull-up holds the line.
         let low = self.ports[0].mode(4) == 1 && !self.ports[0].level(4);
@@ -163,7 +162,7 @@ impl Chip {
         }
     }
 
-    /// The sensor takes bytes in modes 0 and 3 at no more than 10 MHz.
+    /// Checks that the sensor is clocked in mode 0 or 3 at 10 MHz at most.
     pub(super) fn check_sensor_bus(
         &mut self,
         index: usize,

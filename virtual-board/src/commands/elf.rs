@@ -1,9 +1,9 @@
-//! The ELF that is booted: the one that is named, or the firmware of this workspace, built now.
+//! The ELF to boot: the named file, or the firmware of this workspace, built now.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Reads the ELF that is named, or builds the firmware.
+/// Reads the named ELF, or builds the firmware.
 pub fn read(named: Option<&Path>) -> Result<Vec<u8>, String> {
     let path = named.map_or_else(build, |path| Ok(path.to_owned()))?;
     std::fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))

@@ -1,4 +1,4 @@
-//! The commands of the program: their options, and what they print.
+//! Commands of the program: their options and output.
 
 mod elf;
 mod options;

@@ -1,11 +1,11 @@
-//! Values of options that the commands share.
+//! Option values that the commands share.
 
 use virtual_board::fault::Fault;
 
-/// A day: more is taken as a mistake.
+/// One day: a larger value is rejected as a mistake.
 const MOST_SECONDS: f64 = 86_400.0;
 
-/// Seconds, none included.
+/// Parses seconds, zero allowed.
 pub fn seconds(text: &str) -> Result<f64, String> {
     let seconds = text.parse().ok();
     seconds
@@ -13,13 +13,13 @@ pub fn seconds(text: &str) -> Result<f64, String> {
         .ok_or_else(|| format!("write seconds from 0 to {MOST_SECONDS}"))
 }
 
-/// Some seconds.
+/// Parses seconds, zero rejected.
 pub fn duration(text: &str) -> Result<f64, String> {
     let some = seconds(text).ok().filter(|seconds| *seconds > 0.0);
     some.ok_or_else(|| format!("write seconds above 0 and up to {MOST_SECONDS}"))
 }
 
-/// A fault, and when it is injected, ms: `NAME@MS` or `NAME:VARIANT@MS`.
+/// Parses a fault and its time of injection, ms: `NAME@MS` or `NAME:VARIANT@MS`.
 pub fn fault_at(text: &str) -> Result<(Fault, u32), String> {
     let Some((name, ms)) = text.split_once('@') else {
         let names = virtual_board::fault::names();
@@ -34,7 +34,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn seconds_are_a_number_up_to_a_day_and_to_run_is_to_run_for_some() {
+    fn seconds_are_limited_to_a_day_and_durations_exclude_zero() {
         assert_eq!((seconds("0"), seconds("2.5")), (Ok(0.0), Ok(2.5)));
         assert_eq!((duration("0").ok(), duration("2.5")), (None, Ok(2.5)));
         for text in ["-5", "nan", "inf", "86401", "soon", ""] {
@@ -43,7 +43,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_comes_with_its_time() {
+    fn a_fault_requires_its_time() {
         let (fault, ms) = fault_at("power-cut:17@1000").expect("a fault");
         assert_eq!((fault.name(), ms), ("power-cut", 1000));
         assert!(fault_at("clear@1300").is_ok());

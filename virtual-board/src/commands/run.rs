@@ -87,7 +87,7 @@ fn planned(text: &str) -> Result<Planned, String> {
 }
 
 impl Planned {
-    /// The actions, and when, ms; preparation comes first.
+    /// Actions with their times, ms; preparation comes first.
     fn actions(&self) -> Vec<Action> {
         let ms = u64::from(self.ms);
         let before = self.fault.before().iter().map(|&step| Action {
@@ -169,7 +169,7 @@ mod tests {
     use virtual_board::scenario::Step;
 
     #[test]
-    fn what_prepares_a_fault_comes_first() {
+    fn preparing_steps_come_first() {
         let planned = planned("power-cut:17@1000").expect("a fault");
         let actions = planned.actions();
         let times: Vec<u64> = actions.iter().map(|action| action.ms).collect();

@@ -63,7 +63,7 @@ fn feet(text: &str) -> Result<usize, String> {
     feet.ok_or_else(|| format!("write a number from 1 to {MOST_FEET}"))
 }
 
-/// Serves feet until it is told to end.
+/// Serves feet until the end is requested.
 pub fn serve(arguments: &Arguments) -> Result<(), Box<dyn core::error::Error>> {
     let stop = Arc::new(AtomicBool::new(false));
     let stopped = Arc::clone(&stop);
@@ -87,7 +87,7 @@ pub fn serve(arguments: &Arguments) -> Result<(), Box<dyn core::error::Error>> {
         speed: arguments.speed,
     };
     let mut tell = |note: Note| match note {
-        // A reader that has gone wants to know no more.
+        // A reader that has gone is not an error.
         Note::Source(name, source) => drop(writeln!(io::stdout(), "{name:<4} {source}")),
         Note::Ready => drop(io::stdout().flush()),
         Note::Words(words) => eprintln!("{words}"),
@@ -97,8 +97,8 @@ pub fn serve(arguments: &Arguments) -> Result<(), Box<dyn core::error::Error>> {
     Ok(())
 }
 
-/// The lines of standard input, by a thread of its own. In the background of a terminal a program that reads is
-/// stopped: then there are none.
+/// Lines of standard input, read by a separate thread. A background process that reads from its terminal is
+/// stopped: then there are no lines.
 fn typed() -> Receiver<String> {
     let (to, lines) = channel();
     let stdin = io::stdin();
@@ -106,7 +106,7 @@ fn typed() -> Receiver<String> {
         stdin.is_terminal() && tcgetpgrp(&stdin).is_ok_and(|group| group != getpgrp());
     if !is_in_background {
         thread::spawn(move || {
-            // What is no text is no command either, which is said, and those after it are read.
+            // A line that is not valid text is reported as an unknown command, and reading continues.
             for line in stdin.lock().split(b'\n') {
                 let Ok(line) = line else { return };
                 let line = String::from_utf8_lossy(&line).into_owned();

@@ -49,36 +49,36 @@ pub enum State {
     WaitingForInterrupt,
     /// Waits for an event.
     WaitingForEvent,
-    /// A fault while a fault was handled: only a reset helps.
+    /// A fault occurred in a fault handler: only a reset ends this state.
     LockedUp {
-        /// Where.
+        /// Address of the instruction.
         pc: u32,
     },
 }
 
-/// Whether PRIMASK keeps interrupts from being taken.
+/// State of PRIMASK.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interrupts {
-    /// They are taken.
+    /// Interrupts are taken.
     Enabled = 0,
-    /// They are not.
+    /// Interrupts are masked.
     Masked = 1,
 }
 
-/// The core with everything that it is connected to.
+/// The core with everything connected to it.
 pub struct Cpu {
     engine: Engine,
     machine: Rc<RefCell<Machine>>,
     state: State,
     event: bool,
-    /// The next instructions are the handler's of an exception just returned from another.
+    /// Whether the next exception is entered directly from the end of another (tail-chaining).
     returned: bool,
-    /// Code in RAM has been met.
+    /// Whether code in RAM has been executed.
     runs_from_ram: Rc<Cell<bool>>,
 }
 
 impl Cpu {
-    /// A core with memory and `machine` around it, its memory loaded with `segments`.
+    /// Creates a core with memory and `machine` around it, its memory loaded with `segments`.
     pub fn new(machine: Machine, segments: &[(u32, Vec<u8>)]) -> Result<Self, String> {
         let text = |error: uc_error| format!("{error:?}");
         let mut cpu = Self {
@@ -107,7 +107,7 @@ impl Cpu {
         self.state
     }
 
-    /// The memory, as a debugger sees it.
+    /// The memory, as a debugger reads it.
     pub fn memory(&mut self) -> &mut dyn Memory {
         &mut self.engine
     }
@@ -126,7 +126,7 @@ impl Cpu {
         self.set(RegisterARM::SP, address & !3);
     }
 
-    /// A core register: R0 to R12, SP, LR, PC.
+    /// Value of a core register: R0 to R12, SP, LR, PC.
     #[must_use]
     pub fn register(&self, index: usize) -> u32 {
         self.get(match index {
@@ -147,7 +147,7 @@ impl Cpu {
         let _ = self.engine.reg_write(register, u64::from(value));
     }
 
-    /// Starts the core again; the machine has been reset.
+    /// Restarts the core; the machine has been reset.
     fn reset(&mut self) {
         self.state = State::Running;
         self.event = false;
@@ -177,7 +177,7 @@ impl Cpu {
         self.set(RegisterARM::APSR_NZCV, 0);
     }
 
-    /// The priority of the code that runs, masks included.
+    /// Execution priority, masks included.
     fn execution_priority(&self) -> i16 {
         let machine = self.machine.borrow();
         machine
@@ -186,10 +186,10 @@ impl Cpu {
             .min(masked_below(&self.engine, &machine))
     }
 
-    /// Runs until the machine's time is `until`, or the program exits.
+    /// Runs until the machine's time is `until` or the program exits.
     ///
     /// # Errors
-    /// Where the firmware misused the part, or used something that is not modelled.
+    /// If the firmware misused the part or used something that is not modelled.
     pub fn run_until(&mut self, until: u64) -> Result<(), Failure> {
         self.machine.borrow_mut().limit = until;
         loop {
@@ -221,7 +221,7 @@ impl Cpu {
             }
             let next = self.machine.borrow().nvic.next();
             if let State::LockedUp { pc } = self.state {
-                // Nothing but an NMI ends it, where it is not in one (ARMv7-M, B1.5.15).
+                // Only an NMI ends it, unless it is in one (ARMv7-M, B1.5.15).
                 match next {
                     Some((exception::NMI, priority)) if priority < self.execution_priority() => {
                         self.state = State::Running;
@@ -254,7 +254,7 @@ impl Cpu {
         }
     }
 
-    /// Whether a pending exception ends a wait for interrupts: as if PRIMASK were clear.
+    /// Returns whether a pending exception ends a wait for interrupts, as if PRIMASK were clear.
     fn wakes(&self, priority: i16) -> bool {
         let machine = self.machine.borrow();
         let mut running = machine.nvic.active_priority();

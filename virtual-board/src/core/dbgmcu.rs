@@ -25,7 +25,7 @@ impl Dbgmcu {
         }
     }
 
-    /// Writes a register: `None` where there is none.
+    /// Writes a register; `None` if the register does not exist.
     pub const fn write(&mut self, offset: u32, value: u32) -> Option<()> {
         match offset {
             0x4 => self.control = value,
@@ -36,13 +36,13 @@ impl Dbgmcu {
         Some(())
     }
 
-    /// Whether TIM2 to TIM5, counted from 0, stand still in a halt.
+    /// Returns whether TIM2 to TIM5, counted from 0, stands still during a halt.
     #[must_use]
     pub const fn freezes_timer(&self, index: usize) -> bool {
         self.freeze[0] >> index & 1 != 0
     }
 
-    /// Whether the independent watchdog does.
+    /// Returns whether the independent watchdog stands still during a halt.
     #[must_use]
     pub const fn freezes_watchdog(&self) -> bool {
         self.freeze[0] >> 12 & 1 != 0

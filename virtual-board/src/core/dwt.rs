@@ -1,6 +1,6 @@
 //! The cycle counter. It stands still while the core sleeps, as without a debugger.
 
-/// Counts cycles awake.
+/// Counter of cycles awake.
 #[derive(Clone, Debug, Default)]
 pub struct Dwt {
     control: u32,

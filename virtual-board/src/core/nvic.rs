@@ -1,4 +1,4 @@
-//! Which exceptions are pending, enabled and active, and which is next (ARMv7-M, B1.5 and B3.4).
+//! Pending, enabled and active exceptions, and the selection of the next one (ARMv7-M, B1.5 and B3.4).
 
 /// Exceptions of the core itself.
 pub mod exception {
@@ -22,11 +22,11 @@ pub mod exception {
     pub const INTERRUPT: u16 = 16;
 }
 
-/// Interrupts of an STM32F405.
+/// Number of interrupts of an STM32F405.
 pub const INTERRUPTS: usize = 82;
 const EXCEPTIONS: usize = 16 + INTERRUPTS;
 
-/// Priorities have four bits.
+/// Implemented bits of a priority: four.
 const PRIORITY_BITS: u8 = 0xF0;
 
 /// The priority of code that no exception interrupted.
@@ -39,7 +39,7 @@ pub struct Nvic {
     enabled: [bool; EXCEPTIONS],
     priority: [u8; EXCEPTIONS],
     lines: [bool; INTERRUPTS],
-    /// Exceptions begun and not returned from, the latest last.
+    /// Active exceptions, the latest last.
     active: Vec<u16>,
     /// `PRIGROUP` of AIRCR.
     group: u8,
@@ -49,7 +49,7 @@ pub struct Nvic {
 impl Default for Nvic {
     fn default() -> Self {
         let mut enabled = [false; EXCEPTIONS];
-        // Exceptions without an enable bit.
+        // Exceptions without an enable bit are always enabled.
         for number in [
             exception::NMI,
             exception::HARD_FAULT,
@@ -94,7 +94,7 @@ impl Nvic {
         }
     }
 
-    /// A value of a priority register without its sub-priority.
+    /// Group priority of a priority register, without the sub-priority.
     #[must_use]
     pub const fn group_of(&self, priority: u8) -> u8 {
         priority & (0xFE_u16 << self.group) as u8
@@ -107,7 +107,7 @@ impl Nvic {
         u8::try_from(full).map_or(full, |full| i16::from(self.group_of(full)))
     }
 
-    /// The priority of the code that runs, masks left aside.
+    /// Priority of the running code, masks ignored.
     #[must_use]
     pub fn active_priority(&self) -> i16 {
         self.active
@@ -117,13 +117,13 @@ impl Nvic {
             .unwrap_or(THREAD)
     }
 
-    /// The exceptions begun and not returned from.
+    /// Active exceptions.
     #[must_use]
     pub fn active(&self) -> &[u16] {
         &self.active
     }
 
-    /// Takes away an exception's right to happen.
+    /// Disables an exception.
     pub fn disable(&mut self, number: u16) {
         if let Some(enabled) = self.enabled.get_mut(usize::from(number)) {
             *enabled = false;
@@ -131,14 +131,14 @@ impl Nvic {
         self.update();
     }
 
-    /// Begins an exception.
+    /// Marks an exception active.
     pub fn begin(&mut self, number: u16) {
         self.pending[usize::from(number)] = false;
         self.active.push(number);
         self.update();
     }
 
-    /// Returns from an exception: whether it was active.
+    /// Ends an exception. Returns whether it was active.
     pub fn end(&mut self, number: u16) -> bool {
         let Some(index) = self.active.iter().rposition(|&active| active == number) else {
             return false;
@@ -147,7 +147,7 @@ impl Nvic {
         if let Some(line) = number.checked_sub(exception::INTERRUPT)
             && self.lines[usize::from(line)]
         {
-            // A line still high asks again.
+            // A line that is still high becomes pending again.
             self.pend(number);
         }
         true
@@ -163,7 +163,7 @@ impl Nvic {
         }
     }
 
-    /// Takes a pending exception back; an interrupt whose line is high stays.
+    /// Clears a pending exception; an interrupt whose line is high stays pending.
     pub fn unpend(&mut self, number: u16) {
         let line = number.checked_sub(exception::INTERRUPT);
         let high = line.is_some_and(|line| self.lines[usize::from(line)]);
@@ -177,7 +177,7 @@ impl Nvic {
         self.pending[number as usize]
     }
 
-    /// Allows one of the configurable faults, or not.
+    /// Enables or disables one of the configurable faults.
     pub fn enable(&mut self, number: u16, enabled: bool) {
         self.enabled[usize::from(number)] = enabled;
         self.update();
@@ -189,7 +189,7 @@ impl Nvic {
         self.enabled[number as usize]
     }
 
-    /// The level of a peripheral's interrupt line.
+    /// Sets the level of a peripheral's interrupt line.
     pub fn set_line(&mut self, interrupt: u16, high: bool) {
         let line = &mut self.lines[usize::from(interrupt)];
         if *line == high {
@@ -226,7 +226,7 @@ impl Nvic {
         }
     }
 
-    /// Sets the priorities of four exceptions from `first` on; `mask` covers the bytes written.
+    /// Sets the priorities of four exceptions starting at `first`; `mask` covers the bytes written.
     pub fn write_priority_registers(&mut self, first: usize, value: u32, mask: u32) {
         let bytes = value.to_le_bytes().into_iter().zip(mask.to_le_bytes());
         for (number, (byte, mask)) in (first..).zip(bytes) {
@@ -257,7 +257,7 @@ impl Nvic {
         }
     }
 
-    /// Writes a word there; `mask` covers the bytes written.
+    /// Writes a word of the same block; `mask` covers the bytes written.
     pub fn write(&mut self, offset: u32, value: u32, mask: u32) {
         let first = 16 + (offset & 0x7F) as usize * 8;
         let numbers = (0..32)
@@ -293,7 +293,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_lowest_number_goes_first_among_equals_and_the_lowest_priority_value_before_all() {
+    fn lowest_priority_value_then_lowest_number_goes_first() {
         let mut nvic = Nvic::default();
         nvic.write(0x000, 0b111_0000, !0);
         nvic.set_priority_register(16 + 6, 0x10);
@@ -306,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_still_high_asks_again_after_its_handler() {
+    fn a_high_line_pends_again_after_its_handler() {
         let mut nvic = Nvic::default();
         nvic.write(0x000, 1 << 7, !0);
         nvic.set_line(7, true);

@@ -4,27 +4,27 @@ use super::nvic::{Nvic, exception};
 
 /// Bits of the fault status register `CFSR`.
 pub mod cfsr {
-    /// A fetch that the bus refused.
+    /// The bus refused a fetch.
     pub const IBUSERR: u32 = 1 << 8;
-    /// A load that the bus refused, at a known instruction.
+    /// The bus refused a load, at a known instruction.
     pub const PRECISERR: u32 = 1 << 9;
-    /// A store that the bus refused later.
+    /// The bus refused a store, reported later.
     pub const IMPRECISERR: u32 = 1 << 10;
-    /// No room for the frame of an exception.
+    /// The frame of an exception could not be written.
     pub const STKERR: u32 = 1 << 12;
-    /// No frame to return to.
+    /// The frame to return to could not be read.
     pub const UNSTKERR: u32 = 1 << 11;
     /// `BFAR` holds the address.
     pub const BFARVALID: u32 = 1 << 15;
-    /// Not an instruction.
+    /// Undefined instruction.
     pub const UNDEFINSTR: u32 = 1 << 16;
-    /// Not in Thumb state.
+    /// The processor is not in Thumb state.
     pub const INVSTATE: u32 = 1 << 17;
-    /// A return that no exception matches.
+    /// A return matches no active exception.
     pub const INVPC: u32 = 1 << 18;
     /// The floating-point unit is off.
     pub const NOCP: u32 = 1 << 19;
-    /// An unaligned access where none may be.
+    /// An unaligned access where alignment is required.
     pub const UNALIGNED: u32 = 1 << 24;
 }
 
@@ -46,7 +46,7 @@ pub struct Scb {
     pub cfsr: u32,
     /// Hard fault status.
     pub hfsr: u32,
-    /// Where a bus fault was.
+    /// Address of a bus fault.
     pub bfar: u32,
     /// Coprocessor access.
     pub cpacr: u32,
@@ -78,13 +78,13 @@ impl Default for Scb {
 }
 
 impl Scb {
-    /// Whether the floating-point unit may be used.
+    /// Returns whether the floating-point unit is enabled.
     #[must_use]
     pub const fn float_is_on(&self) -> bool {
         self.cpacr & (0b11 << 20) != 0
     }
 
-    /// Reads a word at an offset from `0xE000_E000`; `None` where nothing is modelled.
+    /// Reads a word at an offset from `0xE000_E000`; `None` if nothing is modelled.
     #[must_use]
     pub fn read(&self, offset: u32, nvic: &Nvic, exception_number: u16) -> Option<u32> {
         Some(match offset {
@@ -128,7 +128,7 @@ impl Scb {
             0xD44 => 0x200,
             0xD48..=0xD7C => 0,
             0xD88 => self.cpacr,
-            // MPU_TYPE: eight regions that this board does not protect with.
+            // MPU_TYPE: eight regions, whose protection is not modelled.
             0xD90 => 0,
             0xDF0 => 0,
             0xDFC => self.demcr,
@@ -141,7 +141,7 @@ impl Scb {
         })
     }
 
-    /// Writes a word: `None` where nothing is modelled, `Some(true)` where it asks for a reset.
+    /// Writes a word: `None` if nothing is modelled, `Some(true)` if it requests a reset.
     pub fn write(&mut self, offset: u32, value: u32, mask: u32, nvic: &mut Nvic) -> Option<bool> {
         let merged = |old: u32| old & !mask | value & mask;
         match offset {

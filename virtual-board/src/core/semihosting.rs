@@ -1,4 +1,4 @@
-//! Semihosting calls, as far as printing and exiting go.
+//! Semihosting calls for printing and exiting.
 
 use crate::memory::Memory;
 
@@ -16,12 +16,12 @@ const EXIT_SUCCESS: u32 = 0x2_0026;
 pub struct Semihosting {
     /// Bytes written, to any file.
     pub output: Vec<u8>,
-    /// Whether it exited, and whether well.
+    /// `Some` once the program has exited; true for success.
     pub exit: Option<bool>,
 }
 
 impl Semihosting {
-    /// One call: its result in R0, or `None` where it is not modelled.
+    /// Executes one call. Returns its result in R0, or `None` if it is not modelled.
     pub(crate) fn call(&mut self, memory: &mut dyn Memory, r0: u32, r1: u32) -> Option<u32> {
         let word = |memory: &mut dyn Memory, index: u32| memory.word(r1.wrapping_add(4 * index));
         match r0 {

@@ -7,7 +7,7 @@ use crate::time::NEVER;
 pub struct SysTick {
     control: u32,
     reload: u32,
-    /// When the counter last held `from`.
+    /// Time at which the counter last held `from`.
     since: u64,
     from: u32,
     count_flag: bool,
@@ -28,7 +28,7 @@ impl SysTick {
         }
     }
 
-    /// The core's clock changes at `now`.
+    /// Changes the period of the core's clock at `now`.
     pub fn set_period(&mut self, now: u64, period: u64) {
         self.from = self.value(now);
         self.since = now;
@@ -50,7 +50,7 @@ impl SysTick {
         }
     }
 
-    /// When the counter next reaches zero.
+    /// Time at which the counter next reaches zero.
     #[must_use]
     pub fn next_event(&self) -> u64 {
         if self.control & Self::ENABLE == 0 || self.period == 0 || (self.from | self.reload) == 0 {
@@ -64,7 +64,7 @@ impl SysTick {
         self.since + steps * self.step()
     }
 
-    /// Lets time pass: whether the exception is to pend.
+    /// Advances to `now`. Returns whether the exception becomes pending.
     pub fn advance(&mut self, now: u64) -> bool {
         let mut pend = false;
         while self.next_event() <= now {
@@ -85,7 +85,7 @@ impl SysTick {
             }
             4 => self.reload,
             8 => self.value(now),
-            // TENMS is not known.
+            // TENMS is unknown.
             _ => 0xC000_0000,
         }
     }

@@ -1,4 +1,4 @@
-//! Loads and stores that are not of memory: peripherals, and the core's private registers.
+//! Loads and stores outside memory: peripherals, and the core's private registers.
 
 use super::{Machine, RunningBlock, Stop};
 use crate::block::Block;
@@ -14,7 +14,7 @@ pub(crate) enum Access {
 }
 
 impl Machine {
-    /// The time of an access in the middle of a block; the block's cost so far is charged later.
+    /// Executes an access at its time in the middle of a block; the block's cost so far is charged later.
     fn during<T>(
         &mut self,
         memory: &mut dyn Memory,
@@ -39,7 +39,7 @@ impl Machine {
         result
     }
 
-    /// A load from a peripheral; `None` stops the engine.
+    /// Loads from a peripheral; `None` stops the engine.
     pub(crate) fn load(
         &mut self,
         memory: &mut dyn Memory,
@@ -76,7 +76,7 @@ impl Machine {
         })
     }
 
-    /// A store to a peripheral; false stops the engine.
+    /// Stores to a peripheral; false stops the engine.
     pub(crate) fn store(
         &mut self,
         memory: &mut dyn Memory,
@@ -131,7 +131,7 @@ impl Machine {
         aligned
     }
 
-    /// An access to an address without memory or peripheral windows.
+    /// Handles an access to an address without memory or peripheral.
     pub(crate) fn no_memory(&mut self, pc: u32, address: u32, access: Access) {
         match address {
             0x4000_0000..0x6000_0000 => self.fail(pc, address, "a peripheral that is not modelled"),
@@ -159,7 +159,7 @@ impl Machine {
                 self.scb.read(address - 0xE000_E000, &self.nvic, number)
             }
             0xE004_2000..=0xE004_200C => self.debug.read(address - 0xE004_2000),
-            // The identification of the flash patch unit and others is not there.
+            // The identification of the flash patch unit and others is not modelled.
             _ => None,
         }
     }

@@ -13,7 +13,7 @@ pub(crate) struct RunningBlock {
 }
 
 impl Machine {
-    /// Charges a block that was left for `next`: whether it sent an event.
+    /// Charges a block that continued at `next`. Returns whether it sent an event.
     pub(crate) fn charge(&mut self, running: &RunningBlock, next: u32) -> bool {
         let block = &running.block;
         let end = running.address.wrapping_add(block.size);
@@ -45,7 +45,7 @@ impl Machine {
         }
     }
 
-    /// An instruction that branches to itself goes on doing so until something happens.
+    /// Skips the repetitions of an instruction that branches to itself, up to the next event.
     fn go_round(&mut self, running: &RunningBlock) {
         let round = u64::from(running.block.cycles) + TAKEN;
         let end = self.deadline.min(self.limit);
@@ -54,8 +54,7 @@ impl Machine {
         self.spend(rounds * round);
     }
 
-    /// The engine is about to execute a block: charges the one before, and stops it where
-    /// something else comes first.
+    /// Handles the entry of a block: charges the previous one, and stops the engine if an event comes first.
     pub(crate) fn enter_block(&mut self, memory: &mut dyn Memory, address: u32, size: u32) {
         if let Some(running) = self.running.take() {
             self.event_sent |= self.charge(&running, address);
@@ -91,7 +90,7 @@ impl Machine {
         self.running = Some(RunningBlock { address, block });
     }
 
-    /// The block that has been entered is fetched from flash, and executes.
+    /// Charges the fetch of the entered block from flash.
     pub(crate) fn fetch(&mut self) {
         let Some(RunningBlock { address, block }) = self.running else {
             return;

@@ -12,22 +12,22 @@ pub struct Counters {
     pub instructions: u64,
     /// Cycles awake.
     pub cycles: u64,
-    /// Those of them in which the core waited for flash.
+    /// Cycles in which the core waited for flash, part of `cycles`.
     pub flash_waits: u64,
 }
 
-/// The cost of the calls of a function, from its first instruction to the one after the call.
+/// Instruction count of the calls of a function, from its first instruction to the one after the call.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Watched {
     address: u32,
-    /// Where the current call returns to, and the count when it began.
+    /// Return address of the current call, and the count at its start.
     call: Option<(u32, u64)>,
     pub(crate) instructions: u64,
 }
 
 impl Watched {
-    /// A block begins at `address`, and another one ended before `after`: a call where the first
-    /// is the function, and then `after` is where it returns to.
+    /// Handles a block that begins at `address`, after one that ended before `after`: a call if `address` is the
+    /// function, with `after` as its return address.
     pub(super) const fn enter(&mut self, address: u32, after: u32, instructions: u64) {
         match self.call {
             None if address == self.address => self.call = Some((after, instructions)),
@@ -41,7 +41,7 @@ impl Watched {
 }
 
 impl Machine {
-    /// Counts the instructions of calls of the function at `address` apart, from now on.
+    /// Counts the instructions of calls of the function at `address` separately from now on.
     pub(crate) fn watch(&mut self, address: u32) {
         self.watched.push(Watched {
             address,
@@ -56,7 +56,7 @@ impl Machine {
         self.wait_profile = vec![0; FLASH.size / 2];
     }
 
-    /// The counters now.
+    /// Returns the current counters.
     #[must_use]
     pub const fn counters(&self) -> Counters {
         Counters {

@@ -1,5 +1,4 @@
-//! One analogue-to-digital converter: regular conversions of one channel, started by software,
-//! once or continuously.
+//! Analogue-to-digital converter: regular conversions of one channel, started by software, once or continuously.
 
 use super::unknown;
 use crate::time::{NEVER, cycle};
@@ -26,7 +25,7 @@ pub struct Adc {
     common: u32,
     done_at: u64,
     conversion: u64,
-    /// The code that each channel converts to.
+    /// Code of each channel's input.
     pub inputs: [u16; 19],
 }
 
@@ -48,7 +47,7 @@ impl Default for Adc {
 }
 
 impl Adc {
-    /// A reset; the inputs stay.
+    /// Resets the registers; the inputs stay.
     pub fn reset(&mut self) {
         *self = Self {
             inputs: self.inputs,
@@ -56,10 +55,10 @@ impl Adc {
         };
     }
 
-    /// When a conversion ends.
+    /// Time of the end of a conversion.
     #[must_use]
     pub const fn next_event(&self) -> u64 {
-        // Only an interrupt is due at once.
+        // Without an interrupt there is no event to wait for.
         if self.control[0] & EOCIE == 0 {
             NEVER
         } else {
@@ -71,7 +70,7 @@ impl Adc {
         (self.sequence[2] & 0x1F).min(18) as usize
     }
 
-    /// Lets time pass.
+    /// Advances to `now`.
     pub fn advance(&mut self, now: u64) {
         if now < self.done_at {
             return;
@@ -81,7 +80,7 @@ impl Adc {
         } else {
             self.done_at += ((now - self.done_at) / self.conversion + 1) * self.conversion;
         }
-        // Overruns are looked for with EOCS only.
+        // Overruns are detected with EOCS only.
         if self.status & EOC != 0 && self.control[1] & EOCS != 0 {
             self.status |= OVR;
         }
@@ -92,7 +91,7 @@ impl Adc {
         self.status |= EOC;
     }
 
-    /// Whether it requests its interrupt.
+    /// Returns whether the interrupt is requested.
     #[must_use]
     pub const fn interrupts(&self) -> bool {
         self.status & EOC != 0 && self.control[0] & EOCIE != 0
@@ -102,7 +101,7 @@ impl Adc {
     /// Reads a register.
     ///
     /// # Errors
-    /// Where there is none.
+    /// If the register does not exist.
     pub fn read(&mut self, offset: u32, now: u64) -> Result<u32, String> {
         self.advance(now);
         Ok(match offset {
@@ -122,10 +121,10 @@ impl Adc {
         })
     }
 
-    /// Writes a register; the converter hangs on a bus of `pclk` hertz.
+    /// Writes a register; the converter is clocked by a bus of `pclk` hertz.
     ///
     /// # Errors
-    /// Where there is none, or the setting is not modelled.
+    /// If the register does not exist, or the setting is not modelled.
     pub fn write(&mut self, offset: u32, value: u32, now: u64, pclk: u32) -> Result<(), String> {
         self.advance(now);
         match offset {

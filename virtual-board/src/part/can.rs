@@ -23,18 +23,18 @@ use registers::{INAK, Mailbox, SLAK};
 /// A fault of the bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BusFault {
-    /// Nothing.
+    /// No fault.
     #[default]
     None,
-    /// There is no other node: nothing is acknowledged.
+    /// No other node: frames are not acknowledged.
     NoAcknowledge,
-    /// Its lines are shorted: every bit sent comes back wrong, and it is never idle.
+    /// The lines are shorted: every transmitted bit reads back wrong, and the bus is never idle.
     Shorted,
-    /// Another node sends frames of the highest rank without a pause.
+    /// Another node sends frames of the highest priority without a pause.
     Saturated,
 }
 
-/// The sender of the frame on the bus.
+/// Sender of the frame on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Sender {
     Mailbox(usize),
@@ -68,22 +68,22 @@ pub struct Can {
     pclk: u32,
     now: u64,
     busy: Option<(Sender, u64)>,
-    /// When the bus is idle enough to take part, or to come back from bus-off.
+    /// Time at which the bus was idle long enough to join, or to recover from bus-off.
     joined_at: u64,
-    /// The fault of the bus.
+    /// Fault of the bus.
     pub fault: BusFault,
     /// Frames that the controller has sent.
     pub sent: Vec<TimedFrame>,
-    /// When each frame was put into a mailbox, and its identifier; kept until taken.
+    /// Time at which each frame was put into a mailbox, and its identifier; kept until taken.
     pub requested: Vec<(u64, u32)>,
-    /// Frames of the other node, none before its time.
+    /// Frames of the other node with their earliest times.
     incoming: VecDeque<TimedFrame>,
-    /// Frames that came while a FIFO was full.
+    /// Frames that arrived while a FIFO was full.
     pub overruns: u64,
 }
 
 impl Can {
-    /// A controller after reset.
+    /// Creates a controller after reset.
     #[must_use]
     pub fn new(pclk: u32) -> Self {
         Self {
@@ -118,7 +118,7 @@ impl Can {
         }
     }
 
-    /// A reset; the bus stays.
+    /// Resets the controller; the bus stays.
     pub fn reset(&mut self, pclk: u32, now: u64) {
         *self = Self {
             now,
@@ -131,7 +131,7 @@ impl Can {
         };
     }
 
-    /// The peripheral's clock changes.
+    /// Sets the clock of the peripheral.
     pub const fn set_clock(&mut self, pclk: u32) {
         self.pclk = pclk;
     }
@@ -147,14 +147,14 @@ impl Can {
         cycle(self.bit_rate())
     }
 
-    /// A frame from the other node, to be sent from `time` on.
+    /// Queues a frame of the other node, to be sent no earlier than `time`.
     pub fn push(&mut self, frame: Frame, time: u64) {
         self.incoming.push_back(TimedFrame { time, frame });
     }
 
-    /// Frames of the other node that should have begun before `time` are given up: how many.
+    /// Discards frames of the other node that should have begun before `time`. Returns their number.
     pub fn withdraw(&mut self, time: u64) -> usize {
-        // The one that is on the bus is first, and ends.
+        // The first frame may already be on the bus, and completes.
         let on_bus = usize::from(matches!(self.busy, Some((Sender::Peer, _))));
         let late = self
             .incoming
@@ -170,7 +170,7 @@ impl Can {
         self.status & (INAK | SLAK) == 0
     }
 
-    /// Whether it takes part in what happens on the bus: it is set up, and not off.
+    /// Returns whether the controller takes part in bus traffic: it is initialised, and not off the bus.
     #[must_use]
     pub const fn takes_part(&self) -> bool {
         self.is_normal() && !self.off

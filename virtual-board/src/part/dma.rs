@@ -1,17 +1,17 @@
-//! A DMA controller: eight streams in direct mode or through the FIFO without packing.
+//! DMA controller: eight streams in direct mode or through the FIFO without packing.
 
 use super::unknown;
 
-/// Where a stream moves an item next.
+/// Next transfer of a stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Item {
-    /// The peripheral's register.
+    /// Address of the peripheral's register.
     pub peripheral: u32,
-    /// The memory.
+    /// Address in memory.
     pub memory: u32,
-    /// Bytes.
+    /// Size, bytes.
     pub size: usize,
-    /// Whether it goes to the peripheral.
+    /// Whether the transfer is to the peripheral.
     pub to_peripheral: bool,
 }
 
@@ -40,7 +40,7 @@ const HT: u32 = 1 << 4;
 const TE: u32 = 1 << 3;
 
 impl Stream {
-    /// Whether it is on, and for which channel.
+    /// Channel of the stream; `None` while it is disabled.
     #[must_use]
     pub const fn channel(&self) -> Option<u32> {
         if self.control & EN == 0 {
@@ -50,7 +50,7 @@ impl Stream {
         }
     }
 
-    /// The item that it moves next.
+    /// Next item to transfer.
     #[must_use]
     pub const fn item(&self) -> Item {
         let size = 1_usize << (self.control >> 11 & 3);
@@ -72,7 +72,7 @@ impl Stream {
         }
     }
 
-    /// An item was moved.
+    /// Advances after the transfer of an item.
     const fn moved(&mut self) {
         self.done += 1;
         self.left -= 1;
@@ -93,13 +93,13 @@ impl Stream {
         }
     }
 
-    /// Whether half of its items or more are moved.
+    /// Returns whether at least half of the items have been transferred.
     #[must_use]
     pub const fn is_half_done(&self) -> bool {
         self.left <= self.length / 2
     }
 
-    /// An error on the bus: nothing is at one of its addresses, for one.
+    /// Handles a bus error, for instance an unmapped address.
     const fn failed(&mut self) {
         self.flags |= TE;
         self.control &= !EN;
@@ -114,14 +114,14 @@ impl Stream {
 /// The controller.
 #[derive(Clone, Debug, Default)]
 pub struct Dma {
-    /// Its streams.
+    /// Streams of the controller.
     pub streams: [Stream; 8],
 }
 
 const SHIFTS: [u32; 4] = [0, 6, 16, 22];
 
 impl Dma {
-    /// An item was moved, or could not be.
+    /// Handles the end of a transfer, successful or not.
     pub const fn moved(&mut self, stream: usize, worked: bool) {
         if worked {
             self.streams[stream].moved();
@@ -130,7 +130,7 @@ impl Dma {
         }
     }
 
-    /// Whether a stream requests its interrupt.
+    /// Returns whether a stream requests its interrupt.
     #[must_use]
     pub const fn interrupts(&self, stream: usize) -> bool {
         self.streams[stream].interrupts()
@@ -139,7 +139,7 @@ impl Dma {
     /// Reads a register.
     ///
     /// # Errors
-    /// Where there is none.
+    /// If the register does not exist.
     pub fn read(&self, offset: u32) -> Result<u32, String> {
         match offset {
             0x00 | 0x04 => {
@@ -167,7 +167,7 @@ impl Dma {
     /// Writes a register.
     ///
     /// # Errors
-    /// Where there is none, or the setting is not modelled.
+    /// If the register does not exist, or the setting is not modelled.
     pub fn write(&mut self, offset: u32, value: u32) -> Result<(), String> {
         match offset {
             0x08 | 0x0C => {
@@ -204,7 +204,7 @@ impl Stream {
         self.control = value & 0x0FEF_FFFF;
         if value & EN == 0 {
             if was_on {
-                // Switched off before its end, it reports that it is done.
+                // A stream that is switched off early reports completion.
                 self.flags |= TC;
             }
             return Ok(());

@@ -1,8 +1,8 @@
-//! Interrupts from pins, and the part of SYSCFG that chooses the port.
+//! Interrupts from pins, and the port selection of SYSCFG.
 
 use super::unknown;
 
-/// Both blocks.
+/// State of EXTI and SYSCFG.
 #[derive(Clone, Debug, Default)]
 pub struct Exti {
     interrupt_mask: u32,
@@ -14,7 +14,7 @@ pub struct Exti {
     other: [u32; 2],
 }
 
-/// The interrupts of lines 0 to 4, 5 to 9 and 10 to 15.
+/// Interrupt and lines of EXTI: lines 0 to 4, 5 to 9 and 10 to 15.
 pub const LINES: [(u16, u32); 7] = [
     (6, 1 << 0),
     (7, 1 << 1),
@@ -26,7 +26,7 @@ pub const LINES: [(u16, u32); 7] = [
 ];
 
 impl Exti {
-    /// A pin changes its level.
+    /// Handles an edge of a pin.
     pub const fn edge(&mut self, port: u32, pin: u32, high: bool) {
         let chosen = self.ports[(pin / 4) as usize] >> (4 * (pin % 4)) & 0xF;
         let watched = if high { self.rising } else { self.falling };
@@ -44,7 +44,7 @@ impl Exti {
     /// Reads a register of EXTI.
     ///
     /// # Errors
-    /// Where there is none.
+    /// If the register does not exist.
     pub fn read(&self, offset: u32) -> Result<u32, String> {
         Ok(match offset {
             0x00 => self.interrupt_mask,
@@ -60,7 +60,7 @@ impl Exti {
     /// Writes a register of EXTI.
     ///
     /// # Errors
-    /// Where there is none.
+    /// If the register does not exist.
     pub fn write(&mut self, offset: u32, value: u32) -> Result<(), String> {
         match offset {
             0x00 => self.interrupt_mask = value,
@@ -77,7 +77,7 @@ impl Exti {
     /// Reads a register of SYSCFG.
     ///
     /// # Errors
-    /// Where there is none.
+    /// If the register does not exist.
     pub fn read_syscfg(&self, offset: u32) -> Result<u32, String> {
         match offset {
             0x00 => Ok(self.other[0]),
@@ -92,7 +92,7 @@ impl Exti {
     /// Writes a register of SYSCFG.
     ///
     /// # Errors
-    /// Where there is none, or memory would be remapped.
+    /// If the register does not exist, or the value would remap memory.
     pub fn write_syscfg(&mut self, offset: u32, value: u32) -> Result<(), String> {
         match offset {
             0x00 if value & 3 != 0 => return Err("memory is remapped".into()),

@@ -26,11 +26,10 @@ const LOCK: u32 = 1 << 31;
 const OPTLOCK: u32 = 1;
 const OPTSTRT: u32 = 1 << 1;
 
-/// The option bytes as the chip is delivered: no protection, brown-out reset off, the watchdog
-/// started by software.
+/// Factory settings of the option bytes: no protection, brown-out reset off, watchdog started by software.
 const DELIVERED: u32 = 0x0FFF_AAEC;
 
-/// The keys that a lock was written with so far.
+/// Progress of unlocking by keys.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Keys {
     #[default]
@@ -41,7 +40,7 @@ enum Keys {
 }
 
 impl Keys {
-    /// Whether a key opens the lock.
+    /// Processes a key. Returns whether it opens the lock.
     const fn take(&mut self, key: u32, [first, second]: [u32; 2]) -> bool {
         let before = core::mem::replace(self, Self::Wrong);
         match before {
@@ -66,30 +65,30 @@ pub struct Flash {
     control: u32,
     keys: Keys,
     option_keys: Keys,
-    /// The option register, and the option bytes as programmed.
+    /// Option register, and the option bytes as programmed.
     option_control: u32,
     options: u32,
     corner: Corner,
     /// The supply, mV.
     pub supply_mv: u32,
-    /// When an operation that is begun now is broken off by a reset.
+    /// Time of a reset that aborts an operation begun now.
     pub reset_at: u64,
-    /// How often something was programmed or erased.
+    /// Number of program and erase operations.
     pub operations: u64,
-    /// How often a sector was erased.
+    /// Number of erased sectors.
     pub erases: u64,
-    /// The supply fails in the operation of this number.
+    /// Number of the operation in which the supply fails.
     pub cut_at: Option<u64>,
-    /// It has failed.
+    /// Whether the supply has failed.
     pub cut: bool,
-    /// In the operation of this number, where it programs, a bit more is cleared.
+    /// Number of the operation that, if it programs, clears one more bit.
     pub worn_at: Option<u64>,
     stall: u64,
     changed: Option<(u32, u32)>,
 }
 
 impl Flash {
-    /// After the supply came, on a chip as delivered.
+    /// Creates the state after power-on, on a chip with factory settings.
     #[must_use]
     pub fn new(corner: Corner) -> Self {
         Self {
@@ -114,7 +113,7 @@ impl Flash {
         }
     }
 
-    /// A reset: locked, no wait states, caches empty.
+    /// Resets the registers: locked, no wait states, caches empty.
     pub fn reset(&mut self) {
         self.accelerator.reset();
         self.access = 0;
@@ -127,14 +126,14 @@ impl Flash {
         self.stall = 0;
     }
 
-    /// Wait states set.
+    /// Number of wait states.
     #[must_use]
     pub const fn wait_states(&self) -> u32 {
         self.access & 7
     }
 
-    /// The supply below which the option bytes have the chip reset, mV; below 1.7 V it always is
-    /// (DS8626, table 23, falling edge, typical).
+    /// Supply below which the option bytes reset the chip, mV; below 1.7 V it is always reset (DS8626, table 23,
+    /// falling edge, typical).
     #[must_use]
     pub const fn brown_out_mv(&self) -> u32 {
         match self.options >> 2 & 3 {
@@ -145,22 +144,22 @@ impl Flash {
         }
     }
 
-    /// Holds the core up for this long, with its next access to a peripheral.
+    /// Stalls the core for this long, at its next access to a peripheral.
     pub const fn hold_up(&mut self, duration: u64) {
         self.stall += duration;
     }
 
-    /// How long the core has to stand still.
+    /// Takes the duration for which the core is stalled.
     pub const fn take_stall(&mut self) -> u64 {
         core::mem::replace(&mut self.stall, 0)
     }
 
-    /// The first address that has changed, and the one after the last.
+    /// Takes the range of changed addresses: the first, and the one after the last.
     pub const fn take_changed(&mut self) -> Option<(u32, u32)> {
         self.changed.take()
     }
 
-    /// Whether it requests its interrupt.
+    /// Returns whether the interrupt is requested.
     #[must_use]
     pub const fn interrupts(&self) -> bool {
         self.control & EOPIE != 0 && self.status & EOP != 0
@@ -170,7 +169,7 @@ impl Flash {
     /// Reads a register.
     ///
     /// # Errors
-    /// Where there is none.
+    /// If the register does not exist.
     pub fn read(&self, offset: u32) -> Result<u32, String> {
         Ok(match offset {
             0x00 => self.access,
@@ -185,7 +184,7 @@ impl Flash {
     /// Writes a register.
     ///
     /// # Errors
-    /// Where there is none, or the part would not do as asked.
+    /// If the register does not exist, or the part would not act as requested.
     pub fn write(
         &mut self,
         offset: u32,
@@ -221,7 +220,7 @@ impl Flash {
                 self.option_control = value & 0x0FFF_FFED;
                 if value & OPTSTRT != 0 {
                     self.check_supply()?;
-                    // As long as the sector that they are in takes to be erased.
+                    // Lasts as long as the erase of the sector that holds them.
                     if !self.operate(now, from_us(u64::from(self.erase_ms(16)) * 1000)) {
                         self.options = value & 0x0FFF_FFEC;
                     }
@@ -240,7 +239,7 @@ impl Flash {
         self.corner.erase_ms(kib, self.psize())
     }
 
-    /// As many bits at once as the supply allows (RM0090, table 7).
+    /// Checks the number of bits programmed at once against the supply (RM0090, table 7).
     fn check_supply(&self) -> Result<(), String> {
         let needed = match self.psize() {
             0 => 1_800,
@@ -256,7 +255,7 @@ impl Flash {
         Ok(())
     }
 
-    /// Counts an operation of this length: whether it is broken off by the supply or by a reset.
+    /// Counts an operation of this length. Returns whether the supply or a reset aborts it.
     fn operate(&mut self, now: u64, length: u64) -> bool {
         self.operations += 1;
         self.accelerator.forget();
@@ -291,7 +290,7 @@ impl Flash {
         self.erases += 1;
         let length = from_us(u64::from(self.erase_ms(kib)) * 1000);
         let cut = self.operate(now, length);
-        // Cut off half-way, the rest is unchanged.
+        // If cut off half-way, the rest is unchanged.
         let size = kib * 1024;
         let erased = if cut { size / 2 } else { size };
         memory.write(FLASH.start + start, &vec![0xFF; erased as usize]);
@@ -306,10 +305,10 @@ impl Flash {
         }
     }
 
-    /// A store to flash.
+    /// Stores to flash.
     ///
     /// # Errors
-    /// Where flash is not open to it.
+    /// If flash is not unlocked for it.
     pub fn program(
         &mut self,
         address: u32,
@@ -334,14 +333,14 @@ impl Flash {
         let mut new: Vec<u8> = old
             .into_iter()
             .zip(value.to_le_bytes())
-            // Programming only clears bits; cut off, it has cleared some of them.
+            // Programming only clears bits; if cut off, it has cleared some of them.
             .map(|(old, new)| if cut { old & (new | 0x55) } else { old & new })
             .take(size)
             .collect();
         if let Some(byte) = new.iter_mut().find(|byte| **byte != 0)
             && worn
         {
-            // The lowest bit that is set.
+            // The lowest set bit.
             *byte &= *byte - 1;
         }
         memory.write(address, &new);
@@ -355,7 +354,7 @@ impl Flash {
 mod tests {
     use super::*;
 
-    /// Flash alone.
+    /// Flash without the other memories.
     struct Bank(Vec<u8>);
 
     impl Memory for Bank {
@@ -374,7 +373,7 @@ mod tests {
 
     const MILLISECOND: u64 = from_us(1_000);
 
-    /// Erases sector 2 at a parallelism: for how long, ms, and how many bytes of it are blank.
+    /// Erases sector 2 at a parallelism. Returns the duration, ms, and the number of its blank bytes.
     fn erased(flash: &mut Flash, psize: u32) -> (u64, usize) {
         let mut bank = Bank(vec![0; 0x2_0000]);
         for key in [0x4567_0123, 0xCDEF_89AB] {
@@ -389,7 +388,7 @@ mod tests {
     }
 
     #[test]
-    fn an_erase_takes_longer_where_fewer_bits_are_programmed_at_once() {
+    fn an_erase_takes_longer_at_lower_parallelism() {
         let mut times = Vec::new();
         for corner in Corner::ALL {
             for psize in 0..3 {
@@ -400,14 +399,14 @@ mod tests {
     }
 
     #[test]
-    fn a_reset_breaks_an_erase_off() {
+    fn a_reset_aborts_an_erase() {
         let mut flash = Flash::new(Corner::Typical);
         flash.reset_at = 100 * MILLISECOND;
         assert_eq!(erased(&mut flash, 2), (100, 0x2000));
     }
 
     #[test]
-    fn words_are_not_changed_below_their_supply() {
+    fn words_are_not_programmed_below_their_supply() {
         let mut flash = Flash::new(Corner::Typical);
         flash.supply_mv = 2_600;
         assert!(flash.check_supply().is_ok(), "bytes are");
@@ -416,7 +415,7 @@ mod tests {
     }
 
     #[test]
-    fn option_bytes_open_with_their_keys_and_hold_over_a_reset() {
+    fn option_bytes_need_their_keys_and_survive_a_reset() {
         let mut bank = Bank(Vec::new());
         let mut flash = Flash::new(Corner::Typical);
         let mut write = |flash: &mut Flash, offset: u32, value: u32| {

@@ -11,15 +11,15 @@ pub struct Gpio {
     pulls: u32,
     output: u32,
     functions: [u32; 2],
-    /// Pins that something outside drives, and how.
+    /// Pins that are driven from outside.
     pub driven: u16,
-    /// The levels of those.
+    /// Levels of the driven pins.
     pub levels: u16,
     reset: (u32, u32, u32),
 }
 
 impl Gpio {
-    /// Port number `index`, A first.
+    /// Creates port number `index`, A first.
     #[must_use]
     pub const fn new(index: usize) -> Self {
         let reset = match index {
@@ -40,7 +40,7 @@ impl Gpio {
         }
     }
 
-    /// A reset; the levels of inputs stay.
+    /// Resets the registers; the levels of inputs stay.
     pub const fn reset(&mut self) {
         self.modes = self.reset.0;
         self.types = 0;
@@ -50,19 +50,19 @@ impl Gpio {
         self.functions = [0; 2];
     }
 
-    /// The mode of a pin: 0 input, 1 output, 2 alternate function, 3 analogue.
+    /// Mode of a pin: 0 input, 1 output, 2 alternate function, 3 analogue.
     #[must_use]
     pub const fn mode(&self, pin: u32) -> u32 {
         self.modes >> (2 * pin) & 3
     }
 
-    /// The alternate function of a pin.
+    /// Alternate function of a pin.
     #[must_use]
     pub const fn function(&self, pin: u32) -> u32 {
         self.functions[(pin / 8) as usize] >> (4 * (pin % 8)) & 0xF
     }
 
-    /// The level of a pin.
+    /// Level of a pin.
     #[must_use]
     pub const fn level(&self, pin: u32) -> bool {
         let bit = 1_u32 << pin;
@@ -76,7 +76,7 @@ impl Gpio {
         }
     }
 
-    /// Whether a pin is pulled up.
+    /// Returns whether a pin has its pull-up enabled.
     #[must_use]
     pub const fn is_pulled_up(&self, pin: u32) -> bool {
         self.pulls >> (2 * pin) & 3 == 1
@@ -85,7 +85,7 @@ impl Gpio {
     /// Reads a register.
     ///
     /// # Errors
-    /// Where there is none.
+    /// If the register does not exist.
     pub fn read(&self, offset: u32) -> Result<u32, String> {
         Ok(match offset {
             0x00 => self.modes,
@@ -106,7 +106,7 @@ impl Gpio {
     /// Writes a register.
     ///
     /// # Errors
-    /// Where there is none.
+    /// If the register does not exist.
     pub fn write(&mut self, offset: u32, value: u32) -> Result<(), String> {
         match offset {
             0x00 => self.modes = value,

@@ -9,16 +9,16 @@ pub struct Iwdg {
     prescaler: u32,
     reload: u32,
     open: bool,
-    /// Its oscillator, hertz.
+    /// Frequency of its oscillator, Hz.
     lsi_hz: u32,
-    /// While the core is halted by a debugger it stands still: since when.
+    /// Time since which a debugger's halt has frozen it.
     frozen_at: Option<u64>,
-    /// When it bites.
+    /// Time at which it resets the chip.
     deadline: u64,
 }
 
 impl Iwdg {
-    /// After a reset.
+    /// Creates the state after reset.
     #[must_use]
     pub const fn new(lsi_hz: u32) -> Self {
         Self {
@@ -33,12 +33,12 @@ impl Iwdg {
 }
 
 impl Iwdg {
-    /// A reset.
+    /// Resets the registers.
     pub const fn reset(&mut self) {
         *self = Self::new(self.lsi_hz);
     }
 
-    /// A debugger halts the core, or lets it go on.
+    /// Freezes the watchdog while a debugger halts the core, or releases it.
     pub const fn freeze(&mut self, frozen: bool, now: u64) {
         match (frozen, self.frozen_at) {
             (true, None) => self.frozen_at = Some(now),
@@ -60,7 +60,7 @@ impl Iwdg {
         time::cycle(self.lsi_hz) * (4 << shift) * (self.reload as u64 + 1)
     }
 
-    /// When it bites.
+    /// Time at which it resets the chip.
     #[must_use]
     pub const fn next_event(&self) -> u64 {
         if self.frozen_at.is_some() {
@@ -70,7 +70,7 @@ impl Iwdg {
         }
     }
 
-    /// Whether it has been started.
+    /// Returns whether it has been started.
     #[must_use]
     pub const fn is_running(&self) -> bool {
         self.deadline != NEVER
@@ -79,7 +79,7 @@ impl Iwdg {
     /// Reads a register.
     ///
     /// # Errors
-    /// Where there is none.
+    /// If the register does not exist.
     pub fn read(&self, offset: u32) -> Result<u32, String> {
         match offset {
             0 | 12 => Ok(0),
@@ -92,7 +92,7 @@ impl Iwdg {
     /// Writes a register.
     ///
     /// # Errors
-    /// Where there is none.
+    /// If the register does not exist.
     pub fn write(&mut self, offset: u32, value: u32, now: u64) -> Result<(), String> {
         match offset {
             0 => match value & 0xFFFF {
@@ -124,7 +124,7 @@ mod tests {
     use crate::corner::Corner;
 
     #[test]
-    fn a_watchdog_of_a_second_bites_after_two_thirds_of_it_or_after_almost_two() {
+    fn a_one_second_watchdog_bites_after_0_67_to_2_seconds() {
         let mut bites = Vec::new();
         for corner in Corner::ALL {
             let mut iwdg = Iwdg::new(corner.lsi_hz());
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn frozen_it_waits() {
+    fn a_frozen_watchdog_waits() {
         let mut iwdg = Iwdg::new(32_000);
         iwdg.write(0, 0xCCCC, 0).expect("a register");
         let before = iwdg.next_event();

@@ -1,5 +1,4 @@
-//! Power control: the regulator's scale, the gate of the backup domain, and the watch on the
-//! supply.
+//! Power control: the regulator's scale, the write protection of the backup domain, and the supply detector.
 
 use super::unknown;
 
@@ -19,7 +18,7 @@ impl Default for Pwr {
     }
 }
 
-/// The thresholds of the supply detector, by `PLS`, mV (RM0090, 5.4.1).
+/// Thresholds of the supply detector, by `PLS`, mV (RM0090, 5.4.1).
 const THRESHOLDS_MV: [u32; 8] = [2_000, 2_100, 2_300, 2_500, 2_600, 2_700, 2_800, 2_900];
 
 impl Pwr {
@@ -27,7 +26,7 @@ impl Pwr {
     const PVDO: u32 = 1 << 2;
     const PVDE: u32 = 1 << 4;
 
-    /// Whether the supply is watched and below the threshold.
+    /// Returns whether the detector is enabled and the supply is below the threshold.
     const fn is_low(&self, supply_mv: u32) -> bool {
         let threshold = THRESHOLDS_MV[(self.control >> 5 & 7) as usize];
         self.control & Self::PVDE != 0 && supply_mv < threshold
@@ -36,7 +35,7 @@ impl Pwr {
     /// Reads a register.
     ///
     /// # Errors
-    /// Where there is none.
+    /// If the register does not exist.
     pub fn read(&self, offset: u32, supply_mv: u32) -> Result<u32, String> {
         match offset {
             0 => Ok(self.control),
@@ -54,7 +53,7 @@ impl Pwr {
     /// Writes a register.
     ///
     /// # Errors
-    /// Where there is none.
+    /// If the register does not exist.
     pub fn write(&mut self, offset: u32, value: u32) -> Result<(), String> {
         match offset {
             // Clear bits read as zero.
@@ -71,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_watch_on_the_supply_says_when_it_is_below_its_threshold() {
+    fn the_supply_detector_reports_its_threshold() {
         let mut pwr = Pwr::default();
         let low = |pwr: &Pwr, mv| pwr.read(4, mv).expect("a register") & Pwr::PVDO != 0;
         pwr.write(0, 5 << 5).expect("a register");

@@ -1,26 +1,26 @@
-//! Reset and clock control: oscillators, PLL, prescalers, enables, and why the last reset was.
+//! Reset and clock control: oscillators, PLL, prescalers, enables, and the cause of the last reset.
 
 use super::unknown;
 use crate::corner::Corner;
 use crate::time::{self, from_us};
 
-/// Why the chip was reset.
+/// Cause of a reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ResetCause {
-    /// The supply came.
+    /// Power-on.
     PowerOn,
-    /// The supply dipped.
+    /// Dip of the supply.
     BrownOut,
-    /// The program asked for it.
+    /// Request by the program.
     Software,
-    /// The watchdog.
+    /// Watchdog.
     Watchdog,
-    /// The reset pin.
+    /// Reset pin.
     Pin,
 }
 
 impl ResetCause {
-    /// What has reset it, in words.
+    /// Name of the cause.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -48,20 +48,20 @@ impl ResetCause {
 /// The clocks, hertz.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Clocks {
-    /// Core, memory, DMA.
+    /// Clock of core, memory and DMA.
     pub hclk: u32,
-    /// Peripherals of APB1.
+    /// Clock of the peripherals on APB1.
     pub pclk1: u32,
-    /// Peripherals of APB2.
+    /// Clock of the peripherals on APB2.
     pub pclk2: u32,
-    /// Timers of APB1.
+    /// Clock of the timers on APB1.
     pub timers1: u32,
-    /// Timers of APB2.
+    /// Clock of the timers on APB2.
     pub timers2: u32,
 }
 
 impl Clocks {
-    /// All at the internal oscillator's.
+    /// All clocks at the internal oscillator's frequency.
     const fn reset(corner: Corner) -> Self {
         let hsi = corner.hsi_hz();
         Self {
@@ -79,12 +79,12 @@ impl Clocks {
 pub struct Rcc {
     registers: [u32; 35],
     clocks: Clocks,
-    /// The crystal, hertz; `None` where it does not start.
+    /// Frequency of the crystal, Hz; `None` if it does not start.
     pub crystal: Option<u32>,
     corner: Corner,
-    /// The crystal ran once, and has stopped.
+    /// Whether the crystal has stopped after it ran.
     lost: bool,
-    /// The core's clock has stopped: nothing but the watchdog goes on.
+    /// Whether the core's clock has stopped: only the watchdog continues.
     stopped: bool,
     hse_ready_at: u64,
     pll_ready_at: u64,
@@ -99,17 +99,17 @@ const CIR: usize = 3;
 const BDCR: usize = 0x70 / 4;
 const CSR: usize = 0x74 / 4;
 
-/// In CR: the crystal is watched.
+/// Bit in CR: the clock security system is on.
 const CSSON: u32 = 1 << 19;
 
-/// In CIR: it was lost. Cleared by a one in the bit 16 further up.
+/// Bit in CIR: the crystal has failed. Cleared by writing a one to the bit 16 positions higher.
 const CSSF: u32 = 1 << 7;
 
 /// Reserved on this part; HALs for its siblings write a zero there.
 const DCKCFGR: u32 = 0x8C;
 
 impl Rcc {
-    /// After the supply came, with a crystal or without.
+    /// Creates the state after power-on, with or without a crystal.
     #[must_use]
     pub fn new(crystal: Option<u32>, corner: Corner) -> Self {
         let mut rcc = Self {
@@ -145,7 +145,7 @@ impl Rcc {
         }
     }
 
-    /// A reset.
+    /// Resets the registers for a cause.
     pub fn reset(&mut self, cause: ResetCause) {
         let backup = self.registers[BDCR];
         self.set_reset_values();
@@ -158,13 +158,13 @@ impl Rcc {
         self.clocks = Clocks::reset(self.corner);
     }
 
-    /// The clocks now.
+    /// Current clocks.
     #[must_use]
     pub const fn clocks(&self) -> Clocks {
         self.clocks
     }
 
-    /// Whether nothing but the watchdog is clocked any more.
+    /// Returns whether only the watchdog is still clocked.
     #[must_use]
     pub const fn is_stopped(&self) -> bool {
         self.stopped
@@ -174,12 +174,12 @@ impl Rcc {
         from_us(us as u64)
     }
 
-    /// Whether the crystal drives the PLL.
+    /// Returns whether the crystal drives the PLL.
     const fn pll_is_from_crystal(&self) -> bool {
         self.registers[PLLCFGR] & 1 << 22 != 0
     }
 
-    /// Whether the clock of a peripheral is on: register offset and bit.
+    /// Returns whether the clock of a peripheral is enabled, by register offset and bit.
     #[must_use]
     pub const fn is_enabled(&self, register: u32, bit: u32) -> bool {
         self.registers[register as usize / 4] & 1 << bit != 0
@@ -188,7 +188,7 @@ impl Rcc {
     /// Reads a register.
     ///
     /// # Errors
-    /// Where there is none.
+    /// If the register does not exist.
     pub fn read(&self, offset: u32, now: u64) -> Result<u32, String> {
         let index = offset as usize / 4;
         if offset == DCKCFGR {
@@ -210,10 +210,10 @@ impl Rcc {
         })
     }
 
-    /// Writes a register: the bits of a reset register that it sets, by register offset.
+    /// Writes a register. Returns the bits that it sets in a reset register, with the register's offset.
     ///
     /// # Errors
-    /// Where there is none, or the clock would leave its limits.
+    /// If the register does not exist, or the clock would exceed its limits.
     pub fn write(
         &mut self,
         offset: u32,
@@ -242,7 +242,7 @@ impl Rcc {
                     _ => {}
                 }
                 match turned(24) {
-                    // From a crystal that has stopped it never locks.
+                    // With a stopped crystal the PLL never locks.
                     (true, _) if self.lost && self.pll_is_from_crystal() => {}
                     (true, _) => {
                         self.check_pll(now)?;
@@ -281,12 +281,12 @@ impl Rcc {
         Ok(())
     }
 
-    /// The crystal stops, and will not start again. Where it is watched the system goes on with the
-    /// internal oscillator (RM0090, 7.2.7): whether that is so, and an NMI is due. Where it is not,
-    /// a core that ran on it stands still, until the watchdog resets it.
+    /// Stops the crystal, which does not start again. With the clock security system on, the system continues with
+    /// the internal oscillator (RM0090, 7.2.7); otherwise a core that ran on the crystal stands still until the
+    /// watchdog resets it. Returns whether the internal oscillator took over, and an NMI is due.
     ///
     /// # Errors
-    /// Where the internal oscillator would have flash answer too fast.
+    /// If flash is too slow for the internal oscillator.
     pub fn lose_crystal(&mut self, now: u64, wait_states: u32) -> Result<bool, String> {
         self.crystal = None;
         if now < self.hse_ready_at {
@@ -354,7 +354,7 @@ impl Rcc {
         };
         let ahb = match configuration >> 4 & 0xF {
             shift @ 8..=11 => shift - 7,
-            // 32 is left out.
+            // The division by 32 does not exist.
             shift @ 12..=15 => shift - 6,
             _ => 0,
         };
@@ -382,10 +382,10 @@ impl Rcc {
         self.check_wait_states(wait_states)
     }
 
-    /// Whether flash is slow enough for the clock, at 2.7 V and above (table 10).
+    /// Checks that flash is fast enough for the clock, at 2.7 V and above (table 10).
     ///
     /// # Errors
-    /// Where it has to answer too fast.
+    /// If there are too few wait states.
     pub fn check_wait_states(&self, wait_states: u32) -> Result<(), String> {
         let needed = self.clocks.hclk.div_ceil(30_000_000) - 1;
         if wait_states < needed {

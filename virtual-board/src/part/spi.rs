@@ -1,4 +1,4 @@
-//! A serial peripheral interface, as master of 8-bit frames.
+//! Serial peripheral interface, as master of 8-bit frames.
 
 use super::unknown;
 use crate::time::{NEVER, cycle};
@@ -22,9 +22,9 @@ pub struct Spi {
     shifting: Option<u8>,
     received: u8,
     done_at: u64,
-    /// The data register was read with an overrun pending.
+    /// Whether the data register was read with an overrun pending.
     overrun_read: bool,
-    /// Its clock stands: no frame ends.
+    /// Whether its clock is stopped: no frame ends.
     stopped: bool,
 }
 
@@ -44,7 +44,7 @@ impl Default for Spi {
 }
 
 impl Spi {
-    /// A reset.
+    /// Resets the registers.
     pub fn reset(&mut self) {
         *self = Self {
             stopped: self.stopped,
@@ -52,31 +52,31 @@ impl Spi {
         };
     }
 
-    /// Its clock stops and no reset starts it again, or it runs again.
+    /// Stops the clock, which no reset restarts, or restarts it.
     pub const fn set_stopped(&mut self, stopped: bool, now: u64, pclk: u32) {
         self.stopped = stopped;
         self.time_frame(now, pclk);
     }
 
-    /// When the frame on the bus ends.
+    /// Time of the end of the frame on the bus.
     #[must_use]
     pub const fn next_event(&self) -> u64 {
         self.done_at
     }
 
-    /// The clock on the bus, hertz.
+    /// Clock frequency on the bus, Hz.
     #[must_use]
     pub const fn bit_rate(&self, pclk: u32) -> u32 {
         pclk >> ((self.control[0] >> 3 & 7) + 1)
     }
 
-    /// Polarity and phase: modes 0 to 3.
+    /// Polarity and phase as modes 0 to 3.
     #[must_use]
     pub const fn mode(&self) -> u32 {
         (self.control[0] >> 1 & 1) << 1 | self.control[0] & 1
     }
 
-    /// The byte that leaves now: `None` where the frame goes on.
+    /// Takes the byte that leaves now; `None` while the frame continues.
     pub const fn take_frame(&mut self, now: u64) -> Option<u8> {
         if now < self.done_at {
             return None;
@@ -85,7 +85,7 @@ impl Spi {
         self.shifting.take()
     }
 
-    /// The byte that came for it.
+    /// Completes the frame with the received byte.
     pub const fn finish_frame(&mut self, byte: u8, now: u64, pclk: u32) {
         if self.status & RXNE != 0 {
             self.status |= OVR;
@@ -107,7 +107,7 @@ impl Spi {
         }
     }
 
-    /// The frame on the bus, if there is one, begins now.
+    /// Starts the time of the frame on the bus, if any.
     const fn time_frame(&mut self, now: u64, pclk: u32) {
         self.done_at = if self.shifting.is_some() && !self.stopped {
             now + 8 * cycle(self.bit_rate(pclk))
@@ -116,19 +116,19 @@ impl Spi {
         };
     }
 
-    /// Whether DMA is to bring a byte.
+    /// Returns whether DMA is to write a byte.
     #[must_use]
     pub const fn wants_byte(&self) -> bool {
         self.control[0] & SPE != 0 && self.control[1] & 2 != 0 && self.status & TXE != 0
     }
 
-    /// Whether DMA is to fetch a byte.
+    /// Returns whether DMA is to read a byte.
     #[must_use]
     pub const fn has_byte(&self) -> bool {
         self.control[1] & 1 != 0 && self.status & RXNE != 0
     }
 
-    /// Whether it requests its interrupt.
+    /// Returns whether the interrupt is requested.
     #[must_use]
     pub const fn interrupts(&self) -> bool {
         self.control[1] & 1 << 7 != 0 && self.status & TXE != 0
@@ -139,7 +139,7 @@ impl Spi {
     /// Reads a register.
     ///
     /// # Errors
-    /// Where there is none.
+    /// If the register does not exist.
     pub fn read(&mut self, offset: u32) -> Result<u32, String> {
         Ok(match offset {
             0x00 | 0x04 => self.control[offset as usize / 4],
@@ -165,7 +165,7 @@ impl Spi {
     /// Writes a register.
     ///
     /// # Errors
-    /// Where there is none, or the setting is not modelled.
+    /// If the register does not exist, or the setting is not modelled.
     pub fn write(&mut self, offset: u32, value: u32, now: u64, pclk: u32) -> Result<(), String> {
         match offset {
             0x00 => {

@@ -1,4 +1,4 @@
-//! A general-purpose timer: counting up, compare, capture, and counting the captures of another.
+//! General-purpose timer: counting up, compare, capture, and counting the captures of another timer.
 
 use std::cell::Cell;
 
@@ -11,10 +11,10 @@ const URS: u32 = 1 << 2;
 const OPM: u32 = 1 << 3;
 const UIF: u32 = 1;
 
-/// The master mode in which the trigger output has a pulse for each capture of channel 1.
+/// Master mode with a pulse on the trigger output for each capture of channel 1.
 const COMPARE_PULSE: u32 = 3 << 4;
 
-/// The slave mode in which the counter's clock is the trigger.
+/// Slave mode in which the trigger clocks the counter.
 const EXTERNAL_CLOCK: u32 = 7;
 
 /// The registers.
@@ -29,26 +29,25 @@ pub struct Timer {
     modes: [u32; 2],
     enables: u32,
     prescaler: u32,
-    /// The prescaler in force: the register takes effect at an update.
+    /// Active prescaler: the register takes effect at an update.
     dividing: u32,
     reload: u32,
     compares: [u32; 4],
     others: [u32; 5],
-    /// The counter was at `count` at time `since`.
+    /// Value of the counter at time `since`.
     count: u32,
     since: u64,
     period: u64,
-    /// A debugger halts the core, and the timer with it.
+    /// Whether a debugger's halt has frozen the timer.
     frozen: bool,
-    /// It counts from here when it is first started, its compares moved along: as if it had run
-    /// that long already.
+    /// Count at the first start, with the compare values shifted, as if it had already run that long.
     pub head_start: u32,
-    /// When one of the flags with an interrupt is next set, where that is known.
+    /// Time at which one of the flags with an interrupt is next set, if known.
     next: Cell<Option<u64>>,
 }
 
 impl Timer {
-    /// A timer of 16 or 32 bits, its clock's cycle `period` long.
+    /// Creates a timer of 16 or 32 bits with a clock period of `period`.
     #[must_use]
     pub const fn new(name: &'static str, bits: u32, period: u64) -> Self {
         let mask = if bits == 32 { u32::MAX } else { 0xFFFF };
@@ -75,7 +74,7 @@ impl Timer {
         }
     }
 
-    /// A reset.
+    /// Resets the registers.
     pub fn reset(&mut self, period: u64) {
         let bits = if self.mask == u32::MAX { 32 } else { 16 };
         let head_start = self.head_start;
@@ -83,11 +82,11 @@ impl Timer {
         self.head_start = head_start;
     }
 
-    /// Its clock changes.
+    /// Sets the period of its clock.
     pub fn set_period(&mut self, now: u64, period: u64) {
         self.advance(now);
         self.next.set(None);
-        // The fraction of a step is lost.
+        // The fraction of a count is lost.
         self.since = now;
         self.period = period;
     }
@@ -96,12 +95,12 @@ impl Timer {
         self.control[0] & CEN != 0
     }
 
-    /// Whether it counts its own clock.
+    /// Returns whether it counts its own clock.
     const fn runs(&self) -> bool {
         self.is_on() && self.slave & 7 == 0 && !self.frozen
     }
 
-    /// A debugger halts the core and the timer with it, or lets them go on.
+    /// Freezes the timer while a debugger halts the core, or releases it.
     pub fn freeze(&mut self, frozen: bool, now: u64) {
         self.advance(now);
         self.next.set(None);
@@ -109,7 +108,7 @@ impl Timer {
         self.frozen = frozen;
     }
 
-    /// The trigger that it counts instead of its clock, of the four that come from other timers.
+    /// The trigger that it counts instead of its clock, of the four from other timers.
     #[must_use]
     pub const fn counts_trigger(&self) -> Option<u32> {
         let counts = self.is_on() && self.slave & 7 == EXTERNAL_CLOCK;
@@ -120,7 +119,7 @@ impl Timer {
         }
     }
 
-    /// The trigger that it counts has come.
+    /// Counts a trigger.
     pub fn trigger(&mut self) {
         if self.count == self.reload {
             self.count = 0;
@@ -142,14 +141,14 @@ impl Timer {
         self.modes[channel / 2] >> (8 * (channel % 2)) & 3 != 0
     }
 
-    /// Steps from the count until the counter is at `value` the next time.
+    /// Number of counts until the counter next reaches `value`.
     fn steps_to(&self, value: u64) -> u64 {
         let count = u64::from(self.count);
         let round = self.round();
         if value >= round {
             u64::MAX
         } else if count >= round {
-            // Beyond its reload value it counts on to the end of its width.
+            // Above its reload value it counts to the end of its width.
             u64::from(self.mask) + 1 - count + value
         } else if value > count {
             value - count
@@ -158,8 +157,8 @@ impl Timer {
         }
     }
 
-    /// When one of the flags with an interrupt is next set. It is asked for at every event of the
-    /// chip, and stays the same until it comes or a register is written.
+    /// Time at which one of the flags with an interrupt is next set. It is queried at every event of the chip, and
+    /// stays the same until it passes or a register is written.
     #[must_use]
     pub fn next_event(&self) -> u64 {
         match self.next.get() {
@@ -188,7 +187,7 @@ impl Timer {
             .unwrap_or(NEVER)
     }
 
-    /// Lets time pass.
+    /// Advances to `now`.
     pub fn advance(&mut self, now: u64) {
         if self.next.get().is_some_and(|next| next <= now) {
             self.next.set(None);
@@ -199,7 +198,7 @@ impl Timer {
         }
         let mut steps = (now - self.since) / self.step();
         while steps > 0 {
-            // Not over an update at once: it may change the prescaler, or stop the timer.
+            // Stops at an update, which may change the prescaler or stop the timer.
             let to_update = self.steps_to(0).min(steps);
             for channel in 0..4 {
                 let compare = u64::from(self.compares[channel]);
@@ -249,7 +248,7 @@ impl Timer {
         }
     }
 
-    /// A pin of a channel rises or falls: whether its trigger output has a pulse of it.
+    /// Handles an edge at the pin of a channel. Returns whether the trigger output has a pulse.
     pub fn edge(&mut self, channel: usize, high: bool, now: u64) -> bool {
         self.advance(now);
         let enable = self.enables >> (4 * channel);
@@ -268,7 +267,7 @@ impl Timer {
         channel == 0 && self.control[1] & 0x70 == COMPARE_PULSE
     }
 
-    /// Whether it requests its interrupt.
+    /// Returns whether the interrupt is requested.
     #[must_use]
     pub const fn interrupts(&self) -> bool {
         self.status & self.interrupts & 0x5F != 0
@@ -277,7 +276,7 @@ impl Timer {
     /// Reads a register.
     ///
     /// # Errors
-    /// Where there is none.
+    /// If the register does not exist.
     pub fn read(&mut self, offset: u32, now: u64) -> Result<u32, String> {
         self.advance(now);
         Ok(match offset {
@@ -306,7 +305,7 @@ impl Timer {
     /// Writes a register.
     ///
     /// # Errors
-    /// Where there is none, or the setting is not modelled.
+    /// If the register does not exist, or the setting is not modelled.
     pub fn write(&mut self, offset: u32, value: u32, now: u64) -> Result<(), String> {
         self.advance(now);
         self.next.set(None);
@@ -322,7 +321,7 @@ impl Timer {
                 self.control[0] = value & 0x3FF;
             }
             0x04 => self.control[1] = value,
-            // Nothing but counting the trigger of another timer.
+            // The only modelled slave mode counts the trigger of another timer.
             0x08 if value & 7 != 0 && (value & 7 != EXTERNAL_CLOCK || value & 0x40 != 0) => {
                 return Err(format!("{} has no such slave mode", self.name));
             }
@@ -331,7 +330,7 @@ impl Timer {
                 return Err(format!("{} does not ask for DMA", self.name));
             }
             0x0C => self.interrupts = value,
-            // A one leaves a flag as it is.
+            // Writing a one leaves a flag unchanged.
             0x10 => self.status &= value,
             0x14 => {
                 self.status |= value & 0x1E;
@@ -371,7 +370,7 @@ mod tests {
     }
 
     #[test]
-    fn it_updates_every_reload_plus_one_steps_and_compares_on_the_way() {
+    fn it_updates_every_reload_plus_one_counts_and_compares() {
         let mut timer = timer();
         timer.write(0x34, 250, 0).expect("a register");
         timer.write(0x0C, 3, 0).expect("a register");
@@ -388,7 +387,7 @@ mod tests {
     }
 
     #[test]
-    fn a_compare_value_that_has_passed_matches_in_the_next_round_only() {
+    fn a_passed_compare_value_matches_in_the_next_round() {
         let mut timer = timer();
         timer.write(0x0C, 2, 0).expect("a register");
         timer.write(0x00, CEN, 0).expect("a register");
@@ -399,7 +398,7 @@ mod tests {
     }
 
     #[test]
-    fn frozen_it_stands_still() {
+    fn a_frozen_timer_stands_still() {
         let mut timer = timer();
         timer.write(0x34, 250, 0).expect("a register");
         timer.write(0x0C, 2, 0).expect("a register");
@@ -412,7 +411,7 @@ mod tests {
     }
 
     #[test]
-    fn one_counts_the_captures_of_another_and_not_its_clock() {
+    fn a_slave_counts_captures_instead_of_its_clock() {
         let mut master = timer();
         for (offset, value) in [(0x18, 1), (0x20, 1), (0x04, COMPARE_PULSE), (0x00, CEN)] {
             master.write(offset, value, 0).expect("a register");
@@ -424,7 +423,7 @@ mod tests {
         assert_eq!(counter.counts_trigger(), Some(1));
         let mut counts = Vec::new();
         for edge in 1..=4 {
-            // Whether or not the one before was looked at.
+            // The edge is captured even if the previous one was not read.
             if master.edge(0, true, 1000 * edge) {
                 counter.trigger();
             }
@@ -436,7 +435,7 @@ mod tests {
     }
 
     #[test]
-    fn with_a_head_start_it_compares_as_soon_as_without() {
+    fn compares_are_shifted_by_the_head_start() {
         let mut timer = timer();
         timer.head_start = 900;
         timer.reset(10);
@@ -454,7 +453,7 @@ mod tests {
     }
 
     #[test]
-    fn an_edge_captures_the_count_and_a_second_one_says_so() {
+    fn a_second_capture_sets_the_overcapture_flag() {
         let mut timer = timer();
         timer.write(0x18, 1, 0).expect("a register");
         timer.write(0x20, 1, 0).expect("a register");

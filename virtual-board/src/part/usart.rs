@@ -1,4 +1,4 @@
-//! A serial line, both ways, 8 bits without parity.
+//! Serial line, both directions, 8 bits without parity.
 
 use std::collections::VecDeque;
 
@@ -19,7 +19,7 @@ const RE: u32 = 1 << 2;
 /// A byte on the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TimedByte {
-    /// When its stop bit ended, in units of [`time`](crate::time).
+    /// Time of the end of its stop bit, in units of [`time`](crate::time).
     pub time: u64,
     /// The byte.
     pub byte: u8,
@@ -28,23 +28,23 @@ pub struct TimedByte {
 /// A fault of a line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LineFault {
-    /// Nothing.
+    /// No fault.
     #[default]
     None,
-    /// It is open: sent bytes are lost, the receiver sees an idle line.
+    /// Open line: sent bytes are lost, and the receiver sees an idle line.
     Open,
-    /// The receiver's line is held low, as by an unpowered sender: one byte without a stop bit,
-    /// then no edge any more. Sent bytes are lost.
+    /// The receiver's line is held low, as by an unpowered sender: one byte without a stop bit, then no further
+    /// edge. Sent bytes are lost.
     Break,
 }
 
-/// A byte that comes.
+/// A byte being received.
 #[derive(Clone, Copy, Debug)]
 struct Incoming {
-    /// When its stop bit ends, or should.
+    /// Time of the end of its stop bit, present or not.
     time: u64,
     byte: u8,
-    /// Whether there is one.
+    /// Whether it has a stop bit.
     stopped: bool,
 }
 
@@ -61,9 +61,9 @@ pub struct Usart {
     done_at: u64,
     status_read: bool,
     idle_at: u64,
-    /// Bytes sent and not taken yet.
+    /// Sent bytes that have not been taken.
     pub sent: Vec<TimedByte>,
-    /// Bytes that come, and when each has come.
+    /// Bytes being received, with their times.
     incoming: VecDeque<Incoming>,
     fault: LineFault,
 }
@@ -89,7 +89,7 @@ impl Default for Usart {
 }
 
 impl Usart {
-    /// A reset; bytes on the line stay.
+    /// Resets the registers; bytes on the line stay.
     pub fn reset(&mut self) {
         *self = Self {
             sent: core::mem::take(&mut self.sent),
@@ -99,7 +99,7 @@ impl Usart {
         };
     }
 
-    /// The rate, baud; 0 where none is set.
+    /// Baud rate; 0 if not configured.
     #[must_use]
     pub const fn rate(&self, pclk: u32) -> u32 {
         let divider = if self.control[0] & 1 << 15 == 0 {
@@ -123,13 +123,13 @@ impl Usart {
         }
     }
 
-    /// Puts bytes on the line, the first from `time` on.
+    /// Puts bytes on the line, starting no earlier than `time`.
     pub fn push(&mut self, bytes: &[u8], time: u64, pclk: u32) {
         if self.fault != LineFault::None {
             return;
         }
         let frame = match self.frame(pclk) {
-            // Without a rate set: 115 200 baud.
+            // Default while no rate is configured: 115 200 baud.
             NEVER => 10 * cycle(115_200),
             frame => frame,
         };
@@ -147,13 +147,13 @@ impl Usart {
         }
     }
 
-    /// Bytes on their way.
+    /// Number of bytes being received.
     #[must_use]
     pub fn incoming(&self) -> usize {
         self.incoming.len()
     }
 
-    /// Sets or clears a fault of the line. Bytes on their way are lost.
+    /// Sets or clears a fault of the line. Bytes being received are lost.
     pub fn set_fault(&mut self, fault: LineFault, now: u64, pclk: u32) {
         if fault == self.fault {
             return;
@@ -170,7 +170,7 @@ impl Usart {
         }
     }
 
-    /// When something happens on the line.
+    /// Time of the next event on the line.
     #[must_use]
     pub fn next_event(&self) -> u64 {
         self.incoming
@@ -180,7 +180,7 @@ impl Usart {
             .min(self.idle_at)
     }
 
-    /// Lets time pass.
+    /// Advances to `now`.
     pub fn advance(&mut self, now: u64, pclk: u32) {
         if self.done_at <= now {
             let time = self.done_at;
@@ -241,7 +241,7 @@ impl Usart {
         }
     }
 
-    /// Whether DMA is to bring a byte.
+    /// Returns whether DMA is to write a byte.
     #[must_use]
     pub const fn wants_byte(&self) -> bool {
         self.control[2] & 1 << 7 != 0
@@ -249,16 +249,16 @@ impl Usart {
             && self.status & TXE != 0
     }
 
-    /// Whether DMA is to fetch a byte.
+    /// Returns whether DMA is to read a byte.
     #[must_use]
     pub const fn has_byte(&self) -> bool {
         self.control[2] & 1 << 6 != 0 && self.status & RXNE != 0
     }
 
-    /// Whether it requests its interrupt.
+    /// Returns whether the interrupt is requested.
     #[must_use]
     pub const fn interrupts(&self) -> bool {
-        // TXEIE, TCIE, RXNEIE and IDLEIE lie where their flags do; an overrun interrupts with RXNEIE.
+        // TXEIE, TCIE, RXNEIE and IDLEIE have the bit positions of their flags; an overrun interrupts with RXNEIE.
         self.status & self.control[0] & 0xF0 != 0
             || self.status & ORE != 0 && self.control[0] & RXNE != 0
             || self.status & (FE | ORE | 4) != 0 && self.control[2] & 1 != 0
@@ -267,7 +267,7 @@ impl Usart {
     /// Reads a register.
     ///
     /// # Errors
-    /// Where there is none.
+    /// If the register does not exist.
     pub fn read(&mut self, offset: u32) -> Result<u32, String> {
         Ok(match offset {
             0x00 => {
@@ -291,7 +291,7 @@ impl Usart {
     /// Writes a register.
     ///
     /// # Errors
-    /// Where there is none, or the setting is not modelled.
+    /// If the register does not exist, or the setting is not modelled.
     pub fn write(&mut self, offset: u32, value: u32, now: u64, pclk: u32) -> Result<(), String> {
         match offset {
             0x00 => self.status &= value | !(RXNE | TC | 0x300),

@@ -2,7 +2,7 @@
 
 use super::{Invalid, Outcome, Reports, Scenario};
 
-/// The requirements that an outcome violates; empty where it meets all.
+/// The requirements that an outcome violates; empty if it meets all.
 #[must_use]
 pub fn violations(scenario: &Scenario, outcome: &Outcome) -> Vec<String> {
     let mut all = Vec::new();

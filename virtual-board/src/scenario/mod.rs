@@ -42,44 +42,43 @@ use watch::Watch;
 
 const MILLISECOND: u64 = PER_SECOND / 1000;
 
-/// When preparing steps are done, ms: the board has started.
+/// Time by which preparing steps are done, ms: the board has started.
 pub const BEFORE_MS: u64 = 300;
 
-/// When the matrix injects, ms: the foot stands and says "stable" by then.
+/// Time at which the matrix injects, ms: the foot stands and says "stable" by then.
 const AT_MS: u64 = 1000;
 
-/// How long the board is watched at least after its recovery, ms: the next health message comes
-/// within it.
+/// Minimum time for which the board is watched after its recovery, ms: the next health message comes within it.
 const AFTERWARDS_MS: u64 = 150;
 
 /// One action on the board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Step {
-    /// A fault is injected, or faults are cleared.
+    /// Injects a fault, or clears faults.
     Inject(Injection),
-    /// A setting is changed over the serial line.
+    /// Changes a setting over the serial line.
     Set(Address, Value),
-    /// Settings are stored, in the state that the node is in.
+    /// Stores the settings in the current node state.
     Store,
-    /// Settings are stored in pre-operational.
+    /// Stores the settings in pre-operational state.
     StoreStopped,
-    /// The stored settings are erased, in pre-operational.
+    /// Erases the stored settings in pre-operational state.
     Restore,
-    /// The supply fails in the store that erases, after this many 32ths of its operations.
+    /// Cuts the supply in the store that erases, after this many 32nds of its operations.
     CutInErase(u32),
-    /// A network management command of the master, over the serial line.
+    /// Sends a network management command of the master over the serial line.
     Nmt(Command),
-    /// Nothing, for this long, µs.
+    /// Waits, µs.
     Wait(u32),
-    /// A setting is requested over the serial line.
+    /// Requests a setting over the serial line.
     Request(Address),
-    /// This many meaningless bytes come over the serial line.
+    /// Sends this many meaningless bytes over the serial line.
     Garbage(u32),
-    /// This many requests come over CAN, and as many over the serial line, at the full rate.
+    /// Sends this many requests over CAN, and as many over the serial line, at the full rate.
     Flood(u32),
 }
 
-/// When data are invalid, in addition to the time from a reset of the board to its first sample.
+/// Period of invalid data, in addition to the time from a reset of the board to its first sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Invalid {
     /// Never: the sensor and its measurements are not affected. No frame that is later than usual by
@@ -92,66 +91,65 @@ pub enum Invalid {
 }
 
 impl Invalid {
-    /// How much later than usual a frame may be and still say "stable", ms: the firmware drops
-    /// frames that the bus did not take in 20 ms.
+    /// Maximum delay beyond the usual one at which a frame may still say "stable", ms: the firmware drops frames
+    /// that the bus did not accept within 20 ms.
     pub const MAX_LATE_MS: u64 = 21;
 }
 
-/// A fault, when and how it is injected, and what is required of the board.
+/// A fault, its injection, and the requirements on the board.
 #[derive(Clone, Copy)]
 pub struct Scenario {
-    /// Its name on the command line: `--fault NAME@MS`.
+    /// Name on the command line: `--fault NAME@MS`.
     pub name: &'static str,
-    /// The fault, in the words of the table.
+    /// Description of the fault in the table.
     pub what: &'static str,
-    /// Changes how the board is made, for an injection at a time, µs.
+    /// Changes the options of the board for an injection at a time, µs.
     pub board: fn(&mut BoardOptions, u32),
     /// Steps that prepare the board.
     pub before: &'static [Step],
-    /// The motion of the foot, by seconds since the injection.
+    /// Motion of the foot, by seconds since the injection.
     pub motion: fn(f64) -> Stimulus,
-    /// The content of the settings pages at power-up.
+    /// Content of the settings pages at power-up.
     pub pages: Pages,
-    /// The steps of the injection, for each of its variants.
+    /// Steps of the injection, for each of the variants.
     pub steps: fn(u64) -> Vec<Step>,
-    /// The variants that the matrix runs: first, last, stride.
+    /// Variants that the matrix runs: first, last, stride.
     pub variants: (u64, u64, u64),
-    /// Whether the fault is there from power-up on.
+    /// Whether the fault is present from power-up on.
     pub at_power_up: bool,
-    /// How long until it is cleared, ms; `None` where it happens once or is permanent.
+    /// Time until the fault is cleared, ms; `None` if it happens once or is permanent.
     pub lasts_ms: Option<u64>,
-    /// How long recovery and reports may take, ms, where the default does not fit.
+    /// Time limit for recovery and reports, ms, if the default does not fit.
     pub deadline_ms: Option<u64>,
-    /// Until when data are invalid.
+    /// Period of invalid data.
     pub invalid: Invalid,
-    /// How long the fault cannot be detected from the data, µs: from then on no frame says
-    /// "stable".
+    /// Time for which the fault cannot be detected from the data, µs: afterwards no frame says "stable".
     pub blind_us: u64,
-    /// The latest detection, µs after the injection.
+    /// Latest detection, µs after the injection.
     pub detected_within_us: u64,
-    /// The number of runs, each at another phase of the sampling.
+    /// Number of runs, each at another phase of the sampling.
     pub phases: u64,
-    /// The report that is required.
+    /// Required report.
     pub reports: Reports,
     /// Whether CAN has to work again afterwards.
     pub with_can: bool,
     /// Whether both lines may be silent while data are invalid.
     pub may_be_silent: bool,
-    /// The resets that are required, in order.
+    /// Required resets, in order.
     pub resets: &'static [ResetCause],
-    /// Whether any other resets, or none, are allowed too.
+    /// Whether other resets, or no reset, are allowed too.
     pub any_reset: bool,
     /// Whether the board's clock stops for a time.
     pub clock_stops: bool,
-    /// Whether the times of the samples have to continue undisturbed.
+    /// Whether sample times have to continue undisturbed.
     pub keeps_time: bool,
-    /// The time that the board's clock has to reach, µs.
+    /// Time that the board's clock has to reach, µs.
     pub clock_beyond_us: u64,
-    /// A setting that is read afterwards, with its old value and the one that was stored last.
+    /// Setting that is read afterwards, with its old value and the one stored last.
     pub kept: Option<(Address, [Value; 2])>,
     /// Whether the new value is required, unless the board reports that it could not be stored.
     pub keeps_new: bool,
-    /// A remark in the table beside the measurements.
+    /// Remark in the table beside the measurements.
     pub note: &'static str,
 }
 
@@ -164,9 +162,9 @@ pub enum Reports {
     Counter(wire::Counter),
     /// The boot-up message alone.
     BootUp,
-    /// None: the fault is within the board's tolerance.
+    /// No report: the fault is within the board's tolerance.
     Nothing,
-    /// Any, or none.
+    /// Any report, or none.
     Any,
 }
 
@@ -179,7 +177,7 @@ pub struct Case {
     pub phase: u64,
 }
 
-/// Why a scenario could not be run.
+/// Reason why a scenario could not be run.
 #[derive(Clone, Debug)]
 pub enum Problem {
     /// The ELF does not fit the board.
@@ -206,7 +204,7 @@ impl From<Failure> for Problem {
 }
 
 impl Step {
-    /// Carries it out.
+    /// Carries out the step.
     pub fn act(self, board: &mut Board) {
         let send = |board: &mut Board, message: &Message| {
             board.push_uart(uart::encode(0, message).as_bytes());
@@ -229,14 +227,14 @@ impl Step {
             Self::Inject(injection) => board.inject(injection),
             Self::Set(address, value) => {
                 let value = value.into();
-                // Settings are changed while process data stand still.
+                // Settings can be changed only while process data are stopped.
                 stopped(board, &Message::ConfigSet(ConfigSet { address, value }));
             }
             Self::Store => send(board, &store()),
             Self::StoreStopped => stopped(board, &store()),
             Self::Restore => stopped(board, &restore()),
             Self::Nmt(command) => send(board, &Message::Nmt(NmtRequest(command))),
-            // The runner does these: they let time pass, or depend on the pages.
+            // The runner handles these: they take time, or depend on the pages.
             Self::Wait(_) | Self::CutInErase(_) => {}
             Self::Request(address) => send(board, &Message::ConfigGet(ConfigGet { address })),
             Self::Garbage(count) => {
@@ -258,28 +256,28 @@ impl Step {
 }
 
 impl Scenario {
-    /// The scenario with this name.
+    /// Returns the scenario with a name.
     #[must_use]
     pub fn named(name: &str) -> Option<&'static Self> {
         ALL.iter().find(|scenario| scenario.name == name)
     }
 
-    /// Its variants.
+    /// Returns its variants.
     pub fn all_variants(&self) -> impl Iterator<Item = u64> {
         let (from, to, every) = self.variants;
         (from..=to).step_by(every.max(1) as usize)
     }
 
-    /// Runs it once on a new board at rest.
+    /// Runs the scenario once on a new board at rest.
     ///
     /// # Errors
-    /// Where the ELF does not fit, or misuses the board.
+    /// If the ELF does not fit, or misuses the board.
     pub fn run(&self, elf: &[u8], case: Case, corner: Corner) -> Result<Outcome, Problem> {
         let Case { variant, phase } = case;
         self.run_steps(elf, &(self.steps)(variant), phase, corner)
     }
 
-    /// Runs it with other steps than its own.
+    /// Runs the scenario with other steps than its own.
     ///
     /// # Errors
     /// As [`run`](Self::run).
@@ -295,7 +293,7 @@ impl Scenario {
         let filled = self.fill(elf)?;
         let at_us = match self.at_power_up {
             true => 0,
-            // In steps that hit each of four ticks, and another part of it each time.
+            // Strides that cover all of four ticks, at another phase each time.
             false => AT_MS * 1000 + phase * 1_283,
         };
         (self.board)(&mut options, at_us as u32);
@@ -361,7 +359,7 @@ impl Scenario {
         Ok(outcome)
     }
 
-    /// The settings pages that it begins with.
+    /// The settings pages at its start.
     fn fill(&self, elf: &[u8]) -> Result<Option<pages::Filled>, Problem> {
         match self.pages {
             Pages::Blank => Ok(None),
@@ -369,7 +367,7 @@ impl Scenario {
         }
     }
 
-    /// Operations of flash in the store that its pages are filled for; 0 where they are blank.
+    /// Number of flash operations in the store for which its pages are filled; 0 if they are blank.
     ///
     /// # Errors
     /// As [`run`](Self::run).
@@ -377,8 +375,7 @@ impl Scenario {
         Ok(self.fill(elf)?.map_or(0, |filled| filled.operations))
     }
 
-    /// Fills the pages with the settings of a board that has not run yet, where it begins with
-    /// some.
+    /// Fills the settings pages of a board that has not run yet, if the scenario requires it.
     ///
     /// # Errors
     /// As [`run`](Self::run).
@@ -389,12 +386,12 @@ impl Scenario {
         Ok(())
     }
 
-    /// Whether data stay invalid to the end.
+    /// Returns whether data stay invalid to the end.
     fn stays(&self) -> bool {
         self.invalid == Invalid::UntilCleared && self.lasts_ms.is_none()
     }
 
-    /// How long to wait for recovery, ms.
+    /// Time limit for recovery, ms.
     fn deadline(&self) -> u64 {
         let usual = if self.stays() { 1000 } else { 4000 };
         self.deadline_ms.unwrap_or(usual)

@@ -8,13 +8,13 @@ use crate::board::Board;
 use crate::part::rcc::ResetCause;
 use crate::time::{from_us, to_us};
 
-/// The outcome of a scenario. Times are in µs; "injection" is when the fault is injected,
-/// "clearance" when it is cleared or, where it ends by itself, the injection too.
+/// Outcome of a scenario. Times are in µs; "injection" is when the fault is injected, "clearance" when it is
+/// cleared or, if it ends by itself, the injection too.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// From the injection to the first contact frame that is flagged as not valid.
+    /// Time from the injection to the first contact frame flagged as invalid.
     pub first_invalid_us: Option<f64>,
-    /// From the injection to the first report: emergency message, log line, boot-up message.
+    /// Time from the injection to the first report: emergency message, log line, boot-up message.
     pub reported_us: Option<f64>,
     /// Faults reported by emergency messages.
     pub emergencies: Vec<Fault>,
@@ -28,41 +28,41 @@ pub struct Outcome {
     pub counters: Vec<Counter>,
     /// Whether data were invalid for a time.
     pub had_invalid_data: bool,
-    /// From the injection to the last frame that said "stable" before data were valid again.
+    /// Time from the injection to the last frame that said "stable" before data were valid again.
     pub last_stable_us: Option<f64>,
-    /// The number of contact frames sent while data were invalid, without those sent while the
-    /// fault could not be detected yet.
+    /// Number of contact frames sent while data were invalid, without those sent while the fault could not be
+    /// detected yet.
     pub checked: u64,
-    /// The longest span of invalid data, from when it could be detected.
+    /// Longest period of invalid data, from when it could be detected.
     pub invalid_us: f64,
-    /// The number of checked frames that said "stable": zero is required.
+    /// Number of checked frames that said "stable": zero is required.
     pub stable_while_invalid: u64,
-    /// The greatest delay of a frame that said "stable", beyond the usual one.
+    /// Greatest delay of a frame that said "stable", beyond the usual one.
     pub late_us: f64,
-    /// From clearance to the first valid frame on every line in use; `None` where frames never
-    /// stopped, or never came again.
+    /// Time from clearance to the first valid frame on every line in use; `None` if frames never stopped, or never
+    /// resumed.
     pub recovered_us: Option<f64>,
-    /// From clearance to the emergency message that reports the fault cleared.
+    /// Time from clearance to the emergency message that reports the fault cleared.
     pub cleared_us: Option<f64>,
-    /// The longest time without a contact frame: on CAN, on the serial line.
+    /// Longest time without a contact frame: on CAN, on the serial line.
     pub silent_us: [f64; 2],
     /// Whether the last frames on every line in use are valid and say "stable".
     pub healthy: bool,
     /// Whether sample times on the serial line increase, each by less than two ticks.
     pub steady_clock: bool,
-    /// The last sample time on the serial line, on the board's clock.
+    /// Last sample time on the serial line, on the board's clock.
     pub last_sample_us: u64,
-    /// From the injection to the first health message in which one of `counters` had increased.
+    /// Time from the injection to the first health message in which one of `counters` had increased.
     pub counted_us: Option<f64>,
-    /// The number of runs after which the setting had its old value, the new one, any other.
+    /// Number of runs after which the setting had its old value, the new one, any other.
     pub kept: [u64; 3],
-    /// The requirements that were not met, in words.
+    /// Requirements that were not met, in words.
     pub violations: Vec<String>,
-    /// From the injection to the end of the run.
+    /// Time from the injection to the end of the run.
     pub watched_us: f64,
 }
 
-/// Longer than this without a frame, µs, and a line counts as disturbed.
+/// Gap between frames, µs, above which a line counts as disturbed.
 const DISTURBED_US: f64 = 5_000.0;
 
 /// Counters that are constant without a fault.
@@ -125,7 +125,7 @@ impl Outcome {
             if contact.stable && invalid.is_before_the_end(contact.time) {
                 outcome.last_stable_us = Some(since(contact.time));
             }
-            // The clock of a board that was reset starts again.
+            // The clock of a board restarts with a reset.
             if contact.stable && resets.is_empty() && !scenario.clock_stops {
                 let late = lateness(contact, &usual);
                 outcome.late_us = outcome.late_us.max(late);
@@ -182,7 +182,7 @@ impl Outcome {
                 Reported::Emergency(fault) => insert(&mut self.emergencies, fault),
                 Reported::Serial(fault) => insert(&mut self.serial, fault),
                 Reported::BootUp => {
-                    // At power-up it is always sent.
+                    // It is always sent at power-up.
                     self.boot_up |= !scenario.at_power_up;
                     !scenario.at_power_up
                 }
@@ -202,7 +202,7 @@ impl Outcome {
         }
     }
 
-    /// Counters start again with a reset, and then show nothing.
+    /// Counters restart with a reset, and then show nothing.
     fn take_counters(&mut self, watch: &Watch, at: u64, resets: &[(u64, ResetCause)]) {
         let before = watch.health.iter().rev().find(|(time, _)| *time < at);
         let (Some((_, before)), true) = (before, resets.is_empty()) else {
@@ -218,21 +218,21 @@ impl Outcome {
         }
     }
 
-    /// Counts the value of the setting afterwards.
+    /// Counts the final value of the setting.
     pub(super) fn take_setting(&mut self, answer: Option<&[u8]>, values: [Value; 2]) {
         let is_answer = |value: &Value| answer == Some(&value.to_raw().to_le_bytes());
         let index = values.iter().position(is_answer);
         self.kept[index.unwrap_or(2)] += 1;
     }
 
-    /// From the injection to the first sign of the fault in anything that the board sends, µs.
+    /// Time from the injection to the first sign of the fault in anything that the board sends, µs.
     #[must_use]
     pub fn detected_us(&self) -> Option<f64> {
         let signs = [self.first_invalid_us, self.reported_us, self.counted_us];
         signs.into_iter().flatten().reduce(f64::min)
     }
 
-    /// Whether the required report has been sent.
+    /// Returns whether the required report has been sent.
     #[must_use]
     pub fn has_reported(&self, reports: Reports) -> bool {
         match reports {
@@ -246,7 +246,7 @@ impl Outcome {
         }
     }
 
-    /// Whether nothing more is awaited.
+    /// Returns whether nothing more is awaited.
     pub(super) fn is_complete(&self, scenario: &Scenario) -> bool {
         let gone = scenario.lasts_ms.is_none()
             || self.emergencies.is_empty()
@@ -255,7 +255,7 @@ impl Outcome {
         self.watched_us > 300_000.0 && self.healthy && gone && self.has_reported(scenario.reports)
     }
 
-    /// The worst of this outcome and that of another run.
+    /// Merges this outcome with that of another run, taking the worst of each.
     #[must_use]
     pub fn worst(mut self, other: &Self) -> Self {
         let most = |a: Option<f64>, b: Option<f64>| match (a, b) {
@@ -306,7 +306,7 @@ fn merge<T: PartialEq + Copy>(all: &mut Vec<T>, others: &[T]) {
     }
 }
 
-/// When data are invalid and that can be detected.
+/// A period of invalid data that can be detected.
 struct Invalidity {
     spans: Vec<(u64, u64)>,
     end: u64,
@@ -358,7 +358,7 @@ impl Invalidity {
     }
 }
 
-/// The longest time without a contact frame on a line: how long, µs, and when it ended.
+/// Longest time without a contact frame on a line: duration, µs, and its end.
 fn longest_silence<'a>(
     contacts: impl Iterator<Item = &'a ContactFrame>,
     line: Line,
@@ -377,7 +377,7 @@ fn longest_silence<'a>(
     longest
 }
 
-/// The least age of a frame on each line before the injection.
+/// Smallest age of a frame on each line before the injection.
 fn usual_ages(contacts: &[ContactFrame], at: u64) -> [f64; 2] {
     let mut usual = [f64::INFINITY; 2];
     for contact in contacts.iter().filter(|contact| contact.time < at) {
@@ -391,7 +391,7 @@ fn lateness(contact: &ContactFrame, usual: &[f64; 2]) -> f64 {
     let late = contact.age_us - usual[contact.line as usize];
     match (contact.line, late.is_finite()) {
         (_, false) => 0.0,
-        // By less than a step of the short time, it is none.
+        // A difference below a step of the short time does not count as a delay.
         (Line::Can, true) => {
             let late = late.rem_euclid(SHORT_US);
             if late > SHORT_US - 20.0 { 0.0 } else { late }
@@ -428,7 +428,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_is_late_by_what_it_is_older_than_the_youngest_before() {
+    fn lateness_is_relative_to_the_youngest_frame_before() {
         let usual = usual_ages(
             &[
                 contact(Line::Can, 655_000.0, 0),
@@ -448,7 +448,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_is_steady_where_each_time_is_a_tick_after_the_one_before() {
+    fn a_steady_clock_advances_by_less_than_two_ticks() {
         let times = |all: &[u64]| {
             let contacts: Vec<ContactFrame> =
                 all.iter().map(|&t| contact(Line::Uart, 0.0, t)).collect();

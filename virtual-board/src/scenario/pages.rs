@@ -1,4 +1,4 @@
-//! Pages with settings in which the next store has to erase, filled by the board's own stores.
+//! Settings pages in which the next store has to erase, filled by the board's own stores.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -8,7 +8,7 @@ use crate::board::Board;
 /// The content of the settings pages at power-up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pages {
-    /// Nothing, as in a new board.
+    /// Blank, as in a new board.
     Blank,
     /// Full of records: the next store has to erase.
     BeforeAnErase,
@@ -18,22 +18,22 @@ pub enum Pages {
 #[derive(Clone)]
 pub(super) struct Filled {
     pub(super) bytes: Vec<u8>,
-    /// Operations of flash that the store takes which erases.
+    /// Number of flash operations of the store that erases.
     pub(super) operations: u64,
 }
 
-/// More stores than fit two pages.
+/// Maximum number of stores: more than fit two pages.
 const MOST_STORES: u32 = 400;
 
-/// How long a store may take without an erase, and with some, ms.
+/// Time limit of a store without an erase, and with erases, ms.
 const STORE_MS: u64 = 60;
 const ERASE_MS: u64 = 3_000;
 
 /// Pages filled so far, by ELF.
 static FOUND: Mutex<Vec<(Vec<u8>, Filled)>> = Mutex::new(Vec::new());
 
-/// Has a board with `elf` store its settings, changed by `before`, until it erases: the pages as
-/// they were before that.
+/// Has a board with `elf` store its settings, changed by `before`, until it erases. Returns the pages before the
+/// erase.
 pub(super) fn before_an_erase(elf: &[u8], before: Step) -> Result<Filled, Problem> {
     let mut found = FOUND.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some((_, filled)) = found.iter().find(|(known, _)| known == elf) {

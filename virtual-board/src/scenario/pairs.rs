@@ -3,27 +3,27 @@
 use super::{ALL, Invalid, Outcome, Pages, Problem, Reports, Scenario, Step};
 use crate::corner::Corner;
 
-/// From the first to the second, µs.
+/// Delays from the first to the second fault, µs.
 pub const DELAYS_US: [u32; 2] = [0, 12_000];
 
-/// Pairs run at one phase of the sampling.
+/// Phase of the sampling at which pairs run.
 const FIRST_PHASE: u64 = 0;
 
-/// A frame about the contact, 39 bytes of 10 bits at 1 Mbit/s, at a tenth of that rate, µs.
+/// Duration of a contact frame, 39 bytes of 10 bits at 1 Mbit/s, at a tenth of that rate, µs.
 const STRETCHED_FRAME_US: u64 = 3_900;
 
-/// Two faults, the second a delay after the first.
+/// Two faults, the second after a delay.
 #[derive(Clone, Copy)]
 pub struct Pair {
     /// The first fault.
     pub first: &'static Scenario,
     /// The second fault.
     pub second: &'static Scenario,
-    /// How long after the first, µs.
+    /// Delay after the first, µs.
     pub delay_us: u32,
 }
 
-/// Whether it is injected into a running board, without preparation.
+/// Returns whether the fault is injected into a running board, without preparation.
 fn is_simple(scenario: &&Scenario) -> bool {
     let waits = |step: &Step| matches!(step, Step::Wait(_));
     let steps = (scenario.steps)(scenario.variants.0);
@@ -53,7 +53,7 @@ pub fn all() -> impl Iterator<Item = Pair> {
 }
 
 impl Pair {
-    /// Its name: both names, and the delay.
+    /// Name of the pair: both names, and the delay.
     #[must_use]
     pub fn name(&self) -> String {
         format!(
@@ -64,8 +64,8 @@ impl Pair {
         )
     }
 
-    /// Until when data are invalid: until lasting faults are cleared. Faults that end by themselves
-    /// are judged after resets only.
+    /// Period of invalid data: until lasting faults are cleared. Faults that end by themselves are judged after
+    /// resets only.
     const fn invalid(&self) -> Invalid {
         match (self.first.invalid, self.second.invalid) {
             (Invalid::UntilCleared, _) | (_, Invalid::UntilCleared) => Invalid::UntilCleared,
@@ -73,8 +73,8 @@ impl Pair {
         }
     }
 
-    /// By how much later it may be detected where a debugger halts the core meanwhile, or where a
-    /// serial frame that had begun leaves at a tenth of its rate, with the clock that is left, µs.
+    /// Additional detection time while a debugger halts the core, or for a serial frame that leaves at a tenth of
+    /// its rate with the remaining clock, µs.
     const fn standstill_us(&self) -> u64 {
         if self.first.clock_stops || self.second.clock_stops {
             55_000
@@ -85,8 +85,8 @@ impl Pair {
         }
     }
 
-    /// The requirement for both together: no frame says "stable" on invalid data, and the board
-    /// recovers; any report and any reset is allowed.
+    /// Requirement for both together: no frame says "stable" on invalid data, and the board recovers; any report
+    /// and any reset is allowed.
     fn scenario(&self) -> Scenario {
         let (first, second) = (self.first, self.second);
         let blind = |scenario: &Scenario, after: u32| match scenario.invalid {
@@ -112,7 +112,7 @@ impl Pair {
         }
     }
 
-    /// Runs it.
+    /// Runs the pair.
     ///
     /// # Errors
     /// As [`Scenario::run`].

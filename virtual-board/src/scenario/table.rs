@@ -1,4 +1,4 @@
-//! The fault matrix as a Markdown table, from runs.
+//! The fault matrix as a Markdown table, generated from runs.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -7,8 +7,8 @@ use std::thread;
 use super::{Case, Outcome, Scenario};
 use crate::corner::Corner;
 
-/// Runs scenarios in all their variants, on all cores, and gives the worst of each. A run that
-/// fails is a violation.
+/// Runs scenarios in all their variants, on all cores, and returns the worst outcome of each. A run that fails is
+/// a violation.
 #[must_use]
 pub fn matrix(
     elf: &[u8],
@@ -63,7 +63,7 @@ pub fn matrix(
         .collect()
 }
 
-/// A lateness below this, µs, is not shown.
+/// Lateness below which it is not shown, µs.
 const LATE_US: f64 = 2_000.0;
 
 /// The columns.
@@ -144,13 +144,13 @@ fn recovered(scenario: &Scenario, outcome: &Outcome) -> String {
     text
 }
 
-/// Two digits of a count.
+/// Rounds a count to two digits.
 fn round(count: u64) -> u64 {
     let step = 10_u64.pow(count.max(1).ilog10().saturating_sub(1));
     count / step * step
 }
 
-/// Two digits of a time.
+/// Formats a time with two digits.
 fn time(us: f64) -> String {
     let ms = us / 1000.0;
     match ms {

@@ -1,4 +1,4 @@
-//! Everything the board sends, with its times.
+//! Record of everything the board sends, with times.
 
 use estimator_core::Decision;
 use wire::uart::{Answer, Decoder, HealthMessage, Message};
@@ -11,7 +11,7 @@ use crate::part::can::TimedFrame;
 use crate::part::usart::TimedByte;
 use crate::time::{PER_SECOND, to_us};
 
-/// A line that leads out.
+/// An external line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Line {
     Can,
@@ -22,50 +22,49 @@ impl Line {
     pub(super) const BOTH: [Self; 2] = [Self::Can, Self::Uart];
 }
 
-/// A frame about the contact.
+/// A contact frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ContactFrame {
     pub(super) line: Line,
-    /// When its last byte had left.
+    /// Time at which its last byte had left.
     pub(super) time: u64,
-    /// By decision, or by a probability above one half without a flag.
+    /// Stable by decision, or by a probability above one half without a flag.
     pub(super) stable: bool,
     pub(super) valid: bool,
-    /// From the sample's time on the board's clock to `time`, µs, but for a constant; that of CAN
-    /// modulo [`SHORT_US`].
+    /// Time from the sample, on the board's clock, to `time`, µs, up to a constant; for CAN modulo [`SHORT_US`].
     pub(super) age_us: f64,
-    /// The sample's time, where the frame has all of it.
+    /// Time of the sample, if the frame has all of it.
     pub(super) sample_us: Option<u64>,
 }
 
-/// Short times wrap after this, µs.
+/// Period of short times, µs.
 pub(super) const SHORT_US: f64 = 655_360.0;
 
 /// A report of the board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Reported {
-    /// Over CAN.
+    /// Emergency message over CAN.
     Emergency(Fault),
-    /// Over CAN: the fault is cleared.
+    /// Emergency message over CAN that reports the fault cleared.
     Cleared(Fault),
-    /// Over the serial line, in the log or in the health message.
+    /// Report over the serial line, in the log or in the health message.
     Serial(Fault),
     /// The boot-up message.
     BootUp,
 }
 
-/// Everything that was sent.
+/// Record of everything that was sent.
 #[derive(Default)]
 pub(super) struct Watch {
     pub(super) contacts: Vec<ContactFrame>,
     pub(super) reported: Vec<(u64, Reported)>,
     pub(super) health: Vec<(u64, HealthMessage)>,
-    /// Samples read from the sensor: when, and the data-ready edge before.
+    /// Samples read from the sensor: time, and the preceding data-ready edge.
     pub(super) samples: Vec<(u64, Option<u64>)>,
     /// Answers to requests for settings.
     answers: Vec<(Address, Vec<u8>)>,
     decoder: Decoder,
-    /// When the last byte but a frame's end left.
+    /// Time at which the last byte, except a frame's end, left.
     last_byte: u64,
 }
 
@@ -80,11 +79,11 @@ impl Watch {
         Ok(())
     }
 
-    /// Records what it has sent.
+    /// Records everything that the board has sent.
     pub(super) fn take(&mut self, board: &mut Board) {
         for TimedByte { time, byte } in board.take_uart() {
-            // A reset may cut a frame off before its end: the next one begins with it, long after
-            // the last byte had left.
+            // A reset may cut a frame off before its end: the next frame begins with that end, long after the last
+            // byte has left.
             if let Some(Ok(frame)) = self.decoder.push(byte) {
                 self.message(self.last_byte, &frame.message);
             }
@@ -169,7 +168,7 @@ impl Watch {
         }
     }
 
-    /// The last answer to a request for a setting.
+    /// Last answer to a request for a setting.
     pub(super) fn answered(&self, address: Address) -> Option<&[u8]> {
         let mut answers = self.answers.iter().rev();
         let found = answers.find(|(about, _)| *about == address);

@@ -10,31 +10,32 @@
 //! | `Z0`, `Z1` | received frames without and with the millisecond, modulo a minute | closed |
 //! | `V`, `N` | version, serial number | anywhere |
 //!
-//! Each is answered with CR, a sent frame with `z` or `Z` before it; with BEL what is not understood or not
-//! possible now. Frames come while it is open, those of its own are not among them.
+//! Each command is answered with CR, a sent frame with `z` or `Z` before it; a command that is invalid or not
+//! possible in the current state is answered with BEL. Frames are received while the channel is open, without
+//! those that the host sends.
 
 use super::bus::Carried;
 use super::lawicel;
 use crate::part::can::Frame;
 
-/// The rates of `S0` to `S8`, bit/s.
+/// Bit rates of `S0` to `S8`, bit/s.
 const RATES: [u32; 9] = [
     10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000,
 ];
 
-/// The clock behind the registers of `s`, hertz.
+/// Clock of the registers of `s`, Hz.
 const REGISTER_CLOCK: u32 = 8_000_000;
 
-/// The longest line: an extended frame.
+/// Length of the longest line: an extended frame.
 const LONGEST_LINE: usize = 26;
 
 const CR: u8 = b'\r';
 const BEL: u8 = 0x07;
 
-/// Milliseconds until time stamps begin again.
+/// Period of time stamps, ms.
 const STAMPS: u64 = 60_000;
 
-/// What the channel to the bus does.
+/// State of the channel to the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Channel {
     Closed,
@@ -46,7 +47,7 @@ enum Channel {
 #[derive(Clone, Debug)]
 pub struct Adapter {
     channel: Channel,
-    /// `None` until one is set.
+    /// Bit rate; `None` until configured.
     bit_rate: Option<u32>,
     has_stamps: bool,
     has_lost: bool,
@@ -67,17 +68,17 @@ impl Default for Adapter {
     }
 }
 
-/// What a byte led to.
+/// Result of a received byte.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Reaction {
-    /// The answer to a command.
+    /// Answer to a command.
     pub answer: Vec<u8>,
-    /// A frame for the bus, and the rate of its bits, bit/s.
+    /// Frame for the bus, with its bit rate, bit/s.
     pub frame: Option<(Frame, u32)>,
 }
 
 impl Adapter {
-    /// Takes in a byte of the host.
+    /// Processes a byte of the host.
     pub fn push(&mut self, byte: u8) -> Reaction {
         match byte {
             CR => {
@@ -102,13 +103,13 @@ impl Adapter {
         }
     }
 
-    /// Carries out a command; `None` where it cannot be.
+    /// Executes a command; `None` if it is rejected.
     fn command(&mut self, line: &str) -> Option<Reaction> {
         let is_closed = self.channel == Channel::Closed;
         let mut answer = Vec::new();
         let mut frame = None;
         match (line.as_bytes(), is_closed) {
-            // An end of line alone: hosts send some to end what came before.
+            // An empty line: hosts send some to terminate earlier input.
             ([], _) => {}
             ([b'S', digit @ b'0'..=b'8'], true) => {
                 self.bit_rate = RATES.get(usize::from(digit - b'0')).copied();
@@ -135,7 +136,7 @@ impl Adapter {
         Some(Reaction { answer, frame })
     }
 
-    /// The line of a frame on the bus, where the adapter hears it. `ms` is its time.
+    /// Line of a frame on the bus, if the adapter receives it. `ms` is its time.
     #[must_use]
     pub fn hear(&self, carried: &Carried, ms: u64) -> Option<String> {
         let is_open = self.channel != Channel::Closed;
@@ -150,13 +151,13 @@ impl Adapter {
         Some(line)
     }
 
-    /// A line was lost: it was not read in time.
+    /// Records the loss of a line that was not read in time.
     pub const fn lose(&mut self) {
         self.has_lost = true;
     }
 }
 
-/// The rate that registers BTR0 and BTR1 of an SJA1000 set, in four hexadecimal digits, bit/s.
+/// Bit rate for the registers BTR0 and BTR1 of an SJA1000, in four hexadecimal digits, bit/s.
 fn rate_of(digits: &[u8]) -> Option<u32> {
     let are_digits = digits.len() == 4 && digits.iter().all(u8::is_ascii_hexdigit);
     let text = core::str::from_utf8(digits).ok().filter(|_| are_digits)?;
@@ -185,9 +186,9 @@ mod tests {
     }
 
     #[test]
-    fn it_is_opened_and_closed_as_hosts_do_it() {
+    fn hosts_open_and_close_the_channel() {
         let mut adapter = Adapter::default();
-        // What slcand, python-can and this workspace send first.
+        // First commands of slcand, python-can and this workspace.
         for (said, answer) in [
             ("\r\r\rC\r", "\r\r\r\x07"),
             ("O\r", "\x07"),
@@ -208,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_go_both_ways_only_while_it_is_open_and_at_the_rate_of_the_bus() {
+    fn frames_pass_only_while_open_and_at_the_bit_rate_of_the_bus() {
         let mut adapter = Adapter::default();
         assert_eq!(adapter.hear(&carried(0x191), 0), None);
         say(&mut adapter, "S8\rO\r");
@@ -239,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn lost_frames_are_in_the_status_once() {
+    fn lost_frames_are_reported_once_in_the_status() {
         let mut adapter = Adapter::default();
         say(&mut adapter, "S8\rO\r");
         adapter.lose();

@@ -1,18 +1,17 @@
-//! The bus that all feet share: frames of several nodes, one after the other, the lowest identifier
-//! first.
+//! The bus that all feet share: frames of several nodes, one at a time, the lowest identifier first.
 //!
-//! Each board has a model of the bus of its own, on which the others' frames arrive a slice of time after
-//! they were sent. Here they are put into the one order that an adapter sees.
+//! Each board has its own model of the bus, on which the frames of the others arrive one time slice after they
+//! were sent. This model puts all frames into the one order that an adapter receives.
 
 use std::collections::VecDeque;
 
 use crate::part::can::Frame;
 use crate::time::cycle;
 
-/// Frames of a node that may wait for the bus; of more, the oldest is lost.
+/// Maximum number of frames of a node that wait for the bus; beyond it the oldest is lost.
 const MOST_WAITING: usize = 256;
 
-/// A frame that waits, and what sent it.
+/// A frame that waits, with its properties.
 #[derive(Clone, Debug)]
 struct Waiting {
     ready: u64,
@@ -20,14 +19,14 @@ struct Waiting {
     frame: Frame,
 }
 
-/// A frame that the bus has carried.
+/// A frame transmitted on the bus.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Carried {
-    /// The node that sent it.
+    /// Index of the sending node.
     pub node: usize,
-    /// When it began, in units of [`time`](crate::time).
+    /// Time at which it began, in units of [`time`](crate::time).
     pub start: u64,
-    /// The rate of its bits, bit/s: nodes set to another do not understand it.
+    /// Bit rate, bit/s: nodes with another rate do not receive it.
     pub bit_rate: u32,
     /// The frame.
     pub frame: Frame,
@@ -42,7 +41,7 @@ pub struct Bus {
 }
 
 impl Bus {
-    /// A bus with so many nodes.
+    /// Creates a bus with `nodes` nodes.
     #[must_use]
     pub fn new(nodes: usize) -> Self {
         Self {
@@ -52,9 +51,9 @@ impl Bus {
         }
     }
 
-    /// A node has a frame to send from `ready` on. Frames of one node keep their order.
+    /// Queues a frame of a node to be sent no earlier than `ready`. Frames of one node keep their order.
     pub fn send(&mut self, node: usize, frame: Frame, bit_rate: u32, ready: u64) {
-        // A controller that is not set up sends nothing.
+        // A controller without a bit rate sends nothing.
         let Some(queue) = self.nodes.get_mut(node).filter(|_| bit_rate > 0) else {
             return;
         };
@@ -69,19 +68,19 @@ impl Bus {
         });
     }
 
-    /// How many frames of a node wait.
+    /// Number of frames of a node that wait.
     #[must_use]
     pub fn waiting(&self, node: usize) -> usize {
         self.nodes.get(node).map_or(0, VecDeque::len)
     }
 
-    /// Frames that found no room to wait.
+    /// Number of frames discarded because the queue was full.
     #[must_use]
     pub const fn lost(&self) -> u64 {
         self.lost
     }
 
-    /// The next frame that begins before `until`.
+    /// Returns the next frame that begins before `until`.
     pub fn next(&mut self, until: u64) -> Option<Carried> {
         let heads = || self.nodes.iter().filter_map(VecDeque::front);
         let first = heads().map(|waiting| waiting.ready).min()?;
@@ -130,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_takes_its_time_and_what_is_not_ready_waits() {
+    fn a_frame_takes_its_time_and_waits_until_ready() {
         let mut bus = Bus::new(2);
         let frame = Frame::new(0x200, &[0; 8]);
         let length = frame.bits() * cycle(RATE);
@@ -146,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn what_never_finds_the_bus_free_is_lost_and_counted() {
+    fn frames_that_never_find_the_bus_free_are_counted_as_lost() {
         let mut bus = Bus::new(1);
         for _ in 0..MOST_WAITING + 3 {
             bus.send(0, Frame::new(1, &[]), RATE, 0);

@@ -1,4 +1,4 @@
-//! What is typed while feet run.
+//! Commands typed while feet run.
 
 use gait::GaitName;
 use wire::Foot;
@@ -6,7 +6,7 @@ use wire::Foot;
 use super::foot::Order;
 use crate::fault::Fault;
 
-/// What the help shows.
+/// Text of the help.
 pub const HELP: &str = "\
 [FOOT:] gait stand|walk|trot|run    where the foot next stands, it takes it up
 [FOOT:] fault NAME[:VARIANT]        inject a fault; some need a power-up, which is done then
@@ -21,20 +21,20 @@ Without FOOT (FL, FR, RL, RR, L, R) it is all feet.
 /// A command.
 #[derive(Clone, Copy)]
 pub enum Command {
-    /// To one foot, or to all.
+    /// An order to one foot, or to all.
     Order(Option<Foot>, Order),
-    /// The names of faults are wanted.
+    /// Lists the names of faults.
     Faults,
-    /// Help is wanted.
+    /// Prints the help.
     Help,
-    /// It is to end.
+    /// Ends the program.
     Quit,
 }
 
-/// Reads a line; `None` where it is blank.
+/// Parses a line; `None` if it is blank.
 ///
 /// # Errors
-/// What is wrong with it, in a sentence.
+/// If the command or its argument is invalid, with a sentence that says why.
 pub fn parse(line: &str) -> Result<Option<Command>, String> {
     let (foot, rest) = split(line)?;
     let words: Vec<&str> = rest.split_whitespace().collect();
@@ -51,16 +51,16 @@ pub fn parse(line: &str) -> Result<Option<Command>, String> {
     Ok(Some(command))
 }
 
-/// The foot that a text begins with, `FL:`, and what follows.
+/// Splits a leading foot, `FL:`, from the rest of a text.
 ///
 /// # Errors
-/// Where what stands before the first colon is no foot, and no command either.
+/// If the text before the first colon is neither a foot nor a command.
 fn split(line: &str) -> Result<(Option<Foot>, &str), String> {
     let Some((name, rest)) = line.split_once(':') else {
         return Ok((None, line));
     };
     let name = name.trim();
-    // The colon of a variant comes after a command.
+    // A colon after a command belongs to a variant.
     if name.contains(char::is_whitespace) {
         return Ok((None, line));
     }
@@ -76,10 +76,10 @@ fn gait(name: &str) -> Result<GaitName, String> {
     name.parse::<GaitName>().map_err(|error| error.to_string())
 }
 
-/// A fault that can be injected while feet run.
+/// Parses a fault that can be injected while feet run.
 ///
 /// # Errors
-/// There is none of that name, or it cannot.
+/// If no fault has this name, or it cannot be injected while feet run.
 pub fn fault(text: &str) -> Result<Fault, String> {
     let fault: Fault = text.parse()?;
     if fault.needs_full_pages() {
@@ -91,10 +91,10 @@ pub fn fault(text: &str) -> Result<Fault, String> {
     Ok(fault)
 }
 
-/// A fault with its foot and its time, ms: `[FOOT:]NAME[:VARIANT]@MS`.
+/// Parses a fault with its foot and its time, ms: `[FOOT:]NAME[:VARIANT]@MS`.
 ///
 /// # Errors
-/// There is no such foot or fault, or it cannot be injected while feet run.
+/// If the foot or the fault is unknown, or it cannot be injected while feet run.
 pub fn fault_at(text: &str) -> Result<(Option<Foot>, Fault, u64), String> {
     let (text, ms) = text
         .rsplit_once('@')
@@ -102,7 +102,7 @@ pub fn fault_at(text: &str) -> Result<(Option<Foot>, Fault, u64), String> {
     let ms = ms.parse().map_err(|_| format!("{ms} is no time in ms"))?;
     let (foot, name) = match split(text) {
         Ok((Some(foot), name)) => (Some(foot), name),
-        // No foot: then it is the name of a fault with a variant.
+        // Without a foot, the text is a fault with a variant.
         _ => (None, text),
     };
     Ok((foot, fault(name)?, ms))
@@ -113,7 +113,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_line_is_a_command_to_one_foot_or_to_all() {
+    fn a_line_is_a_command_to_one_foot_or_to_all_feet() {
         let order = |line: &str| match parse(line) {
             Ok(Some(Command::Order(foot, order))) => (foot, order),
             _ => panic!("{line}"),
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bad_line_is_an_error_that_names_what_is_known() {
+    fn an_invalid_line_is_an_error_that_lists_the_valid_names() {
         for (line, expected) in [
             ("gait hop", "known are stand, walk, trot, run"),
             ("gait", "help lists them"),
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn a_planned_fault_has_a_time_and_perhaps_a_foot() {
+    fn a_planned_fault_has_a_time_and_an_optional_foot() {
         let (foot, fault, ms) = fault_at("RR:power-cut:17@2500").expect("a fault");
         assert_eq!(
             (foot, fault.name(), ms),

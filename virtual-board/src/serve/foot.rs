@@ -1,4 +1,4 @@
-//! A foot: a board in a thread of its own, which runs one slice of time after the other.
+//! A foot: a board in its own thread, which runs one time slice at a time.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -19,83 +19,83 @@ use crate::part::rcc::ResetCause;
 use crate::scenario::{BEFORE_MS, Problem, Step};
 use crate::time::{PER_SECOND, from_us};
 
-/// How long a board is given to take its settings, and to store them, ms.
+/// Time for a board to apply its settings, and to store them, ms.
 const SETTING_MS: u64 = 100;
 
-/// A frame that could not reach the board for so long has been given up by its sender, ms: the firmware
-/// drops its own after that time.
+/// Age at which a frame that could not reach the board counts as discarded by its sender, ms: the firmware drops
+/// its own frames at this age.
 const GIVEN_UP_MS: u64 = 20;
 
-/// The first word of the chips' unique numbers: that of the first foot, the others follow.
+/// First word of the unique number of the first foot's chip; the other feet follow.
 const FIRST_NUMBER: u32 = 0x0034_001F;
 
-/// What a foot is made with.
+/// Options of a foot.
 #[derive(Clone)]
 pub struct Make {
-    /// The program.
+    /// ELF of the firmware.
     pub elf: Arc<[u8]>,
-    /// The board.
+    /// Options of the board.
     pub options: BoardOptions,
-    /// Which foot it is.
+    /// Position of the foot.
     pub position: Position,
-    /// What it has stored in its flash besides defaults.
+    /// Settings stored in flash that differ from the defaults.
     pub settings: Vec<(Address, Value)>,
-    /// How it walks.
+    /// Gait.
     pub gait: GaitName,
-    /// What its steps are drawn from.
+    /// Seed of the steps.
     pub seed: u64,
-    /// How much later than others it takes its first step, s.
+    /// Delay of its first step after that of the other feet, s.
     pub phase_s: f64,
 }
 
-/// What a foot is told to do.
+/// An order to a foot.
 #[derive(Clone, Copy)]
 pub enum Order {
-    /// To walk in another way.
+    /// Changes the gait.
     Gait(GaitName),
-    /// To have a fault, or none.
+    /// Injects or clears a fault.
     Fault(Fault),
-    /// To be without supply for a moment, and to be whole again.
+    /// Removes the supply for a moment, and clears all faults.
     PowerCycle,
 }
 
-/// A slice of time.
+/// Input of a time slice.
 pub struct Slice {
-    /// Its end, in units of [`time`](crate::time).
+    /// End of the slice, in units of [`time`](crate::time).
     pub until: u64,
-    /// Frames that the other nodes send.
+    /// Frames sent by the other nodes.
     pub frames: Vec<TimedFrame>,
-    /// Bytes that come over the serial line.
+    /// Bytes received over the serial line.
     pub bytes: Vec<u8>,
-    /// What it is told to do.
+    /// Orders for the foot.
     pub orders: Vec<Order>,
 }
 
-/// What a foot did in a slice.
+/// Output of a time slice.
 #[derive(Default)]
 pub struct Ran {
-    /// Frames that it sent, and when they ended.
+    /// Frames sent, with the times of their ends.
     pub frames: Vec<TimedFrame>,
-    /// Bytes that it sent over the serial line.
+    /// Bytes sent over the serial line.
     pub bytes: Vec<u8>,
-    /// Bytes that are still on their way to it.
+    /// Number of bytes still being received.
     pub bytes_incoming: usize,
-    /// The rate of its CAN controller, bit/s; `None` where it is off the bus.
+    /// Bit rate of the CAN controller, bit/s; `None` while it is off the bus.
     pub bit_rate: Option<u32>,
-    /// The load on the foot, N.
+    /// Load on the foot, N.
     pub load: f64,
-    /// Why it was reset.
+    /// Causes of resets.
     pub resets: Vec<ResetCause>,
 }
 
-/// A foot that runs.
+/// Handle of a running foot.
 pub struct Foot {
     slices: Sender<Slice>,
     ran: Receiver<Result<Ran, Problem>>,
 }
 
 impl Foot {
-    /// Makes a foot: its settings are stored by the program itself, then it is switched on.
+    /// Starts a foot: its firmware stores its settings, then it is switched on.
     #[must_use]
     pub fn start(make: Make) -> Self {
         let (slices, of_foot) = channel();
@@ -104,7 +104,7 @@ impl Foot {
             let mut runner = match Runner::new(make) {
                 Ok(runner) => runner,
                 Err(problem) => {
-                    // Where the robot is gone nobody wants to know.
+                    // A send fails only if the robot is gone.
                     let _ = to_robot.send(Err(problem));
                     return;
                 }
@@ -121,30 +121,30 @@ impl Foot {
         Self { slices, ran }
     }
 
-    /// Gives it a slice to run; [`finish`](Self::finish) waits for it.
+    /// Starts a slice; [`finish`](Self::finish) waits for its end.
     pub fn begin(&self, slice: Slice) {
-        // One that is gone has said why, or `finish` says so.
+        // A thread that has ended has reported why, or `finish` reports it.
         let _ = self.slices.send(slice);
     }
 
-    /// Waits until it is made, or has run its slice.
+    /// Waits until the foot has started, or has run its slice.
     ///
     /// # Errors
-    /// As [`Board::run_for`], and where its program does not fit or does not store its settings.
+    /// As [`Board::run_for`], and if the ELF does not fit or does not store its settings.
     pub fn finish(&self) -> Result<Ran, Problem> {
         let gone = || Err(Problem::Elf("the thread of the board has ended".into()));
         self.ran.recv().unwrap_or_else(|_| gone())
     }
 }
 
-/// The board and what it feels.
+/// The board and its input.
 struct Runner {
     make: Make,
     walk: Rc<RefCell<Walk>>,
     board: Board,
-    /// When it was switched on.
+    /// Time at which it was switched on.
     on_since: u64,
-    /// What is to be done, and when.
+    /// Pending steps with their times.
     steps: VecDeque<(u64, Step)>,
     resets: usize,
 }
@@ -189,7 +189,7 @@ impl Runner {
         let now = self.board.now();
         self.board
             .withdraw_can(now.saturating_sub(GIVEN_UP_MS * MILLISECOND));
-        // Kept until taken.
+        // Takes the requests, which would accumulate otherwise.
         self.board.take_can_requests();
         let load = self.walk.borrow_mut().at(seconds(self.now())).load;
         let resets = self.board.resets();
@@ -254,7 +254,7 @@ impl Runner {
         Ok(())
     }
 
-    /// Switches the board off and on again, as a particular one. Its flash keeps what it holds.
+    /// Switches the board off and on again, with `options`. Its flash keeps its content.
     fn switch_on(&mut self, options: BoardOptions) -> Result<(), Problem> {
         let pages = self.board.settings();
         let now = self.now();
@@ -270,7 +270,7 @@ fn seconds(time: u64) -> f64 {
     time as f64 / PER_SECOND as f64
 }
 
-/// A board that is switched on at a time, with what its pages with settings hold.
+/// Creates a board that is switched on at a time, with the given content of its settings pages.
 fn switched_on(
     make: &Make,
     options: BoardOptions,
@@ -290,7 +290,7 @@ fn switched_on(
     Ok(board)
 }
 
-/// The pages with settings of a board whose program has stored these; blank where there are none.
+/// Settings pages of a board whose firmware has stored these settings; blank if there are none.
 fn stored(elf: &[u8], settings: &[(Address, Value)]) -> Result<Vec<u8>, Problem> {
     if settings.is_empty() {
         return Ok(Vec::new());

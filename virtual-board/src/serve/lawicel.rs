@@ -1,4 +1,4 @@
-//! Frames as lines of text, as Lawicel's CAN232 and CANUSB write them.
+//! Frames as lines of text, in the format of Lawicel's CAN232 and CANUSB.
 //!
 //! | line | frame |
 //! |---|---|
@@ -10,7 +10,7 @@ use std::fmt::Write as _;
 
 use crate::part::can::Frame;
 
-/// The line of a frame, without its end.
+/// Formats a frame as a line, without its end.
 #[must_use]
 pub fn line(frame: &Frame) -> String {
     let letter = match (frame.extended, frame.remote) {
@@ -22,13 +22,13 @@ pub fn line(frame: &Frame) -> String {
     let digits = if frame.extended { 8 } else { 3 };
     let mut line = format!("{letter}{:0digits$X}{}", frame.id, frame.data.len());
     for byte in frame.data.iter().filter(|_| !frame.remote) {
-        // Writing to a String does not fail.
+        // Writing to a String cannot fail.
         let _ = write!(line, "{byte:02X}");
     }
     line
 }
 
-/// The frame of a line; `None` where it is none.
+/// Parses a line; `None` if it is not a valid frame.
 #[must_use]
 pub fn frame(line: &str) -> Option<Frame> {
     if !line.is_ascii() {
@@ -62,7 +62,7 @@ pub fn frame(line: &str) -> Option<Frame> {
         id,
         extended,
         remote,
-        // Of a remote frame the number of bytes that it asks for.
+        // A remote frame carries the number of bytes that it requests.
         data: if remote {
             vec![0; length]
         } else {
@@ -71,7 +71,7 @@ pub fn frame(line: &str) -> Option<Frame> {
     })
 }
 
-/// Hexadecimal digits, and nothing else: the library would take a sign.
+/// Parses hexadecimal digits only: the library would accept a sign.
 fn number(digits: &str) -> Option<u32> {
     let are_digits = digits.bytes().all(|byte| byte.is_ascii_hexdigit());
     u32::from_str_radix(digits, 16).ok().filter(|_| are_digits)
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_frame_is_none() {
+    fn invalid_lines_are_rejected() {
         for text in [
             "",
             "t",

@@ -1,4 +1,4 @@
-//! Links with stable names to the terminals, gone when the program ends.
+//! Links with stable names to the terminals, removed when the program ends.
 
 use std::fs;
 use std::io::{self, ErrorKind};
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::ServeError;
 
-/// Links that are removed when this is dropped.
+/// Links that are removed on drop.
 #[derive(Debug, Default)]
 pub struct Links(Vec<Link>);
 
@@ -18,11 +18,11 @@ struct Link {
 }
 
 impl Links {
-    /// Makes a link in a directory, which is made where there is none. One from before is replaced, a file
+    /// Creates a link in a directory, which is created if missing. An existing link is replaced, an existing file
     /// is not.
     ///
     /// # Errors
-    /// It cannot be made.
+    /// If the link cannot be created.
     pub fn add(&mut self, folder: &Path, name: &str, target: &Path) -> Result<PathBuf, ServeError> {
         let path = folder.join(name);
         let made = fs::create_dir_all(folder)
@@ -41,7 +41,7 @@ impl Links {
     }
 }
 
-/// Removes a link, if there is one.
+/// Removes a link, if any.
 fn remove(path: &Path) -> io::Result<()> {
     match fs::symlink_metadata(path) {
         Ok(found) if found.is_symlink() => fs::remove_file(path),
@@ -54,7 +54,7 @@ fn remove(path: &Path) -> io::Result<()> {
 impl Drop for Links {
     fn drop(&mut self) {
         for Link { path, target } in &self.0 {
-            // Another program may have removed it, or put one of its own there.
+            // Another program may have removed it, or replaced it by its own.
             if fs::read_link(path).is_ok_and(|found| found == *target) {
                 let _ = remove(path);
             }
@@ -67,7 +67,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_link_replaces_a_link_but_no_file_and_is_gone_afterwards() {
+    fn a_link_replaces_a_link_but_no_file_and_is_removed() {
         let folder = std::env::temp_dir().join(format!("footfall-links-{}", std::process::id()));
         let mut links = Links::default();
         let path = links.add(&folder, "FL.uart", Path::new("/dev/null"));

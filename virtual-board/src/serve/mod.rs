@@ -43,34 +43,34 @@ use terminal::{Sent, Terminal};
 
 const MILLISECOND: u64 = PER_SECOND / 1000;
 
-/// A fault that is planned: its foot, or all, and its time, ms.
+/// A planned fault: the foot, or `None` for all, the fault, and its time, ms.
 pub type Planned = (Option<Position>, Fault, u64);
 
-/// How feet are served.
+/// Options of a server.
 #[derive(Clone)]
 pub struct Options {
     /// The robot.
     pub robot: RobotOptions,
-    /// A directory for links to the terminals.
+    /// Directory for links to the terminals.
     pub links: Option<PathBuf>,
-    /// Faults that are planned.
+    /// Planned faults.
     pub faults: Vec<Planned>,
-    /// How long, ms; `None` until it is told to end.
+    /// Duration, ms; `None` to run until the end is requested.
     pub ms: Option<u64>,
-    /// How fast.
+    /// Speed of virtual time.
     pub speed: Speed,
 }
 
-/// Why feet could not be served, or not any longer.
+/// Reason why feet cannot be served.
 #[derive(Debug)]
 pub enum ServeError {
-    /// A terminal.
+    /// Error of a terminal.
     Terminal(io::Error),
-    /// A link to a terminal.
+    /// Error of a link to a terminal.
     Link(PathBuf, io::Error),
-    /// A foot.
+    /// Failure of a foot.
     Foot(Stopped),
-    /// A fault is planned for a foot that the robot has not.
+    /// A fault is planned for a foot that does not exist.
     NoSuchFoot(Position),
 }
 
@@ -99,49 +99,49 @@ impl From<Stopped> for ServeError {
     }
 }
 
-/// What is told to the user.
+/// A message to the user.
 pub enum Note<'a> {
-    /// Where the line of a foot, or the bus, is found: its name, and the source as programs of this
-    /// workspace write it.
+    /// The serial line of a foot, or the bus: its name, and the source in the notation of this workspace's
+    /// programs.
     Source(&'a str, String),
-    /// All terminals are there and all feet run.
+    /// All terminals are open and all feet run.
     Ready,
-    /// Words.
+    /// Text.
     Words(String),
 }
 
-/// How it went.
+/// Statistics of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
     /// Virtual time, ms.
     pub ms: u64,
     /// Real time.
     pub took: Duration,
-    /// Real time that passed while virtual time stood still, since it was too slow.
+    /// Real time for which virtual time stood still because the computer was too slow.
     pub behind: Duration,
-    /// What readers lost: of each terminal its name, and bytes.
+    /// Bytes lost by readers, with the name of each terminal.
     pub lost: Vec<(String, u64)>,
-    /// Frames that found no room to wait for the bus.
+    /// Frames discarded because the queue for the bus was full.
     pub lost_on_bus: u64,
 }
 
-/// The name of the bus.
+/// Name of the bus.
 const BUS: &str = "bus";
 
-/// Feet that are served.
+/// A server of feet.
 struct Server<'a> {
     robot: Robot,
-    /// The serial lines, one a foot.
+    /// Serial lines, one per foot.
     serial: Vec<(&'static str, Terminal)>,
     slcan: Terminal,
     adapter: Adapter,
     tell: &'a mut dyn FnMut(Note),
 }
 
-/// Serves feet with `elf` in their boards' flash until its time is over, `quit` is typed, or `stop` is set.
+/// Serves feet with `elf` in their boards' flash until the duration has passed, `quit` is typed, or `stop` is set.
 ///
 /// # Errors
-/// A terminal or a link cannot be made, or a foot cannot go on.
+/// If a terminal or a link cannot be created, or a foot fails.
 pub fn serve(
     elf: Vec<u8>,
     options: &Options,
@@ -202,7 +202,7 @@ pub fn serve(
 }
 
 impl Server<'_> {
-    /// Says where everything is found.
+    /// Reports the sources.
     fn announce(&mut self, options: &Options, links: &mut Links) -> Result<(), ServeError> {
         let serial = self.serial.iter();
         let serial = serial.map(|(name, terminal)| (*name, "uart", terminal));
@@ -217,7 +217,7 @@ impl Server<'_> {
         Ok(())
     }
 
-    /// Does what a line says; whether it says to end.
+    /// Executes a typed line. Returns whether it requests the end.
     fn obey(&mut self, line: &str) -> bool {
         match commands::parse(line) {
             Ok(Some(Command::Order(foot, order))) => self.order(foot, order),
@@ -244,13 +244,13 @@ impl Server<'_> {
         (self.tell)(Note::Words(words));
     }
 
-    /// Takes in what programs send to the terminals.
+    /// Reads the input of programs from the terminals.
     fn take_in(&mut self) -> io::Result<()> {
         for (index, (_, terminal)) in self.serial.iter_mut().enumerate() {
             let bytes = terminal.read(self.robot.serial_room(index))?;
             self.robot.send_serial(index, &bytes);
         }
-        // No more than what the bus takes: the rest waits in the terminal, as before an adapter.
+        // Reads no more than the bus accepts: the rest waits in the terminal, as with an adapter.
         while self.robot.has_room_for_host() {
             let bytes = self.slcan.read(1)?;
             let Some(&byte) = bytes.first() else { break };
@@ -263,7 +263,7 @@ impl Server<'_> {
         Ok(())
     }
 
-    /// A millisecond, and what came of it.
+    /// Runs one millisecond and forwards its output.
     fn run(&mut self) -> Result<(), ServeError> {
         let happened = self.robot.step()?;
         for ((_, terminal), bytes) in self.serial.iter_mut().zip(&happened.bytes) {

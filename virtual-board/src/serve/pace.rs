@@ -1,15 +1,15 @@
-//! Keeps virtual time at the speed of real time, and counts what is lost where it cannot.
+//! Keeps virtual time at the speed of real time, and counts the loss if it cannot.
 
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// A delay up to this is caught up; a longer one is lost, and time goes on from there.
+/// Maximum delay that is caught up; a longer one is lost, and time continues from there.
 const CAUGHT_UP: Duration = Duration::from_millis(50);
 
-/// How often a loss is reported at most.
+/// Minimum interval between reports of a loss.
 const REPORTED_EVERY: Duration = Duration::from_secs(5);
 
-/// The slowest that a run may be: a millisecond of the boards takes a second.
+/// Minimum speed: a millisecond of the boards takes a second.
 const SLOWEST: f64 = 0.001;
 
 /// The speed of virtual time.
@@ -17,7 +17,7 @@ const SLOWEST: f64 = 0.001;
 pub enum Speed {
     /// A multiple of real time.
     Times(f64),
-    /// As fast as it can be computed.
+    /// As fast as possible.
     Max,
 }
 
@@ -36,19 +36,19 @@ impl core::str::FromStr for Speed {
     }
 }
 
-/// The pace of a run.
+/// Pace of a run.
 #[derive(Debug)]
 pub struct Pace {
     speed: Speed,
     began: Instant,
-    /// When virtual time 0 would have been, had nothing been lost.
+    /// Real time of virtual time 0, shifted by the losses.
     zero: Instant,
     lost: Duration,
     reported: (Instant, Duration),
 }
 
 impl Pace {
-    /// Virtual time begins now.
+    /// Starts virtual time now.
     #[must_use]
     pub fn new(speed: Speed) -> Self {
         let now = Instant::now();
@@ -76,7 +76,7 @@ impl Pace {
         }
     }
 
-    /// What was lost so far, where that is more than was last reported, and not reported too often.
+    /// Total loss, if it has grown since the last report and the interval between reports has passed.
     pub fn report(&mut self) -> Option<Duration> {
         let (when, what) = self.reported;
         if self.lost == what || when.elapsed() < REPORTED_EVERY {
@@ -86,13 +86,13 @@ impl Pace {
         Some(self.lost)
     }
 
-    /// The real time that was lost: it passed while virtual time stood still.
+    /// Real time lost: it passed while virtual time stood still.
     #[must_use]
     pub const fn lost(&self) -> Duration {
         self.lost
     }
 
-    /// Real time since the beginning.
+    /// Real time since the start.
     #[must_use]
     pub fn elapsed(&self) -> Duration {
         self.began.elapsed()
@@ -104,7 +104,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn virtual_time_takes_its_real_time_and_a_long_delay_is_lost() {
+    fn virtual_time_follows_real_time_and_long_delays_are_lost() {
         let mut pace = Pace::new(Speed::Times(2.0));
         pace.wait(40);
         let took = pace.elapsed();

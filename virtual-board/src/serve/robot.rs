@@ -1,7 +1,7 @@
-//! Feet on one bus, with the control of their robot: a millisecond after the other.
+//! Feet on one bus, with the controller of their robot, in steps of a millisecond.
 //!
-//! In a millisecond the boards run beside one another. What one sends, the others receive a millisecond
-//! later: they share the load of the bus and its order, but not the microseconds in which they send.
+//! Within a millisecond the boards run in parallel. Their frames reach the others a millisecond later: they share
+//! the load and the order of the bus, but not the exact times of transmission.
 
 use std::sync::Arc;
 
@@ -21,42 +21,43 @@ use crate::part::rcc::ResetCause;
 use crate::scenario::Problem;
 use crate::time::cycle;
 
-/// Bytes for a serial line that may be on their way to a board: what 1 Mbaud carries in two milliseconds.
+/// Maximum number of bytes on their way to a board over a serial line: as many as 1 Mbaud carries in two
+/// milliseconds.
 const SERIAL_ROOM: usize = 200;
 
-/// Frames of the host that may wait for the bus.
+/// Maximum number of the host's frames that wait for the bus.
 const HOST_ROOM: usize = 32;
 
-/// Whether the control of a robot is on the bus.
+/// Presence of the robot's controller on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ControlNode {
-    /// It sends SYNCs and loads, and feet take their load from it.
+    /// The controller sends SYNCs and loads, and feet take their load from it.
     Present,
-    /// There are the feet and the host alone.
+    /// Only the feet and the host are on the bus.
     Absent,
 }
 
-/// A robot to be made.
+/// Options of a robot.
 #[derive(Clone, Debug)]
 pub struct RobotOptions {
-    /// How many feet, 1 to [`MOST_FEET`](gait::control::MOST_FEET).
+    /// Number of feet, 1 to [`MOST_FEET`](gait::control::MOST_FEET).
     pub feet: usize,
-    /// How they walk.
+    /// Gait.
     pub gait: GaitName,
-    /// What steps and sensors are drawn from.
+    /// Seed of the steps and of the sensors.
     pub seed: u64,
-    /// The specimens of the chips.
+    /// Specimen of the chips.
     pub corner: Corner,
-    /// Its control.
+    /// Presence of the robot's controller.
     pub control: ControlNode,
 }
 
-/// A foot that could not go on, and why.
+/// A foot that failed, and the reason.
 #[derive(Debug)]
 pub struct Stopped {
-    /// Which.
+    /// Position of the foot.
     pub foot: Position,
-    /// Why.
+    /// Reason.
     pub problem: Problem,
 }
 
@@ -68,23 +69,23 @@ impl core::fmt::Display for Stopped {
 
 impl core::error::Error for Stopped {}
 
-/// What happened in a millisecond.
+/// Events of a millisecond.
 #[derive(Debug, Default)]
 pub struct Happened {
-    /// Frames that the bus carried.
+    /// Frames transmitted on the bus.
     pub carried: Vec<Carried>,
     /// Bytes of each serial line.
     pub bytes: Vec<Vec<u8>>,
-    /// Boards that were reset, and why.
+    /// Boards that were reset, with the cause.
     pub resets: Vec<(Position, ResetCause)>,
 }
 
-/// A foot, and what is known of it and for it.
+/// A foot with its state and its pending input.
 struct Member {
     position: Position,
     foot: Foot,
     node: NodeId,
-    /// The rate at which it has last sent, bit/s.
+    /// Bit rate of its last transmission, bit/s.
     bit_rate: u32,
     last: Ran,
     bytes: Vec<u8>,
@@ -100,10 +101,10 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// Makes the feet, each on a board with `elf` in its flash, and switches them on.
+    /// Creates the feet, each on a board with `elf` in its flash, and switches them on.
     ///
     /// # Errors
-    /// The ELF is none, or its program does not store its settings.
+    /// If the ELF is invalid, or its program does not store its settings.
     pub fn start(elf: Vec<u8>, options: &RobotOptions) -> Result<Self, Stopped> {
         let elf: Arc<[u8]> = elf.into();
         let positions = gait::control::feet(options.feet);
@@ -130,7 +131,7 @@ impl Robot {
         })
     }
 
-    /// Which feet it has.
+    /// Positions of the feet.
     pub fn positions(&self) -> impl Iterator<Item = Position> + '_ {
         self.members.iter().map(|member| member.position)
     }
@@ -141,19 +142,19 @@ impl Robot {
         self.ms
     }
 
-    /// Frames that found no room to wait for the bus.
+    /// Frames discarded because the queue for the bus was full.
     #[must_use]
     pub const fn lost_on_bus(&self) -> u64 {
         self.bus.lost()
     }
 
-    /// The node of the host on the bus, in [`Carried`].
+    /// Node index of the host on the bus, in [`Carried`].
     #[must_use]
     pub const fn host(&self) -> usize {
         self.members.len() + 1
     }
 
-    /// Tells a foot, or all, what to do. False where it has no such foot.
+    /// Gives an order to a foot, or to all. Returns false if the foot does not exist.
     pub fn order(&mut self, foot: Option<Position>, order: Order) -> bool {
         let mut found = false;
         for member in &mut self.members {
@@ -165,19 +166,19 @@ impl Robot {
         found
     }
 
-    /// Whether the bus has room for another frame of the host.
+    /// Returns whether the bus accepts another frame of the host.
     #[must_use]
     pub fn has_room_for_host(&self) -> bool {
         self.bus.waiting(self.host()) < HOST_ROOM
     }
 
-    /// The host sends a frame.
+    /// Sends a frame of the host.
     pub fn send(&mut self, frame: Frame, bit_rate: u32) {
         let ready = self.before();
         self.bus.send(self.host(), frame, bit_rate, ready);
     }
 
-    /// How many bytes the serial line of a foot, counted from 0, takes in this millisecond.
+    /// Number of bytes that the serial line of a foot, counted from 0, accepts in this millisecond.
     #[must_use]
     pub fn serial_room(&self, foot: usize) -> usize {
         let member = self.members.get(foot);
@@ -186,19 +187,19 @@ impl Robot {
         })
     }
 
-    /// Somebody sends bytes to the serial line of a foot, counted from 0.
+    /// Sends bytes to the serial line of a foot, counted from 0.
     pub fn send_serial(&mut self, foot: usize, bytes: &[u8]) {
         if let Some(member) = self.members.get_mut(foot) {
             member.bytes.extend_from_slice(bytes);
         }
     }
 
-    /// The bus is a millisecond behind the boards.
+    /// Start of the previous millisecond, which the bus processes.
     const fn before(&self) -> u64 {
         (self.ms * MILLISECOND).saturating_sub(MILLISECOND)
     }
 
-    /// A millisecond.
+    /// Runs one millisecond.
     ///
     /// # Errors
     /// As [`Board::run_for`](crate::board::Board::run_for).
@@ -248,7 +249,7 @@ impl Robot {
         Ok(happened)
     }
 
-    /// The control sends what is due, at the rate of the first foot that is on the bus.
+    /// Sends the due messages of the controller, at the bit rate of the first foot on the bus.
     fn send_control(&mut self) {
         let loads = self.members.iter();
         let loads = loads.map(|member| (member.node, member.last.load));
@@ -256,7 +257,7 @@ impl Robot {
             Some(control) => control.frames(self.ms, loads),
             None => return,
         };
-        // With no foot there, nobody acknowledges a frame.
+        // Without a foot on the bus, frames are not acknowledged.
         let mut rates = self.members.iter().map(|member| member.last.bit_rate);
         let Some(rate) = rates.find_map(|rate| rate) else {
             return;
@@ -278,7 +279,7 @@ impl Member {
     }
 }
 
-/// The node that a boot-up message is of.
+/// Node of a boot-up message.
 fn booted(frame: &Frame) -> Option<NodeId> {
     let is_boot_up = !frame.extended && !frame.remote && frame.data == [0];
     let id = frame.id.checked_sub(u32::from(cob_id::HEARTBEAT))?;

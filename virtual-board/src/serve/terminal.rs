@@ -1,6 +1,6 @@
-//! A pseudo-terminal: a program opens its far end as a serial port, and bytes go both ways as they are.
+//! A pseudo-terminal: a program opens its far end as a serial port, and bytes pass unchanged in both directions.
 //!
-//! As behind an adapter, what nobody takes in time is lost: nothing here waits for the other end.
+//! As with an adapter, bytes that are not read in time are lost: writing never waits for the reader.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, ErrorKind, Read, Write};
@@ -11,7 +11,7 @@ use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, QueueSelector, tcflush, tcgetattr, tcsetattr};
 
-/// Bytes that wait for a reader, besides those of the system: half a second of a busy bus.
+/// Maximum number of bytes that wait for a reader, besides those of the system: half a second of a busy bus.
 const MOST_WAITING: usize = 64 * 1024;
 
 /// A terminal.
@@ -31,20 +31,20 @@ enum State {
     Closed,
 }
 
-/// What became of bytes for the far end.
+/// Result of a write to the far end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sent {
-    /// They wait for the reader, or nobody listens.
+    /// The bytes wait for the reader, or no program has the far end open.
     Taken,
-    /// They were lost: the reader is too slow.
+    /// The bytes were lost: the reader is too slow.
     Lost,
 }
 
 impl Terminal {
-    /// A terminal of which the far end is not open.
+    /// Opens a terminal whose far end is closed.
     ///
     /// # Errors
-    /// Where the system has none.
+    /// If the system has no terminal left.
     pub fn open() -> io::Result<Self> {
         let near = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
         grantpt(&near)?;
@@ -64,20 +64,20 @@ impl Terminal {
         Ok(terminal)
     }
 
-    /// The name of the far end.
+    /// Path of the far end.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Bytes that were lost, since the reader was too slow.
+    /// Number of bytes lost because the reader was too slow.
     #[must_use]
     pub const fn lost(&self) -> u64 {
         self.lost
     }
 
-    /// Makes the far end as it was: bytes as they are, none from before. It must have been open once for
-    /// the system to say that it is closed.
+    /// Resets the far end: raw mode, no old bytes. It must have been open once for the system to report that it is
+    /// closed.
     fn clean(&mut self) -> io::Result<()> {
         let far = OpenOptions::new()
             .read(true)
@@ -92,15 +92,15 @@ impl Terminal {
         Ok(())
     }
 
-    /// The bytes that have come from the far end, at most so many.
+    /// Reads bytes from the far end, at most `most`.
     ///
     /// # Errors
-    /// Where the terminal is gone.
+    /// If the terminal is gone.
     pub fn read(&mut self, most: usize) -> io::Result<Vec<u8>> {
         let mut bytes = vec![0; most];
         let (count, state) = match self.near.read(&mut bytes) {
             Ok(count) if count > 0 || most == 0 => (count, State::Open),
-            // The end of the file, or EIO, says that nobody has the far end open.
+            // The end of the file, or EIO, means that no program has the far end open.
             Ok(_) => (0, State::Closed),
             Err(error) => match error.kind() {
                 ErrorKind::WouldBlock | ErrorKind::Interrupted => (0, State::Open),
@@ -118,10 +118,10 @@ impl Terminal {
         Ok(bytes)
     }
 
-    /// Sends bytes to the far end, all or none.
+    /// Writes bytes to the far end, all or none.
     ///
     /// # Errors
-    /// Where the terminal is gone.
+    /// If the terminal is gone.
     pub fn write(&mut self, bytes: &[u8]) -> io::Result<Sent> {
         if self.state == State::Closed {
             return Ok(Sent::Taken);
@@ -134,10 +134,10 @@ impl Terminal {
         Ok(Sent::Taken)
     }
 
-    /// Hands on what the system takes.
+    /// Writes pending bytes as far as the system accepts them.
     ///
     /// # Errors
-    /// Where the terminal is gone.
+    /// If the terminal is gone.
     pub fn flush(&mut self) -> io::Result<()> {
         while !self.waiting.is_empty() {
             match self.near.write(&self.waiting) {
@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_go_both_ways_as_they_are() {
+    fn bytes_pass_unchanged_in_both_directions() {
         let mut terminal = Terminal::open().expect("a terminal");
         let mut port = far(&terminal);
         let all: Vec<u8> = (0..=255).collect();
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_reader_loses_whole_pieces_and_the_next_one_gets_nothing_old() {
+    fn slow_readers_lose_whole_pieces_and_new_ones_get_no_old_bytes() {
         let mut terminal = Terminal::open().expect("a terminal");
         assert_eq!(terminal.write(b"nobody").expect("written"), Sent::Taken);
         let port = far(&terminal);

@@ -1,15 +1,15 @@
-//! The walk of a foot, without end: a gait until another is asked for.
+//! Endless walk of a foot: a gait until another is selected.
 
 use gait::{Activity, FootState, GaitName, Ground, Plan, Track};
 
-/// How long a plan is that the foot walks before it stands for a while and begins the next, s.
+/// Duration of a plan, s, after which the foot stands for a while and begins the next plan.
 const PLAN_S: f64 = 1800.0;
 
-/// A walk.
+/// An endless walk.
 #[derive(Clone, Debug)]
 pub struct Walk {
     gait: GaitName,
-    /// The gait that it takes up where it next stands.
+    /// Gait that begins when the foot next stands.
     next: Option<GaitName>,
     seed: u64,
     rounds: u64,
@@ -19,7 +19,8 @@ pub struct Walk {
 }
 
 impl Walk {
-    /// A foot that begins a gait at time 0, `phase_s` later than another. Seeds make steps that differ.
+    /// Creates a foot that begins a gait at time 0, delayed by `phase_s` against other feet. Each seed gives
+    /// different steps.
     #[must_use]
     pub fn new(gait: GaitName, seed: u64, phase_s: f64) -> Self {
         Self {
@@ -33,12 +34,12 @@ impl Walk {
         }
     }
 
-    /// Takes up another gait where the foot next stands: it stands for two seconds first.
+    /// Changes the gait when the foot next stands: it stands for two seconds first.
     pub const fn change(&mut self, gait: GaitName) {
         self.next = Some(gait);
     }
 
-    /// The foot at a time, s. Times come in rising order.
+    /// State of the foot at a time, s. Times must not decrease.
     pub fn at(&mut self, time_s: f64) -> FootState {
         let state = self.track.at(time_s - self.began_s);
         let is_over = time_s - self.began_s >= PLAN_S;
@@ -65,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_gait_is_taken_up_where_the_foot_stands_and_walking_has_no_end() {
+    fn a_gait_begins_where_the_foot_stands_and_walks_endlessly() {
         let mut walk = Walk::new(GaitName::Walk, 1, 0.225);
         let swings = |walk: &mut Walk, from_s: f64, to_s: f64| {
             let mut last = Activity::Standing;
@@ -92,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn a_change_of_gait_moves_the_foot_nowhere() {
+    fn a_change_of_gait_does_not_move_the_foot() {
         let mut walk = Walk::new(GaitName::Walk, 1, 0.0);
         let mut last = walk.at(0.0);
         for ms in 1..9_000 {

@@ -1,6 +1,6 @@
 //! Builds programs for the target and boots them.
 
-// Every test takes what it needs.
+// Every test uses a part of this module.
 #![allow(dead_code)]
 
 pub mod rig;
@@ -20,17 +20,17 @@ use virtual_board::machine::Machine;
 use virtual_board::time::PER_SECOND;
 use wire::Emergency;
 
-/// Of the board's time.
+/// Millisecond of virtual time.
 pub const MILLISECOND: u64 = PER_SECOND / 1000;
 
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// A directory to write to.
+/// Creates a directory for output.
 pub fn directory(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name)
 }
 
-/// Whether what takes many minutes is to be run as well.
+/// Returns whether tests that take many minutes are to be run as well.
 pub fn everything() -> bool {
     std::env::var_os("FOOTFALL_HOUR").is_some_and(|value| value == "1")
 }
@@ -39,7 +39,7 @@ pub fn everything() -> bool {
 pub fn build(package: &str, program: &str) -> PathBuf {
     static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
     let _guard = ONE_AT_A_TIME.lock();
-    // A directory of its own: the host's build holds the lock of the other.
+    // A separate directory: the host's build holds the lock of the default one.
     let directory = workspace().join("target").join("board");
     let status = Command::new(env!("CARGO"))
         .current_dir(workspace())
@@ -62,25 +62,25 @@ pub fn build(package: &str, program: &str) -> PathBuf {
     directory.join(TARGET).join("firmware").join(program)
 }
 
-/// The ELF and its parts.
+/// Parsed ELF of a program.
 pub fn image(package: &str, program: &str) -> Image {
     let elf = std::fs::read(build(package, program)).expect("the ELF was built");
     Image::parse(&elf).expect("it is an ELF")
 }
 
-/// A core with a program in flash.
+/// Boots a core with a program in flash.
 pub fn boot(image: &Image) -> Cpu {
     Cpu::new(Machine::new(Chip::default()), &image.segments).expect("it fits the flash")
 }
 
-/// Whether the product is built here: one from elsewhere has numbers of its own, which are not
-/// those of the README.
+/// Returns whether the product is built here: an ELF from elsewhere has numbers that differ from those of the
+/// README.
 pub fn is_built_here() -> bool {
     std::env::var_os("FOOTFALL_ELF").is_none()
 }
 
-/// The product: the ELF that `FOOTFALL_ELF` names, or a fresh build where there is its source.
-/// `None` where there is neither, which counts as a failure where everything is required.
+/// Path of the product: the ELF that `FOOTFALL_ELF` names, or a fresh build if its source is present. `None` if
+/// neither is available, which is a failure if everything is required.
 pub fn product_file() -> Option<PathBuf> {
     match std::env::var_os("FOOTFALL_ELF") {
         Some(path) => Some(PathBuf::from(path)),
@@ -94,12 +94,12 @@ pub fn product_file() -> Option<PathBuf> {
     }
 }
 
-/// What is in [`product_file`].
+/// Content of [`product_file`].
 pub fn product() -> Option<Vec<u8>> {
     Some(std::fs::read(product_file()?).expect("the ELF was built"))
 }
 
-/// The specimen that `FOOTFALL_CORNER` names, or a typical one.
+/// Options with the specimen that `FOOTFALL_CORNER` names, or a typical one.
 pub fn options() -> BoardOptions {
     let name = std::env::var("FOOTFALL_CORNER").unwrap_or_else(|_| "typical".into());
     let mut options = BoardOptions::default();
@@ -107,7 +107,7 @@ pub fn options() -> BoardOptions {
     options
 }
 
-/// A board that stands, with the product in its flash.
+/// Boots a board at rest with the product in its flash.
 pub fn boot_product(elf: &[u8]) -> Board {
     let at_rest = |_| Stimulus::REST;
     Board::with_motion(elf, options(), at_rest).expect("it fits the flash")
@@ -120,7 +120,7 @@ pub fn run(board: &mut Board, ms: u64) {
     }
 }
 
-/// Runs the board for `ms`: the codes of the emergency messages meanwhile, and how many contacts.
+/// Runs the board for `ms`. Returns the codes of emergency messages and the number of contacts.
 pub fn watch(board: &mut Board, ms: u64) -> (Vec<u16>, usize) {
     board.take_can();
     run(board, ms);

@@ -1,4 +1,4 @@
-//! A board with a master on both of its lines: requests out, answers and frames in.
+//! A board with a master on both of its lines: requests, answers and frames.
 
 use estimator_core::Decision;
 use virtual_board::board::{Board, Injection};
@@ -17,7 +17,7 @@ pub const STOP: u8 = 0x02;
 pub const RESET_NODE: u8 = 0x81;
 pub const RESET_COMMUNICATION: u8 = 0x82;
 
-/// A board, and everything that it has sent.
+/// A board with a record of all it has sent.
 pub struct Rig {
     pub board: Board,
     decoder: Decoder,
@@ -133,7 +133,7 @@ impl Rig {
             .collect()
     }
 
-    /// The times of frames that say "stable", with their line: `c` for CAN, `u` for the serial one.
+    /// Times of frames that say "stable", with their line: `c` for CAN, `u` for the serial line.
     pub fn stable(&self) -> Vec<(u64, char)> {
         let says = |probability: u16, status: pdo::Status| {
             status.decision() == Decision::Stable || status.is_valid() && probability >= 0x8000
@@ -164,7 +164,7 @@ impl Rig {
         contacts.count()
     }
 
-    /// The last health message of the serial line.
+    /// Last health message of the serial line.
     pub fn health(&self) -> Option<HealthMessage> {
         self.messages.iter().rev().find_map(|(_, sent)| match sent {
             Message::Health(health) => Some(*health),
@@ -188,7 +188,7 @@ pub fn glitch(rig: &mut Rig) {
     rig.board.inject(Injection::Line(LineFault::None));
 }
 
-/// Requests over the serial line every `every_us` for half a second: the number of answers meanwhile.
+/// Sends serial requests every `every_us` for half a second. Returns the number of answers.
 pub fn request_for_half_a_second(rig: &mut Rig, every_us: u64) -> usize {
     rig.forget();
     for _ in 0..500_000 / every_us {

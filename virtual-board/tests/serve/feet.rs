@@ -1,4 +1,4 @@
-//! Four feet on one bus, and what becomes of a program that does not read.
+//! Four feet on one bus, and a program that does not read.
 
 use std::collections::BTreeMap;
 use std::fs::OpenOptions;
@@ -25,7 +25,7 @@ fn robot(elf: Vec<u8>, feet: usize) -> Robot {
 }
 
 #[test]
-fn four_feet_send_a_thousand_contacts_a_second_each_and_none_is_missing() {
+fn four_feet_send_a_thousand_contacts_a_second_without_loss() {
     let Some(elf) = product() else { return };
     let mut robot = robot(elf, 4);
     let mut contacts: BTreeMap<u32, Vec<u8>> = BTreeMap::new();
@@ -69,7 +69,7 @@ fn four_feet_send_a_thousand_contacts_a_second_each_and_none_is_missing() {
 }
 
 #[test]
-fn the_same_seed_gives_the_same_frames_whatever_thread_is_first() {
+fn a_seed_gives_the_same_frames_in_any_thread_order() {
     let Some(elf) = product() else { return };
     let run = || {
         let mut robot = robot(elf.clone(), 2);
@@ -90,7 +90,7 @@ fn the_same_seed_gives_the_same_frames_whatever_thread_is_first() {
 }
 
 #[test]
-fn a_program_that_does_not_read_loses_bytes_and_holds_up_nothing() {
+fn a_program_that_does_not_read_loses_bytes_but_blocks_nothing() {
     let Some(server) = Server::start("slow", &["--feet", "1", "--speed", "max"]) else {
         return;
     };
@@ -120,7 +120,7 @@ fn a_program_that_does_not_read_loses_bytes_and_holds_up_nothing() {
 }
 
 #[test]
-fn a_foot_that_is_not_there_is_an_error() {
+fn an_unknown_foot_is_an_error() {
     let Some(mut server) = Server::start("none", &["--seconds", "60"]) else {
         return;
     };

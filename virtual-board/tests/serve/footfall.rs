@@ -1,4 +1,4 @@
-//! Our program, each command of it that listens to feet, on the ELF's own bytes.
+//! The `footfall` program, each command that reads from feet, on the ELF's own output.
 
 use std::fs;
 use std::path::Path;
@@ -10,7 +10,7 @@ use serde_json::Value as Json;
 
 use crate::server::{Server, footfall, program};
 
-/// Every action on one foot, over one of its lines.
+/// Runs every action on one foot, over one of its lines.
 fn set_and_ask(server: &Server, source: &str) {
     let info = server.foot(source, &["info"]);
     assert!(info.starts_with("foot     R, serial line\n"), "{info}");
@@ -22,7 +22,7 @@ fn set_and_ask(server: &Server, source: &str) {
         set.starts_with("decision.threshold: 0.5 → 0.75\nnot stored"),
         "{set}"
     );
-    // What is not stored is gone after a reset.
+    // A setting that is not stored is lost after a reset.
     server.foot(source, &["reset"]);
     let one = server.foot(source, &["get", "decision.threshold"]);
     assert!(one.starts_with("decision.threshold = 0.5   # "), "{one}");
@@ -53,7 +53,7 @@ fn set_and_ask(server: &Server, source: &str) {
 }
 
 #[test]
-fn a_foot_is_asked_and_set_over_its_serial_line_and_over_the_bus() {
+fn a_foot_is_read_and_set_over_serial_line_and_bus() {
     let Some(server) = Server::start("set", &["--feet", "2", "--gait", "stand"]) else {
         return;
     };
@@ -87,7 +87,7 @@ fn a_foot_is_asked_and_set_over_its_serial_line_and_over_the_bus() {
         on_bus(&["import", "bus.txt"]),
         "decision.threshold: 0.5 → 0.625\nstored\n"
     );
-    // A board that has forgotten its settings is FL.
+    // A board that has lost its settings is FL.
     on_bus(&["restore"]);
     let info = server.foot(&server.serial("R"), &["info"]);
     assert!(info.starts_with("foot     FL, serial line\n"), "{info}");
@@ -96,7 +96,7 @@ fn a_foot_is_asked_and_set_over_its_serial_line_and_over_the_bus() {
     assert!(said.contains("R: reset by its program"), "{said}");
 }
 
-/// The objects that the monitor prints within some seconds.
+/// Objects that the monitor prints within some seconds.
 fn monitored(folder: &Path, source: &str, seconds: &str) -> Vec<Json> {
     let (printed, _) = footfall(folder, &["monitor", source, "--json", "--seconds", seconds]);
     let objects = printed
@@ -105,7 +105,7 @@ fn monitored(folder: &Path, source: &str, seconds: &str) -> Vec<Json> {
     objects.collect()
 }
 
-/// The newest line of a foot.
+/// Latest line of a foot.
 fn newest<'a>(objects: &'a [Json], foot: &str) -> &'a Json {
     let mut lines = objects.iter().rev();
     let found = lines.find(|object| object["foot"] == foot && object["p_stable"].is_number());
@@ -113,7 +113,7 @@ fn newest<'a>(objects: &'a [Json], foot: &str) -> &'a Json {
 }
 
 #[test]
-fn the_monitor_shows_a_walk_its_load_and_a_fault_from_its_injection_until_it_is_cleared() {
+fn the_monitor_shows_a_walk_its_load_and_a_fault() {
     let Some(mut server) = Server::start("monitor", &[]) else {
         return;
     };
@@ -132,7 +132,7 @@ fn the_monitor_shows_a_walk_its_load_and_a_fault_from_its_injection_until_it_is_
                 .is_some_and(|rate| (990.0..=1010.0).contains(&rate))
         );
     }
-    // Control tells the foot its load over the bus.
+    // The controller sends the load to the foot over the bus.
     let of_bus = monitored(&server.folder, &server.bus(), "2");
     assert!(newest(&of_bus, "FL")["load_n"].is_number(), "{of_bus:#?}");
 
@@ -176,7 +176,7 @@ fn the_monitor_shows_a_walk_its_load_and_a_fault_from_its_injection_until_it_is_
 }
 
 #[test]
-fn the_monitor_misses_nothing_of_four_feet_on_one_bus() {
+fn the_monitor_loses_no_contact_of_four_feet_on_one_bus() {
     let Some(server) = Server::start("robot", &["--feet", "4"]) else {
         return;
     };
@@ -243,7 +243,7 @@ fn a_recording_replays_and_the_bytes_of_a_serial_line_decode() {
         "{json:#}"
     );
 
-    // As `cat` writes it to a file.
+    // As written to a file by `cat`.
     let mut cat = Command::new("sh")
         .args(["-c", "exec cat FL.uart > uart.bin"])
         .current_dir(folder)
@@ -260,7 +260,7 @@ fn a_recording_replays_and_the_bytes_of_a_serial_line_decode() {
 }
 
 #[test]
-fn a_program_that_is_stopped_for_a_while_counts_all_that_it_has_lost() {
+fn a_suspended_program_counts_all_it_has_lost() {
     let Some(server) = Server::start("stopped", &["--gait", "stand"]) else {
         return;
     };
@@ -300,7 +300,7 @@ fn a_program_that_is_stopped_for_a_while_counts_all_that_it_has_lost() {
     let contacts = number(&printed, "/footfall/FL/contact");
     let missing = number(&words, " frames are missing, by their numbers");
     assert!(missing > 1000, "{words}");
-    // A slow machine has the board fall behind real time, and the server says by how much.
+    // On a slow machine the board falls behind real time, and the server reports by how much.
     let (said, _) = server.end();
     let lost = said
         .lines()

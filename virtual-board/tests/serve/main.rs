@@ -1,5 +1,5 @@
-//! `virtual-board serve` as programs see it: the ELF that is flashed behind a serial port and an slcan
-//! adapter, in real time.
+//! `virtual-board serve` as seen by programs: the ELF that is flashed behind a serial port and an slcan adapter,
+//! in real time.
 
 #![cfg(unix)]
 

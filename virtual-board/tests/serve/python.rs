@@ -1,4 +1,4 @@
-//! Other people's programs with the ELF: python-can, python-canopen, cantools.
+//! Third-party programs with the ELF: python-can, python-canopen, cantools.
 
 use std::fs;
 use std::io::Write as _;
@@ -13,7 +13,7 @@ use crate::environment;
 use crate::server::{Server, footfall};
 
 #[test]
-fn python_can_canopen_and_cantools_talk_to_a_foot_as_to_hardware() {
+fn python_can_canopen_and_cantools_work_with_a_foot() {
     let python = match environment::make() {
         Ok(python) => python,
         Err(missing) => return unmet(&missing),
@@ -36,7 +36,7 @@ fn python_can_canopen_and_cantools_talk_to_a_foot_as_to_hardware() {
     let (printed, words) = (text(&output.stdout), text(&output.stderr));
     assert!(output.status.success(), "{printed}{words}{}", server.said());
 
-    // What python-can has logged, cantools and our own program decode.
+    // cantools and `footfall` decode the log of python-can.
     let log = fs::read(server.path("can.log")).expect("a log");
     let mut cantools = Command::new(&python)
         .args(["-m", "cantools", "decode", "--single-line"])
@@ -70,7 +70,7 @@ fn python_can_canopen_and_cantools_talk_to_a_foot_as_to_hardware() {
     assert!(status.success(), "{said}");
 }
 
-/// What `cantools monitor` shows on a terminal, once it shows a contact.
+/// Output of `cantools monitor` on a terminal, once it shows a contact.
 fn monitored_by_cantools(python: &std::path::Path, server: &Server) -> String {
     let socket = server.path("tmux");
     let tmux = |arguments: &[&str]| {

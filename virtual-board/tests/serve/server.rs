@@ -1,4 +1,4 @@
-//! The program with its feet, the `footfall` program, and folders for both.
+//! The server with its feet, the `footfall` program, and folders for both.
 
 use std::fs;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
@@ -12,30 +12,30 @@ use host_tests::committed::workspace;
 
 use crate::common::{directory, product_file};
 
-/// How long is waited for something that comes.
+/// Timeout for expected output.
 const LONGEST: Duration = Duration::from_secs(60);
 
-/// Feet that are served.
+/// A running server.
 pub struct Server {
     child: Child,
     typed: ChildStdin,
     said: Arc<Mutex<String>>,
     pub folder: PathBuf,
-    /// One at a time: boards in real time want the processor.
+    /// One at a time: boards in real time need the processor.
     _alone: MutexGuard<'static, ()>,
 }
 
 static ALONE: Mutex<()> = Mutex::new(());
 
 impl Server {
-    /// Starts the program in a folder of this name, once all sources are announced; `None` where there is no
-    /// product.
+    /// Starts the server in a folder of this name, and waits until all sources are announced; `None` if there is
+    /// no product.
     pub fn start(name: &str, arguments: &[&str]) -> Option<Self> {
         let elf = product_file()?;
-        // A test that has failed has ended its own.
+        // A failed test has ended its own server.
         let alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
         let folder = directory("serve").join(name);
-        // From another run.
+        // Left over from another run.
         let _ = fs::remove_dir_all(&folder);
         fs::create_dir_all(&folder).expect("a folder");
         let mut child = Command::new(env!("CARGO_BIN_EXE_virtual-board"))
@@ -81,13 +81,13 @@ impl Server {
         format!("slcan:{}", self.path("bus.slcan").display())
     }
 
-    /// What `footfall foot SOURCE` prints.
+    /// Output of `footfall foot SOURCE`.
     pub fn foot(&self, source: &str, arguments: &[&str]) -> String {
         let all = [&["foot", source], arguments].concat();
         footfall(&self.folder, &all).0
     }
 
-    /// A file in its folder.
+    /// Path of a file in its folder.
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.join(name)
     }
@@ -97,12 +97,12 @@ impl Server {
         writeln!(self.typed, "{line}").expect("it reads what is typed");
     }
 
-    /// All words so far.
+    /// All text so far.
     pub fn said(&self) -> String {
         self.said.lock().expect("no panic").clone()
     }
 
-    /// Waits for words.
+    /// Waits for a text.
     pub fn wait_for(&self, words: &str) {
         let end = Instant::now() + LONGEST;
         while !self.said().contains(words) {
@@ -111,7 +111,7 @@ impl Server {
         }
     }
 
-    /// Ends it: all that it has said, and whether it went well.
+    /// Ends the server. Returns all of its output and its exit status.
     pub fn end(mut self) -> (String, ExitStatus) {
         self.say("quit");
         let status = self.child.wait().expect("it ends");
@@ -122,20 +122,20 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        // It may have ended.
+        // The process may have ended already.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 }
 
-/// The `footfall` program: the one that `FOOTFALL_PROGRAM` names, or a fresh build.
+/// Path of the `footfall` program: the one that `FOOTFALL_PROGRAM` names, or a fresh build.
 pub fn program() -> &'static Path {
     static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
     PROGRAM.get_or_init(|| {
         if let Some(path) = std::env::var_os("FOOTFALL_PROGRAM") {
             return PathBuf::from(path);
         }
-        // As the tests are compiled, so that it is there already.
+        // Compiled with the same profile as the tests, so that it exists already.
         let status = Command::new(env!("CARGO"))
             .current_dir(workspace())
             .args(["build", "--quiet", "--locked", "--package", "footfall"])
@@ -146,7 +146,7 @@ pub fn program() -> &'static Path {
     })
 }
 
-/// Runs `footfall` in a folder: what it prints, and its words.
+/// Runs `footfall` in a folder. Returns its standard output and its messages.
 pub fn footfall(folder: &Path, arguments: &[&str]) -> (String, String) {
     let output = Command::new(program())
         .args(arguments)

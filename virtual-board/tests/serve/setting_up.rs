@@ -1,5 +1,5 @@
-//! What is done with a new robot, on the ELF: which foot each board is, the sensor's self-test, calibration,
-//! and the clocks of the feet on one another.
+//! Setup of a new robot, on the ELF: position of each board, self-test of the sensor, calibration, and the clocks
+//! of the feet relative to one another.
 
 use std::process::{Command, Stdio};
 use std::thread;
@@ -10,7 +10,7 @@ use serde_json::Value as Json;
 use crate::server::{Server, footfall, program};
 
 #[test]
-fn a_board_is_tested_and_made_another_foot_over_its_serial_line_and_over_the_bus() {
+fn a_board_is_tested_and_repositioned_over_both_lines() {
     let Some(server) = Server::start("new", &["--gait", "stand"]) else {
         return;
     };
@@ -31,7 +31,7 @@ fn a_board_is_tested_and_made_another_foot_over_its_serial_line_and_over_the_bus
 }
 
 #[test]
-fn a_walking_board_keeps_what_it_has_learnt_over_a_reset() {
+fn a_walking_board_keeps_its_learnt_values_over_a_reset() {
     let Some(server) = Server::start("walking", &[]) else {
         return;
     };
@@ -52,7 +52,7 @@ fn a_walking_board_keeps_what_it_has_learnt_over_a_reset() {
     };
     let before = kept(&server);
     assert_ne!(before, 0.0);
-    // What was shown is what was kept, though the foot has learnt more since.
+    // The displayed values are those that were kept, although the foot has learnt more since.
     let stored = server.foot(&serial, &["get", "--json"]);
     let stored: Json = serde_json::from_str(&stored).expect("JSON");
     for (name, shown) in learnt["learnt"].as_object().expect("numbers") {
@@ -65,7 +65,7 @@ fn a_walking_board_keeps_what_it_has_learnt_over_a_reset() {
 }
 
 #[test]
-fn a_board_with_an_id_of_its_own_is_found_set_and_watched() {
+fn a_board_with_a_custom_node_id_is_found_set_and_watched() {
     let Some(server) = Server::start("own_id", &["--feet", "2", "--gait", "stand"]) else {
         return;
     };
@@ -103,7 +103,7 @@ fn a_board_with_an_id_of_its_own_is_found_set_and_watched() {
 }
 
 #[test]
-fn a_board_that_was_left_in_pre_operational_state_says_so_and_streams_after_a_reset() {
+fn a_board_left_pre_operational_reports_it_and_resumes() {
     let Some(server) = Server::start("paused", &["--gait", "stand"]) else {
         return;
     };
@@ -129,7 +129,7 @@ fn a_board_that_was_left_in_pre_operational_state_says_so_and_streams_after_a_re
 }
 
 #[test]
-fn the_clock_of_a_foot_that_was_switched_on_later_is_behind() {
+fn the_clock_of_a_foot_switched_on_later_is_behind() {
     let Some(mut server) = Server::start("clocks", &["--feet", "2", "--gait", "stand"]) else {
         return;
     };
@@ -139,8 +139,7 @@ fn the_clock_of_a_foot_that_was_switched_on_later_is_behind() {
         let compared: Json = serde_json::from_str(&compared).expect("JSON");
         assert_eq!(compared["reference"], "L");
         let number = |name: &str| compared["feet"][0][name].as_f64().expect("a number");
-        // Their crystals are the same. The error is two standard deviations, which one comparison in twenty
-        // exceeds.
+        // The crystals are the same. The error is two standard deviations, which one comparison in twenty exceeds.
         assert!(
             number("drift_ppm").abs() <= 2.0 * number("drift_error_ppm"),
             "{compared}"
@@ -159,7 +158,7 @@ fn the_clock_of_a_foot_that_was_switched_on_later_is_behind() {
 }
 
 #[test]
-fn clocks_are_compared_on_a_bus_without_a_master_too() {
+fn clocks_are_compared_on_a_bus_without_a_master() {
     let feet = ["--feet", "2", "--gait", "stand", "--no-control"];
     let Some(server) = Server::start("masterless", &feet) else {
         return;
@@ -172,7 +171,7 @@ fn clocks_are_compared_on_a_bus_without_a_master_too() {
 }
 
 #[test]
-fn what_was_set_before_the_power_failed_is_not_said_to_be_stored() {
+fn settings_lost_by_a_power_failure_are_not_reported_stored() {
     let Some(mut server) = Server::start("power", &["--gait", "stand"]) else {
         return;
     };
@@ -196,7 +195,7 @@ fn what_was_set_before_the_power_failed_is_not_said_to_be_stored() {
         thread::sleep(Duration::from_millis(delay_ms));
         server.say("FL: power-cycle");
         let output = setting.wait_with_output().expect("it ends");
-        // What counts is what is there after another one.
+        // The state after a further power cycle is decisive.
         server.say("FL: power-cycle");
         thread::sleep(Duration::from_secs(1));
         let now = server.foot(&source, &["get", "decision.threshold"]);

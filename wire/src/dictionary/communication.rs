@@ -1,4 +1,4 @@
-//! 0x1000 to 0x1FFF: what CiA 301 wants and allows.
+//! 0x1000 to 0x1FFF: objects required or allowed by CiA 301.
 
 use super::process::process;
 use super::{
@@ -56,7 +56,7 @@ const fn mapping<const N: usize>(pdo: Pdo) -> [Entry; N] {
     entries
 }
 
-/// The object that says when a frame is sent.
+/// Communication parameter: sets when a frame is sent.
 macro_rules! communication_parameter {
     ($pdo:ident, $number:literal) => {
         Object {
@@ -69,7 +69,7 @@ macro_rules! communication_parameter {
     };
 }
 
-/// The object that says what a frame holds.
+/// Mapping parameter: lists the contents of a frame.
 macro_rules! mapping_parameter {
     ($pdo:ident, $number:literal) => {
         Object {

@@ -1,4 +1,4 @@
-//! A value in the dictionary: what it is, who may do what with it, and what may be written.
+//! Value in the dictionary: role, access, limits and texts.
 
 use estimator_core::{Parameter, Row, Unit};
 
@@ -8,7 +8,7 @@ use super::settings::CAN_BIT_RATES;
 use super::text::Text;
 use crate::value::{DataType, Value};
 
-/// Who may do what with an entry.
+/// Access rights of an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
     /// Never changes.
@@ -34,62 +34,62 @@ impl Access {
     }
 }
 
-/// What an entry is to the device.
+/// Role of an entry in the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// Its default is its value.
+    /// The value is the default.
     Constant,
-    /// Its default plus the node id is its value.
+    /// The value is the default plus the node id.
     CobId,
     /// Configuration: kept, stored and restored, written in pre-operational only.
     Setting(Concern),
-    /// Configuration: the identifier of a PDO. Its default plus the node id is its value, and
+    /// Configuration: the identifier of a PDO. The value is the default plus the node id, and
     /// only bit 31 (set: the PDO is off) can be changed.
     PdoCobId,
-    /// Process data: what the PDO it is mapped to holds.
+    /// Process data: the value is that of the PDO it is mapped to.
     Process,
-    /// Something that the device knows.
+    /// Current state of the device.
     Live,
-    /// Process data that comes in.
+    /// Received process data.
     Input,
-    /// Something that is done when it is written.
+    /// Action, executed when it is written.
     Command,
 }
 
-/// What a setting changes: what has to begin again with its new value follows from it.
+/// Area that a setting concerns; it determines which parts restart with the new value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Concern {
-    /// The node itself: which foot, its id, its bit rates, its start, its lock.
+    /// The node itself: position of the foot, id, bit rates, autostart, lock.
     Node,
-    /// What is sent and received, and when.
+    /// Messages that are sent and received, and their timing.
     Stream,
     /// The sensor's start.
     Sensor,
-    /// What is done to a sample before the estimate: the correction of the accelerometer, the mounting.
+    /// Processing of a sample before the estimate: the correction of the accelerometer, the mounting.
     Correction,
     /// The load input.
     Load,
-    /// The estimator, beside its numbers: method, learning, window.
+    /// The estimator, except its numbers: method, learning, window.
     Estimator,
     /// A number of the estimator.
     Parameter(Parameter),
-    /// What the estimator starts with.
+    /// Learnt values with which the estimator starts.
     Learnt,
 }
 
-/// Limits as an entry holds them, in a byte beside eight bytes of numbers: the numbers' type is that
+/// Limits as stored in an entry, in one byte and eight bytes of numbers: the numbers' type is that
 /// of the entry's default.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Bounds {
     Any,
-    /// The numbers are the least and the greatest value.
+    /// The numbers are the minimum and the maximum.
     Range,
     /// The bytes of the first number are those of [`Limits::RangeWithout`].
     RangeWithout,
     OneOf(Choice),
 }
 
-/// Lists of the values that may be written.
+/// Lists of allowed values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Choice {
     CanBitRate,
@@ -105,33 +105,33 @@ impl Choice {
     }
 }
 
-/// A time in s as whole µs.
+/// Converts a time in s to whole µs.
 const fn micros(seconds: f32) -> Value {
     Value::U32((seconds as f64 * 1.0e6 + 0.5) as u32)
 }
 
-// The dictionary lies in the foot's flash.
+// The dictionary is stored in the foot's flash.
 #[cfg(target_os = "none")]
 const _: () = assert!(size_of::<Entry>() <= 20);
 
-/// A value in the dictionary. On a microcontroller its texts are empty.
+/// Value in the dictionary. On a microcontroller its texts are empty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Entry {
-    /// The part of its object that it is.
+    /// Sub-index in its object.
     pub subindex: u8,
-    /// Its name.
+    /// Name.
     pub name: Text,
-    /// What it is to the device.
+    /// Role in the device.
     pub role: Role,
-    /// Who may do what with it.
+    /// Access rights.
     pub access: Access,
-    /// Its value at first, which also fixes its type.
+    /// Default value, which also sets the type.
     pub default: Value,
     bounds: Bounds,
     numbers: [u32; 2],
-    /// The unit; empty where there is none.
+    /// Unit; empty if there is none.
     pub unit: Text,
-    /// What it means, where its name and its object's text do not say it all.
+    /// Meaning, if not clear from its name and its object's text.
     pub doc: Text,
 }
 
@@ -182,14 +182,14 @@ impl Entry {
         Self::setting(subindex, name, concern, Value::U8(default)).range(Value::U8(0), Value::U8(1))
     }
 
-    /// A number by its row in the estimator's table, as REAL32.
+    /// Creates a REAL32 number from its row in the estimator's table.
     pub(super) const fn row(subindex: u8, name: &'static str, concern: Concern, row: Row) -> Self {
         Self::setting(subindex, name, concern, Value::F32(row.default))
             .range(Value::F32(row.least), Value::F32(row.most))
             .unit(row.unit.symbol())
     }
 
-    /// A duration by its row in the estimator's table, as whole µs.
+    /// Creates a duration in whole µs from its row in the estimator's table.
     pub(super) const fn row_in_micros(
         subindex: u8,
         name: &'static str,
@@ -243,7 +243,7 @@ impl Entry {
         self
     }
 
-    /// From the first byte to the second, but nothing between the third and the fourth.
+    /// Limits the value to the range from the first byte to the second, without the third to the fourth.
     pub(super) const fn range_without(mut self, bytes: [u8; 4]) -> Self {
         assert!(matches!(self.default, Value::U8(_)));
         self.bounds = Bounds::RangeWithout;
@@ -266,7 +266,7 @@ impl Entry {
         self
     }
 
-    /// The same, not to be written, under another sub-index.
+    /// Returns the same entry, read-only, under another sub-index.
     pub(super) const fn as_live(self, subindex: u8) -> Self {
         Self {
             subindex,
@@ -277,7 +277,7 @@ impl Entry {
         }
     }
 
-    /// What may be written.
+    /// Allowed values.
     #[must_use]
     pub fn limits(&self) -> Limits {
         match self.bounds {
@@ -298,19 +298,19 @@ impl Entry {
         }
     }
 
-    /// The type of its value.
+    /// Data type of the value.
     #[must_use]
     pub const fn data_type(&self) -> DataType {
         self.default.data_type()
     }
 
-    /// Whether it is kept over power-off.
+    /// Returns whether the value is kept over power-off.
     #[must_use]
     pub const fn is_setting(&self) -> bool {
         matches!(self.role, Role::Setting(_) | Role::PdoCobId)
     }
 
-    /// What it changes, where it is a setting.
+    /// Area that the entry concerns, if it is a setting.
     #[must_use]
     pub const fn concern(&self) -> Option<Concern> {
         match self.role {
@@ -320,7 +320,7 @@ impl Entry {
         }
     }
 
-    /// Whether it can stand in a PDO.
+    /// Returns whether the entry can be mapped to a PDO.
     #[must_use]
     pub const fn is_mappable(&self) -> bool {
         matches!(self.role, Role::Process | Role::Input)

@@ -1,25 +1,25 @@
-//! What may be written to an entry.
+//! Allowed values of an entry.
 
 use crate::abort::AbortCode;
 use crate::value::Value;
 
-/// What may be written. A value outside a range is too high or too low, one that a list or a range
-/// with a hole in it lacks is not allowed.
+/// Allowed values. A value outside a range is too high or too low; one that is missing from a list or lies in
+/// the gap of a range is invalid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Limits {
     /// Any value of the type.
     Any,
-    /// From the first to the second.
+    /// From the first to the second value.
     Range(Value, Value),
-    /// From the first to the second, but nothing between the third and the fourth, themselves
-    /// included.
+    /// From the first to the second value, without those from the third to the fourth,
+    /// inclusive.
     RangeWithout([Value; 4]),
     /// One of these.
     OneOf(&'static [Value]),
 }
 
 impl Limits {
-    /// Whether `value`, which has the right type, may be written.
+    /// Checks whether `value`, which must have the right type, is allowed.
     ///
     /// # Errors
     /// The reason, as an abort code.
@@ -43,7 +43,7 @@ impl Limits {
         }
     }
 
-    /// The least and the greatest value, where there are any.
+    /// Minimum and maximum, if there are any.
     #[must_use]
     pub fn range(self) -> Option<(Value, Value)> {
         match self {

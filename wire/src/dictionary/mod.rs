@@ -1,4 +1,4 @@
-//! The object dictionary: every object, once. This table makes the SDO server's answers and range
+//! The object dictionary, which defines each object once. It is the source of the SDO server's answers and range
 //! checks, the UART's configuration messages, `footfall.eds` and the tables of `README.md`.
 //!
 //! | what | module |
@@ -32,7 +32,7 @@ pub use text::Text;
 
 use crate::abort::AbortCode;
 
-/// How an object is built.
+/// Structure of an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
     /// One value, at sub-index 0.
@@ -43,18 +43,18 @@ pub enum Shape {
     Record,
 }
 
-/// An object. On a microcontroller its texts are empty.
+/// Object of the dictionary. On a microcontroller its texts are empty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Object {
-    /// Its index.
+    /// Index.
     pub index: u16,
-    /// Its name.
+    /// Name.
     pub name: Text,
-    /// How it is built.
+    /// Structure.
     pub shape: Shape,
-    /// What it is.
+    /// Description.
     pub doc: Text,
-    /// Its values; those of an array or a record without the one at sub-index 0.
+    /// Values; those of an array or a record without sub-index 0.
     pub entries: &'static [Entry],
 }
 
@@ -66,10 +66,10 @@ impl Object {
     }
 }
 
-/// What is found at an address.
+/// Result of looking up an address.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Place {
-    /// A value, and its index among the settings where it is one.
+    /// A value, and its index among the settings if it is one.
     Entry(&'static Entry, Option<usize>),
     /// The highest sub-index of an object.
     Highest(u8),
@@ -101,7 +101,7 @@ pub fn find(address: Address) -> Result<Place, AbortCode> {
     }
 }
 
-/// What the setting at an address changes; `None` where there is no setting.
+/// Area that the setting at an address concerns; `None` if there is no setting.
 #[must_use]
 pub fn concern(address: Address) -> Option<Concern> {
     match find(address) {
@@ -110,7 +110,7 @@ pub fn concern(address: Address) -> Option<Concern> {
     }
 }
 
-/// Every value, in the order of the addresses.
+/// All values, in the order of the addresses.
 pub fn entries() -> impl Iterator<Item = (Address, &'static Entry)> {
     OBJECTS.iter().flat_map(|object| {
         let of = move |entry: &'static Entry| (Address::new(object.index, entry.subindex), entry);
@@ -118,13 +118,13 @@ pub fn entries() -> impl Iterator<Item = (Address, &'static Entry)> {
     })
 }
 
-/// Every setting, in the order of the addresses.
+/// All settings, in the order of the addresses.
 pub fn settings() -> impl Iterator<Item = (Address, &'static Entry)> {
     entries().filter(|(_, entry)| entry.is_setting())
 }
 
-/// The index among the settings of the one at an address. Evaluated by the compiler only, which
-/// would report a setting that there is not.
+/// Index among the settings of the one at an address. Evaluated by the compiler only, which
+/// reports a missing setting.
 #[allow(clippy::indexing_slicing, clippy::panic)]
 pub(crate) const fn slot_of(index: u16, subindex: u8) -> usize {
     let (mut slot, mut i) = (0, 0);
@@ -144,7 +144,7 @@ pub(crate) const fn slot_of(index: u16, subindex: u8) -> usize {
     panic!("there is no such setting")
 }
 
-/// How many settings there are.
+/// Number of settings.
 pub const SETTINGS: usize = count_settings(OBJECTS.len());
 
 /// The number of settings before each object. Evaluated by the compiler only, which would report
@@ -175,12 +175,12 @@ const fn count_settings(objects: usize) -> usize {
     count
 }
 
-/// "save" and "load": what must be written to store and to restore.
+/// "save" and "load": signatures that must be written to store and to restore.
 pub const SIGNATURE_STORE: u32 = u32::from_le_bytes(*b"save");
 /// See [`SIGNATURE_STORE`].
 pub const SIGNATURE_RESTORE: u32 = u32::from_le_bytes(*b"load");
 
-/// "bor3": what must be written to have the chip reset itself below 2.7 V.
+/// "bor3": signature that must be written to have the chip reset itself below 2.7 V.
 pub const SIGNATURE_BROWN_OUT: u32 = u32::from_le_bytes(*b"bor3");
 
 /// Bit 31 of a PDO's identifier: the PDO is off.
@@ -188,7 +188,7 @@ pub const PDO_OFF: u32 = 1 << 31;
 /// Bit 30 of a PDO's identifier: remote frames are not answered.
 pub const PDO_NO_REMOTE: u32 = 1 << 30;
 
-/// Differs from those of other devices of the vendor: "foot".
+/// "foot": distinguishes the product from other devices of the vendor.
 pub const PRODUCT_CODE: u32 = u32::from_be_bytes(*b"foot");
 /// No vendor id has been assigned to this project.
 pub const VENDOR_ID: u32 = 0;
@@ -196,10 +196,10 @@ pub const VENDOR_ID: u32 = 0;
 /// number changes when an object changes its meaning.
 pub const REVISION: u32 = 0x0001_0000;
 
-/// How many past emergencies 0x1003 remembers.
+/// Number of past emergencies that 0x1003 keeps.
 pub const ERROR_HISTORY: usize = 8;
 
-/// All objects, in the order of their indices. Put together by the compiler, which would report an
+/// All objects, in the order of their indices. Built by the compiler, which would report an
 /// index out of range.
 #[allow(clippy::indexing_slicing)]
 pub const OBJECTS: &[Object] = &{
@@ -228,13 +228,13 @@ mod tests {
     use std::vec::Vec;
 
     #[test]
-    fn addresses_rise() {
+    fn entries_are_ordered_by_address() {
         let addresses: Vec<Address> = entries().map(|(address, _)| address).collect();
         assert!(addresses.is_sorted_by(|a, b| a < b));
     }
 
     #[test]
-    fn every_entry_is_found_and_settings_have_each_their_slot() {
+    fn every_entry_is_found_and_each_setting_has_a_slot() {
         let mut slots = Vec::new();
         for (address, entry) in entries() {
             let Ok(Place::Entry(found, slot)) = find(address) else {
@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_there_is_said_to_be_so() {
+    fn missing_objects_and_sub_indices_are_reported() {
         assert_eq!(find(Address::new(0x1FFF, 0)), Err(AbortCode::NoObject));
         assert_eq!(find(Address::new(0x1018, 9)), Err(AbortCode::NoSubindex));
         assert_eq!(find(Address::new(0x1018, 0)), Ok(Place::Highest(4)));
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn defaults_lie_within_their_limits() {
+    fn defaults_are_within_their_limits() {
         for (address, entry) in settings() {
             assert_eq!(entry.limits().check(entry.default), Ok(()), "{address:?}");
             if let Limits::OneOf(values) = entry.limits() {
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn values_beyond_the_limits_have_their_abort_codes() {
+    fn values_outside_the_limits_return_abort_codes() {
         let limits =
             Limits::RangeWithout([Value::U8(1), Value::U8(255), Value::U8(128), Value::U8(254)]);
         assert_eq!(limits.check(Value::U8(0)), Err(AbortCode::InvalidValue));
@@ -285,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_pdo_maps_is_mappable_and_as_long_as_the_mapping_says() {
+    fn mapped_objects_are_mappable_and_have_the_mapped_length() {
         for pdo in Pdo::ALL {
             for mapped in pdo.mapping() {
                 let Ok(Place::Entry(entry, _)) = find(mapped.address) else {
@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn all_process_data_is_in_a_pdo() {
+    fn every_process_value_is_mapped_to_a_pdo() {
         for (address, entry) in entries().filter(|(_, entry)| entry.role == Role::Process) {
             let mapped = Pdo::ALL
                 .iter()

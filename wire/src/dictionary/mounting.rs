@@ -1,7 +1,7 @@
-//! 0x2019: how the sensor's axes lie in the foot.
+//! 0x2019: orientation of the sensor's axes in the foot.
 //!
-//! Axes along axes are one number, so that each value that may be written is a mounting: the sensor's
-//! axes that lie along the foot's x, y and z are the digits of it, as [`SensorAxis`] numbers them.
+//! A mounting along axes is one number, so that each allowed value is a valid mounting: its digits are the
+//! sensor's axes along the foot's x, y and z, as [`SensorAxis`] numbers them.
 
 use estimator_core::SensorAxis;
 use estimator_core::mounting::handedness;
@@ -10,19 +10,19 @@ use super::entry::Choice;
 use super::{Concern, Entry, Object, Shape, Text, index};
 use crate::value::Value;
 
-/// Instead of axes: the quaternion counts.
+/// Code for a mounting that the quaternion gives.
 pub(crate) const AS_QUATERNION: u16 = 0;
 
-/// The ways in which a sensor's axes can lie along those of the foot.
+/// Number of ways in which a sensor's axes can lie along those of the foot.
 const WAYS: usize = 24;
 
-/// The number that stands for the axes of the sensor along the foot's x, y and z.
+/// Code of the sensor's axes along the foot's x, y and z.
 #[must_use]
 pub const fn code_of_axes([x, y, z]: [SensorAxis; 3]) -> u16 {
     100 * x as u16 + 10 * y as u16 + z as u16
 }
 
-/// What may be written, in ascending order. Put together by the compiler, which would report an index
+/// Allowed values, in ascending order. Built by the compiler, which would report an index
 /// out of range.
 #[allow(clippy::indexing_slicing)]
 pub(super) const AXES: &[Value] = &{

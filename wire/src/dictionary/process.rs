@@ -1,4 +1,4 @@
-//! From 0x2100 on: what the foot measures, what it knows, and the commands that it takes.
+//! From 0x2100 on: measurements, state and commands of the foot.
 
 use estimator_core::Learnt;
 
@@ -8,7 +8,7 @@ use crate::counter::Counter;
 use crate::pdo::Field;
 use crate::value::Value;
 
-/// How many rows of a frame are parts of an object.
+/// Number of rows of a frame that belong to an object.
 #[allow(clippy::indexing_slicing)] // Evaluated by the compiler only.
 pub(super) const fn count(fields: &[Field], index: u16) -> usize {
     let (mut count, mut i) = (0, 0);
@@ -19,7 +19,7 @@ pub(super) const fn count(fields: &[Field], index: u16) -> usize {
     count
 }
 
-/// The entries of an object that a frame holds.
+/// Entries of an object that a frame holds.
 #[allow(clippy::indexing_slicing)] // Evaluated by the compiler only.
 pub(super) const fn entries<const N: usize>(fields: &[Field], index: u16) -> [Entry; N] {
     let mut entries = [Entry::live(0, "", Value::U8(0)); N];
@@ -43,7 +43,7 @@ pub(super) const fn entries<const N: usize>(fields: &[Field], index: u16) -> [En
     entries
 }
 
-/// The entries of an object, from the rows of the frame that holds it.
+/// Entries of an object, from the rows of the frame that holds it.
 macro_rules! process {
     ($pdo:ident, $index:ident) => {{
         const FIELDS: &[crate::pdo::Field] = crate::pdo::Pdo::$pdo.fields();
@@ -66,7 +66,7 @@ const fn counters() -> [Entry; Counter::ALL.len()] {
     entries
 }
 
-/// Command, state and what the foot has learnt so far: the entries of 0x2018, but live.
+/// Command, state and learnt values: the entries of 0x2018, but live.
 #[allow(clippy::indexing_slicing)] // Evaluated by the compiler only.
 const CALIBRATION: [Entry; 2 + Learnt::NUMBERS] = {
     let command = Entry::command(1, "Command", Access::Wo, Value::U8(0))

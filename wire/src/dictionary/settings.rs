@@ -20,10 +20,10 @@ pub(super) const CAN_BIT_RATES: &[Value] = &[
 const MEANING_OF_FOOT: &str = "1 FL, 2 FR, 3 RL, 4 RR, 5 L, 6 R; a label for people and files, and the node id where none is set";
 const RESTART: &str = "takes effect with the next reset of the node or of its communication";
 
-/// The longest window that fits the estimator on the board, in samples.
+/// Maximum length of the window in the estimator on the board, samples.
 pub const WINDOW_CAPACITY: usize = 256;
 
-/// The window, of which a sample is the least and the estimator's capacity the most.
+/// Window: at least one sample, at most the estimator's capacity.
 const WINDOW: Row = {
     const PERIOD: f32 = 1.0 / Params::DEFAULT.sample_rate;
     Row {
@@ -33,7 +33,7 @@ const WINDOW: Row = {
     }
 };
 
-/// How the probability is found.
+/// Estimation of the probability.
 const ESTIMATION: &[Entry] = &[
     Entry::switch(1, "Method", Concern::Estimator, Params::DEFAULT.method as u8)
         .doc("0 self-calibrating: the foot learns its limits of stillness while it walks; 1 half-widths: the limits of 0x2012"),
@@ -41,7 +41,7 @@ const ESTIMATION: &[Entry] = &[
         .doc("1 on; 0 frozen: what has been learnt stays as it is. Without effect with method 1"),
 ];
 
-/// The numbers of [`Learnt`] in the order of its array.
+/// Numbers of [`Learnt`] in the order of its array.
 pub(super) const LEARNT: [Entry; Learnt::NUMBERS] = {
     const fn learnt(subindex: u8, name: &'static str, row: Row) -> Entry {
         Entry::row(subindex, name, Concern::Learnt, row)
@@ -76,8 +76,8 @@ const fn per_axis([ax, ay, az, wx, wy, wz]: [Parameter; 6]) -> [Entry; 6] {
     ]
 }
 
-/// The settings of the attitude filter: those of `estimator_core::AttitudeParams` and its
-/// `RestParams`, but for the gyroscope's timing, which belongs to the board's sensor.
+/// Settings of the attitude filter: those of `estimator_core::AttitudeParams` and its
+/// `RestParams`, except the gyroscope's timing, which belongs to the board's sensor.
 const ATTITUDE_FILTER: &[Entry] = &[
     Entry::parameter(1, "Motion time constant", Parameter::MotionTimeConstant),
     Entry::parameter(2, "Quiet gain", Parameter::QuietGain),
@@ -90,8 +90,8 @@ const ATTITUDE_FILTER: &[Entry] = &[
     Entry::parameter(9, "Bias time constant", Parameter::BiasTimeConstant),
 ];
 
-/// What is wrong with the accelerometer. The ranges are far beyond what an LSM6DSOX has and leave
-/// room for no mistake of unit.
+/// Errors of the accelerometer. The ranges far exceed those of an LSM6DSOX, but exclude values
+/// in a wrong unit.
 const ACCELEROMETER: &[Entry] = {
     const fn corrected(sub: u8, name: &'static str, value: f32, low: f32, high: f32) -> Entry {
         Entry::setting(sub, name, Concern::Correction, Value::F32(value))

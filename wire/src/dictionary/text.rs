@@ -1,7 +1,7 @@
-//! Text that a foot has no use for.
+//! Text that a foot does not use.
 
-/// Text for people and files. A foot has no use for it: on a microcontroller it is empty and takes
-/// no room.
+/// Text for people and files. A foot does not use it: on a microcontroller it is empty and takes
+/// no memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Text(#[cfg(not(target_os = "none"))] &'static str);
 

@@ -1,4 +1,4 @@
-//! What the objects are made of, and the rules by which they are read and written.
+//! State behind the objects, and the rules for reading and writing them.
 
 use canopen_rs::NmtState;
 use canopen_rs::time::TimeOfDay;
@@ -20,7 +20,7 @@ use crate::settings::Settings;
 use crate::stage::Stage;
 use crate::value::Value;
 
-/// What the objects are made of: everything of the node but its protocols.
+/// State behind the objects: everything of the node except its protocols.
 #[derive(Clone, Debug)]
 pub(super) struct Device {
     pub(super) id: Option<NodeId>,
@@ -33,16 +33,16 @@ pub(super) struct Device {
     pub(super) stage: Stage,
     pub(super) counters: Counters,
     pub(super) crash: Option<Crash>,
-    /// The brown-out level at the start.
+    /// Brown-out level at the start.
     pub(super) brown_out_level: u8,
-    /// What the estimator has learnt.
+    /// Values learnt by the estimator.
     pub(super) learnt: Learnt,
     pub(super) load: Option<Load>,
-    /// Ticks since it came.
+    /// Ticks since the load was received.
     pub(super) load_age: u16,
     pub(super) time: Option<(TimeOfDay, Timestamp)>,
     pub(super) event: Option<Event>,
-    /// A store or a restore has not been answered yet: there is no other meanwhile.
+    /// A store or a restore is pending: another one is refused until it is answered.
     pub(super) storing: bool,
 }
 
@@ -89,7 +89,7 @@ impl Device {
         })
     }
 
-    /// That of the newest estimate; the largest while a fault voids it.
+    /// Zero-velocity sigma of the newest estimate; the maximum while a fault voids it.
     fn velocity_sigma(&self) -> VelocitySigma {
         match self.faults.void_estimate() {
             true => VelocitySigma::MOST,
@@ -112,8 +112,8 @@ impl Device {
         }
     }
 
-    /// Whether settings may be written: in pre-operational state, and while there is no node id to
-    /// become pre-operational with (over UART, then); and none but the lock while it is set.
+    /// Checks whether a setting may be written: in pre-operational state, or while there is no node id
+    /// (over UART); while the lock is set, only the lock itself.
     fn may_be_changed(&self, index: u16) -> Result<(), AbortCode> {
         if self.state != NmtState::PreOperational && self.id.is_some() {
             return Err(AbortCode::DeviceState);
@@ -134,7 +134,7 @@ impl Device {
         Ok(())
     }
 
-    /// What the estimator has learnt is what the settings say, until it is published again.
+    /// Resets the learnt values to those of the settings, until new ones are published.
     fn restart_learning(&mut self) {
         self.learnt = self.settings.learnt().unwrap_or_default();
     }

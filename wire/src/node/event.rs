@@ -1,4 +1,4 @@
-//! What a node reports to its application.
+//! Events that a node reports to its application.
 
 use canopen_rs::NmtState;
 use canopen_rs::time::TimeOfDay;
@@ -8,26 +8,26 @@ use crate::fault::Fault;
 use crate::frame::CanFrame;
 use crate::pdo::Load;
 
-/// Why the node boots.
+/// Cause of a boot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BootCause {
-    /// Not commanded: power came, or the program had crashed. With autostart the node is
+    /// Not commanded: power-up, or a crash of the program. With autostart the node is
     /// operational at once.
     #[default]
     PowerUp,
-    /// Commanded by a master: by Reset Node or Reset Communication or by giving the node its first
-    /// id: the node waits in pre-operational state.
+    /// Commanded by a master: Reset Node, Reset Communication, or the assignment of its first
+    /// id. The node waits in pre-operational state.
     Commanded,
 }
 
-/// Something the application has to know or to do.
+/// Event that the application has to handle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
-    /// A setting has a new value: [`Node::settings`](super::Node::settings).
+    /// A setting has changed: [`Node::settings`](super::Node::settings).
     Changed(Address),
     /// Store the settings, then call [`Node::finish`](super::Node::finish).
     Store,
-    /// Forget the stored settings so that the defaults apply from the next reset, then call
+    /// Delete the stored settings so that the defaults apply from the next reset, then call
     /// [`Node::finish`](super::Node::finish).
     Restore,
     /// Set the highest brown-out level, then call [`Node::finish`](super::Node::finish).
@@ -37,13 +37,13 @@ pub enum Event {
     /// Reset the whole board.
     ResetNode,
     /// Reset the communication: load the stored settings and call [`Node::boot`](super::Node::boot). It was commanded,
-    /// or LSS has given the node its first id.
+    /// or LSS has assigned the first id.
     ResetCommunication,
-    /// A SYNC came, with its counter where it has one.
+    /// A SYNC was received, with its counter if it has one.
     Sync(Option<u8>),
-    /// A time stamp came.
+    /// A time stamp was received.
     Time(TimeOfDay),
-    /// The robot says what the load is.
+    /// The load was received from the robot.
     Load(Load),
     /// A command to the calibration was executed: [`Node::settings`](super::Node::settings).
     Calibration(Calibration),
@@ -52,9 +52,9 @@ pub enum Event {
 /// A command to the calibration: sub-index 1 of object 0x2120.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Calibration {
-    /// What the foot has learnt is in the settings now: the estimator goes on as it is.
+    /// The learnt values are now in the settings: the estimator continues unchanged.
     Keep,
-    /// Nothing learnt is left in the settings: the estimator starts with nothing.
+    /// The learnt values were removed from the settings: the estimator starts without any.
     Forget,
 }
 
@@ -69,14 +69,14 @@ impl Calibration {
     }
 }
 
-/// How far the calibration is: sub-index 2 of object 0x2120.
+/// State of the calibration: sub-index 2 of object 0x2120.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CalibrationState {
-    /// The foot has not learnt enough yet.
+    /// Not enough has been learnt yet.
     Settling,
-    /// The foot has learnt enough, and goes on learning.
+    /// Enough has been learnt; learning continues.
     Settled,
-    /// The settings let it learn nothing.
+    /// Learning is disabled by the settings.
     Frozen,
 }
 
@@ -99,16 +99,16 @@ impl CalibrationState {
     }
 }
 
-/// What came of a frame.
+/// Result of a received frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// The frame to send in answer.
+    /// Response to send.
     pub reply: Option<CanFrame>,
-    /// What the application has to know or to do.
+    /// Event for the application.
     pub event: Option<Event>,
 }
 
-/// Why and where the board crashed last, as RAM remembers it.
+/// Cause and location of the last crash, as kept in RAM.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Crash {
     /// [`Fault::Panic`], [`Fault::HardFault`] or [`Fault::WatchdogReset`].

@@ -1,4 +1,4 @@
-//! The active faults, and the emergency messages that report each once it has come and once it has gone.
+//! Active faults, and the emergency messages that report when each is raised and when it is cleared.
 
 use canopen_rs::NmtState;
 
@@ -8,8 +8,8 @@ use crate::foot::cob_id;
 use crate::frame::CanFrame;
 
 impl Node {
-    /// A fault has come: the emergency message to send. There is none for a fault that was there
-    /// already; where it cannot be sent in this state, [`Node::tick`] sends it later.
+    /// Raises a fault; returns the emergency message to send. `None` if the fault was active
+    /// already; if it cannot be sent in this state, [`Node::tick`] sends it later.
     pub fn raise(&mut self, fault: Fault, detail: u32) -> Option<CanFrame> {
         if self.device.faults.contains(fault) {
             return None;
@@ -18,7 +18,7 @@ impl Node {
         self.report(fault)
     }
 
-    /// The same for a fault that cannot be reported while it lasts: [`Node::tick`] sends the
+    /// Raises a fault that cannot be reported while it lasts: [`Node::tick`] sends the
     /// emergency message after [`Node::release`].
     pub fn raise_held_back(&mut self, fault: Fault, detail: u32) {
         if !self.reported.contains(fault) {
@@ -29,14 +29,14 @@ impl Node {
         }
     }
 
-    /// From now on a fault that was held back may be reported.
+    /// Allows a fault that was held back to be reported.
     pub fn release(&mut self, fault: Fault) {
         self.held_back = self.held_back.without(fault);
     }
 
     fn note(&mut self, fault: Fault, detail: u32) {
         self.device.faults = self.device.faults.with(fault);
-        // Each moves down by one, the oldest out of it.
+        // Shifts the entries by one; the oldest is discarded.
         let newest = u32::from(fault.code()) | u32::from(fault.number()) << 16;
         let history = self.device.history.iter_mut();
         history.fold(newest, |moved, entry| core::mem::replace(entry, moved));
@@ -45,7 +45,7 @@ impl Node {
         }
     }
 
-    /// A fault has gone: the emergency message to send, where the fault was reported.
+    /// Clears a fault; returns the emergency message to send if the fault was reported.
     pub fn clear(&mut self, fault: Fault) -> Option<CanFrame> {
         self.device.faults = self.device.faults.without(fault);
         self.held_back = self.held_back.without(fault);
@@ -64,7 +64,7 @@ impl Node {
         Some(CanFrame::of(id, emergency.encode()))
     }
 
-    /// The identifier of emergency messages, in the states in which they are sent.
+    /// Identifier of emergency messages, in states in which they are sent.
     fn id_for_emergencies(&self) -> Option<u16> {
         match self.device.state {
             NmtState::PreOperational | NmtState::Operational => {
@@ -74,7 +74,7 @@ impl Node {
         }
     }
 
-    /// The faults of which no emergency message was sent yet, and none is held back.
+    /// Active faults that are neither reported nor held back.
     #[inline]
     pub(super) const fn unreported(&self) -> Faults {
         let reportable = self.device.faults.without_all(self.held_back);

@@ -1,4 +1,4 @@
-//! Layer setting services (CiA 305): a master gives the node its id.
+//! Layer setting services (CiA 305): a master assigns the node id.
 
 use canopen_rs::lss::{self, LssAddress, LssSlave, LssState};
 
@@ -29,13 +29,13 @@ impl Node {
                 event: None,
             };
             match service {
-                // 255: refused for a reason of this device's own.
+                // 255: refused for a device-specific reason.
                 LSS_CONFIGURE_NODE_ID if self.device.settings.is_locked() => {
                     return refused(255, 1);
                 }
                 // 1: not supported. The bit rate is a setting (0x2002).
                 LSS_CONFIGURE_BIT_TIMING => return refused(1, 0),
-                // 2: the storage media could not be accessed, which another store has just now.
+                // 2: the storage medium cannot be accessed, because another store is pending.
                 LSS_STORE if self.waiting != Waiting::None => return refused(2, 0),
                 LSS_STORE => {
                     self.waiting = Waiting::Lss;
@@ -48,13 +48,13 @@ impl Node {
         let accepted = matches!(answer, Some([LSS_CONFIGURE_NODE_ID, 0, ..]));
         let mut event = None;
         if accepted {
-            // In the settings too, so that a store keeps it.
+            // Also in the settings, so that a store keeps it.
             let id = NodeId::new(self.lss.pending_node_id());
             self.given = Some(id);
             let set = self.device.settings.set(NODE_ID, id_setting(id));
             event = set.is_ok().then_some(Event::Changed(NODE_ID));
         }
-        // A node without an id boots as soon as it has one and the configuration is over (CiA 305).
+        // A node without an id boots as soon as it has one and the configuration has ended (CiA 305).
         let left = configuring && self.lss.state() == LssState::Waiting;
         if left && self.device.id.is_none() && matches!(self.given, Some(Some(_))) {
             event = Some(Event::ResetCommunication);
@@ -66,7 +66,7 @@ impl Node {
     }
 }
 
-/// The setting that stands for this id.
+/// Value of the node id setting for this id.
 pub(super) fn id_setting(id: Option<NodeId>) -> Value {
     Value::U8(id.map_or(lss::UNCONFIGURED_NODE_ID, NodeId::get))
 }

@@ -1,14 +1,14 @@
-//! A CANopen device out of dictionary, settings, SDO server, PDOs and faults: frames in, frames
+//! A CANopen device built from dictionary, settings, SDO server, PDOs and faults: frames in, frames
 //! and [`Event`]s out. It keeps no time of its own and touches no hardware.
 //!
-//! The application calls [`Node::boot`] at start and after each reset, and says which of the two it
-//! was: only power-up starts the streams by itself, after a reset that a master commands the node
+//! The application calls [`Node::boot`] at start and after each reset, with its cause: only at
+//! power-up do the streams start without a command; after a reset commanded by a master the node
 //! waits in pre-operational state to be configured. It calls [`Node::receive`] with each received
 //! frame and [`Node::tick`] each millisecond, and acts on the events. UART messages reach
 //! the same objects by [`Node::read`] and [`Node::write`], under the same rules:
 //!
 //! - settings are written in pre-operational state only, else `0x0800_0022`; over UART also while
-//!   there is no node id; LSS, by its own rules, gives a node id in every state;
+//!   there is no node id; LSS, under its own rules, assigns a node id in every state;
 //! - with the configuration lock set no other setting can be changed or restored, `0x0800_0021`;
 //! - a refused value changes nothing.
 //!
@@ -53,7 +53,7 @@ pub use event::{BootCause, Calibration, CalibrationState, Crash, Event, Outcome}
 pub use canopen_rs::time::TimeOfDay as TimeStamp;
 pub use canopen_rs::{NmtCommand as Command, NmtState as State};
 
-/// Who waits for the answer to a store or a restore.
+/// Requester of a pending store or restore.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Waiting {
     #[default]
@@ -62,7 +62,7 @@ enum Waiting {
     Lss,
 }
 
-/// A foot on the bus.
+/// CANopen node of a foot.
 #[derive(Debug)]
 pub struct Node {
     device: Device,
@@ -70,28 +70,28 @@ pub struct Node {
     lss: LssSlave,
     sdo: SdoServer,
     waiting: Waiting,
-    /// The id that LSS has given since power-up: `Some(None)` for none. It outlives the settings
-    /// that are loaded at a reset of the communication.
+    /// Node id assigned by LSS since power-up: `Some(None)` for none. It is kept when the settings
+    /// are loaded at a reset of the communication.
     given: Option<Option<NodeId>>,
     ticks: u32,
     heartbeat_age: u16,
     syncs: u32,
-    /// One bit for each PDO that a SYNC has requested for.
+    /// One bit per PDO, set if a SYNC has requested it.
     requested: u8,
     last_sync: LastSync,
     sequence: u8,
-    /// The faults of which an emergency message was sent since the last boot.
+    /// Faults whose emergency message was sent since the last boot.
     reported: Faults,
-    /// The faults of which none is to be sent yet.
+    /// Faults whose emergency message is held back.
     held_back: Faults,
-    /// The detail of each fault, by its number.
+    /// Detail of each fault, by its number.
     details: [u32; Fault::NUMBERS],
 }
 
 const NODE_ID: Address = Address::new(index::NODE_ID, 0);
 
 impl Node {
-    /// A node that has not booted yet. `serial` is that of the board.
+    /// Creates a node that has not booted yet. `serial` is the board's serial number.
     #[must_use]
     pub fn new(settings: Settings, serial: u32) -> Self {
         let id = settings.node_id();
@@ -132,13 +132,13 @@ impl Node {
         }
     }
 
-    /// Takes up the node id, that of the settings or the one that LSS has given since power-up, and
-    /// announces the node. At power-up it is operational at once with autostart, else and after a
-    /// commanded reset pre-operational. Without a node id there is nothing to announce, and only
+    /// Applies the node id, that of the settings or the one assigned by LSS since power-up, and returns
+    /// the boot-up message. At power-up with autostart the node is operational at once, otherwise
+    /// pre-operational. Without a node id there is no message, and only
     /// LSS is served.
     pub fn boot(&mut self, cause: BootCause) -> Option<CanFrame> {
         if let Some(id) = self.given {
-            // Every id that LSS takes is one that the setting takes.
+            // LSS accepts only ids that the setting accepts.
             let _ = self.device.settings.set(NODE_ID, id_setting(id));
         }
         self.device.id = self.device.settings.node_id();
@@ -161,7 +161,7 @@ impl Node {
         ))
     }
 
-    /// The node's id; `None` while it waits for one.
+    /// Node id; `None` until one is assigned.
     #[must_use]
     pub const fn id(&self) -> Option<NodeId> {
         self.device.id
@@ -179,13 +179,13 @@ impl Node {
         &self.device.settings
     }
 
-    /// Replaces all settings, as after loading the stored ones. A new node id counts from
-    /// [`Node::boot`] on.
+    /// Replaces all settings, as after loading the stored ones. A new node id takes effect at
+    /// [`Node::boot`].
     pub fn set_settings(&mut self, settings: Settings) {
         self.device.settings = settings;
     }
 
-    /// The newest estimate, as [`Node::tick`] took it in.
+    /// Newest estimate passed to [`Node::tick`].
     #[must_use]
     pub const fn estimate(&self) -> &ContactEstimate {
         &self.device.snapshot.estimate
@@ -197,7 +197,7 @@ impl Node {
         self.device.faults
     }
 
-    /// Publishes what the board is doing.
+    /// Publishes the board's stage.
     pub const fn set_stage(&mut self, stage: Stage) {
         self.device.stage = stage;
     }
@@ -207,31 +207,31 @@ impl Node {
         self.device.crash = Some(crash);
     }
 
-    /// Publishes the brown-out level that was found at the start, 0 to 3.
+    /// Publishes the brown-out level at the start, 0 to 3.
     pub const fn set_brown_out_level(&mut self, level: u8) {
         self.device.brown_out_level = level;
     }
 
-    /// Publishes what the estimator has learnt. Needed before a request is taken in: objects are
+    /// Publishes the values learnt by the estimator. Required before a request is handled: objects are
     /// encoded when they are read.
     pub const fn set_learnt(&mut self, learnt: Learnt) {
         self.device.learnt = learnt;
     }
 
-    /// The load as the robot last said, over RPDO1 or SDO; `None` before that, and where it has said
-    /// none for longer than the event timer of RPDO1.
+    /// Load last received from the robot, over RPDO1 or SDO; `None` before the first, and if none was
+    /// received for longer than the event timer of RPDO1.
     #[must_use]
     pub const fn load(&self) -> Option<Load> {
         self.device.load
     }
 
-    /// The date and time of day of the last time stamp, and when it came on the clock of the samples.
+    /// Date and time of day of the last time stamp, and its reception time on the clock of the samples.
     #[must_use]
     pub const fn time(&self) -> Option<(TimeOfDay, Timestamp)> {
         self.device.time
     }
 
-    /// Takes in a received frame. `now` is when it came, on the clock of the samples.
+    /// Handles a received frame. `now` is its reception time on the clock of the samples.
     pub fn receive(&mut self, frame: &CanFrame, now: Timestamp) -> Outcome {
         if frame.id() == LSS_MASTER_COB_ID {
             return self.receive_lss(frame);
@@ -249,7 +249,7 @@ impl Node {
         }
     }
 
-    /// An NMT command, from the bus or from the UART.
+    /// Executes an NMT command, from the bus or from the UART.
     pub fn command(&mut self, command: NmtCommand) -> Option<Event> {
         let before = self.nmt.state();
         let after = self.nmt.apply(command);
@@ -267,17 +267,17 @@ impl Node {
     /// Reads an object.
     ///
     /// # Errors
-    /// Why it cannot be read.
+    /// The reason why it cannot be read.
     pub fn read(&mut self, address: Address) -> Result<Value, AbortCode> {
         self.device.read(address)
     }
 
-    /// Writes an object with the bytes of a value; the event says what is to be done about it. A
-    /// store or a restore that was requested here is answered by the application itself, without
+    /// Writes an object with the bytes of a value; returns the event to handle. A
+    /// store or a restore requested here is answered by the application itself, without
     /// [`Node::finish`].
     ///
     /// # Errors
-    /// Why the value was refused; nothing has changed then.
+    /// The reason why the value was refused; nothing has changed then.
     pub fn write(&mut self, address: Address, bytes: &[u8]) -> Result<Option<Event>, AbortCode> {
         let size = self.device.writable_size(address)?;
         if let Some(code) = sdo::wrong_length(bytes.len(), size) {
@@ -288,10 +288,10 @@ impl Node {
         Ok(self.take_event())
     }
 
-    /// What the last write is to the application.
+    /// Takes the event of the last write.
     fn take_event(&mut self) -> Option<Event> {
         let event = self.device.event.take();
-        // The last word on the node id is the newest.
+        // The latest assignment of the node id takes precedence.
         if matches!(event, Some(Event::Changed(NODE_ID) | Event::Restore)) {
             self.given = None;
         }
@@ -311,7 +311,7 @@ impl Node {
                 ))
             }
             Waiting::Lss => {
-                // 2: the storage media could not be accessed.
+                // 2: the storage medium cannot be accessed.
                 let error = if result.is_ok() { 0 } else { 2 };
                 Some(CanFrame::of(
                     LSS_SLAVE_COB_ID,
@@ -321,9 +321,9 @@ impl Node {
         }
     }
 
-    /// One millisecond: takes in the newest estimate, and sends what is due, the contact first.
+    /// Advances by one millisecond: takes the newest estimate and sends the frames due, the contact first.
     ///
-    /// A frame that cannot be sent is still counted in its sequence, so that its gap is seen.
+    /// A frame that cannot be sent still advances its sequence, so that the gap is visible.
     pub fn tick(
         &mut self,
         estimate: &ContactEstimate,
@@ -333,7 +333,7 @@ impl Node {
     ) {
         self.ticks = self.ticks.wrapping_add(1);
         self.device.counters = *counters;
-        // Field by field: it is large, and is not to be copied.
+        // Assigned by field: the snapshot is large and must not be copied.
         let snapshot = &mut self.device.snapshot;
         snapshot.estimate = *estimate;
         snapshot.temperature = temperature;
@@ -372,7 +372,7 @@ impl Node {
         }
     }
 
-    /// Forgets a load that is too old, and says so where the robot ought to send it.
+    /// Discards a load that is too old, and reports it if the robot should send it.
     fn watch_load(&mut self) -> Option<CanFrame> {
         let device = &mut self.device;
         let limit = device.settings.load_timeout_ms();
@@ -393,7 +393,7 @@ impl Node {
         match self.device.settings.trigger(pdo) {
             Trigger::Off => false,
             Trigger::Sync(_) => self.requested & 1 << pdo as u8 != 0,
-            // Each at its own phase, so that slow frames do not come all on one tick.
+            // Phases differ, so that slow frames are not all due on one tick.
             Trigger::Ticks(period) => {
                 let period = u32::from(period).max(1);
                 self.ticks.wrapping_add(pdo as u32).is_multiple_of(period)
@@ -481,7 +481,7 @@ impl Node {
             };
         }
         let mut reply = self.clear(Fault::PdoLength);
-        // What is not a number counts as not received.
+        // A load that is not a number counts as not received.
         let load = Load::decode(data);
         if let Some(load) = load {
             self.device.take_load(load);

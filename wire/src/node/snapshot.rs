@@ -1,5 +1,5 @@
-//! Process data as of one tick. Most frames are due on few ticks, so what a tick leaves is the
-//! estimate, and a frame is made of it when it is due or one of its objects is read.
+//! Process data as of one tick. Most frames are due on few ticks, so a tick keeps only the
+//! estimate, and a frame is built when it is due or one of its objects is read.
 
 use estimator_core::ContactEstimate;
 
@@ -7,24 +7,24 @@ use crate::dictionary::Address;
 use crate::fault::Faults;
 use crate::pdo::{Acceleration, Attitude, Axes, Bias, Contact, Health, LastSync, Pdo, Rate};
 
-/// All that process data are made of.
+/// Inputs of all process data.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Snapshot {
-    /// There was a tick.
+    /// Whether there was a tick.
     pub(super) is_taken: bool,
     pub(super) estimate: ContactEstimate,
-    /// °C.
+    /// Temperature of the sensor, °C.
     pub(super) temperature: f32,
     pub(super) faults: Faults,
-    /// Frames dropped so far.
+    /// Frames dropped since the start.
     pub(super) dropped: u32,
     pub(super) last_sync: LastSync,
-    /// Of the contact.
+    /// Sequence number of the contact.
     pub(super) sequence: u8,
 }
 
 impl Snapshot {
-    /// A frame's bytes.
+    /// Encodes a frame.
     pub(super) fn payload(&self, pdo: Pdo) -> [u8; 8] {
         let (estimate, faults) = (&self.estimate, self.faults);
         match pdo {
@@ -41,7 +41,7 @@ impl Snapshot {
         }
     }
 
-    /// What the PDO that maps `address` holds of it; all of it is 0 before the first tick.
+    /// Value of `address` in the PDO that maps it; 0 before the first tick.
     pub(super) fn value(&self, address: Address) -> Option<u32> {
         for pdo in Pdo::ALL {
             let mut offset = 0;

@@ -10,14 +10,14 @@ use crate::value::Value;
 /// The contents of TPDO2.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Axes {
-    /// Probability per axis that it rests.
+    /// Probability of rest for each axis.
     pub probabilities: PerAxis<P8>,
-    /// When the sample was acquired.
+    /// Acquisition time of the sample.
     pub timestamp: ShortTime,
 }
 
 impl Axes {
-    /// The frame for an estimate while `faults` last.
+    /// Creates the frame for an estimate while `faults` are active.
     #[must_use]
     pub fn new(estimate: &ContactEstimate, faults: Faults) -> Self {
         let probabilities = if faults.void_estimate() {
@@ -32,7 +32,7 @@ impl Axes {
         }
     }
 
-    /// The frame's bytes.
+    /// Encodes the frame.
     #[must_use]
     pub fn encode(&self) -> [u8; 8] {
         let [ax, ay, az, wx, wy, wz] = self.probabilities.to_array().map(|p| p.0);
@@ -40,7 +40,7 @@ impl Axes {
         [ax, ay, az, wx, wy, wz, time_low, time_high]
     }
 
-    /// The frame with these bytes, whatever they are.
+    /// Decodes the frame; accepts any bytes.
     #[must_use]
     pub fn decode(bytes: &[u8; 8]) -> Self {
         let [ax, ay, az, wx, wy, wz, time_low, time_high] = *bytes;
@@ -51,7 +51,7 @@ impl Axes {
     }
 }
 
-/// The probability of an axis.
+/// Field of an axis's probability.
 const fn axis(subindex: u8, name: &'static str, signals: &'static [Signal]) -> Field {
     Field::new(index::AXES, subindex, name, Value::U8(0), signals).unit("1/255")
 }

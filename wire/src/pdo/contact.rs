@@ -18,7 +18,7 @@ use crate::value::Value;
 /// | 6 | fault: the sensor cannot be believed |
 /// | 7 | starting: the window is not full, or up is not yet known |
 ///
-/// A status that is not valid never says "stable", however it was made and whatever bits came in:
+/// A status that is not valid never reports "stable", whatever its source or its bits:
 /// neither as decision nor as a phase that rests on one. With a fault the phase is unknown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Status(u8);
@@ -30,7 +30,7 @@ const FAULT: u8 = 1 << 6;
 const STARTING: u8 = 1 << 7;
 
 impl Status {
-    /// The status of an estimate while `faults` last.
+    /// Creates the status of an estimate while `faults` are active.
     #[must_use]
     pub fn new(decision: Decision, phase: Phase, flags: Flags, faults: Faults) -> Self {
         let mut bits = phase as u8;
@@ -51,7 +51,7 @@ impl Status {
         Self::from_bits(bits)
     }
 
-    /// The status with these bits, less what a status that is not valid may not say.
+    /// Creates the status with these bits, without those that contradict an invalid status.
     #[must_use]
     pub fn from_bits(bits: u8) -> Self {
         let doubtful = FAULT | SATURATED | STARTING;
@@ -62,7 +62,7 @@ impl Status {
         if !status.is_valid() {
             status.0 &= !DECISION;
             let rests = matches!(status.phase(), Phase::Stance | Phase::QuietSwing);
-            // With a fault it is not known either whether the foot moves.
+            // With a fault, the motion of the foot is unknown as well.
             if rests || status.has_fault() {
                 status.0 = status.0 & !PHASE | Phase::Unknown as u8;
             }
@@ -70,20 +70,20 @@ impl Status {
         status
     }
 
-    /// The byte.
+    /// Bits of the status.
     #[must_use]
     pub const fn bits(self) -> u8 {
         self.0
     }
 
-    /// The phase; unknown for a code that stands for none.
+    /// Phase; unknown for an invalid code.
     #[must_use]
     pub fn phase(self) -> Phase {
         let code = usize::from(self.0 & PHASE);
         Phase::ALL.get(code).copied().unwrap_or(Phase::Unknown)
     }
 
-    /// The debounced decision.
+    /// Debounced decision.
     #[must_use]
     pub const fn decision(self) -> Decision {
         if self.0 & DECISION != 0 {
@@ -93,25 +93,25 @@ impl Status {
         }
     }
 
-    /// Whether nothing is in doubt.
+    /// Returns whether the estimate is valid.
     #[must_use]
     pub const fn is_valid(self) -> bool {
         self.0 & VALID != 0
     }
 
-    /// Whether the newest sample is at the end of the sensor's range.
+    /// Returns whether the newest sample is at the end of the sensor's range.
     #[must_use]
     pub const fn is_saturated(self) -> bool {
         self.0 & SATURATED != 0
     }
 
-    /// Whether the sensor cannot be believed.
+    /// Returns whether a fault voids the estimate.
     #[must_use]
     pub const fn has_fault(self) -> bool {
         self.0 & FAULT != 0
     }
 
-    /// Whether the window is not full or up is not yet known.
+    /// Returns whether the window is not full or up is not yet known.
     #[must_use]
     pub const fn is_starting(self) -> bool {
         self.0 & STARTING != 0
@@ -129,16 +129,16 @@ pub struct Contact {
     pub tangential: P8,
     /// Probability of no lifting and tilting.
     pub vertical: P8,
-    /// When the sample was acquired.
+    /// Acquisition time of the sample.
     pub timestamp: ShortTime,
-    /// One more with each frame.
+    /// Sequence number, incremented with each frame.
     pub sequence: u8,
-    /// Phase, decision and what they rest on.
+    /// Phase, decision and their validity.
     pub status: Status,
 }
 
 impl Contact {
-    /// The frame for an estimate while `faults` last: with a fault that
+    /// Creates the frame for an estimate while `faults` are active: with a fault that
     /// [voids](crate::Fault::voids_estimate) the estimate every probability is 0.
     #[must_use]
     pub fn new(estimate: &ContactEstimate, sequence: u8, faults: Faults) -> Self {
@@ -157,7 +157,7 @@ impl Contact {
         }
     }
 
-    /// The frame's bytes.
+    /// Encodes the frame.
     #[must_use]
     pub fn encode(&self) -> [u8; 8] {
         let [stable_low, stable_high] = self.stable.0.to_le_bytes();
@@ -174,7 +174,7 @@ impl Contact {
         ]
     }
 
-    /// The frame with these bytes, whatever they are.
+    /// Decodes the frame; accepts any bytes.
     #[must_use]
     pub fn decode(bytes: &[u8; 8]) -> Self {
         let [
@@ -198,7 +198,7 @@ impl Contact {
     }
 }
 
-/// The names of the phases, by their codes.
+/// Names of the phases, by code.
 const PHASES: &[(u8, &str)] = &[
     (0, Phase::Unknown.name()),
     (1, Phase::Stance.name()),
@@ -326,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn decoding_gives_back_what_was_encoded() {
+    fn decoding_restores_the_encoded_contact() {
         let contact = Contact::new(&estimate(), 9, Faults::NONE);
         assert_eq!(Contact::decode(&contact.encode()), contact);
     }
@@ -344,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_of_the_uart_leaves_the_estimate_alone() {
+    fn a_uart_fault_leaves_the_estimate_valid() {
         let faults = Faults::NONE.with(Fault::UartOverrun);
         let contact = Contact::new(&estimate(), 0, faults);
         assert!(contact.status.is_valid() && !contact.status.has_fault());
@@ -352,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn every_flag_but_a_gap_and_settling_makes_the_frame_not_valid_and_not_stable() {
+    fn only_a_gap_or_settling_leaves_the_frame_valid() {
         let harmless = |flag: &Flag| matches!(flag, Flag::TimeGap | Flag::Settling);
         for flag in Flag::ALL.into_iter().filter(harmless) {
             let contact = ContactEstimate {
@@ -375,7 +375,7 @@ mod tests {
     }
 
     #[test]
-    fn the_end_of_the_range_and_a_start_are_each_told_from_other_doubt() {
+    fn saturated_and_starting_follow_their_flags() {
         for (flag, is_saturated, is_starting) in [
             (Flag::Saturated, true, false),
             (Flag::WindowNotFull, false, true),
@@ -394,7 +394,7 @@ mod tests {
     }
 
     #[test]
-    fn no_byte_at_all_says_stable_without_being_valid() {
+    fn an_invalid_status_never_reports_stable() {
         for bits in 0..=u8::MAX {
             let status = Status::from_bits(bits);
             let stable = status.decision() == Decision::Stable

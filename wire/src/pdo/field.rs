@@ -1,25 +1,25 @@
-//! A row of a frame: an object of the dictionary, and the signals that its bits hold. Mapping, DBC,
-//! EDS and the tables of `README.md` are made of the rows.
+//! Row of a frame: an object of the dictionary, and the signals in its bits. The mapping, the DBC, the
+//! EDS and the tables of `README.md` are generated from the rows.
 
 use super::{Mapped, Signal};
 use crate::value::Value;
 
-/// An object in a frame.
+/// Object in a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Field {
-    /// The object's index.
+    /// Index of the object.
     pub index: u16,
-    /// Its part; 0 for an object of one value.
+    /// Sub-index; 0 for an object of one value.
     pub subindex: u8,
-    /// Its name in the dictionary.
+    /// Name in the dictionary.
     pub name: &'static str,
-    /// A zero of its type.
+    /// Zero of its type.
     pub zero: Value,
-    /// One step, with its unit; empty where it is no quantity.
+    /// One step, with its unit; empty if it is not a quantity.
     pub unit: &'static str,
-    /// What it means, where its name does not say it all.
+    /// Meaning, if not clear from its name.
     pub doc: &'static str,
-    /// What its bits hold, from the lowest.
+    /// Signals in its bits, from the lowest.
     pub signals: &'static [Signal],
 }
 
@@ -52,7 +52,7 @@ impl Field {
         self
     }
 
-    /// The entry of the mapping parameter.
+    /// Entry of the mapping parameter.
     const fn mapped(&self) -> Mapped {
         let bits = match self.zero.data_type().size() {
             Some(bytes) => 8 * bytes as u8,
@@ -62,7 +62,7 @@ impl Field {
     }
 }
 
-/// The mapping of a frame: all that the foot's flash holds of its rows. Evaluated by the compiler only,
+/// Mapping of a frame: the only part of its rows in the foot's flash. Evaluated by the compiler only,
 /// which would report an index out of range.
 #[allow(clippy::indexing_slicing)]
 pub(super) const fn mapping<const N: usize>(fields: &[Field; N]) -> [Mapped; N] {
@@ -75,7 +75,7 @@ pub(super) const fn mapping<const N: usize>(fields: &[Field; N]) -> [Mapped; N] 
     mapping
 }
 
-/// The signals of a frame, each with its lowest bit in the frame.
+/// Signals of a frame, each with its lowest bit in the frame.
 pub(super) fn signals(fields: &'static [Field]) -> impl Iterator<Item = (Field, Signal)> {
     let mut end = 0;
     fields.iter().flat_map(move |field| {

@@ -1,8 +1,8 @@
 //! TPDO7: health, and the foot's clock at the last SYNC.
 //!
-//! A SYNC reaches all feet at the same moment: where two feet report the same SYNC, the
-//! difference of their bytes 4 to 7 is the difference of their clocks. Which SYNC it was, byte 3
-//! says, so the master has to number its SYNCs (object 0x1019 of the master). Bytes 4 and 5 are
+//! A SYNC reaches all feet at the same moment: if two feet report the same SYNC, the
+//! difference of their bytes 4 to 7 is the difference of their clocks. Byte 3 identifies the
+//! SYNC, so the master has to number its SYNCs (object 0x1019 of the master). Bytes 4 and 5 are
 //! the [`ShortTime`](super::ShortTime) of that moment, so the samples of both feet are on one
 //! clock with it.
 
@@ -25,21 +25,21 @@ pub struct Health {
     pub sync: LastSync,
 }
 
-/// A SYNC and when it came.
+/// SYNC and its reception time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LastSync {
-    /// Its counter, 1 to [`Self::HIGHEST_NUMBER`]; 0 where it had none, and before the first.
+    /// Counter, 1 to [`Self::HIGHEST_NUMBER`]; 0 if it had none, and before the first.
     pub counter: u8,
-    /// The foot's clock when it came.
+    /// Reception time on the foot's clock.
     pub time: LongTime,
 }
 
 impl LastSync {
-    /// The highest number of a SYNC: CiA 301 lets its master count to between 2 and this, then from 1 again
+    /// Highest number of a SYNC: CiA 301 lets its master count to a limit of 2 to this, then from 1 again
     /// (object 0x1019).
     pub const HIGHEST_NUMBER: u8 = 240;
 
-    /// The number of the SYNC after the one with this number, where all numbers are used; 1 after 0, for the
+    /// Number of the SYNC after the one with this number, if all numbers are used; 1 after 0, for the
     /// first.
     #[must_use]
     pub const fn number_after(number: u8) -> u8 {
@@ -48,7 +48,7 @@ impl LastSync {
 }
 
 impl Health {
-    /// The frame for these flags, this error register, these drops and this last SYNC.
+    /// Creates the frame from flags, error register, number of dropped frames and last SYNC.
     #[must_use]
     pub fn new(flags: Flags, register: u8, dropped: u32, sync: LastSync) -> Self {
         Self {
@@ -59,13 +59,13 @@ impl Health {
         }
     }
 
-    /// Whether the estimator raised `flag`.
+    /// Returns whether the estimator raised `flag`.
     #[must_use]
     pub const fn contains(&self, flag: Flag) -> bool {
         self.flags & Flags::NONE.with(flag).bits() != 0
     }
 
-    /// The frame's bytes.
+    /// Encodes the frame.
     #[must_use]
     pub fn encode(&self) -> [u8; 8] {
         let [a, b, c, d] = self.sync.time.0.to_le_bytes();
@@ -73,7 +73,7 @@ impl Health {
         [flags, register, dropped, self.sync.counter, a, b, c, d]
     }
 
-    /// The frame with these bytes, whatever they are.
+    /// Decodes the frame; accepts any bytes.
     #[must_use]
     pub fn decode(bytes: &[u8; 8]) -> Self {
         let [flags, register, dropped, counter, a, b, c, d] = *bytes;

@@ -1,4 +1,4 @@
-//! RPDO1: the load on the foot, from a robot that knows it.
+//! RPDO1: the load on the foot, sent by a robot that knows it.
 //!
 //! | bytes | field |
 //! |---|---|
@@ -11,16 +11,16 @@ use estimator_core::phase;
 pub struct Load(pub f32);
 
 impl Load {
-    /// The function code: the identifier without the node id.
+    /// Function code: the identifier without the node id.
     pub const BASE: u16 = 0x200;
 
-    /// The frame's bytes.
+    /// Encodes the frame.
     #[must_use]
     pub const fn encode(&self) -> [u8; 4] {
         self.0.to_le_bytes()
     }
 
-    /// The frame with these bytes: `None` where there are fewer than four, or they are not a
+    /// Decodes the frame; `None` if there are fewer than four bytes, or they are not a
     /// finite number.
     #[must_use]
     pub fn decode(bytes: &[u8]) -> Option<Self> {
@@ -46,7 +46,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_a_load_is_refused() {
+    fn short_frames_and_non_finite_loads_are_rejected() {
         assert_eq!(Load::decode(&[0, 0, 0xF0]), None);
         assert_eq!(Load::decode(&f32::NAN.to_le_bytes()), None);
         assert_eq!(Load::decode(&f32::INFINITY.to_le_bytes()), None);

@@ -1,5 +1,5 @@
-//! Process data: what a foot sends of itself, one file a frame, in which one row says everything of a
-//! field: object, mapping, signals, text.
+//! Process data: the frames that a foot sends, one file per frame, in which one row defines each field:
+//! object, mapping, signals, text.
 //!
 //! The identifiers follow the predefined connection set of CiA 301. It has four TPDOs; the other
 //! three use the identifiers of RPDO2 to RPDO4, which this device does not have. Everything is
@@ -31,7 +31,7 @@ use crate::address::{Address, index};
 use crate::foot::NodeId;
 use crate::value::Value;
 
-/// The enumeration and what is said of each frame, from one row per frame: its name, function code,
+/// Defines the enumeration and the properties of each frame, from one row per frame: its name, function code,
 /// period in ms, rows, title and comment.
 macro_rules! pdos {
     ($($(#[$doc:meta])* $variant:ident = $base:literal, $period:literal ms, $fields:path, $title:literal, $about:literal;)*) => {
@@ -45,7 +45,7 @@ macro_rules! pdos {
             /// All transmit PDOs, TPDO1 first.
             pub const ALL: [Self; [$(stringify!($variant)),*].len()] = [$(Self::$variant),*];
 
-            /// The name in DBC messages, after the foot's: `FL_Contact`.
+            /// Name in DBC messages, after the foot's: `FL_Contact`.
             #[must_use]
             pub const fn name(self) -> &'static str {
                 match self {
@@ -53,7 +53,7 @@ macro_rules! pdos {
                 }
             }
 
-            /// The function code: the identifier without the node id.
+            /// Function code: the identifier without the node id.
             #[must_use]
             pub const fn base(self) -> u16 {
                 match self {
@@ -61,7 +61,7 @@ macro_rules! pdos {
                 }
             }
 
-            /// Sent every N ms, unless set otherwise.
+            /// Default period, ms.
             #[must_use]
             pub const fn default_period_ms(self) -> u16 {
                 match self {
@@ -69,7 +69,7 @@ macro_rules! pdos {
                 }
             }
 
-            /// What it is, for the dictionary.
+            /// Title in the dictionary.
             #[must_use]
             pub const fn title(self) -> &'static str {
                 match self {
@@ -77,7 +77,7 @@ macro_rules! pdos {
                 }
             }
 
-            /// What it holds, for the DBC.
+            /// Comment in the DBC.
             #[must_use]
             pub const fn about(self) -> &'static str {
                 match self {
@@ -85,7 +85,7 @@ macro_rules! pdos {
                 }
             }
 
-            /// The rows of the frame, in their order.
+            /// Rows of the frame, in order.
             #[must_use]
             pub const fn fields(self) -> &'static [Field] {
                 match self {
@@ -93,7 +93,7 @@ macro_rules! pdos {
                 }
             }
 
-            /// The objects in the frame, in their order.
+            /// Objects in the frame, in order.
             #[must_use]
             pub const fn mapping(self) -> &'static [Mapped] {
                 match self {
@@ -121,17 +121,17 @@ pdos! {
     Health = 0x500, 100 ms, health::FIELDS, "health", "flags, errors, drops and the clock.";
 }
 
-/// How many transmit PDOs there are.
+/// Number of transmit PDOs.
 pub const PDOS: usize = Pdo::ALL.len();
 
 impl Pdo {
-    /// The identifier of this frame of `node`.
+    /// Identifier of this frame of `node`.
     #[must_use]
     pub const fn cob_id(self, node: NodeId) -> u16 {
         node.cob_id(self.base())
     }
 
-    /// Which frame of which node `id` is the identifier of.
+    /// Frame and node with the identifier `id`.
     #[must_use]
     pub fn from_cob_id(id: u16) -> Option<(Self, NodeId)> {
         let node = NodeId::new((id & 0x7F) as u8)?;
@@ -139,7 +139,7 @@ impl Pdo {
         Some((pdo, node))
     }
 
-    /// The frame's signals as a DBC describes them, each with the row that it belongs to.
+    /// Signals of the frame as a DBC describes them, each with the row that it belongs to.
     pub fn signals(self) -> impl Iterator<Item = (Field, Signal)> {
         field::signals(self.fields())
     }
@@ -148,9 +148,9 @@ impl Pdo {
 /// An object in a PDO: an entry of its mapping parameter (0x1A00 and following).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Mapped {
-    /// The object.
+    /// Address of the object.
     pub address: Address,
-    /// Its length in bits.
+    /// Length, bits.
     pub bits: u8,
 }
 
@@ -162,14 +162,14 @@ impl Mapped {
         }
     }
 
-    /// The entry as the mapping parameter holds it: index, sub-index, bits.
+    /// Entry as stored in the mapping parameter: index, sub-index, bits.
     #[must_use]
     pub const fn to_u32(self) -> u32 {
         (self.address.index as u32) << 16 | (self.address.subindex as u32) << 8 | self.bits as u32
     }
 }
 
-/// The sample's short timestamp, which most frames carry.
+/// Short timestamp of the sample, part of most frames.
 const TIMESTAMP: Field = Field::new(
     index::CONTACT,
     4,
@@ -192,7 +192,7 @@ mod tests {
     use crate::foot::Foot;
 
     #[test]
-    fn every_identifier_leads_back_to_its_frame() {
+    fn every_identifier_maps_to_its_frame() {
         for foot in Foot::ALL {
             for pdo in Pdo::ALL {
                 let node = foot.default_node_id();
@@ -205,12 +205,12 @@ mod tests {
     }
 
     #[test]
-    fn signals_fill_their_fields_and_no_more() {
+    fn signals_fill_their_fields() {
         for pdo in Pdo::ALL {
             for field in pdo.fields() {
                 let bits = 8 * field.zero.data_type().size().expect("a number");
                 let used: u8 = field.signals.iter().map(|signal| signal.length).sum();
-                // Bit 7 of the estimator's flags stands for none.
+                // Bit 7 of the estimator's flags is unused.
                 let spare = usize::from(field.name == "Flags");
                 assert_eq!(usize::from(used) + spare, bits, "{}", field.name);
             }

@@ -2,7 +2,7 @@
 //!
 //! All are signed 16-bit codes times a step; −32768 means "no value".
 //!
-//! TPDO3, attitude, has no room for a time: w, x, y, z in 1/32767, of the sample whose TPDO1 the
+//! TPDO3, attitude, carries no time: w, x, y, z in 1/32767, of the sample whose TPDO1 the
 //! foot sent last.
 
 use estimator_core::{ContactEstimate, Flag, Quaternion, Vec3};
@@ -16,20 +16,20 @@ use crate::address::index;
 use crate::fault::Faults;
 use crate::value::Value;
 
-/// Four words as bytes.
+/// Encodes four words.
 fn words([a, b, c, d]: [u16; 4]) -> [u8; 8] {
     let [a, b, c, d] = [a, b, c, d].map(u16::to_le_bytes);
     let ([a0, a1], [b0, b1], [c0, c1], [d0, d1]) = (a, b, c, d);
     [a0, a1, b0, b1, c0, c1, d0, d1]
 }
 
-/// Bytes as four words.
+/// Decodes four words.
 fn from_bytes([a0, a1, b0, b1, c0, c1, d0, d1]: [u8; 8]) -> [u16; 4] {
     [[a0, a1], [b0, b1], [c0, c1], [d0, d1]].map(u16::from_le_bytes)
 }
 
-/// Whether the motion of the foot is known: no fault of the sensor voids the estimate, up is
-/// known, and the newest sample is one.
+/// Returns whether the motion of the foot is known: no fault of the sensor voids the estimate, up is
+/// known, and the newest sample is neither stale nor invalid.
 fn is_known(estimate: &ContactEstimate, faults: Faults) -> bool {
     let unknown = [
         Flag::AttitudeNotInitialised,
@@ -59,7 +59,7 @@ fn vector(codes: [Quantity; 3], step: f64) -> Vec3 {
 pub struct Attitude(pub [Quantity; 4]);
 
 impl Attitude {
-    /// The frame for an estimate while `faults` last; without values where it is not known.
+    /// Creates the frame for an estimate while `faults` are active; without values if it is unknown.
     #[must_use]
     pub fn new(estimate: &ContactEstimate, faults: Faults) -> Self {
         if !is_known(estimate, faults) {
@@ -69,40 +69,40 @@ impl Attitude {
         Self([w, x, y, z].map(|value| Quantity::in_steps(value, UNIT_STEP as f32)))
     }
 
-    /// The orientation; its length is 1 to within the resolution.
+    /// Orientation; its length is 1 to within the resolution.
     #[must_use]
     pub fn orientation(&self) -> Quaternion {
         let [w, x, y, z] = self.0.map(|code| code.value(UNIT_STEP));
         Quaternion { w, x, y, z }
     }
 
-    /// The frame's bytes.
+    /// Encodes the frame.
     #[must_use]
     pub fn encode(&self) -> [u8; 8] {
         words(self.0.map(|code| code.0 as u16))
     }
 
-    /// The frame with these bytes, whatever they are.
+    /// Decodes the frame; accepts any bytes.
     #[must_use]
     pub fn decode(bytes: &[u8; 8]) -> Self {
         Self(from_bytes(*bytes).map(|code| Quantity(code as i16)))
     }
 }
 
-/// A frame of three codes and a time.
+/// Defines a frame of three codes and a time.
 macro_rules! timed_vector {
     ($(#[$doc:meta])* $name:ident, $step:ident, $field:ident, $(#[$value_doc:meta])* $value:ident) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
         pub struct $name {
-            /// The codes along x, y and z.
+            /// Codes along x, y and z.
             pub codes: [Quantity; 3],
-            /// When the sample was acquired.
+            /// Acquisition time of the sample.
             pub timestamp: ShortTime,
         }
 
         impl $name {
-            /// The frame for an estimate while `faults` last; without values where it is not known.
+            /// Creates the frame for an estimate while `faults` are active; without values if it is unknown.
             #[must_use]
             pub fn new(estimate: &ContactEstimate, faults: Faults) -> Self {
                 let known = is_known(estimate, faults);
@@ -122,14 +122,14 @@ macro_rules! timed_vector {
                 vector(self.codes, $step)
             }
 
-            /// The frame's bytes.
+            /// Encodes the frame.
             #[must_use]
             pub fn encode(&self) -> [u8; 8] {
                 let [x, y, z] = self.codes.map(|code| code.0 as u16);
                 words([x, y, z, self.timestamp.0])
             }
 
-            /// The frame with these bytes, whatever they are.
+            /// Decodes the frame; accepts any bytes.
             #[must_use]
             pub fn decode(bytes: &[u8; 8]) -> Self {
                 let [x, y, z, time] = from_bytes(*bytes);
@@ -163,15 +163,15 @@ timed_vector!(
 /// The contents of TPDO6: gyroscope bias and the sensor's temperature.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Bias {
-    /// The codes of the bias along x, y and z.
+    /// Codes of the bias along x, y and z.
     pub codes: [Quantity; 3],
-    /// The code of the temperature.
+    /// Code of the temperature.
     pub temperature: Quantity,
 }
 
 impl Bias {
-    /// The frame for an estimate and a temperature in °C while `faults` last; without values where
-    /// they are not known.
+    /// Creates the frame for an estimate and a temperature in °C while `faults` are active; without
+    /// values that are unknown.
     #[must_use]
     pub fn new(estimate: &ContactEstimate, temperature: f32, faults: Faults) -> Self {
         Self {
@@ -200,14 +200,14 @@ impl Bias {
         self.temperature.value(TEMPERATURE_STEP)
     }
 
-    /// The frame's bytes.
+    /// Encodes the frame.
     #[must_use]
     pub fn encode(&self) -> [u8; 8] {
         let [x, y, z] = self.codes.map(|code| code.0 as u16);
         words([x, y, z, self.temperature.0 as u16])
     }
 
-    /// The frame with these bytes, whatever they are.
+    /// Decodes the frame; accepts any bytes.
     #[must_use]
     pub fn decode(bytes: &[u8; 8]) -> Self {
         let [x, y, z, temperature] = from_bytes(*bytes).map(|code| Quantity(code as i16));
@@ -218,7 +218,7 @@ impl Bias {
     }
 }
 
-/// A quantity in 16 bits: its step as text and as a number.
+/// Creates a 16-bit quantity, with its step as text and as a number.
 const fn quantity(
     index: u16,
     subindex: u8,
@@ -352,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_known_has_no_value() {
+    fn unknown_motion_has_no_value() {
         let all = |estimate: &ContactEstimate, faults| {
             let Bias { codes, temperature } = Bias::new(estimate, 25.0, faults);
             let motion = [
@@ -385,14 +385,14 @@ mod tests {
     }
 
     #[test]
-    fn decoding_gives_back_what_was_encoded() {
+    fn decoding_restores_the_encoded_motion() {
         let estimate = estimate();
         let attitude = Attitude::new(&estimate, Faults::NONE);
         assert_eq!(Attitude::decode(&attitude.encode()), attitude);
         assert!((attitude.orientation().w - 0.5).abs() < 1.0 / 65_534.0 + 1e-7);
         let acceleration = Acceleration::new(&estimate, Faults::NONE);
         assert_eq!(Acceleration::decode(&acceleration.encode()), acceleration);
-        // The last one saturates.
+        // The last component saturates.
         let error = acceleration.acceleration() - Vec3::new(1.0, -1.0, 327.67);
         assert!(error.is_within(1.0e-4), "off by {error:?}");
         let rate = Rate::new(&estimate, Faults::NONE);

@@ -1,4 +1,4 @@
-//! Numbers as codes, and the steps between codes. Every step has its home here.
+//! Numbers as codes, and the steps between codes. All steps are defined here.
 
 /// One step of acceleration, m/s²: ±327.67 m/s² is twice what a ±16 g sensor can read.
 pub const ACCELERATION_STEP: f64 = 0.01;
@@ -15,10 +15,10 @@ pub const UNIT_STEP: f64 = 1.0 / 32_767.0;
 /// One step of temperature, °C.
 pub const TEMPERATURE_STEP: f64 = 0.01;
 
-/// The nearest whole number, the one further from 0 where two are as near; the nearest that there
-/// is where it does not fit, and 0 of NaN. As `libm::roundf`, in a few instructions.
+/// Rounds to the nearest whole number, ties away from 0; saturates, and returns 0 for NaN. Equals
+/// `libm::roundf`, in fewer instructions.
 fn nearest(value: f32) -> i32 {
-    // The greatest number below a half: a half would take what is just below one further.
+    // The largest number below 0.5: adding 0.5 would round up values just below it.
     const BELOW_HALF: f32 = 0.5 - f32::EPSILON / 4.0;
     (value + BELOW_HALF.copysign(value)) as i32
 }
@@ -28,13 +28,13 @@ fn nearest(value: f32) -> i32 {
 pub struct P16(pub u16);
 
 impl P16 {
-    /// The nearest code. What is not a probability becomes one: below 0 and NaN 0, above 1 one.
+    /// Creates the nearest code. Values outside the range are clamped: below 0 and NaN to 0, above 1 to 1.
     #[must_use]
     pub fn new(probability: f32) -> Self {
         Self(nearest(probability * 65_535.0).clamp(0, 65_535) as u16)
     }
 
-    /// The probability, off by at most 1/131070 from what was encoded.
+    /// Probability, within 1/131070 of the encoded one.
     #[must_use]
     pub fn probability(self) -> f32 {
         f32::from(self.0) / 65_535.0
@@ -46,21 +46,21 @@ impl P16 {
 pub struct P8(pub u8);
 
 impl P8 {
-    /// The nearest code. What is not a probability becomes one: below 0 and NaN 0, above 1 one.
+    /// Creates the nearest code. Values outside the range are clamped: below 0 and NaN to 0, above 1 to 1.
     #[must_use]
     pub fn new(probability: f32) -> Self {
         Self(nearest(probability * 255.0).clamp(0, 255) as u8)
     }
 
-    /// The probability, off by at most 1/510 from what was encoded.
+    /// Probability, within 1/510 of the encoded one.
     #[must_use]
     pub fn probability(self) -> f32 {
         f32::from(self.0) / 255.0
     }
 }
 
-/// A signed quantity in 16 bits: the code times a step. Codes stop at ±32767; the code −32768
-/// stands for a value that is not a number.
+/// Signed quantity in 16 bits: the code times a step. Codes are limited to ±32767; the code −32768
+/// represents a value that is not a number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Quantity(pub i16);
 
@@ -68,15 +68,15 @@ impl Quantity {
     /// The code for "not a number".
     pub const NONE: Self = Self(i16::MIN);
 
-    /// The nearest code of `value` in steps of `step`.
-    // Inlined, so that the compiler makes the step an f32 and not a microcontroller in software.
+    /// Creates the nearest code of `value` in steps of `step`.
+    // Inlined, so that the compiler converts the step to f32, not a microcontroller in software.
     #[inline(always)]
     #[must_use]
     pub fn new(value: f32, step: f64) -> Self {
         Self::in_steps(value, step as f32)
     }
 
-    /// As [`new`](Self::new), of a step that is an f32 already.
+    /// Like [`new`](Self::new), with a step that is already an f32.
     pub(super) fn in_steps(value: f32, step: f32) -> Self {
         if value.is_nan() {
             return Self::NONE;
@@ -84,8 +84,8 @@ impl Quantity {
         Self(nearest(value / step).clamp(-32_767, 32_767) as i16)
     }
 
-    /// The value, off by at most half a step and the roundings of f32 where it was in range; NaN
-    /// where there is none.
+    /// Value, within half a step and the rounding errors of f32 of the encoded one if in range; NaN
+    /// if there is none.
     #[must_use]
     pub fn value(self, step: f64) -> f32 {
         if self == Self::NONE {
@@ -101,7 +101,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_probability_code_survives() {
+    fn probability_codes_round_trip() {
         for code in 0..=u16::MAX {
             assert_eq!(P16::new(P16(code).probability()), P16(code));
         }
@@ -115,13 +115,13 @@ mod tests {
         for i in 0..=100_000 {
             let p = i as f32 / 100_000.0;
             let error = (f64::from(P16::new(p).probability()) - f64::from(p)).abs();
-            // Half a step, and the roundings of f32.
+            // Half a step, and the rounding errors of f32.
             assert!(error <= 0.5 / 65_535.0 + 6.0e-8, "{p} is off by {error}");
         }
     }
 
     #[test]
-    fn numbers_are_rounded_as_the_library_rounds_them() {
+    fn rounding_matches_the_library() {
         // Every pattern of sign, exponent and the mantissa's ends, and some in between.
         let mantissas = (0..64).chain((1 << 23) - 64..1 << 23);
         let some = (0..1 << 23).step_by(9_973);
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_probability_becomes_the_nearest_one_and_doubt_becomes_zero() {
+    fn probabilities_out_of_range_are_clamped_and_nan_is_zero() {
         assert_eq!(P16::new(f32::NAN), P16(0));
         assert_eq!(P16::new(-1.0), P16(0));
         assert_eq!(P16::new(f32::INFINITY), P16(u16::MAX));

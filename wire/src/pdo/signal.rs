@@ -1,6 +1,6 @@
 //! Fields of a frame as a DBC describes them.
 
-/// How a signal's bits are read.
+/// Interpretation of a signal's bits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     /// Unsigned, times `factor`.
@@ -17,21 +17,21 @@ pub enum Kind {
     Named(&'static [(u8, &'static str)]),
 }
 
-/// A field of a frame.
+/// Field of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Signal {
-    /// The name in the DBC.
+    /// Name in the DBC.
     pub name: &'static str,
-    /// The lowest bit in the frame; bit 8 is the lowest of byte 1. 0 in a [`Field`](super::Field),
+    /// Lowest bit in the frame; bit 8 is the lowest of byte 1. 0 in a [`Field`](super::Field),
     /// whose signals follow each other.
     pub start: u8,
-    /// How many bits.
+    /// Length, bits.
     pub length: u8,
-    /// How they are read.
+    /// Interpretation of the bits.
     pub kind: Kind,
-    /// The unit; empty where there is none.
+    /// Unit; empty if there is none.
     pub unit: &'static str,
-    /// What it is.
+    /// Description.
     pub comment: &'static str,
 }
 
@@ -94,7 +94,7 @@ impl Signal {
         Self::named(name, 1, &[(0, "no"), (1, "yes")], comment)
     }
 
-    /// The physical value of one step.
+    /// Physical value of one step.
     #[must_use]
     pub const fn factor(&self) -> f64 {
         match self.kind {
@@ -103,7 +103,7 @@ impl Signal {
         }
     }
 
-    /// The least and the greatest code that stand for a value.
+    /// Minimum and maximum code that represent a value.
     #[must_use]
     pub const fn code_range(&self) -> (i64, i64) {
         match self.kind {

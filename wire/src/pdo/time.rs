@@ -1,15 +1,15 @@
 //! Times on the foot's clock in 16 and in 32 bits, in the same steps.
 //!
 //! Steps of 10 µs since the foot's start, modulo 2¹⁶: it wraps every 655.36 ms. To unwrap, add to
-//! the last full time the difference of the short times modulo 2¹⁶. That is right as long as no
-//! more than 655.35 ms pass between two frames, and [`Unwrapper`] does it.
+//! the last full time the difference of the short times modulo 2¹⁶, as [`Unwrapper`] does. The result is
+//! correct if no more than 655.35 ms pass between two frames.
 
 use estimator_core::Timestamp;
 
 /// One step of a short time, µs.
 pub const TIME_STEP_US: u64 = 10;
 
-/// A sample's time in steps of 10 µs, modulo 2¹⁶.
+/// Time of a sample in steps of 10 µs, modulo 2¹⁶.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ShortTime(pub u16);
 
@@ -19,7 +19,7 @@ impl From<Timestamp> for ShortTime {
     }
 }
 
-/// A time in steps of 10 µs, modulo 2³² (almost twelve hours). Its low 16 bits are the
+/// Time in steps of 10 µs, modulo 2³² (almost twelve hours). Its low 16 bits are the
 /// [`ShortTime`] of the same moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LongTime(pub u32);
@@ -54,7 +54,7 @@ pub struct Unwrapper {
 }
 
 impl Unwrapper {
-    /// The full time, µs, of the frame with this short time; frames in the order of their samples.
+    /// Full time, µs, of the frame with this short time; frames must be in the order of their samples.
     pub fn unwrap(&mut self, time: ShortTime) -> u64 {
         let steps = match self.last {
             None => u64::from(time.0),
@@ -80,13 +80,13 @@ mod tests {
     }
 
     #[test]
-    fn a_long_time_is_the_tenth_of_the_microseconds() {
+    fn a_long_time_is_microseconds_divided_by_ten() {
         let mut micros = 0_u64;
         for i in 0..1_000_000_u64 {
             let expected = (micros / TIME_STEP_US) as u32;
             let time = LongTime::from(Timestamp::from_micros(micros));
             assert_eq!(time, LongTime(expected), "{micros} µs");
-            // All lengths of number.
+            // Numbers of all lengths.
             micros = micros
                 .wrapping_mul(6_364_136_223_846_793_005)
                 .wrapping_add(i)
@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_time_ends_in_the_short_time_of_the_same_moment_for_ever() {
+    fn long_and_short_times_of_a_moment_agree() {
         for hours in [0, 1, 2, 24, 10_000] {
             let now = Timestamp::from_micros(hours * 3_600_000_000 + 7_654_321);
             assert_eq!(
@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn the_longest_gap_that_can_be_unwrapped_is_just_short_of_a_wrap() {
+    fn gaps_of_almost_a_full_wrap_are_unwrapped() {
         let mut unwrapper = Unwrapper::default();
         unwrapper.unwrap(ShortTime(5));
         assert_eq!(unwrapper.unwrap(ShortTime(4)), (5 + 65_535) * 10);

@@ -1,5 +1,5 @@
-//! The check of a frame: CRC-32 (ISO-HDLC, as in zlib and Ethernet), with the library's table, but a
-//! few bytes at a time, so that code that looks at each byte anyway can do so in the same loop.
+//! CRC of a frame: CRC-32 (ISO-HDLC, as in zlib and Ethernet), with the library's table, but a
+//! few bytes at a time, so that code that visits each byte anyway can do so in the same loop.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 
@@ -8,7 +8,7 @@ static TABLE: [u32; 256] = {
     table
 };
 
-/// A check under way.
+/// CRC in progress.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Check(u32);
 
@@ -17,14 +17,14 @@ impl Check {
         Self(CRC_32_ISO_HDLC.init)
     }
 
-    /// Takes the next byte in.
+    /// Adds the next byte.
     #[inline(always)]
     pub(super) fn push(&mut self, byte: u8) {
         self.0 ^= u32::from(byte);
         self.shift();
     }
 
-    /// Takes the next four bytes in.
+    /// Adds the next four bytes.
     #[inline(always)]
     pub(super) fn push_four(&mut self, bytes: [u8; 4]) {
         self.0 ^= u32::from_le_bytes(bytes);
@@ -35,18 +35,18 @@ impl Check {
 
     #[inline(always)]
     fn shift(&mut self) {
-        // Eight bits always find theirs in a table of 256.
+        // An index of eight bits is always inside a table of 256.
         let entry = TABLE.get(usize::from(self.0 as u8)).copied();
         self.0 = entry.unwrap_or(0) ^ self.0 >> 8;
     }
 
-    /// The bytes that follow those that were taken in.
+    /// CRC, as the bytes that follow those added.
     pub(super) const fn finish(self) -> [u8; 4] {
         (self.0 ^ CRC_32_ISO_HDLC.xorout).to_le_bytes()
     }
 }
 
-/// The check of some bytes.
+/// CRC of `bytes`.
 pub(super) fn of(bytes: &[u8]) -> [u8; 4] {
     let mut check = Check::new();
     for byte in bytes {
@@ -61,7 +61,7 @@ mod tests {
     use std::vec::Vec;
 
     #[test]
-    fn it_is_the_librarys_however_many_bytes_are_taken_in_at_a_time() {
+    fn the_crc_matches_the_library_for_any_chunk_size() {
         let theirs = Crc::<u32>::new(&CRC_32_ISO_HDLC);
         assert_eq!(of(b"123456789"), 0xCBF4_3926_u32.to_le_bytes());
         for length in 0..=132_u8 {

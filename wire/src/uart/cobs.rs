@@ -3,17 +3,17 @@
 //! Each zero is replaced by the distance to the next, the first distance stands in front, and a
 //! zero ends the frame.
 
-/// Codes at most 254 bytes in their place, one after the other, so that code that looks at each byte
+/// Encodes at most 254 bytes in place, one after the other, so that code that visits each byte
 /// anyway can do so in the same loop.
 #[derive(Debug)]
 pub(super) struct Coding<'a> {
-    /// Where the distance to the next zero belongs: in the place of the one before.
+    /// Place of the distance to the next zero: that of the previous zero.
     place: &'a mut u8,
     distance: u32,
 }
 
 impl<'a> Coding<'a> {
-    /// Begins a frame: `first` is the byte before all others, for the first distance.
+    /// Starts a frame: `first` is the byte before all others, for the first distance.
     pub(super) const fn new(first: &'a mut u8) -> Self {
         Self {
             place: first,
@@ -21,7 +21,7 @@ impl<'a> Coding<'a> {
         }
     }
 
-    /// Takes the next byte in.
+    /// Adds the next byte.
     #[inline(always)]
     pub(super) const fn push(&mut self, byte: &'a mut u8) {
         if *byte == 0 {
@@ -32,7 +32,7 @@ impl<'a> Coding<'a> {
         self.distance = self.distance.wrapping_add(1);
     }
 
-    /// Takes the next four bytes in; where none of them is zero, which is mostly so, at once.
+    /// Adds the next four bytes; at once if none of them is zero, which is the usual case.
     #[inline(always)]
     pub(super) fn push_four(&mut self, bytes: &'a mut [u8; 4]) {
         if has_zero(u32::from_le_bytes(*bytes)) {
@@ -44,29 +44,29 @@ impl<'a> Coding<'a> {
         }
     }
 
-    /// All bytes are in: a zero has to follow them.
+    /// Ends the frame: a zero has to follow it.
     pub(super) const fn finish(self) {
         *self.place = self.distance as u8;
     }
 }
 
-/// Whether one of the four bytes is zero: with one taken from each, no other gets a highest bit that
-/// it did not have, but for a byte above a zero.
+/// Returns whether one of the four bytes is zero: after one is subtracted from each, no other byte gains a
+/// highest bit, except one above a zero.
 const fn has_zero(word: u32) -> bool {
     word.wrapping_sub(0x0101_0101) & !word & 0x8080_8080 != 0
 }
 
-/// Decodes one byte after the other.
+/// Decoder that takes one byte after the other.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Decoding {
     /// Bytes until the next distance.
     left: u8,
-    /// Whether that distance stands in the place of a zero.
+    /// Whether that distance replaces a zero.
     zero_due: bool,
 }
 
 impl Decoding {
-    /// The byte that `coded`, not zero, stands for; `None` for a distance that stands for nothing.
+    /// Decodes `coded`, not zero; `None` for a distance that encodes no byte.
     pub(super) fn push(&mut self, coded: u8) -> Option<u8> {
         if self.left > 0 {
             self.left -= 1;
@@ -77,12 +77,12 @@ impl Decoding {
         zero.then_some(0)
     }
 
-    /// Whether nothing has come yet.
+    /// Returns whether no byte has been received yet.
     pub(super) const fn is_fresh(&self) -> bool {
         self.left == 0 && !self.zero_due
     }
 
-    /// Whether a frame may end here.
+    /// Returns whether a frame may end here.
     pub(super) const fn is_complete(&self) -> bool {
         self.left == 0
     }
@@ -131,13 +131,13 @@ mod tests {
     }
 
     #[test]
-    fn another_implementation_codes_and_decodes_alike() {
+    fn another_implementation_encodes_and_decodes_alike() {
         let mut state = 1_u32;
         for length in 0..=253 {
             let plain: Vec<u8> = (0..length)
                 .map(|_| {
                     state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-                    // A quarter are zeros.
+                    // A quarter of the bytes are zero.
                     if state >> 30 == 0 {
                         0
                     } else {

@@ -17,10 +17,10 @@ use crate::dictionary::Address;
 use crate::node::Command;
 use crate::value::Value;
 
-/// The longest value, in bytes: that of a text.
+/// Maximum length of a value, bytes: that of a text.
 pub const MAX_VALUE: usize = 32;
 
-/// The bytes of a value.
+/// Bytes of a value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ValueBytes {
     bytes: [u8; MAX_VALUE],
@@ -28,7 +28,7 @@ pub struct ValueBytes {
 }
 
 impl ValueBytes {
-    /// Some bytes; `None` where there are too many.
+    /// Copies bytes; `None` if there are too many.
     #[must_use]
     pub fn new(bytes: &[u8]) -> Option<Self> {
         if bytes.len() > MAX_VALUE {
@@ -50,7 +50,7 @@ impl ValueBytes {
 }
 
 impl From<Value> for ValueBytes {
-    /// The bytes of a value; a text that is too long is cut off.
+    /// Encodes a value; a text that is too long is cut off.
     fn from(value: Value) -> Self {
         let raw = value.to_raw().to_le_bytes();
         let bytes = match value {
@@ -64,43 +64,43 @@ impl From<Value> for ValueBytes {
     }
 }
 
-/// Asks for an object's value.
+/// Request for an object's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ConfigGet {
     /// The object.
     pub address: Address,
 }
 
-/// Changes an object's value.
+/// Request to change an object's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ConfigSet {
     /// The object.
     pub address: Address,
-    /// Its new value.
+    /// New value.
     pub value: ValueBytes,
 }
 
-/// The answer to [`ConfigGet`] and [`ConfigSet`].
+/// Response to [`ConfigGet`] and [`ConfigSet`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ConfigResponse {
     /// The object.
     pub address: Address,
-    /// What came of it.
+    /// Result of the request.
     pub answer: Answer,
 }
 
-/// What came of a request.
+/// Result of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
-    /// It was read: this is the value.
+    /// Read: the value.
     Value(ValueBytes),
-    /// It was written, stored or restored.
+    /// Written, stored or restored.
     Done,
-    /// It was refused, for this reason.
+    /// Refused, with the reason.
     Refused(AbortCode),
 }
 
-/// Changes the NMT state.
+/// Request to change the NMT state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NmtRequest(pub Command);
 
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_a_request_is_refused() {
+    fn malformed_requests_are_rejected() {
         assert_eq!(Message::decode(Kind::ConfigGet, &[0x14, 0x20]), None);
         assert_eq!(Message::decode(Kind::ConfigSet, &[0; 36]), None);
         assert_eq!(Message::decode(Kind::ConfigResponse, &[0, 0, 0, 2]), None);

@@ -16,10 +16,10 @@ use crate::bytes::{Reader, Writer};
 use crate::fault::Faults;
 use crate::pdo::{P16, Status};
 
-/// What is known about the contact after one sample.
+/// Contact after one sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ContactMessage {
-    /// When the sample was acquired.
+    /// Acquisition time of the sample.
     pub timestamp: Timestamp,
     /// Probability of stable contact.
     pub stable: P16,
@@ -27,16 +27,16 @@ pub struct ContactMessage {
     pub tangential: P16,
     /// Probability of no lifting and tilting.
     pub vertical: P16,
-    /// Probability per axis that it rests.
+    /// Probability of rest for each axis.
     pub axes: PerAxis<P16>,
-    /// Phase, decision and what they rest on.
+    /// Phase, decision and their validity.
     pub status: Status,
     /// The estimator's flags as bits.
     pub flags: u8,
 }
 
 impl ContactMessage {
-    /// The message for an estimate while `faults` last; the probabilities are 0 while one of them
+    /// Creates the message for an estimate while `faults` are active; the probabilities are 0 while one of them
     /// voids the estimate.
     #[must_use]
     pub fn new(estimate: &ContactEstimate, faults: Faults) -> Self {

@@ -1,36 +1,36 @@
-//! Frames out of a stream of bytes, whatever else is in it.
+//! Decoder for frames in a stream of bytes with any other content.
 
 use super::cobs::Decoding;
 use super::{Frame, Kind, MAX_DECODED, parse};
 use crate::sequence::{Step, step_u16};
 
-/// Why something in the stream was dropped.
+/// Reason for dropping a part of the stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Problem {
     /// The frame ended too early: bytes were lost, or it is garbage.
     Coding,
-    /// No end within the longest frame.
+    /// No end within the maximum length of a frame.
     TooLong,
     /// Too few bytes for a frame.
     TooShort,
-    /// The CRC does not fit.
+    /// The CRC does not match.
     Check,
-    /// A version this decoder does not know.
+    /// Unknown version.
     Version(u8),
-    /// A type this decoder does not know.
+    /// Unknown type.
     Kind(u8),
-    /// A payload that is not one of its type.
+    /// Invalid payload of a known type.
     Payload(Kind),
 }
 
-/// What was received and what was dropped.
+/// Counters of received and dropped frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Drops {
-    /// Frames that were understood.
+    /// Valid frames.
     pub frames: u32,
-    /// Frames that sequence numbers say are missing, the dropped ones included.
+    /// Frames missing from the sequence, the dropped ones included.
     pub missing: u32,
-    /// Pieces that are no frame: wrong coding, too long or too short.
+    /// Pieces that are not frames: wrong coding, too long or too short.
     pub garbage: u32,
     /// Frames with a wrong CRC.
     pub check: u32,
@@ -38,12 +38,12 @@ pub struct Drops {
     pub version: u32,
     /// Frames of an unknown type.
     pub kind: u32,
-    /// Frames whose payload is not one of their type.
+    /// Frames with an invalid payload.
     pub payload: u32,
 }
 
 impl Drops {
-    /// Everything that came and was refused.
+    /// Number of rejected frames and pieces.
     #[must_use]
     pub const fn refused(&self) -> u32 {
         self.garbage
@@ -65,16 +65,16 @@ impl Drops {
     }
 }
 
-/// Takes bytes one by one and gives out frames. Garbage before a frame costs nothing but itself: the
-/// zero at the frame's beginning ends it. So does a frame that lost its end.
+/// Decoder that takes bytes one by one and returns frames. Garbage before a frame does not affect it: the
+/// zero at the frame's beginning ends the garbage, or a frame that lost its end.
 #[derive(Clone, Debug)]
 pub struct Decoder {
     plain: [u8; MAX_DECODED],
     length: usize,
     decoding: Decoding,
-    /// The frame is too long already: nothing counts until its end.
+    /// The frame is too long: bytes are ignored until its end.
     overflowed: bool,
-    /// The newest sequence number.
+    /// Newest sequence number.
     newest: Option<u16>,
     drops: Drops,
 }
@@ -86,7 +86,7 @@ impl Default for Decoder {
 }
 
 impl Decoder {
-    /// A decoder that has seen nothing yet.
+    /// Creates a decoder before its first byte.
     #[must_use]
     pub fn new() -> Self {
         Self {
@@ -99,19 +99,19 @@ impl Decoder {
         }
     }
 
-    /// What was received and what was dropped so far.
+    /// Counters of received and dropped frames.
     #[must_use]
     pub const fn drops(&self) -> Drops {
         self.drops
     }
 
-    /// Whether bytes have come since the last zero: at the end of a recording, a frame cut off.
+    /// Returns whether bytes followed the last zero: at the end of a recording, an incomplete frame.
     #[must_use]
     pub const fn is_inside_frame(&self) -> bool {
         self.length > 0 || !self.decoding.is_fresh()
     }
 
-    /// Takes in a byte: gives out a frame, or what was wrong with it, at its end.
+    /// Takes a byte; at the end of a frame returns the frame, or the problem with it.
     pub fn push(&mut self, byte: u8) -> Option<Result<Frame, Problem>> {
         if byte != 0 {
             if let Some(plain) = self.decoding.push(byte) {
@@ -133,7 +133,7 @@ impl Decoder {
         } else if !complete {
             Err(Problem::Coding)
         } else if length == 0 {
-            // Zeros between frames mean nothing.
+            // Zeros between frames are ignored.
             return None;
         } else {
             parse(self.plain.get(..length).unwrap_or(&[]))
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_come_out_as_they_went_in() {
+    fn frames_round_trip() {
         let stream: Vec<u8> = (0..300).flat_map(frame).collect();
         let (frames, drops) = decode(&stream);
         assert!(frames.into_iter().eq(0..300));
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn right_after_any_garbage_the_next_whole_frame_is_found() {
+    fn the_next_frame_after_garbage_is_found() {
         let mut state = 7_u32;
         for length in 0..2000 {
             let mut stream: Vec<u8> = (0..length % 400)
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stream_that_starts_in_the_middle_of_a_frame_loses_only_that_one() {
+    fn a_stream_joined_inside_a_frame_loses_only_that_one() {
         let stream = [frame(1), frame(2)].concat();
         for start in 2..frame(1).len() {
             let (frames, drops) = decode(&stream[start..]);
@@ -221,9 +221,9 @@ mod tests {
     }
 
     #[test]
-    fn any_flipped_bit_is_noticed_and_counted() {
+    fn any_flipped_bit_is_detected_and_counted() {
         let clean = frame(2);
-        // Flips in the zero at the beginning damage nothing, those in the one at the end are the test
+        // Flips in the leading zero do no damage; those in the trailing zero are covered by the test
         // after this one.
         for bit in 8..8 * (clean.len() - 1) {
             let mut damaged = clean.clone();
@@ -252,16 +252,16 @@ mod tests {
     }
 
     #[test]
-    fn gaps_are_counted_also_where_the_sequence_wraps() {
+    fn gaps_are_counted_across_the_wrap() {
         let (_, drops) = decode(&[frame(65_534), frame(1)].concat());
         assert_eq!(drops.missing, 2);
-        // A restart of the other side is no gap.
+        // A restart of the sender is not a gap.
         let (_, drops) = decode(&[frame(500), frame(0)].concat());
         assert_eq!(drops.missing, 0);
     }
 
     #[test]
-    fn frames_that_others_have_overtaken_are_not_missing() {
+    fn overtaken_frames_are_not_missing() {
         let stream: Vec<u8> = [1, 4, 2, 3, 6, 7].into_iter().flat_map(frame).collect();
         let (frames, drops) = decode(&stream);
         assert_eq!(frames, [1, 4, 2, 3, 6, 7]);
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn a_recording_that_ends_inside_a_frame_says_so() {
+    fn a_recording_that_ends_inside_a_frame_is_detected() {
         let mut decoder = Decoder::new();
         for byte in frame(1) {
             decoder.push(byte);
@@ -284,12 +284,12 @@ mod tests {
     }
 
     #[test]
-    fn a_flood_without_end_is_one_piece_of_garbage() {
+    fn an_endless_frame_is_one_piece_of_garbage() {
         let mut stream = std::vec![0xAA; 100_000];
         stream.push(0);
         let (_, drops) = decode(&stream);
         assert_eq!(drops.garbage, 1);
-        // A whole frame with a long tail is none: what does not fit is not just left out.
+        // A frame followed by excess bytes is invalid: they are not just ignored.
         let mut plain: Vec<u8> = std::vec![super::super::VERSION, 0x20, 0, 0, 1];
         plain.resize(MAX_DECODED - 4, b'x');
         plain.extend(super::super::check::of(&plain));

@@ -1,4 +1,4 @@
-//! Type 0x03: how the board is.
+//! Type 0x03: state of the board.
 //!
 //! | bytes | field |
 //! |---|---|
@@ -21,28 +21,28 @@ use crate::node::State;
 use crate::pdo::Quantity;
 use crate::stage::Stage;
 
-/// How the board is.
+/// State of the board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HealthMessage {
     /// The board's clock.
     pub timestamp: Timestamp,
-    /// What the board is doing.
+    /// Stage of the board.
     pub stage: Stage,
     /// The NMT state.
     pub state: State,
-    /// The node id, where there is one.
+    /// Node id, if there is one.
     pub id: Option<NodeId>,
-    /// The active faults; the error register follows from them.
+    /// Active faults; the error register follows from them.
     pub faults: Faults,
-    /// Bits of faults that only a newer version knows; 0 from a board of this one.
+    /// Bits of faults unknown to this version; 0 from a board of this version.
     pub unknown_faults: u32,
     /// The sensor's temperature, 0.01 °C.
     pub temperature: Quantity,
-    /// What was counted.
+    /// Counters.
     pub counters: Counters,
 }
 
-/// What stands for "no node id".
+/// Code for "no node id".
 const NO_ID: u8 = 255;
 
 impl HealthMessage {
@@ -87,8 +87,8 @@ impl HealthMessage {
             temperature,
             counters: Counters::from_array(counts),
         };
-        // A register that contradicts the faults is of another version of this format; those that
-        // are not known set bits of their own.
+        // A register that contradicts the faults is of another version of this format; unknown
+        // faults set bits of their own.
         let known = if unknown_faults == 0 {
             register
         } else {
@@ -131,7 +131,7 @@ mod tests {
         );
         let decoded = Message::decode(Kind::Health, &payload);
         assert_eq!(decoded, Some(Message::Health(message)));
-        // A newer board's fault does not make all the rest unreadable.
+        // An unknown fault of a newer board leaves the rest readable.
         payload[15] = 0x40;
         payload[11] = 0x83;
         let newer = HealthMessage {

@@ -9,20 +9,20 @@ use core::fmt;
 
 use crate::bytes::{Reader, Writer};
 
-/// The longest text, in bytes.
+/// Maximum length of a text, bytes.
 pub const MAX_LOG: usize = 120;
 
 /// A line of text.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct LogMessage {
-    /// 1 error, 2 warning, 3 information, 4 debugging.
+    /// Level: 1 error, 2 warning, 3 information, 4 debugging.
     pub level: u8,
     text: [u8; MAX_LOG],
     length: u8,
 }
 
 impl LogMessage {
-    /// A line; what is too long is cut off between two characters.
+    /// Creates a line; excess text is cut off between two characters.
     #[must_use]
     pub fn new(level: u8, text: &str) -> Self {
         let mut line = Self {
@@ -49,7 +49,7 @@ impl LogMessage {
         self.length = self.length.saturating_add(end as u8);
     }
 
-    /// The text; empty where it came in as something that is not UTF-8.
+    /// Text; empty if the received bytes are not UTF-8.
     #[must_use]
     pub fn text(&self) -> &str {
         let bytes = self.text.get(..usize::from(self.length)).unwrap_or(&[]);
@@ -68,7 +68,7 @@ impl LogMessage {
     }
 }
 
-/// Appends; what is too long is cut off.
+/// Appends text; excess text is cut off.
 impl fmt::Write for LogMessage {
     fn write_str(&mut self, text: &str) -> fmt::Result {
         self.push(text);

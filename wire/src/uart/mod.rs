@@ -1,4 +1,4 @@
-//! The serial line: frames that find their own beginning.
+//! The serial line: frames that can be found in any stream.
 //!
 //! A frame is coded with COBS, so that it holds no zero byte, with a zero byte before it and one
 //! after it: the first ends whatever garbage was on the line before. Decoded:
@@ -11,7 +11,7 @@
 //! | 4 … | payload, by type |
 //! | last 4 | CRC-32 (ISO-HDLC, as in zlib and Ethernet) of all before it |
 //!
-//! [`encode`] makes a frame, [`Decoder`] takes bytes as they come and counts what it has to drop.
+//! [`encode`] builds a frame, [`Decoder`] takes bytes as they arrive and counts dropped frames.
 
 mod check;
 mod cobs;
@@ -34,27 +34,27 @@ pub use raw::RawSample;
 use crate::bytes::{Reader, Writer};
 use check::Check;
 
-/// The version of the format. A receiver refuses every other one.
+/// Version of the format. A receiver rejects all others.
 pub const VERSION: u8 = 1;
 
-/// The longest payload.
+/// Maximum length of a payload, bytes.
 pub const MAX_PAYLOAD: usize = 128;
 
-/// Version, type and sequence.
+/// Bytes of version, type and sequence.
 const HEADER: usize = 4;
 
-/// The CRC's bytes.
+/// Bytes of the CRC.
 const CHECK: usize = 4;
 
-/// The longest frame before coding.
+/// Maximum length of a frame before coding, bytes.
 const MAX_DECODED: usize = HEADER + MAX_PAYLOAD + CHECK;
 
-/// The longest frame on the line: COBS adds one byte (to as many as 254), and there are two zeros.
+/// Maximum length of a frame on the line, bytes: COBS adds one byte (to as many as 254), and there are two zeros.
 pub const MAX_FRAME: usize = MAX_DECODED + 3;
 
 const _: () = assert!(MAX_DECODED <= 254);
 
-/// The type of a message.
+/// Type of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// [`ContactMessage`].
@@ -103,7 +103,7 @@ impl Kind {
         }
     }
 
-    /// The type of this byte.
+    /// Type with this code.
     #[must_use]
     pub fn from_code(code: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.code() == code)
@@ -113,17 +113,17 @@ impl Kind {
 /// A message.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Message {
-    /// What is known about the contact.
+    /// Contact.
     Contact(ContactMessage),
-    /// What the sensor measured.
+    /// Sample of the sensor.
     Raw(RawSample),
-    /// How the board is.
+    /// State of the board.
     Health(HealthMessage),
-    /// A question for an object's value.
+    /// Request for an object's value.
     ConfigGet(ConfigGet),
     /// A new value for an object.
     ConfigSet(ConfigSet),
-    /// The answer to either.
+    /// Response to either.
     ConfigResponse(ConfigResponse),
     /// A line of text.
     Log(LogMessage),
@@ -147,8 +147,8 @@ impl Message {
         }
     }
 
-    /// The message of this type with this payload; `None` where the payload has a wrong length
-    /// or a value that stands for nothing.
+    /// Decodes a message of this type; `None` if the payload has a wrong length
+    /// or an invalid value.
     #[must_use]
     pub fn decode(kind: Kind, payload: &[u8]) -> Option<Self> {
         let reader = Reader::new(payload);
@@ -184,16 +184,16 @@ impl Payload for Message {
     }
 }
 
-/// A frame's contents.
+/// Contents of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
-    /// One more with each frame.
+    /// Sequence number, incremented with each frame.
     pub sequence: u16,
-    /// What it says.
+    /// Message.
     pub message: Message,
 }
 
-/// A frame ready for the line.
+/// Encoded frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Encoded {
     bytes: [u8; MAX_FRAME],
@@ -214,8 +214,8 @@ impl Encoded {
     }
 }
 
-/// Makes a frame of a [`Message`], or of what is in one. `sequence` is to be one more than that of the frame before, whether
-/// or not that one could be sent.
+/// Encodes a [`Message`], or the contents of one. `sequence` must be one more than that of the previous frame,
+/// whether or not that frame was sent.
 #[must_use]
 pub fn encode(sequence: u16, message: &impl Payload) -> Encoded {
     let mut frame = Encoded::EMPTY;
@@ -223,21 +223,21 @@ pub fn encode(sequence: u16, message: &impl Payload) -> Encoded {
     frame
 }
 
-/// [`encode`]s in the place of another frame.
+/// Like [`encode`], but overwrites another frame.
 pub fn encode_into(frame: &mut Encoded, sequence: u16, message: &impl Payload) {
-    // Written where it stays: after a zero and the first distance of COBS.
+    // Written in place: after a zero and the first distance of COBS.
     let [_zero, _distance, plain @ ..] = &mut frame.bytes;
     let mut writer = Writer::new(plain);
     writer.u8(VERSION);
     writer.u8(message.kind().code());
     writer.u16(sequence);
     message.write(&mut writer);
-    // Every message is shorter than the longest payload; a test sends the longest of each.
+    // Every message is shorter than the longest payload; a test encodes the longest of each.
     let length = writer.finish().unwrap_or(0);
     close(frame, length);
 }
 
-/// Checks and codes the `length` bytes that were written, both in one loop: a foot sends some ninety
+/// Adds the CRC and encodes the `length` bytes written, both in one loop: a foot sends some ninety
 /// in each tick.
 fn close(frame: &mut Encoded, length: usize) {
     let [_zero, distance, plain @ ..] = &mut frame.bytes;
@@ -265,7 +265,7 @@ fn close(frame: &mut Encoded, length: usize) {
     frame.length = 2 + length + CHECK + 1;
 }
 
-/// Why a decoded frame is not one of ours.
+/// Parses a decoded frame; returns the problem if it is invalid.
 fn parse(plain: &[u8]) -> Result<Frame, Problem> {
     let (body, check) = plain.split_last_chunk::<CHECK>().ok_or(Problem::TooShort)?;
     if check::of(body) != *check {
@@ -305,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn every_type_has_its_own_byte() {
+    fn each_type_has_a_unique_code() {
         for kind in Kind::ALL {
             assert_eq!(Kind::from_code(kind.code()), Some(kind));
         }
@@ -313,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_says_what_is_wrong_with_it() {
+    fn an_invalid_frame_reports_its_problem() {
         let mut plain = std::vec![VERSION, Kind::ConfigGet.code(), 0, 0, 0x10, 0x20, 0];
         let with_check = |plain: &[u8]| [plain, &check::of(plain)].concat();
         assert!(parse(&with_check(&plain)).is_ok());

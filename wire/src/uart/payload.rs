@@ -1,4 +1,4 @@
-//! What can be made a frame of: a message, or by itself what is sent again and again. A message is
+//! Contents of a frame: a message, or by itself a kind that is sent often. A message is
 //! as large as its largest kind, and moving it costs more than writing most of them.
 
 use super::{ConfigResponse, ContactMessage, HealthMessage, Kind, LogMessage, RawSample};
@@ -6,7 +6,7 @@ use crate::bytes::Writer;
 
 /// The contents of a frame.
 pub trait Payload {
-    /// The type.
+    /// Type of the message.
     fn kind(&self) -> Kind;
 
     /// Writes the payload.

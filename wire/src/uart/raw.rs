@@ -1,4 +1,4 @@
-//! Type 0x02: what the sensor measured, as codes that carry their scale.
+//! Type 0x02: the sensor's measurement, as codes with their scale.
 //!
 //! | bytes | field |
 //! |---|---|
@@ -17,12 +17,12 @@ use estimator_core::{
 use crate::bytes::{Reader, Writer};
 use crate::pdo::Quantity;
 
-/// A sample as the sensor gave it.
+/// Sample as read from the sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RawSample {
-    /// When it was acquired.
+    /// Acquisition time.
     pub timestamp: Timestamp,
-    /// What the driver says about it.
+    /// Validity reported by the driver.
     pub validity: Validity,
     /// The sensor's temperature, 0.01 °C.
     pub temperature: Quantity,
@@ -36,7 +36,7 @@ pub struct RawSample {
     pub rate_scale: f32,
 }
 
-/// What the validity's code means: its index in this list.
+/// Validities by code: the code is the index in this list.
 const VALIDITIES: [Validity; 6] = [
     Validity::Valid,
     Validity::Saturated(Saturation::Accelerometer),
@@ -58,7 +58,7 @@ const fn validity_code(validity: Validity) -> u8 {
 }
 
 impl RawSample {
-    /// The sample in SI units, for the estimator.
+    /// Converts the sample to SI units, for the estimator.
     #[must_use]
     pub fn to_si(&self) -> ImuSample {
         let scaled = |codes: [i16; 3], scale: f32| {
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn validities_stand_at_the_place_of_their_code() {
+    fn validities_are_listed_by_code() {
         for (i, validity) in VALIDITIES.into_iter().enumerate() {
             assert_eq!(usize::from(validity_code(validity)), i);
         }

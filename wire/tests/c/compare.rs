@@ -1,4 +1,4 @@
-//! The decoder in C beside the crate's own, frame by frame: also for the tests of host-tests.
+//! Comparison of the decoder in C with the crate's own, frame by frame: also for the tests of host-tests.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -10,14 +10,14 @@ use wire::uart::Decoder;
 #[path = "expected.rs"]
 mod expected;
 
-/// A compiler with the standard that it keeps to.
+/// Compiler with its language standard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Language {
     C11,
     Cpp17,
 }
 
-/// What looks for undefined behaviour while the program runs.
+/// Checks for undefined behaviour while the program runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sanitizers {
     On,
@@ -36,12 +36,12 @@ const STRICT: [&str; 9] = [
     "-O2",
 ];
 
-/// Where the committed decoder is.
+/// Folder of the committed decoder.
 pub fn committed() -> PathBuf {
     wire().join("c")
 }
 
-/// The program in C in the README of the crate `wire`.
+/// C program in the README of the crate `wire`.
 pub fn readme_program() -> PathBuf {
     let readme = fs::read_to_string(wire().join("README.md")).expect("a README");
     let (_, rest) = readme.split_once("```c\n").expect("a program in C");
@@ -55,15 +55,15 @@ fn wire() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../wire")
 }
 
-/// How often each kind of frame came, and each reason to refuse one: `contact`, `result 3`.
+/// Counts of each kind of frame, and of each reason for rejection: `contact`, `result 3`.
 pub type Counts = BTreeMap<String, usize>;
 
-/// A program that prints what the decoder of some folder says.
+/// Program that prints the output of the decoder in a folder.
 #[derive(Debug)]
 pub struct Program(PathBuf);
 
 impl Program {
-    /// Compiles the decoder of `folder` with what prints every member; `name` is that of the program.
+    /// Compiles the decoder of `folder` with code that prints every member; `name` is that of the program.
     pub fn build(
         name: &str,
         folder: &Path,
@@ -74,7 +74,7 @@ impl Program {
         Self::build_of(name, folder, &print, language, sanitizers)
     }
 
-    /// The same with another `main`.
+    /// Does the same with another `main`.
     pub fn build_of(
         name: &str,
         folder: &Path,
@@ -101,7 +101,7 @@ impl Program {
         Ok(Self(program))
     }
 
-    /// What it prints of the bytes on its standard input, line by line.
+    /// Runs the program on the bytes as its standard input; returns what it prints.
     pub fn print(&self, of: &str, input: &[u8]) -> Result<String, String> {
         let file = self.0.with_extension(of);
         fs::write(&file, input).map_err(|error| error.to_string())?;
@@ -109,8 +109,8 @@ impl Program {
         run(Command::new(&self.0).arg(of).stdin(Stdio::from(input)))
     }
 
-    /// Compares the decoders on CAN frames, which are identifiers and data; says what there was, or
-    /// the first frame of which they say different things.
+    /// Compares the decoders on CAN frames, which are identifiers and data; returns the counts, or
+    /// the first frame with different results.
     pub fn compare_can(&self, frames: &[(u32, Vec<u8>)]) -> Result<Counts, String> {
         let lines: Vec<String> = frames.iter().map(line).collect();
         let printed = self.print("can", lines.concat().as_bytes())?;
@@ -118,8 +118,8 @@ impl Program {
         same(&printed, expected.zip(lines))
     }
 
-    /// Compares the decoders on the bytes of a serial line; says what there was, or where they
-    /// differ.
+    /// Compares the decoders on the bytes of a serial line; returns the counts, or the first
+    /// difference.
     pub fn compare_serial(&self, bytes: &[u8]) -> Result<Counts, String> {
         let printed = self.print("serial", bytes)?;
         let mut decoder = Decoder::new();
@@ -136,7 +136,7 @@ fn line((id, data): &(u32, Vec<u8>)) -> String {
     format!("{id:X} {data}\n")
 }
 
-/// Compares what was printed with what is expected, each with where it comes from.
+/// Compares the printed lines with the expected ones, each with its source.
 fn same(printed: &str, expected: impl Iterator<Item = (String, String)>) -> Result<Counts, String> {
     let mut counts = Counts::new();
     let mut lines = printed.lines();

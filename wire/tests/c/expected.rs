@@ -1,4 +1,4 @@
-//! What `print.c` is to print, from the crate's own decoders.
+//! Expected output of `print.c`, from the crate's own decoders.
 
 use std::fmt::{Display, Write};
 
@@ -28,7 +28,7 @@ enum Refused {
     WrongPayload,
 }
 
-/// A line under construction.
+/// Line under construction.
 struct Line(String);
 
 impl Line {
@@ -36,7 +36,7 @@ impl Line {
         let _ = write!(self.0, " {name}={value}");
     }
 
-    /// Real numbers by their bits: nothing is rounded.
+    /// Adds a real number by its bits: nothing is rounded.
     fn real(&mut self, name: impl Display, value: f32) {
         if value.is_nan() {
             self.value(name, "nan");
@@ -89,7 +89,7 @@ impl Line {
     fn flags(&mut self, bits: u8) {
         for flag in Flag::ALL {
             let set = bits & Flags::NONE.with(flag).bits() != 0;
-            // In a frame, "saturated" alone is of the status, and a flag is of a sample.
+            // In a frame, "saturated" alone is part of the status, and a flag belongs to a sample.
             let of = match flag {
                 Flag::Saturated => "sample_saturated",
                 flag => flag.name(),
@@ -117,7 +117,7 @@ impl Line {
     }
 }
 
-/// Of a CAN frame.
+/// Expected output for a CAN frame.
 pub fn frame(id: u32, data: &[u8]) -> String {
     decoded(id, data).unwrap_or_else(|refused| format!("result {}", refused as u8))
 }
@@ -224,7 +224,7 @@ fn process_data(line: &mut Line, pdo: Pdo, data: &[u8; 8]) {
     }
 }
 
-/// Of what came at the end of a frame of the serial line.
+/// Expected output at the end of a frame of the serial line.
 pub fn message(came: &Result<Frame, Problem>) -> String {
     match came {
         Ok(frame) => understood(frame),

@@ -1,5 +1,5 @@
-//! The decoder in `c/` is accepted by strict compilers of C and C++, and says of any bytes what
-//! this crate says of them.
+//! The decoder in `c/` is accepted by strict compilers of C and C++, and returns for any bytes the
+//! same result as this crate.
 
 #[allow(dead_code, reason = "host-tests run the program of the README")]
 mod compare;
@@ -17,10 +17,10 @@ use wire::pdo::Load;
 use wire::uart::Kind;
 use wire::{Fault, Pdo};
 
-/// Frames of one run.
+/// Number of frames per run.
 const FRAMES: usize = 150_000;
 
-/// The decoder with sanitizers, or without where the machine has none and need not.
+/// The decoder with sanitizers, or without if the machine has none and does not require them.
 fn sanitized(name: &str, language: Language) -> Program {
     match Program::build(name, &committed(), language, Sanitizers::On) {
         Ok(program) => program,
@@ -34,8 +34,8 @@ fn sanitized(name: &str, language: Language) -> Program {
     }
 }
 
-/// Frames with every function code, most of them of a foot's; some too short or too long, some with
-/// identifiers that no foot has.
+/// Frames with every function code, most of them a foot's; some too short or too long, some with
+/// identifiers of no foot.
 fn can_frames(random: &mut Random) -> Vec<(u32, Vec<u8>)> {
     let bases = Pdo::ALL.map(Pdo::base).into_iter();
     let bases: Vec<u16> = bases
@@ -56,7 +56,7 @@ fn can_frames(random: &mut Random) -> Vec<(u32, Vec<u8>)> {
                 _ => 8,
             };
             let mut data: Vec<u8> = (0..length).map(|_| random.next() as u8).collect();
-            // Values that stand for something, and those at the ends.
+            // Valid codes, and those at the ends of the range.
             for byte in &mut data {
                 match random.below(8) {
                     0 => *byte = 0,
@@ -120,7 +120,7 @@ fn serial_line(random: &mut Random) -> Vec<u8> {
     line
 }
 
-/// What the first frame of a piece of the corpus is before it is coded.
+/// First frame of a piece of the corpus before coding.
 fn plain(bytes: &[u8]) -> Vec<u8> {
     bytes
         .split(|byte| *byte == 0)
@@ -129,7 +129,7 @@ fn plain(bytes: &[u8]) -> Vec<u8> {
         .unwrap_or_default()
 }
 
-/// Compares on frames from this seed, and makes sure that all there is came often.
+/// Compares on frames from this seed, and checks that every kind occurred often.
 fn compare(program: &Program, seed: u64) {
     let mut random = Random(seed);
     let can = program.compare_can(&can_frames(&mut random));
@@ -154,17 +154,17 @@ fn came<'a>(counts: &Counts, kinds: impl Iterator<Item = &'a str>, results: Rang
 }
 
 #[test]
-fn c_and_this_crate_say_the_same_of_any_frame() {
+fn c_decodes_any_frame_like_this_crate() {
     compare(&sanitized("print_c11", Language::C11), 0xC11);
 }
 
 #[test]
-fn cpp_and_this_crate_say_the_same_of_any_frame() {
+fn cpp_decodes_any_frame_like_this_crate() {
     compare(&sanitized("print_cpp17", Language::Cpp17), 0xC17);
 }
 
 #[test]
-fn a_scale_or_a_place_that_is_wrong_in_c_is_noticed() {
+fn a_wrong_scale_or_position_in_c_is_detected() {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("wrong_c");
     fs::create_dir_all(&folder).expect("a folder");
     fs::copy(committed().join("footfall.h"), folder.join("footfall.h")).expect("a header");

@@ -7,10 +7,10 @@ use wire::node::State;
 use wire::pdo::{Kind, Load, Quantity, Signal};
 use wire::{Fault, Foot, Pdo, Settings};
 
-/// The code of a signed signal without a value.
+/// Code of a signed signal without a value.
 const NO_VALUE: i16 = Quantity::NONE.0;
 
-/// What a heartbeat says.
+/// States in a heartbeat.
 pub const NODE_STATES: [(State, &str); 4] = [
     (State::Initialising, "boot_up"),
     (State::Stopped, "stopped"),
@@ -174,7 +174,7 @@ fn write_signal(dbc: &mut String, signal: &Signal) {
     );
 }
 
-/// To nine places, which no range here needs more of.
+/// Rounds to nine places, enough for every range here.
 fn rounded(value: f64) -> f64 {
     (value * 1.0e9).round() / 1.0e9
 }

@@ -1,4 +1,4 @@
-//! `footfall.eds`: the object dictionary as CiA 306 writes it.
+//! `footfall.eds`: the object dictionary in the format of CiA 306.
 
 use std::fmt::Write;
 
@@ -149,7 +149,7 @@ fn write_value(eds: &mut String, entry: &Entry) {
     let _ = writeln!(eds, "DefaultValue={default}");
     write_limits(eds, entry);
     let _ = writeln!(eds, "PDOMapping={}", u8::from(entry.is_mappable()));
-    // The bits above, for people.
+    // The bits above as readable numbers.
     if let Value::F32(default) = entry.default {
         let _ = write!(eds, "; Default: {default:?}");
         if let Some((Value::F32(low), Value::F32(high))) = entry.limits().range() {
@@ -157,7 +157,7 @@ fn write_value(eds: &mut String, entry: &Entry) {
         }
         eds.push('\n');
     }
-    // CiA 306 has no key for a unit, and Lely's tools warn of keys that it does not have.
+    // CiA 306 has no key for a unit, and Lely's tools warn of unknown keys.
     if !entry.unit.is_empty() {
         let _ = writeln!(eds, "; Unit: {}", ascii(&entry.unit));
     }
@@ -168,12 +168,12 @@ fn write_limits(eds: &mut String, entry: &Entry) {
         return;
     };
     // Keys may be written in either case. python-canopen knows the usual one only, and would take
-    // the bits of a REAL32 for its value.
+    // the bits of a REAL32 as its value.
     let (low_key, high_key) = match entry.data_type() {
         DataType::Real32 => ("lowlimit", "highlimit"),
         _ => ("LowLimit", "HighLimit"),
     };
-    // A command need not take its default, which readers call an underflow.
+    // A command need not accept its default, which readers report as an underflow.
     if entry.limits().check(entry.default) != Err(AbortCode::TooLow) {
         let _ = writeln!(eds, "{low_key}={}", number(low));
     }
@@ -186,7 +186,7 @@ fn number(value: Value) -> String {
         Value::U8(value) => value.to_string(),
         Value::U16(value) => value.to_string(),
         Value::U32(value) => format!("0x{value:X}"),
-        // Its bits, as Lely reads it; 0 has the same meaning for those who read a value.
+        // The bits, as Lely reads them; 0 has the same meaning for readers of a value.
         Value::F32(0.0) => "0".into(),
         Value::F32(value) => format!("0x{:08X}", value.to_bits()),
         Value::Text(text) => text.to_string(),

@@ -1,5 +1,5 @@
-//! The tables of `README.md`: from the code's tables, and from the documentation of the files in
-//! which the bytes are.
+//! Tables of `README.md`: from the code's tables, and from the documentation of the files that define
+//! the bytes.
 
 use std::fmt::Write;
 use std::fs;
@@ -9,7 +9,7 @@ use wire::dictionary::{Access, Entry, Limits, OBJECTS, Object, Role, Shape, inde
 use wire::pdo::Kind;
 use wire::{AbortCode, Fault, Foot, Pdo, Value};
 
-/// The text with every table between `<!-- table NAME -->` and `<!-- end -->` made again.
+/// Text with every table between `<!-- table NAME -->` and `<!-- end -->` generated again.
 pub fn update(readme: &str) -> String {
     let mut parts = readme.split("<!-- table ");
     let mut updated = parts.next().unwrap_or_default().to_string();
@@ -48,7 +48,7 @@ fn documented(path: &str) -> String {
     };
     text.lines()
         .filter_map(|line| line.trim().strip_prefix(prefix)?.trim().strip_prefix('|'))
-        // Links to items mean nothing outside the code's documentation.
+        // Links to items have no meaning outside the code's documentation.
         .map(|row| format!("|{}\n", row.replace("[`", "`").replace("`]", "`")))
         .collect()
 }
@@ -98,7 +98,7 @@ fn objects() -> String {
     table
 }
 
-/// The object in an entry of a mapping parameter.
+/// Object in an entry of a mapping parameter.
 fn mapped(entry: &Entry) -> String {
     let mapped = entry.default.to_raw();
     let subindex = mapped >> 8 & 0xFF;
@@ -181,7 +181,7 @@ fn pdos() -> String {
     table
 }
 
-/// What stands where in a frame.
+/// Positions of the fields in a frame.
 fn fields(name: &str) -> String {
     let mut table =
         String::from("| bytes | object | signal | step | meaning |\n|---|---|---|---|---|\n");
@@ -209,7 +209,7 @@ fn fields(name: &str) -> String {
     table
 }
 
-/// Bytes, or the bits of one.
+/// Position in bytes, or in the bits of one.
 fn place(start: u8, length: u8) -> String {
     let (byte, bit) = (start / 8, start % 8);
     match (length, length / 8) {

@@ -9,7 +9,7 @@ use wire::{AbortCode, Address, BootCause, CanFrame, DataType, Fault, Node, Setti
 use crate::master::{ID, node, read, refused, tick, write};
 
 #[test]
-fn a_fault_held_back_is_active_at_once_and_reported_when_it_is_released() {
+fn a_held_back_fault_is_active_and_reported_on_release() {
     let mut node = node();
     let emergencies = |node: &mut Node| {
         let mut frames = Vec::new();
@@ -26,7 +26,7 @@ fn a_fault_held_back_is_active_at_once_and_reported_when_it_is_released() {
     let reported = emergencies(&mut node);
     assert_eq!(reported.len(), 1, "{reported:?}");
     assert_eq!(reported[0].data(), [0x40, 0x81, 0x11, 18, 7, 0, 0, 0]);
-    // What was reported is reported cleared.
+    // A fault that was reported is also reported as cleared.
     node.raise_held_back(Fault::CanBusOff, 8);
     assert!(node.clear(Fault::CanBusOff).is_some());
     // A fault that ends before it is reported stays unreported.
@@ -88,7 +88,7 @@ fn faults_are_reported_once_remembered_and_cleared() {
 }
 
 #[test]
-fn faults_from_before_the_boot_are_reported_after_it_and_again_after_a_reset() {
+fn faults_before_the_boot_are_reported_after_each_boot() {
     let mut node = Node::new(Settings::default(), 1);
     assert_eq!(
         node.raise(Fault::Panic, 0x0800_4321),
@@ -107,7 +107,7 @@ fn faults_from_before_the_boot_are_reported_after_it_and_again_after_a_reset() {
         assert_eq!(reported[1].data(), [0x01, 0x61, 0x81, 12, 0x21, 0x43, 0, 8]);
     }
     assert!(node.clear(Fault::Panic).is_some());
-    // A fault that could not be reported is not reported cleared either.
+    // A fault that could not be reported is not reported as cleared either.
     node.command(Command::StopRemoteNode);
     assert_eq!(node.raise(Fault::LateTick, 1200), None);
     assert_eq!(node.clear(Fault::LateTick), None);

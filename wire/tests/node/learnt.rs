@@ -1,4 +1,4 @@
-//! What the estimator has learnt, as objects.
+//! Objects with the values learnt by the estimator.
 
 use canopen_rs::Value as PeerValue;
 use estimator_core::Learnt;
@@ -8,7 +8,7 @@ use wire::{AbortCode, Address, DataType, Event, Node, Settings, Value};
 
 use crate::master::{node, read, refused, write};
 
-/// What a foot has learnt that has walked for a while.
+/// Learnt values of a foot that has walked for a while.
 fn learnt() -> Learnt {
     Learnt::from_array([
         -1.0, 2.0, 0.3, -2.5, 1.0, 0.4, -3.0, 1.5, 0.5, 4.0, 3.0, 20.0,
@@ -19,7 +19,7 @@ const KEEP: Value = Value::U8(1);
 const FORGET: Value = Value::U8(2);
 
 #[test]
-fn what_the_foot_has_learnt_can_be_read_kept_and_forgotten() {
+fn learnt_values_can_be_read_kept_and_forgotten() {
     let mut node = node();
     let command = Address::new(index::CALIBRATION, 1);
     let state = |node: &mut Node, expected: CalibrationState| {
@@ -56,13 +56,13 @@ fn what_the_foot_has_learnt_can_be_read_kept_and_forgotten() {
         (Ok(()), vec![Event::Calibration(Calibration::Forget)])
     );
     assert_eq!(node.settings(), &Settings::default());
-    // Also before it is published again.
+    // Also before new values are published.
     state(&mut node, CalibrationState::Settling);
     assert_eq!(refused(&mut node, command, KEEP), AbortCode::InvalidValue);
 }
 
 #[test]
-fn the_calibration_is_frozen_where_nothing_can_be_learnt() {
+fn the_calibration_is_frozen_if_learning_is_disabled() {
     for (subindex, value) in [(1, 1), (2, 0)] {
         let mut node = node();
         node.set_learnt(learnt());
@@ -74,7 +74,7 @@ fn the_calibration_is_frozen_where_nothing_can_be_learnt() {
 }
 
 #[test]
-fn what_is_not_within_the_limits_of_the_settings_is_not_kept() {
+fn learnt_values_outside_the_limits_are_refused() {
     let mut node = node();
     let mut numbers = learnt().to_array();
     numbers[1] = 10.0;
@@ -85,7 +85,7 @@ fn what_is_not_within_the_limits_of_the_settings_is_not_kept() {
 }
 
 #[test]
-fn the_lock_keeps_a_calibration_from_being_kept_or_forgotten() {
+fn the_lock_refuses_calibration_commands() {
     let mut node = node();
     node.set_learnt(learnt());
     assert!(node.write(Address::new(index::LOCK, 0), &[1]).is_ok());

@@ -1,4 +1,4 @@
-//! LSS: a foot gets its node id.
+//! LSS: assignment of the node id.
 
 use canopen_rs::lss;
 use estimator_core::ContactEstimate;
@@ -9,7 +9,7 @@ use wire::{AbortCode, Address, BootCause, Event, Fault, Node, Outcome, Settings,
 use crate::master::{ID, node, send, tick};
 
 #[test]
-fn lss_gives_a_foot_its_node_id() {
+fn lss_assigns_the_node_id() {
     let mut node = node();
     let address = lss::LssAddress {
         vendor_id: dictionary::VENDOR_ID,
@@ -43,11 +43,11 @@ fn lss_gives_a_foot_its_node_id() {
         node.finish(Ok(())).expect("an answer").data()[..2],
         [0x17, 0]
     );
-    // The setting was changed by other means: LSS still has the last word.
+    // The setting was changed by other means: the id assigned by LSS takes precedence.
     assert!(node.write(setting, &[0x33]).is_ok());
     let again = send(&mut node, 0x7E5, &lss::encode_configure_node_id(0x22));
     assert_eq!(again.event, Some(Event::Changed(setting)));
-    // The old id counts until the reset.
+    // The old id applies until the reset.
     assert_eq!(node.id().map(wire::NodeId::get), Some(ID));
     assert_eq!(
         node.boot(BootCause::Commanded)
@@ -77,7 +77,7 @@ fn lss_respects_the_lock() {
 }
 
 #[test]
-fn a_foot_without_an_id_is_found_by_fastscan_and_says_nothing_else() {
+fn a_foot_without_an_id_is_found_by_fastscan_and_stays_silent() {
     let mut settings = Settings::default();
     let id = Address::new(index::NODE_ID, 0);
     assert_eq!(settings.set(id, Value::U8(255)), Ok(()));
@@ -96,7 +96,7 @@ fn a_foot_without_an_id_is_found_by_fastscan_and_says_nothing_else() {
     assert!(master.found());
     assert_eq!(master.address().serial_number, 0xABCD_1234);
     send(&mut node, 0x7E5, &lss::encode_configure_node_id(5));
-    // It boots when the configuration is over, with the stored settings, which do not know the id.
+    // It boots when the configuration is over, with the stored settings, which do not contain the id.
     let over = send(&mut node, 0x7E5, &lss::encode_switch_global(false));
     assert_eq!(over.event, Some(Event::ResetCommunication));
     node.set_settings(settings);
@@ -109,7 +109,7 @@ fn a_foot_without_an_id_is_found_by_fastscan_and_says_nothing_else() {
 }
 
 #[test]
-fn a_foot_without_an_id_is_set_up_over_uart() {
+fn a_foot_without_an_id_is_configured_over_uart() {
     let mut settings = Settings::default();
     let id = Address::new(index::NODE_ID, 0);
     assert_eq!(settings.set(id, Value::U8(255)), Ok(()));
@@ -125,7 +125,7 @@ fn a_foot_without_an_id_is_set_up_over_uart() {
 }
 
 #[test]
-fn an_id_given_by_lss_counts_until_power_off_though_it_is_not_stored() {
+fn an_unstored_id_from_lss_applies_until_power_off() {
     let id = Address::new(index::NODE_ID, 0);
     let reset = |node: &mut Node| {
         node.command(Command::ResetCommunication);
@@ -139,7 +139,7 @@ fn an_id_given_by_lss_counts_until_power_off_though_it_is_not_stored() {
     assert_eq!(reset(&mut node), 0x722);
     assert_eq!(node.read(id), Ok(Value::U8(0x22)));
     assert_eq!(reset(&mut node), 0x722, "and at each reset after it");
-    // What is written later counts instead, as do the defaults.
+    // A later write takes precedence, as do the defaults.
     assert!(node.write(id, &[0x33]).is_ok());
     assert_eq!(reset(&mut node), 0x711, "the written one was not stored");
     send(&mut node, 0x7E5, &lss::encode_switch_global(true));

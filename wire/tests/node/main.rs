@@ -1,4 +1,4 @@
-//! The node as a master sees it, over frames; the SDO client and the PDO packing of `canopen-rs`
+//! The node as seen by a master, over frames; the SDO client and the PDO packing of `canopen-rs`
 //! are the peers.
 
 mod faults;

@@ -1,4 +1,4 @@
-//! A node, and a master that talks to it: the SDO client is another crate's.
+//! A node, and a master that communicates with it: the SDO client is another crate's.
 
 use canopen_rs::sdo::{SdoClient, SdoEvent};
 use canopen_rs::{DataType as PeerType, Value as PeerValue};
@@ -54,7 +54,7 @@ pub fn peer_address(address: Address) -> canopen_rs::Address {
     canopen_rs::Address::new(address.index, address.subindex)
 }
 
-/// Runs a request of the peer's client against the node until it is over.
+/// Runs a request of the peer's client against the node until it completes.
 pub fn exchange(
     node: &mut Node,
     client: &mut SdoClient,
@@ -107,7 +107,7 @@ pub fn refused(node: &mut Node, address: Address, value: Value) -> AbortCode {
     AbortCode::from_code(code).expect("a known code")
 }
 
-/// The emergencies of N ticks.
+/// Emergencies sent in N ticks.
 pub fn emergencies(node: &mut Node, ticks: u32) -> Vec<[u8; 8]> {
     (0..ticks)
         .flat_map(|_| tick(node, &ContactEstimate::default()))

@@ -14,7 +14,7 @@ use wire::{
 use crate::master::{ID, node, peer_value, read, refused, send, write};
 
 #[test]
-fn every_readable_object_is_read_by_the_peer_and_the_others_are_refused() {
+fn readable_objects_are_read_by_the_peer_and_others_refused() {
     let mut node = node();
     for (address, entry) in dictionary::entries() {
         let value = read(&mut node, address, entry.data_type());
@@ -40,7 +40,7 @@ fn every_readable_object_is_read_by_the_peer_and_the_others_are_refused() {
 }
 
 #[test]
-fn every_setting_takes_its_limits_and_refuses_what_lies_beyond() {
+fn every_setting_takes_its_limits_and_refuses_values_beyond() {
     for (address, entry) in dictionary::settings() {
         if entry.role == Role::PdoCobId {
             continue;
@@ -52,7 +52,7 @@ fn every_setting_takes_its_limits_and_refuses_what_lies_beyond() {
         };
         for value in [low, high] {
             let (result, events) = write(&mut node, address, value);
-            // The load thresholds hold each other.
+            // The load thresholds limit each other.
             if result == Err(AbortCode::Incompatible.code()) {
                 let bit_rate = address.index == index::CAN_BIT_RATE && value == low;
                 assert!(
@@ -130,7 +130,7 @@ fn settings_are_written_in_pre_operational_only() {
 }
 
 #[test]
-fn the_lock_refuses_every_other_setting_and_the_defaults() {
+fn the_lock_refuses_all_other_settings_and_the_defaults() {
     let mut node = node();
     let lock = Address::new(index::LOCK, 0);
     assert_eq!(write(&mut node, lock, Value::U8(1)).0, Ok(()));
@@ -143,7 +143,7 @@ fn the_lock_refuses_every_other_setting_and_the_defaults() {
         refused(&mut node, restore, Value::U32(SIGNATURE_RESTORE)),
         AbortCode::Locked
     );
-    // The lock itself can be stored, and taken off.
+    // The lock itself can be stored and removed.
     let store = Address::new(index::STORE, 1);
     assert_eq!(
         write(&mut node, store, Value::U32(SIGNATURE_STORE)).0,
@@ -156,7 +156,7 @@ fn the_lock_refuses_every_other_setting_and_the_defaults() {
 }
 
 #[test]
-fn what_cannot_be_written_is_refused() {
+fn writes_of_read_only_objects_and_wrong_lengths_are_refused() {
     let mut node = node();
     for (address, entry) in dictionary::entries() {
         if matches!(entry.access, Access::Const | Access::Ro) {
@@ -182,7 +182,7 @@ fn what_cannot_be_written_is_refused() {
 }
 
 #[test]
-fn storing_and_restoring_need_their_signatures() {
+fn store_and_restore_need_their_signatures() {
     let mut node = node();
     for (index, signature, event) in [
         (index::STORE, SIGNATURE_STORE, Event::Store),
@@ -204,7 +204,7 @@ fn storing_and_restoring_need_their_signatures() {
 }
 
 #[test]
-fn the_master_hears_of_a_store_that_failed() {
+fn a_failed_store_is_reported_to_the_master() {
     let mut node = node();
     let request = [0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e'];
     let outcome = send(&mut node, 0x600 + u16::from(ID), &request);
@@ -215,7 +215,7 @@ fn the_master_hears_of_a_store_that_failed() {
 }
 
 #[test]
-fn what_the_board_says_of_itself_can_be_read() {
+fn the_state_of_the_board_can_be_read() {
     let mut node = node();
     node.set_stage(Stage::HoldStill);
     node.set_brown_out_level(3);
@@ -247,7 +247,7 @@ fn uart_follows_the_same_rules() {
     assert_eq!(node.read(window), Ok(Value::U32(20_000)));
     let too_long = node.write(window, &300_000_u32.to_le_bytes());
     assert_eq!(too_long, Err(AbortCode::TooHigh));
-    // The codes are those of SDO.
+    // The codes are the same as over SDO.
     assert_eq!(node.write(window, &[1]), Err(AbortCode::TooShort));
     assert_eq!(node.write(window, &[1; 5]), Err(AbortCode::TooLong));
     node.command(Command::StartRemoteNode);
@@ -275,7 +275,7 @@ fn each_stream_of_the_serial_line_has_its_period() {
 }
 
 #[test]
-fn a_second_store_is_refused_while_the_first_lasts_and_both_are_answered() {
+fn a_second_store_is_refused_while_the_first_is_pending() {
     let sdo = 0x600 + u16::from(ID);
     let save = [0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e'];
     let load = [0x23, 0x11, 0x10, 1, b'l', b'o', b'a', b'd'];
@@ -306,7 +306,7 @@ fn a_second_store_is_refused_while_the_first_lasts_and_both_are_answered() {
 }
 
 #[test]
-fn a_client_that_gives_up_ends_its_transfer() {
+fn an_abort_of_the_client_ends_its_transfer() {
     let mut node = node();
     let sdo = 0x600 + u16::from(ID);
     send(&mut node, sdo, &[0x40, 0x08, 0x10, 0, 0, 0, 0, 0]);

@@ -14,7 +14,7 @@ use wire::{AbortCode, Address, Event, Fault, Node, Outcome, Pdo, Value};
 use crate::master::{ID, emergencies, node, peer_address, read, refused, send, tick, write};
 
 #[test]
-fn pdos_are_what_the_mappings_of_the_dictionary_say() {
+fn pdos_match_the_mappings_of_the_dictionary() {
     let estimate = ContactEstimate {
         timestamp: Timestamp::from_micros(123_456_789),
         probabilities: Probabilities {
@@ -66,7 +66,7 @@ fn pdos_are_what_the_mappings_of_the_dictionary_say() {
         assert_eq!(length, 8);
         let mut frame = *last[pdo as usize].expect("sent").data8().expect("full");
         if pdo == Pdo::Contact {
-            // The objects are those of the newest tick; so is TPDO1, which comes each tick.
+            // The objects are those of the newest tick; so is TPDO1, which is sent each tick.
             assert_eq!(Contact::decode(&frame).stable, wire::pdo::P16::new(0.9));
         }
         if pdo == Pdo::Health {
@@ -79,7 +79,7 @@ fn pdos_are_what_the_mappings_of_the_dictionary_say() {
 }
 
 #[test]
-fn streams_come_at_their_periods_and_not_all_on_one_tick() {
+fn streams_have_their_periods_and_different_phases() {
     let mut node = node();
     node.command(Command::StartRemoteNode);
     let mut counts = [0; PDOS];
@@ -148,7 +148,7 @@ fn a_pdo_is_switched_off_slowed_down_and_tied_to_sync() {
 }
 
 #[test]
-fn the_load_comes_over_rpdo1_when_operational() {
+fn the_load_is_received_over_rpdo1_when_operational() {
     let mut node = node();
     let rpdo = 0x200 + u16::from(ID);
     assert_eq!(
@@ -169,7 +169,7 @@ fn the_load_comes_over_rpdo1_when_operational() {
 }
 
 #[test]
-fn a_load_is_believed_for_as_long_as_the_event_timer_says() {
+fn a_load_is_valid_for_the_event_timer() {
     let rpdo = 0x200 + u16::from(ID);
     let object = Address::new(index::LOAD, 0);
     let is_nan =
@@ -188,7 +188,7 @@ fn a_load_is_believed_for_as_long_as_the_event_timer_says() {
     send(&mut node, rpdo, &Load(5.0).encode());
     assert_eq!(emergencies(&mut node, 100), [[0; 8]; 0]);
     assert_eq!(node.load(), Some(Load(5.0)));
-    // One that is not a number does not wind the timer up.
+    // A value that is not a number does not restart the timer.
     send(&mut node, rpdo, &f32::NAN.to_le_bytes());
     assert_eq!(
         emergencies(&mut node, 50),
@@ -199,7 +199,7 @@ fn a_load_is_believed_for_as_long_as_the_event_timer_says() {
     let cleared = send(&mut node, rpdo, &Load(6.0).encode()).reply;
     assert_eq!(cleared.expect("all clear").data()[..2], [0, 0]);
     assert_eq!(node.load(), Some(Load(6.0)));
-    // Over SDO too; a load that is not taken from CAN raises no fault when it is missing.
+    // Over SDO as well; a load that is not taken from CAN raises no fault when it is missing.
     node.command(Command::EnterPreOperational);
     assert_eq!(write(&mut node, source, Value::U8(1)).0, Ok(()));
     assert_eq!(write(&mut node, object, Value::F32(7.0)).0, Ok(()));
@@ -210,7 +210,7 @@ fn a_load_is_believed_for_as_long_as_the_event_timer_says() {
 }
 
 #[test]
-fn no_load_is_believed_for_longer_than_a_second() {
+fn no_load_is_valid_for_longer_than_a_second() {
     let mut node = node();
     node.command(Command::EnterPreOperational);
     let timer = Address::new(index::RPDO, 5);
@@ -231,7 +231,7 @@ fn no_load_is_believed_for_longer_than_a_second() {
 }
 
 #[test]
-fn the_load_has_limits_over_sdo() {
+fn loads_outside_the_limits_are_refused_over_sdo() {
     let mut node = node();
     let object = Address::new(index::LOAD, 0);
     for (load, code) in [
@@ -245,7 +245,7 @@ fn the_load_has_limits_over_sdo() {
 }
 
 #[test]
-fn with_a_fault_of_the_sensor_no_frame_says_stable() {
+fn a_fault_of_the_sensor_prevents_stable_in_every_frame() {
     let estimate = ContactEstimate {
         probabilities: Probabilities {
             stable: 1.0,

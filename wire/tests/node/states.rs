@@ -10,7 +10,7 @@ use wire::{Address, BootCause, CanFrame, Event, Node, Outcome, Pdo, Settings, Va
 use crate::master::{ID, NOW, node, send, tick, write};
 
 #[test]
-fn it_boots_and_streams_by_itself() {
+fn with_autostart_the_node_boots_and_streams() {
     let mut node = Node::new(Settings::default(), 1);
     let boot = node.boot(BootCause::PowerUp).expect("a boot-up message");
     assert_eq!((boot.id(), boot.data()), (0x700 + u16::from(ID), &[0][..]));
@@ -20,7 +20,7 @@ fn it_boots_and_streams_by_itself() {
 }
 
 #[test]
-fn without_autostart_it_waits_for_the_master() {
+fn without_autostart_the_node_waits_for_the_master() {
     let mut settings = Settings::default();
     let autostart = Address::new(index::AUTOSTART, 0);
     assert_eq!(settings.set(autostart, Value::U8(0)), Ok(()));
@@ -34,7 +34,7 @@ fn without_autostart_it_waits_for_the_master() {
 }
 
 #[test]
-fn a_master_resets_configures_and_starts_it() {
+fn a_master_resets_configures_and_starts_the_node() {
     let mut node = Node::new(Settings::default(), 1);
     node.boot(BootCause::PowerUp);
     assert_eq!(node.state(), State::Operational);
@@ -52,7 +52,7 @@ fn a_master_resets_configures_and_starts_it() {
 }
 
 #[test]
-fn the_heartbeat_tells_the_state_at_its_period() {
+fn the_heartbeat_reports_the_state_at_its_period() {
     let mut node = node();
     let period = Address::new(index::HEARTBEAT, 0);
     assert_eq!(write(&mut node, period, Value::U16(50)).0, Ok(()));
@@ -72,7 +72,7 @@ fn the_heartbeat_tells_the_state_at_its_period() {
 }
 
 #[test]
-fn nmt_commands_for_others_change_nothing_and_resets_are_reported() {
+fn nmt_commands_for_others_are_ignored_and_resets_reported() {
     let mut node = node();
     for ignored in [&[1, 0x12][..], &[1], &[], &[9, ID], &[1, 200]] {
         assert_eq!(send(&mut node, 0, ignored), Outcome::default());
@@ -116,7 +116,7 @@ fn sync_and_time_are_passed_on() {
         Some(Event::Time(time))
     );
     assert_eq!(send(&mut node, 0x100, &[1, 2]), Outcome::default());
-    // It is kept, with the moment at which it came.
+    // It is kept, with its reception time.
     assert_eq!(node.time(), Some((time, NOW)));
     for (sub, value) in [
         (1, Value::U16(15_000)),
@@ -128,10 +128,10 @@ fn sync_and_time_are_passed_on() {
 }
 
 #[test]
-fn a_boot_forgets_what_was_going_on_before_it() {
+fn a_boot_resets_pending_transfers_and_stores() {
     let mut node = node();
     let sdo = 0x600 + u16::from(ID);
-    // A transfer, a store, the age of the heartbeat, and what a SYNC asked for.
+    // A transfer, a store, the age of the heartbeat, and the requests of a SYNC.
     send(&mut node, sdo, &[0x40, 0x08, 0x10, 0, 0, 0, 0, 0]);
     send(&mut node, 0x7E5, &lss::encode_switch_global(true));
     send(&mut node, 0x7E5, &lss::encode_store());
@@ -156,7 +156,7 @@ fn a_boot_forgets_what_was_going_on_before_it() {
 }
 
 #[test]
-fn a_sync_in_pre_operational_asks_for_nothing() {
+fn a_sync_in_pre_operational_requests_nothing() {
     let mut node = node();
     let sync = Address::new(index::TPDO + 6, 2);
     assert!(node.write(sync, &[1]).is_ok());
@@ -176,7 +176,7 @@ fn nothing_is_sent_before_the_boot_up() {
 }
 
 #[test]
-fn a_node_takes_a_tenth_of_what_the_peers_takes() {
+fn a_node_uses_a_tenth_of_the_memory_of_the_peer() {
     const VALUES: usize = 263;
     let ours = size_of::<Node>();
     let counts = dictionary::OBJECTS

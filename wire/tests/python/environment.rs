@@ -7,13 +7,13 @@ use std::process::Command;
 
 const REQUIREMENTS: &str = include_str!("requirements.txt");
 
-/// Its interpreter. The environment is made where it is not there or not as wanted; what stands
-/// in the way is said in one line.
+/// Creates the environment if it is missing or outdated, and returns its interpreter; an
+/// error is reported in one line.
 pub fn make() -> Result<PathBuf, String> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("python");
     let interpreter = folder.join("bin/python");
     let installed = folder.join("installed.txt");
-    // The tests of several crates share it, and may be the first at the same time.
+    // The tests of several crates share it, and may start at the same time.
     let lock = File::create(folder.with_extension("lock")).map_err(|error| error.to_string())?;
     lock.lock().map_err(|error| error.to_string())?;
     if fs::read_to_string(&installed).is_ok_and(|installed| installed == REQUIREMENTS) {

@@ -1,4 +1,4 @@
-//! A foot at the end of a pseudo-terminal that speaks slcan (Lawicel's ASCII protocol), as a
+//! A foot at the end of a pseudo-terminal that uses slcan (Lawicel's ASCII protocol), as a
 //! CAN adapter does.
 
 use std::fs::File;
@@ -19,12 +19,12 @@ use wire::{BootCause, CanFrame, Counters, Event, Node, Settings};
 /// A foot that runs until the process ends.
 pub struct Foot {
     tty: PathBuf,
-    /// Held open so that the foot's end never sees a hang-up.
+    /// Held open so that the foot's end never gets a hang-up.
     _slave: OwnedFd,
 }
 
 impl Foot {
-    /// Where the master connects.
+    /// Path to which the master connects.
     pub fn tty(&self) -> &Path {
         &self.tty
     }
@@ -74,7 +74,7 @@ impl Iterator for Lines {
     }
 }
 
-/// The frame in a command `tIIILDD…`.
+/// Frame in a command `tIIILDD…`.
 fn parse(command: &str) -> Option<CanFrame> {
     let frame = command.strip_prefix('t')?;
     let id = u16::from_str_radix(frame.get(..3)?, 16).ok()?;
@@ -94,7 +94,7 @@ fn print(frame: &CanFrame) -> String {
     format!("t{:03X}{}{data}\r", frame.id(), frame.data().len())
 }
 
-/// The board's part: a clock, a store, and estimates that never change.
+/// Runs the board's part: a clock, a store, and estimates that never change.
 fn run(mut output: File, commands: &Receiver<String>) {
     let start = Instant::now();
     let mut stored = Settings::default();

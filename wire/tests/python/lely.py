@@ -20,7 +20,7 @@ NODE_ID = 0x11
 MASTER = 1
 REAL32 = 0x08
 SYNC_OVERFLOW = 0x1019
-# What CiA 301 allows, other than 0 for SYNCs without a number.
+# Range allowed by CiA 301, other than 0 for SYNCs without a number.
 SYNC_OVERFLOW_RANGE = (2, 240)
 
 
@@ -77,9 +77,9 @@ def configures_a_bus(folder, eds, bus):
     assert overflow == settings["master"]["sync_overflow"], overflow
     low, high = SYNC_OVERFLOW_RANGE
     assert low <= overflow <= high, "the SYNCs have no numbers"
-    # What the master receives is what the foot sends.
+    # The master receives the PDOs that the foot sends.
     assert len(master.rpdo) == 7 and len(master.tpdo) == 1
-    # And it writes what bus.yml says.
+    # It also writes the values of bus.yml.
     name, foot = next(item for item in settings.items() if item[0] != "master")
     writes = b"".join(
         struct.pack("<HBLL", sdo["index"], sdo["sub_index"], 4, sdo["value"])

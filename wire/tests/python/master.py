@@ -183,7 +183,7 @@ def resets_communication(node, rebooted=None):
     )
     node.nmt.state = "RESET COMMUNICATION"
     assert booted.wait(timeout=3), "no boot-up message"
-    # What a master commands to reset waits for its configuration.
+    # A node that a master resets waits for its configuration.
     assert (rebooted or node).sdo["Producer heartbeat time"].raw == 500
     (rebooted or node).sdo["Producer heartbeat time"].raw = 500
 

@@ -1,4 +1,4 @@
-//! Feet that come live while the host stalls: what waited comes at once, later frames are lost.
+//! Tests with a host that stalls during live reception: queued frames arrive at once, later ones are lost.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -7,26 +7,26 @@ use super::super::*;
 use crate::live::{Listener, Said};
 use wire::pdo::{LastSync, LongTime, ShortTime};
 
-/// When the receiver's clock begins, µs.
+/// Start of the receiver's clock, µs.
 const EPOCH_US: u64 = 1_700_000_000_000_000;
 
-/// A frame and when it is on the bus, µs from the beginning; of a contact, its time on the foot's clock.
+/// A frame with its time on the bus, µs from the start, and for a contact its time on the foot's clock.
 struct Sent {
     bus_us: u64,
     frame: CanFrame,
     clock_us: Option<u64>,
 }
 
-/// Feet that send a contact each period, and health each hundred.
+/// Feet that send a contact each period, and health every hundred periods.
 struct Robot {
     feet: Vec<u16>,
     period_us: u64,
-    /// By how much the edge of a sample varies, µs.
+    /// Jitter of the sample's edge, µs.
     jitter_us: u64,
-    /// From one numbered SYNC to the next, µs.
+    /// Interval of numbered SYNCs, µs.
     sync_us: Option<u64>,
     length_us: u64,
-    /// When the first foot starts again, µs: its boot-up is sent too.
+    /// Time at which the first foot restarts and sends its boot-up, µs.
     restart_us: Option<u64>,
 }
 
@@ -44,7 +44,7 @@ impl Default for Robot {
 }
 
 impl Robot {
-    /// The foot's clock: that of the second is some seconds ahead, and so on.
+    /// Time on the foot's clock, µs; each further foot is some seconds ahead.
     fn clock_us(&self, foot: usize, bus_us: u64) -> u64 {
         match self.restart_us.filter(|at| foot == 0 && bus_us >= *at) {
             Some(at) => bus_us - at,
@@ -111,13 +111,13 @@ impl Robot {
     }
 }
 
-/// A host that reads nothing in this time, µs, while a number of frames is kept.
+/// A period in which the host reads nothing, µs, and the number of frames that are queued meanwhile.
 struct Stall {
     time_us: Range<u64>,
     kept: usize,
 }
 
-/// A contact that came out, and what is true of it, µs.
+/// A decoded contact, with its true time; times in µs.
 struct Came {
     node: u8,
     segment: u32,
@@ -127,7 +127,7 @@ struct Came {
     clock_us: u64,
 }
 
-/// All that came out, and how many contacts were lost.
+/// All decoded contacts, and the number of contacts lost.
 struct Heard {
     came: Vec<Came>,
     lost: u64,
@@ -196,7 +196,7 @@ impl Heard {
         feet
     }
 
-    /// No time of a foot goes back, and none on the common clock is ahead of reception.
+    /// Asserts that no foot's time goes back and no common time is ahead of reception.
     fn assert_in_order(&self, said: &str) {
         for came in &self.came {
             let ahead = came.common_us.saturating_sub(came.received_us);
@@ -212,7 +212,7 @@ impl Heard {
         }
     }
 
-    /// All times of a foot are its own, but for the turns before the first.
+    /// Asserts that all times of a foot are true, except for the turns before the first contact.
     fn assert_times(&self, said: &str) {
         for came in self.feet().values() {
             let ahead = came[0].clock_us - came[0].t_us;
@@ -223,7 +223,7 @@ impl Heard {
         }
     }
 
-    /// On the common clock all are as late as SYNCs are, nearly: within 0.15 ms of when they were made.
+    /// Asserts that common times are within 0.15 ms of the true times, about the delay of SYNCs.
     fn assert_common(&self, robot: &Robot, said: &str) {
         for came in self
             .came
@@ -253,7 +253,7 @@ fn seconds(from: u64, length: u64) -> Range<u64> {
 }
 
 #[test]
-fn a_stall_shifts_no_time_and_what_it_has_lost_is_counted() {
+fn stall_shifts_no_time_and_lost_contacts_are_counted() {
     for sync_us in [Some(10_000), None] {
         for feet in [1, 3] {
             for (period_us, jitter_us) in [(1000, 160), (1003, 0), (5000, 300)] {
@@ -288,7 +288,7 @@ fn a_stall_shifts_no_time_and_what_it_has_lost_is_counted() {
 }
 
 #[test]
-fn stalls_one_after_the_other_are_counted_each() {
+fn consecutive_stalls_are_counted_separately() {
     let robot = Robot::default();
     let stalls = [(2, 1), (4, 2), (7, 3), (11, 2)].map(|(from, length)| Stall {
         time_us: seconds(from, length),
@@ -303,7 +303,7 @@ fn stalls_one_after_the_other_are_counted_each() {
 }
 
 #[test]
-fn without_a_stall_nothing_is_missing_and_nothing_is_a_problem() {
+fn latency_without_a_stall_causes_no_problem() {
     for largest_us in [1, 5_000, 100_000] {
         let robot = Robot {
             feet: vec![0x11, 0x12],
@@ -321,7 +321,7 @@ fn without_a_stall_nothing_is_missing_and_nothing_is_a_problem() {
 }
 
 #[test]
-fn a_foot_that_starts_again_in_a_stall_begins_another_segment() {
+fn restart_during_a_stall_begins_a_new_segment() {
     let robot = Robot {
         feet: vec![0x11, 0x12],
         restart_us: Some(6_000_000),
@@ -337,7 +337,7 @@ fn a_foot_that_starts_again_in_a_stall_begins_another_segment() {
     let feet = heard.feet();
     let first = &feet[&0x11];
     let again = first.iter().position(|came| came.segment == 1).unwrap();
-    // A tenth of a second later at most, with the next health frame.
+    // At most a tenth of a second later, with the next health frame.
     assert!(first[again].clock_us < 2_123_456 + 110_000);
     let ahead = first[again].clock_us - first[again].t_us;
     assert_eq!(ahead % 655_360, 0);
@@ -350,8 +350,8 @@ fn a_foot_that_starts_again_in_a_stall_begins_another_segment() {
 }
 
 #[test]
-fn a_pause_of_the_foot_is_no_loss() {
-    // It does not count while it sends nothing.
+fn pause_of_the_foot_is_not_counted_as_loss() {
+    // The foot does not advance its number while paused.
     let mut sent = Robot::default().sent();
     let paused = 5_000_000..7_345_000_u64;
     sent.retain(|sent| !paused.contains(&sent.bus_us));
@@ -375,7 +375,7 @@ fn a_pause_of_the_foot_is_no_loss() {
     assert!(heard.report.problems.is_empty(), "{}", heard.report);
 }
 
-/// A stall from 4 s to 8 s, in which a number of contacts is lost at 4.2 s, then more are kept.
+/// A stall from 4 s to 8 s in which contacts are lost for `lost_ms` from 4.2 s on, then queued again.
 fn late_after_a_gap(sync_us: Option<u64>, lost_ms: u64) -> Heard {
     let robot = Robot {
         sync_us,
@@ -394,7 +394,7 @@ fn late_after_a_gap(sync_us: Option<u64>, lost_ms: u64) -> Heard {
 }
 
 #[test]
-fn the_number_and_the_pace_find_the_turn_of_what_has_waited_after_a_gap() {
+fn number_and_pace_give_the_turn_after_a_gap() {
     for lost_ms in [300, 800, 1500] {
         let heard = late_after_a_gap(None, lost_ms);
         assert_eq!(heard.report.missing, heard.lost, "{}", heard.report);
@@ -404,8 +404,8 @@ fn the_number_and_the_pace_find_the_turn_of_what_has_waited_after_a_gap() {
 }
 
 #[test]
-fn health_frames_put_right_what_was_taken_to_be_too_late() {
-    // The number after it is the next.
+fn health_frame_corrects_contacts_timed_too_late() {
+    // The number after the gap is the next one.
     let heard = late_after_a_gap(Some(10_000), 768);
     let report = &heard.report;
     assert_eq!(
@@ -423,7 +423,7 @@ fn health_frames_put_right_what_was_taken_to_be_too_late() {
 }
 
 #[test]
-fn syncs_that_are_slow_or_stop_make_no_turn_wrong() {
+fn slow_or_missing_syncs_cause_no_turn_error() {
     for (every_us, from_us) in [
         (500_000, 16_000_000),
         (700_000, 16_000_000),
@@ -441,7 +441,7 @@ fn syncs_that_are_slow_or_stop_make_no_turn_wrong() {
             counter: 1,
             time: LongTime((robot.clock_us(0, from_us - 10_000) / 10) as u32),
         };
-        // From then on the foot says the same SYNC again, until they go on after 12 s.
+        // The foot then repeats the same SYNC until SYNCs resume after 12 s.
         sent.extend(
             robot
                 .sent()
@@ -473,8 +473,8 @@ fn syncs_that_are_slow_or_stop_make_no_turn_wrong() {
 }
 
 #[test]
-fn a_receivers_clock_that_stood_still_in_a_gap_is_put_right_by_the_next_health_frame() {
-    // Set back by what the gap was long: reception says that nothing is missing.
+fn health_frame_corrects_a_gap_hidden_by_the_receiver_clock() {
+    // The clock is set back by the length of the gap, so by reception nothing is missing.
     let sent = Robot::default().sent();
     let gap = 5_000_000..8_000_000_u64;
     let mut listener = Listener::default();
@@ -501,8 +501,8 @@ fn a_receivers_clock_that_stood_still_in_a_gap_is_put_right_by_the_next_health_f
 }
 
 #[test]
-fn a_loss_that_looks_like_none_is_found_by_the_next_health_frame() {
-    // 64 turns of the number are 25 of the clock.
+fn health_frame_reveals_a_hidden_loss() {
+    // 64 turns of the number equal 25 turns of the clock.
     let mut sent = Robot {
         length_us: 25_000_000,
         ..Robot::default()
@@ -515,8 +515,8 @@ fn a_loss_that_looks_like_none_is_found_by_the_next_health_frame() {
 }
 
 #[test]
-fn a_foot_whose_clock_is_slower_than_reception_goes_on_by_its_own() {
-    // A third as fast, as an overloaded emulator has it; now and then an edge is late.
+fn slow_foot_clock_causes_no_gaps() {
+    // The clock runs at a third of the speed, as on an overloaded emulator; some edges are late.
     let mut listener = Listener::default();
     let clock_us = |k: u64| 1000 * k + if k % 500 == 250 { 700 } else { 0 };
     for k in 0..8000 {

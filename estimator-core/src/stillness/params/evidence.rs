@@ -1,33 +1,33 @@
-//! The constants of what a foot must show.
+//! Constants of the evidence that a foot must show.
 
 use super::all_in_range;
 use crate::range::ParamsError;
 
-/// What a foot must show from time to time to be called stable.
+/// Evidence that a foot must show from time to time to be called stable.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EvidenceParams {
-    /// Rest that is enough, s. 0.01 to 10.
+    /// Required duration of rest, s. 0.01 to 10.
     pub rest: f32,
-    /// How long evidence lasts, s. 0.1 to 100.
+    /// Duration for which evidence is valid, s. 0.1 to 100.
     pub lasts: f32,
-    /// Time constant with which the probability goes and comes, s. 1e-3 to 10.
+    /// Time constant with which the probability fades out and in, s. 1e-3 to 10.
     pub fading: f32,
-    /// A sample rests within so many widths above the mean of stillness. 0 to 10.
+    /// Largest distance of a resting sample above the mean of stillness, widths. 0 to 10.
     pub widths: f32,
-    /// And within at least this, of the logarithm. 0 to 3.
+    /// Least value of that distance, of the logarithm. 0 to 3.
     pub least_width: f32,
-    /// A swing's acceleration is at most this below the mean of motion, of the logarithm. 0 to 10.
+    /// Largest distance of a swing's acceleration below the mean of motion, of the logarithm. 0 to 10.
     pub swing: f32,
     /// The same until the classes have settled. 0 to 10.
     pub first_swing: f32,
-    /// A stride has a mean acceleration at least this below the mean of motion, of the logarithm.
+    /// Least distance of a stride's mean acceleration below the mean of motion, of the logarithm.
     /// 0 to 10.
     pub calm: f32,
     /// Time constant of that mean, s. 1e-3 to 1.
     pub calm_time_constant: f32,
-    /// A swing counts only this long after the foot was calm, s. 0.1 to 100.
+    /// Longest time after the foot was calm in which a swing counts, s. 0.1 to 100.
     pub stride: f32,
-    /// The classes learn only this long after a swing, s. 0.1 to 100.
+    /// Longest time after a swing in which the classes learn, s. 0.1 to 100.
     pub learns: f32,
 }
 

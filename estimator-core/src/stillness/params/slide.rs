@@ -3,47 +3,47 @@
 use super::all_in_range;
 use crate::range::ParamsError;
 
-/// What counts as a slide, and how the foot's own limit is learnt.
+/// Limits of a slide, and the learning of the foot's own limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlideParams {
     /// Least speed along the ground that counts, m/s. 1e-4 to 1.
     pub speed: f32,
-    /// Multiple of the usual speed that it adds up with. 0 to 100.
+    /// Factor of the usual speed in the limit. 0 to 100.
     pub spread: f32,
-    /// What a rate beyond `rate` adds, m/s per rad/s: a lever. 0 to 10.
+    /// Lever of a rate beyond `rate` in the limit, m/s per rad/s. 0 to 10.
     pub lever: f32,
-    /// A rate that does not roll the foot: noise and trembling, rad/s. 0 to 10.
+    /// Rate up to which the foot does not roll: noise and trembling, rad/s. 0 to 10.
     pub rate: f32,
-    /// A rate rolls the foot by at most this beyond `rate`, rad/s. 0 to 10.
+    /// Largest rate beyond `rate` with which the foot rolls, rad/s. 0 to 10.
     pub largest_rate: f32,
     /// Time constant of the mean rate, s. 1e-4 to 1.
     pub turn_time_constant: f32,
-    /// An acceleration counts up to this, m/s². 0.1 to 1000.
+    /// Limit of an acceleration in the sum, m/s². 0.1 to 1000.
     pub impact: f32,
-    /// How long speed is remembered, s. 1e-3 to 10.
+    /// Time constant of the speed, s. 1e-3 to 10.
     pub time_constant: f32,
-    /// The same while the foot moves by the other quantities, s. 1e-3 to 10.
+    /// The same while the foot moves according to the other quantities, s. 1e-3 to 10.
     pub moving_time_constant: f32,
-    /// Largest speed that is remembered, as a multiple of the limit. 1 to 10.
+    /// Limit of the speed, as a multiple of the slide's limit. 1 to 10.
     pub limit: f32,
-    /// The same while the foot moves by the other quantities. 1 to 10.
+    /// The same while the foot moves according to the other quantities. 1 to 10.
     pub moving_limit: f32,
     /// Share of the doubt that grows with the square of the speed, and so begins below the limit; the
     /// rest grows with its fourth power. 0 to 1.
     pub below: f32,
     /// Speed that is usual in a stance, before anything is learnt, m/s. 1e-4 to 0.2.
     pub usual: f32,
-    /// Quantile of the speeds in stances that is the usual one. 0 to 1.
+    /// Quantile of the speeds in stances that counts as usual. 0 to 1.
     pub quantile: f32,
-    /// Size of the steps in which it is learnt, as a factor. 0 to 10.
+    /// Size of the learning steps, as a factor. 0 to 10.
     pub gain: f32,
     /// Weight of the usual speed before anything is learnt, s of stance. 1e-3 to 100.
     pub prior: f32,
     /// Memory of the usual speed, s of stance. 0.01 to 1000.
     pub memory: f32,
-    /// Of each stance, it is learnt from this time on, s. 0 to 10.
+    /// Time in each stance from which the usual speed is learnt, s. 0 to 10.
     pub learn_from: f32,
-    /// Of each stance, it is learnt up to this time, s. 0.01 to 100.
+    /// Time in each stance until which the usual speed is learnt, s. 0.01 to 100.
     pub learn_until: f32,
 }
 

@@ -1,4 +1,4 @@
-//! A bus and a delay that do anything: answer, fail, or take any time.
+//! Bus and delay with arbitrary behaviour: they answer, fail, or take any time.
 
 use core::future::Future;
 use core::task::{Context, Poll};
@@ -8,7 +8,7 @@ use embedded_hal_async::spi::{ErrorType, Operation, SpiDevice};
 use crate::inputs::{any, any_bool};
 use crate::used;
 
-/// A bus that answers anything, or fails, or is not ready.
+/// Bus that answers anything, or fails, or is not ready.
 pub struct AnyBus;
 
 #[derive(Debug)]
@@ -55,7 +55,7 @@ impl embedded_hal::spi::SpiDevice for AnyBus {
     }
 }
 
-/// Ready at some time.
+/// Future that is ready at some time.
 struct Maybe;
 
 impl Future for Maybe {
@@ -70,7 +70,7 @@ impl Future for Maybe {
     }
 }
 
-/// A delay of any length.
+/// Delay of any length.
 pub struct AnyDelay;
 
 impl embedded_hal_async::delay::DelayNs for AnyDelay {

@@ -1,4 +1,4 @@
-//! Inputs of which the compiler knows nothing.
+//! Inputs with values unknown to the compiler.
 
 use core::cell::UnsafeCell;
 
@@ -11,7 +11,7 @@ use estimator_core::{
 };
 use wire::{CanFrame, Faults};
 
-/// Memory of which the compiler knows nothing.
+/// Memory with contents unknown to the compiler.
 struct Unknown(UnsafeCell<[u32; 64]>);
 
 // SAFETY: there is only one thread.
@@ -19,20 +19,20 @@ unsafe impl Sync for Unknown {}
 
 static UNKNOWN: Unknown = Unknown(UnsafeCell::new([0; 64]));
 
-/// Any value of a type for which all bits are one.
+/// Returns any value of a type for which all bit patterns are valid.
 pub fn any<T: Bits>() -> T {
     const { assert!(size_of::<T>() <= size_of::<[u32; 64]>()) };
     // SAFETY: the memory is large enough and aligned, and all its bits make a `T`.
     unsafe { UNKNOWN.0.get().cast::<T>().read_volatile() }
 }
 
-/// Types for which all bits are a value.
+/// Types for which all bit patterns are valid.
 ///
 /// # Safety
-/// They must be.
+/// All bit patterns must be valid.
 pub unsafe trait Bits: Copy {}
 
-// SAFETY: all of them numbers.
+// SAFETY: all bit patterns are numbers.
 unsafe impl Bits for u8 {}
 // SAFETY: as above.
 unsafe impl Bits for i8 {}

@@ -1,8 +1,8 @@
-//! Links only where no panic can be reached from the public API of `estimator-core`, `lsm6dsox`
+//! Links only if no panic can be reached from the public API of `estimator-core`, `lsm6dsox`
 //! and `wire`: the panic handler calls a function that does not exist, and the linker drops what
 //! cannot be reached.
 //!
-//! It is never run. Every input comes from memory that the compiler must take for unknown, and
+//! It is never run. Every input comes from memory unknown to the compiler, and
 //! every result is written. `.ci/no-panic` builds it, and builds it once more with the feature
 //! `one-panic`, where it must not link.
 
@@ -35,8 +35,8 @@ use inputs::{
 /// never polls a future again that was ready, and nothing else polls futures here.
 const RESUMED: &str = "`async fn` resumed after completion";
 
-// The compiler says that it ignores the attribute on such functions, but passes it on: without it
-// the question below is asked at run time.
+// The compiler reports that it ignores the attribute on such functions, but passes it on: without it
+// the condition below is evaluated at run time.
 #[allow(unused_attributes)]
 #[inline(always)]
 #[panic_handler]
@@ -44,18 +44,18 @@ fn panic(info: &PanicInfo) -> ! {
     unsafe extern "C" {
         fn a_panic_can_be_reached() -> !;
     }
-    // Only where no other panic is left can the compiler tell how this turns out.
+    // The compiler can evaluate this condition only if no other panic is left.
     if info.message().as_str() == Some(RESUMED) {
         loop {}
     }
-    // SAFETY: it does not exist, so it is never called.
+    // SAFETY: the function does not exist, so it is never called.
     unsafe { a_panic_can_be_reached() }
 }
 
 /// Makes the compiler compute `value`.
 fn used<T>(value: T) {
     let mut sink = MaybeUninit::<T>::uninit();
-    // SAFETY: it has room for a `T`; the volatile write is there only so that it is made.
+    // SAFETY: `sink` has room for a `T`; the volatile write only forces the compiler to compute it.
     unsafe { sink.as_mut_ptr().write_volatile(value) };
 }
 

@@ -14,7 +14,7 @@ fn sample(status: u8, codes: [i16; 6]) -> RawSample {
     RawSample::decode(&bytes, &SENSOR).expect("a status")
 }
 
-/// Samples of which no axis repeats.
+/// Samples in which no axis repeats.
 fn moving(k: i16) -> RawSample {
     sample(FRESH, [k, k + 1, k + 2, k + 3, k + 4, k + 5])
 }
@@ -31,7 +31,7 @@ fn ordinary() -> Tick {
     tick(true, Some(7))
 }
 
-/// Takes in ticks, bad where `bad` is 1; whether the last one makes a fault, and no other.
+/// Counts ticks, bad where `bad` is 1; returns whether only the last one causes a fault.
 fn last_is_a_fault(bad: &[u8]) -> bool {
     let mut watch = Watch::default();
     let faults = bad.iter().map(|bad| {
@@ -64,7 +64,7 @@ fn edges_are_counted_only_by_hardware_and_on_ticks_in_a_row() {
 }
 
 #[test]
-fn a_missing_edge_comes_before_a_stale_sample_and_that_before_repeats() {
+fn issues_are_ranked_missing_edge_then_stale_then_repeat() {
     let stale = sample(0, [0; 6]);
     let mut watch = Watch::default();
     for _ in 0..4 {
@@ -88,7 +88,7 @@ fn a_late_edge_ends_the_ticks_without_one() {
 }
 
 #[test]
-fn the_second_repeat_is_not_believed_and_the_third_is_a_fault_of_every_axis() {
+fn the_second_repeat_is_untrusted_and_the_third_is_a_fault() {
     let mut watch = Watch::default();
     let now = Timestamp::from_micros(1);
     let issues = [(); 4].map(|()| {
@@ -106,7 +106,7 @@ fn the_second_repeat_is_not_believed_and_the_third_is_a_fault_of_every_axis() {
 }
 
 #[test]
-fn an_axis_that_has_not_changed_yet_is_never_a_fault_of_its_own() {
+fn an_axis_that_has_not_changed_yet_is_not_a_fault() {
     let mut watch = Watch::default();
     for _ in 0..100 {
         let fault = watch.count(Some(SampleIssue::Unproven), Timestamp::from_micros(1));
@@ -116,7 +116,7 @@ fn an_axis_that_has_not_changed_yet_is_never_a_fault_of_its_own() {
 }
 
 #[test]
-fn fresh_samples_at_the_end_of_the_range_are_counted_in_a_row_and_may_repeat() {
+fn consecutive_saturated_samples_are_counted_and_may_repeat() {
     let mut watch = Watch::default();
     let end = [0, 0, 0, i16::MAX, 0, 0];
     for count in 1..=60 {
@@ -161,7 +161,7 @@ fn a_good_tick_ends_the_bad_ones_and_is_remembered() {
 }
 
 #[test]
-fn a_restart_forgets_everything_but_the_turn_of_the_read_back() {
+fn a_restart_resets_everything_except_the_read_back_turn() {
     let mut watch = Watch {
         turn: 7,
         ..Watch::default()

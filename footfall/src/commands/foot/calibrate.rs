@@ -1,4 +1,4 @@
-//! `footfall foot … calibrate`: what the foot has learnt of its stillness and motion, kept over power-off.
+//! `footfall foot … calibrate`: stores the learnt stillness and motion of the foot in non-volatile memory.
 
 use std::time::{Duration, Instant};
 
@@ -10,23 +10,23 @@ use super::{FootArguments, FootError};
 use crate::files::finish_when_interrupted;
 use crate::messages;
 
-/// From one look at the foot to the next.
+/// Polling interval of the foot.
 const LOOK: Duration = Duration::from_millis(200);
 
-/// From one line about the progress to the next.
+/// Interval of the progress lines.
 const LINE: Duration = Duration::from_secs(2);
 
-/// What the foot has and has learnt.
+/// Calibration values read from the foot.
 struct Found {
-    /// Numbers of object 0x2018, by name: what it has learnt since is not kept.
+    /// Values of object 0x2018, by name; later learning is not stored.
     learnt: Vec<(Named, f32)>,
-    /// Those of object 0x2017.
+    /// Values of object 0x2017, by name.
     correction: Vec<(Named, f32)>,
     gyroscope_bias_rad_s: [Option<f32>; 3],
 }
 
 impl FootArguments {
-    /// Waits until the foot has learnt enough, `seconds` at most, and has it keep that.
+    /// Waits at most `seconds` until the foot has learnt enough, then stores the calibration.
     pub(super) fn calibrate(&self, client: &mut Client, seconds: f64) -> Result<String, FootError> {
         let end = Instant::now() + Duration::from_secs_f64(seconds);
         let mut next_line = Instant::now();
@@ -47,7 +47,7 @@ impl FootArguments {
             }
             client.wait(LOOK)?;
         }
-        // Ended in the middle, the foot would not stream.
+        // An interruption while storing would leave the foot not streaming.
         finish_when_interrupted();
         calibration::store(client, Calibration::Keep)?;
         let found = Found::read(client)?;
@@ -59,7 +59,7 @@ impl FootArguments {
     }
 }
 
-/// How much the foot has seen.
+/// Returns how much stillness and motion the foot has observed.
 fn seen(learnt: &[(Named, f32)]) -> String {
     let seconds = |part: &str| {
         let of_part = learnt.iter().find(|(named, _)| last_part(named) == part);
@@ -89,7 +89,7 @@ impl Found {
     fn text(&self) -> String {
         let mut text = String::from("kept and stored\n");
         for (named, value) in &self.learnt {
-            // Amplitudes are kept as logarithms; a person reads the amplitude.
+            // Amplitudes are stored as logarithms and printed as amplitudes.
             let (value, unit) = match named.entry.unit.as_str() {
                 "ln(m/s²)" => (value.exp(), "m/s²"),
                 "ln(rad/s)" => (value.exp(), "rad/s"),

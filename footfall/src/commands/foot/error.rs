@@ -1,4 +1,4 @@
-//! Why a foot could not be asked or set.
+//! Errors of requests to a foot.
 
 use decode::remedy::Trouble;
 use estimator_core::Axis;
@@ -11,55 +11,55 @@ use live::foot::sync::SyncError;
 use thiserror::Error;
 use wire::Fault;
 
-/// Why a foot could not be asked or set.
+/// Reason a request to a foot failed.
 #[derive(Debug, Error)]
 pub enum FootError {
-    /// A request came to nothing.
+    /// A request failed.
     #[error(transparent)]
     Request(#[from] RequestError),
-    /// There is no such name, or it does not take this value.
+    /// The name is unknown, or the value is not accepted.
     #[error(transparent)]
     Name(#[from] NameError),
-    /// Settings were not taken.
+    /// Settings were rejected.
     #[error(transparent)]
     Settings(#[from] SettingsError),
-    /// The board cannot be that foot.
+    /// The board cannot take this position.
     #[error(transparent)]
     Position(#[from] PositionError),
-    /// The self-test came to no verdict.
+    /// The self-test gave no verdict.
     #[error(transparent)]
     SelfTest(#[from] SelfTestError),
     /// The sensor has failed its self-test.
     #[error("the sensor's self-test has failed{}: {}", failed_axes(axes.as_deref()), Trouble::Fault(Fault::SensorSelfTest).remedy())]
     TestFailed {
-        /// The axes; `None` where the foot does not say.
+        /// Failed axes; `None` if the foot does not report them.
         axes: Option<Vec<Axis>>,
     },
-    /// The settings let the foot learn nothing.
+    /// Learning is disabled by the settings of the foot.
     #[error(
         "the foot learns nothing with its settings: set estimation.method=0 estimation.learning=1"
     )]
     LearnsNothing,
-    /// The foot has not learnt enough.
+    /// The foot has not learnt enough in the given time.
     #[error(
         "the foot has not learnt enough in {seconds} s ({seen}): let it walk a few steps; nothing was kept"
     )]
     NotSettled {
-        /// How long it was given, s.
+        /// Timeout, s.
         seconds: f64,
-        /// What it has seen.
+        /// Observed stillness and motion.
         seen: String,
     },
-    /// Somebody sends SYNCs already.
+    /// Another node already sends SYNCs.
     #[error("this bus has SYNCs already: leave out --send")]
     HasSync,
-    /// Clocks cannot be compared.
+    /// The clocks cannot be compared.
     #[error(transparent)]
     Clocks(#[from] SyncError),
-    /// An argument is no setting.
+    /// An argument does not have the form of a setting.
     #[error("{0:?} is no setting: write NAME=VALUE, such as decision.threshold=0.6")]
     NoSetting(String),
-    /// What was named cannot be written.
+    /// The named entry is not writable.
     #[error("{0} is no setting: it cannot be written")]
     NotWritable(String),
     /// A setting is given two values.
@@ -68,9 +68,9 @@ pub enum FootError {
     /// A file of settings cannot be used.
     #[error("{file}: {message}")]
     File {
-        /// Its name.
+        /// Name of the file.
         file: String,
-        /// What is wrong.
+        /// Error message.
         message: String,
     },
 }

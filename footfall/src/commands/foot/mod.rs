@@ -1,12 +1,12 @@
-//! `footfall foot`: one foot, asked and set over its line.
+//! `footfall foot`: requests to one foot over its line.
 //!
-//! | what | file |
+//! | content | file |
 //! |---|---|
-//! | what can be done, and how | this one |
-//! | what is shown, as text and as JSON | `show` |
-//! | calibration: what the foot has learnt | `calibrate` |
-//! | the clocks of several feet | `sync` |
-//! | what can go wrong | `error` |
+//! | actions and arguments | this one |
+//! | output as text and as JSON | `show` |
+//! | calibration learnt by the foot | `calibrate` |
+//! | clocks of several feet | `sync` |
+//! | errors | `error` |
 
 mod calibrate;
 mod error;
@@ -134,7 +134,7 @@ pub enum Action {
 }
 
 impl Action {
-    /// Whether a foot is left in between where this is ended in the middle.
+    /// Returns whether interrupting the action would leave the foot in an intermediate state.
     const fn is_whole(&self) -> bool {
         match self {
             Self::Set { .. }
@@ -156,7 +156,7 @@ impl Action {
     }
 }
 
-/// An hour: more is taken as a mistake.
+/// Longest time accepted, s: one hour.
 const MOST_SECONDS: f64 = 3600.0;
 
 fn parse_seconds(text: &str) -> Result<f64, String> {
@@ -201,11 +201,11 @@ impl FootArguments {
     fn act(&self, client: &mut Client) -> Result<String, Error> {
         let node = client.node();
         if self.action.is_whole() {
-            // Ended in the middle, the foot would have some settings of both, and not stream.
+            // An interruption would leave the foot with mixed settings and not streaming.
             finish_when_interrupted();
         }
         Ok(match &self.action {
-            // Have been done.
+            // Handled before.
             Action::Scan | Action::Sync { .. } => String::new(),
             Action::Info => self.info(client).map_err(FootError::from)?,
             Action::Get { names } => self.get(client, names)?,
@@ -284,7 +284,7 @@ impl FootArguments {
         })
     }
 
-    /// Writes settings, and stores them where they are to last.
+    /// Writes settings and stores them if `lasting` requires it.
     fn write(
         &self,
         client: &mut Client,
@@ -307,10 +307,10 @@ impl FootArguments {
     }
 }
 
-/// The longest file of settings that is read, bytes: an export is 5 kB.
+/// Maximum size of a settings file, bytes; an export has 5 kB.
 const MOST_BYTES: u64 = 1 << 20;
 
-/// A file, or standard input, and no more than is known to be too long.
+/// Reads a file or standard input, up to one byte beyond the maximum size.
 fn read_text(path: &Path) -> io::Result<String> {
     if path == Path::new(STANDARD) {
         return io::read_to_string(io::stdin().take(MOST_BYTES + 1));

@@ -1,4 +1,4 @@
-//! What is shown of a foot: as text, or as JSON that has a schema.
+//! Output about a foot as text, or as JSON with a schema.
 
 use std::collections::BTreeMap;
 
@@ -232,7 +232,7 @@ const fn state_name(state: State) -> &'static str {
     }
 }
 
-/// As JSON that ends its last line. Nothing here has keys that are no text.
+/// Formats a value as JSON with a final newline. All keys are strings.
 fn to_json(printed: &impl Serialize) -> String {
     format!("{:#}\n", json!(printed))
 }

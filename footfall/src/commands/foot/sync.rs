@@ -1,4 +1,4 @@
-//! `footfall foot … sync`: the clocks of the feet of a bus on one another.
+//! `footfall foot … sync`: compares the clocks of the feet on a bus.
 
 use std::time::{Duration, Instant};
 
@@ -15,16 +15,16 @@ use wire::pdo::LastSync;
 use super::{FootArguments, FootError};
 use crate::messages;
 
-/// From one SYNC to the next, where they are sent from here.
+/// Period of SYNCs sent from here.
 const PERIOD: Duration = Duration::from_millis(10);
 
-/// How long to listen at once.
+/// Receive timeout.
 const LISTEN: Duration = Duration::from_millis(2);
 
-/// How long a master is waited for: those of robots send SYNCs every 100 ms at least.
+/// Time to wait for a SYNC master; robots send SYNCs at least every 100 ms.
 const MASTER: Duration = Duration::from_millis(500);
 
-/// Whether somebody sends SYNCs already.
+/// Returns whether another node already sends SYNCs.
 fn has_sync(link: &mut dyn Link) -> Result<bool, FootError> {
     let end = Instant::now() + MASTER;
     while Instant::now() < end {
@@ -39,7 +39,7 @@ fn has_sync(link: &mut dyn Link) -> Result<bool, FootError> {
 }
 
 impl FootArguments {
-    /// Listens for `seconds`, and compares the clocks.
+    /// Listens for `seconds` and compares the clocks.
     pub(super) fn sync(
         &self,
         link: &mut dyn Link,
@@ -50,7 +50,7 @@ impl FootArguments {
             return Err(FootError::HasSync);
         }
         let mut listener = Listener::default();
-        // Feet may have other ids than those of their places.
+        // Feet may have ids other than the defaults of their positions.
         scan::feet(link, &mut listener, scan::SCAN).map_err(RequestError::from)?;
         let mut clocks = Clocks::default();
         let begin = Instant::now();
@@ -73,13 +73,13 @@ impl FootArguments {
                     && frame.id() == cob_id::SYNC
                 {
                     let heard = frame.data().first().copied();
-                    // Some adapters give back what they send.
+                    // Some adapters echo sent frames.
                     let is_own = send && heard == Some(number);
                     if !is_own {
                         clocks.take_sync(heard);
                     }
                 }
-                // What is no frame reports no SYNC.
+                // Errors of unreadable data are irrelevant to SYNCs.
                 arrival.hand_to(&mut listener, at);
             }
             while let Some(heard) = listener.next_heard() {

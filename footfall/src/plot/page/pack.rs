@@ -1,4 +1,4 @@
-//! Lines, stretches and events as JSON of few characters: times as steps in µs, values as levels.
+//! Compact JSON of lines, intervals and events: times as steps in µs, values as levels.
 
 use std::fmt::{self, Write};
 use std::ops::Range;
@@ -7,16 +7,15 @@ use recordings::events::{Event, Kind};
 
 use crate::plot::decimate::Trace;
 
-/// Levels of a line between its lowest and its highest value: finer than a pixel of any zoom in value,
-/// which there is none of.
+/// Levels of a line between its lowest and its highest value: finer than a pixel, as values cannot be zoomed.
 const LEVELS: u32 = 10_000;
 
-/// The time that feet with overlapping times show together, µs on their clocks.
+/// Time range shown by feet with overlapping times, µs on their clocks.
 pub(super) struct Axis(pub(super) Range<i64>);
 
 impl Axis {
-    /// The axes of feet that cover these times, and which of them each foot has. The axes are in the order
-    /// of their first feet.
+    /// Returns the axes for feet with these times, and the axis index of each foot. Axes are in the order of their
+    /// first feet.
     pub(super) fn shared(times: &[Range<i64>]) -> (Vec<Self>, Vec<usize>) {
         let mut order: Vec<usize> = (0..times.len()).collect();
         order.sort_by_key(|k| (times[*k].start, *k));
@@ -42,26 +41,26 @@ impl Axis {
     }
 }
 
-/// A text as JSON within a script: nothing in it can end the script.
+/// Encodes a text as JSON that cannot end the enclosing script.
 pub(super) fn json_string(text: &str) -> String {
     serde_json::Value::from(text)
         .to_string()
         .replace('<', "\\u003c")
 }
 
-/// Names as a list.
+/// Returns names as a JSON list.
 pub(super) fn names<const N: usize>(names: [&str; N]) -> String {
     let all: Vec<_> = names.map(json_string).into();
     format!("[{}]", all.join(","))
 }
 
-/// A time in whole µs.
+/// Converts a time to whole µs.
 pub(super) fn micros(seconds: f64) -> i64 {
     // The cast saturates.
     (seconds * 1.0e6).round() as i64
 }
 
-/// Times as steps from one to the next, the first from 0.
+/// Encodes times as differences, the first from 0.
 #[derive(Default)]
 struct Steps(i64);
 
@@ -72,7 +71,7 @@ impl Steps {
     }
 }
 
-/// A line. Where values are missing it has a point without value.
+/// Appends a line. Missing values become a point without value.
 pub(super) fn line(
     kind: &str,
     name: &str,
@@ -115,8 +114,8 @@ pub(super) fn line(
     Ok(())
 }
 
-/// Stretches that follow each other: the step to the start of each and what is so in it, by its place in
-/// `all`; then the step to the end of the last.
+/// Appends consecutive intervals: for each, the step to its start and the index of its value in `all`; then the
+/// step to the end of the last.
 pub(super) fn stretches<T: PartialEq>(
     stretches: &[(Range<f64>, T)],
     all: &[T],
@@ -135,7 +134,7 @@ pub(super) fn stretches<T: PartialEq>(
     Ok(())
 }
 
-/// Events: time and kind, duration and distance.
+/// Appends events: time and kind, duration and distance.
 pub(super) fn events(events: &[Event], to: &mut String) -> fmt::Result {
     to.push('[');
     for (k, event) in events.iter().enumerate() {

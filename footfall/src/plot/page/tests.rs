@@ -1,10 +1,10 @@
-//! The page as text; how it looks is a test of `host-tests`.
+//! Tests of the page as text; its appearance is tested in `host-tests`.
 
 use super::*;
 use estimator_core::{Gravity, ImuSample, Load, Probabilities, Timestamp};
 use recordings::input::{Repairs, Units};
 
-/// A foot of this many samples at 1 kHz, whose clock starts at `start_us`.
+/// Returns a foot with this many samples at 1 kHz, whose clock starts at `start_us`.
 fn foot(name: &str, start_us: i64, samples: u64) -> PageFoot {
     let about = About {
         name: name.to_owned(),
@@ -64,7 +64,7 @@ fn data_of(page: &str) -> serde_json::Value {
 }
 
 #[test]
-fn no_name_ends_the_script_or_begins_a_tag() {
+fn names_cannot_end_the_script_or_open_a_tag() {
     let names = [
         "</script><script>alert(1)</script>",
         "<!--<script>",
@@ -90,7 +90,7 @@ fn no_name_ends_the_script_or_begins_a_tag() {
 }
 
 #[test]
-fn nothing_in_a_page_is_fetched_from_anywhere() {
+fn page_loads_no_external_resource() {
     let page = written(vec![foot("a", 0, 10)]);
     assert!(page.contains("default-src 'none'"));
     for fetch in [
@@ -113,7 +113,7 @@ fn nothing_in_a_page_is_fetched_from_anywhere() {
 }
 
 #[test]
-fn a_page_stays_below_four_megabytes_a_foot_however_long_and_busy_the_recording_is() {
+fn page_stays_below_4_mb_per_foot() {
     let page = written(vec![foot("busy", 0, 400_000)]);
     assert!(page.len() < 4_000_000, "{} bytes", page.len());
     let line = &data_of(&page)["feet"][0]["lines"][3];
@@ -127,7 +127,7 @@ fn a_page_stays_below_four_megabytes_a_foot_however_long_and_busy_the_recording_
 }
 
 #[test]
-fn a_line_has_the_recordings_values_at_their_times_and_a_gap_where_there_are_none() {
+fn line_keeps_values_and_gaps_of_the_recording() {
     let data = data_of(&written(vec![foot("a", 0, 200)]));
     let load = &data["feet"][0]["lines"][0];
     let number = |value: &serde_json::Value| value.as_f64().unwrap();
@@ -156,7 +156,7 @@ fn a_line_has_the_recordings_values_at_their_times_and_a_gap_where_there_are_non
 }
 
 #[test]
-fn feet_share_an_axis_where_their_times_overlap() {
+fn feet_with_overlapping_times_share_an_axis() {
     let day = 86_400_000_000;
     let feet = [("a", day), ("b", 5), ("c", day + 50_000), ("d", 120_000)];
     let data = data_of(&written(
@@ -172,7 +172,7 @@ fn feet_share_an_axis_where_their_times_overlap() {
 }
 
 #[test]
-fn more_events_than_a_page_holds_are_counted() {
+fn excess_events_are_counted() {
     let mut busy = foot("busy", 0, 100);
     for k in 0..MOST_EVENTS as u64 + 7 {
         busy.add_event(&Event {

@@ -1,5 +1,4 @@
-//! Pages that other programs have written: earlier ones, later ones, and ones with a longer or a
-//! shorter record.
+//! Pages written by other programs: earlier ones, later ones, and ones with a longer or a shorter record.
 
 use std::future::Future;
 
@@ -58,7 +57,7 @@ fn done<T>(future: impl Future<Output = T>) -> T {
     at_once(future)
 }
 
-/// The flash after another program has stored a record.
+/// Content of the flash after another program has stored a record.
 fn stored_by_another(flash: Flash, record: &[u8]) -> Flash {
     let mut map = map(flash);
     let mut buffer = [0; PAGE];
@@ -66,7 +65,7 @@ fn stored_by_another(flash: Flash, record: &[u8]) -> Flash {
     map.destroy().0.0
 }
 
-/// What an earlier program reads, with a buffer long enough.
+/// Record read by an earlier program, with a sufficient buffer.
 fn read_by_another(flash: Flash) -> Option<Vec<u8>> {
     let mut buffer = [0; PAGE];
     let item = done(map(flash).fetch_item::<&[u8]>(&mut buffer, &0));
@@ -87,14 +86,14 @@ fn record_of(settings: &Settings) -> Vec<u8> {
 }
 
 #[test]
-fn what_an_earlier_program_has_stored_is_read_and_the_other_way_round() {
+fn pages_of_an_earlier_program_are_read_and_vice_versa() {
     let (mut by_earlier, mut by_both) = (Flash::blank(), Flash::blank());
     for number in 0..20 {
         let settings = settings(number);
         by_earlier = stored_by_another(by_earlier, &record_of(&settings));
         let read = load(by_earlier.clone());
         assert_eq!(read, (settings.clone(), Origin::Stored), "store {number}");
-        // In turns, so that each finds pages that the other has left.
+        // Alternates, so that each finds pages that the other has left.
         by_both = if number % 3 == 1 {
             stored_by_another(by_both, &record_of(&settings))
         } else {
@@ -109,7 +108,7 @@ fn what_an_earlier_program_has_stored_is_read_and_the_other_way_round() {
 }
 
 #[test]
-fn a_longer_record_of_a_later_program_gives_every_setting_that_is_known() {
+fn a_longer_record_of_a_later_program_gives_known_settings() {
     let settings = settings(3);
     let mut record = record_of(&settings);
     for subindex in 0..150 {
@@ -118,7 +117,7 @@ fn a_longer_record_of_a_later_program_gives_every_setting_that_is_known() {
     for version in [1, 2, 15] {
         record[0] = version;
         let flash = stored_by_another(Flash::blank(), &record);
-        // What is left out is reported.
+        // The omission is reported.
         assert_eq!(load(flash), (settings.clone(), Origin::Corrupted));
     }
     record[0] = 16;
@@ -127,16 +126,16 @@ fn a_longer_record_of_a_later_program_gives_every_setting_that_is_known() {
 }
 
 #[test]
-fn a_shorter_record_of_an_earlier_program_leaves_defaults_for_what_is_newer() {
+fn a_shorter_record_of_an_earlier_program_gives_new_defaults() {
     let settings = settings(4);
     let record = record_of(&settings);
-    // All but what has been learnt.
+    // Everything except the learnt values.
     let flash = stored_by_another(Flash::blank(), &record[..record.len() - 12 * 7]);
     assert_eq!(load(flash), (settings, Origin::Stored));
 }
 
 #[test]
-fn a_slide_speed_of_0_from_an_earlier_program_does_not_freeze_the_learning() {
+fn an_earlier_slide_speed_of_0_does_not_freeze_learning() {
     let window = (Address::new(index::WINDOW, 0), 30_000);
     let witnesses = [0, 0, 0.05_f32.to_bits(), 0.1_f32.to_bits(), 1];
     let witnesses = (1..).zip(witnesses);
@@ -153,7 +152,7 @@ fn a_slide_speed_of_0_from_an_earlier_program_does_not_freeze_the_learning() {
 }
 
 #[test]
-fn a_value_that_does_not_fit_its_type_is_left_out() {
+fn a_value_of_the_wrong_type_is_ignored() {
     let record: Vec<u8> = [1]
         .into_iter()
         .chain(entry(Address::new(index::AUTOSTART, 0), 0x100))
@@ -166,12 +165,12 @@ fn a_value_that_does_not_fit_its_type_is_left_out() {
 }
 
 #[test]
-fn an_entry_that_is_cut_short_is_left_out_and_reported() {
+fn a_truncated_entry_is_ignored_and_reported() {
     let autostart = entry(Address::new(index::AUTOSTART, 0), 0);
     let foot = entry(Address::new(index::FOOT, 0), 3);
     let whole: Vec<u8> = [1].into_iter().chain(foot).chain(autostart).collect();
     for missing in 0..7 {
-        // The byte that is missing is 0, as are those that fill up the last word.
+        // The missing byte is 0, as is the padding of the last word.
         let record = &whole[..whole.len() - missing];
         let (settings, origin) = load(stored_by_another(Flash::blank(), record));
         assert_eq!(settings.foot().code(), 3);

@@ -1,83 +1,83 @@
-//! Why a request came to nothing.
+//! Errors of requests.
 
 use thiserror::Error;
 use wire::{AbortCode, DataType, NodeId};
 
 use crate::link::LinkError;
 
-/// Why a request came to nothing.
+/// Error of a request.
 #[derive(Debug, Error)]
 pub enum RequestError {
-    /// The foot has refused it.
+    /// The foot has refused the request.
     #[error("{what} was refused: {} (0x{:08X}): {}", reason.name(), reason.code(), decode::remedy::Trouble::Refusal(*reason).remedy())]
     Refused {
-        /// What.
+        /// Description of the request.
         what: String,
-        /// Why.
+        /// Reason.
         reason: AbortCode,
     },
-    /// The foot has refused it for a reason that is not known here.
+    /// The foot has refused the request with an unknown abort code.
     #[error("{what} was refused with the abort code 0x{code:08X}")]
     RefusedUnknown {
-        /// What.
+        /// Description of the request.
         what: String,
-        /// The code.
+        /// Abort code.
         code: u32,
     },
-    /// Nothing has answered.
+    /// The foot has not responded.
     #[error("{foot} does not answer: {what}")]
     NoAnswer {
-        /// Who was asked.
+        /// Name of the foot.
         foot: String,
-        /// What for.
+        /// Description of the request.
         what: String,
     },
-    /// Several boards answer as one node.
+    /// Several boards respond as one node.
     #[error(
         "{foot} answers {count} times: boards with the same id are on this bus; connect them one at a time"
     )]
     SameId {
-        /// Who was asked.
+        /// Name of the foot.
         foot: String,
-        /// How many answers came.
+        /// Number of responses.
         count: usize,
     },
-    /// Something else than the object's type came.
+    /// The response does not have the object's type.
     #[error("{what} came as {length} bytes, which is no {}: another version of the foot's program?", data_type.name())]
     Type {
-        /// What.
+        /// Name and address of the object.
         what: String,
-        /// How long it was.
+        /// Length of the response, bytes.
         length: usize,
-        /// What it should be.
+        /// Expected type.
         data_type: DataType,
     },
-    /// Something came that this version does not know.
+    /// The value is unknown to this version.
     #[error("{what} is {code}, which this version does not know")]
     Unknown {
-        /// What.
+        /// Name of the value.
         what: &'static str,
-        /// Its code.
+        /// Code of the value.
         code: u32,
     },
-    /// It has started again while it was set.
+    /// The foot has restarted while it was being configured.
     #[error("{foot} has started again meanwhile: settings that were not stored are gone")]
     StartedAgain {
-        /// Who was asked.
+        /// Name of the foot.
         foot: String,
     },
-    /// Another board has the id that the foot would have.
+    /// Another board has the new id of the foot.
     #[error("{foot} would become node {}, which is on the bus already", node.get())]
     Taken {
-        /// Who was asked.
+        /// Name of the foot.
         foot: String,
-        /// The id.
+        /// New id.
         node: NodeId,
     },
-    /// No foot is heard.
+    /// No foot was found.
     #[error("no foot is heard on this line")]
     NoFoot,
-    /// Several are, and nothing says which is meant.
+    /// Several feet were found, and no node is given.
     #[error("there are several feet, {0}: name one with --node")]
     Several(String),
     /// The line does not work.

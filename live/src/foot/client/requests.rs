@@ -1,4 +1,4 @@
-//! A request and its answer: an SDO over CAN, a message over the serial line.
+//! Request and response: an SDO over CAN, a message over the serial line.
 
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ use wire::{AbortCode, Address, CanFrame, NodeId, Value};
 use super::{Client, RequestError, TRIES, Way};
 use crate::link::Sending;
 
-/// What came for a request.
+/// Response to a request.
 pub(super) enum Came {
     Bytes(Vec<u8>),
     Done,
@@ -19,7 +19,7 @@ pub(super) enum Came {
 }
 
 impl Client {
-    /// Reads, or writes `value`. What is not answered is asked again: all requests may be repeated.
+    /// Reads, or writes `value`. A request without a response is repeated; all requests are idempotent.
     pub(super) fn request(
         &mut self,
         address: Address,
@@ -85,7 +85,7 @@ impl Client {
         let [low, high] = address.index.to_le_bytes();
         let (command, data) = match value {
             None => (0x40, [0; 4]),
-            // Expedited, with the number of bytes that are not used.
+            // Expedited, with the number of unused bytes.
             Some(value) => {
                 let size = value.data_type().size().unwrap_or(4);
                 (0x23 | ((4 - size) as u8) << 2, value.to_raw().to_le_bytes())
@@ -118,7 +118,7 @@ impl Client {
         }))
     }
 
-    /// The segments of an upload.
+    /// Reads the segments of an upload.
     fn segments(
         &mut self,
         node: NodeId,

@@ -1,4 +1,4 @@
-//! A recording of the serial line that is played. Its time is that of the foot's own messages.
+//! Playback of a recording of the serial line, timed by the contact messages in it.
 
 use std::io::{ErrorKind, Read};
 use std::sync::Arc;
@@ -10,21 +10,21 @@ use wire::uart::{Decoder, Message};
 use crate::link::pace::Pace;
 use crate::link::{Arrival, Arrived, Link, LinkError, Sending};
 
-/// What is read at once.
+/// Maximum size of one read, bytes.
 const PIECE: usize = 4096;
 
-/// A recording and how far it has been played.
+/// Recording with the state of its playback.
 pub(super) struct Recording {
     name: String,
     port: Arc<str>,
     source: Box<dyn Read>,
     pace: Pace,
     decoder: Decoder,
-    /// Read, but not yet handed on.
+    /// Bytes read from the file; the first `used` of them are consumed.
     read: Vec<u8>,
     used: usize,
     at: Timestamp,
-    /// Whole, but not due.
+    /// Piece that is complete but not due yet.
     next: Option<Vec<u8>>,
 }
 
@@ -43,7 +43,7 @@ impl Recording {
         }
     }
 
-    /// The bytes up to the end of the next message that has a time, or all that were read.
+    /// Returns the bytes up to the end of the next message with a time, at most `PIECE` bytes.
     fn piece(&mut self) -> Result<Vec<u8>, LinkError> {
         let mut piece = Vec::new();
         loop {
@@ -79,7 +79,7 @@ impl Recording {
     }
 }
 
-/// The time that a message is of.
+/// Time of a message, if it has one.
 const fn time_of(message: &Message) -> Option<Timestamp> {
     match message {
         Message::Contact(contact) => Some(contact.timestamp),

@@ -1,4 +1,4 @@
-//! A recording of an IMU that is played: the estimate is made here, with the default preset.
+//! Playback of a recording of an IMU; the estimates are computed here with the default preset.
 
 use std::iter::Peekable;
 use std::path::Path;
@@ -18,17 +18,17 @@ use wire::pdo::Status;
 use crate::link::pace::Pace;
 use crate::link::{Arrival, Arrived, Link, LinkError, Sending};
 
-/// Estimates that a thread makes in advance.
+/// Number of estimates that a thread computes in advance.
 const AHEAD: usize = 1024;
 
-/// A recording and how far it has been played.
+/// Recording with the state of its playback.
 pub(super) struct Imu {
     name: String,
     feet: Vec<Peekable<IntoIter<Estimated>>>,
     pace: Pace,
 }
 
-/// An estimate and when it was made on the recording's clock, or why there are no more.
+/// Estimate with its time on the recording's clock, or the error that ends the recording.
 type Estimated = Result<(Timestamp, Box<Row>), String>;
 
 impl Imu {
@@ -41,7 +41,7 @@ impl Imu {
         let feet = stored.into_iter().map(|stored| {
             let (sender, receiver) = sync_channel(AHEAD);
             let line: Arc<str> = name.as_str().into();
-            // It ends with the recording, or when nobody listens any more.
+            // The thread ends with the recording, or when the receiver is dropped.
             thread::spawn(move || estimate(stored, &params, &line, &sender));
             receiver.into_iter().peekable()
         });
@@ -50,7 +50,7 @@ impl Imu {
     }
 }
 
-/// Estimates a foot, and hands on its rows.
+/// Computes the estimates of a foot, and sends their rows.
 fn estimate(mut stored: Stored, params: &Params, line: &Arc<str>, to: &SyncSender<Estimated>) {
     let about = stored.about.clone();
     let foot: Arc<str> = about.foot.as_deref().unwrap_or(&about.name).into();
@@ -75,7 +75,7 @@ fn estimate(mut stored: Stored, params: &Params, line: &Arc<str>, to: &SyncSende
         Ok(())
     };
     if let Err(error) = rows() {
-        // Nobody may listen any more.
+        // The receiver may be dropped already.
         let _ = to.send(Err(error));
     }
 }

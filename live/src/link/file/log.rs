@@ -1,4 +1,4 @@
-//! A log of CAN frames that is played.
+//! Playback of a log of CAN frames.
 
 use std::io::{BufRead, BufReader, Read};
 use std::sync::Arc;
@@ -10,19 +10,19 @@ use estimator_core::Timestamp;
 use crate::link::pace::Pace;
 use crate::link::{Arrival, Arrived, Link, LinkError, Sending};
 
-/// Bytes of a line that are read; no line of a log is as long.
+/// Maximum number of bytes read as one line; lines of logs are shorter.
 const LONGEST_LINE: u64 = 4096;
 
-/// A log and how far it has been played.
+/// Log with the state of its playback.
 pub(super) struct Log {
     name: String,
     lines: BufReader<Box<dyn Read>>,
     reader: Reader,
     pace: Pace,
-    /// The newest time, where the log has any.
+    /// Newest time in the log, if it has any.
     at: Timestamp,
     interface: Arc<str>,
-    /// Read, but not due.
+    /// Entry that is read but not due yet.
     next: Option<Arrived>,
 }
 
@@ -39,7 +39,7 @@ impl Log {
         }
     }
 
-    /// The next frame, or line that is none.
+    /// Reads the next frame or unreadable line.
     fn read(&mut self) -> Result<Arrived, LinkError> {
         loop {
             let mut line = Vec::new();

@@ -1,12 +1,12 @@
-//! What `sensor_msgs/msg/Imu` has no field for, on topics of its own beside that of the samples: how far a sample
-//! is to be trusted, and the truth about it. They come before the sample that they are about, with its time.
+//! Sample data for which `sensor_msgs/msg/Imu` has no field, on topics beside that of the samples: validity and
+//! label. Their messages precede the sample that they belong to and have its time.
 //!
-//! | topic | message | of the samples on |
+//! | topic | message | topic of the samples |
 //! |---|---|---|
 //! | `/imu/fl/validity` | `std_msgs/msg/String`, a name of a validity | `/imu/fl` |
 //! | `/imu/fl/label` | `std_msgs/msg/Bool`, true for stable | `/imu/fl` |
 //!
-//! `footfall convert` writes them. What is called so and is something else is passed over.
+//! `footfall convert` writes them. Topics of these names with other content are ignored.
 
 use std::collections::HashMap;
 
@@ -18,14 +18,14 @@ use super::storage::Channel;
 use crate::recording::Label;
 use crate::validity::of_name;
 
-/// What is known about a sample.
+/// Validity and label of a sample, if known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Known {
     pub(super) validity: Option<Validity>,
     pub(super) label: Option<Label>,
 }
 
-/// What is known about the next sample of each topic.
+/// Data about the next sample of each topic.
 #[derive(Debug, Default)]
 pub(super) struct Beside(HashMap<String, (i64, Known)>);
 
@@ -45,7 +45,7 @@ struct Truth {
     data: bool,
 }
 
-/// The topic of the samples that a channel is about, and what of them it says.
+/// The topic of the samples that a channel describes, and the kind of data in it.
 fn about(channel: &Channel) -> Option<(&str, Kind)> {
     let (suffix, kind) = match channel.message.as_str() {
         "std_msgs/msg/String" => ("/validity", Kind::Validity),
@@ -56,13 +56,13 @@ fn about(channel: &Channel) -> Option<(&str, Kind)> {
     (channel.encoding == "cdr").then_some((topic, kind))
 }
 
-/// Whether a channel says something about samples.
+/// Returns whether a channel describes samples.
 pub(super) fn is_beside(channel: &Channel) -> bool {
     about(channel).is_some()
 }
 
 impl Beside {
-    /// Takes in a message.
+    /// Processes a message.
     pub(super) fn take(&mut self, channel: &Channel, log_ns: i64, payload: &[u8]) {
         let Some((topic, kind)) = about(channel) else {
             return;
@@ -85,7 +85,7 @@ impl Beside {
         }
     }
 
-    /// What is known about the sample of a topic that was written at this time.
+    /// Data about the sample of a topic that was written at this time.
     pub(super) fn of(&mut self, topic: &str, log_ns: i64) -> Known {
         match self.0.remove(topic) {
             Some((at_ns, known)) if at_ns == log_ns => known,
@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_about_the_sample_of_its_topic_and_time_and_no_other() {
+    fn data_apply_only_to_the_sample_of_their_topic_and_time() {
         let label = channel("/imu/fl/label", "std_msgs/msg/Bool");
         let validity = channel("/imu/fl/validity", "std_msgs/msg/String");
         let stale = [&[0, 1, 0, 0, 6, 0, 0, 0][..], b"stale\0"].concat();
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_called_so_and_is_something_else_is_passed_over() {
+    fn other_content_under_the_same_name_is_ignored() {
         assert!(!is_beside(&channel("/imu/label", "std_msgs/msg/Float64")));
         assert!(!is_beside(&channel("/imu", "std_msgs/msg/Bool")));
         let validity = channel("/imu/validity", "std_msgs/msg/String");

@@ -1,8 +1,7 @@
-//! A message of ROS 2 as it is stored: CDR, in either byte order, and perhaps compressed.
+//! A stored message of ROS 2: CDR in either byte order, optionally compressed.
 //!
-//! Four bytes say how the rest is encoded (DDSI-RTPS 2.5, section 10.5): 0 and 1 are plain CDR, big
-//! and little endian. rosbag2 may compress messages one by one with zstd; plain ones begin with a
-//! zero.
+//! The first four bytes give the encoding of the rest (DDSI-RTPS 2.5, section 10.5): 0 and 1 are plain CDR, big
+//! and little endian. rosbag2 may compress each message with zstd; plain ones begin with a zero.
 
 use std::fmt;
 use std::io::{Cursor, Read};
@@ -14,16 +13,16 @@ use serde::de::{Deserializer, Visitor};
 
 use super::super::compressed::{ZSTD, decompressed};
 
-/// No message is longer once it is decompressed, bytes.
+/// Longest message after decompression, bytes.
 const LONGEST_MESSAGE: u64 = 1 << 20;
 
-/// What the encoding takes.
+/// Length of the encoding header, bytes.
 const ENCODING: usize = 4;
 
-/// Bytes that may follow a message: it is filled up to a multiple of four.
+/// Most bytes that may follow a message: padding to a multiple of four.
 const LONGEST_PADDING: usize = 3;
 
-/// Reads a message; what is wrong with it is said in half a sentence.
+/// Reads a message; the error is half a sentence.
 pub(super) fn decode<T: for<'de> Deserialize<'de>>(payload: &[u8]) -> Result<T, String> {
     if payload.starts_with(&ZSTD) {
         let mut message = Vec::new();
@@ -64,7 +63,7 @@ fn plain<T: for<'de> Deserialize<'de>>(payload: &[u8]) -> Result<T, String> {
     }
 }
 
-/// A text that is passed over, whatever is in it: in CDR it is bytes with their number before them.
+/// A text that is skipped, whatever its content: in CDR it is a byte count followed by the bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Skipped;
 

@@ -1,4 +1,4 @@
-//! The messages of one topic become the rows of a recording.
+//! Converts the messages of one topic into the rows of a recording.
 
 use estimator_core::{Gravity, Load, Timestamp, Validity};
 
@@ -18,16 +18,16 @@ use crate::recording::RecordedSample;
 pub(super) struct Feed {
     pub(super) topic: String,
     pub(super) messages: u64,
-    /// When the first and the last were written, µs.
+    /// Log times of the first and the last message, µs.
     log_us: Option<(i64, i64)>,
     rows: Rows,
     clock: Clock,
-    /// What is wrong with the times of the log, as long as they may not be needed.
+    /// Error in the log times, held back in case they are not needed.
     log_failed: Option<InputError>,
     without: Without,
 }
 
-/// Messages in which something is missing.
+/// Number of messages that lack a field.
 #[derive(Clone, Copy, Debug, Default)]
 struct Without {
     stamp: u64,
@@ -36,7 +36,7 @@ struct Without {
     load: u64,
 }
 
-/// What a foot is called, beside its topic.
+/// Names of a foot, in addition to its topic.
 pub(super) struct Name {
     pub(super) recording: String,
     pub(super) foot: Option<String>,
@@ -55,7 +55,7 @@ impl Feed {
         }
     }
 
-    /// Counts a message without looking into it.
+    /// Counts a message without decoding it.
     pub(super) fn count(&mut self, log_ns: i64) {
         self.messages += 1;
         let now_us = micros(log_ns);
@@ -63,7 +63,7 @@ impl Feed {
         self.log_us = Some((first.min(now_us), last.max(now_us)));
     }
 
-    /// Takes in a message that was counted, with the time when it was written and what is known beside it.
+    /// Processes a message that was counted, with the time at which it was written and the data beside it.
     pub(super) fn take(
         &mut self,
         (log_ns, known_beside): (i64, Known),
@@ -82,7 +82,7 @@ impl Feed {
         let time_us = match (imu.header.stamp.micros(), self.clock) {
             (Some(stamp_us), Clock::Stamp) => stamp_us,
             (Some(stamp_us), Clock::Log) => {
-                // Those before had no stamps, so their times are those of another clock.
+                // Earlier messages had no stamps, so their times are those of another clock.
                 self.without = Without {
                     stamp: self.messages - 1,
                     ..Without::default()
@@ -131,7 +131,7 @@ impl Feed {
         }
     }
 
-    /// What is known about the topic.
+    /// Properties of the topic.
     pub(super) fn about(&self) -> ImuTopic {
         let rate = self.log_us.and_then(|(first, last)| {
             let span_us = last.abs_diff(first) as f64;
@@ -145,7 +145,7 @@ impl Feed {
         }
     }
 
-    /// The recording.
+    /// Returns the recording.
     pub(super) fn finish(
         self,
         name: Name,
@@ -231,7 +231,7 @@ impl Feed {
     }
 }
 
-/// Three readings, or none.
+/// Three readings, or NaN if they are missing.
 fn known(readings: [f64; 3], are_there: bool) -> [f64; 3] {
     if are_there { readings } else { [f64::NAN; 3] }
 }

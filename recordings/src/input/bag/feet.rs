@@ -1,7 +1,7 @@
 //! Short names of feet, from the names of their topics.
 
-/// The parts of several topics that tell them apart: `fl` and `fr` for `/imu/fl` and `/imu/fr`,
-/// `fl_foot` and `fr_foot` for `/fl_foot/imu` and `/fr_foot/imu`.
+/// The distinct parts of several topics: `fl` and `fr` for `/imu/fl` and `/imu/fr`, `fl_foot` and `fr_foot` for
+/// `/fl_foot/imu` and `/fr_foot/imu`.
 pub(super) fn names(topics: &[String]) -> Vec<String> {
     let whole: Vec<&str> = topics.iter().map(|topic| topic.trim_matches('/')).collect();
     let start = common(&whole, common_start);
@@ -22,7 +22,7 @@ pub(super) fn names(topics: &[String]) -> Vec<String> {
     chosen.into_iter().map(str::to_owned).collect()
 }
 
-/// How many bytes all names have in common.
+/// Number of bytes that all names have in common.
 fn common(names: &[&str], of_two: impl Fn(&str, &str) -> usize) -> usize {
     let Some((first, others)) = names.split_first() else {
         return 0;
@@ -43,7 +43,7 @@ fn common_end(a: &str, b: &str) -> usize {
     pairs.take_while(|(a, b)| a == b).count()
 }
 
-/// Where the part of a topic begins in which the byte `at` is.
+/// Start of the part of a topic that contains the byte `at`.
 fn word_start(topic: &str, at: usize) -> usize {
     topic.as_bytes()[..at.min(topic.len())]
         .iter()
@@ -51,7 +51,7 @@ fn word_start(topic: &str, at: usize) -> usize {
         .map_or(0, |slash| slash + 1)
 }
 
-/// Where the part of a topic ends in which the byte before `at` is.
+/// End of the part of a topic that contains the byte before `at`.
 fn word_end(topic: &str, at: usize) -> usize {
     let rest = topic.as_bytes().get(at..).unwrap_or_default();
     rest.iter()
@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn a_foot_is_called_by_what_tells_its_topic_from_the_others() {
+    fn foot_is_named_by_the_distinct_part_of_its_topic() {
         for (topics, feet) in [
             (["/imu/fl", "/imu/fr"], ["fl", "fr"]),
             (["/fl_foot/imu", "/fr_foot/imu"], ["fl_foot", "fr_foot"]),

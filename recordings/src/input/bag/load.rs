@@ -1,4 +1,4 @@
-//! The load of a foot, from a topic with numbers.
+//! Load of a foot, from a topic with numbers.
 
 use super::super::error::InputError;
 use super::super::refusal::ContainerError;
@@ -7,11 +7,11 @@ use super::cdr::decode;
 use super::messages::{Float32, Float64, MultiArray, Wrench, WrenchStamped};
 use super::storage::{Channel, micros};
 
-/// A load is believed for as long, µs: half of the shortest stance of a walking robot. It must
-/// arrive ten times a second.
+/// Age up to which a load is valid, µs: half of the shortest stance of a walking robot. It must arrive at 10 Hz or
+/// more.
 pub(super) const OLDEST_US: i64 = 100_000;
 
-/// The types of messages that may be a load, and their fields.
+/// Types of messages that may be a load, and their fields.
 const TYPES: [(&str, Type); 6] = [
     ("std_msgs/msg/Float32", Type::Float32),
     ("std_msgs/msg/Float64", Type::Float64),
@@ -31,7 +31,7 @@ enum Type {
     Floats64,
 }
 
-/// Which number of a message is the load.
+/// Number in a message that holds the load.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Field {
     Data,
@@ -51,7 +51,7 @@ impl Type {
         }
     }
 
-    /// A field by its name.
+    /// Finds a field by its name.
     fn field(self, name: Option<&str>) -> Option<Field> {
         match (self, name) {
             (Self::Float32 | Self::Float64, None | Some("data")) => Some(Field::Data),
@@ -74,23 +74,23 @@ impl Type {
     }
 }
 
-/// All values of a load. They take 16 bytes each, 32 where they have stamps.
+/// All values of a load: 16 bytes each, 32 with stamps.
 pub(super) struct LoadSeries {
     pub(super) topic: LoadTopic,
     kind: Option<(Type, Field)>,
     messages: u64,
-    /// By the time when they were written, µs.
+    /// Values by log time, µs.
     by_log: Vec<(i64, f32)>,
-    /// By their own time, as long as all of them have one.
+    /// Values by their own stamp, as long as all of them have one.
     by_stamp: Option<Vec<(i64, f32)>>,
 }
 
-/// What times are compared.
+/// Clock by which times are compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Clock {
-    /// Those of the sensors.
+    /// Stamps of the sensors.
     Stamp,
-    /// Those when messages were written.
+    /// Times at which messages were written.
     Log,
 }
 
@@ -105,7 +105,7 @@ impl LoadSeries {
         }
     }
 
-    /// Whether a channel is this load; an error where it is, but has no such field.
+    /// Returns whether a channel is this load; an error if it is, but lacks the field.
     pub(super) fn declare(&mut self, channel: &Channel, file: &str) -> Result<bool, InputError> {
         if channel.topic != self.topic.topic {
             return Ok(false);
@@ -134,12 +134,12 @@ impl LoadSeries {
         Ok(true)
     }
 
-    /// Whether the bag has the topic.
+    /// Returns whether the bag has the topic.
     pub(super) const fn is_declared(&self) -> bool {
         self.kind.is_some()
     }
 
-    /// What the load is called in titles.
+    /// Name of the load in titles.
     pub(super) fn title(&self) -> String {
         match self.kind {
             Some((Type::Wrench | Type::WrenchStamped, _)) => format!("{} (N)", self.topic),
@@ -147,7 +147,7 @@ impl LoadSeries {
         }
     }
 
-    /// Takes in a message.
+    /// Processes a message.
     pub(super) fn take(
         &mut self,
         log_ns: i64,
@@ -172,16 +172,16 @@ impl LoadSeries {
         Ok(())
     }
 
-    /// That all values have come.
+    /// Sorts the values after the last one has been added.
     pub(super) fn sort(&mut self) {
-        // Of two at one time the later one counts: the order of equal times is kept.
+        // Of two values with the same time the later one counts, so the sort must be stable.
         self.by_log.sort_by_key(|(time, _)| *time);
         if let Some(by_stamp) = &mut self.by_stamp {
             by_stamp.sort_by_key(|(time, _)| *time);
         }
     }
 
-    /// Which time finds the load of a sample with a stamp of its own.
+    /// Clock by which the load of a stamped sample is found.
     pub(super) const fn clock(&self) -> Clock {
         match self.by_stamp {
             Some(_) => Clock::Stamp,
@@ -189,8 +189,8 @@ impl LoadSeries {
         }
     }
 
-    /// The last value at a time or before it, unless it is older than [`OLDEST_US`] or no number, which says
-    /// that there is no load.
+    /// Last value at or before a time; `None` if it is older than [`OLDEST_US`], or is not finite, which marks an
+    /// unknown load.
     pub(super) fn at(&self, time_us: i64, clock: Clock) -> Option<f32> {
         let values = match (clock, &self.by_stamp) {
             (Clock::Stamp, Some(by_stamp)) => by_stamp,
@@ -202,7 +202,7 @@ impl LoadSeries {
     }
 }
 
-/// The number of a message, and its stamp, µs.
+/// The number of a message and its stamp, µs.
 fn number((kind, field): (Type, Field), payload: &[u8]) -> Result<(f64, Option<i64>), String> {
     let element = |data: &[f64], index: usize| {
         let missing = || format!("it has {} numbers and no data[{index}]", data.len());

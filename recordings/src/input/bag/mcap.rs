@@ -1,8 +1,8 @@
-//! MCAP: records one after the other, some of them in chunks. Neither the summary nor the index is
-//! needed. Source: <https://mcap.dev/spec>.
+//! MCAP: a sequence of records, some of them in chunks. The summary and the index are not used. Source:
+//! <https://mcap.dev/spec>.
 //!
-//! The frame of records is read here, so that attachments take no memory and the records before the
-//! end of a file that is cut off are found; contents and compressed chunks are the library's.
+//! The frames of records are parsed here, so that attachments take no memory and the records before the end of a
+//! truncated file are found; contents and compressed chunks are parsed by the library.
 
 use std::collections::HashMap;
 use std::io::{self, BufReader, Read, Take};
@@ -17,35 +17,35 @@ use super::super::open::Part;
 use super::super::refusal::ContainerError;
 use super::storage::{Channel, End, Interest, Visitor};
 
-/// The first bytes of a file, as many as this.
+/// Length of the magic bytes at the start of a file.
 const MAGIC: u64 = 8;
 
-/// No record that is looked at is longer, bytes: a picture of 64 million pixels is not.
+/// Longest record that is read, bytes: a picture of 64 million pixels is longer.
 const LONGEST_RECORD: usize = 256 << 20;
 
-/// As much is read at once, bytes.
+/// Bytes read at once.
 const AT_ONCE: usize = 64 << 10;
 
-/// The fields of a chunk before the name of its compression: two times, its size, its CRC, and the
+/// Length of the fields of a chunk before the name of its compression: two times, its size, its CRC, and the
 /// length of the name.
 const CHUNK_START: usize = 8 + 8 + 8 + 4 + 4;
 
-/// The name of a compression is not longer, bytes.
+/// Longest name of a compression, bytes.
 const LONGEST_NAME: u32 = 64;
 
-/// What is said where a file is damaged and not only cut off.
+/// Advice in the error about a file that is damaged rather than truncated.
 const ADVICE: &str = "mcap recover, of the MCAP CLI, saves what can be";
 
-/// A file as it is read.
+/// Reader of a file.
 type Bytes = BufReader<Box<dyn Read>>;
 
-/// Why a file is not read any further.
+/// Reason to stop reading a file.
 enum Stop {
-    /// It ends here, for this reason.
+    /// The file ends early, for this reason.
     Early(String),
     Unreadable(io::Error),
     Damaged(McapError),
-    /// The visitor does not want it.
+    /// The visitor refused a message.
     Refused(InputError),
 }
 
@@ -64,7 +64,7 @@ impl Stop {
     }
 }
 
-/// Shows the messages of a file to a visitor.
+/// Passes the messages of a file to a visitor.
 pub(super) fn visit(
     part: &mut Part,
     file: &str,
@@ -98,24 +98,24 @@ pub(super) fn visit(
     }
 }
 
-/// What is known so far.
+/// State of the parser.
 struct Bag<'a> {
     schemas: HashMap<u16, String>,
     channels: HashMap<u16, (Channel, Interest)>,
     visitor: &'a mut dyn Visitor,
-    /// The record that is looked at.
+    /// The current record.
     record: Vec<u8>,
 }
 
 impl Bag<'_> {
-    /// All records up to the end of the messages.
+    /// Reads all records up to the end of the messages.
     fn file(&mut self, bytes: &mut Bytes) -> Result<(), Stop> {
         loop {
             let (opcode, length) = frame(bytes)?;
             match opcode {
-                // What follows the messages is not needed.
+                // The records after the messages are not needed.
                 op::DATA_END | op::FOOTER => return Ok(()),
-                // A file system that lost its power leaves zeros.
+                // File systems leave zeros after a loss of power.
                 0 => return Err(Stop::Early("zeros follow".to_owned())),
                 op::CHUNK => {
                     let mut chunk = bytes.take(length);
@@ -132,7 +132,7 @@ impl Bag<'_> {
         }
     }
 
-    /// The records of a chunk.
+    /// Reads the records of a chunk.
     fn chunk(&mut self, chunk: &mut Take<&mut Bytes>, length: u64) -> Result<(), Stop> {
         let too_short = |header: u64| {
             Stop::Damaged(McapError::BadChunkLength {
@@ -189,7 +189,7 @@ impl Bag<'_> {
         Ok(())
     }
 
-    /// A compressed chunk of which the frame and the header were read: the library reads them again.
+    /// Reads a compressed chunk whose frame and header were read; the library reads them again.
     fn compressed_chunk(
         &mut self,
         chunk: &mut Take<&mut Bytes>,
@@ -207,7 +207,7 @@ impl Bag<'_> {
         while let Some(event) = reader.next_event() {
             match event {
                 Ok(LinearReadEvent::ReadRequest(wanted)) => {
-                    // What a length promises may not be there: memory grows with what is.
+                    // The declared length may exceed the data: memory grows with the data read.
                     let room = reader.insert(wanted.clamp(1, 16 * AT_ONCE));
                     let mut count = before.read(room)?;
                     if count == 0 {
@@ -229,8 +229,7 @@ impl Bag<'_> {
         Ok(())
     }
 
-    /// Reads the content of a record. What its length promises may not be there: memory grows with
-    /// what is.
+    /// Reads the content of a record. Its declared length may exceed the data: memory grows with the data read.
     fn load(
         &mut self,
         from: &mut (impl Read + ?Sized),
@@ -249,7 +248,7 @@ impl Bag<'_> {
         Ok(())
     }
 
-    /// Takes in the record that is looked at.
+    /// Processes the current record.
     fn take(&mut self, opcode: u8) -> Result<(), Stop> {
         if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
             return Ok(());
@@ -281,17 +280,17 @@ impl Bag<'_> {
     }
 }
 
-/// The length of the frame of a record: what it is, and how long.
+/// Length of the frame of a record: opcode and content length.
 const FRAME: usize = 1 + 8;
 
-/// The frame of the next record.
+/// Reads the frame of the next record.
 fn frame(bytes: &mut Bytes) -> Result<(u8, u64), Stop> {
     let mut frame = [0; FRAME];
     bytes.read_exact(&mut frame)?;
     Ok((frame[0], number::<8>(&frame, 1)))
 }
 
-/// A number of `N` bytes, little endian.
+/// A little-endian number of `N` bytes.
 fn number<const N: usize>(bytes: &[u8], at: usize) -> u64 {
     let bytes = bytes.get(at..at + N).unwrap_or_default();
     let add = |number, byte: &u8| number << 8 | u64::from(*byte);
@@ -306,7 +305,7 @@ fn skip(bytes: &mut Bytes, length: u64) -> Result<(), Stop> {
     Ok(())
 }
 
-/// Reads what there is; 0 at the end.
+/// Reads the available bytes; 0 at the end.
 fn read_some(bytes: &mut impl Read, room: &mut [u8]) -> io::Result<usize> {
     loop {
         match bytes.read(room) {

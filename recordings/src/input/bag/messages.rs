@@ -1,4 +1,4 @@
-//! The messages of ROS 2 that are read, field by field as their definitions have them. Source:
+//! Supported messages of ROS 2, field by field as in their definitions. Source:
 //! <https://github.com/ros2/common_interfaces>.
 
 use serde::Deserialize;
@@ -13,7 +13,7 @@ pub(super) struct Time {
 }
 
 impl Time {
-    /// In µs, rounded; `None` for zero, which means that there is none.
+    /// Time in µs, rounded; `None` for zero, which means that the stamp is missing.
     pub(super) fn micros(self) -> Option<i64> {
         let Self { sec, nanosec } = self;
         if (sec, nanosec) == (0, 0) {
@@ -43,15 +43,15 @@ pub(super) struct Imu {
 }
 
 impl Imu {
-    /// The name of its type.
+    /// Name of its type.
     pub(super) const TYPE: &'static str = "sensor_msgs/msg/Imu";
 
-    /// Whether it has rates: -1 as the first covariance says that it has not.
+    /// Returns whether it has rates: -1 as the first covariance marks them as missing.
     pub(super) fn has_rates(&self) -> bool {
         self.angular_velocity_covariance[0] != -1.0
     }
 
-    /// Whether it has accelerations.
+    /// Returns whether it has accelerations.
     pub(super) fn has_accelerations(&self) -> bool {
         self.linear_acceleration_covariance[0] != -1.0
     }

@@ -1,16 +1,16 @@
-//! Bags of ROS 2: `sensor_msgs/msg/Imu` by topic, each topic a foot.
+//! Bags of ROS 2: `sensor_msgs/msg/Imu` by topic, one foot per topic.
 //!
 //! | step | file |
 //! |---|---|
-//! | messages of all topics: MCAP, the `SQLite` of a rosbag2 | `storage`; `mcap`, `rosbag2` |
-//! | bytes become a message | `cdr`, `messages` |
-//! | the messages of a topic become the rows of a foot | `feed` |
-//! | the load of a foot is that of another topic | `load` |
-//! | validities and labels have topics beside that of the samples | `beside` |
-//! | what feet are called | `feet` |
+//! | reading the messages of all topics: MCAP, the `SQLite` of a rosbag2 | `storage`; `mcap`, `rosbag2` |
+//! | decoding a message | `cdr`, `messages` |
+//! | converting the messages of a topic into the rows of a foot | `feed` |
+//! | load of a foot, from another topic | `load` |
+//! | validities and labels, from topics beside that of the samples | `beside` |
+//! | names of feet | `feet` |
 //!
-//! A bag is passed over once, and twice where it has loads: they may be stored after the samples
-//! that they belong to. Its memory is that of the longest record and of the loads.
+//! A bag is read once, and twice if it has loads, which may be stored after the samples that they belong to. Its
+//! memory is that of the longest record and of the loads.
 
 mod beside;
 mod cdr;
@@ -36,10 +36,10 @@ use load::LoadSeries;
 use messages::Imu;
 use storage::{Channel, Interest, Visitor, visit};
 
-/// Reads the recordings of the feet that are chosen.
+/// Reads the recordings of the selected feet.
 ///
 /// # Errors
-/// The first thing that is wrong with the bag or with the choice.
+/// The first error in the bag or in the selection.
 pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored>, InputError> {
     let file = container.file.clone();
     let Loads {
@@ -87,7 +87,7 @@ fn load_count(file: &str, hints: &Hints, feet: Vec<String>) -> InputError {
     .into()
 }
 
-/// Loads, and the topics of the feet that they are of.
+/// Loads, and the topics of their feet.
 #[derive(Default)]
 struct Loads {
     series: Vec<LoadSeries>,
@@ -137,11 +137,11 @@ fn loads(container: &mut Container, hints: &Hints) -> Result<Loads, InputError> 
     Ok(Loads { series, feet })
 }
 
-/// What reads the loads.
+/// Visitor that reads the loads.
 struct LoadReader<'a> {
     file: &'a str,
     series: Vec<LoadSeries>,
-    /// The topics with samples of an IMU that have messages, by name.
+    /// Topics with messages of an IMU, by name.
     feet: BTreeSet<String>,
     /// All topics.
     others: Vec<Channel>,
@@ -188,19 +188,19 @@ impl Visitor for LoadReader<'_> {
     }
 }
 
-/// What reads the samples.
+/// Visitor that reads the samples.
 struct Reader<'a> {
     file: &'a str,
     hints: &'a Hints,
     loads: &'a [LoadSeries],
-    /// The topics of the feet in the order of their loads.
+    /// Topics of the feet in the order of their loads.
     order: &'a [String],
-    /// The topics with samples of an IMU.
+    /// Topics with samples of an IMU.
     feeds: Vec<Feed>,
     /// All other topics.
     others: Vec<Channel>,
     beside: Beside,
-    /// What is wrong with the topic that may be the only one.
+    /// Error in the topic that may be the only one.
     failed: Option<InputError>,
 }
 
@@ -243,7 +243,7 @@ impl Visitor for Reader<'_> {
         let is_wanted = match &self.hints.bag.topics {
             Topics::Named(named) => named.contains(&channel.topic),
             Topics::All => true,
-            // Of several topics only the counts are needed.
+            // If there are several topics, only the counts are needed.
             Topics::TheOnly => self.feeds.iter().filter(filled).count() == 1,
         };
         if !is_wanted || self.failed.is_some() {
@@ -263,7 +263,7 @@ impl Visitor for Reader<'_> {
 }
 
 impl Reader<'_> {
-    /// The topics that are feet, in their order.
+    /// Topics that are feet, in order.
     fn chosen(self) -> Result<Vec<Feed>, InputError> {
         let file = self.file.to_owned();
         let abouts: Vec<ImuTopic> = self.feeds.iter().map(Feed::about).collect();
@@ -331,7 +331,7 @@ impl Reader<'_> {
     }
 }
 
-/// Whether a topic has samples of an IMU.
+/// Returns whether a topic has samples of an IMU.
 fn is_imu(channel: &Channel) -> bool {
     channel.message == Imu::TYPE && channel.encoding == "cdr"
 }

@@ -1,4 +1,4 @@
-//! The `SQLite` of a rosbag2: the tables `topics` and `messages`. Source: `sqlite_storage.cpp` of
+//! The `SQLite` database of a rosbag2: the tables `topics` and `messages`. Source: `sqlite_storage.cpp` of
 //! <https://github.com/ros2/rosbag2>.
 
 use std::collections::HashMap;
@@ -16,10 +16,10 @@ use super::super::open::Part;
 use super::super::refusal::ContainerError;
 use super::storage::{Channel, End, Interest, Visitor};
 
-/// What is said where a file is damaged and not only cut off.
+/// Advice in the error about a file that is damaged rather than truncated.
 const ADVICE: &str = "sqlite3 walk.db3 \".recover\" saves what can be";
 
-/// Shows the messages of a file to a visitor.
+/// Passes the messages of a file to a visitor.
 pub(super) fn visit(
     part: &mut Part,
     file: &str,
@@ -40,8 +40,8 @@ pub(super) fn visit(
     let path = whole.as_deref().unwrap_or(&part.path);
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let database = Connection::open_with_flags(path, flags).map_err(damaged)?;
-    // A schema of others runs nothing. Only where the schema may be written is a file opened that
-    // is shorter than its first page says; this one is open for reading.
+    // An untrusted schema must not run code. A file shorter than its first page states is opened only with a
+    // writable schema; this connection is read-only.
     database
         .execute_batch(
             "PRAGMA trusted_schema = OFF; PRAGMA cell_size_check = ON; PRAGMA writable_schema = ON",
@@ -53,7 +53,7 @@ pub(super) fn visit(
         return Err(ContainerError::Foreign { file, kind }.into());
     }
     let channels = channels(&database, visitor).map_err(damaged)?;
-    // The order in which they were written.
+    // Order in which they were written.
     let mut statement = database
         .prepare("SELECT topic_id, timestamp, data FROM messages ORDER BY id")
         .map_err(damaged)?;
@@ -63,7 +63,7 @@ pub(super) fn visit(
         let row = match rows.next() {
             Ok(None) => return Ok(End::Complete),
             Ok(Some(row)) => row,
-            // A page that is not there any more.
+            // A page beyond the end of a truncated file.
             Err(error) if count > 0 && is_cut_off(&error) => {
                 return Ok(End::Early(error.to_string()));
             }
@@ -82,9 +82,8 @@ pub(super) fn visit(
     }
 }
 
-/// A copy of a file that ends within a page, without that page: `SQLite` would fill it with zeros, and
-/// with them the messages that it holds. `None` where the file is whole. Source:
-/// <https://www.sqlite.org/fileformat.html>, section 1.3.2.
+/// A copy of a file that ends within a page, without that page: `SQLite` would fill the page with zeros, including
+/// its messages. `None` if the file is complete. Source: <https://www.sqlite.org/fileformat.html>, section 1.3.2.
 fn whole_pages(path: &Path) -> io::Result<Option<TempPath>> {
     let mut file = File::open(path)?;
     let mut header = [0; 18];
@@ -105,7 +104,7 @@ fn whole_pages(path: &Path) -> io::Result<Option<TempPath>> {
     Ok(Some(copy.into_temp_path()))
 }
 
-/// Whether there are the tables of a rosbag2, and not views of that name.
+/// Returns whether the tables of a rosbag2 exist, as tables and not as views.
 fn has_tables(database: &Connection) -> rusqlite::Result<bool> {
     let tables: i64 = database.query_row(
         "SELECT count(*) FROM sqlite_master \
@@ -116,7 +115,7 @@ fn has_tables(database: &Connection) -> rusqlite::Result<bool> {
     Ok(tables == 2)
 }
 
-/// The topics by their numbers.
+/// Topics by their numbers.
 fn channels(
     database: &Connection,
     visitor: &mut dyn Visitor,

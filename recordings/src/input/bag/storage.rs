@@ -1,47 +1,46 @@
-//! The messages of a bag, whatever it is stored in.
+//! Messages of a bag, independent of its storage.
 
 use super::super::error::InputError;
 use super::super::format::Format;
 use super::super::open::Part;
 use super::{mcap, rosbag2};
 
-/// A topic as a bag declares it.
+/// A topic as declared in a bag.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Channel {
     pub(super) topic: String,
-    /// The type of its messages, such as `sensor_msgs/msg/Imu`.
+    /// Type of its messages, such as `sensor_msgs/msg/Imu`.
     pub(super) message: String,
-    /// How they are serialised: `cdr`.
+    /// Serialisation of its messages: `cdr`.
     pub(super) encoding: String,
 }
 
-/// Whether the messages of a topic are wanted.
+/// Whether the messages of a topic are needed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Interest {
     Wanted,
     Unwanted,
 }
 
-/// What looks at a bag.
+/// Receives the topics and messages of a bag.
 pub(super) trait Visitor {
-    /// A topic is declared, before its messages. It may be declared more than once.
+    /// Declares a topic before its messages. A topic may be declared more than once.
     fn channel(&mut self, channel: &Channel) -> Interest;
 
-    /// A message of a topic that is wanted, with the time when it was written, ns.
+    /// Passes a message of a topic that is needed, with the time at which it was written, ns.
     fn message(&mut self, channel: &Channel, log_ns: i64, payload: &[u8])
     -> Result<(), InputError>;
 }
 
-/// How a file ended.
+/// End of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum End {
     Complete,
-    /// Before its end, for this reason.
+    /// The file ends early, for this reason.
     Early(String),
 }
 
-/// Shows all messages to a visitor, in the order in which they are stored. Says of each part that
-/// ends early that it does.
+/// Passes all messages to a visitor in stored order, and reports each part that ends early.
 pub(super) fn visit(
     parts: &mut [Part],
     file: &str,
@@ -66,7 +65,7 @@ pub(super) fn visit(
     Ok(notices)
 }
 
-/// A time in µs from one in ns, rounded.
+/// Converts a time from ns to µs, rounded.
 pub(super) fn micros(nanoseconds: i64) -> i64 {
     let rest = nanoseconds.rem_euclid(1000);
     nanoseconds.div_euclid(1000) + i64::from(rest >= 500)

@@ -21,7 +21,7 @@ enum Order {
     Big,
 }
 
-/// A message in CDR, written field by field.
+/// A message in CDR, built field by field.
 struct Cdr {
     order: Order,
     bytes: Vec<u8>,
@@ -56,7 +56,7 @@ impl Cdr {
         values.iter().fold(self, |cdr, value| cdr.number(*value))
     }
 
-    /// A header whose frame has a name of this length.
+    /// Appends a header whose frame has a name of this length.
     fn header(self, stamp_ns: i64, frame: usize) -> Self {
         let sec = (stamp_ns / 1_000_000_000) as i32;
         let nanosec = (stamp_ns % 1_000_000_000) as u32;
@@ -70,12 +70,12 @@ impl Cdr {
     }
 }
 
-/// An Imu whose readings are all different.
+/// An Imu message whose readings are all different.
 fn imu(order: Order, stamp_ns: i64, k: u64) -> Vec<u8> {
     imu_with(order, stamp_ns, k, [0.0, 0.0])
 }
 
-/// The same with the first covariances of rate and acceleration.
+/// The same with these first covariances of rate and acceleration.
 fn imu_with(order: Order, stamp_ns: i64, k: u64, covariance: [f64; 2]) -> Vec<u8> {
     let value = k as f64 / 3.0;
     let of = |first: f64| [first, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
@@ -102,11 +102,11 @@ fn wrench(stamp_ns: i64, force: [f64; 3]) -> Vec<u8> {
         .bytes
 }
 
-/// A message with its topic and its type.
+/// A message with its topic, type and log time.
 #[derive(Clone)]
 struct Message(&'static str, &'static str, i64, Vec<u8>);
 
-/// What a file is written as.
+/// Storage of a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kind {
     Chunks,
@@ -124,7 +124,7 @@ const KINDS: [Kind; 5] = [
     Kind::Database,
 ];
 
-/// A file with these messages, and topics without any.
+/// Returns a file with these messages, and topics without messages.
 fn written(kind: Kind, messages: &[Message], declared: &[(&str, &str)]) -> Vec<u8> {
     let mut topics: Vec<(&str, &str)> = Vec::new();
     let of_messages = messages.iter().map(|message| (message.0, message.1));
@@ -219,7 +219,7 @@ fn samples(stored: &mut Stored) -> Vec<RecordedSample> {
     stored.samples().unwrap().map(Result::unwrap).collect()
 }
 
-/// The end of an error, from the name of the file on.
+/// The part of an error after the name of the file.
 fn why<T>(result: Result<T, InputError>) -> String {
     let said = result.err().expect("an error").to_string();
     let name = said.find(".tmp").expect("the name of a file");
@@ -246,8 +246,8 @@ fn with_loads(mut hints: Hints, loads: &[&str]) -> Hints {
     hints
 }
 
-/// 1 kHz from 1700000000.1 s, on two topics by turns; logged 3 ms later, each second message before
-/// the one before it.
+/// Messages at 1 kHz from 1700000000.1 s, alternating between two topics; logged 3 ms later, and every second
+/// message before its predecessor.
 fn two_feet(order: Order) -> Vec<Message> {
     let mut messages = Vec::new();
     for k in 0..200_u64 {
@@ -267,7 +267,7 @@ fn one_foot(order: Order) -> Vec<Message> {
 }
 
 #[test]
-fn a_foot_is_the_same_in_every_storage_and_byte_order() {
+fn foot_is_the_same_in_every_storage_and_byte_order() {
     for order in [Order::Little, Order::Big] {
         for kind in KINDS {
             let bytes = written(
@@ -298,7 +298,7 @@ fn a_foot_is_the_same_in_every_storage_and_byte_order() {
 }
 
 #[test]
-fn several_feet_are_listed_chosen_or_all_read() {
+fn several_feet_are_listed_selected_or_all_read() {
     for kind in KINDS {
         let bytes = written(kind, &two_feet(Order::Little), &[("/imu/rear", IMU)]);
         assert_eq!(
@@ -334,7 +334,7 @@ fn several_feet_are_listed_chosen_or_all_read() {
 }
 
 #[test]
-fn what_is_not_there_is_answered_with_what_is() {
+fn missing_topic_error_lists_the_topics() {
     let other = [Message(
         "/chatter",
         "std_msgs/msg/String",
@@ -373,7 +373,7 @@ fn what_is_not_there_is_answered_with_what_is() {
 }
 
 #[test]
-fn without_any_stamp_times_are_those_of_the_log() {
+fn log_times_are_used_without_any_stamp() {
     let mut messages = one_foot(Order::Little);
     for (k, message) in messages.iter_mut().enumerate() {
         message.2 = 5_000_000_000 + 2_000_000 * k as i64;
@@ -410,7 +410,7 @@ fn messages_without_a_stamp_among_others_are_left_out() {
 }
 
 #[test]
-fn a_sensor_that_is_declared_missing_is() {
+fn sensor_declared_missing_is_missing() {
     let mut messages = one_foot(Order::Little);
     let without = |k: u64, covariance| {
         let stamp = 1_700_000_000_100_000_000 + 1_000_000 * k as i64;
@@ -457,7 +457,7 @@ fn times_that_go_back_are_an_error_or_left_out() {
 }
 
 #[test]
-fn units_are_those_that_are_given() {
+fn given_units_are_applied() {
     let mut hints = Hints::default();
     hints.table.units = "g,dps".parse().unwrap();
     let bytes = written(Kind::Records, &one_foot(Order::Big), &[]);
@@ -471,8 +471,8 @@ fn units_are_those_that_are_given() {
 }
 
 #[test]
-fn a_load_is_the_last_before_the_sample_unless_it_is_old() {
-    // Every 20 ms by its own stamps, and stored after all samples.
+fn load_is_the_last_before_the_sample_unless_old() {
+    // Every 20 ms by its own stamps, stored after all samples.
     let mut messages = one_foot(Order::Little);
     let start = 1_700_000_000_100_000_000;
     for k in 0..3 {
@@ -508,7 +508,7 @@ fn a_load_is_the_last_before_the_sample_unless_it_is_old() {
 }
 
 #[test]
-fn loads_without_stamps_are_found_by_the_log_and_belong_to_the_feet_in_order() {
+fn loads_without_stamps_use_log_times_in_order_of_feet() {
     let mut messages = two_feet(Order::Little);
     let log = messages[0].2;
     for k in 0..10 {
@@ -540,7 +540,7 @@ fn loads_without_stamps_are_found_by_the_log_and_belong_to_the_feet_in_order() {
 }
 
 #[test]
-fn a_message_of_another_length_is_named() {
+fn message_of_wrong_length_is_named() {
     for kind in KINDS {
         let mut messages = one_foot(Order::Little);
         let whole = messages[20].3.clone();
@@ -556,11 +556,11 @@ fn a_message_of_another_length_is_named() {
             assert!(said.starts_with(", topic /imu/fl, message 21: "), "{said}");
             assert!(said.contains(what), "{said}");
         }
-        // A writer may fill up to a multiple of four.
+        // A writer may pad to a multiple of four.
         messages[20].3 = whole.clone();
         messages[20].3.resize(whole.len() + 3, 0);
         assert!(open(&written(kind, &messages, &[]), &Hints::default()).is_ok());
-        // XCDR2 aligns otherwise.
+        // XCDR2 has another alignment.
         messages[20].3[1] = 7;
         let said = why(open(&written(kind, &messages, &[]), &Hints::default()));
         assert!(
@@ -571,7 +571,7 @@ fn a_message_of_another_length_is_named() {
 }
 
 #[test]
-fn a_file_that_ends_early_gives_what_is_there() {
+fn truncated_file_yields_its_messages() {
     for kind in KINDS {
         let bytes = written(kind, &one_foot(Order::Little), &[]);
         let whole = samples(&mut open(&bytes, &Hints::default()).unwrap()[0]);
@@ -595,11 +595,11 @@ fn a_file_that_ends_early_gives_what_is_there() {
 }
 
 #[test]
-fn zeros_at_the_end_are_the_end() {
+fn trailing_zeros_are_the_end() {
     let mut bytes = written(Kind::Records, &one_foot(Order::Little), &[]);
     bytes.truncate(bytes.len() / 2);
     let cut = open(&bytes, &Hints::default()).unwrap()[0].about.samples;
-    // Where a record ends is not known here: zeros within one make a message wrong instead.
+    // Zeros within an uncompressed record are not recognised and make a message invalid instead.
     bytes.resize(bytes.len() + (1 << 20), 0);
     match open(&bytes, &Hints::default()) {
         Ok(feet) => assert!(feet[0].about.samples >= cut && cut > 50),
@@ -607,7 +607,7 @@ fn zeros_at_the_end_are_the_end() {
     }
 }
 
-/// Numbers that look random: xorshift.
+/// Pseudo-random numbers: xorshift.
 struct Random(u64);
 
 impl Random {
@@ -620,7 +620,7 @@ impl Random {
 }
 
 #[test]
-fn damage_is_an_error_of_one_line_or_changes_what_it_hits() {
+fn damage_is_a_one_line_error_or_changes_the_data() {
     let mut random = Random(0x5eed_1234_5678_9abc);
     let loads = with_loads(topics(&["all"]), &["/ft"]);
     let mut messages = one_foot(Order::Little);
@@ -630,7 +630,7 @@ fn damage_is_an_error_of_one_line_or_changes_what_it_hits() {
         for _ in 0..400 {
             let mut bytes = whole.clone();
             for _ in 0..=random.next(4) {
-                // Most of what structures a file is at its beginning and at its end.
+                // Most of a file's structure is at its start and at its end.
                 let at = match random.next(3) {
                     0 => 16 + random.next(400),
                     1 => bytes.len() - 1 - random.next(400),
@@ -650,7 +650,7 @@ fn damage_is_an_error_of_one_line_or_changes_what_it_hits() {
 }
 
 #[test]
-fn noise_after_the_first_bytes_is_an_error() {
+fn noise_after_the_magic_bytes_is_an_error() {
     let mut random = Random(77);
     for magic in [&b"\x89MCAP0\r\n"[..], b"SQLite format 3\0"] {
         for length in [0, 1, 9, 100, 5000] {
@@ -662,7 +662,7 @@ fn noise_after_the_first_bytes_is_an_error() {
 }
 
 #[test]
-fn lengths_that_promise_too_much_are_not_believed() {
+fn excessive_lengths_are_rejected() {
     let magic = b"\x89MCAP0\r\n";
     for opcode in 1..=0x0F_u8 {
         for length in [u64::MAX, u64::MAX / 2, 1 << 40, 1 << 32, 300 << 20] {
@@ -673,7 +673,7 @@ fn lengths_that_promise_too_much_are_not_believed() {
             assert!(open(&bytes, &Hints::default()).is_err());
         }
     }
-    // A chunk whose sizes, and the length of whose compression, are not true.
+    // A chunk with wrong sizes and a wrong length of the compression name.
     let whole = written(Kind::Zstd, &one_foot(Order::Little), &[]);
     let header = u64::from_le_bytes(whole[9..17].try_into().unwrap()) as usize;
     let chunk = 17 + header;
@@ -687,7 +687,7 @@ fn lengths_that_promise_too_much_are_not_believed() {
 }
 
 #[test]
-fn a_database_of_another_program_is_called_one() {
+fn database_of_another_program_is_named_as_such() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("other.tmp");
     let database = rusqlite::Connection::open(&path).unwrap();
@@ -707,7 +707,7 @@ fn a_database_of_another_program_is_called_one() {
 }
 
 #[test]
-fn a_folder_is_read_in_the_order_of_its_numbers() {
+fn folder_is_read_in_order_of_its_numbers() {
     let messages = one_foot(Order::Little);
     let folder = tempfile::tempdir().unwrap();
     for (part, messages) in messages.chunks(18).enumerate() {
@@ -741,7 +741,7 @@ fn a_folder_is_read_in_the_order_of_its_numbers() {
 }
 
 #[test]
-fn a_bag_that_is_compressed_as_a_whole_is_read() {
+fn bag_compressed_as_a_whole_is_read() {
     let bytes = written(Kind::Database, &one_foot(Order::Little), &[]);
     let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
     gzip.write_all(&bytes).unwrap();
@@ -751,7 +751,7 @@ fn a_bag_that_is_compressed_as_a_whole_is_read() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_bag_that_comes_through_a_pipe_is_read() {
+fn bag_from_a_pipe_is_read() {
     use std::os::fd::AsRawFd;
     for kind in KINDS {
         let bytes = written(kind, &one_foot(Order::Little), &[]);
@@ -766,7 +766,7 @@ fn a_bag_that_comes_through_a_pipe_is_read() {
 }
 
 #[test]
-fn options_of_tables_and_formats_of_others_are_refused() {
+fn options_for_other_formats_are_rejected() {
     let bytes = written(Kind::Records, &one_foot(Order::Little), &[]);
     let mut hints = Hints::default();
     hints.table.mapping = "t=stamp".parse().unwrap();

@@ -1,4 +1,4 @@
-//! The values of a column in a batch, whatever their type.
+//! Values of a column in a batch, of any type.
 
 use std::borrow::Cow;
 
@@ -13,7 +13,7 @@ use arrow_array::{Array, ArrayRef};
 use arrow_buffer::NullBuffer;
 use arrow_schema::{DataType, TimeUnit};
 
-/// What the values of a type are read as.
+/// Interpretation of the values of a type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Number,
@@ -22,7 +22,7 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    /// `None` for types that are not read.
+    /// Kind of a type; `None` if it is not supported.
     pub(super) fn of(data_type: &DataType) -> Option<Self> {
         match data_type {
             DataType::Timestamp(..) | DataType::Duration(_) => Some(Self::Moment),
@@ -36,24 +36,24 @@ impl Kind {
                 Some(Self::Number)
             }
             integer if integer.is_integer() => Some(Self::Number),
-            // Of nulls alone: pandas writes a column without values as one.
+            // Only nulls: pandas writes a column without values as this type.
             DataType::Null => Some(Self::Number),
             _ => None,
         }
     }
 }
 
-/// The values of a column; `None` is blank.
+/// Values of a column; `None` is blank.
 pub(super) enum Column {
     Floats(Vec<Option<f64>>),
     Wholes(Vec<Option<i64>>),
-    /// In µs.
+    /// Times in µs.
     Moments(Vec<Option<i64>>),
     Texts(Vec<Option<String>>),
 }
 
 impl Column {
-    /// The values of an array that are not among `nulls`; `None` where its type is not read.
+    /// Values of an array except those in `nulls`; `None` if its type is not supported.
     pub(super) fn of(array: &ArrayRef, nulls: Option<&NullBuffer>) -> Option<Self> {
         let source = Values { array, nulls };
         Some(match array.data_type() {
@@ -101,8 +101,8 @@ impl Column {
         }
     }
 
-    /// The number of a row; an error with the text that is none. A moment is no number: it is
-    /// neither in the unit that a number would have nor from the same start.
+    /// Number of a row; the error is a text that is not a number. A timestamp is not a number: it has neither the
+    /// unit nor the start of one.
     pub(super) fn number(&self, row: usize) -> Result<Option<f64>, &str> {
         match self {
             Self::Floats(values) => Ok(values[row]),
@@ -140,7 +140,7 @@ impl Column {
     }
 }
 
-/// An array, with what is null in it or around it.
+/// An array, with the nulls in it or around it.
 struct Values<'a> {
     array: &'a ArrayRef,
     nulls: Option<&'a NullBuffer>,

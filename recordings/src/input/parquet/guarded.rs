@@ -1,18 +1,18 @@
-//! Calls of a library that may panic where a file is damaged.
+//! Calls of a library that may panic on damaged files.
 
 use std::cell::Cell;
 use std::panic::{self, AssertUnwindSafe};
 use std::sync::Once;
 
 thread_local! {
-    /// Whether a panic of this thread is an answer and no accident.
+    /// Whether a panic of this thread is expected.
     static IS_GUARDED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// What `call` returns; `None` where it panics, of which nothing is printed.
+/// Result of `call`; `None` if it panics, in which case nothing is printed.
 ///
-/// parquet 60 asserts what a sound file has: that ranges are not negative and that levels of nulls are
-/// not empty, for instance.
+/// parquet 60 asserts properties of valid files, for instance that ranges are not negative and that levels of
+/// nulls are not empty.
 pub(crate) fn guarded<T>(call: impl FnOnce() -> T) -> Option<T> {
     static SILENCE: Once = Once::new();
     SILENCE.call_once(|| {
@@ -24,7 +24,7 @@ pub(crate) fn guarded<T>(call: impl FnOnce() -> T) -> Option<T> {
         }));
     });
     IS_GUARDED.set(true);
-    // What has panicked is not used any more.
+    // Values involved in a panic are not used afterwards.
     let result = panic::catch_unwind(AssertUnwindSafe(call));
     IS_GUARDED.set(false);
     result.ok()

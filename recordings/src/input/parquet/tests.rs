@@ -20,7 +20,7 @@ use crate::recording::{Label, RecordedSample};
 
 const ROWS: usize = 20;
 
-/// Six axes that are all different, without a time.
+/// Six axes whose values are all different, without a time.
 fn axes() -> Vec<(&'static str, ArrayRef)> {
     ["ax", "ay", "az", "wx", "wy", "wz"]
         .into_iter()
@@ -72,7 +72,7 @@ fn samples(columns: Vec<(&str, ArrayRef)>) -> Vec<RecordedSample> {
     stored.samples().unwrap().map(Result::unwrap).collect()
 }
 
-/// The end of an error, from the name of the file on.
+/// The part of an error after the name of the file.
 fn why(columns: Vec<(&str, ArrayRef)>) -> String {
     let result = open(&written(columns), &Hints::default());
     let said = result.err().expect("an error").to_string();
@@ -108,7 +108,7 @@ fn columns_of_ours_are_read_over_all_row_groups() {
 }
 
 #[test]
-fn a_time_is_the_same_in_every_type() {
+fn time_is_the_same_in_every_type() {
     let expected: Vec<u64> = (0..ROWS as u64).map(|k| 1_000_000 * k).collect();
     let start = 1_700_000_000;
     let since_1970 = |per_second: i64| wholes(per_second).map(move |t| t + start * per_second);
@@ -175,7 +175,7 @@ fn a_time_is_the_same_in_every_type() {
     for (name, column) in columns {
         let named = format!("{name}: {}", column.data_type());
         let axes: Vec<_> = if matches!(name, "time_ms" | "t_ns" | "timestamp") {
-            // Times by other names are known in tables of others.
+            // Other names of times are recognised only in tables of other origin.
             let names = ["acc_x", "acc_y", "acc_z", "gyro_x", "gyro_y", "gyro_z"];
             names
                 .into_iter()
@@ -194,7 +194,7 @@ fn a_time_is_the_same_in_every_type() {
 }
 
 #[test]
-fn numbers_are_read_from_every_type_and_null_is_blank() {
+fn numbers_of_every_type_are_read_and_null_is_blank() {
     let some = |k: usize| (k != 3).then_some(k);
     let columns: [ArrayRef; 6] = [
         Arc::new(Int32Array::from_iter(
@@ -239,7 +239,7 @@ fn numbers_are_read_from_every_type_and_null_is_blank() {
 }
 
 #[test]
-fn a_validity_is_a_name_also_of_a_dictionary() {
+fn validity_is_a_name_also_in_a_dictionary() {
     let name = |k: usize| ["valid", "stale", "gyroscope_saturated", ""][k % 4];
     let columns: [ArrayRef; 2] = [
         Arc::new(StringArray::from_iter_values((0..ROWS).map(name))),
@@ -343,7 +343,7 @@ fn errors_name_the_row_and_the_column() {
 }
 
 #[test]
-fn a_mapping_and_units_apply() {
+fn mapping_and_units_are_applied() {
     let names = ["u", "v", "w", "p", "q", "r"];
     let columns = names
         .into_iter()
@@ -362,7 +362,7 @@ fn a_mapping_and_units_apply() {
 }
 
 #[test]
-fn a_file_without_rows_is_empty() {
+fn file_without_rows_is_empty() {
     let none =
         |name| -> (&str, ArrayRef) { (name, Arc::new(Float64Array::from(Vec::<f64>::new()))) };
     let columns = ["ax", "ay", "az", "wx", "wy", "wz"]
@@ -373,7 +373,7 @@ fn a_file_without_rows_is_empty() {
 }
 
 #[test]
-fn damage_is_an_error_and_no_panic() {
+fn damage_is_an_error_without_panic() {
     let whole = written(with(vec![("t", seconds())], axes()));
     for length in 4..whole.len() {
         assert!(
@@ -405,7 +405,7 @@ fn damage_is_an_error_and_no_panic() {
 }
 
 #[test]
-fn the_true_orientation_is_read_beside_the_samples() {
+fn true_orientation_is_read_with_the_samples() {
     let truth = [("qw", 0.6), ("qx", 0.8), ("qy", 0.0), ("qz", 0.0)];
     let mut columns = axes();
     columns.insert(0, ("t", seconds()));
@@ -422,7 +422,7 @@ fn the_true_orientation_is_read_beside_the_samples() {
     assert_eq!(known, (5..ROWS).collect::<Vec<_>>());
     let turned = orientations[7].unwrap();
     assert!((turned.w - 0.6).abs() < 1e-12 && (turned.v.x - 0.8).abs() < 1e-12);
-    // The samples are those that a replay reads.
+    // The samples equal those of a replay.
     let replayed = read().read(&Hints::default()).unwrap();
     assert_eq!(replayed.recording, loaded.recording);
 }

@@ -1,4 +1,4 @@
-//! Does one thing wrong, and notes what the processor makes of it.
+//! Provokes one fault, and records how the processor reports it.
 
 #![no_std]
 #![no_main]

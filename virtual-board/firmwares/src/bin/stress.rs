@@ -1,5 +1,5 @@
 //! Nested priorities with floats in every handler, two threads that `PendSV` switches between, and
-//! sections under BASEPRI and PRIMASK. Prints what everybody came to.
+//! sections under BASEPRI and PRIMASK. Prints the results of all contexts.
 
 #![no_std]
 #![no_main]
@@ -20,7 +20,7 @@ const TICKS: u32 = 3_000;
 /// Steps of an orbit in each half of a handler.
 const STEPS: u32 = 5;
 
-/// What one context owns, distinguished by its index: three interrupts, `SysTick`, two threads.
+/// State of one context, by its index: three interrupts, `SysTick`, two threads.
 struct Orbits([UnsafeCell<Orbit>; 6]);
 
 // SAFETY: each cell is used by one context only, and read by `main` when all others have ended.
@@ -35,7 +35,7 @@ static ORBITS: Orbits = Orbits([
     UnsafeCell::new(Orbit::new(5)),
 ]);
 
-/// A counter that is read, worked on and written under a mask by everybody.
+/// A counter that every context reads, modifies and writes under a mask.
 static SHARED: AtomicU32 = AtomicU32::new(0);
 static RUNS: [AtomicU32; 6] = [const { AtomicU32::new(0) }; 6];
 static TICK: AtomicU32 = AtomicU32::new(0);
@@ -45,7 +45,7 @@ static DEPTH: AtomicU32 = AtomicU32::new(0);
 /// Handlers that ran although BASEPRI masked them, and orbits whose bits were lost.
 static VIOLATIONS: AtomicU32 = AtomicU32::new(0);
 
-/// What a handler does; in the middle of it the interrupts in `pend` come.
+/// Body of a handler; sets the interrupts in `pend` pending half-way.
 fn run(context: usize, pend: u32) {
     if DEPTH.fetch_add(1, Ordering::Relaxed) > 0 {
         NESTED.fetch_add(1, Ordering::Relaxed);
@@ -209,7 +209,7 @@ fn SysTick() {
     let tick = TICK.load(Ordering::Relaxed);
     if tick < TICKS {
         TICK.store(tick + 1, Ordering::Relaxed);
-        // A pattern in which everybody interrupts everybody below.
+        // A pattern in which every handler interrupts all lower ones.
         let mut pend = 0;
         if tick.is_multiple_of(2) {
             pend |= 1 << 30;

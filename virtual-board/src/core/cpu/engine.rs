@@ -15,7 +15,7 @@ use crate::memory::{CCM, FACTORY, FLASH, Memory, OPTIONS, RAM, Region, UNIQUE_NU
 
 pub(super) type Engine = Unicorn<'static, ()>;
 
-/// Where peripherals live: start and length.
+/// Address ranges of peripherals: start and length.
 const WINDOWS: [(u64, u64); 4] = [
     (0x4000_0000, 0x0008_0000),
     (0x4200_0000, 0x0100_0000),
@@ -32,7 +32,7 @@ const MEMORIES: [(Region, Prot, u8); 5] = [
     (OPTIONS, Prot(1), 0xFF),
 ];
 
-/// The factory's bytes: a serial number, and the size of flash in KiB.
+/// Factory bytes: a serial number, and the size of flash in KiB.
 const FACTORY_WORDS: [(u32, u32); 4] = [
     (UNIQUE_NUMBER, 0x0034_001F),
     (UNIQUE_NUMBER + 4, 0x3332_5110),
@@ -40,7 +40,7 @@ const FACTORY_WORDS: [(u32, u32); 4] = [
     (0x1FFF_7A20, 0x0400_FFFF),
 ];
 
-/// Everything but RAM, first and last address. A hook on RAM makes every store there slow.
+/// Address space without RAM, first and last address. A hook on RAM makes every store there slow.
 const NOT_RAM: [(u64, u64); 3] = [
     (0, CCM.start as u64 - 1),
     (CCM.end() as u64, RAM.start as u64 - 1),
@@ -63,7 +63,7 @@ fn is_memory(address: u32, length: usize) -> bool {
         .any(|(region, ..)| region.holds(address, length))
 }
 
-/// An engine with memory that holds `segments`.
+/// Creates an engine with memory that holds `segments`.
 pub(super) fn with_memory(segments: &[(u32, Vec<u8>)]) -> Result<Engine, String> {
     let text = |error: uc_error| format!("{error:?}");
     let mut engine = Unicorn::new(Arch::ARM, Mode::THUMB).map_err(text)?;
@@ -94,21 +94,21 @@ pub(super) fn with_memory(segments: &[(u32, Vec<u8>)]) -> Result<Engine, String>
     Ok(engine)
 }
 
-/// RAM loses its content, as without supply.
+/// Overwrites RAM, which loses its content without supply.
 pub(super) fn lose_ram(engine: &mut Engine) {
     for region in [RAM, CCM] {
         engine.write(region.start, &vec![UNTOUCHED; region.size]);
     }
 }
 
-/// Makes RAM executable: stores to it are slow from then on.
+/// Makes RAM executable: stores to it are slow afterwards.
 pub(super) fn allow_code_in_ram(engine: &mut Engine) -> Result<(), uc_error> {
     engine.mem_protect(u64::from(RAM.start), RAM.size as u64, Prot::ALL)
 }
 
 impl Cpu {
-    /// Addresses are not translated, but RAM is not for code until code is met there. The engine
-    /// looks at every store to a page that may hold code.
+    /// Disables address translation; RAM becomes executable only once code in it is executed. The engine inspects
+    /// every store to a page that may hold code.
     pub(super) fn translate_addresses(&mut self) -> Result<(), uc_error> {
         self.engine.ctl_set_tlb_type(TlbType::VIRTUAL)?;
         let machine = Rc::clone(&self.machine);
@@ -133,8 +133,8 @@ impl Cpu {
         Ok(())
     }
 
-    /// Peripherals are windows without rights. The engine then calls the hook for protection,
-    /// which knows the exact PC, and after it the window, which does not.
+    /// Maps peripherals as windows without access rights. The engine then calls the protection hook, which has the
+    /// exact PC, and after it the window, which does not.
     pub(super) fn map_peripherals(&mut self) -> Result<(), uc_error> {
         let loaded = Rc::new(Cell::new(0));
         for (start, size) in WINDOWS {

@@ -1,4 +1,4 @@
-//! Exceptions in and out: frames, vectors, faults (ARMv7-M, B1.5).
+//! Exception entry and return: frames, vectors, faults (ARMv7-M, B1.5).
 
 use unicorn_engine::{RegisterARM, Unicorn};
 
@@ -29,13 +29,13 @@ const STACKED: [RegisterARM; 6] = [
     RegisterARM::LR,
 ];
 
-/// Cycles from an exception's arrival to its handler, from its end to the interrupted code, and
-/// from one handler to the next.
+/// Cycles from an exception's arrival to its handler, from its end to the interrupted code, and from one handler
+/// to the next.
 const ENTRY: u64 = 12;
 const EXIT: u64 = 10;
 const TAIL: u64 = 6;
 
-/// A fault of the architecture.
+/// An architectural fault.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CoreFault {
     pub(super) number: u16,
@@ -156,8 +156,8 @@ impl Cpu {
             machine.scb.vtor
         };
         let vector = self.engine.word(table + 4 * u32::from(number));
-        // A frame that could not be written is a fault of its own; one of the two exceptions that
-        // nothing interrupts begins all the same, and after an NMI the fault is due.
+        // A failed write of the frame raises a fault of its own; the two exceptions that cannot be interrupted
+        // begin nevertheless, and after an NMI the fault is pending.
         let unbroken = matches!(number, exception::NMI | exception::HARD_FAULT);
         if !stacked && number == exception::NMI {
             machine.scb.hfsr |= FORCED;
@@ -183,7 +183,7 @@ impl Cpu {
         }
         self.fresh_flags();
         if failed {
-            // The derived fault takes the place of the exception's first instruction.
+            // The derived fault replaces the first instruction of the exception.
             let mut machine = self.machine.borrow_mut();
             machine.nvic.end(number);
             if number < exception::INTERRUPT || machine.nvic.priority_of(number) >= 0 {
@@ -202,13 +202,13 @@ impl Cpu {
         }
     }
 
-    /// The engine looks at the flags it has cached; this renews them.
+    /// Refreshes the flags that the engine has cached.
     fn fresh_flags(&mut self) {
         let flags = self.get(RegisterARM::XPSR) & 0xF000_0000;
         self.set(RegisterARM::APSR_NZCV, flags);
     }
 
-    /// Returns from an exception, by the return code `code`.
+    /// Returns from an exception, with return code `code`.
     pub(super) fn leave(&mut self, code: u32) {
         let number = (self.get(RegisterARM::XPSR) & 0x1FF) as u16;
         let ended = self.machine.borrow_mut().nvic.end(number);
@@ -266,12 +266,12 @@ impl Cpu {
         self.set(RegisterARM::PC, word(6) | (xpsr >> 24) & 1);
         let bits = xpsr & 0x0600_FC00;
         self.fresh_flags();
-        // Writing the PC and the flags left the IT state alone, or it is written again here.
+        // Restores the IT state, which writing the PC and the flags may have changed.
         self.set(RegisterARM::EPSR, bits | xpsr & 0x0100_0000);
         self.event = true;
 
         let mut machine = self.machine.borrow_mut();
-        // The stack is not popped and pushed between two handlers.
+        // Tail-chaining: the stack is not popped and pushed between two handlers.
         let tail = machine
             .nvic
             .next()
@@ -286,7 +286,7 @@ impl Cpu {
     }
 }
 
-/// Exceptions run only where their priority value is below this.
+/// Priority value below which exceptions are taken.
 pub(super) fn masked_below(engine: &Unicorn<'_, ()>, machine: &Machine) -> i16 {
     let get = |register| engine.reg_read(register).unwrap_or(0) as u8;
     let mut priority = THREAD;
@@ -303,7 +303,7 @@ pub(super) fn masked_below(engine: &Unicorn<'_, ()>, machine: &Machine) -> i16 {
     priority
 }
 
-/// Whether the stack may lie there.
+/// Returns whether the address is valid for a stack.
 const fn is_writable(address: u32) -> bool {
     CCM.contains(address) || RAM.contains(address)
 }

@@ -1,4 +1,4 @@
-//! Runs the engine until it stops, and acts on the reason.
+//! Runs the engine until it stops, and handles the reason.
 
 use unicorn_engine::RegisterARM;
 
@@ -17,7 +17,7 @@ const YIELD: u16 = 0xBF10;
 const SEMIHOSTING: u16 = 0xBEAB;
 
 impl Cpu {
-    /// Lets the engine run until a hook stops it, and acts on why.
+    /// Runs the engine until a hook stops it, and handles the reason.
     pub(super) fn run_blocks(&mut self) -> Result<(), Failure> {
         {
             let mut machine = self.machine.borrow_mut();
@@ -30,7 +30,7 @@ impl Cpu {
         // The current block, up to where it stopped.
         let block = self.finish_block(pc, &stop);
         match stop {
-            // A store goes on to the end of its block, and the bus refuses it afterwards.
+            // A store continues to the end of its block, and the bus refuses it afterwards.
             Some(Stop::Boundary) => {}
             Some(Stop::Store { address }) => {
                 self.fault(pc, CoreFault::bus(cfsr::IMPRECISERR, None), Some(address));
@@ -46,7 +46,7 @@ impl Cpu {
                 if pc >= 0xFFFF_FF00 {
                     self.leave(pc);
                 } else if RAM.contains(pc) && !self.runs_from_ram.replace(true) {
-                    // Stores to executable memory are slow, so only a program that needs it gets it.
+                    // Stores to executable memory are slow, so it is enabled on first use only.
                     engine::allow_code_in_ram(&mut self.engine)
                         .map_err(|error| Failure::new(pc, None, format!("{error:?}")))?;
                 } else {
@@ -98,7 +98,7 @@ impl Cpu {
         Ok(())
     }
 
-    /// Charges the block that was running when the engine stopped: its start and length.
+    /// Charges the block that was running when the engine stopped. Returns its start and length.
     fn finish_block(&mut self, pc: u32, stop: &Option<Stop>) -> Option<(u32, u32)> {
         let mut machine = self.machine.borrow_mut();
         let block = machine.running.take()?;
@@ -121,7 +121,7 @@ impl Cpu {
         Some((block.address, block.block.size))
     }
 
-    /// A floating-point instruction comes while the unit is off: runs up to it, then faults.
+    /// Handles a floating-point instruction while the unit is off: runs up to it, then faults.
     fn without_float(&mut self, instructions: u32, offset: u32) -> Result<(), Failure> {
         let start = self.get(RegisterARM::PC);
         let pc = start + offset;
@@ -146,7 +146,7 @@ impl Cpu {
         Ok(())
     }
 
-    /// A supervisor call.
+    /// Handles a supervisor call.
     fn call(&mut self, pc: u32) {
         let (priority, running) = {
             let machine = self.machine.borrow();
@@ -171,7 +171,7 @@ impl Cpu {
         }
     }
 
-    /// A breakpoint: a call of semihosting, or an error.
+    /// Handles a breakpoint: a semihosting call, or an error.
     fn breakpoint(&mut self, pc: u32) -> Result<(), Failure> {
         if self.half(pc) != SEMIHOSTING {
             return Err(Failure::new(pc, None, "a breakpoint, and no debugger"));
@@ -190,7 +190,7 @@ impl Cpu {
         Ok(())
     }
 
-    /// Two bytes of code.
+    /// Reads two bytes of code.
     fn half(&mut self, address: u32) -> u16 {
         let mut bytes = [0; 2];
         self.engine.read(address, &mut bytes);

@@ -1,11 +1,11 @@
-//! The bus: who sends when, how a frame ends, and faults of the lines.
+//! The bus: arbitration, the end of a frame, and faults of the lines.
 
 use super::registers::{ABOM, INAK, INRQ, LOOPBACK, NART, SILENT, SLAK, SLEEP};
 use super::{BusFault, Can, Frame, Sender, TimedFrame};
 use crate::time::NEVER;
 
 impl Can {
-    /// When something happens on the bus.
+    /// Time of the next event on the bus.
     #[must_use]
     pub fn next_event(&self) -> u64 {
         let mut next = self.joined_at;
@@ -33,7 +33,7 @@ impl Can {
         self.timing & LOOPBACK == 0 && matches!(self.fault, BusFault::None | BusFault::Saturated)
     }
 
-    /// Lets time pass.
+    /// Advances to `now`.
     pub fn advance(&mut self, now: u64) {
         loop {
             if self.joined_at <= now && self.busy.is_none() {
@@ -73,7 +73,7 @@ impl Can {
         }
     }
 
-    /// Which sender wins: the lowest identifier among the mailbox that is next and the other nodes.
+    /// Selects the winner: the lowest identifier among the next mailbox and the other nodes.
     fn arbitrate(&mut self, start: u64) {
         let own = if self.takes_part() {
             self.next_mailbox()
@@ -128,7 +128,7 @@ impl Can {
                 };
                 if let Some(code) = error {
                     self.last_error = code;
-                    // A passive node without an acknowledge counts no further.
+                    // A passive node does not count further errors without an acknowledge.
                     if !(code == 3 && self.transmit_errors >= 128) {
                         self.transmit_errors += 8;
                     }
@@ -166,7 +166,7 @@ impl Can {
         }
     }
 
-    /// The controller takes part again after this many recessive bits.
+    /// Waits for this many recessive bits until the controller takes part again.
     pub(super) fn wait_for_idle(&mut self, bits: u64) {
         self.joined_at = match self.fault {
             BusFault::Shorted => NEVER,

@@ -1,4 +1,4 @@
-//! Error counters and the states that follow from them: warning, passive, off.
+//! Error counters and the states derived from them: warning, passive, off.
 
 use super::Can;
 use super::registers::{ABOM, ERRI};
@@ -11,7 +11,7 @@ impl Can {
     }
 
     pub(super) fn error_raised(&mut self) {
-        // ERRIE, and LECIE, BOFIE, EPVIE, EWGIE for the state that was reached.
+        // ERRIE, and LECIE, BOFIE, EPVIE, EWGIE for the new state.
         if self.transmit_errors > 255 && !self.off {
             self.off = true;
             self.transmit_errors = 0;

@@ -3,13 +3,13 @@
 /// A data frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Frame {
-    /// Its identifier: 11 bits, or 29 where `extended`.
+    /// Identifier: 11 bits, or 29 if `extended`.
     pub id: u32,
     /// Whether the identifier has 29 bits.
     pub extended: bool,
     /// Whether it requests data instead of carrying it.
     pub remote: bool,
-    /// Up to eight bytes.
+    /// Payload, up to eight bytes.
     pub data: Vec<u8>,
 }
 
@@ -25,7 +25,7 @@ impl Frame {
         }
     }
 
-    /// Rank in arbitration: the lower one wins.
+    /// Rank in arbitration: the lower value wins.
     #[must_use]
     pub const fn rank(&self) -> u64 {
         // Eleven bits, then RTR or SRR, IDE, eighteen bits, RTR.
@@ -39,7 +39,7 @@ impl Frame {
         }
     }
 
-    /// Its bits on the bus, stuffed, with the three between frames.
+    /// Number of bits on the bus, with stuff bits and the three bits between frames.
     #[must_use]
     pub fn bits(&self) -> u64 {
         let mut bits = Vec::with_capacity(128);
@@ -90,7 +90,7 @@ impl Frame {
 /// A frame on the bus.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TimedFrame {
-    /// When it ended, in units of [`time`](crate::time).
+    /// Time of its end, in units of [`time`](crate::time).
     pub time: u64,
     /// The frame.
     pub frame: Frame,
@@ -101,7 +101,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_frame_of_eight_bytes_is_as_long_as_the_specification_says() {
+    fn a_frame_of_eight_bytes_has_the_specified_length() {
         // 111 bits and intermission without a stuffed bit; at most 24 of them with 8 bytes.
         let plain = Frame::new(0x555, &[0x55; 8]).bits();
         let stuffed = Frame::new(0, &[0; 8]).bits();

@@ -3,7 +3,7 @@
 use super::{Can, Frame};
 
 impl Can {
-    /// Puts a frame into the FIFO of the filter that takes it.
+    /// Puts a frame into the FIFO of the filter that accepts it.
     pub(super) fn receive(&mut self, frame: &Frame) {
         let Some((fifo, index)) = self.filter(frame) else {
             return;
@@ -40,7 +40,7 @@ impl Can {
         }
     }
 
-    /// Which FIFO takes a frame, and by which filter.
+    /// FIFO and filter number for a frame, if a filter accepts it.
     fn filter(&self, frame: &Frame) -> Option<(usize, u32)> {
         if self.filter_master & 1 != 0 {
             return None;

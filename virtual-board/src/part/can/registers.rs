@@ -15,7 +15,7 @@ pub(super) const ERRI: u32 = 4;
 pub(super) const LOOPBACK: u32 = 1 << 30;
 pub(super) const SILENT: u32 = 1 << 31;
 
-/// A frame that waits for the bus.
+/// A frame that waits for transmission.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Mailbox {
     pub(super) registers: [u32; 4],
@@ -49,7 +49,7 @@ impl Mailbox {
 }
 
 impl Can {
-    /// Lines of the transmit, the two receive and the status interrupt.
+    /// Lines of the transmit, the two receive and the status interrupts.
     #[must_use]
     pub fn lines(&self) -> [bool; 4] {
         let fifo = |index: usize| {
@@ -69,12 +69,12 @@ impl Can {
     /// Reads a register.
     ///
     /// # Errors
-    /// Where there is none.
+    /// If the register does not exist.
     pub fn read(&mut self, offset: u32, now: u64) -> Result<u32, String> {
         self.advance(now);
         Ok(match offset {
             0x00 => self.control & !(1 << 15),
-            // The receive pin is recessive where no node sends.
+            // The receive pin is recessive while no node sends.
             0x04 => self.status | 0xC00,
             0x08 => {
                 let empty = (0..3)
@@ -127,7 +127,7 @@ impl Can {
     /// Writes a register.
     ///
     /// # Errors
-    /// Where there is none, or it is locked.
+    /// If the register does not exist, or it is locked.
     pub fn write(&mut self, offset: u32, value: u32, now: u64) -> Result<(), String> {
         self.advance(now);
         self.now = self.now.max(now);
@@ -143,7 +143,7 @@ impl Can {
                     }
                     if value >> shift & 0x80 != 0 && self.mailboxes[index].pending {
                         match self.busy {
-                            // The frame on the bus ends first.
+                            // The frame on the bus is completed first.
                             Some((Sender::Mailbox(sending), _)) if sending == index => {}
                             _ => self.complete(index, false),
                         }
@@ -201,7 +201,7 @@ impl Can {
         Ok(())
     }
 
-    /// Initialisation begins, where it was asked for.
+    /// Enters initialisation mode, if requested.
     pub(super) const fn acknowledge(&mut self) {
         if self.control & INRQ == 0 {
             return;
@@ -209,7 +209,7 @@ impl Can {
         self.status = self.status & !SLAK | INAK;
         self.joined_at = NEVER;
         if self.control & SLEEP == 0 {
-            // Initialisation ends bus-off after its time; here at once.
+            // Initialisation ends bus-off after a time; the model ends it at once.
             self.off = false;
         }
     }
@@ -217,7 +217,7 @@ impl Can {
     fn set_control(&mut self, value: u32) {
         let old = core::mem::replace(&mut self.control, value & 0x1_00FF);
         if value & INRQ != 0 {
-            // The frame on the bus ends first, and a bus that is never idle delays it without end.
+            // The frame on the bus is completed first, and a bus that is never idle delays this indefinitely.
             let is_held = self.busy.is_some() || self.fault == BusFault::Shorted;
             if !(self.is_normal() && is_held) {
                 self.acknowledge();

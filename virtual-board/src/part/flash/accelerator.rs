@@ -9,14 +9,14 @@
 
 use crate::memory::FLASH;
 
-/// Bytes of a line, as a shift.
+/// Size of a line as a shift, bytes.
 const LINE: u32 = 4;
 
-/// Lines of the cache for instructions, and of that for literals.
+/// Number of lines of the instruction cache, and of the literal cache.
 const INSTRUCTION_LINES: usize = 64;
 const DATA_LINES: usize = 8;
 
-/// Lines of flash.
+/// Number of lines in flash.
 const LINES: usize = FLASH.size >> LINE;
 
 const PREFETCH: u32 = 1 << 8;
@@ -28,12 +28,12 @@ const DATA_RESET: u32 = 1 << 12;
 /// Not in the cache.
 const ABSENT: u8 = 0xFF;
 
-/// Lines at hand, the least recently used first to go.
+/// A cache of lines; the least recently used one is replaced.
 #[derive(Clone, Debug)]
 struct Cache {
-    /// The slot of each line of flash.
+    /// Slot of each line of flash.
     slot_of: Vec<u8>,
-    /// The line in each slot, and when it was last used.
+    /// Line in each slot, and time of its last use.
     slots: Vec<(u32, u64)>,
     capacity: usize,
     uses: u64,
@@ -61,7 +61,7 @@ impl Cache {
             .is_some_and(|&slot| slot != ABSENT)
     }
 
-    /// Uses a line: whether it is there.
+    /// Uses a line. Returns whether it was in the cache.
     fn take(&mut self, line: u32) -> bool {
         if !self.holds(line) {
             return false;
@@ -90,39 +90,38 @@ impl Cache {
     }
 }
 
-/// A load from flash whose address is known from the code: where in its block the instruction is,
-/// and the address it reads.
+/// A load from flash whose address is known from the code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Literal {
-    /// Bytes from the block's start.
+    /// Offset of the instruction from the block's start, bytes.
     pub offset: u32,
-    /// The address that is read.
+    /// Address that is read.
     pub address: u32,
 }
 
 /// A straight run of instructions that is about to execute.
 #[derive(Clone, Copy, Debug)]
 pub struct Run<'a> {
-    /// Its address.
+    /// Start address.
     pub address: u32,
-    /// Its length, bytes.
+    /// Length, bytes.
     pub size: u32,
-    /// Its cycles without any wait for flash.
+    /// Cycles without waiting for flash.
     pub cycles: u32,
-    /// Its loads from flash, in order.
+    /// Loads from flash, in order.
     pub literals: &'a [Literal],
 }
 
-/// The lines at hand, and the read that is under way.
+/// State of the caches and of the current read.
 #[derive(Clone, Debug)]
 pub struct Accelerator {
     access: u32,
     instructions: Cache,
     data: Cache,
     current: u32,
-    /// The line that is read ahead, and the cycle from which a fetch of it does not wait.
+    /// Line that is read ahead, and the cycle from which its fetch does not wait.
     ahead: Option<(u32, u64)>,
-    /// Flash is read until this cycle.
+    /// Cycle until which flash is busy with a read.
     busy_until: u64,
 }
 
@@ -140,7 +139,7 @@ impl Default for Accelerator {
 }
 
 impl Accelerator {
-    /// After a reset: caches off and empty.
+    /// Resets the state: caches off and empty.
     pub fn reset(&mut self) {
         self.access = 0;
         self.instructions.clear();
@@ -148,16 +147,16 @@ impl Accelerator {
         self.forget();
     }
 
-    /// Flash has changed: nothing read ahead is worth anything.
+    /// Discards lines that were read, as flash has changed.
     pub const fn forget(&mut self) {
         self.current = u32::MAX;
         self.ahead = None;
     }
 
-    /// Takes in a value of `FLASH_ACR`.
+    /// Applies a value of `FLASH_ACR`.
     ///
     /// # Errors
-    /// Where a cache is reset while it is on, which the part ignores.
+    /// If a cache is reset while it is on, which the part ignores.
     pub fn configure(&mut self, access: u32) -> Result<(), String> {
         let both = |reset: u32, enable: u32| access & reset != 0 && access & enable != 0;
         if both(INSTRUCTION_RESET, INSTRUCTION_CACHE) || both(DATA_RESET, DATA_CACHE) {
@@ -177,15 +176,14 @@ impl Accelerator {
         (self.access & 7) as u64
     }
 
-    /// Begins to read a line as soon as that is possible: from which cycle on a fetch of it does
-    /// not wait.
+    /// Starts the read of a line as soon as possible. Returns the cycle from which its fetch does not wait.
     fn read(&mut self, at: u64) -> u64 {
         let start = at.max(self.busy_until);
         self.busy_until = start + self.wait_states() + 1;
         start + self.wait_states()
     }
 
-    /// Fetches a line of instructions at a cycle: how many cycles the core waits.
+    /// Fetches a line of instructions at a cycle. Returns the number of wait cycles.
     fn line(&mut self, at: u64, line: u32) -> u64 {
         if line == self.current {
             return 0;
@@ -213,7 +211,7 @@ impl Accelerator {
         wait
     }
 
-    /// Loads a literal at a cycle: how many cycles the core waits.
+    /// Loads a literal at a cycle. Returns the number of wait cycles.
     fn load(&mut self, at: u64, line: u32) -> u64 {
         let cached = self.access & DATA_CACHE != 0;
         if cached && self.data.take(line) {
@@ -226,11 +224,11 @@ impl Accelerator {
         ready - at
     }
 
-    /// A run begins at a cycle: how many cycles the core waits for flash in it.
+    /// Fetches a run that begins at a cycle. Returns the number of cycles the core waits for flash in it.
     pub fn fetch(&mut self, at: u64, run: &Run) -> u64 {
         let from = run.address.wrapping_sub(FLASH.start);
         let (first, last) = (from >> LINE, (from + run.size.max(1) - 1) >> LINE);
-        // The cycles before an instruction are taken in proportion to the bytes before it.
+        // The cycle of an instruction is interpolated by the bytes before it.
         let into = |offset: u32| u64::from(run.cycles * offset / run.size.max(1));
         let mut literals = run.literals.iter().peekable();
         let mut wait = 0;
@@ -279,18 +277,18 @@ mod tests {
     }
 
     #[test]
-    fn prefetch_hides_all_but_what_flash_is_slower_than_the_core() {
-        // A line of four instructions each six cycles: two of them are waited for.
+    fn prefetch_hides_all_but_the_excess_of_flash_time() {
+        // A line of four instructions every six cycles: two of them are wait cycles.
         let mut accelerator = accelerator(5 | PREFETCH);
         assert_eq!(accelerator.fetch(0, &run(0, 1)), 5);
         assert_eq!(accelerator.fetch(9, &run(1, 10)), 10 * 2);
-        // With three wait states none is.
+        // With three wait states there is no wait.
         let mut accelerator = self::accelerator(3 | PREFETCH);
         assert_eq!(accelerator.fetch(0, &run(0, 10)), 3);
     }
 
     #[test]
-    fn a_loop_that_fits_the_cache_is_waited_for_once_and_one_that_does_not_each_time() {
+    fn loops_wait_once_if_they_fit_the_cache() {
         let round = |lines: u32, accelerator: &mut Accelerator, at: &mut u64| {
             let mut wait = 0;
             for line in 0..lines {
@@ -310,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_read_ahead_stays_out_of_the_cache() {
+    fn prefetched_lines_stay_out_of_the_cache() {
         let mut accelerator = accelerator(ALL_ON);
         assert_eq!(accelerator.fetch(0, &run(0, 2)), 5 + 2);
         assert_eq!(
@@ -324,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn literals_have_eight_lines_of_their_own() {
+    fn literals_have_a_cache_of_eight_lines() {
         let mut accelerator = accelerator(ALL_ON);
         let mut wait = |line: u32, at: u64| {
             let literals = [Literal {
@@ -346,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cache_is_reset_only_while_it_is_off() {
+    fn a_cache_can_be_reset_only_while_it_is_off() {
         let mut accelerator = accelerator(ALL_ON);
         accelerator.fetch(0, &run(0, 1));
         assert!(accelerator.configure(ALL_ON | INSTRUCTION_RESET).is_err());

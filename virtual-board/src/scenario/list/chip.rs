@@ -11,7 +11,7 @@ use crate::corner::Corner;
 use crate::part::rcc::ResetCause;
 use crate::scenario::{Invalid, Reports, Scenario, Step};
 
-/// Without the crystal from power-up on.
+/// No crystal from power-up on.
 const NO_CRYSTAL: Scenario = Scenario {
     at_power_up: true,
     with_can: false,
@@ -20,7 +20,7 @@ const NO_CRYSTAL: Scenario = Scenario {
     ..PLAIN
 };
 
-/// Ended by the watchdog.
+/// A hang, ended by the watchdog.
 const HANG: Scenario = Scenario {
     steps: |_| vec![Step::Inject(Injection::Hang)],
     invalid: Invalid::UntilNextSample,
@@ -30,7 +30,7 @@ const HANG: Scenario = Scenario {
     ..PLAIN
 };
 
-/// In the order of the table.
+/// Rows in the order of the table.
 pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "no-crystal",

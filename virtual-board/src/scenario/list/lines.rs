@@ -1,4 +1,4 @@
-//! Faults of the lines that lead out.
+//! Faults of the external lines.
 
 use lsm6dsox::sim::PartFault as SensorFault;
 use wire::dictionary::index;
@@ -11,7 +11,7 @@ use crate::part::can::BusFault;
 use crate::part::usart::LineFault;
 use crate::scenario::{Invalid, Reports, Scenario, Step};
 
-/// In the order of the table.
+/// Rows in the order of the table.
 pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "bus-shorted",
@@ -67,7 +67,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "uart-receive-dma-error",
         what: "serial line: receive DMA error in the second half of its buffer, during garbage",
-        // The first error comes with byte 257, of some the last one.
+        // The first error comes with byte 257, which is the last byte of variant 0.
         steps: |variant| {
             vec![
                 Step::Inject(Injection::DmaError(RECEIVE_STREAM)),

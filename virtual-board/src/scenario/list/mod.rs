@@ -11,28 +11,28 @@ use wire::{Address, Value};
 
 use super::{Invalid, Pages, Reports, Scenario, Step};
 
-/// How long a fault that does not end by itself lasts, ms.
+/// Duration of a fault that does not end by itself, ms.
 const LASTING: Option<u64> = Some(300);
 
-/// TIM2's interrupt: tick and edges.
+/// Interrupt of TIM2: tick and edges.
 const TIMER: u16 = 28;
 
-/// The interrupt of the DMA that feeds the serial line.
+/// Interrupt of the DMA that feeds the serial line.
 const SERIAL_DMA: u16 = 70;
 
-/// The streams of DMA2 that fetch from the sensor's bus, and from and to the serial line.
+/// Streams of DMA2 that read from the sensor's bus, and from and to the serial line.
 const SENSOR_STREAM: usize = 0;
 const RECEIVE_STREAM: usize = 2;
 const SERIAL_STREAM: usize = 7;
 
-/// A source of load that is plugged in, as read.
+/// Code of a connected load source.
 const LOADED: u16 = 2000;
 
 /// The sensor's edges are 150 µs apart and its reading takes 20 µs; a frame about the tick before
 /// may still be on its way.
 const ONE_TICK_US: u64 = 1_700;
 
-/// By then every kind of fault of the sensor has been detected, µs.
+/// Time by which every kind of sensor fault has been detected, µs.
 const FOUND_US: u64 = 5_000;
 
 const PLAIN: Scenario = Scenario {
@@ -64,7 +64,7 @@ const PLAIN: Scenario = Scenario {
     note: "",
 };
 
-/// Of the sensor, for a while.
+/// A sensor fault that is cleared after a while.
 const SENSOR: Scenario = Scenario {
     lasts_ms: LASTING,
     invalid: Invalid::UntilCleared,
@@ -75,12 +75,12 @@ const SENSOR: Scenario = Scenario {
 
 const LOAD_FROM_ANALOG: Step = Step::Set(Address::new(index::LOAD_INPUT, 1), Value::U8(1));
 
-/// A setting that is changed, where it does not matter which.
+/// A setting that is changed; which one does not matter.
 const LOAD_SCALE: Address = Address::new(index::LOAD_INPUT, 2);
 
 const OLD_AND_NEW: [Value; 2] = [Value::F32(2.0), Value::F32(3.0)];
 
-/// The old value of the setting that is changed.
+/// Restores the old value of the setting that is changed.
 pub(super) const OLD_SCALE: Step = Step::Set(LOAD_SCALE, OLD_AND_NEW[0]);
 
 const SUBJECTS: [&[Scenario]; 4] = [sensor::ROWS, lines::ROWS, settings::ROWS, chip::ROWS];
@@ -88,7 +88,7 @@ const SUBJECTS: [&[Scenario]; 4] = [sensor::ROWS, lines::ROWS, settings::ROWS, c
 const COUNT: usize =
     sensor::ROWS.len() + lines::ROWS.len() + settings::ROWS.len() + chip::ROWS.len();
 
-/// All of them, in the order of the table.
+/// All scenarios, in the order of the table.
 pub static ALL: &[Scenario] = &{
     let mut all = [PLAIN; COUNT];
     let (mut subject, mut count) = (0, 0);

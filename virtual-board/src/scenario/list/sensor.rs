@@ -8,7 +8,7 @@ use super::{FOUND_US, ONE_TICK_US, SENSOR, SENSOR_STREAM};
 use crate::board::{BoardOptions, Injection};
 use crate::scenario::{Invalid, Reports, Scenario, Step};
 
-/// Every register has been read back within, µs.
+/// Period in which every register is read back, µs.
 const ROTATION_US: u64 = 200_000;
 
 /// A register of the sensor changes its value.
@@ -62,7 +62,7 @@ fn set_bias(options: &mut BoardOptions, degrees: f64) {
     }
 }
 
-/// In the order of the table.
+/// Rows in the order of the table.
 pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "miso-low",

@@ -8,7 +8,7 @@ use crate::board::Injection;
 use crate::part::rcc::ResetCause;
 use crate::scenario::{Pages, Reports, Scenario, Step};
 
-/// In the order of the table.
+/// Rows in the order of the table.
 pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "flash-blank",

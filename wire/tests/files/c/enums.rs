@@ -1,4 +1,4 @@
-//! Enumerations in C: what each name and number is comes from the crate's own.
+//! Enumerations in C: names and numbers come from the crate's own.
 
 use std::fmt::{Debug, Write};
 
@@ -11,32 +11,32 @@ use super::super::dbc::NODE_STATES;
 use super::super::eds::ascii;
 use super::{comment, snake};
 
-/// Whether C has to ask if a number is one of an enumeration's.
+/// Whether C code must check if a number belongs to the enumeration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Asked {
     Yes,
     No,
 }
 
-/// An enumeration.
+/// Enumeration.
 #[derive(Clone, Debug)]
 pub struct Enum {
     name: &'static str,
     about: &'static str,
-    /// Number, name in C without what all share, and text.
+    /// Number, name in C without the common prefix, and text.
     values: Vec<(u32, String, String)>,
-    /// A value that stands for all others: it is never sent.
+    /// Value that represents all others: it is never sent.
     unknown: Option<u32>,
     asked: Asked,
 }
 
-/// A variant's name as it is part of a constant.
+/// Name of a variant as part of a constant.
 fn snake_of(variant: impl Debug) -> String {
     snake(&format!("{variant:?}"))
 }
 
 impl Enum {
-    /// Of numbers, what is to become their constants, and names.
+    /// Creates an enumeration from numbers, the names of their constants, and texts.
     fn new(
         name: &'static str,
         about: &'static str,
@@ -109,7 +109,7 @@ impl Enum {
     }
 }
 
-/// A number as people write one of its size.
+/// Formats a number as is usual for its size.
 fn number(code: u32) -> String {
     if code < 0x100 {
         code.to_string()
@@ -210,7 +210,7 @@ const COMMANDS: [(Command, &str); 5] = [
     (Command::ResetCommunication, "reset_communication"),
 ];
 
-/// What else is known of faults: code, detail, the sets that the error register follows from.
+/// Other properties of faults: code, detail, the sets that determine the error register.
 pub fn fault_functions() -> String {
     let about = |of: &dyn Fn(Fault) -> String| -> String {
         Fault::ALL

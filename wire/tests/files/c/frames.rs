@@ -8,7 +8,7 @@ use wire::pdo::{Field, Kind, Signal};
 use super::snake;
 use super::structs::{Member, Refusal, Struct, Type};
 
-/// Fields of one byte whose bits are signals of their own: name, what they are in C, what they are.
+/// Fields of one byte whose bits are signals of their own: name, type in C, description.
 const BYTES: [(Pdo, &str, &str, &str); 2] = [
     (
         Pdo::Contact,
@@ -24,7 +24,7 @@ const BYTES: [(Pdo, &str, &str, &str); 2] = [
     ),
 ];
 
-/// The structures of those bytes.
+/// Structures of those bytes.
 pub fn bytes() -> Vec<Struct> {
     BYTES
         .map(|(pdo, field, name, about)| {
@@ -49,7 +49,7 @@ pub fn bytes() -> Vec<Struct> {
         .to_vec()
 }
 
-/// A signal in a byte, from its bit `start` on.
+/// Signal in a byte, from its bit `start` on.
 fn bits(signal: &Signal, start: u8) -> Member {
     let Kind::Named(names) = signal.kind else {
         panic!("{} is a quantity in a byte of others", signal.name);
@@ -86,7 +86,7 @@ fn bits(signal: &Signal, start: u8) -> Member {
     }
 }
 
-/// The structure of each frame.
+/// Structure of each frame.
 pub fn structs() -> Vec<Struct> {
     Pdo::ALL
         .map(|pdo| {
@@ -131,7 +131,7 @@ fn byte(field: &Field, name: &'static str, about: &str, start: u8) -> Member {
     }
 }
 
-/// A signal of whole bytes.
+/// Signal of whole bytes.
 fn member(signal: &Signal) -> Member {
     let name = snake(signal.name);
     assert_eq!(signal.start % 8, 0, "{name}");
@@ -149,7 +149,7 @@ fn member(signal: &Signal) -> Member {
             quantity(signal.start / 8, factor),
         ),
         Kind::Unsigned { factor } if signal.unit == "ms" => {
-            // In whole microseconds nothing is lost.
+            // Exact in whole microseconds.
             let micros = (factor * 1000.0).round();
             assert!((factor * 1000.0 - micros).abs() < 1.0e-9, "{name}");
             let (kind, of) = if signal.length == 32 {
@@ -179,7 +179,7 @@ fn member(signal: &Signal) -> Member {
     }
 }
 
-/// A code of 16 bits at this byte times a step, which the decoders take as an f32.
+/// A 16-bit code at this byte times a step, which the decoders treat as an f32.
 pub fn quantity(byte: impl Into<usize>, step: f64) -> String {
     format!(
         "quantity(i16_at(data + {}), {:?}f)",
@@ -188,7 +188,7 @@ pub fn quantity(byte: impl Into<usize>, step: f64) -> String {
     )
 }
 
-/// How a member's name says its unit.
+/// Suffix of a member's name for its unit.
 fn unit(unit: &str) -> &'static str {
     match unit {
         "" => "",
@@ -199,7 +199,7 @@ fn unit(unit: &str) -> &'static str {
     }
 }
 
-/// The frames as members of a union.
+/// Frames as members of a union.
 pub fn members() -> String {
     Pdo::ALL
         .map(|pdo| {
@@ -209,7 +209,7 @@ pub fn members() -> String {
         .concat()
 }
 
-/// The frames as cases of their function codes.
+/// Frames as cases of their function codes.
 pub fn cases() -> String {
     let mut code = String::new();
     for pdo in Pdo::ALL {

@@ -7,7 +7,7 @@ use wire::pdo::TEMPERATURE_STEP;
 use super::frames;
 use super::structs::{Member, Refusal, Struct, Type};
 
-/// What the code of a validity means.
+/// Meaning of the validity codes.
 pub const VALIDITIES: [(u8, &str); 6] = [
     (0, "valid"),
     (1, "accelerometer_saturated"),
@@ -17,7 +17,7 @@ pub const VALIDITIES: [(u8, &str); 6] = [
     (5, "invalid"),
 ];
 
-/// Fields one after the other.
+/// Consecutive fields.
 #[derive(Debug, Default)]
 struct Fields {
     members: Vec<Member>,
@@ -84,7 +84,7 @@ impl Fields {
         self.push("temperature_deg_c", Type::Float, 2, about, value);
     }
 
-    /// A byte that stands for something, masked with `mask`.
+    /// Adds a byte with an enumerated value, masked with `mask`.
     fn one_of(&mut self, name: &'static str, mask: u8, about: &str) {
         let code = match mask {
             u8::MAX => format!("data[{}]", self.end),
@@ -95,7 +95,7 @@ impl Fields {
         self.must(format!("is_{name}({code})"));
     }
 
-    /// The newest field is one only where this holds.
+    /// Adds a condition under which the newest field is valid.
     fn must(&mut self, condition: String) {
         if let Some(last) = self.members.last_mut() {
             last.condition = Some(condition);
@@ -112,7 +112,7 @@ impl Fields {
     }
 }
 
-/// The structures of what a foot streams.
+/// Structures of the messages that a foot streams.
 pub fn structs() -> Vec<Struct> {
     vec![contact(), raw(), health()]
 }
@@ -218,7 +218,7 @@ fn health() -> Struct {
     )
 }
 
-/// The messages as members of a union.
+/// Messages as members of a union.
 pub fn members() -> String {
     structs()
         .iter()
@@ -226,7 +226,7 @@ pub fn members() -> String {
         .collect()
 }
 
-/// What such a structure is called in the union.
+/// Name of such a structure in the union.
 pub fn member(of: &Struct) -> &str {
     of.name.strip_prefix("serial_").expect("of the serial line")
 }

@@ -1,5 +1,5 @@
-//! `c/footfall.h` and `c/footfall.c`: a decoder for programs in C and C++. What the tables say fills
-//! `footfall.h.in` and `footfall.c.in`, which hold what they do not: COBS, CRC, the rules of a status.
+//! `c/footfall.h` and `c/footfall.c`: a decoder for programs in C and C++. The tables fill in
+//! `footfall.h.in` and `footfall.c.in`, which contain the rest: COBS, CRC, the rules of a status.
 //!
 //! | what | file |
 //! |---|---|
@@ -25,7 +25,7 @@ use structs::Struct;
 const HEADER: &str = include_str!("footfall.h.in");
 const SOURCE: &str = include_str!("footfall.c.in");
 
-/// What COBS and the zeros at both ends add to a frame.
+/// Bytes added to a frame by COBS and the zeros at both ends.
 const CODING: usize = 3;
 
 pub fn header() -> String {
@@ -73,12 +73,12 @@ pub fn source() -> String {
     )
 }
 
-/// Every structure that is made from a table, those first that others hold.
+/// All structures generated from tables, members first.
 fn all_structs() -> Vec<Struct> {
     [frames::bytes(), frames::structs(), messages::structs()].concat()
 }
 
-/// The template with every `@name@` replaced; one that stands alone in its line, with its line's end.
+/// Replaces every `@name@` in the template; one that is alone in its line, with the end of the line.
 fn fill(template: &str, parts: &[(&str, String)]) -> String {
     let mut text = template.to_owned();
     for (name, part) in parts {
@@ -102,7 +102,7 @@ fn snake(name: &str) -> String {
     snake
 }
 
-/// A comment in lines of at most 100 characters; nothing where there is nothing to say.
+/// Formats a comment in lines of at most 100 characters; empty if there is no text.
 fn comment(indent: &str, text: &str) -> String {
     if text.is_empty() {
         return String::new();

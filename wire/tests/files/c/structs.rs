@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::comment;
 
-/// What a member is.
+/// Type of a member.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Type {
     Bool,
@@ -34,27 +34,27 @@ impl Type {
     }
 }
 
-/// A member of a structure.
+/// Member of a structure.
 #[derive(Clone, Debug)]
 pub struct Member {
     pub name: String,
     pub kind: Type,
     pub about: String,
-    /// An expression in C for its value, of `data` or, in a byte, of `bits`.
+    /// Expression in C for its value, of `data` or, in a byte, of `bits`.
     pub value: String,
-    /// An expression in C that has to hold, or the bytes are none of this structure.
+    /// Expression in C that must hold, otherwise the bytes are invalid.
     pub condition: Option<String>,
 }
 
-/// Whether bytes may be none of a structure: CAN frames are one whatever their eight bytes are.
+/// Whether bytes may be invalid for a structure: CAN frames are valid whatever their eight bytes are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
     Never,
-    /// Where the payload has not as many bytes, or a value stands for nothing.
+    /// If the payload has a different number of bytes, or a value is invalid.
     UnlessLength(usize),
 }
 
-/// A structure.
+/// Structure.
 #[derive(Clone, Debug)]
 pub struct Struct {
     pub name: String,
@@ -74,7 +74,7 @@ impl Struct {
         code + "};\n\n"
     }
 
-    /// The function that takes the structure out of a byte.
+    /// Function that takes the structure out of a byte.
     pub fn define_bits(&self) -> String {
         let Self { name, members, .. } = self;
         let mut code = format!(
@@ -87,7 +87,7 @@ impl Struct {
         code
     }
 
-    /// The function that reads the structure from bytes.
+    /// Function that reads the structure from bytes.
     pub fn define_read(&self) -> String {
         let Self { name, members, .. } = self;
         let values: String = members
