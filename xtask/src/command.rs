@@ -41,7 +41,7 @@ impl Step {
 
     /// Creates a step that runs the cargo that runs this program.
     pub fn cargo(arguments: &[&str]) -> Self {
-        let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
+        let cargo = env::var("CARGO").unwrap_or_else(|_| "cargo".into());
         Self::program(&cargo).with(arguments)
     }
 
