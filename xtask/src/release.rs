@@ -21,7 +21,7 @@ const MACHINES: [Machine; 2] = [
     },
 ];
 
-/// Tools that compile and link for other machines, from PyPI.
+/// Tools that compile and link for other machines, from `PyPI`.
 const TOOLS: [&str; 3] = [
     "cargo-zigbuild==0.24.0",
     "maturin==1.16.0",
