@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use estimator_core::stillness::SLIDE_FULL_RATE;
 use estimator_core::{ContactEstimate, Flag, Phase, Timestamp};
 use recordings::input::{Format, Loaded, Repairs};
 use recordings::plausible::Finding;
@@ -279,9 +280,6 @@ impl Summary {
     }
 }
 
-/// Reason for a reduced weight of the slide: samples too far apart add up to no speed.
-const SLIDE_NOTE: &str = "1 from 300 Hz on: below that slow slides go unseen";
-
 /// Reason why samples in slip outnumber the samples of a slipping foot.
 const SLIP_NOTE: &str =
     "         (a landing counts as slip until still for up to window + on-delay)";
@@ -315,7 +313,11 @@ impl fmt::Display for Summary {
         if let Some(weight) = estimation.and_then(|of| of.parameters.slide_weight)
             && weight < 1.0
         {
-            write!(f, "\nslide    weight {weight:.2}, {SLIDE_NOTE}")?;
+            // Samples too far apart do not add up to a speed.
+            write!(
+                f,
+                "\nslide    weight {weight:.2}, 1 from {SLIDE_FULL_RATE} Hz on: below that slow slides go unseen"
+            )?;
         }
         if let Some(metrics) = &self.metrics {
             write!(f, "\n{}", metrics_text(metrics))?;

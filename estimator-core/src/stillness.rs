@@ -42,7 +42,7 @@ pub use params::{
     Constants, EvidenceParams, GravityErrorParams, Learning, QuantityParams, SlideParams,
     StillnessParams,
 };
-pub use slide::slide_weight;
+pub use slide::{FULL_RATE as SLIDE_FULL_RATE, slide_weight};
 
 use classes::{Learner, LearnerCoefficients};
 use evidence::{Evidence, Shown};

@@ -4,15 +4,8 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use evaluate::command::Arguments;
-use footfall::{interruption, messages};
+use footfall::program;
 
 fn main() -> ExitCode {
-    interruption::tidy_up_when_interrupted();
-    match Arguments::parse().run() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            messages::error(&error);
-            ExitCode::FAILURE
-        }
-    }
+    program::run(|| Arguments::parse().run())
 }

@@ -32,6 +32,7 @@ pub mod mcap_recording;
 pub mod messages;
 pub mod monitor;
 pub mod plot;
+pub mod program;
 pub mod progress;
 pub mod replay;
 pub mod report;

@@ -77,6 +77,28 @@ fn figure_covers_the_whole_recording() {
     assert!(expected != plot::svg(&recording, &estimates[..1]).expect("a picture"));
 }
 
+/// A foot that stands for two seconds.
+fn standing_at(rate: u32) -> String {
+    let row = |k: u32| format!("{:.6},0,0,9.81,0,0,0\n", f64::from(k) / f64::from(rate));
+    let rows: String = (0..2 * rate).map(row).collect();
+    format!("t,{AXES}\n{rows}")
+}
+
+#[test]
+fn report_tells_the_weight_of_the_slide_below_300_hz() {
+    for (rate, weight) in [(100, "0.00"), (250, "0.50")] {
+        let bench = Bench::with("walk.csv", standing_at(rate));
+        let line = format!("\nslide    weight {weight}, 1 from 300 Hz on: ");
+        let summary = bench.stdout("replay walk.csv");
+        assert!(summary.contains(&line), "{rate} Hz: {summary}");
+        let paper = bench.stdout("replay walk.csv --preset paper");
+        assert!(!paper.contains("\nslide "), "{rate} Hz: {paper}");
+    }
+    let bench = Bench::with("walk.csv", standing_at(400));
+    let summary = bench.stdout("replay walk.csv");
+    assert!(!summary.contains("\nslide "), "{summary}");
+}
+
 #[test]
 fn replay_prints_a_summary() {
     let bench = Bench::with("walk.csv", standing());

@@ -3,10 +3,6 @@
 use estimator_core::Timestamp;
 use serde::Serialize;
 
-/// Header of an encoded message: CDR, little-endian, no options.
-#[cfg(feature = "cdr")]
-const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
-
 /// `builtin_interfaces/msg/Time`: since 1970.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub struct Time {
@@ -245,7 +241,8 @@ impl Message {
     /// Returns the encoded message with its header.
     #[must_use]
     pub fn cdr(&self) -> Vec<u8> {
-        let mut bytes = ENCAPSULATION.to_vec();
+        // Encapsulation header: CDR, little-endian, no options.
+        let mut bytes = vec![0, 1, 0, 0];
         // CDR can represent all fields of these messages; a test encodes each.
         let encoded = cdr_encoding::to_vec::<_, byteorder::LittleEndian>(self);
         bytes.extend(encoded.unwrap_or_default());

@@ -45,6 +45,9 @@ const BESIDE_PROGRAM: [&str; 4] = ["CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MI
 /// Folder of the firmware's images below `target`, named after its target.
 const FOOT: &str = "thumbv7em-none-eabihf/firmware";
 
+/// Version of the workspace, which this package has too.
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+
 struct Machine {
     name: &'static str,
     program: &'static str,
@@ -61,13 +64,12 @@ pub fn run() -> Result<()> {
         fs::remove_dir_all(&dist).context("dist cannot be emptied")?;
     }
     fs::create_dir(&dist).context("dist cannot be made")?;
-    let version = version()?;
     let tools = install_tools()?;
     for machine in &MACHINES {
-        build_program(machine, &version, &tools, &dist)?;
+        build_program(machine, &tools, &dist)?;
         build_wheel(machine, &tools, &dist)?;
     }
-    build_firmware(&version, &dist)?;
+    build_firmware(&dist)?;
     for file in DESCRIPTIONS {
         copy(&root().join(file), &dist)?;
     }
@@ -79,14 +81,6 @@ pub fn run() -> Result<()> {
     fs::write(dist.join("SHA256SUMS"), &sums)?;
     print!("{sums}");
     Ok(())
-}
-
-/// Version of the workspace, from its metadata.
-fn version() -> Result<String> {
-    let metadata = cargo_metadata::MetadataCommand::new().no_deps().exec()?;
-    let mut packages = metadata.packages.iter();
-    let footfall = packages.find(|package| package.name.as_str() == "footfall");
-    Ok(footfall.context("no package footfall")?.version.to_string())
 }
 
 /// Installs the tools in a separate folder, and returns the folder of their programs.
@@ -112,13 +106,13 @@ fn install_tools() -> Result<PathBuf> {
 }
 
 /// Builds the program with all features, packs it, and checks that it needs no shared library.
-fn build_program(machine: &Machine, version: &str, tools: &Path, dist: &Path) -> Result<()> {
+fn build_program(machine: &Machine, tools: &Path, dist: &Path) -> Result<()> {
     Step::cargo(&["zigbuild", "--locked", "--profile", "dist"])
         .with(["--package", "footfall", "--features", "all"])
         .with(["--target", machine.program])
         .with_path(tools)
         .run()?;
-    let name = format!("footfall-{version}-{}", machine.name);
+    let name = format!("footfall-{VERSION}-{}", machine.name);
     let folder = root().join("target/dist-packed").join(&name);
     if folder.exists() {
         fs::remove_dir_all(&folder)?;
@@ -167,14 +161,14 @@ fn build_wheel(machine: &Machine, tools: &Path, dist: &Path) -> Result<()> {
 }
 
 /// Builds the firmware and writes its ELF, which the debug probe and the log need, and HEX.
-fn build_firmware(version: &str, dist: &Path) -> Result<()> {
+fn build_firmware(dist: &Path) -> Result<()> {
     Step::cargo(&["build-foot", "--locked"]).run()?;
     let elf = root().join("target").join(FOOT).join("foot");
     Step::program(".ci/hex")
         .with([elf.display().to_string()])
         .run()?;
     for (built, extension) in [(elf.clone(), "elf"), (elf.with_extension("hex"), "hex")] {
-        let name = format!("foot-{version}-stm32f405.{extension}");
+        let name = format!("foot-{VERSION}-stm32f405.{extension}");
         fs::copy(&built, dist.join(&name)).with_context(|| name.clone())?;
     }
     Ok(())

@@ -33,7 +33,7 @@ use crate::vector::Vec3;
 const SLOWEST_RATE: f32 = 200.0;
 
 /// Rate from which the speed counts in full, Hz; in between its weight is interpolated linearly.
-const FULL_RATE: f32 = 300.0;
+pub const FULL_RATE: f32 = 300.0;
 
 /// Weight of the slide at a sample rate in Hz: 0 up to 200 Hz, where samples do not give a speed, 1 from 300 Hz on.
 #[must_use]
