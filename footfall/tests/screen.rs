@@ -111,6 +111,53 @@ fn key_starts_a_recording_and_quitting_ends_it() {
 }
 
 #[test]
+fn monitor_ends_with_its_terminal_and_keeps_its_recording() {
+    if Command::new("tmux").arg("-V").output().is_err() {
+        return common::unmet("tmux is not installed");
+    }
+    // Closed terminals send SIGHUP, which `nohup` and some shells keep from their programs.
+    for on_hang_up in ["-", "''"] {
+        let bench = common::Bench::new();
+        let folder = bench.path("");
+        let socket = bench.path("tmux");
+        let tmux = |arguments: &[&str]| {
+            let mut command = Command::new("tmux");
+            command.arg("-S").arg(&socket).args(arguments);
+            assert!(command.output().expect("tmux runs").status.success());
+        };
+        let command = format!(
+            "trap {on_hang_up} HUP; cd {} && echo $$ > pid && exec {PROGRAM} monitor demo",
+            folder.display()
+        );
+        tmux(&[
+            "-f",
+            "/dev/null",
+            "new-session",
+            "-d",
+            "-s",
+            "foot",
+            &command,
+        ]);
+        thread::sleep(Duration::from_secs(3));
+        tmux(&["send-keys", "-t", "foot", "r"]);
+        thread::sleep(Duration::from_secs(3));
+        let pid = std::fs::read_to_string(bench.path("pid")).expect("the shell has begun");
+        let process = std::path::Path::new("/proc").join(pid.trim());
+        assert!(process.exists(), "it runs");
+        tmux(&["kill-server"]);
+        let end = Instant::now() + LONGEST;
+        while process.exists() && Instant::now() < end {
+            thread::sleep(Duration::from_millis(100));
+        }
+        assert!(!process.exists(), "trap {on_hang_up} HUP");
+        let report = bench.stdout("replay footfall-1.mcap --topic /footfall/FL/imu --json");
+        let report: serde_json::Value = serde_json::from_str(&report).expect("JSON");
+        let samples = report["recordings"][0]["samples"].as_u64();
+        assert!(samples > Some(50), "{report}");
+    }
+}
+
+#[test]
 fn signal_restores_the_terminal() {
     if Command::new("tmux").arg("-V").output().is_err() {
         return common::unmet("tmux is not installed");

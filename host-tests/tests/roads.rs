@@ -93,6 +93,7 @@ fn hints(topics: &[&str], loads: &[&str]) -> Hints {
                 .iter()
                 .map(|load| load.parse().expect("a load"))
                 .collect(),
+            ..BagOptions::default()
         },
         ..Hints::default()
     }

@@ -44,8 +44,7 @@ impl Recorded<'_> {
 
     fn sample(&self, index: usize, settings: &Settings) -> RecordedSample {
         let validity = self.validity.map_or(Validity::Valid, |places| {
-            let known = VALIDITIES.get(usize::from(places[index]));
-            known.map_or(Validity::Invalid, |(_, validity)| *validity)
+            validity_at(places[index]).unwrap_or(Validity::Invalid)
         });
         RecordedSample {
             imu: ImuSample {
@@ -64,6 +63,12 @@ impl Recorded<'_> {
             label: None,
         }
     }
+}
+
+/// The validity of this number: its place in [`VALIDITIES`].
+pub(crate) fn validity_at(place: u8) -> Option<Validity> {
+    let known = VALIDITIES.get(usize::from(place));
+    known.map(|(_, validity)| *validity)
 }
 
 /// A sample with what is known to be wrong with the sensor put right.
@@ -112,6 +117,12 @@ fn micros(times: &View<'_, Ix1>, samples: usize) -> PyResult<Vec<i64>> {
         micros.push(now);
     }
     Ok(micros)
+}
+
+/// The first sample whose validity is not known.
+fn unknown_validity(places: &[u8]) -> Option<(usize, u8)> {
+    let mut numbered = places.iter().copied().enumerate();
+    numbered.find(|(_, place)| validity_at(*place).is_none())
 }
 
 /// The arguments that hold a recording.
@@ -167,6 +178,15 @@ impl<'py> Arrays<'py> {
             return Err(PyValueError::new_err(format!(
                 "validity has {} values, but acc has {samples} samples",
                 places.len()
+            )));
+        }
+        if let Some(places) = &arguments.validity
+            && let Some((sample, place)) = unknown_validity(places.as_slice()?)
+        {
+            let names = VALIDITIES.map(|(name, _)| name).join(", ");
+            return Err(PyValueError::new_err(format!(
+                "validity[{sample}] is {place}, but 0 to {} are expected: {names}",
+                VALIDITIES.len() - 1
             )));
         }
         let times_us = t.map(|t| micros(&t.view(), samples)).transpose()?;

@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 use recordings::input::{Correction, Format};
 
 /// What the estimator is set to, and what is known about the sensor.
+#[derive(Clone)]
 pub(crate) struct Settings {
     pub(crate) preset: Preset,
     /// The configuration file's name and text.

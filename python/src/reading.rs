@@ -1,13 +1,17 @@
 //! Files become arrays: every format that `footfall replay` reads.
 
 use std::fmt::Display;
+use std::io;
 use std::path::PathBuf;
 use std::str::FromStr;
 
 use estimator_core::{Gravity, Load, Validity, Vec3};
 use numpy::IntoPyArray;
 use numpy::ndarray::Array2;
-use pyo3::exceptions::{PyImportError, PyOSError, PyValueError};
+use pyo3::exceptions::{
+    PyFileNotFoundError, PyImportError, PyIsADirectoryError, PyOSError, PyPermissionError,
+    PyValueError,
+};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::input::{
@@ -46,6 +50,8 @@ pub(crate) struct Options {
     #[pyo3(item)]
     topic: Vec<String>,
     #[pyo3(item)]
+    frame: Vec<String>,
+    #[pyo3(item)]
     load_topic: Vec<String>,
     #[pyo3(item)]
     map: Option<String>,
@@ -80,6 +86,7 @@ impl Options {
             },
             bag: BagOptions {
                 topics: Topics::from_names(&self.topic),
+                frames: self.frame.clone(),
                 loads: loads
                     .map(|topic| topic.parse().map_err(named("load_topic")))
                     .collect::<PyResult<Vec<LoadTopic>>>()?,
@@ -98,8 +105,14 @@ pub(crate) fn named<E: Display>(name: &str) -> impl Fn(E) -> PyErr {
 /// Files that cannot be read are one kind of error, what is wrong with them is another.
 pub(crate) fn input_error(error: InputError) -> PyErr {
     match error {
-        InputError::Unreadable { .. } | InputError::Spool { .. } => {
-            PyOSError::new_err(error.to_string())
+        InputError::Unreadable { ref source, .. } | InputError::Spool { ref source, .. } => {
+            let text = error.to_string();
+            match source.kind() {
+                io::ErrorKind::NotFound => PyFileNotFoundError::new_err(text),
+                io::ErrorKind::PermissionDenied => PyPermissionError::new_err(text),
+                io::ErrorKind::IsADirectory => PyIsADirectoryError::new_err(text),
+                _ => PyOSError::new_err(text),
+            }
         }
         InputError::Container(ContainerError::NotBuilt { file, feature, .. }) => {
             PyImportError::new_err(format!(
@@ -188,7 +201,7 @@ fn estimate_stored(
     Ok((about, estimated))
 }
 
-fn columns(mut stored: Stored) -> std::io::Result<Read> {
+fn columns(mut stored: Stored) -> io::Result<Read> {
     let about = stored.about.clone();
     let samples = about.samples;
     let mut read = Read {

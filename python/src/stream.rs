@@ -1,17 +1,19 @@
 //! Sample by sample, as a robot has them.
 
 use estimator_core::{
-    ContactEstimate, Decision, Flag, Gravity, Phase, Quaternion, Timestamp, Vec3,
+    AngularRate, ContactEstimate, Decision, Flag, Gravity, ImuSample, Phase, Quaternion, Timestamp,
+    Vec3,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use recordings::recording::RecordedSample;
 use recordings::replay::Replay;
 
-use crate::estimate::{imu_sample, known_load};
+use crate::estimate::{imu_sample, known_load, validity_at};
 use crate::parameters::{Settings, SettingsArguments};
 
 /// The estimator of one foot; see `footfall.Estimator`.
+#[derive(Clone)]
 #[pyclass(module = "footfall._footfall")]
 pub(crate) struct Estimator {
     settings: Settings,
@@ -57,14 +59,17 @@ impl Estimator {
     }
 
     /// The estimate of the next sample.
-    #[pyo3(signature = (acc, gyr, t, load))]
+    #[pyo3(signature = (acc, gyr, t, load, validity))]
     fn update(
         &mut self,
         acc: [f64; 3],
         gyr: [f64; 3],
         t: Option<f64>,
         load: Option<f64>,
+        validity: u8,
     ) -> PyResult<Row> {
+        let validity = validity_at(validity)
+            .ok_or_else(|| PyValueError::new_err(format!("validity {validity} is not known")))?;
         let now_us = match t {
             Some(time) if (-9.0e12..=9.0e12).contains(&time) => (time * 1.0e6).round() as i64,
             Some(time) => {
@@ -90,11 +95,30 @@ impl Estimator {
         let single = |values: [f64; 3]| values.map(|value| value as f32);
         let timestamp = Timestamp::from_micros(now_us.abs_diff(start_us));
         let sample = RecordedSample {
-            imu: imu_sample(timestamp, single(acc), single(gyr), &self.settings),
+            imu: ImuSample {
+                validity,
+                ..imu_sample(timestamp, single(acc), single(gyr), &self.settings)
+            },
             load: load.and_then(known_load),
             label: None,
         };
         Ok(row(&self.replay.update(&sample), now_us))
+    }
+
+    /// Another estimator in the same state.
+    fn copy(&self) -> Self {
+        self.clone()
+    }
+
+    /// Bias of the gyroscope at the newest sample, rad/s.
+    fn gyro_bias(&self) -> Option<(f32, f32, f32)> {
+        let AngularRate(Vec3 { x, y, z }) = self.replay.gyro_bias()?;
+        Some((x, y, z))
+    }
+
+    /// State learnt from all samples.
+    fn learnt(&self) -> Vec<f32> {
+        self.replay.clone().finish().to_array().to_vec()
     }
 }
 

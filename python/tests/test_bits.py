@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from pathlib import Path
 
 import numpy as np
@@ -86,10 +87,15 @@ def test_a_configuration_has_the_programs_effect(
 
 def test_a_stream_has_the_bits_of_the_whole(walk: footfall.Recording) -> None:
     assert walk.load is not None
-    whole = footfall.estimate(walk.acc, walk.gyr, walk.t, load=walk.load)
-    foot = footfall.Estimator(rate=walk.rate)
+    whole = walk.estimate()
+    flags = {name: whole.has_flag(name) for name in footfall.FLAGS}
+    foot = footfall.Estimator(rate=walk.rate, format=walk.format)
     for k in range(len(walk)):
-        estimate = foot.update(walk.acc[k], walk.gyr[k], walk.t[k], walk.load[k])
+        if k == 10_000:
+            copy.deepcopy(foot).update((0.0, 0.0, 0.0), (9.0, 9.0, 9.0))
+            foot = copy.copy(foot)
+        sample = walk.acc[k], walk.gyr[k], walk.t[k], walk.load[k], int(walk.validity[k])
+        estimate = foot.update(*sample)
         assert np.float32(estimate.p_stable) == whole.p_stable[k]
         assert np.array_equal(np.array(estimate.p_axes, dtype=np.float32), whole.p_axes[k])
         assert np.array_equal(np.array(estimate.quaternion, dtype=np.float32), whole.quaternion[k])
@@ -97,6 +103,9 @@ def test_a_stream_has_the_bits_of_the_whole(walk: footfall.Recording) -> None:
         assert estimate.decision == whole.decision[k]
         assert np.float32(estimate.sigma_v) == whole.sigma_v[k]
         assert estimate.t == whole.t[k]
+        assert set(estimate.flags) == {name for name in footfall.FLAGS if flags[name][k]}
+    assert np.array_equal(np.float32(foot.gyro_bias), whole.gyro_bias[-1])
+    assert np.array_equal(foot.learnt, whole.learnt)
 
 
 def test_double_precision_and_strides_change_nothing(walk: footfall.Recording) -> None:
@@ -108,6 +117,57 @@ def test_double_precision_and_strides_change_nothing(walk: footfall.Recording) -
     for other in (double, strided):
         assert np.array_equal(other.p_stable, expected.p_stable)
         assert np.array_equal(other.quaternion, expected.quaternion)
+
+
+@pytest.mark.parametrize("number", ["<f4", ">f4", "<f8", ">f8"])
+@pytest.mark.parametrize("before", range(9))
+def test_any_memory_layout_has_the_bits_of_a_copy(
+    walk: footfall.Recording, number: str, before: int
+) -> None:
+    n = 2000
+    expected = footfall.estimate(walk.acc[:n], walk.gyr[:n], walk.t[:n], load=walk.load[:n])
+    # As a C program writes its records, without padding.
+    record = np.dtype(
+        [("head", f"S{before}"), ("acc", number, 3), ("status", "u1"), ("gyr", number, 3)]
+        + [("t", "<f8"), ("load", number)]
+    )
+    packed = np.zeros(n, record)
+    packed["acc"], packed["gyr"] = walk.acc[:n], walk.gyr[:n]
+    packed["t"], packed["load"] = walk.t[:n], walk.load[:n]
+    reversed_in_memory = packed[::-1].copy()[::-1]
+    shifted = np.frombuffer(b"x" * before + packed.tobytes(), record, offset=before)
+    for records in (packed, reversed_in_memory, shifted):
+        columns = records["acc"], records["gyr"], records["t"]
+        assert_equal(footfall.estimate(*columns, load=records["load"]), expected)
+
+
+def assert_equal(result: footfall.Result, expected: footfall.Result) -> None:
+    for column in ("p_stable", "quaternion", "state", "t"):
+        assert np.array_equal(getattr(result, column), getattr(expected, column)), column
+
+
+def test_missing_values_are_not_a_number(walk: footfall.Recording) -> None:
+    n = 500
+    acc = walk.acc[:n].astype(np.float64)
+    acc[100:110, 1] = np.nan
+    expected = footfall.estimate(acc, walk.gyr[:n], walk.t[:n])
+    masked = np.ma.masked_array(np.nan_to_num(acc), np.isnan(acc))
+    objects = acc.astype(object)
+    objects[100:110, 1] = None
+    for other in (masked, objects):
+        assert_equal(footfall.estimate(other, walk.gyr[:n], walk.t[:n]), expected)
+
+
+def test_datetimes_are_seconds_since_1970(walk: footfall.Recording) -> None:
+    micros = np.round(walk.t * 1e6).astype(np.int64) + 1_600_000_000_000_000
+    expected = footfall.estimate(walk.acc, walk.gyr, micros / 1e6)
+    for unit in ("us", "ns"):
+        times = micros.astype("datetime64[us]").astype(f"datetime64[{unit}]")
+        assert_equal(footfall.estimate(walk.acc, walk.gyr, times), expected)
+    missing = micros.astype("datetime64[us]")
+    missing[7] = np.datetime64("NaT")
+    with pytest.raises(ValueError, match=r"t\[7\] is NaN"):
+        footfall.estimate(walk.acc, walk.gyr, missing)
 
 
 def write(recording: footfall.Recording, path: Path) -> None:

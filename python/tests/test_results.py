@@ -99,6 +99,7 @@ def test_threads_estimate_several_feet_at_once(walk: footfall.Recording) -> None
 
 
 ACC, GYR = standing(10)
+FOOT = footfall.Estimator(rate=100.0)
 
 
 @pytest.mark.parametrize(
@@ -132,6 +133,11 @@ ACC, GYR = standing(10)
         (lambda: footfall.estimate_file(__file__), "test_results.py"),
         (lambda: footfall.calibrate([]), "nothing to learn from"),
         (lambda: footfall.Estimator(rate=0.0), "rate is 0"),
+        (lambda: FOOT.update((0.0, 0.0), (0.0, 0.0, 0.0)), "acc has 2 values, but 3 are expected"),
+        (lambda: FOOT.update((0.0,) * 3, (0.0,) * 4), "gyr has 4 values, but 3 are expected"),
+        (lambda: FOOT.update((0.0,) * 3, (0.0,) * 3, validity=77), "validity is 77, but one of"),
+        (lambda: FOOT.update((0.0,) * 3, (0.0,) * 3, validity="old"), "validity is 'old'"),
+        (lambda: footfall.estimate(ACC, GYR, rate=100.0, validity=[77] * len(ACC)), "is 77, but 0 to 5"),
         (lambda: footfall.read(__file__), "test_results.py"),
     ],
 )
@@ -143,9 +149,9 @@ def test_what_is_out_of_range_is_named_with_its_value_and_range(call, message: s
 def test_what_is_no_array_of_numbers_is_a_type_error() -> None:
     with pytest.raises((TypeError, ValueError), match=r"acc|could not convert"):
         footfall.estimate([["a", "b", "c"]], [[0.0, 0.0, 0.0]], rate=100.0)
-    with pytest.raises(OSError, match="nowhere.csv"):
+    with pytest.raises(FileNotFoundError, match="nowhere.csv"):
         footfall.read("nowhere.csv")
-    with pytest.raises(OSError, match="nowhere.csv"):
+    with pytest.raises(FileNotFoundError, match="nowhere.csv"):
         footfall.estimate_file("nowhere.csv")
 
 

@@ -11,6 +11,7 @@ use crate::recording::{RecordedSample, Recording};
 pub const CAPACITY: usize = 4096;
 
 /// The estimator for the samples of one recording.
+#[derive(Clone)]
 pub struct Replay(Box<ContactEstimator<CAPACITY>>);
 
 impl Replay {

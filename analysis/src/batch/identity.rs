@@ -13,7 +13,7 @@ pub const UNKNOWN: &str = "unknown";
 const LONGEST: usize = 200;
 
 /// Hexadecimal digits of a hash that distinguish names: of a million names, two have the same with a
-/// probability of 2 in a thousand million.
+/// probability of 27 in a thousand million.
 const HASH_DIGITS: usize = 16;
 
 /// Microseconds in a day.

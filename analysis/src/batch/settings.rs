@@ -118,6 +118,7 @@ impl Settings {
                 Topics::All => Some(Vec::new()),
                 Topics::Named(names) => Some(names.clone()),
             },
+            frames: bag.frames.clone(),
             loads: bag.loads.iter().map(ToString::to_string).collect(),
             strict: self.plausibility == Plausibility::Required,
         };
@@ -143,6 +144,8 @@ struct Hashed {
     times: &'static str,
     /// All where it is empty, the only one where it is not there.
     topics: Option<Vec<String>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    frames: Vec<String>,
     loads: Vec<String>,
     strict: bool,
 }
@@ -178,6 +181,7 @@ mod tests {
             set(|s| s.hints.table.time_unit = Some("ms".parse().unwrap())),
             set(|s| s.hints.table.times = Times::Rate),
             set(|s| s.hints.bag.topics = Topics::All),
+            set(|s| s.hints.bag.frames = vec!["fl".to_owned()]),
             set(|s| s.hints.bag.loads = vec!["/load".parse().unwrap()]),
             set(|s| s.plausibility = Plausibility::Required),
         ];

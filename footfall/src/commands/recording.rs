@@ -129,6 +129,15 @@ pub struct BagArguments {
                 left out where there is only one"
     )]
     pub topic: Vec<String>,
+    /// The frames of the feet.
+    #[arg(
+        long,
+        value_name = "FRAME",
+        help_heading = INPUT,
+        help = "The frame (header.frame_id) of a foot whose topic has those of several; several for \
+                several feet. Without it each is a foot"
+    )]
+    pub frame: Vec<String>,
     /// The topics of the loads.
     #[arg(
         long,
@@ -144,6 +153,7 @@ impl BagArguments {
     fn options(&self) -> BagOptions {
         BagOptions {
             topics: Topics::from_names(&self.topic),
+            frames: self.frame.clone(),
             loads: self.load_topic.clone(),
         }
     }

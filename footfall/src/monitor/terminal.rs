@@ -1,12 +1,13 @@
 //! Display of the feet on a terminal, and key input.
 
-use std::io;
 use std::time::{Duration, Instant};
+use std::{io, mem, thread};
 
 use live::Feed;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
 
 use super::Robot;
+use super::hang_up::Keyboard;
 use super::listen::{PICTURE, listen, next};
 use super::screen::{Running, draw};
 use crate::files::finish_when_interrupted;
@@ -22,7 +23,7 @@ impl Drop for Restored {
     }
 }
 
-/// Shows the feet until a key, the end of the source or an interruption.
+/// Shows the feet until a key, the end of the source, an interruption, or until the terminal is gone.
 ///
 /// # Errors
 /// The terminal cannot be used.
@@ -36,12 +37,16 @@ pub fn watch_screen(
     finish_when_interrupted();
     let mut terminal = ratatui::try_init()?;
     let restored = Restored;
+    let keyboard = Keyboard::open();
     let mut running = Running::Live;
     'watch: while !is_over(end) {
         listen(feed, robot, next(PICTURE, end));
         if robot.has_ended() {
             // After the source has ended, the last state stays on screen until a key is pressed.
-            event::poll(PICTURE)?;
+            thread::sleep(PICTURE);
+        }
+        if keyboard.is_gone() {
+            break;
         }
         let mut is_changed = running == Running::Live;
         while event::poll(Duration::ZERO)? {
@@ -71,10 +76,18 @@ pub fn watch_screen(
             }
         }
         if is_changed {
-            terminal.draw(|frame| draw(frame, robot, source, running))?;
+            match terminal.draw(|frame| draw(frame, robot, source, running)) {
+                Err(_) if keyboard.is_gone() => break,
+                drawn => drawn?,
+            };
         }
     }
-    drop(restored);
+    if keyboard.is_gone() {
+        // There is nothing to restore, and its error could not be shown.
+        mem::forget(restored);
+    } else {
+        drop(restored);
+    }
     if let Some(event) = robot.finish_recording() {
         aside(format!("{event}\n"));
     }

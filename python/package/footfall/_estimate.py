@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _footfall
+from ._arrays import floats, times
 from ._result import Result
 from ._settings import (
     Config,
@@ -37,8 +38,10 @@ def estimate(
 ) -> Result:
     """Estimates the probability of stable contact for every sample, from the past alone.
 
-    Arrays of float32 and float64 are read where they lie, whatever their strides. The global
-    interpreter lock is released meanwhile, so threads estimate several feet at once.
+    Arrays of float32 and float64 are read where they lie, whatever their strides, unless they are
+    fields of packed records or in another byte order: those are copied. A missing value (``None``,
+    ``pandas.NA``, masked) is not a number. The global interpreter lock is released meanwhile, so
+    threads estimate several feet at once.
 
     Parameters
     ----------
@@ -47,7 +50,8 @@ def estimate(
     gyr : array_like, shape (N, 3), rad/s
         Angular rate in the same frame.
     t : array_like, shape (N,), s, optional
-        The time of each sample, from any start, advancing by 1 µs at least.
+        The time of each sample, from any start, advancing by 1 µs at least; or of ``datetime64``, as
+        a ``DatetimeIndex`` has it: then the result's times are s since 1970.
     rate : float, Hz, optional
         The sample rate, 20 to 10 000 Hz. Needed without `t`; with it, they agree within 1 %.
     load : array_like, shape (N,), optional
@@ -81,10 +85,10 @@ def estimate(
         An argument is no array of numbers.
     """
     recording: RecordingDict = {
-        "acc": _vectors(acc),
-        "gyr": _vectors(gyr),
-        "t": _numbers(t),
-        "load": _numbers(load),
+        "acc": floats(acc),
+        "gyr": floats(gyr),
+        "t": None if t is None else times(t),
+        "load": None if load is None else floats(load),
         "validity": None if validity is None else np.ascontiguousarray(validity, dtype=np.uint8),
     }
     arrays = _footfall.estimate(recording, settings(preset, config, gravity, rate, axes))
@@ -101,6 +105,7 @@ def estimate_file(
     gravity: Gravity | None = None,
     axes: str | None = None,
     topic: str | Sequence[str] | None = None,
+    frame: str | Sequence[str] | None = None,
     load_topic: str | Sequence[str] | None = None,
     map: str | Mapping[str, str] | None = None,
     units: str | None = None,
@@ -117,7 +122,7 @@ def estimate_file(
         A recording in any of the formats of ``docs/formats.md``.
     preset, config, gravity, axes
         As of :func:`estimate`.
-    format, rate, topic, load_topic, map, units, time_unit, times
+    format, rate, topic, frame, load_topic, map, units, time_unit, times
         As of :func:`read`. A `rate`, `gravity` or `axes` that is given wins over that of `config`.
 
     Returns
@@ -135,20 +140,8 @@ def estimate_file(
         It cannot be read.
     """
     options = read_options(
-        format, rate, gravity, topic, load_topic, map, units, time_unit, times
+        format, rate, gravity, topic, frame, load_topic, map, units, time_unit, times
     )
     chosen = settings(preset, config, gravity, rate, axes)
     feet = _footfall.estimate_file(os.fspath(path), options, chosen)
     return [Result._of(arrays) for arrays in feet]
-
-
-def _vectors(values: npt.ArrayLike) -> npt.NDArray[np.floating]:
-    """An array that the Rust part reads: as it is, or in float64."""
-    array = np.asarray(values)
-    if array.dtype in (np.float32, np.float64):
-        return array
-    return array.astype(np.float64)
-
-
-def _numbers(values: npt.ArrayLike | None) -> npt.NDArray[np.floating] | None:
-    return None if values is None else _vectors(values)

@@ -131,6 +131,7 @@ def read(
     gravity: Gravity | None = None,
     axes: str | None = None,
     topic: str | Sequence[str] | None = None,
+    frame: str | Sequence[str] | None = None,
     load_topic: str | Sequence[str] | None = None,
     map: str | Mapping[str, str] | None = None,
     units: str | None = None,
@@ -156,6 +157,8 @@ def read(
         :meth:`Recording.estimate`, and turns no sample.
     topic : str or several, optional
         Of a bag of ROS 2: the topic of each foot, or ``"all"``. May be left out where there is one.
+    frame : str or several, optional
+        Of a bag: the frame of each foot, where one topic has messages of several.
     load_topic : str or several, optional
         Of a bag: the load of each foot, in the order of `topic`, as ``"/topic"`` or ``"/topic:field"``.
     map : str or mapping, optional
@@ -181,7 +184,7 @@ def read(
         It cannot be read.
     """
     options = read_options(
-        format, rate, gravity, topic, load_topic, map, units, time_unit, times
+        format, rate, gravity, topic, frame, load_topic, map, units, time_unit, times
     )
     feet = _footfall.read(os.fspath(path), options)
     return [Recording._of(arrays | {"axes": axes}) for arrays in feet]

@@ -47,6 +47,7 @@ class ReadDict(TypedDict):
     rate: float | None
     gravity: str | None
     topic: list[str]
+    frame: list[str]
     load_topic: list[str]
     map: str | None
     units: str | None
@@ -110,6 +111,7 @@ def read_options(
     rate: float | None,
     gravity: str | None,
     topic: str | Sequence[str] | None,
+    frame: str | Sequence[str] | None,
     load_topic: str | Sequence[str] | None,
     map: str | Mapping[str, str] | None,
     units: str | None,
@@ -124,6 +126,7 @@ def read_options(
         "rate": None if rate is None else float(rate),
         "gravity": gravity,
         "topic": _several(topic),
+        "frame": _several(frame),
         "load_topic": _several(load_topic),
         "map": map,
         "units": units,

@@ -5,7 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
 from . import _footfall
+from ._footfall import VALIDITIES
 from ._settings import Config, Gravity, Preset, settings
 
 
@@ -45,6 +49,11 @@ class Estimator:
         The sample rate, 20 to 10 000 Hz.
     preset, config, gravity, axes
         As of :func:`footfall.estimate`.
+    format : str, optional
+        The format of the recording that the samples come from, :attr:`footfall.Recording.format`: the
+        thresholds of the load depend on it. Without it they are in N.
+
+    Copies go on separately from the same state. The state cannot be pickled.
 
     Raises
     ------
@@ -66,8 +75,28 @@ class Estimator:
         config: Config | None = None,
         gravity: Gravity | None = None,
         axes: str | None = None,
+        format: str | None = None,
     ) -> None:
-        self._estimator = _footfall.Estimator(settings(preset, config, gravity, rate, axes))
+        chosen = settings(preset, config, gravity, rate, axes, format)
+        self._estimator = _footfall.Estimator(chosen)
+
+    def __copy__(self) -> Estimator:
+        other = object.__new__(type(self))
+        other._estimator = self._estimator.copy()
+        return other
+
+    def __deepcopy__(self, memo: dict[int, object]) -> Estimator:
+        return self.__copy__()
+
+    @property
+    def gyro_bias(self) -> tuple[float, float, float] | None:
+        """Bias of the gyroscope at the newest sample, rad/s; ``None`` until the foot has been at rest."""
+        return self._estimator.gyro_bias()
+
+    @property
+    def learnt(self) -> npt.NDArray[np.float32]:
+        """What has been learnt of the foot up to the newest sample, as :attr:`footfall.Result.learnt`."""
+        return np.array(self._estimator.learnt(), dtype=np.float32)
 
     def update(
         self,
@@ -75,6 +104,7 @@ class Estimator:
         gyr: Sequence[float],
         t: float | None = None,
         load: float | None = None,
+        validity: str | int = "valid",
     ) -> Estimate:
         """Takes in the next sample.
 
@@ -87,17 +117,18 @@ class Estimator:
             not given. Time that was lost is seen by it: give it where samples can be.
         load : float, optional
             The load on the foot, where it is known.
+        validity : str or int
+            What the source knows about the sample: a name, or its number as in
+            :attr:`footfall.Recording.validity`.
 
         Raises
         ------
         ValueError
-            `t` does not come after the time before. The sample is not taken in.
+            `t` does not come after the time before, `acc` or `gyr` is not of three numbers, or
+            `validity` is not known. The sample is not taken in.
         """
         row = self._estimator.update(
-            (float(acc[0]), float(acc[1]), float(acc[2])),
-            (float(gyr[0]), float(gyr[1]), float(gyr[2])),
-            t,
-            load,
+            _three("acc", acc), _three("gyr", gyr), t, load, _place(validity)
         )
         t, (stable, tangential, vertical), axes, quaternion, linear, sigma_v, status = row
         state, decision, flags = status
@@ -114,3 +145,18 @@ class Estimator:
             decision,
             tuple(flags),
         )
+
+
+def _three(name: str, values: Sequence[float]) -> tuple[float, float, float]:
+    numbers = tuple(float(value) for value in values)
+    if len(numbers) != 3:
+        raise ValueError(f"{name} has {len(numbers)} values, but 3 are expected")
+    return numbers
+
+
+def _place(validity: str | int) -> int:
+    known = validity in VALIDITIES if isinstance(validity, str) else 0 <= validity < len(VALIDITIES)
+    if not known:
+        numbered = ", ".join(f"{place} {name}" for place, name in enumerate(VALIDITIES))
+        raise ValueError(f"validity is {validity!r}, but one of these is expected: {numbered}")
+    return VALIDITIES.index(validity) if isinstance(validity, str) else int(validity)

@@ -13,6 +13,8 @@ use super::topics::LoadTopic;
 pub struct ImuTopic {
     /// Name of the topic.
     pub name: String,
+    /// Frame of its messages, if the topic has several.
+    pub frame: Option<String>,
     /// Number of messages.
     pub messages: u64,
     /// Message rate, Hz; `None` if there are fewer than two messages.
@@ -23,10 +25,15 @@ impl fmt::Display for ImuTopic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
             name,
+            frame,
             messages,
             rate,
         } = self;
-        write!(f, "{name} ({messages} messages")?;
+        f.write_str(name)?;
+        if let Some(frame) = frame {
+            write!(f, " frame {frame:?}")?;
+        }
+        write!(f, " ({messages} messages")?;
         match rate {
             Some(rate) => write!(f, ", {rate:.0} Hz)"),
             None => write!(f, ")"),
@@ -139,9 +146,23 @@ pub enum ContainerError {
         /// Topics in the file.
         topics: Vec<String>,
     },
+    /// No IMU has the selected frame.
+    #[error(
+        "{file} has no IMU with the frame {frame:?}; it has {}",
+        listed(frames)
+    )]
+    NoSuchFrame {
+        /// Path of the file, as given.
+        file: String,
+        /// The frame.
+        frame: String,
+        /// All topics with samples of an IMU, and their frames.
+        frames: Vec<ImuTopic>,
+    },
     /// The topic of the foot is ambiguous.
     #[error(
-        "{file} has several IMUs, choose with --topic, or --topic all: {}",
+        "{file} has several IMUs, choose with {}, or --topic all: {}",
+        choosers(topics),
         listed(topics)
     )]
     SeveralTopics {
@@ -210,7 +231,9 @@ pub enum ContainerError {
         fields: &'static str,
     },
     /// Options for bags are given for a file of another format.
-    #[error("{file} is read as {format}: --topic and --load-topic are for mcap and rosbag2")]
+    #[error(
+        "{file} is read as {format}: --topic, --frame and --load-topic are for mcap and rosbag2"
+    )]
     BagOptions {
         /// Path of the file, as given.
         file: String,
@@ -229,6 +252,17 @@ pub enum ContainerError {
         /// Expected type.
         wanted: &'static str,
     },
+}
+
+/// Options that select one of these.
+fn choosers(topics: &[ImuTopic]) -> &'static str {
+    let has_frames = topics.iter().any(|topic| topic.frame.is_some());
+    let has_topics = topics.windows(2).any(|two| two[0].name != two[1].name);
+    match (has_topics, has_frames) {
+        (true, true) => "--topic and --frame",
+        (false, true) => "--frame",
+        (_, false) => "--topic",
+    }
 }
 
 impl ContainerError {

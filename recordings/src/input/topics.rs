@@ -11,6 +11,8 @@ const ALL: &str = "all";
 pub struct BagOptions {
     /// Topics of the feet.
     pub topics: Topics,
+    /// Frames (`header.frame_id`) of the feet, where one topic has those of several; empty for all.
+    pub frames: Vec<String>,
     /// Topics of their loads, in the same order; empty, or one for each foot.
     pub loads: Vec<LoadTopic>,
 }

@@ -50,6 +50,7 @@ def estimate(
     axes: str | None = None,
     window: str | None = None,
     topic: str | Sequence[str] | None = None,
+    frame: str | Sequence[str] | None = None,
     load_topic: str | Sequence[str] | None = None,
     map: str | Mapping[str, str] | None = None,
     units: str | None = None,
@@ -84,7 +85,7 @@ def estimate(
         The folder of the tables. A local one is on a file system that all workers share.
     preset, config, gravity, axes
         As of :func:`footfall.estimate`.
-    format, rate, topic, load_topic, map, units, time_unit, times
+    format, rate, topic, frame, load_topic, map, units, time_unit, times
         As of :func:`footfall.read`.
     window : str, optional
         Length of the window with half-widths, such as ``"50ms"``.
@@ -125,7 +126,7 @@ def estimate(
     ray = need("ray")
     begin = time.monotonic()
     given = settings(preset, config, gravity, rate, axes, format)
-    options = read_options(format, rate, gravity, topic, load_topic, map, units, time_unit, times)
+    options = read_options(format, rate, gravity, topic, frame, load_topic, map, units, time_unit, times)
     batch: BatchDict = {"window": window, "strict": strict, "only_foot": None}
     # What is wrong with an argument is said here, and not by a worker.
     _footfall.batch_settings_hash(options, given, batch)

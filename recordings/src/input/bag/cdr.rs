@@ -67,22 +67,36 @@ fn plain<T: for<'de> Deserialize<'de>>(payload: &[u8]) -> Result<T, String> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Skipped;
 
+/// A text, whatever its content; bytes that are not UTF-8 are replaced.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Text(pub(super) String);
+
 impl<'de> Deserialize<'de> for Skipped {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Bytes;
+        deserializer.deserialize_bytes(Bytes(|_: &[u8]| Skipped))
+    }
+}
 
-        impl Visitor<'_> for Bytes {
-            type Value = Skipped;
+impl<'de> Deserialize<'de> for Text {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_bytes(Bytes(|bytes: &[u8]| {
+            let text = bytes.strip_suffix(&[0]).unwrap_or(bytes);
+            Text(String::from_utf8_lossy(text).into_owned())
+        }))
+    }
+}
 
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("bytes")
-            }
+/// Visitor that makes a value of the bytes of a text.
+struct Bytes<F>(F);
 
-            fn visit_bytes<E>(self, _: &[u8]) -> Result<Skipped, E> {
-                Ok(Skipped)
-            }
-        }
+impl<T, F: FnOnce(&[u8]) -> T> Visitor<'_> for Bytes<F> {
+    type Value = T;
 
-        deserializer.deserialize_bytes(Bytes)
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("bytes")
+    }
+
+    fn visit_bytes<E>(self, bytes: &[u8]) -> Result<T, E> {
+        Ok((self.0)(bytes))
     }
 }

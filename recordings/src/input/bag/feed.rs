@@ -1,4 +1,4 @@
-//! Converts the messages of one topic into the rows of a recording.
+//! Converts the messages of one IMU into the rows of a recording.
 
 use estimator_core::{Gravity, Load, Timestamp, Validity};
 
@@ -8,15 +8,17 @@ use super::super::refusal::{ContainerError, ImuTopic};
 use super::super::rows::{Rows, Source};
 use super::super::stored::Stored;
 use super::beside::Known;
-use super::cdr::decode;
 use super::load::{Clock, LoadSeries, OLDEST_US};
 use super::messages::Imu;
 use super::storage::micros;
 use crate::recording::RecordedSample;
 
-/// A topic with samples of an IMU.
+/// Samples of an IMU: those of a topic, or those of a topic that have the same frame.
 pub(super) struct Feed {
     pub(super) topic: String,
+    /// `None` before the first message that is decoded.
+    pub(super) frame: Option<String>,
+    pub(super) sharing: Sharing,
     pub(super) messages: u64,
     /// Log times of the first and the last message, µs.
     log_us: Option<(i64, i64)>,
@@ -25,6 +27,13 @@ pub(super) struct Feed {
     /// Error in the log times, held back in case they are not needed.
     log_failed: Option<InputError>,
     without: Without,
+}
+
+/// Whether a topic has messages of several frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sharing {
+    Alone,
+    Shared,
 }
 
 /// Number of messages that lack a field.
@@ -46,6 +55,8 @@ impl Feed {
     pub(super) fn new(topic: String, hints: &Hints) -> Self {
         Self {
             topic,
+            frame: None,
+            sharing: Sharing::Alone,
             messages: 0,
             log_us: None,
             rows: Rows::new(hints.table.times),
@@ -67,17 +78,11 @@ impl Feed {
     pub(super) fn take(
         &mut self,
         (log_ns, known_beside): (i64, Known),
-        payload: &[u8],
+        imu: &Imu,
         load: Option<&LoadSeries>,
         hints: &Hints,
         file: &str,
     ) -> Result<(), InputError> {
-        let imu: Imu = decode(payload).map_err(|what| ContainerError::Message {
-            file: file.to_owned(),
-            topic: self.topic.clone(),
-            number: self.messages,
-            what,
-        })?;
         let log_us = micros(log_ns);
         let time_us = match (imu.header.stamp.micros(), self.clock) {
             (Some(stamp_us), Clock::Stamp) => stamp_us,
@@ -140,6 +145,7 @@ impl Feed {
         });
         ImuTopic {
             name: self.topic.clone(),
+            frame: self.shown_frame().map(str::to_owned),
             messages: self.messages,
             rate,
         }
@@ -227,7 +233,27 @@ impl Feed {
     }
 
     fn place(&self, file: &str) -> String {
-        format!("{file}, topic {}", self.topic)
+        let topic = &self.topic;
+        match self.shown_frame() {
+            Some(frame) => format!("{file}, topic {topic}, frame {frame}"),
+            None => format!("{file}, topic {topic}"),
+        }
+    }
+
+    /// Name by which the foot can be told from the others: its topic, with the frame if the topic has several.
+    pub(super) fn address(&self) -> String {
+        match self.shown_frame() {
+            Some(frame) => format!("{}/{}", self.topic, frame.trim_matches('/')),
+            None => self.topic.clone(),
+        }
+    }
+
+    /// The frame, if the topic has several.
+    fn shown_frame(&self) -> Option<&str> {
+        match self.sharing {
+            Sharing::Alone => None,
+            Sharing::Shared => self.frame.as_deref(),
+        }
     }
 }
 

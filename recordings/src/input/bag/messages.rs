@@ -3,7 +3,7 @@
 
 use serde::Deserialize;
 
-use super::cdr::Skipped;
+use super::cdr::{Skipped, Text};
 
 /// `builtin_interfaces/msg/Time`.
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -24,14 +24,14 @@ impl Time {
 }
 
 /// `std_msgs/msg/Header`.
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 pub(super) struct Header {
     pub(super) stamp: Time,
-    _frame_id: Skipped,
+    pub(super) frame_id: Text,
 }
 
 /// `sensor_msgs/msg/Imu`.
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 pub(super) struct Imu {
     pub(super) header: Header,
     _orientation: [f64; 4],
@@ -77,7 +77,7 @@ pub(super) struct Wrench {
 }
 
 /// `geometry_msgs/msg/WrenchStamped`.
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 pub(super) struct WrenchStamped {
     pub(super) header: Header,
     pub(super) wrench: Wrench,

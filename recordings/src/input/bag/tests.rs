@@ -56,15 +56,15 @@ impl Cdr {
         values.iter().fold(self, |cdr, value| cdr.number(*value))
     }
 
-    /// Appends a header whose frame has a name of this length.
-    fn header(self, stamp_ns: i64, frame: usize) -> Self {
+    /// Appends a header with this frame.
+    fn header(self, stamp_ns: i64, frame: &[u8]) -> Self {
         let sec = (stamp_ns / 1_000_000_000) as i32;
         let nanosec = (stamp_ns % 1_000_000_000) as u32;
         let mut cdr = self
             .put(sec.to_le_bytes())
             .put(nanosec.to_le_bytes())
-            .put((frame as u32 + 1).to_le_bytes());
-        cdr.bytes.resize(cdr.bytes.len() + frame, 0xFF);
+            .put((frame.len() as u32 + 1).to_le_bytes());
+        cdr.bytes.extend_from_slice(frame);
         cdr.bytes.push(0);
         cdr
     }
@@ -77,10 +77,15 @@ fn imu(order: Order, stamp_ns: i64, k: u64) -> Vec<u8> {
 
 /// The same with these first covariances of rate and acceleration.
 fn imu_with(order: Order, stamp_ns: i64, k: u64, covariance: [f64; 2]) -> Vec<u8> {
+    imu_of(b"foot", order, stamp_ns, k, covariance)
+}
+
+/// The same with this frame.
+fn imu_of(frame: &[u8], order: Order, stamp_ns: i64, k: u64, covariance: [f64; 2]) -> Vec<u8> {
     let value = k as f64 / 3.0;
     let of = |first: f64| [first, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     Cdr::new(order)
-        .header(stamp_ns, k as usize % 9)
+        .header(stamp_ns, frame)
         .numbers(&[0.5; 4])
         .numbers(&of(-1.0))
         .numbers(&[value, -value, 0.25])
@@ -96,7 +101,7 @@ fn float(value: f64) -> Vec<u8> {
 
 fn wrench(stamp_ns: i64, force: [f64; 3]) -> Vec<u8> {
     Cdr::new(Order::Little)
-        .header(stamp_ns, 4)
+        .header(stamp_ns, b"foot")
         .numbers(&force)
         .numbers(&[7.0; 3])
         .bytes
@@ -232,7 +237,7 @@ fn topics(names: &[&str]) -> Hints {
     Hints {
         bag: BagOptions {
             topics: Topics::from_names(&names),
-            loads: Vec::new(),
+            ..BagOptions::default()
         },
         ..Hints::default()
     }
@@ -331,6 +336,134 @@ fn several_feet_are_listed_selected_or_all_read() {
             " has several feet, and one is wanted here: fl, fr"
         );
     }
+}
+
+#[test]
+fn samples_are_independent_of_the_name_of_the_frame() {
+    for order in [Order::Little, Order::Big] {
+        let mut expected = open(
+            &written(Kind::Records, &one_foot(order), &[]),
+            &Hints::default(),
+        )
+        .unwrap();
+        let expected = samples(&mut expected[0]);
+        for length in 0..9 {
+            // No text of UTF-8 has these bytes.
+            let frame = vec![0xFF; length];
+            let mut messages = one_foot(order);
+            for (k, message) in (0_u64..).zip(&mut messages) {
+                let stamp_ns = 1_700_000_000_100_000_000 + 1_000_000 * k as i64;
+                message.3 = imu_of(&frame, order, stamp_ns, k, [0.0, 0.0]);
+            }
+            let bytes = written(Kind::Records, &messages, &[]);
+            let mut feet = open(&bytes, &Hints::default()).unwrap();
+            assert_eq!(samples(&mut feet[0]), expected, "{length}");
+        }
+    }
+}
+
+/// Four feet on one topic by their frames, with the load of each, and the trunk on another topic.
+fn feet_on_one_topic() -> Vec<Message> {
+    let mut messages = Vec::new();
+    for k in 0..100_u64 {
+        let stamp = 1_700_000_000_000_000_000 + 2_000_000 * k as i64;
+        for (foot, frame) in (0..).zip(["fl_foot", "fr_foot", "rl_foot", "rr_foot"]) {
+            let stamp = stamp + 1000 * foot;
+            let message = imu_of(
+                frame.as_bytes(),
+                Order::Little,
+                stamp,
+                1000 * foot as u64 + k,
+                [0.0, 0.0],
+            );
+            messages.push(Message("/foot_imus", IMU, stamp, message));
+        }
+    }
+    for (k, topic) in ["/load/fl", "/load/fr", "/load/rl", "/load/rr"]
+        .into_iter()
+        .enumerate()
+    {
+        let stamp = 1_700_000_000_000_000_000;
+        messages.push(Message(topic, FLOAT, stamp, float(k as f64)));
+    }
+    messages
+}
+
+#[test]
+fn frames_of_one_topic_are_separate_feet() {
+    let bytes = written(Kind::Chunks, &feet_on_one_topic(), &[]);
+    assert_eq!(
+        why(open(&bytes, &Hints::default())),
+        " has several IMUs, choose with --frame, or --topic all: \
+         /foot_imus frame \"fl_foot\" (100 messages, 500 Hz), \
+         /foot_imus frame \"fr_foot\" (100 messages, 500 Hz), \
+         /foot_imus frame \"rl_foot\" (100 messages, 500 Hz), \
+         /foot_imus frame \"rr_foot\" (100 messages, 500 Hz)"
+    );
+    for chosen in [topics(&["all"]), topics(&["/foot_imus"])] {
+        let loads = ["/load/fl", "/load/fr", "/load/rl", "/load/rr"];
+        let mut feet = open(&bytes, &with_loads(chosen, &loads)).unwrap();
+        let names: Vec<_> = feet.iter().map(|foot| foot.about.foot.clone()).collect();
+        let expected = ["fl_foot", "fr_foot", "rl_foot", "rr_foot"];
+        assert_eq!(names, expected.map(|name| Some(name.to_owned())));
+        for (foot, stored) in feet.iter_mut().enumerate() {
+            assert_eq!(stored.about.sample_rate, 500.0);
+            let samples = samples(stored);
+            assert_eq!(samples.len(), 100);
+            let first = samples[0].imu.angular_rate.0.x;
+            assert_eq!(first, (1000.0 * foot as f64 / 3.0) as f32);
+            assert_eq!(samples[0].load, Some(Load(foot as f32)));
+        }
+    }
+}
+
+#[test]
+fn frame_selects_a_foot() {
+    let bytes = written(Kind::Chunks, &feet_on_one_topic(), &[]);
+    let of_frames = |frames: &[&str]| {
+        let mut hints = Hints::default();
+        hints.bag.frames = frames.iter().map(|frame| (*frame).to_owned()).collect();
+        hints
+    };
+    let hints = with_loads(of_frames(&["rl_foot"]), &["/load/rl"]);
+    let mut feet = open(&bytes, &hints).unwrap();
+    assert_eq!(feet.len(), 1);
+    assert_eq!(feet[0].about.foot, None);
+    let samples = samples(&mut feet[0]);
+    assert_eq!(samples[0].imu.angular_rate.0.x, (2000.0_f64 / 3.0) as f32);
+    assert_eq!(samples[0].load, Some(Load(2.0)));
+    assert!(why(open(&bytes, &of_frames(&["trunk"]))).starts_with(
+        " has no IMU with the frame \"trunk\"; it has /foot_imus frame \"fl_foot\" (100"
+    ));
+    let hints = with_loads(
+        of_frames(&["rr_foot", "fl_foot"]),
+        &["/load/rr", "/load/fl"],
+    );
+    for (stored, foot) in open(&bytes, &hints).unwrap().iter_mut().zip([3, 0]) {
+        let first = self::samples(stored)[0];
+        assert_eq!(first.load, Some(Load(foot as f32)));
+        assert_eq!(
+            first.imu.angular_rate.0.x,
+            (1000.0 * f64::from(foot) / 3.0) as f32
+        );
+    }
+}
+
+#[test]
+fn frames_of_a_topic_are_limited() {
+    let messages: Vec<_> = (0..100_u64)
+        .map(|k| {
+            let stamp = 1_700_000_000_000_000_000 + 2_000_000 * k as i64;
+            let frame = format!("frame {k}");
+            let message = imu_of(frame.as_bytes(), Order::Little, stamp, k, [0.0, 0.0]);
+            Message("/imu", IMU, stamp, message)
+        })
+        .collect();
+    let bytes = written(Kind::Records, &messages, &[]);
+    assert_eq!(
+        why(open(&bytes, &topics(&["all"]))),
+        ", topic /imu, message 65: its frame \"frame 64\" is beyond the 64 that a topic may have"
+    );
 }
 
 #[test]
@@ -795,6 +928,6 @@ fn options_for_other_formats_are_rejected() {
     ));
     assert_eq!(
         said,
-        " is read as csv: --topic and --load-topic are for mcap and rosbag2"
+        " is read as csv: --topic, --frame and --load-topic are for mcap and rosbag2"
     );
 }

@@ -1,0 +1,39 @@
+"""Arrays as the Rust part reads them: float32 or float64, in native byte order."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+
+def floats(values: npt.ArrayLike) -> npt.NDArray[np.floating]:
+    """An array of floats: itself where it can be read in place, else a copy. Missing values are not a
+    number."""
+    missing = np.ma.getmaskarray(values) if np.ma.isMaskedArray(values) else None
+    array = np.asarray(values)
+    if array.dtype == object:
+        array = np.array([_float(value) for value in array.flat]).reshape(array.shape)
+    if array.dtype not in (np.float32, np.float64):
+        array = array.astype(np.float64)
+    # The Rust part counts strides in elements; fields of packed records lie between them.
+    is_readable = array.flags.aligned and all(step % array.itemsize == 0 for step in array.strides)
+    if missing is not None and missing.any():
+        array = np.where(missing, array.dtype.type(np.nan), array)
+    return array if is_readable else array.copy()
+
+
+def times(values: npt.ArrayLike) -> npt.NDArray[np.floating]:
+    """Times in s: floats as they are, ``datetime64`` of any unit and time zone since 1970."""
+    if str(getattr(values, "dtype", "")).startswith("datetime64"):
+        nanoseconds = np.asarray(values, dtype="datetime64[ns]")
+        seconds = nanoseconds.astype(np.int64) / 1.0e9
+        return np.where(np.isnat(nanoseconds), np.nan, seconds)
+    return floats(values)
+
+
+def _float(value: Any) -> float:
+    """The number that an object is; not a number for a missing one."""
+    is_missing = value is None or type(value).__name__ in ("NAType", "NaTType")
+    return float("nan") if is_missing else float(value)
