@@ -104,7 +104,7 @@ def test_a_stream_has_the_bits_of_the_whole(walk: footfall.Recording) -> None:
         assert np.float32(estimate.sigma_v) == whole.sigma_v[k]
         assert estimate.t == whole.t[k]
         assert set(estimate.flags) == {name for name in footfall.FLAGS if flags[name][k]}
-    assert np.array_equal(np.float32(foot.gyro_bias), whole.gyro_bias[-1])
+    assert np.array_equal(np.array(foot.gyro_bias, dtype=np.float32), whole.gyro_bias[-1])
     assert np.array_equal(foot.learnt, whole.learnt)
 
 
@@ -124,6 +124,7 @@ def test_double_precision_and_strides_change_nothing(walk: footfall.Recording) -
 def test_any_memory_layout_has_the_bits_of_a_copy(
     walk: footfall.Recording, number: str, before: int
 ) -> None:
+    assert walk.load is not None
     n = 2000
     expected = footfall.estimate(walk.acc[:n], walk.gyr[:n], walk.t[:n], load=walk.load[:n])
     # As a C program writes its records, without padding.
