@@ -1,7 +1,7 @@
 //! Detection of a terminal that is gone: its window was closed, or the connection to it was cut.
 //!
-//! crossterm reads the end of input of such a terminal again and again, and never returns. So it is asked for keys only
-//! while the terminal is there.
+//! crossterm does not return from the end of input of such a terminal: it loops. Keys are therefore polled only while
+//! the terminal exists.
 
 #[cfg(unix)]
 use std::{

@@ -17,10 +17,10 @@ def floats(values: npt.ArrayLike) -> npt.NDArray[np.floating]:
         array = np.array([_float(value) for value in array.flat]).reshape(array.shape)
     if array.dtype not in (np.float32, np.float64):
         array = array.astype(np.float64)
-    # The Rust part counts strides in elements; fields of packed records lie between them.
-    is_readable = array.flags.aligned and all(step % array.itemsize == 0 for step in array.strides)
     if missing is not None and missing.any():
         array = np.where(missing, array.dtype.type(np.nan), array)
+    # The Rust part counts strides in elements; fields of packed records lie between them.
+    is_readable = array.flags.aligned and all(step % array.itemsize == 0 for step in array.strides)
     return array if is_readable else array.copy()
 
 

@@ -240,7 +240,7 @@ impl Feed {
         }
     }
 
-    /// Name by which the foot can be told from the others: its topic, with the frame if the topic has several.
+    /// Unique name of the foot: its topic, with the frame if the topic has several.
     pub(super) fn address(&self) -> String {
         match self.shown_frame() {
             Some(frame) => format!("{}/{}", self.topic, frame.trim_matches('/')),

@@ -439,6 +439,7 @@ impl Reader<'_> {
     }
 }
 
+/// Sorts feeds by [`order`].
 fn sort(feeds: &mut [Feed], bag: &BagOptions) {
     feeds.sort_by(|a, b| {
         let of = |feed: &Feed| feed.frame.clone().unwrap_or_default();
