@@ -130,7 +130,7 @@ const fn of_fault(fault: Fault) -> &'static str {
             "the sensor's supply dipped: check its decoupling and the wire; it is configured again by itself"
         }
         Fault::SensorConfigMismatch => {
-            "check SPI's wires for length and crosstalk; the board slows the bus to 5 MHz by itself after three failures"
+            "check SPI's wires for length and crosstalk; the board slows the bus to 2.5 MHz by itself after three failures"
         }
         Fault::SensorSaturated => {
             "the foot is beyond ±16 g or ±2000 °/s for more than an impact: check for a loose mounting; a stuck reading at its limit is a damaged sensor"
@@ -145,10 +145,10 @@ const fn of_fault(fault: Fault) -> &'static str {
             "check the load sensor's plug and its supply; without one, set the source of the load (0x2015:1) to none"
         }
         Fault::CrystalMissing => {
-            "the crystal does not start: CAN is off, UART works; check the crystal and its solder joints"
+            "the crystal does not start, or has another frequency than the program is built for, which the detail of the emergency and the log say in kHz: CAN is off, UART works; check the crystal and its solder joints"
         }
         Fault::ConfigCorrupted => {
-            "check all settings and store them again; if it comes back, the flash is worn"
+            "the foot runs with the defaults, and the stored settings are kept until the next store: the detail says whether they are damaged (0), do not fit each other (1), or were not read after three watchdog resets (2); check all settings and store them again; if it comes back, the flash is worn"
         }
         Fault::ConfigStore => {
             "detail 1: raise the supply above 2.7 V; detail 0: the flash does not hold what is written: replace the board"
@@ -178,6 +178,12 @@ const fn of_fault(fault: Fault) -> &'static str {
         }
         Fault::GyroBias => {
             "the foot turned while it seemed to rest, or the gyroscope is beyond its data sheet: hold the foot still and reset it; if it stays, replace the sensor"
+        }
+        Fault::Misread => {
+            "check SPI's wires for length and crosstalk: samples are not read twice, and may be wrong"
+        }
+        Fault::SensorScale => {
+            "about half of 9.8 m/s² at rest: the part is an LSM6DSO32, fit an LSM6DSOX; otherwise check bias and scale of the accelerometer (0x2017)"
         }
     }
 }

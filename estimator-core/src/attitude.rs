@@ -211,6 +211,12 @@ impl AttitudeFilter {
         self.bias.excess().map(AngularRate)
     }
 
+    /// Length of the mean specific force of a rest that lasts, m/s²; `None` outside of one.
+    #[must_use]
+    pub fn force_at_rest(&self) -> Option<f32> {
+        self.bias.force()
+    }
+
     /// Estimated gyroscope bias, rad/s. Before the first rest, the part of it inferred from the
     /// corrections of the inclination.
     #[must_use]

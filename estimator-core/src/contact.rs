@@ -131,6 +131,13 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         self.0.attitude.excess_bias()
     }
 
+    /// Length of the mean specific force while the foot is at rest, m/s²; `None` while it is not. Far from
+    /// gravity's length, the scale of the accelerometer is not the assumed one.
+    #[must_use]
+    pub fn force_at_rest(&self) -> Option<f32> {
+        self.0.attitude.force_at_rest()
+    }
+
     /// The gyroscope's bias, frame of the foot, rad/s, as in [`ContactEstimate::gyro_bias`]; `None`
     /// until the foot has been at rest, and with [`Gravity::Removed`].
     #[must_use]

@@ -312,6 +312,11 @@ impl BiasEstimator {
         (self.unbelieved >= REPORTED_AFTER).then_some(self.mean_rate)
     }
 
+    /// Length of the mean specific force of a rest that lasts, m/s²; `None` outside of one.
+    pub(crate) fn force(&self) -> Option<f32> {
+        (self.still >= self.coefficients.duration).then(|| self.mean_force.length())
+    }
+
     /// Gravity as this accelerometer reads it, m/s²: the standard value before the first rest.
     pub(crate) const fn gravity(&self) -> f32 {
         self.gravity

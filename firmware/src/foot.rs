@@ -27,10 +27,11 @@ use estimator_core::{
 };
 use wire::node::{BootCause, Crash};
 use wire::settings::WINDOW_CAPACITY;
-use wire::{Counter, Counters, Fault, Node, Settings, Stage};
+use wire::{Counter, Counters, Fault, Node, NodeId, Settings, Stage};
 
 use crate::ports::Ports;
 use crate::sampling::{Activity, Measurement, Tick};
+use crate::storage::Origin;
 use crate::supervision::Worker;
 use crate::telemetry::Lane;
 
@@ -44,8 +45,8 @@ pub use faults::SOUND_TICKS;
 pub use load::LOAD_READINGS;
 pub use requests::INPUTS_PER_TICK;
 
-/// Ticks between two checks of the gyroscope's bias.
-const BIAS_TICKS: u32 = 1024;
+/// Ticks between two checks of the readings at rest.
+const REST_TICKS: u32 = 1024;
 
 /// State at the start, besides the settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -59,10 +60,10 @@ pub struct Start {
     ///
     /// [`CrashRecord`]: crate::supervision::CrashRecord
     pub crash: Option<Crash>,
-    /// The stored settings could not be read: defaults are in use.
-    pub settings_corrupted: bool,
-    /// The crystal does not start: there is no CAN.
-    pub crystal_missing: bool,
+    /// Origin of the settings.
+    pub origin: Origin,
+    /// Frequency of a crystal that is not used, kHz, 0 if it does not start: there is no CAN.
+    pub unused_crystal_khz: Option<u32>,
     /// Level of the chip's brown-out reset: 0 off, 1 to 3.
     pub brown_out_level: u8,
 }
@@ -120,7 +121,7 @@ impl Foot {
             requests: Requests::default(),
             fault_state: FaultState::default(),
             load_input: LoadInput::default(),
-            output: Output::new(!start.crystal_missing),
+            output: Output::new(start.unused_crystal_khz.is_none()),
         }
     }
 
@@ -128,6 +129,12 @@ impl Foot {
     #[must_use]
     pub const fn settings(&self) -> &Settings {
         self.node.settings()
+    }
+
+    /// Node id on the bus; 0 until one is assigned.
+    #[must_use]
+    pub fn node_id(&self) -> u8 {
+        self.node.id().map_or(0, NodeId::get)
     }
 
     /// Stage, for the LED.
@@ -191,8 +198,8 @@ impl Foot {
         self.estimator.finish();
         self.answer(INPUTS_PER_TICK - taken, ports);
         self.clear_expired_faults(ports);
-        if self.ticks.is_multiple_of(BIAS_TICKS) {
-            self.check_bias(ports);
+        if self.ticks.is_multiple_of(REST_TICKS) {
+            self.check_rest(ports);
         }
         self.report_liveness(measurement, ports);
     }
@@ -209,12 +216,10 @@ impl Foot {
     #[inline(never)]
     fn report_start(&mut self, start: Start, ports: &Ports) {
         self.boot(start.cause, ports);
-        if start.crystal_missing {
-            self.raise(Fault::CrystalMissing, 0, ports);
+        if let Some(khz) = start.unused_crystal_khz {
+            self.report_crystal(khz, ports);
         }
-        if start.settings_corrupted {
-            self.raise(Fault::ConfigCorrupted, 0, ports);
-        }
+        self.check_origin(start.origin, ports);
         self.node.set_brown_out_level(start.brown_out_level);
         if start.brown_out_level == 0 {
             let text = "brown-out reset is off: see 0x2114";
@@ -223,6 +228,24 @@ impl Foot {
         if let Some(crash) = start.crash {
             self.node.set_crash(crash);
             self.raise_crash(crash, ports);
+        }
+    }
+
+    /// Raises the fault of a crystal that does not start, or has another frequency, which is logged.
+    fn report_crystal(&mut self, khz: u32, ports: &Ports) {
+        self.raise(Fault::CrystalMissing, khz, ports);
+        if khz > 0 {
+            let mut text = *b"crystal of 00.0 MHz";
+            let [.., tens, ones, _, tenths, _, _, _, _] = &mut text;
+            let number = (khz + 50) / 100;
+            *tens += (number / 100 % 10) as u8;
+            *ones += (number / 10 % 10) as u8;
+            *tenths += (number % 10) as u8;
+            self.log(
+                Level::Error,
+                core::str::from_utf8(&text).unwrap_or(""),
+                ports,
+            );
         }
     }
 

@@ -15,7 +15,7 @@
 
 mod board;
 
-use core::mem::discriminant;
+use core::mem::{self, discriminant};
 use core::ops::Range;
 use core::sync::atomic::{AtomicU8, Ordering};
 
@@ -30,12 +30,12 @@ use embassy_time::{Duration, Timer, with_timeout};
 use firmware::commands::UartReceiver;
 use firmware::ports::{BusState, Input, Reloaded, Request, UartBatch};
 use firmware::sampling::{self, Sensor};
-use firmware::storage::{Origin, Storage};
+use firmware::storage::{MOST_WATCHDOG_RESETS, Origin, Storage};
 use firmware::supervision::Worker;
 use firmware::{Foot, Ports, Start};
 use static_cell::StaticCell;
 use wire::node::{BootCause, Crash};
-use wire::{Fault, Stage};
+use wire::{Fault, Settings, Stage};
 
 use board::clocks::Source;
 use board::crash::Reset;
@@ -64,7 +64,7 @@ const FEEDING: Duration = Duration::from_millis(board::watchdog::FEEDING_MILLIS 
 const PROCESS_DATA: Range<u16> = 0x180..0x580;
 
 /// Flash with the settings.
-type Settings = Storage<ConfigFlash>;
+type Store = Storage<ConfigFlash>;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
@@ -75,7 +75,19 @@ fn main() -> ! {
     let Ok(mut storage) = Storage::new(board.flash, &(0..board::flash::SIZE)) else {
         halt(&mut led, "the configuration's pages are none");
     };
-    let (settings, origin) = storage.load();
+    // As delivered, brown-out reset is off. Not after another reset: an attempt that ends in one is not repeated.
+    if board.reset == Reset::Power && board::flash::brown_out_level() == 0 {
+        let level = storage.flash().protect_supply().map_or(0, |()| 3);
+        defmt::warn!(
+            "brown-out reset was off, level from the next power-up on: {=u8}",
+            level
+        );
+    }
+    // Nothing is written until a store: the settings in flash stay for inspection.
+    let (settings, origin) = match board.watchdog_resets {
+        0..MOST_WATCHDOG_RESETS => storage.load(),
+        _ => (Settings::default(), Origin::NotRead),
+    };
     let start = Start {
         serial: board.serial,
         cause: match (board.reset, board.crash.is_some()) {
@@ -83,16 +95,20 @@ fn main() -> ! {
             _ => BootCause::PowerUp,
         },
         crash: reason_for_start(board.crash, board.reset),
-        settings_corrupted: origin == Origin::Corrupted,
-        crystal_missing: board.clock == Source::Internal,
+        origin,
+        unused_crystal_khz: match board.clock {
+            Source::Crystal => None,
+            Source::Internal(khz) => Some(khz),
+        },
         brown_out_level: board::flash::brown_out_level(),
     };
-    log_boot(&start, origin);
+    log_boot(&start);
+    let Some(foot) = make_foot(settings, start) else {
+        halt(&mut led, "the default settings do not fit each other");
+    };
+    let settings = foot.settings();
     let (can_rate, uart_rate) = (settings.can_bit_rate(), settings.uart_rate());
     let self_test = settings.self_test();
-    let Some(foot) = make_foot(settings, start) else {
-        halt(&mut led, "the settings do not fit each other");
-    };
     let Ok((uart_out, uart_in)) = board.uart.start(uart_rate) else {
         halt(&mut led, "the UART cannot have its rate");
     };
@@ -137,6 +153,7 @@ async fn sample(
     self_test: bool,
 ) {
     let mut bus = BusState::Active;
+    let mut id = 0;
     sampling::run(
         sensor,
         board::sensor::Delay,
@@ -145,6 +162,9 @@ async fn sample(
         |tick, measurement| {
             foot.tick(tick, measurement, Some(load.reading()), &PORTS);
             report_bus_state(&mut bus);
+            if mem::replace(&mut id, foot.node_id()) != foot.node_id() {
+                board::can::listen_as(foot.node_id());
+            }
             let fault = if foot.faults().is_empty() { 0 } else { FAULT };
             LIGHT.store(foot.stage().code() | fault, Ordering::Relaxed);
         },
@@ -172,7 +192,7 @@ async fn send_can(mut can: board::can::Sender) {
         PORTS.liveness.report(Worker::Can);
         PORTS.send_can();
         if !PORTS.can_is_empty() && with_timeout(BUS_DEADLINE, can.freed()).await.is_err() {
-            let count = can.withdraw(&PROCESS_DATA) + PORTS.withdraw_can();
+            let count = can.withdraw(&PROCESS_DATA).await + PORTS.withdraw_can();
             if count > 0 {
                 PORTS.put(Input::CanWithdrawn(count)).await;
             }
@@ -222,8 +242,10 @@ async fn send_uart(mut uart: board::uart::Sender) {
 /// Passes requests from the serial line to the foot.
 #[embassy_executor::task]
 async fn receive_uart(mut uart: board::uart::Receiver) {
+    /// More bytes than arrive during two ticks of the timer, at 3 Mbaud.
+    const CHUNK: usize = 128;
     let mut requests = UartReceiver::new();
-    let mut bytes = [0; 64];
+    let mut bytes = [0; CHUNK];
     loop {
         let Some(bytes) = uart.receive(&mut bytes).await else {
             PORTS.put(Input::UartLost(1)).await;
@@ -239,6 +261,8 @@ async fn receive_uart(mut uart: board::uart::Receiver) {
         if let Some(refused) = requests.refused() {
             PORTS.put(refused).await;
         }
+        // In an unbroken stream the next byte is always ready, and no other task of this or a lower level would run.
+        Timer::after_ticks(1).await;
     }
 }
 
@@ -246,7 +270,7 @@ async fn receive_uart(mut uart: board::uart::Receiver) {
 
 /// Serves requests of the foot that take longer than a tick.
 #[embassy_executor::task]
-async fn serve_requests(mut storage: Settings, mut can: Option<board::can::Control>) {
+async fn serve_requests(mut storage: Store, mut can: Option<board::can::Control>) {
     loop {
         match PORTS.next_request().await {
             Request::Store(settings, erase) => {
@@ -283,6 +307,7 @@ async fn feed_watchdog() {
         Timer::after(FEEDING).await;
         if PORTS.liveness.all_alive() {
             board::watchdog::feed();
+            board::crash::forget_watchdog_resets();
         }
         if let Some(used) = stack.look() {
             defmt::info!("stack: {} of {} bytes", used, board::stack::size());
@@ -329,29 +354,39 @@ fn reason_for_start(crash: Option<board::crash::Crash>, reset: Reset) -> Option<
     })
 }
 
-fn log_boot(start: &Start, origin: Origin) {
+fn log_boot(start: &Start) {
     defmt::info!(
         "footfall {=str}, serial {=u32:08x}, {=str} settings, {=str} oscillator",
         env!("CARGO_PKG_VERSION"),
         start.serial,
-        match origin {
+        match start.origin {
             Origin::Stored => "stored",
             Origin::Blank => "default",
-            Origin::Corrupted => "unreadable",
+            Origin::Corrupted | Origin::Incompatible | Origin::NotRead => "unreadable",
         },
-        if start.crystal_missing {
+        if start.unused_crystal_khz.is_some() {
             "internal"
         } else {
             "crystal"
         },
     );
+    if let Some(khz) = start.unused_crystal_khz {
+        defmt::error!("crystal: {=u32} kHz", khz);
+    }
 }
 
-/// Creates the foot in its static place. Separate from `main`, so that the stack it needs is free again.
+/// Creates the foot in its static place, with defaults instead of unusable settings. Separate from `main`, so
+/// that the stack it needs is free again.
 #[inline(never)]
-fn make_foot(settings: wire::Settings, start: Start) -> Option<&'static mut Foot> {
+fn make_foot(mut settings: Settings, mut start: Start) -> Option<&'static mut Foot> {
     static FOOT: StaticCell<Foot> = StaticCell::new();
-    let config = settings.params().validate().ok()?;
+    let mut config = settings.params().validate();
+    if config.is_err() {
+        start.origin = Origin::Incompatible;
+        settings = Settings::default();
+        config = settings.params().validate();
+    }
+    let config = config.ok()?;
     let foot = FOOT.init_with(|| Foot::with_config(settings, &config, start));
     Some(foot)
 }
@@ -373,16 +408,18 @@ fn halt(led: &mut Output<'static>, why: &str) -> ! {
     }
 }
 
-// The interrupts that run the executors; their own peripherals are not used.
+// The interrupts that run the executors; their own peripherals are not used. The barriers: see `board::Barrier`.
 
 #[embassy_stm32::interrupt]
 unsafe fn UART4() {
     // SAFETY: called by this interrupt.
     unsafe { SAMPLING.on_interrupt() };
+    cortex_m::asm::dsb();
 }
 
 #[embassy_stm32::interrupt]
 unsafe fn UART5() {
     // SAFETY: called by this interrupt.
     unsafe { COMMUNICATION.on_interrupt() };
+    cortex_m::asm::dsb();
 }

@@ -18,13 +18,14 @@
 //! | no edge, nothing new, a status that no part sends, a transfer that fails | three bad ticks in five | 3 ticks |
 //! | all outputs repeat, and say they are new | [`FROZEN_REPEATS`] repeats | 4 ticks |
 //! | the outputs of one sensor, or of one axis, repeat | [`FrozenDetector`](lsm6dsox::FrozenDetector) | 20 to 90 ticks |
-//! | another identity, data rates gone, as after a reset | read back in turns, one register a tick | 3 ticks |
-//! | any other register of the configuration | as above, [`READ_BACK_TICKS`] for all of them | 66 ticks |
+//! | another identity, data rates gone, as after a reset | read back each second tick, after the estimate | 3 ticks |
+//! | any other register of the configuration | as above, [`READ_BACK_TICKS`] for all of them | 45 ticks |
 //! | edges too many or too few, where they are counted | three bad ticks in five | 3 ticks |
 //! | at the end of the range for long | [`SATURATED_TICKS`] in a row; until then each sample is flagged | 50 ticks |
 //!
-//! After three consecutive failures to read identity or registers correctly, the clock of the bus is halved:
-//! at full speed the slowest data line that the part may have leaves no time to read it.
+//! After three consecutive failures to read identity or registers correctly, the clock of the bus is halved, to
+//! 2.5 MHz: at 5 MHz long wires or a level shifter may leave no time to read the data line. Single misreads
+//! before that are counted and reported.
 //!
 //! From the first bad tick on its sample is flagged, so that the estimate is "not stable" before
 //! the fault is identified. After outputs have repeated, samples stay flagged until each axis has
@@ -95,14 +96,14 @@ pub async fn run<SPI: SpiDevice + SetSpiClock>(
     let mut failures = 0_u32;
     let mut misread = 0_u32;
     loop {
-        let (activity, restarts) = (sensor.activity, sensor.restarts);
+        let (activity, counts) = (sensor.activity, sensor.counts());
         let mut started = alongside(sensor.start(&mut delay), &mut ticks, |tick| {
-            each(tick, &Sensor::<SPI>::absent(tick, activity, restarts));
+            each(tick, &Sensor::<SPI>::absent(tick, activity, counts));
         })
         .await;
         if self_test && started.is_ok() {
             started = alongside(sensor.self_test(&mut delay), &mut ticks, |tick| {
-                let absent = Sensor::<SPI>::absent(tick, Activity::SelfTest, restarts);
+                let absent = Sensor::<SPI>::absent(tick, Activity::SelfTest, counts);
                 each(tick, &absent);
             })
             .await;
@@ -132,6 +133,9 @@ pub async fn run<SPI: SpiDevice + SetSpiClock>(
                 misread = 0;
             }
             each(&tick, &measurement);
+            if sensor.activity == Activity::Measuring {
+                sensor.check(&tick).await;
+            }
         }
         // The first failure is followed by another attempt at once.
         let (first, longest) = BACK_OFF_TICKS;
@@ -150,7 +154,7 @@ pub async fn run<SPI: SpiDevice + SetSpiClock>(
         sensor.activity = Activity::Recovering;
         for _ in 0..wait {
             let tick = ticks.next().await;
-            let mut absent = Sensor::<SPI>::absent(&tick, Activity::Recovering, sensor.restarts);
+            let mut absent = Sensor::<SPI>::absent(&tick, Activity::Recovering, sensor.counts());
             absent.fault = unreported.take();
             each(&tick, &absent);
         }

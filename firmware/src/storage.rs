@@ -58,14 +58,36 @@ const RECORD: usize = HEAD + (SETTINGS + 1) * ENTRY;
 const OLD_DETECTORS: Address = Address::new(index::ESTIMATION, 5);
 
 /// Origin of loaded settings.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Origin {
     /// The flash.
     Stored,
     /// Defaults: none were stored, or the defaults were restored.
+    #[default]
     Blank,
     /// Stored settings cannot be read, or only some of them: older ones or defaults replace the rest.
     Corrupted,
+    /// Defaults: the stored settings are incompatible with each other.
+    Incompatible,
+    /// Defaults: the stored settings were not read, after [`MOST_WATCHDOG_RESETS`] in a row.
+    NotRead,
+}
+
+/// Resets by the watchdog in a row after which the stored settings are not read: they may be the cause.
+pub const MOST_WATCHDOG_RESETS: u32 = 3;
+
+impl Origin {
+    /// Detail of [`Fault::ConfigCorrupted`](wire::Fault::ConfigCorrupted), if the settings in use are not
+    /// those stored.
+    #[must_use]
+    pub const fn fault_detail(self) -> Option<u32> {
+        match self {
+            Self::Stored | Self::Blank => None,
+            Self::Corrupted => Some(0),
+            Self::Incompatible => Some(1),
+            Self::NotRead => Some(2),
+        }
+    }
 }
 
 /// Whether a page of flash may be erased. Meanwhile, for half a second at most, the foot does

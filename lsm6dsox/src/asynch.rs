@@ -107,10 +107,26 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// [`Error::Identity`] with the value read instead.
     pub async fn check_identity(&mut self) -> Result<(), Error<SPI::Error>> {
         let read = self.read(register::WHO_AM_I.address).await?;
-        if read == register::WHO_AM_I.reset {
-            Ok(())
-        } else {
-            Err(Error::Identity { read })
+        check_identity(read)
+    }
+
+    /// Checks the identity, and reads back the register after it, which has the accelerometer's data rate, in
+    /// one transfer.
+    ///
+    /// # Errors
+    /// As [`check_identity`](Self::check_identity) and [`check`](Self::check).
+    pub async fn check_identity_and_rate(&mut self) -> Result<(), Error<SPI::Error>> {
+        const { assert!(register::WHO_AM_I.address + 1 == register::CTRL1_XL.address) };
+        let mut frame = [register::WHO_AM_I.read_address(), 0, 0];
+        // As in `sample`.
+        let mut operations = [Operation::TransferInPlace(&mut frame)];
+        self.spi.transaction(&mut operations).await?;
+        let [_, identity, rate] = frame;
+        check_identity(identity)?;
+        let is_rate = |write: &Write| write.register.address == register::CTRL1_XL.address;
+        match self.config.writes().find(is_rate) {
+            Some(write) => check_read_back(write, rate),
+            None => Ok(()),
         }
     }
 
@@ -135,15 +151,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// [`Error::ReadBack`] if it differs.
     pub async fn check(&mut self, write: Write) -> Result<(), Error<SPI::Error>> {
         let read = self.read(write.register.address).await?;
-        if read == write.value {
-            Ok(())
-        } else {
-            Err(Error::ReadBack {
-                register: *write.register,
-                written: write.value,
-                read,
-            })
-        }
+        check_read_back(write, read)
     }
 
     /// Reads status, temperature, angular rate and specific force in one transfer of 17 bytes.
@@ -405,6 +413,26 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
 
     async fn transfer(&mut self, frame: &mut [u8]) -> Result<(), Error<SPI::Error>> {
         Ok(self.spi.transfer_in_place(frame).await?)
+    }
+}
+
+fn check_identity<E>(read: u8) -> Result<(), Error<E>> {
+    if read == register::WHO_AM_I.reset {
+        Ok(())
+    } else {
+        Err(Error::Identity { read })
+    }
+}
+
+fn check_read_back<E>(write: Write, read: u8) -> Result<(), Error<E>> {
+    if write.register.agree(read, write.value) {
+        Ok(())
+    } else {
+        Err(Error::ReadBack {
+            register: *write.register,
+            written: write.value,
+            read,
+        })
     }
 }
 

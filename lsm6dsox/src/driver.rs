@@ -24,17 +24,18 @@ pub const SPI_MODE: Mode = MODE_3;
 ///
 /// On a sibling the data line is valid up to 50 ns after the clock's edge (LSM6DSL, SPI slave timing,
 /// `tv(SO)`), which is the whole half period: at this clock a slow part leaves no setup time for the
-/// master. [`SpiClock::Half`] leaves 50 ns.
+/// master. [`SpiClock::Full`] leaves 50 ns.
 pub const SPI_MAX_HERTZ: u32 = 10_000_000;
 
 /// Clock of the part's SPI.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SpiClock {
-    /// [`SPI_MAX_HERTZ`].
+    /// Half of [`SPI_MAX_HERTZ`].
     #[default]
     Full,
-    /// Half of [`SPI_MAX_HERTZ`].
+    /// A quarter of [`SPI_MAX_HERTZ`], for a data line that is slower than any part: long wires, level
+    /// shifters.
     Half,
 }
 
@@ -43,8 +44,8 @@ impl SpiClock {
     #[must_use]
     pub const fn hertz(self) -> u32 {
         match self {
-            Self::Full => SPI_MAX_HERTZ,
-            Self::Half => SPI_MAX_HERTZ / 2,
+            Self::Full => SPI_MAX_HERTZ / 2,
+            Self::Half => SPI_MAX_HERTZ / 4,
         }
     }
 }

@@ -39,6 +39,13 @@ impl Register {
         self.address | Self::READ
     }
 
+    /// Returns whether two values agree in all fields. Reserved bits read as anything: the data sheet does not
+    /// specify them.
+    #[must_use]
+    pub const fn agree(&self, first: u8, second: u8) -> bool {
+        (first ^ second) & self.mask == 0
+    }
+
     /// Returns whether `value` leaves the reserved bits at their reset value.
     #[must_use]
     pub const fn keeps_reserved_bits(&self, value: u8) -> bool {

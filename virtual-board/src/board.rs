@@ -11,7 +11,7 @@ use crate::corner::Corner;
 use crate::elf::{ElfError, Image};
 use crate::failure::Failure;
 use crate::machine::Machine;
-use crate::memory::UNIQUE_NUMBER;
+use crate::memory::{OPTIONS, UNIQUE_NUMBER};
 use crate::part::can::{Frame, TimedFrame};
 use crate::part::usart::TimedByte;
 pub use injection::Injection;
@@ -103,7 +103,9 @@ impl Board {
         let mut chip = Chip::new(options.chip, sensor);
         chip.adc.inputs[LOAD] = options.load;
         chip.set_time_base(options.time_base);
-        let cpu = Cpu::new(Machine::new(chip), &image.segments).map_err(ElfError)?;
+        let options_in_memory = chip.flash.option_bytes();
+        let mut cpu = Cpu::new(Machine::new(chip), &image.segments).map_err(ElfError)?;
+        cpu.memory().write(OPTIONS.start, &options_in_memory);
         Ok(Self {
             cpu,
             image,

@@ -31,6 +31,7 @@ use crate::part::iwdg::Iwdg;
 use crate::part::pwr::Pwr;
 use crate::part::rcc::{Rcc, ResetCause};
 use crate::part::spi::Spi;
+use crate::part::tim11::Tim11;
 use crate::part::timer::Timer;
 use crate::part::usart::Usart;
 use crate::time::{NEVER, cycle};
@@ -52,6 +53,8 @@ pub const NOMINAL_MV: u32 = 3_300;
 pub struct ChipOptions {
     /// Frequency of the crystal, Hz; `None` if it does not start.
     pub crystal: Option<u32>,
+    /// Brown-out level in the option bytes at power-up: 0 as delivered, 3 as set by the board's first start.
+    pub brown_out_level: u8,
     /// The specimen, within the limits of the data sheet.
     pub corner: Corner,
 }
@@ -61,6 +64,7 @@ impl Default for ChipOptions {
     fn default() -> Self {
         Self {
             crystal: Some(8_000_000),
+            brown_out_level: 3,
             corner: Corner::default(),
         }
     }
@@ -95,6 +99,7 @@ pub struct Chip {
     dmas: [Dma; 2],
     spis: [Spi; 3],
     timers: [Timer; 4],
+    tim11: Tim11,
     iwdg: Iwdg,
     selected: bool,
     pin_high: bool,
@@ -121,7 +126,7 @@ impl Chip {
         Self {
             can: Can::new(clocks.pclk1),
             rcc,
-            flash: Flash::new(options.corner),
+            flash: Flash::new(options.corner).with_brown_out_level(options.brown_out_level),
             usarts: Default::default(),
             adc: Adc::default(),
             ports,
@@ -140,6 +145,7 @@ impl Chip {
                 Timer::new("TIM4", 16, period),
                 Timer::new("TIM5", 32, period),
             ],
+            tim11: Tim11::default(),
             iwdg: Iwdg::new(options.corner.lsi_hz()),
             selected: false,
             pin_high: false,
@@ -175,6 +181,7 @@ impl Chip {
         for spi in &mut self.spis {
             spi.reset();
         }
+        self.tim11 = Tim11::default();
         for timer in &mut self.timers {
             timer.reset(cycle(clocks.timers1));
         }

@@ -224,12 +224,96 @@ fn continuous_settings_on_both_lines_cost_no_tick() {
     }
 }
 
+#[test]
+fn a_controller_that_ignores_aborts_stops_only_can() {
+    let Some(elf) = product() else { return };
+    let mut rig = Rig::new(&elf);
+    rig.run(300);
+    rig.board.inject(Injection::Bus(BusFault::AbortIgnored));
+    rig.run(100);
+    rig.forget();
+    rig.run(2_500);
+    assert_eq!((rig.resets(), rig.contacts()), (vec![], 0));
+    let is_contact = |message: &&(u64, Message)| matches!(message.1, Message::Contact(_));
+    let serial = rig.messages.iter().filter(is_contact).count();
+    assert!(serial > 2_490, "{serial} contacts");
+    rig.board.inject(Injection::Clear);
+    rig.run(10);
+    rig.forget();
+    rig.run(100);
+    assert!(rig.contacts() >= 99, "{} contacts", rig.contacts());
+}
+
+/// Twelve drives beside the foot receive their process data each millisecond, which leaves the bus little room.
+#[test]
+fn frames_for_other_nodes_displace_no_command() {
+    const MILLISECONDS: u64 = 5;
+    let Some(elf) = product() else { return };
+    let mut rig = Rig::new(&elf);
+    rig.run(300);
+    let beside_drives = |rig: &mut Rig, command: &dyn Fn(&mut Rig)| {
+        for ms in 0..MILLISECONDS {
+            for drive in 0x21..0x2D {
+                rig.can(0x200 + drive, &[0; 2]);
+                if ms == 1 && drive == 0x26 {
+                    command(rig);
+                }
+            }
+            rig.run(1);
+        }
+    };
+    let state = |rig: &mut Rig, command| {
+        beside_drives(rig, &|rig| rig.nmt(command));
+        rig.forget();
+        beside_drives(rig, &|_| {});
+        rig.contacts()
+    };
+    let mut obeyed = 0;
+    for _ in 0..20 {
+        let stopped = state(&mut rig, STOP) == 0;
+        obeyed += usize::from(stopped && state(&mut rig, OPERATIONAL) > 0);
+    }
+    let request = |rig: &mut Rig| rig.sdo_read(index::IDENTITY, 4);
+    rig.forget();
+    (0..50).for_each(|_| beside_drives(&mut rig, &request));
+    rig.run(10);
+    assert_eq!((obeyed, rig.answers().len()), (20, 50));
+}
+
+#[test]
+fn a_node_id_from_lss_replaces_the_old_one() {
+    let Some(elf) = product() else { return };
+    let mut rig = Rig::new(&elf);
+    rig.run(100);
+    let answering = |rig: &mut Rig| {
+        [0x11, 0x2A].map(|node| {
+            rig.forget();
+            rig.can(0x600 + node, &[0x40, 0x18, 0x10, 4, 0, 0, 0, 0]);
+            rig.run(10);
+            rig.count(0x580 + u32::from(node))
+        })
+    };
+    assert_eq!(answering(&mut rig), [1, 0]);
+    // Configuration state, node id, waiting state.
+    for request in [[0x04, 1], [0x11, 0x2A], [0x04, 0]] {
+        rig.can(0x7E5, &[request[0], request[1], 0, 0, 0, 0, 0, 0]);
+        rig.run(5);
+    }
+    rig.nmt(RESET_COMMUNICATION);
+    rig.run(100);
+    assert_eq!(answering(&mut rig), [0, 1]);
+    // The controller is restarted, and the id stays.
+    rig.can(0x000, &[RESET_COMMUNICATION, 0]);
+    rig.run(100);
+    assert_eq!(answering(&mut rig), [0, 1]);
+}
+
 /// More frames than the foot can process, on both lines, for longer than the watchdog's timeout: each task that
 /// waits for room wakes the other.
 #[test]
 fn continuous_frames_on_both_lines_do_not_trip_the_watchdog() {
     let Some(elf) = product() else { return };
-    for id in [0x67F, 0x080] {
+    for id in [0x611, 0x080] {
         let mut rig = Rig::new(&elf);
         rig.run(100);
         for _ in 0..125 {
@@ -241,6 +325,63 @@ fn continuous_frames_on_both_lines_do_not_trip_the_watchdog() {
         let health = rig.health().expect("a health message");
         assert_eq!(health.counters.get(wire::Counter::LateTicks), 0);
     }
+}
+
+/// A byte each 3.3 µs for longer than the watchdog's timeout: the receiver always finds the next one.
+#[test]
+fn an_unbroken_serial_stream_stops_no_sender() {
+    const BYTES_PER_MS: usize = 300;
+    let Some(elf) = product() else { return };
+    for length in [201, 1, 0] {
+        let mut rig = Rig::new(&elf);
+        rig.run(100);
+        set_rate(&mut rig, index::UART_RATE, 3_000_000);
+        rig.forget();
+        let mut state = 1_u32;
+        for _ in 0..250 {
+            let bytes: Vec<u8> = (1..=10 * BYTES_PER_MS)
+                .map(|at| {
+                    state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                    match length {
+                        0 => (state >> 24) as u8,
+                        _ if at.is_multiple_of(length) => 0,
+                        _ => 0x55,
+                    }
+                })
+                .collect();
+            rig.board.push_uart(&bytes);
+            rig.run(10);
+        }
+        assert_eq!(rig.resets(), [], "frames of {length}");
+        let is_contact = |message: &&(u64, Message)| matches!(message.1, Message::Contact(_));
+        let serial = rig.messages.iter().filter(is_contact).count();
+        let contacts = [rig.contacts(), serial];
+        assert!(
+            contacts.iter().all(|count| *count > 2_490),
+            "frames of {length}: {contacts:?}"
+        );
+        let health = rig.health().expect("a health message");
+        assert_eq!(
+            health.counters.get(wire::Counter::UartOverruns),
+            0,
+            "frames of {length}"
+        );
+    }
+}
+
+fn set_rate(rig: &mut Rig, index: u16, rate: u32) {
+    rig.nmt(PRE_OPERATIONAL);
+    rig.run(3);
+    rig.sdo_write(index, 0, rate);
+    rig.run(3);
+    rig.store();
+    rig.run(20);
+    rig.nmt(OPERATIONAL);
+    rig.run(10);
+    rig.nmt(RESET_COMMUNICATION);
+    rig.run(300);
+    rig.nmt(OPERATIONAL);
+    rig.run(50);
 }
 
 #[test]
@@ -255,18 +396,7 @@ fn the_lines_change_rates_and_back_while_in_use() {
         (index::UART_RATE, 1_000_000),
         (index::CAN_BIT_RATE, 1_000),
     ] {
-        rig.nmt(PRE_OPERATIONAL);
-        rig.run(3);
-        rig.sdo_write(index, 0, rate);
-        rig.run(3);
-        rig.store();
-        rig.run(20);
-        rig.nmt(OPERATIONAL);
-        rig.run(10);
-        rig.nmt(RESET_COMMUNICATION);
-        rig.run(300);
-        rig.nmt(OPERATIONAL);
-        rig.run(50);
+        set_rate(&mut rig, index, rate);
         rig.forget();
         rig.uart_get(index::IDENTITY, 4);
         rig.sdo_read(index::IDENTITY, 4);

@@ -38,13 +38,13 @@ const BUDGETS: [Budget; 6] = [
     Budget {
         what: "data-ready edge to CAN mailbox, median",
         value: |report| report["drdy_to_can_us"]["median"].as_f64(),
-        most: 70.0,
+        most: 80.0,
         unit: "µs, estimated",
     },
     Budget {
         what: "data-ready edge to CAN mailbox, longest",
         value: |report| report["drdy_to_can_us"]["max"].as_f64(),
-        most: 70.0,
+        most: 80.0,
         unit: "µs, estimated",
     },
     Budget {

@@ -6,7 +6,7 @@ mod common;
 use common::{MILLISECOND, options, product, run};
 use lsm6dsox::sim::{Axis, PartFault as SensorFault, Stimulus};
 use lsm6dsox::{Sensor, register};
-use virtual_board::board::{Board, BoardOptions, Injection};
+use virtual_board::board::{Board, Injection};
 use virtual_board::parity;
 use virtual_board::part::can::TimedFrame;
 use virtual_board::time::to_us;
@@ -218,6 +218,38 @@ fn a_bias_too_large_to_learn_is_reported_with_its_value() {
     }
 }
 
+/// An LSM6DSO32 has the identity of an LSM6DSOX, and half of its codes.
+#[test]
+fn a_wrong_scale_is_reported_until_gravity_is_right_at_rest() {
+    let Some(elf) = product() else { return };
+    for g in [0.5, 0.85, 1.25] {
+        let lying = move |seconds: f64| {
+            let mut lying = Stimulus::REST;
+            lying.specific_force[2] *= if seconds < 4.0 { g } else { 1.0 };
+            lying
+        };
+        let mut board = Board::with_motion(&elf, options(), lying).expect("it fits the flash");
+        run(&mut board, 3_500);
+        let mut frames = board.take_can();
+        run(&mut board, 500);
+        let stable = of(&board.take_can(), ESTIMATE).any(is_stable);
+        run(&mut board, 6_000);
+        frames.extend(board.take_can());
+        let mut reported = emergencies(&frames);
+        reported.retain(|emergency| emergency.fault == Some(Fault::SensorScale));
+        match reported[..] {
+            [] => assert!(stable && (0.8..1.2).contains(&g), "{g} g"),
+            [raised, cleared] => {
+                assert!(!stable && !(0.8..1.2).contains(&g), "{g} g");
+                let read = f64::from(raised.detail) / 1000.0;
+                assert!((read - g).abs() < 0.01, "{g} g: {read}");
+                assert_eq!(cleared.code, 0, "{g} g");
+            }
+            _ => panic!("{g} g: {reported:?}"),
+        }
+    }
+}
+
 /// Time from the chip select to the last bit of the latest sample, 17 bytes, µs.
 fn burst_us(board: &mut Board) -> f64 {
     let read = board.take_transactions();
@@ -227,30 +259,33 @@ fn burst_us(board: &mut Board) -> f64 {
 }
 
 #[test]
-fn the_bus_slows_down_for_a_late_data_line_or_no_crystal() {
+fn the_bus_runs_at_5_mhz_and_at_half_for_a_late_data_line() {
     let Some(elf) = product() else { return };
-    let run_with = |options: BoardOptions| {
-        let still = |_: f64| Stimulus::REST;
-        let mut board = Board::with_motion(&elf, options, still).expect("it fits the flash");
-        board.record_sensor_bus();
-        run(&mut board, 1_000);
-        board
-    };
-    let mut board = run_with(BoardOptions::default());
+    let still = |_: f64| Stimulus::REST;
+    let mut board = Board::with_motion(&elf, options(), still).expect("it fits the flash");
+    board.record_sensor_bus();
+    run(&mut board, 1_000);
     let full = burst_us(&mut board);
-    assert!((13.6..17.0).contains(&full), "10 MHz: {full} µs");
-    board.inject(Injection::Sensor(SensorFault::SdoDelay { ns: 55 }));
+    assert!((27.2..31.0).contains(&full), "5 MHz: {full} µs");
+    board.inject(Injection::Sensor(SensorFault::SdoDelay { ns: 105 }));
     run(&mut board, 1_000);
     let late = burst_us(&mut board);
-    assert!((27.2..31.0).contains(&late), "late data line: {late} µs");
+    assert!((54.4..60.0).contains(&late), "late data line: {late} µs");
     let frames = board.take_can();
     assert!(of(&frames, ESTIMATE).last().is_some_and(is_stable));
+}
 
-    let mut options = BoardOptions::default();
-    options.chip.crystal = None;
-    let internal = burst_us(&mut run_with(options));
-    assert!(
-        (26.0..31.0).contains(&internal),
-        "no crystal: {internal} µs"
-    );
+/// One bit in 3000: most registers that are read wrong are read right at once.
+#[test]
+fn single_misreads_are_reported_with_their_number() {
+    let Some(elf) = product() else { return };
+    let flips = SensorFault::BitFlips { per_million: 300 };
+    let (mut board, mut frames) = after(&elf, Stimulus::REST, &[flips], 1_000);
+    frames.extend(board.take_can());
+    let mut reported = emergencies(&frames);
+    reported.retain(|emergency| emergency.fault == Some(Fault::Misread) && emergency.code != 0);
+    let [first, ..] = reported[..] else {
+        panic!("no misread is reported");
+    };
+    assert_eq!(first.detail, 1);
 }

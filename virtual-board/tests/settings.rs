@@ -254,6 +254,67 @@ fn arbitrary_pages_are_reported_until_settings_are_stored() {
     }
 }
 
+/// A valid length over and over, whose data would be checked at each word.
+#[test]
+fn pages_full_of_valid_lengths_delay_no_start() {
+    let Some(elf) = product() else { return };
+    for (length, check) in [(512_u16, 0xFAA2_u16), (8192, 0xFEA6), (12_000, 0xE85E)] {
+        let [l0, l1] = length.to_le_bytes();
+        let [k0, k1] = check.to_le_bytes();
+        let mut bytes = [0, 1, 2, 3, l0, l1, k0, k1].repeat(PAGES_LENGTH / 8);
+        // Each page is marked as in use.
+        for page in bytes.chunks_mut(PAGES_LENGTH / 2) {
+            page.copy_within(..PAGES_LENGTH / 2 - 4, 4);
+            page[..4].fill(0);
+        }
+        let mut board = with_pages(&elf, &bytes);
+        let (codes, contacts) = watch(&mut board, 600);
+        assert!(
+            codes.contains(&wire::Fault::ConfigCorrupted.code()),
+            "{length}: {codes:x?}"
+        );
+        assert!(contacts > 300, "{length}: {contacts} contacts");
+        assert_eq!(board.resets(), [], "{length}");
+    }
+}
+
+#[test]
+fn three_watchdog_resets_in_a_row_start_with_defaults() {
+    let Some(elf) = product() else { return };
+    let mut board = board(&elf);
+    run(&mut board, 300);
+    command(&mut board, PRE_OPERATIONAL);
+    set_scale(&mut board, 2.0);
+    assert_eq!(store(&mut board).map(|a| a[0]), Some(WRITTEN));
+    let stored = pages(&mut board);
+    board.inject(Injection::Reset);
+    let corrupted = wire::Fault::ConfigCorrupted.code();
+    for resets in 1..=3 {
+        run(&mut board, 30);
+        board.inject(Injection::Hang);
+        while board.resets().len() < resets + 1 {
+            run(&mut board, 10);
+        }
+        if resets < 3 {
+            let (codes, _) = watch(&mut board, 1);
+            assert!(!codes.contains(&corrupted), "{resets}");
+        }
+    }
+    let (codes, contacts) = watch(&mut board, 500);
+    assert!(codes.contains(&corrupted), "{codes:x?}");
+    assert!(contacts > 300, "{contacts} contacts");
+    assert!((scale(&mut board) - 1.0).abs() < 1.0e-6);
+    assert!(
+        pages(&mut board) == stored,
+        "the stored settings have changed"
+    );
+    // It worked since: the next reset by the watchdog is the first of its row.
+    board.inject(Injection::Hang);
+    run(&mut board, 1_500);
+    assert_eq!(board.resets().len(), 5);
+    assert!((scale(&mut board) - 2.0).abs() < 1.0e-6);
+}
+
 #[test]
 fn one_cleared_bit_under_the_record_loses_no_settings() {
     let Some(elf) = product() else { return };

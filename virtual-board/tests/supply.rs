@@ -2,7 +2,8 @@
 
 mod common;
 
-use common::{boot_product, product, run};
+use common::{options, product, run, watch};
+use lsm6dsox::sim::Stimulus;
 use virtual_board::board::{Board, Injection};
 use virtual_board::part::can::Frame;
 use wire::Emergency;
@@ -45,12 +46,36 @@ fn pre_operational(board: &mut Board) {
     run(board, 5);
 }
 
+/// A board with this brown-out level in its option bytes.
+fn board(elf: &[u8], level: u8) -> Board {
+    let mut options = options();
+    options.chip.brown_out_level = level;
+    Board::with_motion(elf, options, |_| Stimulus::REST).expect("it fits the flash")
+}
+
+/// As delivered, the level is off.
 #[test]
-fn the_brown_out_level_is_off_as_delivered_and_set_on_request() {
+fn the_first_start_sets_the_brown_out_level() {
     let Some(elf) = product() else { return };
-    let mut board = boot_product(&elf);
+    for (mv, expected) in [(3_300, 3), (2_600, 0)] {
+        let mut board = board(&elf, 0);
+        board.inject(Injection::Supply(mv));
+        run(&mut board, 1_200);
+        let (codes, contacts) = watch(&mut board, 500);
+        assert_eq!((codes, board.resets().len()), (vec![], 0), "{mv} mV");
+        assert!(contacts >= 499, "{mv} mV: {contacts} contacts");
+        board.inject(Injection::Reset);
+        run(&mut board, 300);
+        assert_eq!(level(&mut board), expected, "{mv} mV");
+    }
+}
+
+#[test]
+fn the_brown_out_level_is_raised_on_request() {
+    let Some(elf) = product() else { return };
+    let mut board = board(&elf, 1);
     run(&mut board, 300);
-    assert_eq!(level(&mut board), 0);
+    assert_eq!(level(&mut board), 1);
     let set = write(index::SUPPLY, 2, SIGNATURE_BROWN_OUT);
     assert_eq!(ask(&mut board, &set).0[4..], DEVICE_STATE);
     pre_operational(&mut board);
@@ -74,7 +99,7 @@ fn the_brown_out_level_is_off_as_delivered_and_set_on_request() {
 #[test]
 fn a_store_below_2_7_v_is_refused_and_reported() {
     let Some(elf) = product() else { return };
-    let mut board = boot_product(&elf);
+    let mut board = board(&elf, 1);
     run(&mut board, 300);
     pre_operational(&mut board);
     let blank = board.settings();
@@ -91,7 +116,7 @@ fn a_store_below_2_7_v_is_refused_and_reported() {
         }
     }
     assert!(board.settings() == blank);
-    assert_eq!(level(&mut board), 0);
+    assert_eq!(level(&mut board), 1);
     board.inject(Injection::Supply(3_300));
     let (answer, _) = ask(&mut board, &write(index::STORE, 1, SIGNATURE_STORE));
     assert_eq!(answer[0], WRITTEN);

@@ -201,6 +201,10 @@ const char *footfall_fault_name(enum footfall_fault fault)
         return "received PDO has stayed away";
     case FOOTFALL_FAULT_GYRO_BIAS:
         return "gyroscope bias too large";
+    case FOOTFALL_FAULT_SENSOR_SCALE:
+        return "sensor has a wrong scale";
+    case FOOTFALL_FAULT_MISREAD:
+        return "misread on the sensor's bus";
     case FOOTFALL_FAULT_UNKNOWN:
         break;
     }
@@ -233,6 +237,8 @@ static bool is_fault(uint32_t code)
     case 20u:
     case 22u:
     case 23u:
+    case 24u:
+    case 25u:
         return true;
     default:
         return false;
@@ -487,6 +493,10 @@ uint16_t footfall_fault_code(enum footfall_fault fault)
         return 0x8250u;
     case FOOTFALL_FAULT_GYRO_BIAS:
         return 0x7009u;
+    case FOOTFALL_FAULT_SENSOR_SCALE:
+        return 0x700Au;
+    case FOOTFALL_FAULT_MISREAD:
+        return 0x700Bu;
     case FOOTFALL_FAULT_UNKNOWN:
         break;
     }
@@ -515,9 +525,9 @@ const char *footfall_fault_detail(enum footfall_fault fault)
     case FOOTFALL_FAULT_LOAD_SENSOR_OPEN:
         return "raw reading";
     case FOOTFALL_FAULT_CRYSTAL_MISSING:
-        return "0";
+        return "frequency of the crystal, kHz; 0 if it does not start";
     case FOOTFALL_FAULT_CONFIG_CORRUPTED:
-        return "0";
+        return "0 damaged, 1 incompatible values, 2 not read after three watchdog resets in a row";
     case FOOTFALL_FAULT_CONFIG_STORE:
         return "0 the flash did not hold it, 1 the supply is below 2.7 V";
     case FOOTFALL_FAULT_PANIC:
@@ -542,6 +552,10 @@ const char *footfall_fault_detail(enum footfall_fault fault)
         return "event timer, ms";
     case FOOTFALL_FAULT_GYRO_BIAS:
         return "angular rate at rest, 0.001 deg/s";
+    case FOOTFALL_FAULT_SENSOR_SCALE:
+        return "specific force at rest, 0.001 g";
+    case FOOTFALL_FAULT_MISREAD:
+        return "misreads so far";
     case FOOTFALL_FAULT_UNKNOWN:
         break;
     }
@@ -549,7 +563,7 @@ const char *footfall_fault_detail(enum footfall_fault fault)
 }
 
 /* Every fault that is known here. */
-static const uint32_t FAULTS_KNOWN = UINT32_C(0x00DFFFFF);
+static const uint32_t FAULTS_KNOWN = UINT32_C(0x03DFFFFF);
 
 /* The error register while these faults last. */
 static uint32_t register_of(uint32_t faults)
@@ -558,7 +572,7 @@ static uint32_t register_of(uint32_t faults)
     if ((faults & UINT32_C(0x005F0000)) != 0u) {
         bits |= 0x10u;
     }
-    if ((faults & UINT32_C(0x0080FFFF)) != 0u) {
+    if ((faults & UINT32_C(0x0380FFFF)) != 0u) {
         bits |= 0x80u;
     }
     return bits;

@@ -102,10 +102,10 @@ faults! {
     SensorSelfTest = 7, 0x7008, "sensor self-test failed", MANUFACTURER, void, "bit i: axis i failed, in the order ax ay az wx wy wz";
     /// The load sensor's input is open or out of range.
     LoadSensorOpen = 8, 0x7010, "load sensor open", MANUFACTURER, unaffected, "raw reading";
-    /// The crystal does not start: the board runs on its internal oscillator, with CAN off.
-    CrystalMissing = 9, 0x5001, "crystal missing", MANUFACTURER, unaffected, "0";
+    /// The crystal does not start, or has another frequency: the board runs on its internal oscillator, with CAN off.
+    CrystalMissing = 9, 0x5001, "crystal missing", MANUFACTURER, unaffected, "frequency of the crystal, kHz; 0 if it does not start";
     /// The stored configuration was unreadable, or only partly readable: an older one or defaults are in use.
-    ConfigCorrupted = 10, 0x6300, "stored configuration unreadable", MANUFACTURER, unaffected, "0";
+    ConfigCorrupted = 10, 0x6300, "stored configuration unreadable", MANUFACTURER, unaffected, "0 damaged, 1 incompatible values, 2 not read after three watchdog resets in a row";
     /// The configuration could not be stored.
     ConfigStore = 11, 0x6301, "configuration not stored", MANUFACTURER, unaffected, "0 the flash did not hold it, 1 the supply is below 2.7 V";
     /// The program panicked and was restarted.
@@ -132,6 +132,10 @@ faults! {
     PdoTimeout = 22, 0x8250, "received PDO has stayed away", COMMUNICATION, unaffected, "event timer, ms";
     /// The gyroscope's bias at rest is larger than can be learnt.
     GyroBias = 23, 0x7009, "gyroscope bias too large", MANUFACTURER, unaffected, "angular rate at rest, 0.001 °/s";
+    /// The specific force at rest is outside 0.8 to 1.2 g: another part, or a wrong correction.
+    SensorScale = 24, 0x700A, "sensor has a wrong scale", MANUFACTURER, void, "specific force at rest, 0.001 g";
+    /// A register of the sensor was read wrong, and right at the second attempt: the bus has little margin.
+    Misread = 25, 0x700B, "misread on the sensor's bus", MANUFACTURER, unaffected, "misreads so far";
 }
 
 impl Fault {

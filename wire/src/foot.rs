@@ -70,6 +70,8 @@ pub mod cob_id {
     pub const EMERGENCY: u16 = 0x80;
     /// Time stamp, of the whole bus.
     pub const TIME: u16 = canopen_rs::time::TIME_COB_ID;
+    /// Requests of a master of the layer setting services.
+    pub const LSS_MASTER: u16 = canopen_rs::lss::LSS_MASTER_COB_ID;
     /// SDO responses of a node.
     pub const SDO_RESPONSE: u16 = 0x580;
     /// SDO requests to a node.

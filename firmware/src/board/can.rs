@@ -8,27 +8,28 @@ use core::task::Poll;
 
 use embassy_futures::select::select3;
 
-use embassy_stm32::can::filter::{BankConfig, ListEntry16, Mask16};
 use embassy_stm32::can::{
-    Can, CanRx, CanTx, Fifo, Mailbox, Rx0InterruptHandler, Rx1InterruptHandler,
-    SceInterruptHandler, StandardId, TxInterruptHandler,
+    Can, CanRx, CanTx, Mailbox, Rx0InterruptHandler, Rx1InterruptHandler, SceInterruptHandler,
+    TxInterruptHandler,
 };
 use embassy_stm32::interrupt::{self, InterruptExt, typelevel};
 use embassy_stm32::pac::{CAN1, GPIOB, can::regs, gpio::vals::Pupdr};
 use embassy_stm32::{Peri, bind_interrupts, peripherals};
 use embassy_sync::waitqueue::AtomicWaker;
+use embassy_time::{Duration, Timer};
 use firmware::ports::BusState;
 use wire::CanFrame;
-use wire::pdo::Pdo;
+use wire::foot::cob_id;
+use wire::pdo::{Load, Pdo};
 
-use super::COMMUNICATION_PRIORITY;
+use super::{Barrier, COMMUNICATION_PRIORITY};
 
 bind_interrupts!(struct Irqs {
-    CAN1_TX => TxInterruptHandler<peripherals::CAN1>;
+    CAN1_TX => TxInterruptHandler<peripherals::CAN1>, Barrier;
     // The first leaves nothing to do for the second, which the HAL requires.
-    CAN1_RX0 => Came, Rx0InterruptHandler<peripherals::CAN1>;
-    CAN1_RX1 => Rx1InterruptHandler<peripherals::CAN1>;
-    CAN1_SCE => SceInterruptHandler<peripherals::CAN1>;
+    CAN1_RX0 => Came, Rx0InterruptHandler<peripherals::CAN1>, Barrier;
+    CAN1_RX1 => Rx1InterruptHandler<peripherals::CAN1>, Barrier;
+    CAN1_SCE => SceInterruptHandler<peripherals::CAN1>, Barrier;
 });
 
 /// Task that waits for a frame.
@@ -45,6 +46,9 @@ impl typelevel::Handler<typelevel::CAN1_RX0> for Came {
     }
 }
 
+/// Longer than the longest frame, 160 bits at 125 kbit/s.
+const FRAME: Duration = Duration::from_millis(2);
+
 /// Whether the controller has joined a bus: see [`bus_state`].
 static STARTED: AtomicBool = AtomicBool::new(false);
 
@@ -56,7 +60,9 @@ pub struct Parts {
 }
 
 /// Settings of the controller.
-pub struct Control(Can<'static>);
+pub struct Control {
+    _controller: Can<'static>,
+}
 
 /// Sending half.
 pub struct Sender(CanTx<'static>);
@@ -85,9 +91,9 @@ impl Parts {
         // Enabled only while [`Sender::freed`] waits for it.
         set_mailbox_empty_interrupt(Enable::Off);
         let (sender, receiver) = can.split();
-        let mut control = Control(can);
-        control.set_bit_rate(bit_rate);
         STARTED.store(true, Ordering::Release);
+        let mut control = Control { _controller: can };
+        control.set_bit_rate(bit_rate);
         let receiver = Receiver {
             _frames: receiver,
             overrun: false,
@@ -96,22 +102,45 @@ impl Parts {
     }
 }
 
-/// Accepts the frames of masters, for any node id: NMT, SYNC, TIME, LSS, RPDO1 and requests of
-/// SDO. Frames of the other feet cost no instruction.
-fn listen_to_masters(can: &mut Can) {
-    const fn id(raw: u16) -> StandardId {
-        match StandardId::new(raw) {
-            Some(id) => id,
-            None => StandardId::MAX,
-        }
+/// Node id that the filters accept, 0 for none.
+static LISTENING: AtomicU8 = AtomicU8::new(0);
+
+/// Sets the node id that the filters accept, 0 for none, for each start of the controller too.
+pub fn listen_as(node: u8) {
+    LISTENING.store(node, Ordering::Relaxed);
+    if STARTED.load(Ordering::Acquire) {
+        set_filters();
     }
-    const FUNCTION: StandardId = id(0x780);
-    let exact = [0x000, 0x080, 0x100, 0x7E5].map(|raw| ListEntry16::data_frames_with_id(id(raw)));
-    let any_node =
-        [0x200, 0x600].map(|raw| *Mask16::frames_with_std_id(id(raw), FUNCTION).data_frames_only());
-    can.modify_filters()
-        .enable_bank(0, Fifo::Fifo0, BankConfig::List16(exact))
-        .enable_bank(1, Fifo::Fifo0, BankConfig::Mask16(any_node));
+}
+
+/// Accepts NMT, SYNC, TIME and LSS, and RPDO1 and requests of SDO for the own node id. Frames of other feet
+/// and for other nodes cost no instruction, and take no place in the FIFO of three.
+fn set_filters() {
+    /// Data frames with two identifiers, as an element of a list of 16-bit filters (RM0090, 32.7.4).
+    const fn both(first: u16, second: u16) -> u32 {
+        (first as u32) << 5 | (second as u32) << 21
+    }
+    const BANKS: u32 = 0b11;
+    critical_section::with(|_| {
+        let node = u16::from(LISTENING.load(Ordering::Relaxed));
+        // A node without an id is served by LSS alone.
+        let own = match node {
+            0 => both(cob_id::LSS_MASTER, cob_id::LSS_MASTER),
+            _ => both(Load::BASE + node, cob_id::SDO_REQUEST + node),
+        };
+        let all = [
+            both(0x000, cob_id::SYNC),
+            both(cob_id::TIME, cob_id::LSS_MASTER),
+        ];
+        CAN1.fmr().modify(|w| w.set_finit(true));
+        CAN1.fm1r().write(|w| w.0 = BANKS);
+        for (bank, [low, high]) in [all, [own; 2]].into_iter().enumerate() {
+            CAN1.fb(bank).fr1().write(|w| w.0 = low);
+            CAN1.fb(bank).fr2().write(|w| w.0 = high);
+        }
+        CAN1.fa1r().write(|w| w.0 = BANKS);
+        CAN1.fmr().modify(|w| w.set_finit(false));
+    });
 }
 
 impl Control {
@@ -139,7 +168,7 @@ impl Control {
                 w.set_bofie(false);
             });
         });
-        listen_to_masters(&mut self.0);
+        set_filters();
         // Twenty quanta a bit, sampled after the seventeenth: 85 %.
         const CLOCK: u32 = 40_000_000;
         let prescaler = CLOCK.checked_div(20 * bit_rate).unwrap_or(1);
@@ -152,7 +181,7 @@ impl Control {
         CAN1.mcr().modify(|w| {
             // Automatic recovery from bus-off.
             w.set_abom(true);
-            // Set by the HAL; the errata sheet of the F42x requires it to be clear.
+            // Set by the HAL; the time-triggered mode does not work (ES0182, bxCAN limitations [M]).
             w.set_ttcm(false);
             w.set_inrq(false);
         });
@@ -222,15 +251,18 @@ pub fn try_send(frame: &CanFrame) -> bool {
 }
 
 impl Sender {
-    /// Withdraws pending frames with these identifiers; returns their number.
-    pub fn withdraw(&mut self, ids: &Range<u16>) -> u32 {
-        let mut withdrawn = 0;
-        for mailbox in mailboxes() {
-            if request_abort(mailbox, ids) && was_aborted(mailbox) {
-                withdrawn += 1;
-            }
+    /// Withdraws pending frames with these identifiers, at once or after the frame on the bus; returns
+    /// their number. If a mailbox is full again already, it is unknown whether its frame was sent.
+    pub async fn withdraw(&mut self, ids: &Range<u16>) -> u32 {
+        let requested = mailboxes().map(|mailbox| request_abort(mailbox, ids));
+        if requested != [false; 3] {
+            Timer::after(FRAME).await;
         }
-        withdrawn
+        let status = CAN1.tsr().read();
+        let aborted = |at| !status.abrq(at) && !status.txok(at);
+        let requested = requested.into_iter().enumerate();
+        let withdrawn = requested.filter(|(at, requested)| *requested && aborted(*at));
+        withdrawn.count() as u32
     }
 
     /// Waits until a frame has left its mailbox, if any mailbox is full.
@@ -304,17 +336,6 @@ fn request_abort(mailbox: Mailbox, ids: &Range<u16>) -> bool {
         }
         matches
     })
-}
-
-/// Waits until the mailbox is empty, at once or after the frame on the bus; returns whether its
-/// frame was aborted before it was sent. If the mailbox is full again already, this is unknown.
-fn was_aborted(mailbox: Mailbox) -> bool {
-    loop {
-        let status = CAN1.tsr().read();
-        if !status.abrq(mailbox as usize) {
-            return !status.txok(mailbox as usize);
-        }
-    }
 }
 
 const fn mailboxes() -> [Mailbox; 3] {

@@ -48,7 +48,8 @@ struct Note {
 #[repr(transparent)]
 struct Retained<T>(UnsafeCell<MaybeUninit<T>>);
 
-// SAFETY: written by handlers that never return and read at start, before they can run.
+// SAFETY: written by handlers that never return and read at start, before they can run; or used at the
+// thread level alone.
 unsafe impl<T> Sync for Retained<T> {}
 
 #[unsafe(link_section = ".uninit.crash")]
@@ -89,6 +90,34 @@ pub fn take_reset() -> Reset {
     } else {
         Reset::Pin
     }
+}
+
+/// Resets by the watchdog in a row, and their complement.
+#[unsafe(link_section = ".uninit.resets")]
+static RESETS: Retained<[u32; 2]> = Retained(UnsafeCell::new(MaybeUninit::uninit()));
+
+/// Counts this start, and returns the number of resets by the watchdog up to it without
+/// [`forget_watchdog_resets`] in between.
+pub fn count_watchdog_resets(reset: Reset) -> u32 {
+    // SAFETY: the pointer is valid and aligned, any bits are numbers, and it is used at the thread level alone.
+    let [resets, complement] = unsafe { ptr::read_volatile(RESETS.0.get().cast::<[u32; 2]>()) };
+    let resets = match reset {
+        Reset::Watchdog if complement == !resets => resets.saturating_add(1),
+        Reset::Watchdog => 1,
+        _ => 0,
+    };
+    write_watchdog_resets(resets);
+    resets
+}
+
+/// Ends the row of resets: the program works.
+pub fn forget_watchdog_resets() {
+    write_watchdog_resets(0);
+}
+
+fn write_watchdog_resets(resets: u32) {
+    // SAFETY: as in `count_watchdog_resets`.
+    unsafe { ptr::write_volatile(RESETS.0.get().cast(), [resets, !resets]) };
 }
 
 fn note_and_reset(reason: CrashReason, program_counter: u32, detail: u32) -> ! {

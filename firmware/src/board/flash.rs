@@ -42,6 +42,10 @@ const FIRST_SECTOR: u32 = 2;
 const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 const OPTION_KEYS: [u32; 2] = [0x0819_2A3B, 0x4C5D_6E7F];
 
+/// Option bytes in memory: the lowest has `BOR_LEV` in bits 2 and 3 (RM0090, 3.6.1). `FLASH_OPTCR` holds what was last
+/// written to it, programmed or not.
+const OPTION_BYTES: usize = 0x1FFF_C000;
+
 /// Bits of `FLASH_SR`: WRPERR, PGAERR, PGPERR, PGSERR, OPERR.
 const ERRORS: u32 = 0xF2;
 
@@ -86,7 +90,8 @@ impl ConfigFlash {
             return Ok(());
         }
         supply_suffices()?;
-        clear_errors();
+        unlock();
+        FLASH.cr().write(|w| w.set_psize(Psize::PSIZE32));
         for key in OPTION_KEYS {
             FLASH.optkeyr().write_value(key);
         }
@@ -95,8 +100,12 @@ impl ConfigFlash {
         FLASH.optcr().modify(|w| w.set_optstrt(true));
         let done = finish();
         FLASH.optcr().modify(|w| w.set_optlock(true));
+        lock();
         done?;
-        if brown_out_level() == 3 {
+        // SAFETY: the option bytes can be read at any time, and hold no variable of the program.
+        let stored =
+            unsafe { core::ptr::with_exposed_provenance::<u8>(OPTION_BYTES).read_volatile() };
+        if stored >> 2 & 3 == LEVEL_3 {
             Ok(())
         } else {
             Err(StoreFailed::Flash)
@@ -238,6 +247,8 @@ fn lock() {
 }
 
 fn finish() -> Result<(), Error> {
+    // The store that starts the operation must be complete before its status is read.
+    cortex_m::asm::dsb();
     loop {
         let status = FLASH.sr().read();
         if !status.bsy() {

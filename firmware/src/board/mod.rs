@@ -24,7 +24,7 @@ pub mod uart;
 pub mod watchdog;
 
 use embassy_stm32::gpio::{Level, Output, Speed};
-use embassy_stm32::interrupt::{self, InterruptExt, Priority};
+use embassy_stm32::interrupt::{self, InterruptExt, Priority, typelevel};
 
 /// Priority of the timer and the sensor's DMA, for which a sample waits.
 const URGENT_PRIORITY: Priority = Priority::P1;
@@ -38,12 +38,25 @@ const COMMUNICATION_PRIORITY: Priority = Priority::P4;
 /// Priority of the interrupt that runs the communication executor.
 pub const COMMUNICATION_EXECUTOR_PRIORITY: Priority = Priority::P5;
 
+/// Last handler of each interrupt. A store just before the return from an exception can lead to the handler of
+/// another interrupt unless it is complete (Arm erratum 838869 of the Cortex-M4 \[M\]), and an interrupt whose flag is not
+/// yet cleared returns at once. The HAL's own handler of TIM5 has none.
+struct Barrier;
+
+impl<I: typelevel::Interrupt> typelevel::Handler<I> for Barrier {
+    unsafe fn on_interrupt() {
+        cortex_m::asm::dsb();
+    }
+}
+
 /// Peripherals of the board, started except for those with settings.
 pub struct Board {
     /// Source of the clock.
     pub clock: clocks::Source,
     /// Cause of the processor's start.
     pub reset: crash::Reset,
+    /// Resets by the watchdog in a row, none of which was followed by a feeding of it.
+    pub watchdog_resets: u32,
     /// Previous crash, if this start follows one.
     pub crash: Option<crash::Crash>,
     /// Serial number, unique to this board.
@@ -90,6 +103,7 @@ pub fn start() -> Board {
     Board {
         clock,
         reset,
+        watchdog_resets: crash::count_watchdog_resets(reset),
         crash,
         serial: serial(),
         timebase: timebase::Timebase::start(p.TIM2, p.TIM4),

@@ -1,8 +1,7 @@
 //! SPI1 to the LSM6DSOX: SCK PA5, MISO PA6, MOSI PA7, CS PA4; its INT1 on PA0.
 //!
 //! The HAL configures it; transfers are implemented here. Each millisecond has two of them, and what the HAL
-//! spends on the DMA of one equals the work of the estimator. A burst uses DMA, a register
-//! is faster without.
+//! spends on the DMA of one equals the work of the estimator.
 
 use core::sync::atomic::{Ordering, compiler_fence};
 
@@ -10,7 +9,6 @@ use embassy_stm32::gpio::{Level, Output, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt};
 use embassy_stm32::mode::Blocking;
 use embassy_stm32::pac::dma::regs::{Cr, Ixr, Ndtr};
-use embassy_stm32::pac::rcc::vals::Pllsrc;
 use embassy_stm32::pac::spi::regs::Cr1;
 use embassy_stm32::pac::spi::vals::Br;
 use embassy_stm32::pac::{DMA2, RCC, SPI1};
@@ -59,12 +57,6 @@ const BOTH: u32 = CHANNEL << 25 | 0b11 << 16 | 1 << 10 | 1;
 const TRANSMITTING: u32 = BOTH | 0b01 << 6;
 const RECEIVING: u32 = BOTH | 1 << 4 | 1 << 2;
 
-/// Length up to which a transfer takes less time than setting up a DMA, bytes.
-const SHORT: usize = 4;
-
-/// Polls for a byte before it counts as lost. It takes at most 1.6 µs; these polls take at least 25 µs.
-const POLLS: u32 = 1000;
-
 /// Length of the longest burst, that of a sample, bytes.
 const BURST_BYTES: u32 = 17;
 
@@ -76,8 +68,8 @@ const fn burst_micros(clock: SpiClock) -> u32 {
 /// Divider of APB2's 80 MHz: `BR` in `SPI_CR1` (RM0090, 28.5.1).
 const fn divider(clock: SpiClock) -> Br {
     match clock {
-        SpiClock::Full => Br::DIV8,
-        SpiClock::Half => Br::DIV16,
+        SpiClock::Full => Br::DIV16,
+        SpiClock::Half => Br::DIV32,
     }
 }
 
@@ -111,7 +103,7 @@ impl Parts {
     pub fn start(self) -> SensorBus {
         let mut config = Config::default();
         config.mode = MODE_3;
-        config.frequency = Hertz(lsm6dsox::SPI_MAX_HERTZ);
+        config.frequency = Hertz(SpiClock::Full.hertz());
         // Without a sensor everything then reads as zero; no status register would report its absence.
         config.miso_pull = Pull::Down;
         let spi = Spi::new_blocking(
@@ -134,17 +126,12 @@ impl Parts {
             self.data_ready,
             Pull::Down,
         ));
-        let mut bus = SensorBus {
+        SensorBus {
             _spi: spi,
             select: Output::new(self.select, Level::High, Speed::VeryHigh),
             setting: SPI1.cr1().read(),
             burst_micros: burst_micros(SpiClock::Full),
-        };
-        // The internal oscillator may be some per cent fast, which exceeds the sensor's limit.
-        if RCC.pllcfgr().read().pllsrc() == Pllsrc::HSI {
-            bus.set_spi_clock(SpiClock::Half);
         }
-        bus
     }
 }
 
@@ -176,11 +163,7 @@ impl SpiDevice for SensorBus {
                     break;
                 }
             };
-            result = if bytes.len() <= SHORT {
-                exchange(bytes)
-            } else {
-                burst(bytes, self.burst_micros)
-            };
+            result = burst(bytes, self.burst_micros);
             if result.is_err() {
                 break;
             }
@@ -213,23 +196,7 @@ impl SensorBus {
     }
 }
 
-/// Sends bytes and replaces them by those received, waiting for each.
-fn exchange(bytes: &mut [u8]) -> Result<(), ErrorKind> {
-    for byte in bytes {
-        SPI1.dr().write(|w| w.set_dr(u16::from(*byte)));
-        let mut polls = 0;
-        while !SPI1.sr().read().rxne() {
-            polls += 1;
-            if polls == POLLS {
-                return Err(ErrorKind::Other);
-            }
-        }
-        *byte = SPI1.dr().read().dr() as u8;
-    }
-    Ok(())
-}
-
-/// Does the same over DMA; the processor sleeps meanwhile, 14 µs for a sample. Running lower levels would
+/// Sends bytes and replaces them by those received, over DMA; the processor sleeps meanwhile, 27 µs for a sample. Running lower levels would
 /// take longer than most of their work.
 fn burst(bytes: &mut [u8], limit_micros: u32) -> Result<(), ErrorKind> {
     DMA2.ifcr(RECEIVE / 4).write_value(Ixr(EVENTS));
@@ -270,4 +237,6 @@ fn burst(bytes: &mut [u8], limit_micros: u32) -> Result<(), ErrorKind> {
 #[embassy_stm32::interrupt]
 fn DMA2_STREAM0() {
     DMA2.ifcr(RECEIVE / 4).write_value(Ixr(EVENTS));
+    // See `Barrier`.
+    cortex_m::asm::dsb();
 }

@@ -226,6 +226,8 @@ fn TIM2() {
         // The only effect is to end the sleep.
         acknowledge(|w| w.set_ccif(SLEEP_DEADLINE, false));
     }
+    // See `Barrier`.
+    cortex_m::asm::dsb();
 }
 
 /// Continues after a tick that is served so late that its edge may be over: with the newest tick, or

@@ -17,14 +17,14 @@ use embassy_stm32::{Peri, bind_interrupts, dma, peripherals};
 use embassy_sync::waitqueue::AtomicWaker;
 use static_cell::ConstStaticCell;
 
-use super::COMMUNICATION_PRIORITY;
+use super::{Barrier, COMMUNICATION_PRIORITY};
 
 bind_interrupts!(struct Irqs {
-    USART1 => usart::InterruptHandler<peripherals::USART1>;
+    USART1 => usart::InterruptHandler<peripherals::USART1>, Barrier;
     // The first handles the errors, at which the HAL panics.
-    DMA2_STREAM2 => NotReceived, dma::InterruptHandler<peripherals::DMA2_CH2>;
+    DMA2_STREAM2 => NotReceived, dma::InterruptHandler<peripherals::DMA2_CH2>, Barrier;
     // The first leaves nothing to do for the second, which the HAL requires.
-    DMA2_STREAM7 => Sent, dma::InterruptHandler<peripherals::DMA2_CH7>;
+    DMA2_STREAM7 => Sent, dma::InterruptHandler<peripherals::DMA2_CH7>, Barrier;
 });
 
 /// Stream of DMA2 that receives.

@@ -1,7 +1,9 @@
 //! Faults detected by the foot: raised with an emergency and a line of text, and cleared.
 
+use core::ops::RangeInclusive;
+
 use estimator_core::Validity;
-use lsm6dsox::scale::DEGREE;
+use lsm6dsox::scale::{DEGREE, STANDARD_GRAVITY};
 use wire::node::Crash;
 use wire::{Counter, Fault, Faults};
 
@@ -22,6 +24,10 @@ const EVENT_TICKS: u16 = 1000;
 /// until the next start.
 const CRASH_TICKS: u16 = 10_000;
 
+/// Specific force at rest of a sound accelerometer, m/s². An LSM6DSO32 has the same identity as an LSM6DSOX, and
+/// half of its codes.
+const FORCE_AT_REST: RangeInclusive<f32> = 0.8 * STANDARD_GRAVITY..=1.2 * STANDARD_GRAVITY;
+
 /// State of the checks of the tick.
 #[derive(Debug)]
 pub(super) struct FaultState {
@@ -32,6 +38,8 @@ pub(super) struct FaultState {
     bus: BusState,
     /// Received CAN frames lost since the start.
     can_lost: u32,
+    /// Misreads on the sensor's bus that were reported.
+    misreads: u32,
 }
 
 impl Default for FaultState {
@@ -42,6 +50,7 @@ impl Default for FaultState {
             latch: FaultLatch::default(),
             bus: BusState::Active,
             can_lost: 0,
+            misreads: 0,
         }
     }
 }
@@ -62,6 +71,10 @@ impl Foot {
         };
         if let Some(SensorFault { fault, detail }) = measurement.fault {
             self.raise(fault, detail, ports);
+        }
+        if measurement.misreads != self.fault_state.misreads {
+            self.fault_state.misreads = measurement.misreads;
+            self.raise_event(Fault::Misread, measurement.misreads, ports);
         }
         if self
             .fault_state
@@ -88,15 +101,27 @@ impl Foot {
         }
     }
 
-    /// Raises a fault while the gyroscope's bias is too large to be learnt.
+    /// Raises a fault while the gyroscope's bias is too large to be learnt, and from a rest with a wrong
+    /// specific force to one with the right one.
     #[inline(never)]
-    pub(super) fn check_bias(&mut self, ports: &Ports) {
+    pub(super) fn check_rest(&mut self, ports: &Ports) {
         match self.estimator.excess_bias() {
             Some(rate) => {
                 let milli_degrees = rate.0.length() * (1000.0 / DEGREE);
                 self.raise(Fault::GyroBias, milli_degrees as u32, ports);
             }
             None => self.clear(Fault::GyroBias, ports),
+        }
+        if let Some(force) = self.estimator.force_at_rest() {
+            if FORCE_AT_REST.contains(&force) {
+                self.clear(Fault::SensorScale, ports);
+            } else if !self.faults().void_estimate() {
+                self.raise(
+                    Fault::SensorScale,
+                    (force * (1000.0 / STANDARD_GRAVITY)) as u32,
+                    ports,
+                );
+            }
         }
     }
 

@@ -88,9 +88,14 @@ impl Foot {
         self.node.set_settings(settings);
         self.renew(renewal);
         self.boot(BootCause::Commanded, ports);
-        match origin {
-            Origin::Corrupted => self.raise(Fault::ConfigCorrupted, 0, ports),
-            Origin::Stored | Origin::Blank => self.clear(Fault::ConfigCorrupted, ports),
+        self.check_origin(origin, ports);
+    }
+
+    /// Raises or clears the fault of settings that are not those stored.
+    pub(super) fn check_origin(&mut self, origin: Origin, ports: &Ports) {
+        match origin.fault_detail() {
+            Some(detail) => self.raise(Fault::ConfigCorrupted, detail, ports),
+            None => self.clear(Fault::ConfigCorrupted, ports),
         }
     }
 

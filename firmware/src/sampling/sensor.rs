@@ -41,6 +41,8 @@ pub struct Measurement {
     pub saturated_for_long: bool,
     /// Number of restarts of the sensor so far.
     pub restarts: u32,
+    /// Number of registers so far that were read right at the second attempt.
+    pub misreads: u32,
 }
 
 /// Sensor and the state of its health.
@@ -50,6 +52,9 @@ pub struct Sensor<SPI> {
     pub(super) watch: Watch,
     pub(super) activity: Activity,
     pub(super) restarts: u32,
+    pub(super) misreads: u32,
+    /// Fault of the register that was read back after the previous sample.
+    found: Option<SensorFault>,
     standing: Standing,
 }
 
@@ -71,11 +76,13 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
             watch: Watch::default(),
             activity: Activity::Starting,
             restarts: 0,
+            misreads: 0,
+            found: None,
             standing: Standing::Trusted,
         }
     }
 
-    /// Reads the sample of a tick, and reads back one register.
+    /// Reads the sample of a tick.
     pub async fn measure(&mut self, tick: &Tick) -> Measurement {
         self.watch.turn = self.watch.turn.wrapping_add(1);
         let read = self.driver.sample().await;
@@ -90,7 +97,7 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
         };
         let fault = match self.watch.count(issue, time) {
             Some(issue) => Some(self.diagnose(issue, time).await),
-            None => self.read_back_one_register(time).await,
+            None => self.found.take(),
         };
         let mut sample = match &raw {
             Some(raw) => imu::imu_sample(raw, time),
@@ -112,7 +119,13 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
             fault,
             saturated_for_long: self.watch.saturated_ticks >= SATURATED_TICKS,
             restarts: self.restarts,
+            misreads: self.misreads,
         }
+    }
+
+    /// Reads back one register, after the estimate: a difference is the next tick's fault.
+    pub(super) async fn check(&mut self, tick: &Tick) {
+        self.found = self.read_back_one_register(tick.time).await;
     }
 
     /// Issue of a sensor on probation with an axis that has not changed yet.
@@ -127,8 +140,17 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
         Some(SampleIssue::Unproven)
     }
 
+    /// Numbers of restarts and misreads so far.
+    pub(super) const fn counts(&self) -> (u32, u32) {
+        (self.restarts, self.misreads)
+    }
+
     /// Measurement of a tick without a sample.
-    pub(super) fn absent(tick: &Tick, activity: Activity, restarts: u32) -> Measurement {
+    pub(super) fn absent(
+        tick: &Tick,
+        activity: Activity,
+        (restarts, misreads): (u32, u32),
+    ) -> Measurement {
         Measurement {
             sample: imu::missing_sample(tick.time),
             raw: None,
@@ -136,6 +158,7 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
             fault: None,
             saturated_for_long: false,
             restarts,
+            misreads,
         }
     }
 
@@ -153,6 +176,7 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
                 lost = lost.filter(|fault| fault.fault == Fault::SensorReset);
             }
         }
+        self.found = None;
         let result = self.driver.init(delay).await;
         result.map_err(|error| self.fault_of(&error))?;
         self.watch.restart();

@@ -96,6 +96,11 @@ where
 {
     const SIZE: u32 = F::ERASE_SIZE as u32;
 
+    /// Bytes of data checked in a page: items of a store do not overlap, except for their remains after a
+    /// power cut. In a page with more, no item is found behind them, and none is written to it: checking it in
+    /// full could take longer than the watchdog's timeout.
+    const MOST_CHECKED: u32 = 2 * Self::SIZE;
+
     /// Opens the pages in `range`; `None` if it is not two whole pages.
     pub(super) fn new(flash: F, range: &Range<u32>) -> Option<Self> {
         const { assert!((WORD as usize).is_multiple_of(F::WRITE_SIZE) && F::READ_SIZE == 1) };
@@ -189,6 +194,7 @@ where
             damaged: false,
             free: at,
         };
+        let mut checked = 0;
         while at + HEADER <= end {
             let header @ [c0, c1, c2, c3, l0, l1, k0, k1] = self.read(at)?;
             if header == [0xFF; HEADER as usize] {
@@ -210,6 +216,12 @@ where
                 continue;
             }
             found.free = found.free.max(next);
+            checked += u32::from(length);
+            if checked > Self::MOST_CHECKED {
+                found.is = Use::Unmarked;
+                found.damaged = true;
+                break;
+            }
             let check = u32::from_le_bytes([c0, c1, c2, c3]);
             if self.check(data, length)? == check && self.read(data)? == [KEY] {
                 found.newest = Some(Item {
@@ -389,11 +401,16 @@ mod tests {
     use super::*;
     use core::convert::Infallible;
     use embedded_storage::nor_flash::{ErrorType, ReadNorFlash};
+    use std::{vec, vec::Vec};
 
     const PAGE: usize = 64;
 
-    /// Two small pages, and the bytes written to them so far.
-    struct Flash([u8; 2 * PAGE], usize);
+    /// Two pages, with the numbers of bytes written and read so far.
+    struct Flash<const SIZE: usize> {
+        bytes: Vec<u8>,
+        written: usize,
+        read: usize,
+    }
 
     impl From<Infallible> for StoreFailed {
         fn from(never: Infallible) -> Self {
@@ -401,43 +418,53 @@ mod tests {
         }
     }
 
-    impl ErrorType for Flash {
+    impl<const SIZE: usize> ErrorType for Flash<SIZE> {
         type Error = Infallible;
     }
 
-    impl ReadNorFlash for Flash {
+    impl<const SIZE: usize> ReadNorFlash for Flash<SIZE> {
         const READ_SIZE: usize = 1;
 
         fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Infallible> {
-            bytes.copy_from_slice(&self.0[offset as usize..][..bytes.len()]);
+            bytes.copy_from_slice(&self.bytes[offset as usize..][..bytes.len()]);
+            self.read += bytes.len();
             Ok(())
         }
 
         fn capacity(&self) -> usize {
-            self.0.len()
+            self.bytes.len()
         }
     }
 
-    impl NorFlash for Flash {
+    impl<const SIZE: usize> NorFlash for Flash<SIZE> {
         const WRITE_SIZE: usize = WORD as usize;
-        const ERASE_SIZE: usize = PAGE;
+        const ERASE_SIZE: usize = SIZE;
 
         fn erase(&mut self, from: u32, to: u32) -> Result<(), Infallible> {
-            self.0[from as usize..to as usize].fill(0xFF);
+            self.bytes[from as usize..to as usize].fill(0xFF);
             Ok(())
         }
 
         fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Infallible> {
-            let to = self.0[offset as usize..].iter_mut();
+            let to = self.bytes[offset as usize..].iter_mut();
             to.zip(bytes).for_each(|(byte, new)| *byte &= new);
-            self.1 += bytes.len();
+            self.written += bytes.len();
             Ok(())
         }
     }
 
-    fn pages() -> Pages<Flash> {
-        let range = 0..2 * PAGE as u32;
-        Pages::new(Flash([0xFF; 2 * PAGE], 0), &range).expect("two pages")
+    fn holding<const SIZE: usize>(bytes: Vec<u8>) -> Pages<Flash<SIZE>> {
+        let range = 0..bytes.len() as u32;
+        let flash = Flash {
+            bytes,
+            written: 0,
+            read: 0,
+        };
+        Pages::new(flash, &range).expect("two pages")
+    }
+
+    fn pages() -> Pages<Flash<PAGE>> {
+        holding(vec![0xFF; 2 * PAGE])
     }
 
     /// Data that begin with the key and differ by `number`.
@@ -464,10 +491,10 @@ mod tests {
         let mut fits = pages();
         assert_eq!(fits.append(&data::<48>(7), Erase::Allowed), Ok(()));
         for mut full in [pages(), fits] {
-            let before = (full.flash().0, full.flash().1);
+            let before = (full.flash().bytes.clone(), full.flash().written);
             let refused = full.append(&data::<49>(8), Erase::Allowed);
             assert_eq!(refused, Err(StoreFailed::Flash));
-            assert_eq!((full.flash().0, full.flash().1), before);
+            assert_eq!((full.flash().bytes.clone(), full.flash().written), before);
         }
     }
 
@@ -487,7 +514,7 @@ mod tests {
             };
             assert_eq!(usize::from(item.length), data.len());
             let at = item.data as usize;
-            assert_eq!(&pages.flash().0[at..at + data.len()], data, "{number}");
+            assert_eq!(&pages.flash().bytes[at..at + data.len()], data, "{number}");
         }
     }
 
@@ -496,11 +523,52 @@ mod tests {
         let written = |number: u8| {
             let mut pages = pages();
             assert_eq!(pages.append(&data::<5>(number), Erase::Allowed), Ok(()));
-            pages.release().0
+            pages.release().bytes
         };
         let mut both = written(1);
         both[PAGE..].copy_from_slice(&written(2)[..PAGE]);
-        let mut pages = Pages::new(Flash(both, 0), &(0..2 * PAGE as u32)).expect("two pages");
+        let mut pages = holding::<PAGE>(both);
         assert_eq!(pages.append(&data::<5>(3), Erase::Refused), Ok(()));
+    }
+
+    /// Headers of items of this length without matching data, one after the other.
+    fn crafted(length: u16, filler: u8, every: usize) -> Vec<u8> {
+        let mut bytes = vec![filler; 2 * BOARD_PAGE];
+        let [l0, l1] = length.to_le_bytes();
+        let [k0, k1] = crc16([l0, l1]).to_le_bytes();
+        for page in bytes.chunks_mut(BOARD_PAGE) {
+            let (mark, items) = page.split_at_mut(WORD as usize);
+            mark.fill(0);
+            for item in items.chunks_exact_mut(every) {
+                item[..HEADER as usize].copy_from_slice(&[filler, 1, 2, 3, l0, l1, k0, k1]);
+            }
+        }
+        bytes
+    }
+
+    /// Size of a page on the board, bytes.
+    const BOARD_PAGE: usize = 16 * 1024;
+
+    #[test]
+    fn searching_crafted_pages_reads_a_bounded_number_of_bytes() {
+        let mut most = 0;
+        for length in [1, 8, 64, 512, 600, 2048, 8192, 12_000, 16_000] {
+            for filler in [KEY, 0x5A, 0xFF] {
+                for every in [8, 12, 64, 256] {
+                    let case = (length, filler, every);
+                    let mut pages = holding::<BOARD_PAGE>(crafted(length, filler, every));
+                    assert!(pages.newest().expect("a search").item.is_none(), "{case:?}");
+                    most = most.max(pages.flash().read);
+                    let stored = data::<200>(7);
+                    assert_eq!(pages.append(&stored, Erase::Allowed), Ok(()), "{case:?}");
+                    let newest = pages.newest().expect("a search");
+                    assert_eq!(newest.item.map(|item| item.length), Some(200), "{case:?}");
+                    assert!(!newest.damaged, "{case:?}");
+                }
+            }
+        }
+        // Two pages: each byte twice as an item, each word's header, and the rest of a chunk where it is blank.
+        let bound = 2 * BOARD_PAGE * (2 + HEADER as usize / 4 + CHUNK / 4);
+        assert!(most <= bound, "{most} of {bound} bytes");
     }
 }

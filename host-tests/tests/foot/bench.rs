@@ -329,6 +329,7 @@ impl Bench {
             fault: None,
             saturated_for_long: false,
             restarts: 0,
+            misreads: 0,
         };
         self.tick(&tick, &measurement, reading);
     }

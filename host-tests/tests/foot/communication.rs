@@ -478,8 +478,8 @@ fn old_faults_are_reported_at_start_and_the_crash_is_cleared() {
         serial: 7,
         cause: BootCause::PowerUp,
         crash: Some(crash.into()),
-        settings_corrupted: true,
-        crystal_missing: false,
+        origin: Origin::Corrupted,
+        unused_crystal_khz: None,
         brown_out_level: 3,
     };
     let mut bench = Bench::with_start(Settings::default(), start);
@@ -514,7 +514,7 @@ fn old_faults_are_reported_at_start_and_the_crash_is_cleared() {
 #[test]
 fn without_a_crystal_can_is_silent_and_the_uart_reports_it() {
     let start = Start {
-        crystal_missing: true,
+        unused_crystal_khz: Some(0),
         ..Start::default()
     };
     let mut bench = Bench::with_start(Settings::default(), start);
@@ -662,6 +662,7 @@ fn a_tick_without_a_sample_is_alive_only_with_an_explanation() {
             fault,
             saturated_for_long: false,
             restarts: 0,
+            misreads: 0,
         };
         bench.tick(&tick, &measurement, None);
         assert_eq!(is_alive(&bench), alive, "{activity:?}, {fault:?}");

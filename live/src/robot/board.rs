@@ -17,7 +17,7 @@ pub const INTERFACE: &str = "can0";
 /// Duration of a frame of 8 bytes on a bus of 1 Mbit/s, µs: 111 bits without stuff bits.
 const FRAME_US: u64 = 111;
 
-/// Highest level of the brown-out reset, which a board sets at its first start.
+/// Highest level of the brown-out reset, which a board has from its second power-up on.
 const BROWN_OUT_LEVEL: u8 = 3;
 
 /// Converts a time of the simulated clock to that of logs, since 1970.
@@ -55,6 +55,7 @@ pub const fn measurement(sample: ImuSample, raw: Option<RawSample>) -> Measureme
         fault: None,
         saturated_for_long: false,
         restarts: 0,
+        misreads: 0,
     }
 }
 

@@ -3,7 +3,7 @@
 use super::memory::Bank;
 use super::part::{Busy, Part};
 use crate::register::{
-    self, Register, ctrl3_c, ctrl4_c, ctrl5_c, ctrl10_c, func_cfg_access, status_reg,
+    self, Access, Register, ctrl3_c, ctrl4_c, ctrl5_c, ctrl10_c, func_cfg_access, status_reg,
 };
 
 /// Handling of a new value while a word is half read, as set by `BDU`.
@@ -242,6 +242,12 @@ impl Part {
     /// Returns a byte as received by the master, with the faults of the line.
     pub(super) fn read_bus(&mut self, address: u8) -> u8 {
         let mut byte = self.read_register(address);
+        if self.faults.reserved_bits
+            && let Some(register) = register::ALL.iter().find(|r| r.address == address)
+            && register.access == Access::ReadWrite
+        {
+            byte ^= !register.mask;
+        }
         if self.faults.flips_per_million > 0 {
             for bit in 0..8 {
                 byte ^= u8::from(self.flips.chance(self.faults.flips_per_million)) << bit;

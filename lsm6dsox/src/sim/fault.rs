@@ -64,6 +64,8 @@ pub enum PartFault {
         /// Bits to flip.
         bits: u8,
     },
+    /// Reserved bits of the registers that can be written read as the opposite of the data sheet's values.
+    ReservedBits,
     /// Delay from the clock's edge until the data line is valid, instead of
     /// [`sdo_delay_ns`](super::PartOptions::sdo_delay_ns).
     SdoDelay {
@@ -87,6 +89,7 @@ pub(super) struct Faults {
     pub(super) stuck: Option<u8>,
     pub(super) flips_per_million: u32,
     pub(super) id: Option<u8>,
+    pub(super) reserved_bits: bool,
     pub(super) pins_lost: bool,
     pub(super) storm_period_ns: Option<u64>,
     pub(super) sdo_delay_ns: Option<u32>,

@@ -282,6 +282,7 @@ impl Part {
                 self.faults.broken(sensor).stuck[axis as usize] = Some(code);
             }
             PartFault::RegisterFlipped { address, bits } => self.flip(address, bits),
+            PartFault::ReservedBits => self.faults.reserved_bits = true,
             PartFault::DataReadyGlitches { period_ns } => {
                 self.faults.glitch_period_ns = Some(u64::from(period_ns).max(2 * GLITCH_NS));
             }

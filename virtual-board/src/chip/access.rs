@@ -5,6 +5,7 @@ use super::{Chip, Context};
 use crate::memory::{FLASH, Memory};
 use crate::part::dma::Dma;
 use crate::part::pwr::Pwr;
+use crate::part::tim11::Tim11;
 use crate::time::{cycle, to_ns};
 
 impl Chip {
@@ -74,6 +75,10 @@ impl Chip {
         let offset = offset & !3;
         match part {
             Part::Timer(index) => self.timers[index].read(offset, now),
+            Part::Tim11 => {
+                let clock = cycle(self.rcc.clocks().timers2);
+                self.tim11.read(offset, now, clock, self.rcc.hse_rtc(now))
+            }
             Part::Spi(index) => self.spis[index].read(offset),
             Part::Usart(index) => self.usarts[index].read(offset),
             Part::Can => self.can.read(offset, now),
@@ -116,6 +121,7 @@ impl Chip {
         };
         match part {
             Part::Timer(index) => self.timers[index].write(offset, value, now),
+            Part::Tim11 => self.tim11.write(offset, value, now),
             Part::Spi(index) => {
                 let pclk = self.spi_clock(index);
                 self.spis[index].write(offset, value, now, pclk)?;
@@ -156,6 +162,7 @@ impl Chip {
         let clocks = self.rcc.clocks();
         match part {
             Part::Timer(index) => self.timers[index].reset(cycle(clocks.timers1)),
+            Part::Tim11 => self.tim11 = Tim11::default(),
             Part::Spi(index) => self.spis[index].reset(),
             Part::Usart(index) => self.usarts[index].reset(),
             Part::Can => self.can.reset(clocks.pclk1, now),

@@ -28,6 +28,8 @@ pub enum BusFault {
     None,
     /// No other node: frames are not acknowledged.
     NoAcknowledge,
+    /// The same, and the controller does not abort a frame.
+    AbortIgnored,
     /// The lines are shorted: every transmitted bit reads back wrong, and the bus is never idle.
     Shorted,
     /// Another node sends frames of the highest priority without a pause.

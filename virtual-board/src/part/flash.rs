@@ -6,7 +6,7 @@ pub mod accelerator;
 
 use super::unknown;
 use crate::corner::Corner;
-use crate::memory::{FLASH, Memory};
+use crate::memory::{FLASH, Memory, OPTIONS};
 use crate::time::{NEVER, from_us};
 use accelerator::Accelerator;
 
@@ -111,6 +111,20 @@ impl Flash {
             stall: 0,
             changed: None,
         }
+    }
+
+    /// This flash with a brown-out level in its option bytes.
+    #[must_use]
+    pub fn with_brown_out_level(mut self, level: u8) -> Self {
+        self.options = DELIVERED & !(3 << 2) | u32::from(3 - level.min(3)) << 2;
+        self.option_control = self.options | OPTLOCK;
+        self
+    }
+
+    /// Option bytes as programmed, at their place in memory.
+    #[must_use]
+    pub const fn option_bytes(&self) -> [u8; 2] {
+        [self.options as u8, (self.options >> 8) as u8]
     }
 
     /// Resets the registers: locked, no wait states, caches empty.
@@ -223,6 +237,7 @@ impl Flash {
                     // Lasts as long as the erase of the sector that holds them.
                     if !self.operate(now, from_us(u64::from(self.erase_ms(16)) * 1000)) {
                         self.options = value & 0x0FFF_FFEC;
+                        memory.write(OPTIONS.start, &self.option_bytes());
                     }
                 }
             }
@@ -354,20 +369,35 @@ impl Flash {
 mod tests {
     use super::*;
 
-    /// Flash without the other memories.
-    struct Bank(Vec<u8>);
+    /// Flash and option bytes without the other memories.
+    struct Bank {
+        flash: Vec<u8>,
+        options: Vec<u8>,
+    }
 
     impl Memory for Bank {
         fn read(&mut self, address: u32, bytes: &mut [u8]) -> bool {
             let at = (address - FLASH.start) as usize;
-            bytes.copy_from_slice(&self.0[at..at + bytes.len()]);
+            bytes.copy_from_slice(&self.flash[at..at + bytes.len()]);
             true
         }
 
         fn write(&mut self, address: u32, bytes: &[u8]) -> bool {
+            if address == OPTIONS.start {
+                self.options = bytes.to_vec();
+                return true;
+            }
             let at = (address - FLASH.start) as usize;
-            self.0[at..at + bytes.len()].copy_from_slice(bytes);
+            self.flash[at..at + bytes.len()].copy_from_slice(bytes);
             true
+        }
+    }
+
+    /// Flash of zeros with this length, bytes.
+    fn bank(length: usize) -> Bank {
+        Bank {
+            flash: vec![0; length],
+            options: Vec::new(),
         }
     }
 
@@ -375,7 +405,7 @@ mod tests {
 
     /// Erases sector 2 at a parallelism. Returns the duration, ms, and the number of its blank bytes.
     fn erased(flash: &mut Flash, psize: u32) -> (u64, usize) {
-        let mut bank = Bank(vec![0; 0x2_0000]);
+        let mut bank = bank(0x2_0000);
         for key in [0x4567_0123, 0xCDEF_89AB] {
             flash.write(0x04, key, 0, &mut bank).expect("a register");
         }
@@ -383,7 +413,7 @@ mod tests {
         for value in [control, control | STRT] {
             flash.write(0x10, value, 0, &mut bank).expect("a register");
         }
-        let blank = bank.0.iter().filter(|&&byte| byte == 0xFF).count();
+        let blank = bank.flash.iter().filter(|&&byte| byte == 0xFF).count();
         (flash.take_stall() / MILLISECOND, blank)
     }
 
@@ -416,7 +446,7 @@ mod tests {
 
     #[test]
     fn option_bytes_need_their_keys_and_survive_a_reset() {
-        let mut bank = Bank(Vec::new());
+        let mut bank = bank(0);
         let mut flash = Flash::new(Corner::Typical);
         let mut write = |flash: &mut Flash, offset: u32, value: u32| {
             flash
@@ -435,5 +465,6 @@ mod tests {
         flash.reset();
         assert_eq!(flash.read(0x14), Ok(0x0FFF_AAE1));
         assert_eq!(flash.brown_out_mv(), 2_830);
+        assert_eq!(bank.options, [0xE0, 0xAA], "in memory");
     }
 }

@@ -10,6 +10,7 @@ pub mod iwdg;
 pub mod pwr;
 pub mod rcc;
 pub mod spi;
+pub mod tim11;
 pub mod timer;
 pub mod usart;
 

@@ -179,6 +179,15 @@ impl Rcc {
         self.registers[PLLCFGR] & 1 << 22 != 0
     }
 
+    /// Period of `HSE_RTC`, the crystal's clock divided by `RTCPRE`, while both run.
+    #[must_use]
+    pub fn hse_rtc(&self, now: u64) -> Option<u64> {
+        let divider = self.registers[CFGR] >> 16 & 0x1F;
+        let runs = now >= self.hse_ready_at && divider >= 2;
+        let crystal = self.crystal.filter(|_| runs)?;
+        Some(u64::from(divider) * time::cycle(crystal))
+    }
+
     /// Returns whether the clock of a peripheral is enabled, by register offset and bit.
     #[must_use]
     pub const fn is_enabled(&self, register: u32, bit: u32) -> bool {

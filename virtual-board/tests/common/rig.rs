@@ -160,8 +160,13 @@ impl Rig {
     }
 
     pub fn contacts(&self) -> usize {
-        let contacts = self.frames.iter().filter(|(_, frame)| frame.id == 0x191);
-        contacts.count()
+        self.count(0x191)
+    }
+
+    /// Number of frames with this identifier.
+    pub fn count(&self, id: u32) -> usize {
+        let frames = self.frames.iter().filter(|(_, frame)| frame.id == id);
+        frames.count()
     }
 
     /// Last health message of the serial line.

@@ -26,7 +26,7 @@ mod faults;
 mod lss;
 mod snapshot;
 
-use canopen_rs::lss::{LSS_MASTER_COB_ID, LSS_SLAVE_COB_ID, LssSlave};
+use canopen_rs::lss::{LSS_SLAVE_COB_ID, LssSlave};
 use canopen_rs::nmt;
 use canopen_rs::time::TimeOfDay;
 use canopen_rs::{NmtCommand, NmtState, NmtStateMachine};
@@ -233,7 +233,7 @@ impl Node {
 
     /// Handles a received frame. `now` is its reception time on the clock of the samples.
     pub fn receive(&mut self, frame: &CanFrame, now: Timestamp) -> Outcome {
-        if frame.id() == LSS_MASTER_COB_ID {
+        if frame.id() == cob_id::LSS_MASTER {
             return self.receive_lss(frame);
         }
         let Some(id) = self.device.id else {

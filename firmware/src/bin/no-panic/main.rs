@@ -167,7 +167,10 @@ fn async_driver() {
             1 => used(finish(sensor.sample())),
             2 => used(finish(sensor.verify())),
             3 => used(finish(sensor.self_test(&mut AnyDelay))),
-            4 => used(finish(sensor.check_identity())),
+            4 => {
+                used(finish(sensor.check_identity()));
+                used(finish(sensor.check_identity_and_rate()));
+            }
             _ => {
                 let mut buffer = [[0; 7]; 32];
                 if let Ok(batch) = finish(sensor.read_fifo(&mut buffer)) {

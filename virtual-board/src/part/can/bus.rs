@@ -123,7 +123,7 @@ impl Can {
                 let alone = self.timing & (LOOPBACK | SILENT) == 0;
                 let error = match self.fault {
                     BusFault::Shorted if alone => Some(5),
-                    BusFault::NoAcknowledge if alone => Some(3),
+                    BusFault::NoAcknowledge | BusFault::AbortIgnored if alone => Some(3),
                     _ => None,
                 };
                 if let Some(code) = error {
@@ -133,7 +133,7 @@ impl Can {
                         self.transmit_errors += 8;
                     }
                     self.transmit |= 8 << (8 * index);
-                    if self.control & NART != 0 || !self.mailboxes[index].pending {
+                    if self.control & NART != 0 || self.is_aborted(index) {
                         self.complete(index, false);
                         self.transmit |= 8 << (8 * index);
                     }

@@ -12,6 +12,8 @@ pub(super) const ABOM: u32 = 1 << 6;
 pub(super) const INAK: u32 = 1;
 pub(super) const SLAK: u32 = 2;
 pub(super) const ERRI: u32 = 4;
+/// Of a mailbox, in the status of transmission.
+const ABRQ: u32 = 0x80;
 pub(super) const LOOPBACK: u32 = 1 << 30;
 pub(super) const SILENT: u32 = 1 << 31;
 
@@ -141,11 +143,13 @@ impl Can {
                     if value >> shift & 1 == 1 {
                         self.transmit &= !(0xF << shift);
                     }
-                    if value >> shift & 0x80 != 0 && self.mailboxes[index].pending {
-                        match self.busy {
-                            // The frame on the bus is completed first.
-                            Some((Sender::Mailbox(sending), _)) if sending == index => {}
-                            _ => self.complete(index, false),
+                    if value >> shift & ABRQ != 0 && self.mailboxes[index].pending {
+                        self.transmit |= ABRQ << shift;
+                        // The frame on the bus is completed first.
+                        let sending =
+                            matches!(self.busy, Some((Sender::Mailbox(at), _)) if at == index);
+                        if !sending && self.is_aborted(index) {
+                            self.complete(index, false);
                         }
                     }
                 }
@@ -245,10 +249,15 @@ impl Can {
             })
     }
 
+    /// Returns whether the program has withdrawn the frame of a mailbox, and the controller obeys.
+    pub(super) fn is_aborted(&self, index: usize) -> bool {
+        self.transmit >> (8 * index) & ABRQ != 0 && self.fault != BusFault::AbortIgnored
+    }
+
     pub(super) fn complete(&mut self, index: usize, sent: bool) {
         self.mailboxes[index].pending = false;
         let shift = 8 * index;
-        self.transmit &= !(0xF << shift);
+        self.transmit &= !((ABRQ | 0xF) << shift);
         self.transmit |= (1 | u32::from(sent) << 1) << shift;
     }
 }

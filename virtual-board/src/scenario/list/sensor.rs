@@ -311,25 +311,25 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "data-line-late",
-        what: "SPI: data valid 55 ns after the clock's edge, later than half a period at 10 MHz",
-        steps: |_| vec![sensor(SensorFault::SdoDelay { ns: 55 })],
+        what: "SPI: data valid 105 ns after the clock's edge, later than half a period at 5 MHz",
+        steps: |_| vec![sensor(SensorFault::SdoDelay { ns: 105 })],
         lasts_ms: None,
         invalid: Invalid::Never,
         phases: 1,
         reports: Reports::Any,
-        note: "continues at 5 MHz",
+        note: "continues at 2.5 MHz",
         ..SENSOR
     },
     Scenario {
         name: "data-line-late-at-start",
         what: "the same from power-up on",
-        steps: |_| vec![sensor(SensorFault::SdoDelay { ns: 55 })],
+        steps: |_| vec![sensor(SensorFault::SdoDelay { ns: 105 })],
         at_power_up: true,
         lasts_ms: None,
         invalid: Invalid::Never,
         phases: 1,
         reports: Reports::Any,
-        note: "continues at 5 MHz",
+        note: "continues at 2.5 MHz",
         ..SENSOR
     },
     Scenario {

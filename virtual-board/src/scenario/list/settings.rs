@@ -142,7 +142,8 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "supply-low-store",
-        what: "settings stored at 2.6 V",
+        what: "settings stored at 2.6 V, brown-out level 1",
+        board: |options, _| options.chip.brown_out_level = 1,
         steps: |_| vec![Step::Inject(Injection::Supply(2_600)), Step::StoreStopped],
         lasts_ms: LASTING,
         reports: Reports::Fault(Fault::ConfigStore),
