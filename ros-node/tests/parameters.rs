@@ -2,7 +2,6 @@
 
 use std::net::{IpAddr, Ipv4Addr};
 use std::process;
-use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
@@ -32,8 +31,9 @@ fn options(domain_id: u16) -> Options {
     }
 }
 
-/// Calls a service of the node and returns its response.
-fn ask<Req, Resp>(node: &mut Node, service: &str, kind: &str, request: Req) -> Resp
+/// Calls a service of the node until it answers: what is sent before both participants have found
+/// each other's readers is lost.
+fn ask<Req, Resp>(node: &mut Node, service: &str, kind: &str, request: &Req) -> Resp
 where
     Req: Message + Clone + 'static,
     Resp: Message + Clone + 'static,
@@ -44,51 +44,48 @@ where
     let client = node
         .create_client::<Req, Resp>(ServiceMapping::Enhanced, &name, &kind, qos.clone(), qos)
         .expect("a client");
-    block_on(async {
-        client.wait_for_service(node).await;
-        let id = client.async_send_request(request).await;
-        let answer = client.async_receive_response(id.expect("it is sent")).await;
-        answer.expect("an answer")
-    })
+    for _ in 0..60 {
+        client.send_request(request.clone()).expect("it is sent");
+        for _ in 0..20 {
+            thread::sleep(Duration::from_millis(50));
+            if let Some((_, response)) = client.receive_response().expect("a response") {
+                return response;
+            }
+        }
+    }
+    panic!("{service} has not answered 60 requests in a minute");
 }
 
 #[test]
 fn parameters_are_listed_and_read_only() {
     let domain = 201 + (process::id() % 30) as u16;
     let feet = FootNode::new(options(domain)).expect("a node");
-    let (sender, answers) = mpsc::channel();
-    thread::spawn(move || {
-        let context = Context::with_options(ContextOptions::new().domain_id(domain));
-        let name = NodeName::new("/", "asks").expect("a name");
-        let node = context
-            .expect("a context")
-            .new_node(name, NodeOptions::new());
-        let mut node = node.expect("a node");
-        let spinner = node.spinner().expect("a spinner");
-        thread::spawn(|| block_on(spinner.spin()));
-        let request = ListParametersRequest {
-            prefixes: Vec::new(),
-            depth: 0,
-        };
-        let listed: ListParametersResponse =
-            ask(&mut node, "list_parameters", "ListParameters", request);
-        let set = |value: &str| SetParametersRequest {
-            parameter: vec![raw::Parameter::from(Parameter {
-                name: "frame_id".to_owned(),
-                value: ParameterValue::String(value.to_owned()),
-            })],
-        };
-        let mut results = Vec::new();
-        for value in ["{foot}_foot", "other"] {
-            let answer: SetParametersResponse =
-                ask(&mut node, "set_parameters", "SetParameters", set(value));
-            results.extend(answer.results);
-        }
-        let _ = sender.send((listed.result.names, results));
-    });
-    let (names, results) = answers
-        .recv_timeout(Duration::from_secs(60))
-        .expect("answers within a minute");
+    let context = Context::with_options(ContextOptions::new().domain_id(domain));
+    let name = NodeName::new("/", "asks").expect("a name");
+    let node = context
+        .expect("a context")
+        .new_node(name, NodeOptions::new());
+    let mut node = node.expect("a node");
+    let spinner = node.spinner().expect("a spinner");
+    thread::spawn(|| block_on(spinner.spin()));
+    let request = ListParametersRequest {
+        prefixes: Vec::new(),
+        depth: 0,
+    };
+    let listed: ListParametersResponse =
+        ask(&mut node, "list_parameters", "ListParameters", &request);
+    let set = |value: &str| SetParametersRequest {
+        parameter: vec![raw::Parameter::from(Parameter {
+            name: "frame_id".to_owned(),
+            value: ParameterValue::String(value.to_owned()),
+        })],
+    };
+    let mut results = Vec::new();
+    for value in ["{foot}_foot", "other"] {
+        let answer: SetParametersResponse =
+            ask(&mut node, "set_parameters", "SetParameters", &set(value));
+        results.extend(answer.results);
+    }
     let expected = [
         "compat",
         "frame_id",
@@ -97,7 +94,7 @@ fn parameters_are_listed_and_read_only() {
         "source",
         "use_sim_time",
     ];
-    assert_eq!(names, expected);
+    assert_eq!(listed.result.names, expected);
     let successful: Vec<_> = results.iter().map(|result| result.successful).collect();
     assert_eq!(successful, [true, false], "{results:?}");
     assert!(results[1].reason.contains("read-only"), "{results:?}");
