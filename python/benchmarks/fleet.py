@@ -36,7 +36,6 @@ DOCUMENT = Path(__file__).parents[2] / "docs/fleet.md"
 SECONDS = 300.0
 RECORDINGS = 8
 RUNS = 3
-LOOKS = 20
 
 FEET = 4
 RATE = 1000.0
@@ -104,22 +103,14 @@ def peak_of(path: Path, out: Path) -> int:
     return 1024 * int(found.group(1)) if found else 0
 
 
-def on_ray(workers: int, recordings: Path, folder: Path) -> tuple[float, float, float]:
-    """The time of estimating all recordings, of looking at one that is done already, and what of that the
-    processor of the calling process works, s."""
+def on_ray(workers: int, recordings: Path, folder: Path) -> float:
+    """The time of estimating all recordings, s."""
     ray = need("ray")
     ray.init(num_cpus=workers, include_dashboard=False, log_to_driver=False)
     try:
         # Workers are started and have imported what they need before the clock runs.
         fleet.estimate(recordings, folder / "warm")
-        seconds = best(lambda out: fleet.estimate(recordings, out), folder)
-        begin, worked = time.perf_counter(), time.process_time()
-        for _ in range(LOOKS):
-            report = fleet.estimate(recordings, folder / "warm")
-            assert report.count("up_to_date") == RECORDINGS
-        looks = LOOKS * RECORDINGS
-        worked = (time.process_time() - worked) / looks
-        return seconds, (time.perf_counter() - begin) / looks, worked
+        return best(lambda out: fleet.estimate(recordings, out), folder)
     finally:
         ray.shutdown()
         shutil.rmtree(folder / "warm", ignore_errors=True)
@@ -158,7 +149,7 @@ def measure(program: str) -> dict[str, str]:
     }
     for workers in (1, 2):
         unit = "worker" if workers == 1 else "workers"
-        times[f"Ray, {workers} {unit}"], look, share = on_ray(workers, recordings, folder)
+        times[f"Ray, {workers} {unit}"] = on_ray(workers, recordings, folder)
     alone(folder / "size")
     read, written = size(recordings) / samples, size(folder / "size") / samples
     memory = [peak(seconds, folder) for seconds in (60.0, 1200.0)]
@@ -179,9 +170,7 @@ def measure(program: str) -> dict[str, str]:
     lines += [
         "",
         f"From one worker to two: {times[names[3]] / times[names[4]]:.2f} times as fast; the program from one"
-        f" thread to two: {times[names[0]] / times[names[1]]:.2f} times. A recording that is done already takes"
-        f" {1000.0 * look:.1f} ms to look at with two workers, of which the process that calls `estimate` works"
-        f" {1000.0 * share:.1f} ms: it hands out up to {1.0 / share:.0f} recordings a second. {about}",
+        f" thread to two: {times[names[0]] / times[names[1]]:.2f} times. {about}",
     ]
     per_core = samples / times[names[4]] / 2.0
     core_hours = SAMPLES_A_DAY / per_core / 3600.0
@@ -212,6 +201,21 @@ def measure(program: str) -> dict[str, str]:
     return {"throughput": "\n".join(lines), "plan": "\n".join(plan), "memory": memories}
 
 
+def write_blocks(blocks: dict[str, str], is_printed: bool) -> None:
+    """Writes blocks into the document, or prints them."""
+    text = DOCUMENT.read_text(encoding="utf-8")
+    for name, block in blocks.items():
+        if is_printed:
+            print(block, end="\n\n")
+            continue
+        begin, end = f"<!-- begin {name} -->\n", f"<!-- end {name} -->"
+        before, _, rest = text.partition(begin)
+        _, _, after = rest.partition(end)
+        text = f"{before}{begin}{block}\n{end}{after}"
+    if not is_printed:
+        DOCUMENT.write_text(text, encoding="utf-8")
+
+
 def main() -> None:
     """Measures, and writes the blocks of docs/fleet.md."""
     parser = argparse.ArgumentParser(description="Measures what a fleet costs.")
@@ -220,18 +224,7 @@ def main() -> None:
     program = os.environ.get("FOOTFALL_PROGRAM")
     if program is None:
         parser.error("FOOTFALL_PROGRAM does not name the program")
-    blocks = measure(os.path.abspath(program))
-    text = DOCUMENT.read_text(encoding="utf-8")
-    for name, block in blocks.items():
-        if arguments.print:
-            print(block, end="\n\n")
-            continue
-        begin, end = f"<!-- begin {name} -->\n", f"<!-- end {name} -->"
-        before, _, rest = text.partition(begin)
-        _, _, after = rest.partition(end)
-        text = f"{before}{begin}{block}\n{end}{after}"
-    if not arguments.print:
-        DOCUMENT.write_text(text, encoding="utf-8")
+    write_blocks(measure(os.path.abspath(program)), arguments.print)
 
 
 if __name__ == "__main__":

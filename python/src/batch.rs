@@ -69,6 +69,7 @@ fn all_settings(
             sample_rate: settings.rate,
             gravity: settings.gravity,
             correction: settings.correction,
+            foot_corrections: settings.foot_corrections,
             ..hints
         },
         overrides: settings.overrides,

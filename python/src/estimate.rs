@@ -231,7 +231,7 @@ pub(crate) fn estimate<'py>(
     recording: Arguments<'py>,
     settings: SettingsArguments,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let settings = settings.read()?;
+    let settings = settings.read()?.of_unnamed_foot()?;
     let arrays = Arrays::of(recording, &settings)?;
     let start_us = arrays.start_us();
     let recorded = arrays.recorded()?;
@@ -240,10 +240,12 @@ pub(crate) fn estimate<'py>(
         gravity: settings.gravity.unwrap_or(Gravity::Included),
         start_us,
         samples: recorded.samples,
+        mounting: settings.correction.mounting,
     };
+    let params = settings.params(settings.format);
     let estimated = py.detach(|| {
         let samples = (0..recorded.samples).map(|index| Ok(recorded.sample(index, &settings)));
-        run(samples, about, &settings, settings.format)
+        run(samples, about, &params)
     });
     estimated?.into_dict(py)
 }
@@ -256,7 +258,7 @@ pub(crate) fn calibrate<'py>(
     recordings: Vec<Arguments<'py>>,
     settings: SettingsArguments,
 ) -> PyResult<(String, String)> {
-    let settings = settings.read()?;
+    let settings = settings.read()?.of_unnamed_foot()?;
     let error = |error: &dyn std::fmt::Display| PyValueError::new_err(error.to_string());
     let mut calibration =
         LearntCalibration::new(&settings.params(settings.format)).map_err(|e| error(&e))?;

@@ -1,7 +1,9 @@
 //! Preset and configuration become parameters, as those of the program do; the load trigger of a preset
 //! depends on the format of the recording, as its load does.
 
-use analysis::config::{Overrides, Preset, parse_axes};
+use std::collections::BTreeMap;
+
+use analysis::config::{FootAxes, Overrides, Preset};
 use estimator_core::{Gravity, Params};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -20,7 +22,11 @@ pub(crate) struct Settings {
     pub(crate) overrides: Overrides,
     /// The format of the recording that is in arrays.
     pub(crate) format: Format,
+    /// Mountings that win over those of the configuration.
+    axes: Option<FootAxes>,
     pub(crate) correction: Correction,
+    /// Corrections of single feet, by name.
+    pub(crate) foot_corrections: BTreeMap<String, Correction>,
     /// Whether the accelerations contain gravity, where it is given.
     pub(crate) gravity: Option<Gravity>,
     /// The sample rate in Hz, where it is given.
@@ -59,9 +65,13 @@ impl SettingsArguments {
         let mut correction = overrides
             .correction("config")
             .map_err(|error| PyValueError::new_err(error.to_string()))?;
-        if let Some(axes) = &self.axes {
-            correction.mounting = parse_axes(axes)
-                .map_err(|error| PyValueError::new_err(format!("axes: {error}")))?;
+        let mut foot_corrections = overrides
+            .foot_corrections("config")
+            .map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let axes = self.axes.as_deref().map(str::parse::<FootAxes>).transpose();
+        let axes = axes.map_err(|error| PyValueError::new_err(format!("axes: {error}")))?;
+        if let Some(axes) = &axes {
+            axes.set(&mut correction, &mut foot_corrections);
         }
         let format = match &self.format {
             None => Format::Csv,
@@ -78,7 +88,9 @@ impl SettingsArguments {
             preset,
             config: self.config.clone(),
             format,
+            axes,
             correction,
+            foot_corrections,
             gravity: gravity(self.gravity.as_deref())?.or(overrides.gravity),
             rate: self
                 .rate
@@ -90,6 +102,37 @@ impl SettingsArguments {
 }
 
 impl Settings {
+    /// Checks that nothing is set for single feet: samples in arrays do not name theirs.
+    pub(crate) fn of_unnamed_foot(self) -> PyResult<Self> {
+        let mut feet = self.foot_corrections.keys();
+        match feet.next() {
+            None => Ok(self),
+            Some(foot) => Err(PyValueError::new_err(format!(
+                "there are settings of the foot {foot}, but samples in arrays are of a foot without a name: \
+                 give axes of this foot alone, or use estimate_file, batch or fleet"
+            ))),
+        }
+    }
+
+    /// Parameters of a foot with these names in recordings of a format.
+    pub(crate) fn params_of(&self, names: &[&str], format: Format) -> Params {
+        let mut params = self.params(format);
+        self.overrides.apply_foot(names, &mut params);
+        params
+    }
+
+    /// Checks that each foot with axes of its own has one of these names.
+    pub(crate) fn check_feet(&self, names: &[&str]) -> PyResult<()> {
+        let axes = self.axes.as_ref();
+        match axes.and_then(|axes| axes.absent(names.iter().copied())) {
+            None => Ok(()),
+            Some(foot) => Err(PyValueError::new_err(format!(
+                "axes name the foot {foot}, but there is {}",
+                names.join(", ")
+            ))),
+        }
+    }
+
     /// The preset for recordings of a format, with what the configuration sets.
     pub(crate) fn params(&self, format: Format) -> Params {
         let mut params = self.preset.params(format);

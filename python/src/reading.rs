@@ -162,12 +162,16 @@ pub(crate) fn estimate_file<'py>(
         sample_rate: settings.rate,
         gravity: settings.gravity,
         correction: settings.correction,
+        foot_corrections: settings.foot_corrections.clone(),
         ..hints
     };
     let feet = py.detach(|| {
         let opened = Opened::new(&path, format).map_err(input_error)?;
         let format = opened.format();
-        let feet = opened.store_all(&hints).map_err(input_error)?.into_iter();
+        let feet = opened.store_all(&hints).map_err(input_error)?;
+        let names = feet.iter().flat_map(|stored| stored.about.names());
+        settings.check_feet(&names.collect::<Vec<_>>())?;
+        let feet = feet.into_iter();
         feet.map(|stored| estimate_stored(stored, &settings, format))
             .collect::<PyResult<Vec<_>>>()
     })?;
@@ -195,9 +199,11 @@ fn estimate_stored(
         gravity: about.gravity,
         start_us: about.start_us,
         samples: about.samples,
+        mounting: about.correction.mounting,
     };
     let samples = stored.samples().map_err(Failure::Samples)?;
-    let estimated = run(samples, recorded, settings, format)?;
+    let params = settings.params_of(&about.names(), format);
+    let estimated = run(samples, recorded, &params)?;
     Ok((about, estimated))
 }
 

@@ -2,12 +2,11 @@
 
 use std::io;
 
-use estimator_core::{Gravity, ParamsError};
+use estimator_core::{Gravity, Mounting, Params, ParamsError};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::events::{Event, Events};
-use recordings::input::Format;
 use recordings::output::seconds;
 use recordings::plausible::Check;
 use recordings::recording::RecordedSample;
@@ -15,7 +14,6 @@ use recordings::replay::Replay;
 use thiserror::Error;
 
 use crate::outputs::Columns;
-use crate::parameters::Settings;
 
 /// What is known of a recording beside its samples.
 #[derive(Clone, Copy)]
@@ -26,6 +24,8 @@ pub(crate) struct Recorded {
     /// What the caller's clock says at the first sample, µs.
     pub(crate) start_us: i64,
     pub(crate) samples: usize,
+    /// Mounting of the sensor that is applied to the samples.
+    pub(crate) mounting: Mounting,
 }
 
 /// What was made of it.
@@ -62,10 +62,9 @@ impl From<Failure> for PyErr {
 pub(crate) fn run(
     samples: impl Iterator<Item = io::Result<RecordedSample>>,
     recorded: Recorded,
-    settings: &Settings,
-    format: Format,
+    params: &Params,
 ) -> Result<Estimated, Failure> {
-    let mut replay = Replay::new(recorded.rate, recorded.gravity, &settings.params(format))?;
+    let mut replay = Replay::new(recorded.rate, recorded.gravity, params)?;
     let mut check = Check::new(recorded.rate, recorded.gravity);
     let mut columns = Columns::with_capacity(recorded.samples);
     let mut finder = Events::default();
@@ -80,13 +79,12 @@ pub(crate) fn run(
         columns.push(&estimate, recorded.start_us);
     }
     events.extend(finder.finish());
-    let mounting = &settings.correction.mounting;
     let findings = check.findings().into_iter();
     Ok(Estimated {
         columns,
         events,
         findings: findings
-            .map(|finding| finding.with_mounting(mounting))
+            .map(|finding| finding.with_mounting(&recorded.mounting))
             .map(|finding| (finding.name(), finding.to_string()))
             .collect(),
         learnt: replay.finish().to_array().to_vec(),

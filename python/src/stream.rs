@@ -41,7 +41,7 @@ type Row = (
 impl Estimator {
     #[new]
     fn new(settings: SettingsArguments) -> PyResult<Self> {
-        let settings = settings.read()?;
+        let settings = settings.read()?.of_unnamed_foot()?;
         let rate = settings
             .rate
             .ok_or_else(|| PyValueError::new_err("give the sample rate in Hz as rate"))?;

@@ -17,12 +17,15 @@ from pathlib import Path
 from typing import Any
 
 import fsspec
+import numpy as np
+import numpy.typing as npt
 import pyarrow.parquet as parquet
 import pytest
 
 import footfall
 from footfall import fleet
 from footfall._settings import read_options, settings
+from footfall.fleet._catalog import NOTES, ROWS
 from footfall.fleet._run import MEMORY
 from footfall.fleet._sources import find, name_of
 from footfall.fleet._work import Task, work
@@ -85,11 +88,11 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
 
 
 def files(out: Path) -> dict[str, bytes]:
-    """The files of a folder of tables, by their paths below it."""
+    """The files of a folder of tables, by their paths below it, without the copies that the program has not."""
     return {
         path.relative_to(out).as_posix(): path.read_bytes()
         for path in sorted(out.rglob("*"))
-        if path.is_file() and not path.name.endswith(".lock")
+        if path.is_file() and path.name not in (ROWS, NOTES)
     }
 
 
@@ -256,6 +259,55 @@ def test_a_recording_that_is_lost_has_no_row_and_is_done_by_the_next_call(
     assert not [path for path in files(out) if path.endswith(".part")]
 
 
+def test_short_recordings_survive_the_loss_of_their_worker(cluster: Cluster, tmp_path: Path) -> None:
+    folder, out = tmp_path / "recordings", tmp_path / "tables"
+    write_parquet(footfall.simulate("trot", 2.0, seed=5), folder / "robot0" / "0.parquet")
+    for k in range(1, 60):
+        shutil.copy(folder / "robot0" / "0.parquet", folder / "robot0" / f"{k}.parquet")
+    seen: list[int] = []
+
+    def trouble(outcome: fleet.Outcome) -> None:
+        seen.append(outcome.pid)
+        if len(seen) == 20:
+            # Its process is at several recordings by now.
+            os.kill(outcome.pid, signal.SIGKILL)
+
+    report = fleet.estimate(folder, out, progress=trouble)
+    assert statuses(report) == {"done": 60} and len(set(seen)) >= 2
+    assert fleet.rows(out).num_rows == 60
+
+
+def test_unwritable_destination_ends_all_tasks(cluster: Cluster, recordings: Path, tmp_path: Path) -> None:
+    folder, out = tmp_path / "recordings", tmp_path / "tables"
+    for k in range(20):
+        target = folder / f"robot{k}" / "L.parquet"
+        target.parent.mkdir(parents=True)
+        shutil.copy(recordings / "robot0" / "L.parquet", target)
+    # No folder of this name can be made.
+    (out / "samples").mkdir(parents=True)
+    (out / "samples" / "robot=robot3").write_bytes(b"")
+    with pytest.raises(OSError, match=f"{out}, .*robot3/L.parquet: .*robot=robot3"):
+        fleet.estimate(folder, out, retries=0)
+    before = files(out)
+    assert 0 < len(before) < 3 * 20
+    time.sleep(3.0)
+    assert files(out) == before and not [path for path in out.iterdir() if path.name.endswith(".part")]
+
+
+def test_cluster_of_a_call_leaves_nothing(recordings: Path, tmp_path: Path) -> None:
+    with tempfile.TemporaryDirectory(prefix="r-", dir="/tmp") as folder:
+        environment = {**os.environ, "RAY_TMPDIR": folder, "HOME": str(tmp_path), "RAY_AUTH_MODE": "disabled"}
+        environment.pop("RAY_ADDRESS", None)
+        code = (
+            "import sys, footfall.fleet as fleet;"
+            "report = fleet.estimate(sys.argv[1], sys.argv[2]); assert report.count('done') == 2, report;"
+            "import ray; assert not ray.is_initialized()"
+        )
+        command = [sys.executable, "-c", code, str(recordings / "robot0"), str(tmp_path / "out")]
+        subprocess.run(command, check=True, capture_output=True, env=environment)
+        assert os.listdir(folder) == []
+
+
 def test_a_recording_is_called_as_its_path_was_given_by_folder_or_by_pattern(
     recordings: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -316,6 +368,7 @@ def test_tables_go_to_s3_and_come_from_there(
         expected = files(tmp_path / "program")
         storage.invalidate_cache()
         found = {path[len("tables/contact/") :]: storage.cat_file(path) for path in storage.find("tables")}
+        assert {found.pop(ROWS)[:4], found.pop(NOTES)[:4]} == {b"PAR1"}
         assert_same(found, expected)
         again = fleet.estimate("s3://recordings", url, storage_options=access)
         assert statuses(again) == {"up_to_date": 6, "failed": 1}
@@ -356,7 +409,7 @@ def test_a_fleet_of_simulated_robots_shows_its_slips_and_the_sensors_that_drift(
     cluster: Cluster, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.syspath_prepend(str(EXAMPLE))
-    figures, report, robots = map(importlib.import_module, ("figures", "report", "robots"))
+    report, robots = map(importlib.import_module, ("report", "robots"))
     second = cluster.add_node(num_cpus=1, memory=4 << 30, object_store_memory=100 << 20)
     truths = robots.simulate(tmp_path / "recordings", SECONDS)
     out = tmp_path / "tables"
@@ -368,17 +421,17 @@ def test_a_fleet_of_simulated_robots_shows_its_slips_and_the_sensors_that_drift(
     rows = fleet.rows(out).to_pylist()
     assert {row["day"] for row in rows} == {robots.DAY}
 
-    drifting = {(drift.robot, drift.foot) for drift in figures.drifting(rows)}
+    drifting = {(drift.robot, drift.foot) for drift in fleet.drifting(rows)}
     assert drifting == {(truth.robot, truth.foot) for truth in truths if truth.drifts}
     assert drifting == set(robots.DRIFTING)
 
-    found = {robot.name: robot for robot in figures.robots(rows)}
+    found = {robot.name: robot for robot in fleet.robots(rows)}
     true: dict[str, list[Any]] = {}
     for truth in truths:
         true.setdefault(truth.robot, []).append(truth)
     shares = {name: sum(f.slips for f in feet) / sum(f.steps for f in feet) for name, feet in true.items()}
     ranked = [found[name].slips_per_thousand_steps for name in shares]
-    correlation = figures.rank_correlation(ranked, list(shares.values()))
+    correlation = rank_correlation(ranked, list(shares.values()))
     print(f"rank correlation {correlation:.3f}")
     assert correlation > 0.9
     assert sum(robot.steps for robot in found.values()) > 0.9 * sum(truth.steps for truth in truths)
@@ -387,3 +440,14 @@ def test_a_fleet_of_simulated_robots_shows_its_slips_and_the_sensors_that_drift(
     page = report.page(rows)
     assert all(f"{robot} {foot}" in page for robot, foot in robots.DRIFTING)
     assert "<svg" in page and "http://" not in page.replace("http://www.w3.org", "")
+
+
+def rank_correlation(one: npt.ArrayLike, other: npt.ArrayLike) -> float:
+    """Spearman's, in [-1, 1]: 1 where both rank alike; equal values share their rank."""
+
+    def ranks(values: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        _, place, counts = np.unique(values, return_inverse=True, return_counts=True)
+        last = np.cumsum(counts)
+        return np.asarray((last - (counts - 1) / 2.0)[place], dtype=np.float64)
+
+    return float(np.corrcoef(ranks(one), ranks(other))[0, 1])

@@ -3,7 +3,8 @@
 usage: roads.py walk.csv folder
 
 walk.csv is a table of ours. Into folder/same go bags and Parquet files of that walk, into
-folder/feet bags in which it is the left of two feet, into folder/other files that are no recordings.
+folder/feet bags in which it is the left of two feet, into folder/states bags with messages of robots that
+have its numbers as fields, into folder/other files that are no recordings.
 Each name is printed. Bags have the load on /ft, or /ft/fl and /ft/fr.
 """
 
@@ -26,7 +27,7 @@ from mcap.writer import Writer as McapWriter
 from mcap_ros2.writer import Writer as Ros2Writer
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Rosbag2Writer
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 START_NS = 1_700_000_000_123_456_000
 # When a message is written, after its stamp.
@@ -202,6 +203,88 @@ def parquets(folder, walk):
     write(by_struct, folder / "structs.parquet")
 
 
+LOW_STATE = "unitree_go/msg/LowState"
+FEET = "test_msgs/msg/Feet"
+JOINTS = "sensor_msgs/msg/JointState"
+
+# https://github.com/unitreerobotics/unitree_ros2; the second one is of a robot with an IMU in each foot.
+DEFINITIONS = {
+    LOW_STATE: """
+uint8[2] head\nuint8 level_flag\nuint8 frame_reserve\nuint32[2] sn\nuint32[2] version\nuint16 bandwidth
+IMUState imu_state\nMotorState[20] motor_state\nBmsState bms_state\nint16[4] foot_force\nint16[4] foot_force_est
+uint32 tick\nuint8[40] wireless_remote\nuint8 bit_flag\nfloat32 adc_reel\nint8 temperature_ntc1
+int8 temperature_ntc2\nfloat32 power_v\nfloat32 power_a\nuint16[4] fan_frequency\nuint32 reserve\nuint32 crc""",
+    "unitree_go/msg/IMUState": """
+float32[4] quaternion\nfloat32[3] gyroscope\nfloat32[3] accelerometer\nfloat32[3] rpy\nint8 temperature""",
+    "unitree_go/msg/MotorState": """
+uint8 mode\nfloat32 q\nfloat32 dq\nfloat32 ddq\nfloat32 tau_est\nfloat32 q_raw\nfloat32 dq_raw
+float32 ddq_raw\nint8 temperature\nuint32 lost\nuint32[2] reserve""",
+    "unitree_go/msg/BmsState": """
+uint8 version_high\nuint8 version_low\nuint8 status\nuint8 soc\nint32 current\nuint16 cycle
+int8[2] bq_ntc\nint8[2] mcu_ntc\nuint16[15] cell_vol""",
+    FEET: "std_msgs/Header header\nstring[] names\nFoot[] feet",
+    "test_msgs/msg/Foot": "bool ok\ngeometry_msgs/Vector3 gyro\ngeometry_msgs/Vector3 acc",
+}
+
+
+def typed(store, name, fields):
+    """A message whose other fields are zeros, and empty where they are of variable length."""
+    def zero(kind, detail):
+        if kind == 1:  # a number or a text
+            return "" if detail[0] == "string" else 0
+        if kind == 2:  # a message
+            return typed(store, detail, {})
+        inner, length = detail
+        if kind == 4:  # a sequence
+            length = 0
+        if inner[0] == 2 or inner[1][0] == "string":
+            return [zero(*inner) for _ in range(length)]
+        return numpy.zeros(length, dtype=inner[1][0])
+
+    _, definition = store.fielddefs[name]
+    values = {field: fields.get(field, zero(int(kind), detail)) for field, (kind, detail) in definition}
+    return store.types[name](**values)
+
+
+def states(folder, walk):
+    """Axes and loads in messages that are made for something else."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    for name, text in DEFINITIONS.items():
+        store.register(get_types_from_msg(text, name))
+    whole = numpy.array
+    for version, plugin in ((8, StoragePlugin.SQLITE3), (9, StoragePlugin.SQLITE3), (9, StoragePlugin.MCAP)):
+        with Rosbag2Writer(folder / f"{plugin.name}_{version}".lower(), version=version, storage_plugin=plugin) as writer:
+            topics = {"/lowstate": LOW_STATE, "/feet": FEET, "/joints": JOINTS}
+            connections = {
+                topic: writer.add_connection(topic, name, typestore=store) for topic, name in topics.items()
+            }
+            for row in walk.itertuples():
+                stamp_ns = START_NS + round(row.t * 1e6) * 1000
+                stamped = {"header": header(stamp_ns, "")}
+                imu_state = typed(store, "unitree_go/msg/IMUState", {
+                    "accelerometer": whole([row.ax, row.ay, row.az], dtype=numpy.float32),
+                    "gyroscope": whole([row.wx, row.wy, row.wz], dtype=numpy.float32),
+                })
+                foot = {"acc": vector(row.ax, row.ay, row.az), "gyro": vector(row.wx, row.wy, row.wz)}
+                feet = [typed(store, "test_msgs/msg/Foot", {}), typed(store, "test_msgs/msg/Foot", foot)]
+                messages = {
+                    "/joints": {**stamped, "name": ["a", "b"], "effort": whole([0.0, row.force])},
+                    "/lowstate": {
+                        "imu_state": imu_state,
+                        "foot_force": whole([0, round(row.force), 0, 0], dtype=numpy.int16),
+                    },
+                    "/feet": {**stamped, "names": ["left", "right one"], "feet": feet},
+                }
+                for topic, fields in messages.items():
+                    message = typed(store, topics[topic], fields)
+                    data = store.serialize_cdr(message, topics[topic])
+                    writer.write(connections[topic], stamp_ns + LATE_NS, data)
+    # Bags before ROS 2 Iron have no definitions.
+    with sqlite3.connect(next((folder / "sqlite3_8").glob("*.db3"))) as database:
+        database.execute("DROP TABLE message_definitions")
+    database.close()
+
+
 def others(folder, walk):
     few = walk.head(20)
     numpy.save(folder / "numpy.npy", few.to_numpy())
@@ -224,11 +307,12 @@ def others(folder, walk):
 def main():
     walk = pandas.read_csv(sys.argv[1], usecols=["t", *AXES, "force"])
     folder = Path(sys.argv[2])
-    for name in ("same", "feet", "other"):
+    for name in ("same", "feet", "states", "other"):
         (folder / name).mkdir(parents=True)
     bags(folder / "same", walk, {"": False})
     parquets(folder / "same", walk)
     bags(folder / "feet", walk.head(2000), {"/fl": False, "/fr": True})
+    states(folder / "states", walk.head(2000))
     others(folder / "other", walk)
 
 

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import figures
 import numpy as np
+
+from footfall import fleet
 
 STYLE = """body { font: 16px/1.5 system-ui, sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #222 }
 table { border-collapse: collapse } td, th { padding: .2em .8em; border-bottom: 1px solid #ddd; text-align: right }
@@ -18,8 +19,8 @@ td:first-child, th:first-child { text-align: left } svg { max-width: 100%; heigh
 
 def page(rows: Sequence[dict[str, Any]]) -> str:
     """The page, as HTML."""
-    robots = figures.robots(rows)
-    drifting = figures.drifting(rows)
+    robots = fleet.robots(rows)
+    drifting = fleet.drifting(rows)
     failed = [row for row in rows if row["status"] != "done"]
     hours = sum(row["duration_s"] or 0.0 for row in rows) / 3600.0
     steps = sum(robot.steps for robot in robots)
@@ -72,7 +73,7 @@ def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "<table>\n" + "\n".join(lines) + "\n</table>"
 
 
-def _drawing(rows: Sequence[dict[str, Any]], robots: Sequence[figures.RobotFigures]) -> str:
+def _drawing(rows: Sequence[dict[str, Any]], robots: Sequence[fleet.RobotFigures]) -> str:
     """The fleet's distributions, as SVG."""
     import matplotlib
     from matplotlib.figure import Figure
@@ -83,7 +84,7 @@ def _drawing(rows: Sequence[dict[str, Any]], robots: Sequence[figures.RobotFigur
     slips.set(xlabel="slips per 1000 steps", ylabel="robots")
     widths.hist([robot.acceleration_half_width for robot in robots], bins=20, color="#009e73")
     widths.set(xlabel="half-width of stillness (m/s²)", ylabel="robots")
-    changes = [change.change for change in figures.drifts(rows) if change.change > 0.0]
+    changes = [change.change for change in fleet.drifts(rows) if change.change > 0.0]
     drift.hist(np.log10(changes), bins=30, color="#d55e00")
     drift.set(xlabel="change of the gyroscope's bias (lg rad/s)", ylabel="feet")
     text = io.StringIO()

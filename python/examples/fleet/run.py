@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-import figures
 import report
 import robots
 
@@ -34,9 +33,9 @@ def main() -> None:
         )
     rows = footfall.fleet.rows(str(out)).to_pylist()
     report.write(rows, arguments.folder / "fleet.html")
-    for robot in figures.robots(rows)[:5]:
+    for robot in footfall.fleet.robots(rows)[:5]:
         print(f"{robot.name}: {robot.slips_per_thousand_steps:.0f} slips per thousand steps")
-    for drift in figures.drifting(rows):
+    for drift in footfall.fleet.drifting(rows):
         print(f"{drift.robot} {drift.foot}: the gyroscope's bias changed by {drift.change:.4f} rad/s")
 
 

@@ -8,23 +8,29 @@ The estimator is that of the firmware and of the program ``footfall``, to the bi
 >>> result.p_stable.shape
 (10000,)
 
-========================  ==================================================================
-:func:`estimate`          probabilities of a whole recording that is in arrays
-:func:`estimate_file`     the same of each foot in a file of every format that the program reads
-:class:`Estimator`        the same, sample by sample
-:func:`read`              the recordings of such a file, as arrays
-:func:`decode`            what feet have sent over CAN or a serial line, as arrays
-:func:`simulate`          a recording of a simulated foot, with the truth about it
-:func:`calibrate`         what a foot teaches, for a warm start
-========================  ==================================================================
+==========================  ==================================================================
+:func:`estimate`            probabilities of a whole recording that is in arrays
+:func:`estimate_file`       the same of each foot in a file of every format that the program reads
+:class:`Estimator`          the same, sample by sample
+:func:`read`                the recordings of such a file, as arrays
+:func:`decode`              what feet have sent over CAN or a serial line, as arrays
+:func:`simulate`            a recording of a simulated foot, with the truth about it
+:func:`calibrate`           what a foot teaches, for a warm start
+:func:`score`               RMSE, ROC-AUC and calibration error against labels
+:func:`batch`               all recordings of a tree, as tables of Parquet
+:class:`ContactClassifier`  the estimator in the form of scikit-learn's classifiers
+==========================  ==================================================================
 """
 
+from ._batch import batch
 from ._calibration import Calibration, calibrate
+from ._classifier import ContactClassifier
 from ._decoded import Decoded, decode
 from ._estimate import estimate, estimate_file
 from ._footfall import AXES, FLAGS, SENT_FLAGS, STATES, __version__
 from ._recording import Recording, Simulation, read, simulate
 from ._result import Event, Finding, Result
+from ._score import Score, score
 from ._settings import Config, Gravity, Preset, Times, TimeUnit
 from ._stream import Estimate, Estimator
 
@@ -35,6 +41,7 @@ __all__ = [
     "STATES",
     "Calibration",
     "Config",
+    "ContactClassifier",
     "Decoded",
     "Estimate",
     "Estimator",
@@ -44,14 +51,17 @@ __all__ = [
     "Preset",
     "Recording",
     "Result",
+    "Score",
     "Simulation",
     "TimeUnit",
     "Times",
     "__version__",
+    "batch",
     "calibrate",
     "decode",
     "estimate",
     "estimate_file",
     "read",
+    "score",
     "simulate",
 ]

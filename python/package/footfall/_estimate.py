@@ -21,6 +21,7 @@ from ._settings import (
     read_options,
     settings,
 )
+from ._words import arguments_in_errors
 
 
 def estimate(
@@ -91,7 +92,8 @@ def estimate(
         "load": None if load is None else floats(load),
         "validity": None if validity is None else np.ascontiguousarray(validity, dtype=np.uint8),
     }
-    arrays = _footfall.estimate(recording, settings(preset, config, gravity, rate, axes))
+    with arguments_in_errors():
+        arrays = _footfall.estimate(recording, settings(preset, config, gravity, rate, axes))
     return Result._of(arrays)
 
 
@@ -143,5 +145,6 @@ def estimate_file(
         format, rate, gravity, topic, frame, load_topic, map, units, time_unit, times
     )
     chosen = settings(preset, config, gravity, rate, axes)
-    feet = _footfall.estimate_file(os.fspath(path), options, chosen)
+    with arguments_in_errors():
+        feet = _footfall.estimate_file(os.fspath(path), options, chosen)
     return [Result._of(arrays) for arrays in feet]

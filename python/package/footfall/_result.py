@@ -9,9 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from ._footfall import AXES, FLAGS, STATES
+from ._words import with_arguments
 
 if TYPE_CHECKING:
+    import pandas
+    import polars
     import pyarrow
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True)
@@ -26,9 +30,9 @@ class Finding:
 
 @dataclass(frozen=True)
 class Event:
-    """A touch-down, a lift-off, or where a slip begins or ends, as ``footfall replay --events`` has it."""
+    """A touch-down, a lift-off, or where a slip or a stance that is never stable begins or ends, as ``footfall replay --events`` has it."""
 
-    kind: Literal["touch_down", "lift_off", "slip_start", "slip_end"]
+    kind: Literal["touch_down", "lift_off", "slip_start", "slip_end", "unstable_start", "unstable_end"]
     """What it was."""
     t: float
     """When it was, s."""
@@ -88,10 +92,12 @@ class Result:
 
     @classmethod
     def _of(cls, arrays: dict[str, Any]) -> Result:
-        findings = tuple(Finding(name, message) for name, message in arrays.pop("findings"))
+        findings = tuple(
+            Finding(name, with_arguments(message)) for name, message in arrays.pop("findings")
+        )
         learnt = np.asarray(arrays.pop("learnt"), dtype=np.float32)
         events = tuple(Event(*event) for event in arrays.pop("events"))
-        arrays["notices"] = tuple(arrays.get("notices", ()))
+        arrays["notices"] = tuple(map(with_arguments, arrays.get("notices", ())))
         return cls(**arrays, findings=findings, learnt=learnt, _events=events)
 
     def __len__(self) -> int:
@@ -113,7 +119,7 @@ class Result:
 
     def _columns(self) -> dict[str, npt.NDArray[Any]]:
         """The columns of the program's table of estimates, by their names there, but for the
-        last: flags are bits here."""
+        last: flags are bits here, and `flags` is an attribute of every table of pandas."""
         columns: dict[str, npt.NDArray[Any]] = {
             "t": self.t,
             "p_stable": self.p_stable,
@@ -128,7 +134,7 @@ class Result:
         ):
             columns |= {prefix + name: table[:, k] for k, name in enumerate(names)}
         columns["sigma_v"] = self.sigma_v
-        return columns | {"state": self.state, "decision": self.decision, "flags": self.flags}
+        return columns | {"state": self.state, "decision": self.decision, "flag_bits": self.flags}
 
     def to_structured(self) -> npt.NDArray[np.void]:
         """One structured array with the columns of the program's table, shape (N,)."""
@@ -146,6 +152,40 @@ class Result:
         columns: dict[str, Any] = dict(self._columns())
         columns["state"] = pyarrow.DictionaryArray.from_arrays(self.state, list(STATES))
         return pyarrow.table(columns)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """A table of pandas with the columns of :meth:`to_arrow`; needs ``pandas``."""
+        import pandas
+
+        columns: dict[str, Any] = dict(self._columns())
+        columns["state"] = pandas.Categorical.from_codes(self.state, categories=list(STATES))
+        return pandas.DataFrame(columns)
+
+    def to_polars(self) -> polars.DataFrame:
+        """A table of Polars with the columns of :meth:`to_arrow`; needs ``polars``."""
+        import polars
+
+        columns: dict[str, Any] = dict(self._columns())
+        columns["state"] = polars.Series(self.state_names(), dtype=polars.Enum(list(STATES)))
+        return polars.DataFrame(columns)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draws the probability over time, and shades where the decision is stable; needs ``matplotlib``.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Where to draw; else a new figure.
+        """
+        if ax is None:
+            from matplotlib import pyplot
+
+            _, ax = pyplot.subplots(figsize=(10, 3), layout="constrained")
+        ax.plot(self.t, self.p_stable, color="#009e73", linewidth=1.0, label="P stable")
+        ax.fill_between(self.t, self.decision, step="post", alpha=0.15, color="k", linewidth=0.0, label="decision")
+        ax.set(xlabel="time (s)", ylabel="probability", ylim=(-0.02, 1.02), title=self.foot or self.recording or "")
+        ax.legend(loc="upper right")
+        return ax
 
     def events(self) -> tuple[Event, ...]:
         """Touch-downs, lift-offs, and where slips begin and end, in order of time."""

@@ -11,6 +11,10 @@ them again where a worker or a machine is lost, and keeps their memory apart; no
 ==========================  ================================================================
 :func:`estimate`            estimates what is missing or has changed
 :func:`rows`                what all recordings come to, as a table of Arrow
+:func:`samples`             the estimates of recordings, some columns or all, as a table of Arrow
+:func:`robots`              steps, slips and half-widths of each robot, from the rows
+:func:`drifts`              the change of each gyroscope's bias, from the rows
+:func:`drifting`            those that change unlike the fleet
 :class:`Source`             a recording of which robot, foot or day are known
 :class:`Report`             what became of each recording
 ==========================  ================================================================
@@ -26,8 +30,21 @@ if "parquet" not in FEATURES:
         " pip install './python[fleet]' --config-settings build-args='--features all'"
     )
 
-from ._report import Outcome, Report, rows
+from ._figures import Drift, RobotFigures, drifting, drifts, robots
+from ._report import Outcome, Report, rows, samples
 from ._run import estimate
 from ._sources import Source
 
-__all__ = ["Outcome", "Report", "Source", "estimate", "rows"]
+__all__ = [
+    "Drift",
+    "Outcome",
+    "Report",
+    "RobotFigures",
+    "Source",
+    "drifting",
+    "drifts",
+    "estimate",
+    "robots",
+    "rows",
+    "samples",
+]

@@ -20,5 +20,5 @@ def need(module: str) -> Any:
         package = module.partition(".")[0]
         raise ImportError(
             f"footfall.fleet needs {package}, which cannot be imported ({error}):"
-            " pip install 'footfall[fleet]'"
+            f" pip install 'footfall[{'fleet' if package == 'ray' else 'batch'}]'"
         ) from error

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import os
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
+from urllib.parse import unquote
 
-from ._need import need
+from ._catalog import all_rows, tables
 from ._storage import Storage, StorageOptions
 
 
@@ -71,19 +73,54 @@ def rows(out: str | os.PathLike[str], *, storage_options: StorageOptions | None 
     FileNotFoundError
         There are no results at `out`.
     """
-    dataset = need("pyarrow.dataset")
-    pyarrow = need("pyarrow")
+    return all_rows(Storage(os.fspath(out), storage_options or {}))
+
+
+def samples(
+    out: str | os.PathLike[str],
+    columns: Sequence[str] | None = None,
+    *,
+    robot: str | None = None,
+    foot: str | None = None,
+    day: str | None = None,
+    storage_options: StorageOptions | None = None,
+) -> Any:
+    """The estimates of recordings: the table ``samples`` of a destination, as a ``pyarrow.Table``.
+
+    Parameters
+    ----------
+    out : path or URL
+        The destination.
+    columns : several str, optional
+        The columns that are read, such as ``["recording", "t", "p_stable"]``; ``robot``, ``foot`` and ``day`` are
+        columns, too. All where they are not given: 61 bytes a sample on disk, and more in memory.
+    robot, foot, day : str, optional
+        Whose recordings are read; of others no file is opened.
+    storage_options : mapping, optional
+        As of :func:`footfall.fleet.estimate`.
+
+    Raises
+    ------
+    FileNotFoundError
+        There are no such results at `out`.
+    ValueError
+        There is no such column; the message lists all.
+    """
     storage = Storage(os.fspath(out), storage_options or {})
-    partitions = pyarrow.schema(
-        [(name, pyarrow.string()) for name in ("robot", "foot", "day")]
-    )
-    files = [file for file in storage.paths("recordings") if file.endswith(".parquet")]
+    wanted = {"robot": robot, "foot": foot, "day": day}
+    files = [below for below in storage.files("samples") if _is_of(below, wanted)]
     if not files:
-        raise FileNotFoundError(f"{out} has no table recordings: nothing has been estimated there")
-    table = dataset.dataset(
-        files,
-        filesystem=storage.filesystem,
-        partitioning=dataset.partitioning(partitions, flavor="hive"),
-        partition_base_dir=storage.path("recordings"),
+        listed = ", ".join(f"{name} {value}" for name, value in wanted.items() if value is not None)
+        raise FileNotFoundError(f"{storage.url} has no table samples{' of ' if listed else ''}{listed}")
+    dataset = tables(storage, files)
+    for column in columns or ():
+        if column not in dataset.schema.names:
+            raise ValueError(f"columns has {column!r}, but one of {', '.join(dataset.schema.names)} is expected")
+    return dataset.to_table(columns=None if columns is None else list(columns))
+
+
+def _is_of(below: str, wanted: dict[str, str | None]) -> bool:
+    parts = dict(part.split("=", 1) for part in below.split("/")[1:-1])
+    return below.endswith(".parquet") and all(
+        value is None or unquote(parts.get(name, "")) == value for name, value in wanted.items()
     )
-    return table.to_table().sort_by([("robot", "ascending"), ("foot", "ascending"), ("key", "ascending")])

@@ -1,19 +1,24 @@
-"""One task: a recording, or one foot of it, from its source to the destination."""
+"""What a worker does: recordings, or one foot of a recording, from their source to the destination."""
 
 from __future__ import annotations
 
+import contextlib
+import functools
 import json
 import os
 import socket
 import sys
 import tempfile
 import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from .. import _footfall
 from .._settings import BatchDict, IdentityDict, ReadDict, SettingsDict
+from ._need import need
+from ._retry import patiently, sentence
 from ._storage import TABLES, Storage, StorageOptions, fetch
 
 
@@ -32,6 +37,8 @@ class Task:
     """The files of the recording that the destination has, below it."""
     run: str
     """Names the unfinished files of this call."""
+    retries: int = 0
+    """How often storage is asked again, with growing pauses."""
     foot: str | None = None
     """The one foot that is estimated, of a recording that has several; the others have tasks of their own."""
 
@@ -50,45 +57,107 @@ class Done:
     seconds: float
 
 
+UNREADABLE = "it cannot be read now"
+"""Why a recording has a row although nothing was read of it."""
+
+
+def work_all(tasks: Sequence[Task]) -> list[Done]:
+    """Does short tasks one after the other."""
+    return [work(task) for task in tasks]
+
+
 def work(task: Task) -> Done:
-    """Estimates a recording where its results are missing or of something else."""
+    """Estimates a recording where its results are missing or of something else.
+
+    Raises
+    ------
+    OSError
+        The destination or the folder for temporary files cannot be written, which concerns every recording.
+    """
     begin = time.monotonic()
-
-    def done(
-        reason: str | None, rows: list[dict[str, Any]], feet: tuple[str, ...] = ()
-    ) -> Done:
-        seconds = time.monotonic() - begin
-        return Done(reason, tuple(rows), feet, _node(), os.getpid(), seconds)
-
     storage = Storage(task.out, task.storage_options)
-    with tempfile.TemporaryDirectory(prefix="footfall-") as folder:
+    with contextlib.ExitStack() as stack:
+
+        @functools.cache
+        def folder() -> Path:
+            # Folders cost more than all else about a short recording, so there is one only where it is needed.
+            return Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="footfall-")))
+
         try:
-            path = os.fspath(fetch(task.url, task.storage_options, Path(folder)))
-        except FileNotFoundError:
-            # The Rust part says in a row that it cannot be read.
-            path = os.path.join(folder, "missing")
-        reason = "foot"
-        arguments = task.identity, task.options, task.settings
-        if task.foot is None:
-            before = Path(folder) / "before"
-            _mirror(storage, task.before, before)
-            planned = _footfall.batch_plan(
-                path, *arguments, task.batch, os.fspath(before)
-            )
-            if planned[0] is None:
-                return done(None, json.loads(planned[1]))
-            reason = planned[0]
-            _remove(storage, task.before)
-            feet = _footfall.batch_feet(path, task.options, task.settings, task.batch)
-            if len(feet) > 1:
-                return done(reason, [], tuple(feet))
-        out = Path(folder) / "out"
-        batch: BatchDict = {**task.batch, "only_foot": task.foot}
-        text = _footfall.batch_recording(path, *arguments, batch, os.fspath(out))
-        for table in TABLES:
-            for file in sorted((out / table).rglob("*.parquet")):
-                storage.put(file, file.relative_to(out).as_posix(), task.run)
-        return done(reason, json.loads(text))
+            reason, rows, feet = _estimated(task, storage, folder)
+        except OSError as error:
+            raise OSError(f"{storage.url}, {task.identity['name']}: {sentence(error)}") from error
+    return Done(reason, tuple(rows), feet, _node(), os.getpid(), time.monotonic() - begin)
+
+
+Worked = tuple["str | None", list[dict[str, Any]], tuple[str, ...]]
+
+
+def _estimated(task: Task, storage: Storage, folder: Callable[[], Path]) -> Worked:
+    try:
+        fetched = patiently(lambda: fetch(task.url, task.storage_options, folder), task.retries)
+        path = os.fspath(fetched)
+    except FileNotFoundError:
+        # The Rust part says in a row that it cannot be read.
+        path = os.path.join(folder(), "missing")
+    except Exception as error:
+        # Whatever a file system raises about this source concerns no other.
+        return _unreadable(task, storage, folder(), sentence(error))
+    arguments = task.identity, task.options, task.settings
+    reason = "foot"
+    if task.foot is None:
+        before = os.devnull
+        if task.before:
+            before = os.fspath(folder() / "before")
+            patiently(lambda: _mirror(storage, task.before, Path(before)), task.retries)
+        why, rows = _footfall.batch_plan(path, *arguments, task.batch, before)
+        if why is None:
+            return None, json.loads(rows), ()
+        reason = why
+        patiently(lambda: _remove(storage, task.before), task.retries)
+        feet = _footfall.batch_feet(path, task.options, task.settings, task.batch)
+        if len(feet) > 1:
+            return reason, [], tuple(feet)
+    batch: BatchDict = {**task.batch, "only_foot": task.foot}
+
+    def estimate() -> str:
+        if storage.is_local:
+            return _footfall.batch_recording(path, *arguments, batch, storage.path(""))
+        with storage.staging(task.run) as out:
+            text = _footfall.batch_recording(path, *arguments, batch, os.fspath(out))
+            _put(storage, out)
+        return text
+
+    return reason, json.loads(patiently(estimate, task.retries)), ()
+
+
+def _unreadable(task: Task, storage: Storage, folder: Path, why: str) -> Worked:
+    """A row that says why a recording cannot be read, as one of the program. Earlier results stay."""
+    arguments = task.identity, task.options, task.settings
+    batch: BatchDict = {**task.batch, "only_foot": task.foot}
+    missing = os.path.join(folder, "missing")
+    parquet, pyarrow = need("pyarrow.parquet"), need("pyarrow")
+
+    with storage.staging(task.run) as out:
+        rows = json.loads(_footfall.batch_recording(missing, *arguments, batch, os.fspath(out)))
+        [file] = out.rglob("*.parquet")
+        error = f"{task.identity['name']} cannot be read: {why}"
+        rows[0]["error"] = error
+        has_results = any(not below.startswith("recordings/") for below in task.before)
+        if not has_results:
+            table = parquet.ParquetFile(file).read()
+            place = table.schema.get_field_index("error")
+            table = table.set_column(place, table.schema.field(place), pyarrow.array([error]))
+            parquet.write_table(table, file)
+            patiently(lambda: _remove(storage, task.before), task.retries)
+            patiently(lambda: _put(storage, out), task.retries)
+    return UNREADABLE, rows, ()
+
+
+def _put(storage: Storage, staged: Path) -> None:
+    for table in TABLES:
+        for file in sorted((staged / table).rglob("*.parquet")):
+            storage.put(file, file.relative_to(staged).as_posix())
 
 
 def _mirror(storage: Storage, files: tuple[str, ...], folder: Path) -> None:

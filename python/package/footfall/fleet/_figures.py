@@ -1,13 +1,17 @@
-"""What a fleet's rows say: half-widths of robots, slips, and sensors that drift."""
+"""Figures of a fleet: half-widths and slips of its robots, and sensors that drift."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
-import numpy.typing as npt
+
+if TYPE_CHECKING:
+    import pyarrow
+
+Rows = Union[Iterable[dict[str, Any]], "pyarrow.Table"]
 
 AXES = ("wx", "wy", "wz")
 
@@ -43,12 +47,14 @@ class Drift:
     """rad/s; not a number where the foot never rested."""
 
 
-def robots(rows: Iterable[dict[str, Any]]) -> list[RobotFigures]:
-    """The robots, those that slip most first."""
+def robots(rows: Rows) -> list[RobotFigures]:
+    """Returns steps, slips and half-widths of each robot, that which slips most first.
+
+    `rows` are those of :func:`rows`, or as many of them as dicts.
+    """
     by_robot: dict[str, list[dict[str, Any]]] = {}
-    for row in rows:
-        if row["status"] == "done":
-            by_robot.setdefault(row["robot"], []).append(row)
+    for row in _done(rows):
+        by_robot.setdefault(row["robot"], []).append(row)
 
     def median(feet: list[dict[str, Any]], column: str) -> float:
         known = [foot[column] for foot in feet if foot[column] is not None]
@@ -67,31 +73,26 @@ def robots(rows: Iterable[dict[str, Any]]) -> list[RobotFigures]:
     return sorted(figures, key=lambda robot: (-robot.slips_per_thousand_steps, robot.name))
 
 
-def drifts(rows: Iterable[dict[str, Any]]) -> list[Drift]:
-    """The change of every foot's bias, the greatest first."""
+def drifts(rows: Rows) -> list[Drift]:
+    """Returns the change of the gyroscope's bias of every foot, the greatest first."""
     changes = []
-    for row in rows:
-        if row["status"] != "done":
-            continue
+    for row in _done(rows):
         ends = [[row[f"gyro_bias_{end}_{axis}_rad_s"] for axis in AXES] for end in ("start", "end")]
         start, end = (np.array(bias, dtype=float) for bias in ends)
         changes.append(Drift(row["robot"], row["foot"], float(np.linalg.norm(end - start))))
     return sorted(changes, key=lambda drift: -np.nan_to_num(drift.change, nan=-1.0))
 
 
-def drifting(rows: Iterable[dict[str, Any]]) -> list[Drift]:
-    """The feet whose sensor drifts: their bias changes unlike that of the fleet."""
-    changes = drifts(rows)
-    limit = OUTLIER * np.nanpercentile([drift.change for drift in changes], 90)
+def drifting(rows: Rows) -> list[Drift]:
+    """Returns the feet whose sensor drifts: their bias changes :data:`OUTLIER` times as much as that of nine feet in
+    ten."""
+    changes = [drift for drift in drifts(rows) if not np.isnan(drift.change)]
+    if not changes:
+        return []
+    limit = OUTLIER * np.percentile([drift.change for drift in changes], 90)
     return [drift for drift in changes if drift.change > limit]
 
 
-def rank_correlation(one: npt.ArrayLike, other: npt.ArrayLike) -> float:
-    """Spearman's, in [-1, 1]: 1 where both rank alike; equal values share their rank."""
-
-    def ranks(values: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        _, place, counts = np.unique(values, return_inverse=True, return_counts=True)
-        last = np.cumsum(counts)
-        return np.asarray((last - (counts - 1) / 2.0)[place], dtype=np.float64)
-
-    return float(np.corrcoef(ranks(one), ranks(other))[0, 1])
+def _done(rows: Rows) -> list[dict[str, Any]]:
+    several = rows if isinstance(rows, Iterable) and not hasattr(rows, "to_pylist") else rows.to_pylist()
+    return [row for row in several if row["status"] == "done"]

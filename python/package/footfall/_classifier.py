@@ -1,0 +1,131 @@
+"""The estimator in the form of a classifier of scikit-learn, which is not needed for it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ._arrays import floats
+from ._calibration import calibrate
+from ._estimate import estimate
+from ._recording import Recording
+from ._settings import Config, Gravity, Preset
+
+
+class ContactClassifier:
+    """Classifies the samples of one foot: 1 stable contact, 0 not.
+
+    A matrix X has one recording: rows in the order of time, with the specific force in m/s² and the angular
+    rate in rad/s in its six columns. Samples are not independent, so X is never to be shuffled.
+
+    Parameters
+    ----------
+    rate : float, Hz
+        The sample rate, 20 to 10 000 Hz.
+    preset, config, gravity, axes
+        As of :func:`footfall.estimate`.
+
+    Examples
+    --------
+    >>> import footfall, numpy as np
+    >>> walk = footfall.simulate("walk", seconds=10.0)
+    >>> X = np.hstack([walk.acc, walk.gyr])
+    >>> footfall.ContactClassifier(rate=1000.0).fit(X).predict_proba(X).shape
+    (10000, 2)
+    """
+
+    _NAMES = ("rate", "preset", "config", "gravity", "axes")
+
+    def __init__(
+        self,
+        rate: float = 1000.0,
+        *,
+        preset: Preset = "default",
+        config: Config | None = None,
+        gravity: Gravity | None = None,
+        axes: str | None = None,
+    ) -> None:
+        self.rate = rate
+        self.preset = preset
+        self.config = config
+        self.gravity = gravity
+        self.axes = axes
+
+    def __repr__(self) -> str:
+        return f"ContactClassifier({', '.join(f'{name}={value!r}' for name, value in self.get_params().items())})"
+
+    def get_params(self, deep: bool = True) -> dict[str, Any]:
+        """The arguments of the constructor, as they are now."""
+        return {name: getattr(self, name) for name in self._NAMES}
+
+    def set_params(self, **params: Any) -> ContactClassifier:
+        """Sets arguments of the constructor.
+
+        Raises
+        ------
+        ValueError
+            There is no such argument; the message lists all.
+        """
+        for name in params:
+            if name not in self._NAMES:
+                raise ValueError(f"{name!r} is unknown, but one of {', '.join(self._NAMES)} is expected")
+        for name, value in params.items():
+            setattr(self, name, value)
+        return self
+
+    def fit(self, X: npt.ArrayLike, y: npt.ArrayLike | None = None) -> ContactClassifier:
+        """Learns a foot in advance, as :func:`footfall.calibrate`. Labels are not used.
+
+        Raises
+        ------
+        ValueError
+            The recording shows too little, or rest and motion do not differ in it.
+        """
+        acc, gyr = _halves(X)
+        recording = Recording(
+            name="X",
+            foot=None,
+            format="csv",
+            rate=float(self.rate),
+            gravity=self.gravity or "included",
+            t=np.arange(len(acc)) / float(self.rate),
+            acc=acc,
+            gyr=gyr,
+            load=None,
+            label=None,
+            validity=np.zeros(len(acc), dtype=np.uint8),
+            notices=(),
+            axes=self.axes,
+        )
+        self.calibration_ = calibrate(recording, preset=self.preset, config=self.config)
+        self.classes_ = np.array([0, 1])
+        return self
+
+    def predict_proba(self, X: npt.ArrayLike) -> npt.NDArray[np.float32]:
+        """The probabilities of 0 and of 1, shape (N, 2); from a cold start before :meth:`fit`."""
+        acc, gyr = _halves(X)
+        calibration = getattr(self, "calibration_", None)
+        config = self.config if calibration is None else calibration.config
+        stable = estimate(
+            acc, gyr, rate=self.rate, preset=self.preset, config=config, gravity=self.gravity, axes=self.axes
+        ).p_stable
+        return np.column_stack([1.0 - stable, stable])
+
+    def predict(self, X: npt.ArrayLike) -> npt.NDArray[np.int64]:
+        """1 where stable contact is more probable than not, else 0, shape (N,)."""
+        return np.asarray(self.predict_proba(X)[:, 1] > 0.5, dtype=np.int64)
+
+    def score(self, X: npt.ArrayLike, y: npt.ArrayLike) -> float:
+        """The share of samples that :meth:`predict` has right, of those with a label 0 or 1."""
+        label = floats(y)
+        is_known = (label == 0.0) | (label == 1.0)
+        return float(np.mean(self.predict(X)[is_known] == label[is_known]))
+
+
+def _halves(X: npt.ArrayLike) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+    array = floats(X)
+    if array.ndim != 2 or array.shape[1] != 6:
+        raise ValueError(f"X has the shape {array.shape}, but (N, 6) is expected: ax, ay, az, wx, wy, wz")
+    return array[:, :3], array[:, 3:]

@@ -1,0 +1,176 @@
+"""Results as tables and pictures, scores against labels, the classifier, and messages in words of Python."""
+
+from __future__ import annotations
+
+import inspect
+import json
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as parquet
+import pytest
+
+import footfall
+from footfall import fleet
+from footfall._words import with_arguments
+from test_batch import write_walk
+
+TABLES = pytest.mark.parametrize("library", ["pandas", "polars"])
+
+
+@TABLES
+def test_frame_has_the_columns_of_arrow(walk: footfall.Recording, library: str) -> None:
+    pytest.importorskip(library)
+    result = walk.estimate()
+    frame = getattr(result, f"to_{library}")()
+    table = result.to_arrow()
+    assert list(frame.columns) == table.column_names
+    for name in table.column_names:
+        assert list(frame[name]) == table[name].to_pylist(), name
+    assert "flag_bits" in table.column_names and np.array_equal(frame["flag_bits"].to_numpy(), result.flags)
+
+
+def test_pandas_reads_every_column_as_an_attribute(walk: footfall.Recording) -> None:
+    frame = walk.estimate().to_pandas()
+    for name in frame.columns:
+        assert np.array_equal(getattr(frame, name).to_numpy(), frame[name].to_numpy()), name
+
+
+def test_plot_draws_the_probability(walk: footfall.Recording) -> None:
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    result = walk.estimate()
+    ax = result.plot()
+    [line] = ax.lines
+    assert np.array_equal(line.get_ydata(), result.p_stable)
+    assert result.plot(ax) is ax
+    pyplot.close("all")
+
+
+def test_score_is_that_of_the_program(tmp_path: Path) -> None:
+    walk = footfall.simulate("walk", 30.0, seed=2)
+    assert walk.label is not None
+    parquet.write_table(walk.to_arrow(), tmp_path / "walk.parquet")
+    report = footfall.batch(tmp_path / "walk.parquet", tmp_path / "out")
+    [row] = report.outcomes[0].rows
+    found = footfall.score(walk.estimate(), walk.label)
+    assert found.samples == row["labelled_samples"]
+    assert found.rmse == pytest.approx(row["rmse"], rel=1e-9)
+    assert found.roc_auc == pytest.approx(row["roc_auc"], rel=1e-9)
+    assert found.calibration_error == pytest.approx(row["calibration_error"], rel=1e-9)
+
+
+def test_score_takes_known_labels_alone() -> None:
+    assert footfall.score([0.5, 1.0, 0.0], [np.nan, 1, -1]) == footfall.Score(1, 0.0, None, 0.0)
+    tied = footfall.score([0.5, 0.5, 0.25, 1.0], [1, 0, 0, 1])
+    assert tied.roc_auc == pytest.approx(3.5 / 4) and tied.rmse == pytest.approx(np.sqrt(0.5625 / 4))
+    for p, label, message in (
+        ([0.5], [-1], "known for no sample"),
+        ([0.5], [2], "label is 2, but 1, 0 or -1"),
+        ([1.5], [1], "not in"),
+        ([0.5], [1, 0], r"shape \(2,\), but p has \(1,\)"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            footfall.score(p, label)
+
+
+def test_classifier_has_the_estimate_of_a_warm_start(walk: footfall.Recording) -> None:
+    X = np.hstack([walk.acc, walk.gyr])
+    cold = footfall.ContactClassifier(rate=1000.0)
+    assert np.array_equal(cold.predict_proba(X)[:, 1], footfall.estimate(walk.acc, walk.gyr, rate=1000.0).p_stable)
+    warm = footfall.ContactClassifier(rate=1000.0).fit(X)
+    calibration = footfall.calibrate(walk)
+    assert set(warm.calibration_.config) == set(calibration.config)
+    proba = warm.predict_proba(X)
+    config = warm.calibration_.config
+    expected = footfall.estimate(walk.acc, walk.gyr, rate=1000.0, config=config).p_stable
+    assert np.array_equal(proba[:, 1], expected) and not np.array_equal(proba, cold.predict_proba(X))
+    assert proba.shape == (len(walk), 2) and np.allclose(proba.sum(axis=1), 1.0)
+    assert np.array_equal(warm.predict(X), proba[:, 1] > 0.5)
+    assert walk.label is not None and warm.score(X, walk.label) > 0.85
+
+
+def test_classifier_has_the_parameters_of_its_constructor() -> None:
+    one = footfall.ContactClassifier(rate=500.0, preset="paper")
+    assert set(one.get_params()) == set(inspect.signature(footfall.ContactClassifier).parameters)
+    other = footfall.ContactClassifier().set_params(**one.get_params())
+    assert repr(other) == repr(one) and other.get_params() == one.get_params()
+    with pytest.raises(ValueError, match="'C' is unknown, but one of rate, preset"):
+        other.set_params(C=1)
+    with pytest.raises(ValueError, match=r"X has the shape \(3,\), but \(N, 6\)"):
+        other.predict([1.0, 2.0, 3.0])
+    sklearn = pytest.importorskip("sklearn.base")
+    assert sklearn.clone(one).get_params() == one.get_params()
+
+
+@pytest.mark.parametrize(
+    ("message", "expected"),
+    [
+        ("it must be given: --sample-rate HZ", "it must be given: rate="),
+        ("in g: --units g,dps.", 'in g: units="g,dps".'),
+        ("--map says which, such as --map ax=a,ay=b", 'map= says which, such as map="ax=a,ay=b"'),
+        ("--times drop-bad leaves such rows out", 'times="drop-bad" leaves such rows out'),
+        ("choose with --frame, or --topic all: /a", 'choose with frame=, or topic="all": /a'),
+        ("--topic, --frame and --load-topic are for mcap", "topic=, frame= and load_topic= are for mcap"),
+        ("--strict does not let 2 pass", "strict= does not let 2 pass"),
+        ("where the foot has z: --axes -x,z,y", 'where the foot has z: axes="-x,z,y"'),
+        ("--features all", "--features all"),
+    ],
+)
+def test_options_of_the_program_become_arguments(message: str, expected: str) -> None:
+    assert with_arguments(message) == expected
+    assert with_arguments(expected) == expected
+
+
+def test_errors_and_findings_name_arguments(tmp_path: Path) -> None:
+    path = tmp_path / "walk.csv"
+    path.write_text("ax,ay,az,wx,wy,wz\n" + 50 * "0,0,1,0,0,0\n")
+    for read in (footfall.read, footfall.estimate_file):
+        with pytest.raises(ValueError, match="it must be given: rate="):
+            read(path)
+    [recording] = footfall.read(path, rate=100.0)
+    [finding] = recording.estimate().findings
+    assert 'units="g"' in finding.message
+    [outcome] = footfall.batch(path, tmp_path / "out").outcomes
+    assert outcome.error is not None and "rate=" in outcome.error
+
+
+def test_samples_are_read_by_column_and_robot(tmp_path: Path) -> None:
+    for robot in ("r 1", "r2"):
+        (tmp_path / "in" / robot).mkdir(parents=True)
+        write_walk(tmp_path / "in" / robot / "FL.csv")
+    out = tmp_path / "out"
+    footfall.batch(tmp_path / "in", out, jobs=1)
+    assert fleet.samples(out).num_rows == 12_000
+    one = fleet.samples(out, ["robot", "t", "p_stable"], robot="r 1", foot="FL")
+    assert one.column_names == ["robot", "t", "p_stable"] and one.num_rows == 6000
+    assert one["robot"].unique().to_pylist() == ["r 1"]
+    with pytest.raises(FileNotFoundError, match="no table samples of robot r3"):
+        fleet.samples(out, robot="r3")
+    with pytest.raises(ValueError, match="columns has 'p', but one of recording, t, p_stable"):
+        fleet.samples(out, ["p"])
+
+
+def test_figures_take_rows_as_a_table_or_as_dicts(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    write_walk(tmp_path / "in" / "FL.csv")
+    (tmp_path / "in" / "bad.csv").write_text("t,ax\n0,0\n")
+    footfall.batch(tmp_path / "in", tmp_path / "out")
+    table = fleet.rows(tmp_path / "out")
+    assert fleet.robots(table) == fleet.robots(table.to_pylist())
+    [robot] = fleet.robots(table)
+    assert robot.steps == sum(steps or 0 for steps in table["steps"].to_pylist()) > 3
+    assert len(fleet.drifts(table)) == 1 and fleet.drifting(table) == [] and fleet.drifting([]) == []
+
+
+def test_notebooks_are_committed_with_their_outputs() -> None:
+    notebooks = sorted((Path(__file__).parents[1] / "notebooks").glob("*.ipynb"))
+    assert len(notebooks) == 3
+    for path in notebooks:
+        cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
+        code = [cell for cell in cells if cell["cell_type"] == "code"]
+        assert all(cell["execution_count"] for cell in code), path.name
+        assert any(cell["outputs"] for cell in code), path.name
+        assert not [out for cell in code for out in cell["outputs"] if out["output_type"] == "error"], path.name
