@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::sync::Arc;
 
-use estimator_core::{Decision, Flag, Flags, PerAxis, Quaternion, Timestamp, Vec3};
+use estimator_core::{Decision, Flag, Flags, ImuSample, PerAxis, Quaternion, Timestamp, Vec3};
 use wire::NodeId;
 use wire::pdo::Status;
 
@@ -91,6 +91,8 @@ pub struct Row {
     pub status: Status,
     /// The estimator's flags as bits.
     pub flags: Option<u8>,
+    /// Recorded sample, gravity included, of an estimate computed from a recording.
+    pub measured: Option<ImuSample>,
 }
 
 impl Row {
@@ -236,6 +238,7 @@ mod tests {
             // Stance, stable, valid.
             status: Status::from_bits(0x19),
             flags: Some(Flags::NONE.with(Flag::TimeGap).bits()),
+            measured: None,
         };
         let (bare, full) = (written(&bare), written(&full));
         let columns = HEADER.split(',').count();

@@ -132,6 +132,34 @@ pub enum Error {
         /// Names of the feet.
         feet: Vec<String>,
     },
+    /// Results may be removed, and there is no terminal for the confirmation.
+    #[error(
+        "--prune asks for confirmation, but there is no terminal: --dry-run -v lists what would be removed, \
+         --yes confirms"
+    )]
+    NoTerminal,
+    /// A foot is calibrated where there are settings of single feet, and it is not named.
+    #[error("there are settings of the foot {foot} alone: --foot names the one that is calibrated")]
+    WhichFoot {
+        /// A foot that has settings.
+        foot: String,
+    },
+    /// A bag has a topic that contacts are written to.
+    #[error("{file} has the topic {topic} already: its contacts are those of an earlier estimate")]
+    TopicTaken {
+        /// Bag as given.
+        file: String,
+        /// Topic of the contacts of a foot.
+        topic: String,
+    },
+    /// Axes are given for a foot that is not in the recordings.
+    #[error("--axes names the foot {foot}, but there is {}", feet.join(", "))]
+    NoSuchFoot {
+        /// Name of the foot, as given.
+        foot: String,
+        /// Names of the feet in the recordings.
+        feet: Vec<String>,
+    },
     /// The viewer server failed.
     #[cfg(feature = "foxglove")]
     #[error(transparent)]

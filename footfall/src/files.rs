@@ -21,6 +21,12 @@ pub enum OutputError {
         /// Missing directory.
         directory: String,
     },
+    /// Contacts go into a copy of a bag, and the input is another file, or there are several.
+    #[error("{file} becomes a copy of a bag with its contacts: give one mcap or rosbag2 to replay")]
+    OneBagOnly {
+        /// Output as given.
+        file: String,
+    },
     /// The result would overwrite its source recording.
     #[error("{file} cannot be written: it is the recording itself")]
     OverInput {

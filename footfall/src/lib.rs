@@ -22,6 +22,8 @@
 //! | optional features | [`feature`] |
 
 pub mod attitude;
+#[cfg(feature = "bags")]
+pub mod bag_copy;
 pub mod commands;
 pub mod convert;
 pub mod error;

@@ -114,7 +114,7 @@ impl Stream {
                 }
                 Some(Fed::Opened) => return Ok(()),
                 // These do not occur before the source is open.
-                Some(Fed::Arrived(_) | Fed::NotSent(_)) | None => {}
+                Some(Fed::Arrived(_) | Fed::Remark(_) | Fed::NotSent(_)) | None => {}
             }
         }
         Ok(())
@@ -134,6 +134,7 @@ impl Stream {
             match self.feed.next(LOOK) {
                 Some(Fed::Arrived((at, arrival))) => self.take(at, arrival),
                 Some(Fed::WaitsFor(error)) => warn_of_waiting(&error),
+                Some(Fed::Remark(text)) => warn(text),
                 Some(Fed::NotSent(error)) => warn(error),
                 Some(Fed::Opened) => {}
                 Some(Fed::Ended(error)) => ended = Some(error),

@@ -206,3 +206,121 @@ fn table_orientation_is_that_of_the_sensor_for_any_axes() {
         assert!((found - expected).abs() < 1e-3, "{options}: {found}");
     }
 }
+
+/// Rows of a foot in the table `out.csv`, without its name.
+fn rows_of(bench: &Bench, foot: &str) -> Vec<String> {
+    let table = read(&bench.path("out.csv"));
+    let own = |line: &str| line.strip_prefix(&format!("{foot},")).map(str::to_owned);
+    table.lines().filter_map(own).collect()
+}
+
+#[test]
+fn each_foot_has_axes_of_its_own() {
+    let bench = bench();
+    let expected = estimates(&bench, "walk.csv");
+    let expected: Vec<&str> = expected.lines().skip(1).collect();
+    fs::write(
+        bench.path("robot.toml"),
+        "axes = 'z,y,-x'\n[feet.SIDE]\naxes = 'x,-z,y'\n[feet.walk]\naxes = 'x,y,z'\n",
+    )
+    .expect("a file");
+    for settings in [
+        "--axes side=x,-z,y",
+        "--axes walk=x,y,z,Side=x,-z,y",
+        "--config robot.toml",
+    ] {
+        bench.stdout(&format!(
+            "replay walk.csv side.csv {settings} --output out.csv"
+        ));
+        for foot in ["walk", "side"] {
+            assert_eq!(rows_of(&bench, foot), expected, "{settings}: {foot}");
+        }
+    }
+    // An option for all feet replaces the axes of each.
+    bench.stdout("replay walk.csv --config robot.toml --axes x,y,z --output out.csv");
+    assert_eq!(
+        read(&bench.path("out.csv"))
+            .lines()
+            .skip(1)
+            .collect::<Vec<_>>(),
+        expected
+    );
+}
+
+#[test]
+fn axes_of_an_absent_foot_are_an_error() {
+    let bench = bench();
+    let said = bench.error("replay walk.csv --axes FL=x,-z,y");
+    assert_eq!(
+        said,
+        "footfall: --axes names the foot FL, but there is walk\n"
+    );
+    let said = bench.error("convert walk.csv out.csv --axes FL=x,-z,y");
+    assert_eq!(
+        said,
+        "footfall: --axes names the foot FL, but there is walk\n"
+    );
+    fs::write(bench.path("robot.toml"), "[feet.FL]\naxes = 'x,-z,y'\n").expect("a file");
+    let output = bench.run("replay walk.csv --config robot.toml");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(
+        said.contains("robot.toml has settings of FL, but there is walk"),
+        "{said}"
+    );
+    fs::write(bench.path("robot.toml"), "[feet.FL]\n[feet.fl]\n").expect("a file");
+    let said = bench.error("replay walk.csv --config robot.toml");
+    assert!(said.contains("feet.FL and feet.fl are one foot"), "{said}");
+    fs::write(bench.path("robot.toml"), "[feet.FL]\naxis = 'x,-z,y'\n").expect("a file");
+    let said = bench.error("replay walk.csv --config robot.toml");
+    assert!(
+        said.contains("robot.toml, line 2") && said.contains("axis"),
+        "{said}"
+    );
+    fs::write(
+        bench.path("robot.toml"),
+        "[feet.FL.accelerometer]\nbias_m_s2 = { ax = 7 }\n",
+    )
+    .expect("a file");
+    let said = bench.error("replay walk.csv --config robot.toml");
+    assert!(
+        said.contains("feet.FL.accelerometer.bias_m_s2.ax is 7, allowed is -5 to 5"),
+        "{said}"
+    );
+}
+
+#[test]
+fn calibration_of_a_foot_keeps_those_of_others() {
+    let bench = bench();
+    bench.stdout("calibrate walk.csv --foot walk --output robot.toml");
+    bench.stdout("calibrate side.csv --foot side --config robot.toml --output robot.toml");
+    let file = read(&bench.path("robot.toml"));
+    assert!(file.contains("[feet.side]\naxes = \"x,-z,y\"\n"), "{file}");
+    assert_eq!(file.matches("axes = ").count(), 1, "{file}");
+    for table in ["[feet.side.learnt]", "[feet.walk.learnt]"] {
+        assert!(file.contains(table), "{file}");
+    }
+    let said = bench.error("calibrate walk.csv --config robot.toml");
+    assert!(
+        said.contains("--foot names the one that is calibrated"),
+        "{said}"
+    );
+    let said = bench.error("calibrate walk.csv --axes side=x,y,z --foot walk --output robot.toml");
+    assert!(
+        said.contains("--axes names the foot side, but there is walk"),
+        "{said}"
+    );
+    // Axes of all feet are not those of a foot that has none.
+    fs::write(bench.path("all.toml"), "axes = 'z,y,-x'\n").expect("a file");
+    bench.stdout("calibrate walk.csv --axes x,y,z --foot walk --config all.toml --output all.toml");
+    let all = read(&bench.path("all.toml"));
+    assert!(all.contains("[feet.walk]\naxes = \"x,y,z\"\n"), "{all}");
+    // The axes and the warm start that were found are those of each foot.
+    let summary = |file: &str| {
+        let json = bench.stdout(&format!("replay {file} --config robot.toml --json"));
+        let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+        json["recordings"][0]["estimation"].clone()
+    };
+    let [walk, side] = ["walk.csv", "side.csv"].map(summary);
+    assert_eq!(side["correction"]["axes"], "x,-z,y");
+    assert_ne!(walk["parameters"], side["parameters"]);
+}

@@ -200,9 +200,39 @@ fn removed_sources_are_reported_and_pruned_on_request() {
         .collect();
     assert_eq!(names, ["logs/go2/broken.csv", "logs/go2/walk.csv"]);
     assert_eq!(tree(&bench.path("out")).len(), 10);
-    assert_eq!(report(&bench, "logs --out out --prune")["pruned"], true);
+    // Without a terminal there is no confirmation.
+    let output = bench.run("batch logs --out out --prune");
+    let said = common::text(&output.stderr);
+    assert!(
+        said.contains("there is no terminal") && !output.status.success(),
+        "{said}"
+    );
+    assert_eq!(tree(&bench.path("out")).len(), 10);
+    assert_eq!(
+        report(&bench, "logs --out out --prune --yes")["pruned"],
+        true
+    );
     assert_eq!(tree(&bench.path("out")).len(), 6);
     assert!(!bench.path("out/recordings/robot=go2").exists());
+}
+
+#[test]
+fn pruning_keeps_results_outside_of_the_sources() {
+    let bench = lab();
+    report(&bench, "logs --out out");
+    let of_go2 = || tree(&bench.path("out/recordings/robot=go2"));
+    let before = of_go2();
+    assert!(!before.is_empty());
+    fs::remove_dir_all(bench.path("logs/go2")).expect("it is there");
+    for sources in ["logs/spot", "logs/spot/monday/fl.csv", "./logs/spot/"] {
+        let pruned = report(&bench, &format!("{sources} --out out --prune --yes"));
+        assert_eq!(
+            pruned["stale"].as_array().map(Vec::len),
+            Some(0),
+            "{sources}"
+        );
+        assert!(of_go2() == before, "{sources}");
+    }
 }
 
 #[test]

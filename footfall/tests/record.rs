@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
-use common::{Bench, text};
+use common::{AXES, Bench, read, text};
 use live::feed::Fed;
 use live::{Arrival, Feed};
 use wire::Foot as Position;
@@ -39,6 +39,15 @@ fn recording_of_four_feet_is_complete_and_replayable() {
     }
     assert!(count(&report, "/diagnostics") >= 40, "{report}");
     let output = bench.run("replay walk.mcap --topic all --json");
+    let said = text(&output.stderr);
+    assert!(
+        said.contains("walk.mcap has contacts on /footfall/FL/contact, /footfall/FR/contact,"),
+        "{said}"
+    );
+    assert!(
+        said.contains("which are not read: the estimate is computed again from the samples"),
+        "{said}"
+    );
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     let recordings = json["recordings"].as_array().expect("recordings");
     assert_eq!(recordings.len(), 4);
@@ -215,4 +224,47 @@ fn invalid_source_never_replaces_a_file() {
         let kept = fs::read(bench.path("walk.mcap")).expect("a file");
         assert_eq!(kept, b"precious", "{source}");
     }
+}
+
+/// Cells of the six axes in each row of a table of ours with times, without trailing columns.
+fn axes(table: &str) -> Vec<String> {
+    let cells = |line: &str| {
+        line.split(',')
+            .skip(1)
+            .take(6)
+            .collect::<Vec<_>>()
+            .join(",")
+    };
+    table.lines().skip(1).map(cells).collect()
+}
+
+#[test]
+fn recorded_samples_are_recorded_as_they_were() {
+    let row = |k: u32| {
+        let t = f64::from(k) * 0.005;
+        let part = (k % 32) as f32 / 16.0;
+        format!("{t:.3},{part},-0.25,9.75,0.5,{part},-0.125\n")
+    };
+    let rows: String = (0..600).map(row).collect();
+    let original = format!("t,{AXES}\n{rows}");
+    let bench = Bench::with("walk.csv", &original);
+    let output = bench.run("record file:walk.csv -o walk.mcap");
+    assert_eq!(
+        (text(&output.stderr).as_str(), output.status.success()),
+        ("", true)
+    );
+    bench.stdout("convert walk.mcap back.csv --topic /footfall/walk/imu");
+    assert_eq!(axes(&read(&bench.path("back.csv"))), axes(&original));
+}
+
+#[test]
+fn implausible_unit_is_remarked_in_live_sources() {
+    let row = |k: u32| format!("{:.3},0,0,1.0,0,0,0\n", f64::from(k) * 0.005);
+    let rows: String = (0..600).map(row).collect();
+    let bench = Bench::with("g.csv", format!("t,{AXES}\n{rows}"));
+    let remark = "g: the acceleration is 1.00 m/s² at rest, which looks like g: --units g, in footfall convert";
+    let output = bench.run("record file:g.csv -o g.mcap");
+    assert!(text(&output.stderr).contains(remark), "{output:?}");
+    let shown = bench.stdout("monitor --plain file:g.csv@max");
+    assert!(shown.contains(remark), "{shown}");
 }

@@ -2,13 +2,16 @@
 
 mod labelled;
 
-use estimator_core::Timestamp;
+use analysis::config::Preset;
+use estimator_core::{Params, Timestamp};
 use evaluate::sets::Set;
 use firmware::imu::default_params;
 use gait::slips::{SENSOR, profiles};
 use gait::{Activity, FootState, GaitName, Ground, Plan, Simulation, Track, simulate};
+use host_tests::datasets::recorded;
 use labelled::of_sets;
 use recordings::events::{Event, Events, Kind};
+use recordings::input::{self, Format, Hints};
 use recordings::recording::{Label, Recording};
 use recordings::replay::Replay;
 
@@ -22,8 +25,12 @@ const LANDING: f64 = 0.12;
 const UNDECIDED: f64 = 0.2;
 
 fn events(recording: &Recording) -> Vec<Event> {
-    let mut replay = Replay::new(recording.sample_rate, recording.gravity, &default_params())
-        .expect("the preset");
+    events_with(&default_params(), recording)
+}
+
+fn events_with(params: &Params, recording: &Recording) -> Vec<Event> {
+    let mut replay =
+        Replay::new(recording.sample_rate, recording.gravity, params).expect("the preset");
     let mut events = Events::default();
     let mut found = Vec::new();
     for sample in &recording.samples {
@@ -104,6 +111,7 @@ fn every_touch_down_has_exactly_one_event_within_the_debounce() {
                     assert!((-0.01..DEBOUNCE).contains(&late), "{gait}, {rest}: {late}");
                 }
                 // In a run the decision ends once in a few hundred good stances (`tests/slip.rs`).
+                assert!(times(&events, Kind::UnstableStart).is_empty(), "{gait}");
                 let false_slips = times(&events, Kind::SlipStart).len();
                 let most = usize::from(gait == GaitName::Run);
                 assert!(false_slips <= most, "{gait}, seed {seed}: {false_slips}");
@@ -290,13 +298,36 @@ fn ordinary_shoe_walks_have_few_slips() {
 }
 
 #[test]
+fn stances_that_slide_throughout_are_events_of_a_go1() {
+    // On grease the first strides slide; on the floor and on a mattress each stance comes to rest.
+    for (file, least, most) in [
+        ("pce/GO1_slippery_surface.csv", 3, 5),
+        ("pce/GO1_normal_surface.csv", 0, 0),
+        ("pce/GO1_matress.csv", 0, 1),
+    ] {
+        let Some(path) = recorded(file) else {
+            return;
+        };
+        let format = Format::PceGo1;
+        let loaded = input::read(&path, format, &Hints::default()).expect("a readable file");
+        let events = events_with(&Preset::Default.params(format), &loaded.recording);
+        let stances = times(&events, Kind::UnstableStart);
+        println!("{file}: {stances:?}");
+        assert!(
+            (least..=most).contains(&stances.len()),
+            "{file}: {stances:?}"
+        );
+    }
+}
+
+#[test]
 fn the_demo_has_the_events_of_its_ground() {
     let simulation = simulate(&Plan::demo(1), &SENSOR, 1);
     let truth = true_slips(&simulation);
     for recording in with_and_without_load(&simulation) {
         let events = events(&recording);
         let count = |kind| times(&events, kind).len();
-        assert_eq!(Kind::ALL.map(count), [12, 12, 4, 4]);
+        assert_eq!(Kind::ALL.map(count), [12, 12, 4, 4, 0, 0]);
         let distances = events.iter().filter(|event| event.kind == Kind::SlipEnd);
         let distances: Vec<_> = distances.filter_map(|event| event.distance_m).collect();
         assert_eq!(truth.len(), 4);

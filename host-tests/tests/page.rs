@@ -12,7 +12,7 @@ use footfall::plot::page::{self, PageFoot};
 use gait::{Plan, SensorParams, simulate};
 use host_tests::requirements::unmet;
 use recordings::events::{Event, Events, Kind};
-use recordings::input::{About, Repairs, Units};
+use recordings::input::About;
 use recordings::recording::{Label, Recording};
 use recordings::replay::replay;
 use tempfile::TempDir;
@@ -127,18 +127,12 @@ impl Foot {
 
     fn page(&self) -> PageFoot {
         let samples = &self.recording.samples;
+        let recording = &self.recording;
         let about = About {
-            name: self.name.clone(),
-            foot: None,
             samples: samples.len(),
-            duration_us: (self.recording.duration_s() * 1.0e6) as u64,
-            sample_rate: self.recording.sample_rate,
-            gravity: self.recording.gravity,
-            units: Units::default(),
-            load_title: self.recording.load_title.clone(),
-            start_us: 0,
-            notices: Vec::new(),
-            repairs: Repairs::default(),
+            duration_us: (recording.duration_s() * 1.0e6) as u64,
+            load_title: recording.load_title.clone(),
+            ..About::new(self.name.clone(), recording.sample_rate, recording.gravity)
         };
         let start = samples[0].time_s();
         let mut page = PageFoot::new(

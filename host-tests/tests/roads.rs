@@ -14,7 +14,7 @@ use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, simulate};
 use host_tests::committed::assert_block;
 use host_tests::requirements::unmet;
-use recordings::input::{BagOptions, Foreign, Format, Hints, Opened, Topics};
+use recordings::input::{BagOptions, Correction, Foreign, Format, Hints, Opened, Topics};
 use recordings::output::write_recording;
 use recordings::recording::RecordedSample;
 use recordings::replay::Replay;
@@ -27,6 +27,8 @@ mod packages;
 
 const REQUIREMENTS: &str = include_str!("python/roads.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/roads.py");
+
+const COPIED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/copied.py");
 
 const ESTIMATES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/estimates.py");
 
@@ -190,6 +192,23 @@ fn two_feet_of_a_bag_match_the_table_and_its_mirror() {
             let [right, left] = [right, left].map(|sample| sample.imu.specific_force.0);
             assert_eq!((right.x, right.y, right.z), (-left.x, -left.y, left.z));
         }
+        // Mounted with its axes turned, the right foot is as the left one.
+        let mut turned = hints(&["all"], &["/ft/fl", "/ft/fr"]);
+        let correction = Correction {
+            mounting: "-x,-y,z".parse().expect("axes"),
+            ..Correction::NONE
+        };
+        turned.foot_corrections.insert("FR".to_owned(), correction);
+        for foot in read(&path, &turned) {
+            assert!(
+                foot.samples
+                    .iter()
+                    .zip(&left.samples)
+                    .all(|(found, expected)| {
+                        found.imu.specific_force == expected.imu.specific_force
+                    })
+            );
+        }
         let only = read(&path, &hints(&["/imu/fr"], &[]));
         assert_eq!(only[0].samples.len(), feet[1].samples.len());
         let said = Opened::new(&path, None)
@@ -206,6 +225,129 @@ fn two_feet_of_a_bag_match_the_table_and_its_mirror() {
             "{said}"
         );
     }
+}
+
+#[test]
+fn axes_and_loads_are_read_from_fields_of_any_message() {
+    let Some(folder) = roads() else { return };
+    let table = read(&folder.join("walk.csv"), &Hints::default());
+    let mut expected = table.into_iter().next().expect("a foot");
+    expected.samples.truncate(ROWS_OF_FEET);
+    expected.estimates.truncate(ROWS_OF_FEET);
+    let bags = entries(&folder.join("states"));
+    assert_eq!(bags.len(), 3);
+    for path in bags {
+        let named = path.display();
+        let with_effort = |topics: &[&str]| hints(topics, &["/joints.effort[1]"]);
+        let refused = |hints: &Hints| {
+            let stored = Opened::new(&path, None).and_then(|opened| opened.store_all(hints));
+            stored.err().expect("an error").to_string()
+        };
+        // A body has one IMU: which foot it is, and that it is one, the user says.
+        let said = refused(&Hints::default());
+        assert!(
+            said.ends_with("; /lowstate has six axes: --topic /lowstate"),
+            "{said}"
+        );
+        let state = read(&path, &with_effort(&["/lowstate"]));
+        assert_same(&state[0], &expected, &path);
+        let pressed = read(&path, &hints(&["/lowstate"], &["/lowstate.foot_force[1]"]));
+        for (found, expected) in pressed[0].samples.iter().zip(&expected.samples) {
+            let rounded = expected.load.map(|load| load.0.round_ties_even());
+            assert_eq!(found.load.map(|load| load.0), rounded, "{named}");
+        }
+        let said = refused(&hints(&["/lowstate"], &["/lowstate:foot_force[4]"]));
+        assert!(
+            said.ends_with("foot_force has the elements [0] to [3]"),
+            "{said}"
+        );
+        if path.ends_with("sqlite3_8") {
+            let said = refused(&hints(&["/feet.feet[1]"], &[]));
+            assert!(said.ends_with("its definition is not in the bag"), "{said}");
+            continue;
+        }
+        let feet = read(&path, &with_effort(&["/feet.feet[1]"]));
+        assert_same(&feet[0], &expected, &path);
+        let mut mapped = with_effort(&["/feet"]);
+        let axes = "ax=acc.x,ay=acc.y,az=acc.z,wx=gyro.x,wy=gyro.y,wz=gyro.z";
+        mapped.table.mapping = axes.replace('=', "=feet[1].").parse().expect("a mapping");
+        assert_same(&read(&path, &mapped)[0], &expected, &path);
+        let said = refused(&hints(&["/feet.feet[2]"], &[]));
+        assert!(said.contains("message 1: it has fewer elements"), "{said}");
+        let both = read(&path, &hints(&["/feet.feet[0]", "/feet.feet[1]"], &[]));
+        assert_eq!(both.len(), 2, "{named}");
+        assert_eq!(both[1].samples[7].imu, expected.samples[7].imu);
+    }
+}
+
+#[test]
+fn copy_of_a_bag_has_the_contacts_beside_all_messages() {
+    let Some(folder) = roads() else { return };
+    let packages = packages::install("python-roads", REQUIREMENTS).expect("installed before");
+    let out = tempfile::tempdir().expect("a folder");
+    let run = |bag: &Path, output: &Path| {
+        let options = [
+            "--topic",
+            "all",
+            "--load-topic",
+            "/ft/fl",
+            "--load-topic",
+            "/ft/fr",
+        ];
+        let command = ["footfall", "replay"]
+            .into_iter()
+            .chain(options)
+            .map(OsStr::new);
+        let paths = [bag.as_os_str(), "--output".as_ref(), output.as_os_str()];
+        let arguments = Arguments::try_parse_from(command.chain(paths)).expect("arguments");
+        arguments.run().map_err(|error| error.to_string())
+    };
+    let [copy, table] = ["copy.mcap", "table.csv"].map(|name| out.path().join(name));
+    for name in [
+        "ros2_zstd.mcap",
+        "big_endian.mcap",
+        "sqlite3_message_9",
+        "mcap_file_8",
+    ] {
+        let bag = folder.join("feet").join(name);
+        run(&bag, &copy).expect("a copy");
+        run(&bag, &table).expect("a table");
+        let compared = Command::new(&packages.interpreter)
+            .arg(COPIED)
+            .args([&bag, &copy, &table])
+            .env("PYTHONPATH", &packages.folder)
+            .output()
+            .expect("Python runs");
+        let stderr = String::from_utf8_lossy(&compared.stderr);
+        assert!(compared.status.success(), "{name}: {stderr}");
+        let contacts = String::from_utf8_lossy(&compared.stdout);
+        assert_eq!(contacts.trim(), (2 * ROWS_OF_FEET).to_string(), "{name}");
+    }
+    // Types without definitions keep their names.
+    let bag = folder.join("states/sqlite3_8");
+    let arguments = ["footfall", "replay", "--topic", "/lowstate", "--output"].map(OsStr::new);
+    let states = out.path().join("states.mcap");
+    let arguments = arguments
+        .into_iter()
+        .chain([states.as_os_str(), bag.as_os_str()]);
+    let arguments = Arguments::try_parse_from(arguments).expect("arguments");
+    arguments.run().expect("a copy");
+    let [of_bag, of_copy] = [&bag, &states].map(|path| read(path, &hints(&["/lowstate"], &[])));
+    assert_same(&of_copy[0], &of_bag[0], &states);
+    let inside = folder.join("feet/sqlite3_none_9");
+    let said = run(&inside, &inside.join("contacts.mcap")).expect_err("a part of the bag");
+    assert!(said.contains("it is the recording itself"), "{said}");
+    let again = run(&copy, &out.path().join("again.mcap")).expect_err("contacts are there");
+    assert!(
+        again.ends_with("its contacts are those of an earlier estimate"),
+        "{again}"
+    );
+    assert!(!out.path().join("again.mcap").exists());
+    let table = run(&folder.join("walk.csv"), &copy).expect_err("no bag");
+    assert!(
+        table.contains("give one mcap or rosbag2 to replay"),
+        "{table}"
+    );
 }
 
 #[test]

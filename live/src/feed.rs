@@ -9,7 +9,7 @@ use std::sync::mpsc::{
 use std::thread;
 use std::time::Duration;
 
-use crate::link::{self, Arrived, Link, LinkError, Sending};
+use crate::link::{self, Arrival, Arrived, Link, LinkError, Sending};
 use crate::source::Source;
 
 /// Capacity of the queue, arrivals: three seconds of four feet on CAN.
@@ -26,6 +26,8 @@ const RETRY: Duration = Duration::from_millis(500);
 pub enum Fed {
     /// Something has arrived.
     Arrived(Arrived),
+    /// Sentence about a recording that is played, for people to read.
+    Remark(String),
     /// The line is open.
     Opened,
     /// The line has broken or is unavailable; opening it is retried without limit.
@@ -154,6 +156,7 @@ impl Feeder {
                 }
             }
             match link.receive(LISTEN) {
+                Ok(Some((_, Arrival::Remark(text)))) => self.hand_on(Fed::Remark(text))?,
                 Ok(Some(arrived)) => self.hand_on(Fed::Arrived(arrived))?,
                 Ok(None) => {}
                 Err(error) => return Ok(error),
@@ -179,7 +182,6 @@ impl Feeder {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::link::Arrival;
 
     #[test]
     fn demo_at_max_speed_yields_every_frame_and_its_end() {

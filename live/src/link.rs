@@ -51,6 +51,9 @@ pub enum Arrival {
     Estimate(Box<Row>),
     /// Unreadable line of a log or of an slcan adapter.
     Unreadable(String),
+    /// Sentence about a recording that is played, such as an implausible unit. A [`Feed`](crate::Feed) returns it
+    /// as [`Fed::Remark`](crate::feed::Fed::Remark).
+    Remark(String),
 }
 
 impl Arrival {
@@ -61,6 +64,7 @@ impl Arrival {
             Self::Bytes { port, bytes } => listener.bytes(&port, &bytes, at),
             Self::Estimate(row) => listener.row(row, at),
             Self::Unreadable(text) => return Some(text),
+            Self::Remark(_) => {}
         }
         None
     }

@@ -20,8 +20,9 @@
 //! one recording (0.09). The latter stays above 0.9 in soft ground that yields.
 //!
 //! A slip starts from stable contact. A landing, which counts as [`Phase::Slip`] until the foot is still, is
-//! therefore not a slip, and a foot that slides from its landing until its lift-off has no event, not even a
-//! touch-down. A foot that stands at the start of its recording has no touch-down. A foot that sticks and slips
+//! therefore not a slip. A foot that is loaded for [`SHORTEST_SWING_US`] and not stable at any time of it, such as one
+//! that slides from its landing until its lift-off, has neither touch-down nor slip but a start and an end of an
+//! unstable stance. Without a load such a stance is not known from a swing. A foot that stands at the start of its recording has no touch-down. A foot that sticks and slips
 //! may have several events in one slide.
 //!
 //! The distance of a slip is measured along the ground from the last stable sample: the acceleration without
@@ -39,6 +40,7 @@
 //! [`Phase::QuietSwing`]: estimator_core::Phase::QuietSwing
 //! [`Phase::Slip`]: estimator_core::Phase::Slip
 
+mod loaded;
 mod reckoning;
 mod unstable;
 
@@ -48,6 +50,7 @@ use std::io::{self, Write};
 use estimator_core::{ContactEstimate, Decision, Timestamp};
 
 use crate::output::{quoted, write_time};
+use loaded::Loaded;
 use reckoning::Reckoning;
 use unstable::{Unstable, Verdict};
 
@@ -75,15 +78,21 @@ pub enum Kind {
     SlipStart,
     /// End of a slide: the foot stands again or is lifted.
     SlipEnd,
+    /// Start of a stance in which the foot is loaded and never stable.
+    UnstableStart,
+    /// End of a stance in which the foot was loaded and never stable.
+    UnstableEnd,
 }
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Self; 4] = [
+    pub const ALL: [Self; 6] = [
         Self::TouchDown,
         Self::LiftOff,
         Self::SlipStart,
         Self::SlipEnd,
+        Self::UnstableStart,
+        Self::UnstableEnd,
     ];
 
     /// Name in files, such as `touch_down`.
@@ -94,6 +103,8 @@ impl Kind {
             Self::LiftOff => "lift_off",
             Self::SlipStart => "slip_start",
             Self::SlipEnd => "slip_end",
+            Self::UnstableStart => "unstable_start",
+            Self::UnstableEnd => "unstable_end",
         }
     }
 }
@@ -120,6 +131,9 @@ pub struct Events {
     known: VecDeque<Event>,
     /// Touch-down without a known lift-off, and the events after it.
     waiting: Vec<Event>,
+    /// Stances since the last stable sample that were never stable.
+    unstable: Vec<Event>,
+    loaded: Loaded,
     stance: Stance,
     state: State,
 }
@@ -147,6 +161,8 @@ impl Events {
     /// Processes the next estimate.
     pub fn add(&mut self, estimate: &ContactEstimate) {
         let now = estimate.timestamp;
+        self.unstable
+            .extend(self.loaded.add(estimate).into_iter().flatten());
         match (&mut self.state, estimate.decision) {
             (State::Unstable(unstable), Decision::NotStable) => unstable.add(estimate),
             (state, Decision::NotStable) => {
@@ -186,7 +202,7 @@ impl Events {
             }
         }
         self.close(None);
-        self.known.into_iter()
+        self.known.into_iter().chain(self.unstable)
     }
 
     /// Ends a stretch: the decision is "stable" again at `now`.
@@ -197,6 +213,7 @@ impl Events {
                 if stood {
                     self.lift(unstable, lift_off, slip);
                 }
+                self.known.extend(self.unstable.drain(..));
                 self.stance = Stance {
                     touch_down: Some(now),
                     peak: 0.0,

@@ -6,7 +6,7 @@
 //! | `/footfall/FL/contact/probability` | `std_msgs/msg/Float64`: P alone | each contact; 0 if invalid, because a number cannot express validity |
 //! | `/footfall/FL/velocity` | `geometry_msgs/msg/TwistWithCovarianceStamped` | each contact: zero, with the default variance of the [zero-velocity measurement](estimator_core::velocity); 10⁴ (m/s)² if there is no information |
 //! | `/footfall/FL/load` | `std_msgs/msg/Float64`, N | each load that the robot sends to the foot over CAN |
-//! | `/footfall/FL/imu` | `sensor_msgs/msg/Imu` | each raw sample of a serial line; on CAN each acceleration, with the newest orientation and rate, which are up to 20 ms older: for display, not for integration |
+//! | `/footfall/FL/imu` | `sensor_msgs/msg/Imu` | each raw sample of a serial line, and each sample of a recording with gravity as it was recorded; on CAN each acceleration, with the newest orientation and rate, which are up to 20 ms older: for display, not for integration |
 //! | `/diagnostics` | `diagnostic_msgs/msg/DiagnosticArray` | health and faults, at once on a change, otherwise once a second |
 //!
 //! Stamps are the times of the samples on the receiver's clock: by numbered SYNCs if the foot has reported

@@ -3,8 +3,8 @@
 use decode::Row;
 use decode::row::Clock;
 use estimator_core::{
-    Decision, Flags, PerAxis, Phase, Quaternion as Orientation, Timestamp, Validity, Vec3,
-    VelocityCoefficients, VelocityParams, VelocitySigma,
+    Decision, Flags, ImuSample, PerAxis, Phase, Quaternion as Orientation, Timestamp, Validity,
+    Vec3, VelocityCoefficients, VelocityParams, VelocitySigma,
 };
 use live::NewestSecond;
 use live::clock::FootClock;
@@ -123,6 +123,9 @@ impl Foot {
         let made = row.timestamp;
         self.orientation = row.orientation.map(|q| (q, made)).or(self.orientation);
         self.rate = row.rate.map(|rate| (rate, made)).or(self.rate);
+        if let Some(sample) = &row.measured {
+            return (contact, self.recorded(sample, row.orientation, stamp));
+        }
         let imu = match (row.acceleration, self.orientation, self.rate) {
             (Some(acceleration), Some((orientation, first)), Some((rate, second)))
                 if is_near(first, made) && is_near(second, made) =>
@@ -140,6 +143,26 @@ impl Foot {
         (contact, imu)
     }
 
+    /// Sample as it was recorded, with the estimated orientation; `None` if it is invalid or not a number.
+    fn recorded(
+        &self,
+        sample: &ImuSample,
+        orientation: Option<Orientation>,
+        stamp: Timestamp,
+    ) -> Option<Imu> {
+        let [force, rate] = [sample.specific_force.0, sample.angular_rate.0];
+        let is_number = |v: Vec3| v.x.is_finite() && v.y.is_finite() && v.z.is_finite();
+        let is_usable = is_number(force) && is_number(rate);
+        let is_usable = is_usable && !matches!(sample.validity, Validity::Invalid);
+        is_usable.then(|| Imu {
+            header: self.header(stamp),
+            orientation: orientation.map(quaternion).unwrap_or_default(),
+            angular_velocity: vector(rate),
+            linear_acceleration: vector(force),
+            ..Imu::default()
+        })
+    }
+
     /// Zero-velocity measurement of a contact at `made` on the foot's clock. The variance follows from
     /// probability and rate with the [default settings](VelocityParams::DEFAULT); the measurement carries no
     /// information if the contact is invalid or the rate unknown. The angular part never carries information.
@@ -150,25 +173,13 @@ impl Foot {
     ) -> TwistWithCovarianceStamped {
         const COEFFICIENTS: VelocityCoefficients =
             VelocityCoefficients::new(&VelocityParams::DEFAULT);
-        let VelocitySigma(sigma) = match self.rate {
+        let sigma = match self.rate {
             Some((rate, at)) if contact.valid && is_near(at, made) => {
                 COEFFICIENTS.sigma(contact.p_stable, rate, Flags::NONE)
             }
             _ => VelocitySigma::MOST,
         };
-        let mut twist = TwistWithCovariance::default();
-        for (axis, row) in twist.covariance.iter_mut().enumerate() {
-            let of_axis = if axis < 3 {
-                sigma
-            } else {
-                VelocitySigma::MOST.0
-            };
-            row[axis] = f64::from(of_axis).powi(2);
-        }
-        TwistWithCovarianceStamped {
-            header: contact.header.clone(),
-            twist,
-        }
+        zero_velocity(&contact.header, sigma)
     }
 
     pub(crate) fn raw(&mut self, raw: &RawSample, at: Timestamp) -> Option<Imu> {
@@ -241,6 +252,26 @@ pub const fn state(phase: Phase) -> u8 {
         Phase::Slip => 2,
         Phase::Swing => 3,
         Phase::QuietSwing => 4,
+    }
+}
+
+/// Zero velocity with this standard deviation in each direction; the angular part carries no information.
+pub(crate) fn zero_velocity(
+    header: &Header,
+    VelocitySigma(sigma): VelocitySigma,
+) -> TwistWithCovarianceStamped {
+    let mut twist = TwistWithCovariance::default();
+    for (axis, row) in twist.covariance.iter_mut().enumerate() {
+        let of_axis = if axis < 3 {
+            sigma
+        } else {
+            VelocitySigma::MOST.0
+        };
+        row[axis] = f64::from(of_axis).powi(2);
+    }
+    TwistWithCovarianceStamped {
+        header: header.clone(),
+        twist,
     }
 }
 

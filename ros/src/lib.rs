@@ -7,6 +7,7 @@
 //! | topics of a foot | [`topics`] |
 //! | conversion of a foot's data to messages on topics | [`bridge`] |
 //! | conversion of recorded samples to messages on topics | [`samples`] |
+//! | conversion of estimates from a recording to messages on topics | [`estimates`] |
 //! | contacts of all feet in one message of champ or pronto | [`compat`] |
 //! | state of a foot, and its messages | `foot` |
 //! | listening time, for the detection of silent feet | `listening` |
@@ -15,6 +16,7 @@
 pub mod bridge;
 pub mod compat;
 pub mod definition;
+pub mod estimates;
 mod foot;
 mod listening;
 #[cfg(feature = "bags")]
@@ -27,6 +29,7 @@ pub mod topics;
 
 pub use bridge::{Bridge, Published};
 pub use compat::{AllFeet, Compat};
+pub use estimates::Estimates;
 #[cfg(feature = "bags")]
 pub use mcap_file::McapFile;
 pub use message::Message;

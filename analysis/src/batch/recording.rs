@@ -173,6 +173,7 @@ impl Work<'_> {
                 let share = (before + estimated) as f64 / all.max(1) as f64;
                 (self.progress)(READING + (1.0 - READING) * share);
             };
+            let params = self.settings.params_of(&foot.about.names(), format);
             match self.estimate_foot(&mut foot, format, &params, &progress)? {
                 Ok((place, status, found)) => {
                     let origin = self.origin(feet, Some(fingerprint), status);
@@ -241,7 +242,7 @@ impl Work<'_> {
         let counts = writer.counts;
         let written = writer.finish();
         written.map_err(|source| self.output(Table::Samples, &place, source))?;
-        let mounting = &self.settings.hints.correction.mounting;
+        let mounting = &about.correction.mounting;
         let findings = replayed.findings.iter();
         let findings: Vec<Finding> = findings.map(|f| f.with_mounting(mounting)).collect();
         let is_refused =
@@ -300,7 +301,7 @@ impl Work<'_> {
             format: format.name().to_owned(),
             preset: preset.name().to_owned(),
             parameters: json(&ParametersReport::of(&params)),
-            correction: json(&CorrectionReport::from(&self.settings.hints.correction)),
+            correction: json(&CorrectionReport::from(&about.correction)),
             gravity: word_of(&GRAVITIES, about.gravity).to_owned(),
             start_s: about.start_us as f64 / 1.0e6,
             samples: summary.samples as u64,
@@ -323,6 +324,7 @@ impl Work<'_> {
             slips: counts.slips,
             slip_distance_m: counts.slip_distance_m,
             slips_without_distance: counts.slips - counts.slips_with_distance,
+            unstable_stances: counts.unstable_stances,
             window_not_full_samples: flagged(Flag::WindowNotFull),
             attitude_not_initialised_samples: flagged(Flag::AttitudeNotInitialised),
             saturated_samples: flagged(Flag::Saturated),

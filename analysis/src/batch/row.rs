@@ -190,6 +190,8 @@ columns! {
         slip_distance_m: f64,
         /// Slips that did not end in the recording, or in which a sample was missing or in doubt.
         slips_without_distance: u64,
+        /// Stances in which the foot was loaded and never stable.
+        unstable_stances: u64,
         /// Samples with the flag `window_not_full`.
         window_not_full_samples: u64,
         /// Samples with the flag `attitude_not_initialised`.

@@ -16,7 +16,7 @@ use super::index::{Incomplete, Index, remove_empty_folders};
 use super::recording::{BatchError, Progress, estimate_recording_watched};
 use super::row::{Row, Status};
 use super::settings::Settings;
-use super::sources::Recording;
+use super::sources::{Recording, name};
 use crate::replay::jobs;
 
 /// Why a recording is estimated.
@@ -193,9 +193,21 @@ impl Results {
         });
     }
 
-    /// Returns the results of recordings that are not in `recordings`.
+    /// Returns the results of recordings that are not in `recordings`, though their names are those of `sources` or of
+    /// something below one.
     #[must_use]
-    pub fn stale(&self, recordings: &[Recording]) -> Vec<Stale> {
+    pub fn stale(&self, recordings: &[Recording], sources: &[PathBuf]) -> Vec<Stale> {
+        let sources: Vec<String> = sources.iter().map(|source| name(source)).collect();
+        let is_below = |recording: &Option<String>| {
+            let Some(recording) = recording else {
+                return false;
+            };
+            sources.iter().any(|source| {
+                let below = recording.strip_prefix(source.as_str());
+                source.is_empty()
+                    || below.is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
+            })
+        };
         let wanted: HashSet<String> = recordings
             .iter()
             .map(|recording| recording.identity.key())
@@ -210,6 +222,7 @@ impl Results {
                     files,
                 }
             })
+            .filter(|stale| is_below(&stale.recording))
             .collect()
     }
 

@@ -1,10 +1,12 @@
 //! Settings for reading and estimating recordings, and their hash.
 
+use std::collections::BTreeMap;
+
 use estimator_core::{Params, WindowLength};
 use recordings::input::{Format, Hints, TableOptions, TimeUnit, Times, Topics};
 use serde::Serialize;
 
-use crate::config::{GRAVITIES, Origins, Overrides, Preset, RateOrigin, word_of};
+use crate::config::{GRAVITIES, LearntValues, Origins, Overrides, Preset, RateOrigin, word_of};
 use crate::parameters::{CorrectionReport, ParametersReport};
 
 /// Treatment of implausible recordings.
@@ -49,6 +51,14 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// Returns the parameters for a foot with these names in recordings of a format.
+    #[must_use]
+    pub fn params_of(&self, names: &[&str], format: Format) -> Params {
+        let mut params = self.params(format);
+        self.overrides.apply_foot(names, &mut params);
+        params
+    }
+
     /// Returns the parameters for recordings of a format.
     #[must_use]
     pub fn params(&self, format: Format) -> Params {
@@ -89,6 +99,7 @@ impl Settings {
             sample_rate,
             gravity,
             correction,
+            foot_corrections,
             table,
             bag,
         } = &self.hints;
@@ -105,6 +116,16 @@ impl Settings {
             sample_rate: *sample_rate,
             gravity: gravity.map(|gravity| word_of(&GRAVITIES, gravity)),
             correction: CorrectionReport::from(correction),
+            foot_corrections: foot_corrections
+                .iter()
+                .map(|(foot, correction)| (foot.clone(), CorrectionReport::from(correction)))
+                .collect(),
+            foot_learnt: self
+                .overrides
+                .feet
+                .iter()
+                .filter_map(|(foot, own)| Some((foot.clone(), own.learnt?)))
+                .collect(),
             map: mapping.to_string(),
             units: units.to_string(),
             time_unit: time_unit.map(TimeUnit::name),
@@ -138,6 +159,10 @@ struct Hashed {
     sample_rate: Option<f32>,
     gravity: Option<&'static str>,
     correction: CorrectionReport,
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    foot_corrections: BTreeMap<String, CorrectionReport>,
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    foot_learnt: BTreeMap<String, LearntValues>,
     map: String,
     units: String,
     time_unit: Option<&'static str>,

@@ -232,7 +232,7 @@ fn robot_of(below: &Path, source: &Path) -> String {
 }
 
 /// Returns the name of a recording: its path as given, without root, `.` and `..`.
-fn name(path: &Path) -> String {
+pub(super) fn name(path: &Path) -> String {
     let mut parts: Vec<String> = Vec::new();
     for component in path.components() {
         match component {

@@ -78,6 +78,7 @@ pub(super) struct Counts {
     pub(super) slips: u64,
     pub(super) slips_with_distance: u64,
     pub(super) slip_distance_m: f64,
+    pub(super) unstable_stances: u64,
 }
 
 /// Writes the samples and events of a foot while it is estimated.
@@ -169,7 +170,8 @@ impl Observer for Writer<'_> {
                     counts.slip_distance_m += distance;
                 }
             }
-            Kind::SlipEnd => {}
+            Kind::UnstableStart => counts.unstable_stances += 1,
+            Kind::SlipEnd | Kind::UnstableEnd => {}
         }
         if self.written.is_ok() {
             self.written = self.write_event(event);

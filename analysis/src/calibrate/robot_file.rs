@@ -1,7 +1,7 @@
 //! Configuration file written by a calibration, in the form that [`config`](crate::config) reads.
 
-use estimator_core::Learnt;
 use estimator_core::stillness::Classes;
+use estimator_core::{Learnt, Mounting};
 use toml::{Table, Value};
 
 use super::learnt::LearntFoot;
@@ -13,6 +13,8 @@ use super::sensor::SensorCalibration;
 pub struct RobotFile {
     remarks: Vec<String>,
     tables: Table,
+    /// Foot whose settings are set; those of all feet if it is `None`.
+    foot: Option<String>,
 }
 
 impl RobotFile {
@@ -24,7 +26,25 @@ impl RobotFile {
         Ok(Self {
             remarks: Vec::new(),
             tables: other.parse()?,
+            foot: None,
         })
+    }
+
+    /// Sets the settings of one foot, in `[feet.NAME]`, from here on.
+    #[must_use]
+    pub fn of_foot(self, foot: Option<String>) -> Self {
+        Self { foot, ..self }
+    }
+
+    /// The table in which keys are set.
+    fn table(&mut self) -> &mut Table {
+        let Some(foot) = &self.foot else {
+            return &mut self.tables;
+        };
+        let feet = sub_table(&mut self.tables, "feet");
+        let known = feet.keys().find(|name| name.eq_ignore_ascii_case(foot));
+        let name = known.unwrap_or(foot).clone();
+        sub_table(feet, &name)
     }
 
     /// Sets the learnt values of a foot.
@@ -49,7 +69,7 @@ impl RobotFile {
             idle_seconds,
         } = foot.learnt;
         // Earlier learnt values are replaced as a whole.
-        self.tables.remove("learnt");
+        self.table().remove("learnt");
         for (key, seconds) in [
             ("still_seconds", still_seconds),
             ("moving_seconds", moving_seconds),
@@ -79,10 +99,15 @@ impl RobotFile {
             Some(report) => {
                 self.remarks.push(report.remark());
                 let axes = report.axes.to_string();
-                self.tables.insert(KEY.to_owned(), Value::String(axes));
+                self.table().insert(KEY.to_owned(), Value::String(axes));
+            }
+            // Without axes of its own the foot would have those of all.
+            None if self.foot.is_some() && self.tables.contains_key(KEY) => {
+                let axes = Mounting::IDENTITY.to_string();
+                self.table().insert(KEY.to_owned(), Value::String(axes));
             }
             None => {
-                self.tables.remove(KEY);
+                self.table().remove(KEY);
             }
         }
     }
@@ -115,13 +140,7 @@ impl RobotFile {
     }
 
     fn set(&mut self, table: &str, key: &str, value: Value) {
-        let table = self
-            .tables
-            .entry(table)
-            .or_insert_with(|| Value::Table(Table::new()));
-        if let Some(table) = table.as_table_mut() {
-            table.insert(key.to_owned(), value);
-        }
+        sub_table(self.table(), table).insert(key.to_owned(), value);
     }
 
     /// Returns the text of the file.
@@ -129,6 +148,19 @@ impl RobotFile {
     pub fn text(&self) -> String {
         let remarks: String = self.remarks.iter().map(|r| format!("# {r}\n")).collect();
         format!("{remarks}\n{}", self.tables)
+    }
+}
+
+/// The table of a name in another one; it is added if there is none.
+fn sub_table<'a>(within: &'a mut Table, name: &str) -> &'a mut Table {
+    let empty = || Value::Table(Table::new());
+    let value = within.entry(name).or_insert_with(empty);
+    if !value.is_table() {
+        *value = empty();
+    }
+    match value {
+        Value::Table(table) => table,
+        _ => unreachable!("a table was just put here"),
     }
 }
 

@@ -77,20 +77,22 @@ pub(super) const GYROSCOPE_BIAS: Limits = Limits {
     subindices: &[],
 };
 
-/// Returns the correction set by the keys of a file.
+/// Returns the correction set by the keys of a table of a file, over another one; the table ends with a dot.
 pub(super) fn correction(
-    accelerometer: &AccelerometerOverrides,
-    gyroscope: &GyroscopeOverrides,
-    axes: Option<Mounting>,
-    file: &str,
+    mut correction: Correction,
+    (accelerometer, gyroscope, axes): (
+        &AccelerometerOverrides,
+        &GyroscopeOverrides,
+        Option<Mounting>,
+    ),
+    (file, table): (&str, &str),
 ) -> Result<Correction, Refusal> {
-    let mut correction = Correction::NONE;
     let Correction {
         accelerometer: AccelerometerCorrection { bias, scale },
         gyroscope_bias,
         mounting,
     } = &mut correction;
-    *mounting = axes.unwrap_or_default();
+    *mounting = axes.unwrap_or(*mounting);
     let AccelerationAxes { ax, ay, az } = &accelerometer.bias_m_s2;
     let AccelerationAxes {
         ax: sx,
@@ -106,7 +108,7 @@ pub(super) fn correction(
         let parts = [&mut vector.x, &mut vector.y, &mut vector.z];
         for ((part, value), axis) in parts.into_iter().zip(values).zip(limits.axes) {
             if let Some(value) = *value {
-                *part = limits.checked(file, axis, value)?;
+                *part = limits.checked((file, table), axis, value)?;
             }
         }
     }
@@ -114,11 +116,11 @@ pub(super) fn correction(
 }
 
 impl Limits {
-    fn checked(&self, file: &str, axis: &str, value: f32) -> Result<f32, Refusal> {
+    fn checked(&self, (file, table): (&str, &str), axis: &str, value: f32) -> Result<f32, Refusal> {
         if (self.least..=self.most).contains(&value) {
             return Ok(value);
         }
-        let key = format!("{}.{axis}", self.key);
+        let key = format!("{table}{}.{axis}", self.key);
         let [is, low, high] = [value, self.least, self.most].map(shown);
         let sentence = format!("{file}: {key} is {is}, allowed is {low} to {high}");
         Err(Refusal::new(sentence).of_key(key))

@@ -113,6 +113,9 @@ fn note(key: &Key, params: &Params) -> Option<&'static str> {
     match key.path.as_str() {
         "sample_rate_hz" => Some("Default: that of the recording's times"),
         "gravity" => Some("Default: that of the recording's format"),
+        "feet.FL.axes" => {
+            Some("Of the foot FL alone; [feet.FL] also takes learnt, accelerometer and gyroscope")
+        }
         _ => None,
     }
 }

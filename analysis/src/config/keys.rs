@@ -82,6 +82,7 @@ pub fn keys() -> Vec<Key> {
     for limits in [ACCELEROMETER_BIAS, ACCELEROMETER_SCALE, GYROSCOPE_BIAS] {
         all.push(key(limits.key, Kind::Correction(limits)));
     }
+    all.push(key("feet.FL.axes", Kind::Axes));
     all
 }
 

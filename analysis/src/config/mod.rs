@@ -41,6 +41,9 @@
 //!
 //! [gyroscope]                     # taken off the recording's readings
 //! bias_rad_s = { wx = 0.004, wy = -0.002, wz = 0.001 }
+//!
+//! [feet.FR]                       # of this foot: axes, learnt, accelerometer and gyroscope
+//! axes = "-x,z,y"
 //! "#;
 //! let overrides = analysis::config::Overrides::parse(text, "robot.toml")?;
 //! let mut params = estimator_core::Params::DEFAULT;
@@ -93,6 +96,7 @@ mod preset;
 mod refusal;
 mod value;
 
+use std::collections::BTreeMap;
 use std::io;
 
 use estimator_core::{Gravity, Learning, Method, Mounting, Params, WindowLength};
@@ -110,9 +114,9 @@ pub use position::Position;
 pub use preset::Preset;
 pub use refusal::{Origins, RateOrigin, Refusal};
 pub use value::{
-    GRAVITIES, LEARNINGS, METHODS, gyro_timing_text, parse_axes, parse_gravity, parse_gyro_timing,
-    parse_learning, parse_method, parse_sample_rate, parse_seconds, parse_window, window_text,
-    word_of,
+    FootAxes, GRAVITIES, LEARNINGS, METHODS, gyro_timing_text, parse_axes, parse_gravity,
+    parse_gyro_timing, parse_learning, parse_method, parse_sample_rate, parse_seconds,
+    parse_window, window_text, word_of,
 };
 
 use value::checked_sample_rate;
@@ -165,6 +169,26 @@ pub struct Overrides {
     /// The zero-velocity measurement.
     #[serde(default, deserialize_with = "numbers::velocity")]
     pub velocity: Numbers,
+    /// Settings of single feet, by name; they override those of the file for all feet.
+    #[serde(default)]
+    pub feet: BTreeMap<String, FootOverrides>,
+}
+
+/// Settings of one foot, in a table such as `[feet.FL]`.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+pub struct FootOverrides {
+    /// Mounting of the sensor in the foot, as [`parse_axes`] reads it.
+    #[serde(default, deserialize_with = "axes")]
+    pub axes: Option<Mounting>,
+    /// Learnt values of the foot: a warm start.
+    pub learnt: Option<LearntValues>,
+    /// Errors of the accelerometer.
+    #[serde(default)]
+    pub accelerometer: AccelerometerOverrides,
+    /// Errors of the gyroscope.
+    #[serde(default)]
+    pub gyroscope: GyroscopeOverrides,
 }
 
 /// Error of a configuration file.
@@ -218,7 +242,38 @@ impl Overrides {
     /// # Errors
     /// A value out of range.
     pub fn correction(&self, file: &str) -> Result<Correction, Refusal> {
-        correction::correction(&self.accelerometer, &self.gyroscope, self.axes, file)
+        let of_all = (&self.accelerometer, &self.gyroscope, self.axes);
+        correction::correction(Correction::NONE, of_all, (file, ""))
+    }
+
+    /// Returns the corrections of single feet, by name; `file` names the file in errors.
+    ///
+    /// # Errors
+    /// A value out of range.
+    pub fn foot_corrections(&self, file: &str) -> Result<BTreeMap<String, Correction>, Refusal> {
+        let all = self.correction(file)?;
+        for (name, other) in self.feet.keys().zip(self.feet.keys().skip(1)) {
+            if name.eq_ignore_ascii_case(other) {
+                let sentence = format!("{file}: feet.{name} and feet.{other} are one foot");
+                return Err(Refusal::new(sentence).of_key(format!("feet.{other}")));
+            }
+        }
+        let feet = self.feet.iter().map(|(name, foot)| {
+            let of_foot = (&foot.accelerometer, &foot.gyroscope, foot.axes);
+            let table = format!("feet.{name}.");
+            let correction = correction::correction(all, of_foot, (file, &table))?;
+            Ok((name.clone(), correction))
+        });
+        feet.collect()
+    }
+
+    /// Applies the settings of a foot with these names to `params`, after those of all.
+    pub fn apply_foot(&self, names: &[&str], params: &mut Params) {
+        let mut feet = self.feet.iter();
+        let own = feet.find(|(foot, _)| names.iter().any(|name| name.eq_ignore_ascii_case(foot)));
+        if let Some(learnt) = own.and_then(|(_, foot)| foot.learnt) {
+            params.learnt = Some(learnt.into());
+        }
     }
 
     /// Applies the settings of the file to `params`.

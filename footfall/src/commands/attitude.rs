@@ -53,7 +53,9 @@ impl AttitudeArguments {
                     .read_with_orientation(&hints)?;
                 loaded.notices.iter().for_each(warn);
                 let file = input.display().to_string();
-                let findings = check(&loaded.recording, &hints)
+                let name = loaded.recording.name.as_str();
+                self.reading.mounting.check_feet([name].into_iter())?;
+                let findings = check(&loaded.recording, &loaded.recording.name, &hints)
                     .into_iter()
                     .filter(concerns_attitude)
                     .collect::<Vec<_>>();

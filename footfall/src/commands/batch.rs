@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::fmt;
+use std::io::{self, IsTerminal};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -24,7 +25,7 @@ use serde::Serialize;
 use super::headings::{ESTIMATOR, INPUT, OUTPUT};
 use super::recording::{Configuration, RecordingArguments};
 use crate::error::Error;
-use crate::messages::{detail, error, warn};
+use crate::messages::{aside, detail, error, warn};
 use crate::progress::Bars;
 use crate::report::{SummaryStyle, print};
 use crate::targets;
@@ -63,13 +64,19 @@ pub struct BatchArguments {
     /// List what would be done and why, and do nothing
     #[arg(long, help_heading = OUTPUT)]
     pub dry_run: bool,
-    /// Remove the results of recordings that are not found any more
+    /// Remove the results of recordings that are not found any more below the sources; asks before
     #[arg(long, help_heading = OUTPUT)]
     pub prune: bool,
+    /// Prune without a question
+    #[arg(long, requires = "prune", help_heading = OUTPUT)]
+    pub yes: bool,
     /// Print the report as one JSON object; `footfall schema batch` describes it
     #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
 }
+
+/// Names of recordings in the question before results are removed.
+const SHOWN: usize = 3;
 
 /// What became of all recordings. `Display` is the report for the terminal.
 #[derive(Clone, Debug, Default, JsonSchema, PartialEq, Serialize)]
@@ -158,6 +165,9 @@ impl fmt::Display for BatchReport {
 impl BatchArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
         targets::check_can_be_directory(&self.out)?;
+        if self.prune && !self.yes && !self.dry_run && !self.can_ask() {
+            return Err(Error::NoTerminal);
+        }
         let configuration = Configuration::read(self.recording.config.as_deref())?;
         let settings = self.settings(configuration)?;
         let Sources {
@@ -194,12 +204,12 @@ impl BatchArguments {
             results.estimate(&recordings, &settings, jobs, &watching)?;
             results
         };
-        let stale = results.stale(&recordings);
+        let stale = results.stale(&recordings, &self.sources);
         for Stale { recording, key, .. } in &stale {
             let name = recording.as_ref().unwrap_or(key);
             detail(format!("{name} was not found, but has results"));
         }
-        let pruned = self.prune && !self.dry_run;
+        let pruned = self.prune && !self.dry_run && self.agrees(&stale)?;
         if pruned {
             results.prune(&stale)?;
         }
@@ -209,6 +219,18 @@ impl BatchArguments {
             pruned,
             ..watching.finish()
         };
+        let mut rows = report
+            .recordings
+            .iter()
+            .flat_map(|recording| &recording.rows)
+            .peekable();
+        if rows.peek().is_some() {
+            let feet = rows.map(|row| row.foot.as_str());
+            // Only a warning, because the results are written already.
+            if let Err(error) = self.recording.reading.mounting.check_feet(feet) {
+                warn(error);
+            }
+        }
         let style = if self.json {
             SummaryStyle::Json
         } else {
@@ -223,6 +245,28 @@ impl BatchArguments {
             }),
             _ => Ok(()),
         }
+    }
+
+    /// Returns whether a terminal can confirm.
+    fn can_ask(&self) -> bool {
+        !self.json && io::stdin().is_terminal() && io::stderr().is_terminal()
+    }
+
+    /// Asks whether results are to be removed, unless `--yes` says so or there are none.
+    fn agrees(&self, stale: &[Stale]) -> Result<bool, Error> {
+        if self.yes || stale.is_empty() {
+            return Ok(true);
+        }
+        let names = stale.iter().filter_map(|stale| stale.recording.as_deref());
+        let first: Vec<&str> = names.take(SHOWN).collect();
+        aside(format_args!(
+            "remove the results of {} recordings that are not found, such as {}? [y/N]",
+            stale.len(),
+            first.join(", ")
+        ));
+        let mut answer = String::new();
+        io::stdin().read_line(&mut answer).map_err(Error::Print)?;
+        Ok(["y", "yes"].contains(&answer.trim().to_lowercase().as_str()))
     }
 
     /// Returns the settings of the estimation. Errors that do not depend on the recording are reported before any

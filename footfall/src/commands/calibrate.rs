@@ -13,7 +13,7 @@ use analysis::calibrate::sensor::SensorCalibration;
 use analysis::config::ConfigError;
 use analysis::summary::{InputReport, Source, WithInputs};
 use clap::Args;
-use recordings::input::{Correction, Format, Loaded};
+use recordings::input::{Correction, Format, Hints, Loaded};
 use recordings::plausible::{self, Finding};
 
 use super::headings::{ESTIMATOR, OUTPUT};
@@ -37,6 +37,9 @@ pub struct CalibrateArguments {
     /// Find accelerometer bias and scale and gyroscope bias instead
     #[arg(long, conflicts_with_all = ["plot", "axes"], help_heading = ESTIMATOR)]
     pub rests: bool,
+    /// Write what is found as settings of this foot: the table [feet.NAME]
+    #[arg(long, value_name = "NAME", requires = "output", help_heading = OUTPUT)]
+    pub foot: Option<String>,
     /// How they are read, and with which parameters.
     #[command(flatten)]
     pub recording: RecordingArguments,
@@ -68,15 +71,40 @@ impl CalibrateArguments {
         }
     }
 
+    /// Returns the properties of the files, with the correction of the foot that is calibrated.
+    fn hints(&self, configuration: &Configuration) -> Result<Hints, Error> {
+        let mut hints = self.recording.reading.hints(configuration)?;
+        match (&self.foot, hints.foot_corrections.keys().next()) {
+            (Some(foot), _) => {
+                let foot = foot.as_str();
+                self.recording
+                    .reading
+                    .mounting
+                    .check_feet([foot].into_iter())?;
+                hints.correction = *hints.correction_of(&[foot]);
+                hints.foot_corrections.clear();
+            }
+            (None, Some(named)) => {
+                let foot = named.clone();
+                return Err(Error::WhichFoot { foot });
+            }
+            (None, None) => {}
+        }
+        Ok(hints)
+    }
+
     fn learn(&self, configuration: &Configuration) -> Result<(), Error> {
-        let hints = self.recording.reading.hints(configuration)?;
+        let hints = self.hints(configuration)?;
         let mut inputs = BTreeMap::new();
         let mut rest = RestingUp::default();
         let mut calibration = None;
         for input in &self.inputs {
             let opened = progress::open(input, self.recording.reading.format, &Bars::default())?;
             let format = opened.format();
-            let params = self.recording.params(configuration, format);
+            let mut params = self.recording.params(configuration, format);
+            if let Some(foot) = &self.foot {
+                configuration.overrides.apply_foot(&[foot], &mut params);
+            }
             let file = input.display().to_string();
             let origins = configuration.origins(&file, self.recording.reading.sample_rate, None);
             origins.check_effects(&params)?;
@@ -93,7 +121,7 @@ impl CalibrateArguments {
                 loaded.recording.sample_rate,
                 self.recording.parameters_text(&params, format)
             ));
-            let findings = check(&loaded.recording, &hints);
+            let findings = check(&loaded.recording, &loaded.recording.name, &hints);
             self.recording.reading.report(&file, &findings)?;
             let source = Source {
                 file: &file,
@@ -133,7 +161,7 @@ impl CalibrateArguments {
     }
 
     fn calibrate_sensor(&self, configuration: &Configuration) -> Result<(), Error> {
-        let mut hints = self.recording.reading.hints(configuration)?;
+        let mut hints = self.hints(configuration)?;
         // Previous results are replaced, not added to.
         hints.correction = Correction::NONE;
         let loaded: Result<Vec<(Format, Loaded)>, Error> = self
@@ -152,7 +180,7 @@ impl CalibrateArguments {
             .for_each(warn);
         let mut inputs = BTreeMap::new();
         for (input, (format, loaded)) in self.inputs.iter().zip(&loaded) {
-            let mut findings = check(&loaded.recording, &hints);
+            let mut findings = check(&loaded.recording, &loaded.recording.name, &hints);
             // In this calibration the sensor lies on each of its sides in turn.
             findings.retain(|finding| !matches!(finding, Finding::GravityNotAlongZ { .. }));
             let file = input.display().to_string();
@@ -189,6 +217,7 @@ impl CalibrateArguments {
                     source: io::Error::other(error),
                 }
             })?;
+            file = file.of_foot(self.foot.clone());
             set(&mut file);
             write_file(path, |to| to.write_all(file.text().as_bytes()))?;
         }

@@ -60,7 +60,7 @@ impl ConfigArguments {
         params
             .validate::<CAPACITY>()
             .map_err(|error| origins.explain(&error, &params))?;
-        configuration.correction()?;
+        configuration.corrections()?;
         Ok(())
     }
 }

@@ -8,7 +8,7 @@ use analysis::replay::span::Span;
 use clap::Args;
 use estimator_core::Gravity;
 use estimator_core::params::LoadParams;
-use recordings::input::{Format, Hints, InputError, TimesSoFar};
+use recordings::input::{Format, InputError, TimesSoFar};
 use recordings::plausible::{Check, Finding};
 use recordings::recording::RecordedSample;
 use ros::Topics;
@@ -75,11 +75,12 @@ impl ConvertArguments {
                 duration: longest_s,
             });
         }
+        let names = stored.iter().flat_map(|stored| stored.about.names());
+        self.reading.mounting.check_feet(names)?;
         let mut feet: Vec<Foot> = Vec::new();
         for stored in stored {
             stored.about.notices.iter().for_each(warn);
-            let name = stored.about.foot.as_ref().unwrap_or(&stored.about.name);
-            let name = unlike(name, &feet);
+            let name = unlike(stored.about.foot_or_name(), &feet);
             feet.push(Foot { name, stored });
         }
         if feet.len() > 1 && !form.holds_several() {
@@ -88,11 +89,10 @@ impl ConvertArguments {
         }
         let mut looked = Vec::new();
         for foot in &mut feet {
-            let (looked_at, findings) =
-                look(foot, span, &hints).map_err(|source| InputError::Spool {
-                    file: file.clone(),
-                    source,
-                })?;
+            let (looked_at, findings) = look(foot, span).map_err(|source| InputError::Spool {
+                file: file.clone(),
+                source,
+            })?;
             self.reading.report(&file, &findings)?;
             looked.push(looked_at);
         }
@@ -248,7 +248,7 @@ fn unlike(name: &str, feet: &[Foot]) -> String {
 }
 
 /// Scans the samples to be converted for findings and for the options the output needs.
-fn look(foot: &mut Foot, span: Span, hints: &Hints) -> io::Result<(Looked, Vec<Finding>)> {
+fn look(foot: &mut Foot, span: Span) -> io::Result<(Looked, Vec<Finding>)> {
     let about = foot.stored.about.clone();
     let mut check = Check::new(about.sample_rate, about.gravity).with_units(about.units);
     let mut times = TimesSoFar::default();
@@ -271,5 +271,6 @@ fn look(foot: &mut Foot, span: Span, hints: &Hints) -> io::Result<(Looked, Vec<F
         let rate = about.sample_rate;
         looked.options.push(format!("--sample-rate {rate}"));
     }
-    Ok((looked, with_mounting(check.findings(), hints)))
+    let mounting = &foot.stored.about.correction.mounting;
+    Ok((looked, with_mounting(check.findings(), mounting)))
 }

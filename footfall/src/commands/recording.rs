@@ -1,10 +1,11 @@
 //! Options and configuration file shared by the commands that estimate from recordings.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use analysis::config::{
-    ConfigError, GRAVITIES, Origins, Overrides, Preset, RateOrigin, Refusal, parse_axes,
+    ConfigError, FootAxes, GRAVITIES, Origins, Overrides, Preset, RateOrigin, Refusal,
     parse_gravity, parse_sample_rate,
 };
 use analysis::parameters::differences;
@@ -67,19 +68,19 @@ pub struct ReadingArguments {
 }
 
 /// How the sensor lies in the foot.
-#[derive(Clone, Copy, Debug, Default, Args)]
+#[derive(Clone, Debug, Default, Args)]
 pub struct MountingArguments {
     /// The mounting, where it was given.
     #[arg(
         long,
-        value_name = "x,-z,y|w,x,y,z",
+        value_name = "[FOOT=]x,-z,y|w,x,y,z",
         help_heading = INPUT,
-        value_parser = parse_axes,
         allow_hyphen_values = true,
         help = "The sensor's axes along the foot's x, y and z, which is up; or a unit quaternion from \
-                the sensor's frame to the foot's. footfall calibrate finds it"
+                the sensor's frame to the foot's; or one for each foot: FL=x,y,z,FR=-x,-y,z. footfall \
+                calibrate finds it"
     )]
-    pub axes: Option<Mounting>,
+    pub axes: Option<FootAxes>,
 }
 
 /// How tables of others are read; docs/formats.md lists what is recognised without.
@@ -144,7 +145,8 @@ pub struct BagArguments {
         value_name = "TOPIC[:FIELD]",
         help_heading = INPUT,
         help = "The load of a foot: Float32, Float64, one of their MultiArrays, Wrench or \
-                WrenchStamped, such as /foot/wrench:force.z; once for each foot, in their order"
+                WrenchStamped, such as /foot/wrench:force.z, or a number of any message, such as \
+                /lowstate:foot_force[0]; once for each foot, in their order"
     )]
     pub load_topic: Vec<LoadTopic>,
 }
@@ -203,19 +205,36 @@ fn word_parser<T: Clone + Send + Sync + 'static, const N: usize>(
     PossibleValuesParser::new(words).try_map(move |word| parse(&word))
 }
 
-/// Adjusts findings of a recording read with `hints`: suggested axes replace those in `hints`.
-pub(super) fn with_mounting(findings: Vec<Finding>, hints: &Hints) -> Vec<Finding> {
-    let mounting = &hints.correction.mounting;
+/// Adjusts findings of a recording that was read with this mounting: suggested axes replace it.
+pub(super) fn with_mounting(findings: Vec<Finding>, mounting: &Mounting) -> Vec<Finding> {
     let findings = findings.into_iter();
     findings
         .map(|finding| finding.with_mounting(mounting))
         .collect()
 }
 
-/// Returns the findings of a recording read with `hints`.
-pub(super) fn check(recording: &Recording, hints: &Hints) -> Vec<Finding> {
+/// Returns the findings of a recording read with `hints` as that of `foot`.
+pub(super) fn check(recording: &Recording, foot: &str, hints: &Hints) -> Vec<Finding> {
     let findings = plausible::check_read_in(recording, hints.table.units);
-    with_mounting(findings, hints)
+    with_mounting(findings, &hints.correction_of(&[foot]).mounting)
+}
+
+impl MountingArguments {
+    /// Checks that each foot that is named is among `feet`.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub(super) fn check_feet<'a>(&self, feet: impl Iterator<Item = &'a str>) -> Result<(), Error> {
+        let feet: Vec<&str> = feet.collect();
+        let axes = self.axes.as_ref();
+        match axes.and_then(|axes| axes.absent(feet.iter().copied())) {
+            None => Ok(()),
+            Some(foot) => Err(Error::NoSuchFoot {
+                foot: foot.to_owned(),
+                feet: feet.into_iter().map(str::to_owned).collect(),
+            }),
+        }
+    }
 }
 
 impl ReadingArguments {
@@ -244,7 +263,7 @@ impl ReadingArguments {
 
     /// Returns the properties of the files that their format does not define.
     pub(super) fn hints(&self, configuration: &Configuration) -> Result<Hints, Error> {
-        let hints = configuration.hints(self.sample_rate, self.gravity, self.mounting)?;
+        let hints = configuration.hints(self.sample_rate, self.gravity, &self.mounting)?;
         Ok(Hints {
             table: self.table.options(),
             bag: self.bag.options(),
@@ -287,11 +306,30 @@ impl Configuration {
         }
     }
 
-    /// Returns the sensor correction set by the file.
-    pub(super) fn correction(&self) -> Result<Correction, Refusal> {
+    /// Returns the sensor correction set by the file, and those of single feet.
+    pub(super) fn corrections(
+        &self,
+    ) -> Result<(Correction, BTreeMap<String, Correction>), Refusal> {
         let file = self.name.as_deref().unwrap_or_default();
-        let correction = self.overrides.correction(file);
-        correction.map_err(|refusal| refusal.located(file, &self.text))
+        let located = |refusal: Refusal| refusal.located(file, &self.text);
+        let all = self.overrides.correction(file).map_err(located)?;
+        Ok((all, self.overrides.foot_corrections(file).map_err(located)?))
+    }
+
+    /// Warns if the file has settings of feet, and none of them is among `feet`.
+    pub(super) fn check_feet<'a>(&self, feet: impl Iterator<Item = &'a str>) {
+        let settings = &self.overrides.feet;
+        let feet: Vec<&str> = feet.collect();
+        let is_read = |name: &String| feet.iter().any(|foot| foot.eq_ignore_ascii_case(name));
+        if !settings.is_empty() && !settings.keys().any(is_read) {
+            let names: Vec<&str> = settings.keys().map(String::as_str).collect();
+            warn(format!(
+                "{} has settings of {}, but there is {}",
+                self.name.as_deref().unwrap_or_default(),
+                names.join(", "),
+                feet.join(", ")
+            ));
+        }
     }
 
     /// Returns the properties of a file that its format does not define; options override the configuration.
@@ -299,16 +337,17 @@ impl Configuration {
         &self,
         sample_rate: Option<f32>,
         gravity: Option<Gravity>,
-        MountingArguments { axes }: MountingArguments,
+        MountingArguments { axes }: &MountingArguments,
     ) -> Result<Hints, Error> {
-        let correction = self.correction()?;
+        let (mut correction, mut foot_corrections) = self.corrections()?;
+        if let Some(axes) = axes {
+            axes.set(&mut correction, &mut foot_corrections);
+        }
         Ok(Hints {
             sample_rate: sample_rate.or(self.overrides.sample_rate_hz),
             gravity: gravity.or(self.overrides.gravity),
-            correction: Correction {
-                mounting: axes.unwrap_or(correction.mounting),
-                ..correction
-            },
+            correction,
+            foot_corrections,
             table: TableOptions::default(),
             bag: BagOptions::default(),
         })

@@ -15,12 +15,16 @@ use analysis::summary::{InputReport, Source, Summaries, Summary};
 use clap::Args;
 use estimator_core::{Params, WindowLength};
 use recordings::events;
-use recordings::input::About;
+use recordings::input::{About, Format, Stored};
 use recordings::output::Feet;
 
 use super::headings::{ESTIMATOR, INPUT, OUTPUT};
 use super::recording::{self, Configuration, RecordingArguments, with_mounting};
+#[cfg(feature = "bags")]
+use crate::bag_copy;
 use crate::error::Error;
+#[cfg(not(feature = "bags"))]
+use crate::feature::Feature;
 use crate::files::{OutputError, STANDARD, write_file};
 use crate::messages::detail;
 use crate::plot::page;
@@ -51,11 +55,12 @@ pub struct ReplayArguments {
     /// Stop at this time since the first sample
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, help_heading = INPUT)]
     pub to: Option<f64>,
-    /// Write the estimates, one row per sample, as CSV or Parquet; `-` is standard output
-    #[arg(long, value_name = "OUT.csv|parquet", help_heading = OUTPUT)]
+    /// Write the estimates, one row per sample, as CSV or Parquet; `-` is standard output; as .mcap a
+    /// copy of the bag that is replayed, with the contacts of its feet
+    #[arg(long, value_name = "OUT.csv|parquet|mcap", help_heading = OUTPUT)]
     pub output: Option<PathBuf>,
-    /// Write the events: touch-downs, lift-offs, and where slips begin and end, with their distance;
-    /// `-` is standard output
+    /// Write the events: touch-downs, lift-offs, starts and ends of slips, with their distance, and of
+    /// stances that are never stable; `-` is standard output
     #[arg(long, value_name = "OUT.csv", help_heading = OUTPUT)]
     pub events: Option<PathBuf>,
     /// Draw it: as .html a page of all feet to zoom into, which needs no network; as .svg or .png a
@@ -77,6 +82,10 @@ struct Done {
     notices: Vec<String>,
     /// Details of the recognised format.
     details: Vec<String>,
+    /// Names of each foot in the recording.
+    names: Vec<Vec<String>>,
+    /// Feet whose contacts go into a copy of the bag.
+    copied: Vec<(Stored, Params)>,
     feet: Vec<Foot>,
 }
 
@@ -97,14 +106,29 @@ impl ReplayArguments {
         let done = jobs::run(&self.inputs, jobs, |input| {
             self.replay(&configuration, input, span, jobs, &bars)
         });
+        let done: Vec<Done> = done.into_iter().collect::<Result<_, _>>()?;
+        let names = || {
+            done.iter()
+                .flat_map(|done| done.names.iter().flatten())
+                .map(String::as_str)
+        };
+        self.recording.reading.mounting.check_feet(names())?;
+        configuration.check_feet(names());
         let mut feet = Vec::new();
+        let mut copied = Vec::new();
         for one in done {
             let Done {
                 file,
                 notices,
                 details,
                 feet: replayed,
-            } = one?;
+                names,
+                copied: of_bag,
+            } = one;
+            let first = names
+                .into_iter()
+                .filter_map(|names| names.into_iter().next());
+            copied.extend(first.zip(of_bag));
             details.iter().for_each(detail);
             notices.iter().for_each(warn);
             for Foot { foot, .. } in &replayed {
@@ -112,20 +136,83 @@ impl ReplayArguments {
             }
             feet.extend(replayed);
         }
+        if let Some(bag) = self.bag() {
+            self.copy_bag(bag, copied, span)?;
+        }
         self.write(feet)
+    }
+
+    /// Copies the bag with the contacts of its feet.
+    #[cfg(feature = "bags")]
+    fn copy_bag(
+        &self,
+        to: &Path,
+        feet: Vec<(String, (Stored, Params))>,
+        span: Span,
+    ) -> Result<(), Error> {
+        let feet = feet
+            .into_iter()
+            .map(|(name, (stored, params))| bag_copy::Foot {
+                name,
+                stored,
+                params,
+                span,
+            });
+        let mut feet: Vec<_> = feet.collect();
+        for input in &self.inputs {
+            // Parts that end early were reported when the samples were read.
+            bag_copy::write(input, &mut feet, to)?;
+        }
+        Ok(())
+    }
+
+    #[cfg(not(feature = "bags"))]
+    fn copy_bag(
+        &self,
+        to: &Path,
+        _: Vec<(String, (Stored, Params))>,
+        _: Span,
+    ) -> Result<(), Error> {
+        Err(OutputError::from(Feature::Bags.missing_for(to.display())).into())
     }
 
     /// Checks that all results can be written before computing them.
     fn check_targets(&self) -> Result<(), OutputError> {
-        let table = self.output.iter().map(|path| Target::Estimates(path));
+        let table = self.output.iter().map(|path| match is_bag(path) {
+            true => Target::Bag(path),
+            false => Target::Estimates(path),
+        });
         let events = self.events.iter().map(|path| Target::Events(path));
         let picture = self.plot.iter().map(|path| Target::Drawing(path));
         let all: Vec<_> = table.chain(events).chain(picture).collect();
         targets::check(&self.inputs, &all)?;
+        if let Some(bag) = self.bag() {
+            let file = bag.display().to_string();
+            let [input] = &self.inputs[..] else {
+                return Err(OutputError::OneBagOnly { file });
+            };
+            // It is read twice.
+            if !input.is_file() && !input.is_dir() {
+                return Err(OutputError::OneBagOnly { file });
+            }
+            let folder = bag.parent().filter(|folder| *folder != Path::new(""));
+            let folder = folder.unwrap_or(Path::new(".")).canonicalize();
+            if let (Ok(folder), Ok(input)) = (folder, input.canonicalize())
+                && input.is_dir()
+                && folder.starts_with(&input)
+            {
+                return Err(OutputError::OverInput { file });
+            }
+        }
         if self.json && self.fills_stdout() {
             return Err(OutputError::StdoutTwice);
         }
         Ok(())
+    }
+
+    /// Returns the output if it is a copy of the bag with its contacts.
+    fn bag(&self) -> Option<&Path> {
+        self.output.as_deref().filter(|path| is_bag(path))
     }
 
     /// Returns whether a result other than the summary goes to standard output.
@@ -147,6 +234,12 @@ impl ReplayArguments {
         let started = Instant::now();
         let opened = progress::open(input, self.recording.reading.format, bars)?;
         let format = opened.format();
+        if let Some(bag) = self.bag()
+            && !matches!(format, Format::Mcap | Format::Rosbag2)
+        {
+            let file = bag.display().to_string();
+            return Err(OutputError::OneBagOnly { file }.into());
+        }
         let mut params = self.recording.params(configuration, format);
         if let Some(window) = self.window {
             params.window = window;
@@ -155,6 +248,15 @@ impl ReplayArguments {
         let origins = configuration.origins(&file, self.recording.reading.sample_rate, self.window);
         let hints = self.recording.reading.hints(configuration)?;
         let mut stored = opened.store_all(&hints)?;
+        let names = stored.iter().map(|stored| {
+            stored
+                .about
+                .names()
+                .into_iter()
+                .map(str::to_owned)
+                .collect()
+        });
+        let names: Vec<Vec<String>> = names.collect();
         let mut longest_s = 0.0_f64;
         for about in stored.iter_mut().map(|stored| &mut stored.about) {
             longest_s = longest_s.max(about.duration_s());
@@ -185,32 +287,45 @@ impl ReplayArguments {
         };
         let wanted = Wanted {
             span,
-            table: table(&self.output),
+            table: match self.bag() {
+                Some(_) => Table::None,
+                None => table(&self.output),
+            },
             layout: self.output.as_deref().map(Layout::of).unwrap_or_default(),
             events: table(&self.events),
         };
         // Each foot is estimated once, on any thread.
-        let stored: Vec<_> = stored.into_iter().map(Mutex::new).collect();
+        let stored: Vec<_> = names
+            .iter()
+            .zip(stored.into_iter().map(Mutex::new))
+            .collect();
         let jobs = if self.inputs.len() == 1 {
             jobs
         } else {
             NonZeroUsize::MIN
         };
         let drawing = self.plot.as_deref().map(Drawing::of);
-        let feet = jobs::run(&stored, jobs, |stored| {
+        let params_of = |names: &[String]| {
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            let mut params = params;
+            configuration.overrides.apply_foot(&names, &mut params);
+            params
+        };
+        let feet = jobs::run(&stored, jobs, |(names, stored)| {
             let mut stored = stored.lock().unwrap_or_else(PoisonError::into_inner);
             let mut watched = Watched {
                 bar: bars.estimating(stored.about.samples as u64),
                 picture: drawing.map(|drawing| Picture::new(drawing, &stored, span)),
             };
+            let params = params_of(names);
             let replayed = replay(&mut stored, &params, &wanted, &mut watched);
             watched.bar.finish_and_clear();
             let mut foot = replayed.map_err(|error| match error {
                 ReplayError::Params(error) => origins.explain(&error, &params).into(),
                 other => Error::Replay(other),
             })?;
-            foot.findings = with_mounting(foot.findings, &hints);
             let about = &stored.about;
+            foot.findings = with_mounting(foot.findings, &about.correction.mounting);
             let source = Source {
                 file: &file,
                 format,
@@ -224,7 +339,7 @@ impl ReplayArguments {
                     gravity: about.gravity,
                     ..params
                 }),
-                correction: (&hints.correction).into(),
+                correction: (&about.correction).into(),
                 learnt: foot.learnt.into(),
             });
             let recognised = recognised(about, &foot.summary);
@@ -233,6 +348,12 @@ impl ReplayArguments {
         });
         let feet: Vec<_> = feet.into_iter().collect::<Result<_, _>>()?;
         let (feet, mut details): (Vec<_>, Vec<_>) = feet.into_iter().unzip();
+        let copied = stored.into_iter().filter(|_| self.bag().is_some());
+        let copied = copied.map(|(names, stored)| {
+            let stored = stored.into_inner().unwrap_or_else(PoisonError::into_inner);
+            (stored, params_of(names))
+        });
+        let copied = copied.collect();
         details.push(format!(
             "{file}: format {}; {}",
             format.name(),
@@ -245,6 +366,8 @@ impl ReplayArguments {
         ));
         Ok(Done {
             feet,
+            names,
+            copied,
             file,
             notices,
             details,
@@ -259,7 +382,9 @@ impl ReplayArguments {
             let tables = feet.iter_mut().filter_map(|foot| foot.foot.table.take());
             let tables = tables.collect();
             let named = if several { Feet::Several } else { Feet::One };
-            write_file(path, |to| estimates::write(tables, named, to))?;
+            if !is_bag(path) {
+                write_file(path, |to| estimates::write(tables, named, to))?;
+            }
             written.push(path.clone());
         }
         if let Some(path) = &self.events {
@@ -284,6 +409,12 @@ impl ReplayArguments {
         let summaries = Summaries::new(feet.into_iter().map(|foot| foot.foot.summary).collect());
         print(&summaries, style, &written).map_err(Error::Print)
     }
+}
+
+/// Returns whether the file is a bag by its name.
+fn is_bag(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"))
 }
 
 /// Returns the recognised properties of a recording.

@@ -77,6 +77,7 @@ impl Robot {
     pub fn take(&mut self, fed: Fed) {
         match fed {
             Fed::Arrived((at, arrival)) => self.arrive(at, arrival),
+            Fed::Remark(text) => self.say(None, text),
             Fed::Opened => {
                 if self.waits_for.take().is_some() {
                     self.say(None, "the line is open again".to_owned());

@@ -17,9 +17,11 @@ enum Does {
     Sinks,
     /// Moves unseen: the samples are unusable.
     Hides,
+    /// The same with a load.
+    HidesLoaded,
 }
 
-use Does::{Hides, Rolls, Sinks, Slides, Stands, Swings};
+use Does::{Hides, HidesLoaded, Rolls, Sinks, Slides, Stands, Swings};
 
 /// Phase without a load.
 const NONE: Phase = Phase::Unknown;
@@ -32,6 +34,7 @@ fn estimate(does: Does, ms: u64) -> ContactEstimate {
         Rolls => (Decision::NotStable, NONE, 0.1, 0.1, 0.9, 1.0),
         Sinks => (Decision::NotStable, Phase::Slip, 0.3, 0.95, 0.3, 0.0),
         Hides => (Decision::NotStable, NONE, 0.0, 0.0, 0.0, 0.0),
+        HidesLoaded => (Decision::NotStable, Phase::Slip, 0.0, 0.0, 0.0, 0.0),
     };
     ContactEstimate {
         timestamp: Timestamp::from_micros(1000 * ms),
@@ -44,7 +47,7 @@ fn estimate(does: Does, ms: u64) -> ContactEstimate {
         decision,
         phase,
         flags: match does {
-            Hides => Flags::NONE.with(Flag::InvalidSample),
+            Hides | HidesLoaded => Flags::NONE.with(Flag::InvalidSample),
             _ => Flags::NONE,
         },
         orientation: match does {
@@ -99,6 +102,50 @@ fn step_yields_touch_down_and_lift_off() {
             ]
         );
     }
+}
+
+#[test]
+fn loaded_stance_without_stability_is_an_event() {
+    let swing = Swings(Phase::Swing);
+    let slides = Slides(Phase::Slip, 1.0);
+    let slippery = [
+        (200, slides),
+        (300, Stands),
+        (200, swing),
+        // Two stances that slide throughout, a bounce, a landing.
+        (250, slides),
+        (200, swing),
+        (150, slides),
+        (200, swing),
+        (60, slides),
+        (200, swing),
+        (150, slides),
+        (400, Stands),
+    ];
+    assert_eq!(
+        said(&slippery),
+        [
+            ("lift_off", 500, None),
+            ("unstable_start", 700, Some(250)),
+            ("unstable_end", 950, Some(250)),
+            ("unstable_start", 1150, Some(150)),
+            ("unstable_end", 1300, Some(150)),
+            ("touch_down", 1910, None)
+        ]
+    );
+}
+
+#[test]
+fn unusable_samples_make_no_unstable_stance() {
+    let lost = [
+        (300, Stands),
+        (200, Swings(Phase::Swing)),
+        (100, Slides(Phase::Slip, 1.0)),
+        (1, HidesLoaded),
+        (100, Slides(Phase::Slip, 1.0)),
+        (200, Swings(Phase::Swing)),
+    ];
+    assert_eq!(said(&lost), [("lift_off", 300, None)]);
 }
 
 #[test]

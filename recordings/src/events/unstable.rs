@@ -30,6 +30,12 @@ const MOTION_UNKNOWN: [Flag; 5] = [
 /// Time for which such a sample lowers the probabilities, µs: the longest window of a preset.
 const RECOVERY_US: u64 = 50_000;
 
+/// Returns whether the motion of the foot in a sample is unknown.
+pub(super) fn is_motion_unknown(estimate: &ContactEstimate) -> bool {
+    let mut flags = MOTION_UNKNOWN.into_iter();
+    flags.any(|flag| estimate.flags.contains(flag))
+}
+
 /// State of the stretch up to its newest sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Unstable {
@@ -97,10 +103,7 @@ impl Unstable {
         let now = estimate.timestamp;
         self.reckon(estimate);
         self.peak = self.peak.max(estimate.probabilities.stable);
-        if MOTION_UNKNOWN
-            .into_iter()
-            .any(|flag| estimate.flags.contains(flag))
-        {
+        if is_motion_unknown(estimate) {
             self.unknown_us += now.micros_since(self.newest).unwrap_or(0);
             self.last_unknown = Some(now);
         }

@@ -531,6 +531,36 @@ mod tests {
     }
 
     #[test]
+    fn load_in_rows_of_its_own_is_valid_for_100_ms() {
+        let rows = "__time,/ft/z,/imu/linear_acceleration/x,/imu/linear_acceleration/y,\
+            /imu/linear_acceleration/z,/imu/angular_velocity/x,/imu/angular_velocity/y,/imu/angular_velocity/z\n\
+            100.00,,1,2,3,4,5,6\n100.01,70,,,,,,\n100.05,,1,2,3,4,5,6\n100.11,,1,2,3,4,5,6\n\
+            100.12,,1,2,3,4,5,6\n100.13,71,1,2,3,4,5,6\n100.14,,1,2,3,4,5,6\n100.15,nan,,,,,,\n\
+            100.16,,1,2,3,4,5,6\n";
+        let mut hints = Hints::default();
+        hints.table.mapping = "force=/ft/z".parse().unwrap();
+        let read = read_text(rows, &hints).unwrap();
+        let loads: Vec<Option<f32>> = read
+            .recording
+            .samples
+            .iter()
+            .map(|sample| sample.load.map(|load| load.0))
+            .collect();
+        let (old, new) = (Some(70.0), Some(71.0));
+        assert_eq!(loads, [None, old, old, None, new, new, None]);
+        assert_eq!(read.repairs.blank_rows, 2);
+    }
+
+    #[test]
+    fn blank_load_of_a_sample_is_unknown() {
+        let rows = "timestamp,load,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z\n0.00,70,1,2,3,4,5,6\n0.01,,1,2,3,4,5,6\n";
+        let mut hints = Hints::default();
+        hints.table.mapping = "force=load".parse().unwrap();
+        let samples = read_text(rows, &hints).unwrap().recording.samples;
+        assert_eq!(samples[1].load, None);
+    }
+
+    #[test]
     fn line_of_units_and_second_header_are_reported() {
         for (line, end) in [
             (

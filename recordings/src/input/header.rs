@@ -1,11 +1,11 @@
 //! Columns named in the header of a `csv`, and the cells of a row in them.
 
-use estimator_core::{Axis, Load, Timestamp, Validity};
+use estimator_core::{Axis, Timestamp, Validity};
 
 use super::cells::{Cells, optional_label, validity};
 use super::error::{HeaderSlip, InputError};
 use super::layout::{Blanks, NANOSECONDS, shortened, suggestion};
-use super::loaded::{Hints, imu_sample};
+use super::loaded::{Hints, finite_load, imu_sample};
 use super::mapping::is_ours;
 use super::table::Row;
 use crate::recording::RecordedSample;
@@ -141,6 +141,14 @@ impl Columns {
         axes.all(|index| row.is_blank(*index))
     }
 
+    /// Load of a row, N, which may be not a number; `None` if it is blank.
+    pub(super) fn load(&self, row: &impl Cells) -> Result<Option<f64>, InputError> {
+        match self.force {
+            Some(index) => row.optional(index, "force"),
+            None => Ok(None),
+        }
+    }
+
     /// Values of a row; the time is set later.
     pub(super) fn sample(
         &self,
@@ -158,11 +166,6 @@ impl Columns {
             }
         }
         let axes = hints.table.units.to_si(axes);
-        let optional = |index: Option<usize>, name| match index {
-            Some(index) => row.optional(index, name),
-            None => Ok(None),
-        };
-        let force = optional(self.force, "force")?;
         let label = match self.label {
             Some(index) => optional_label(row, index)?,
             None => None,
@@ -173,9 +176,7 @@ impl Columns {
         };
         Ok(RecordedSample {
             imu: imu_sample(Timestamp::default(), axes, validity, &hints.correction),
-            load: force
-                .filter(|force| force.is_finite())
-                .map(|force| Load(force as f32)),
+            load: self.load(row)?.and_then(finite_load),
             label,
         })
     }

@@ -7,7 +7,7 @@ use super::clock::{TimeColumn, unit_since_1970};
 use super::error::InputError;
 use super::header::Columns;
 use super::layout::{Blanks, Layout};
-use super::loaded::Hints;
+use super::loaded::{Hints, OLDEST_LOAD_US, finite_load};
 use super::names::{FoundTime, find_time, guess};
 use super::options::TimeUnit;
 use super::rows::{Refused, Rows, Source};
@@ -34,6 +34,8 @@ pub(super) struct Intake<'a> {
     columns: Columns,
     rows: Rows,
     time: Option<TimeColumn>,
+    /// Newest load and its time, µs, of a table in which the load has rows of its own.
+    load: Option<(i64, f64)>,
     /// Notices about the table other than those about its columns.
     pub(super) notices: Vec<String>,
 }
@@ -48,6 +50,7 @@ impl<'a> Intake<'a> {
             columns,
             rows: Rows::new(hints.table.times),
             time: None,
+            load: None,
             notices: Vec::new(),
         }
     }
@@ -59,30 +62,44 @@ impl<'a> Intake<'a> {
 
     /// Processes a row.
     pub(super) fn take(&mut self, row: &impl Cells) -> Result<Taken, InputError> {
-        let columns = &self.columns;
         let blanks = self.layout.blanks;
-        if columns.t.is_some() && blanks == Blanks::NotANumber && columns.has_no_axis(row) {
+        let is_foreign = self.columns.t.is_some() && blanks == Blanks::NotANumber;
+        if is_foreign && self.columns.has_no_axis(row) {
             self.rows.repairs.blank_rows += 1;
+            let has_time = self.columns.t.is_some_and(|index| !row.is_blank(index));
+            if let Some(load) = self.columns.load(row)?.filter(|_| has_time) {
+                self.load = self.time_us(row)?.map(|time_us| (time_us, load));
+            }
             return Ok(Taken::Nothing);
         }
-        let time_us = match columns.t {
-            None => None,
-            Some(index) => {
-                let column = self.time.get_or_insert_with(|| TimeColumn {
-                    index,
-                    nanoseconds: columns.nanoseconds,
-                    unit: time_unit(&self.layout, self.hints, row, index),
-                });
-                Some(column.micros(row)?)
+        let time_us = self.time_us(row)?;
+        let mut sample = self.columns.sample(row, blanks, self.hints)?;
+        if let (Some((newest_us, load)), Some(now_us)) = (&mut self.load, time_us) {
+            if let Some(here) = self.columns.load(row)? {
+                (*newest_us, *load) = (now_us, here);
+            } else if *newest_us <= now_us && now_us.abs_diff(*newest_us) <= OLDEST_LOAD_US {
+                sample.load = finite_load(*load);
             }
-        };
-        let sample = columns.sample(row, blanks, self.hints)?;
+        }
         let pushed = self.rows.push(time_us, sample);
         pushed.map_err(|refused| match (refused, &self.time) {
             (Refused::Time(not_after), Some(column)) => column.order_error(row, &not_after),
             (refused, _) => refused.into_error(self.file),
         })?;
         Ok(Taken::Sample)
+    }
+
+    /// Time of a row, µs; `None` in a table without times.
+    fn time_us(&mut self, row: &impl Cells) -> Result<Option<i64>, InputError> {
+        let Some(index) = self.columns.t else {
+            return Ok(None);
+        };
+        let column = self.time.get_or_insert_with(|| TimeColumn {
+            index,
+            nanoseconds: self.columns.nanoseconds,
+            unit: time_unit(&self.layout, self.hints, row, index),
+        });
+        column.micros(row).map(Some)
     }
 
     /// Flags of the samples that are kept, if some may be left out.

@@ -1,6 +1,10 @@
 //! Inputs of a reader besides a file, and its results.
 
-use estimator_core::{AngularRate, Gravity, ImuSample, SpecificForce, Timestamp, Validity, Vec3};
+use std::collections::BTreeMap;
+
+use estimator_core::{
+    AngularRate, Gravity, ImuSample, Load, SpecificForce, Timestamp, Validity, Vec3,
+};
 
 use super::correction::Correction;
 use super::options::TableOptions;
@@ -16,10 +20,22 @@ pub struct Hints {
     pub gravity: Option<Gravity>,
     /// Static calibration and mounting of the sensor.
     pub correction: Correction,
+    /// Those of single feet in its place, by the name of the foot, or of the recording of one foot.
+    pub foot_corrections: BTreeMap<String, Correction>,
     /// Interpretation of named columns; units and times also apply to bags.
     pub table: TableOptions,
     /// Topics of a bag that are read.
     pub bag: BagOptions,
+}
+
+impl Hints {
+    /// Correction of a foot with these names: its own, else that of all.
+    #[must_use]
+    pub fn correction_of(&self, names: &[&str]) -> &Correction {
+        let mut own = self.foot_corrections.iter();
+        own.find(|(foot, _)| names.iter().any(|name| name.eq_ignore_ascii_case(foot)))
+            .map_or(&self.correction, |(_, correction)| correction)
+    }
 }
 
 /// Rows of a `csv` that were left out or changed.
@@ -57,6 +73,15 @@ impl Repairs {
         })
         .collect()
     }
+}
+
+/// Age up to which a load that has a stream of its own is valid, µs: half of the shortest stance of a walking robot.
+/// It must arrive at 10 Hz or more.
+pub(super) const OLDEST_LOAD_US: u64 = 100_000;
+
+/// Load of a number; `None` if it is not finite, which marks an unknown load.
+pub(super) fn finite_load(value: f64) -> Option<Load> {
+    value.is_finite().then_some(Load(value as f32))
 }
 
 /// A file that has been read.

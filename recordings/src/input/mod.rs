@@ -22,7 +22,7 @@
 //! estimator flags such a sample as invalid and gives it mass 0.
 
 #[cfg(feature = "bags")]
-mod bag;
+pub mod bag;
 mod candidate;
 mod cells;
 mod clock;
@@ -153,6 +153,26 @@ impl Opened {
     /// # Errors
     /// The first error found, with file, line and column, or file, topic and message.
     pub fn store_all(self, hints: &Hints) -> Result<Vec<Stored>, InputError> {
+        if hints.foot_corrections.is_empty() {
+            let mut feet = self.read_feet(hints)?;
+            for stored in &mut feet {
+                stored.about.correction = hints.correction;
+            }
+            return Ok(feet);
+        }
+        // The names of feet are known at the end, so that the samples are corrected after they are stored.
+        let measured = Hints {
+            correction: Correction::NONE,
+            ..hints.clone()
+        };
+        let mut feet = self.read_feet(&measured)?;
+        for stored in &mut feet {
+            stored.correct(*hints.correction_of(&stored.about.names()));
+        }
+        Ok(feet)
+    }
+
+    fn read_feet(self, hints: &Hints) -> Result<Vec<Stored>, InputError> {
         self.check_options(hints)?;
         let format = self.format;
         match self.source {
@@ -185,16 +205,12 @@ impl Opened {
     fn check_options(&self, hints: &Hints) -> Result<(), InputError> {
         let file = || self.file().to_owned();
         let format = self.format;
-        let TableOptions {
-            mapping, time_unit, ..
-        } = &hints.table;
         let options = match format.content() {
             Content::Fixed if hints.table != TableOptions::default() => {
-                "--map and --time-unit are for csv and parquet, --units and --times for mcap and \
-                 rosbag2, too"
+                "--time-unit is for csv and parquet, --map, --units and --times for mcap and rosbag2, too"
             }
-            Content::Messages if !mapping.is_empty() || time_unit.is_some() => {
-                "--map and --time-unit are for csv and parquet"
+            Content::Messages if hints.table.time_unit.is_some() => {
+                "--time-unit is for csv and parquet"
             }
             _ if format.content() != Content::Messages && hints.bag != BagOptions::default() => {
                 let file = file();
@@ -222,6 +238,14 @@ impl Opened {
         hints: &Hints,
     ) -> Result<(Loaded, Vec<Option<Rotation>>), InputError> {
         let file = self.file().to_owned();
+        let name = match &self.source {
+            Source::Table(table) => table.recording_name(),
+            Source::Container(container) => &container.name,
+        };
+        let hints = &Hints {
+            correction: *hints.correction_of(&[name]),
+            ..hints.clone()
+        };
         let mut orientations = Orientations::default();
         let stored = match self.source {
             Source::Table(table) => csv::read(*table, hints, &mut orientations)?,

@@ -41,7 +41,7 @@ use estimator_core::{Axis, Load, Params, Saturation, Validity};
 use super::cells::{Cells, label};
 use super::correction::Correction;
 use super::error::InputError;
-use super::loaded::{Hints, Loaded, Repairs, imu_sample, steady_time};
+use super::loaded::{Hints, Loaded, Repairs, finite_load, imu_sample, steady_time};
 use super::table::{Row, Table};
 use crate::recording::{Label, RecordedSample, Recording};
 
@@ -204,10 +204,7 @@ pub(super) fn read_go1(mut table: Table, hints: &Hints) -> Result<Loaded, InputE
                 go1_validity(axes),
                 &hints.correction,
             ),
-            load: forces
-                .get(force_row(k))
-                .filter(|force| force.is_finite())
-                .map(|force| Load(*force as f32)),
+            load: forces.get(force_row(k)).copied().and_then(finite_load),
             label: None,
         })
         .collect();

@@ -115,14 +115,29 @@ pub enum ContainerError {
     },
     /// No topic has samples of an IMU.
     #[error(
-        "{file} has no topic of sensor_msgs/msg/Imu in CDR; there is {}",
-        listed(topics)
+        "{file} has no topic of sensor_msgs/msg/Imu in CDR; there is {}{}",
+        listed(topics),
+        with_axes.as_ref().map(|topic| format!("; {topic} has six axes: --topic {topic}")).unwrap_or_default()
     )]
     NoImu {
         /// Path of the file, as given.
         file: String,
         /// Topics with their types.
         topics: Vec<String>,
+        /// A topic whose messages of another type have the axes of one IMU.
+        with_axes: Option<String>,
+    },
+    /// A topic that was named has no axes of an IMU.
+    #[error("{file}, topic {topic}: {message} is read by its fields: {what}")]
+    ImuFields {
+        /// Path of the file, as given.
+        file: String,
+        /// The topic, or the part of its messages.
+        topic: String,
+        /// Type of its messages.
+        message: String,
+        /// Half a sentence on what is missing.
+        what: String,
     },
     /// A topic has no message.
     #[error("{file}: topic {topic} has no message; there is {}", listed(topics))]
@@ -219,7 +234,7 @@ pub enum ContainerError {
         feet: Vec<String>,
     },
     /// A load has no such field.
-    #[error("{file}: {load} is no load: {message} has {fields}")]
+    #[error("{file}: {load} is no load: {message} {what}")]
     LoadField {
         /// Path of the file, as given.
         file: String,
@@ -227,8 +242,8 @@ pub enum ContainerError {
         load: LoadTopic,
         /// Type of its messages.
         message: String,
-        /// Fields of that type.
-        fields: &'static str,
+        /// Half a sentence on its fields.
+        what: String,
     },
     /// Options for bags are given for a file of another format.
     #[error(

@@ -164,17 +164,15 @@ impl Rows {
         let mut notices = source.notices;
         notices.extend(self.repairs.notices(source.file));
         let about = About {
-            name: source.name,
             foot: source.foot,
             samples,
             duration_us,
-            sample_rate: rate,
-            gravity: hints.gravity.unwrap_or(source.gravity),
             units: hints.table.units,
             load_title: source.load_title,
             start_us: clock.map_or(0, |clock| clock.start_us),
             notices,
             repairs: self.repairs,
+            ..About::new(source.name, rate, hints.gravity.unwrap_or(source.gravity))
         };
         Ok(Stored::new(about, self.spool, timing))
     }

@@ -4,6 +4,7 @@ use std::io;
 
 use estimator_core::{Gravity, Timestamp};
 
+use super::correction::Correction;
 use super::loaded::{Loaded, Repairs, steady_time};
 use super::options::Units;
 use crate::recording::{RecordedSample, Recording};
@@ -16,6 +17,8 @@ pub struct About {
     pub name: String,
     /// Name of the foot, if the file has several or names it.
     pub foot: Option<String>,
+    /// Topic of the foot in a bag, with its frame if the topic has several.
+    pub address: Option<String>,
     /// Number of samples.
     pub samples: usize,
     /// Duration from the first sample to the last, µs. The first is at time 0.
@@ -35,9 +38,63 @@ pub struct About {
     pub notices: Vec<String>,
     /// Rows that were left out or whose time was changed.
     pub repairs: Repairs,
+    /// Calibration and mounting of the sensor that are applied to the samples.
+    pub correction: Correction,
+    /// Times of the file's clock and those of writing, µs: some samples of a bag, in order.
+    pub anchors_us: Vec<(i64, i64)>,
 }
 
 impl About {
+    /// Creates the properties of an empty recording without a name.
+    #[must_use]
+    pub fn new(name: String, sample_rate: f32, gravity: Gravity) -> Self {
+        Self {
+            name,
+            foot: None,
+            address: None,
+            samples: 0,
+            duration_us: 0,
+            sample_rate,
+            gravity,
+            units: Units::default(),
+            load_title: String::new(),
+            start_us: 0,
+            notices: Vec::new(),
+            repairs: Repairs::default(),
+            correction: Correction::NONE,
+            anchors_us: Vec::new(),
+        }
+    }
+
+    /// Time at which a sample was written to its bag, µs; `time_us` is that of the file's clock, and the result where
+    /// no other is known.
+    #[must_use]
+    pub fn written_us(&self, time_us: i64) -> i64 {
+        let after = self
+            .anchors_us
+            .partition_point(|(time, _)| *time <= time_us);
+        let anchor = self.anchors_us.get(after.saturating_sub(1));
+        anchor.map_or(time_us, |(time, written)| {
+            time_us.saturating_add(written - time)
+        })
+    }
+
+    /// Name of the foot, or that of the recording if it has none.
+    #[must_use]
+    pub fn foot_or_name(&self) -> &str {
+        self.foot.as_deref().unwrap_or(&self.name)
+    }
+
+    /// Names by which settings of single feet apply: [`Self::foot_or_name`], and for the only foot that is read from a
+    /// bag each part of its topic.
+    #[must_use]
+    pub fn names(&self) -> Vec<&str> {
+        let address = self.address.as_deref().filter(|_| self.foot.is_none());
+        let parts = address.into_iter().flat_map(|address| address.split('/'));
+        let parts = parts.filter(|part| !part.is_empty());
+        [self.foot_or_name()].into_iter().chain(parts).collect()
+    }
+
     /// Time from the first sample to the last, s.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
@@ -62,6 +119,8 @@ pub struct Stored {
     pub about: About,
     spool: Spool,
     timing: Timing,
+    /// Correction that is applied when the samples are read from here.
+    pending: Option<Correction>,
 }
 
 impl Stored {
@@ -70,7 +129,14 @@ impl Stored {
             about,
             spool,
             timing,
+            pending: None,
         }
+    }
+
+    /// Corrects samples that were stored as they were measured.
+    pub(super) fn correct(&mut self, correction: Correction) {
+        self.about.correction = correction;
+        self.pending = Some(correction);
     }
 
     /// Stores a recording that is in memory.
@@ -82,17 +148,13 @@ impl Stored {
         }
         let last = recording.samples.last();
         let about = About {
-            foot: None,
             samples: recording.samples.len(),
             duration_us: last.map_or(0, |sample| sample.imu.timestamp.as_micros()),
-            sample_rate: recording.sample_rate,
-            gravity: recording.gravity,
-            units: Units::default(),
-            name: recording.name,
             load_title: recording.load_title,
             start_us: loaded.start_us,
             notices: loaded.notices,
             repairs: loaded.repairs,
+            ..About::new(recording.name, recording.sample_rate, recording.gravity)
         };
         Ok(Self::new(about, spool, Timing::Stored))
     }
@@ -105,6 +167,7 @@ impl Stored {
         Ok(Timed {
             samples: self.spool.samples()?,
             timing: &self.timing,
+            pending: self.pending,
             start_us: self.about.start_us,
             sample_rate: self.about.sample_rate,
             index: 0,
@@ -137,6 +200,7 @@ impl Stored {
 struct Timed<'a> {
     samples: Samples<'a>,
     timing: &'a Timing,
+    pending: Option<Correction>,
     start_us: i64,
     sample_rate: f32,
     /// Index of the next sample.
@@ -165,6 +229,11 @@ impl Iterator for Timed<'_> {
                     let clock_us = timestamp.as_micros().cast_signed();
                     *timestamp = Timestamp::from_micros(clock_us.abs_diff(self.start_us));
                 }
+            }
+            if let Some(correction) = &self.pending {
+                let imu = &mut sample.imu;
+                (imu.specific_force, imu.angular_rate) =
+                    correction.apply(imu.specific_force, imu.angular_rate);
             }
             return Some(Ok(sample));
         }

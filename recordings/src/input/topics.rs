@@ -61,15 +61,16 @@ pub struct LoadTopic {
 impl FromStr for LoadTopic {
     type Err = String;
 
-    /// Reads `TOPIC` or `TOPIC:FIELD`.
+    /// Reads `TOPIC`, `TOPIC:FIELD` or `TOPIC.FIELD`: topics of ROS have no dot.
     fn from_str(text: &str) -> Result<Self, String> {
-        let (topic, field) = match text.split_once(':') {
+        let split = text.split_once(':').or_else(|| text.split_once('.'));
+        let (topic, field) = match split {
             Some((topic, field)) => (topic, Some(field)),
             None => (text, None),
         };
         if topic.is_empty() || field == Some("") {
             return Err(format!(
-                "{text:?} is no topic: write TOPIC or TOPIC:FIELD, such as /foot/wrench:force.z"
+                "{text:?} is no topic: write TOPIC or TOPIC:FIELD, such as /foot/wrench:force.z or /lowstate:foot_force[0]"
             ));
         }
         Ok(Self {
@@ -121,6 +122,8 @@ mod tests {
         );
         assert_eq!(load.to_string(), "/ft/fl:force.z");
         assert_eq!("ft".parse::<LoadTopic>().unwrap().to_string(), "/ft");
+        let dotted: LoadTopic = "/lowstate.foot_force[0]".parse().unwrap();
+        assert_eq!(dotted.to_string(), "/lowstate:foot_force[0]");
         for wrong in ["", ":force", "/ft:"] {
             assert!(wrong.parse::<LoadTopic>().is_err(), "{wrong}");
         }

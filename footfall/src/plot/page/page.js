@@ -244,6 +244,8 @@
     const distance = foot.slips.reduce((sum, slip) => sum + (slip.distance || 0), 0);
     const together = distance < 1 ? `${(1e3 * distance).toFixed(1)} mm` : `${distance.toFixed(2)} m`;
     parts.push(distance > 0 ? `${slips}, ${together} together` : slips);
+    const unstable = foot.counts.unstable_start;
+    if (unstable > 0) parts.push(`${counted(unstable, "stance", "stances")} never stable`);
     if (foot.left_out > 0) parts.push(`${grouped(foot.left_out)} more events in the table (--events)`);
     return parts.join(" · ");
   };

@@ -2,22 +2,15 @@
 
 use super::*;
 use estimator_core::{Gravity, ImuSample, Load, Probabilities, Timestamp};
-use recordings::input::{Repairs, Units};
 
 /// Returns a foot with this many samples at 1 kHz, whose clock starts at `start_us`.
 fn foot(name: &str, start_us: i64, samples: u64) -> PageFoot {
     let about = About {
-        name: name.to_owned(),
-        foot: None,
         samples: samples as usize,
         duration_us: (samples - 1) * 1000,
-        sample_rate: 1000.0,
-        gravity: Gravity::Included,
-        units: Units::default(),
         load_title: format!("force of {name} (N)"),
         start_us,
-        notices: Vec::new(),
-        repairs: Repairs::default(),
+        ..About::new(name.to_owned(), 1000.0, Gravity::Included)
     };
     let mut foot = PageFoot::new(name, &about, 0.0..about.duration_s());
     for k in 0..samples {

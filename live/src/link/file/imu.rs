@@ -9,8 +9,9 @@ use std::time::Duration;
 
 use analysis::config::Preset;
 use decode::Row;
-use estimator_core::{ContactEstimate, Params, Timestamp};
+use estimator_core::{ContactEstimate, Gravity, Params, Timestamp};
 use recordings::input::{Hints, Opened, Stored};
+use recordings::plausible::{Check, Finding};
 use recordings::replay::Replay;
 use wire::Faults;
 use wire::pdo::Status;
@@ -28,8 +29,8 @@ pub(super) struct Imu {
     pace: Pace,
 }
 
-/// Estimate with its time on the recording's clock, or the error that ends the recording.
-type Estimated = Result<(Timestamp, Box<Row>), String>;
+/// Estimate or remark with its time on the recording's clock, or the error that ends the recording.
+type Estimated = Result<Arrived, String>;
 
 impl Imu {
     pub(super) fn open(path: &Path, pace: Pace) -> Result<Self, LinkError> {
@@ -50,34 +51,89 @@ impl Imu {
     }
 }
 
-/// Computes the estimates of a foot, and sends their rows.
-fn estimate(mut stored: Stored, params: &Params, line: &Arc<str>, to: &SyncSender<Estimated>) {
-    let about = stored.about.clone();
-    let foot: Arc<str> = about.foot.as_deref().unwrap_or(&about.name).into();
-    let mut rows = || -> Result<(), String> {
-        let mut replay =
-            Replay::new(about.sample_rate, about.gravity, params).map_err(|e| e.to_string())?;
-        for (number, sample) in stored.samples().map_err(|e| e.to_string())?.enumerate() {
-            let estimate = replay.update(&sample.map_err(|e| e.to_string())?);
-            let micros = estimate.timestamp.as_micros();
-            let at = Timestamp::from_micros(micros.saturating_add_signed(about.start_us));
-            let row = Row {
-                received: Some(at),
-                interface: Some(Arc::clone(line)),
-                foot: Some(Arc::clone(&foot)),
-                sequence: number as u16,
-                ..row_of(&estimate)
-            };
-            if to.send(Ok((at, Box::new(row)))).is_err() {
-                break;
-            }
-        }
-        Ok(())
-    };
-    if let Err(error) = rows() {
+/// Failure of a thread that estimates.
+enum Failure {
+    /// The receiver was dropped.
+    Left,
+    /// The recording cannot be estimated.
+    Broken(String),
+}
+
+/// Sends the remarks about a foot's recording and the rows of its estimates.
+fn estimate(stored: Stored, params: &Params, line: &Arc<str>, to: &SyncSender<Estimated>) {
+    if let Err(Failure::Broken(error)) = send_estimates(stored, params, line, to) {
         // The receiver may be dropped already.
         let _ = to.send(Err(error));
     }
+}
+
+fn send_estimates(
+    mut stored: Stored,
+    params: &Params,
+    line: &Arc<str>,
+    to: &SyncSender<Estimated>,
+) -> Result<(), Failure> {
+    let about = stored.about.clone();
+    let name: Arc<str> = about.foot_or_name().into();
+    let mut at = Timestamp::from_micros(0u64.saturating_add_signed(about.start_us));
+    let send = |at, arrival| to.send(Ok((at, arrival))).map_err(|_| Failure::Left);
+    let remark = |at, text| send(at, Arrival::Remark(text));
+    for notice in &about.notices {
+        remark(at, notice.clone())?;
+    }
+    // Units are doubted before the first estimate is shown, because a recording may be long.
+    let check = || Check::new(about.sample_rate, about.gravity).with_units(about.units);
+    let mut before = check();
+    for sample in stored.samples().map_err(broken)? {
+        before.add(&sample.map_err(broken)?);
+    }
+    let before = before.findings();
+    for finding in &before {
+        remark(at, doubt(&name, finding))?;
+    }
+    let mut replay = Replay::new(about.sample_rate, about.gravity, params).map_err(broken)?;
+    let mut check = check();
+    for (number, sample) in stored.samples().map_err(broken)?.enumerate() {
+        let sample = sample.map_err(broken)?;
+        let estimate = replay.update(&sample);
+        check.add(&sample);
+        check.add_estimate(&sample, &estimate);
+        let micros = estimate.timestamp.as_micros();
+        at = Timestamp::from_micros(micros.saturating_add_signed(about.start_us));
+        let row = Row {
+            received: Some(at),
+            interface: Some(Arc::clone(line)),
+            foot: Some(Arc::clone(&name)),
+            sequence: number as u16,
+            measured: (about.gravity == Gravity::Included).then_some(sample.imu),
+            ..row_of(&estimate)
+        };
+        send(at, Arrival::Estimate(Box::new(row)))?;
+    }
+    let is_new = |finding: &Finding| before.iter().all(|known| known.name() != finding.name());
+    for finding in check.findings().into_iter().filter(is_new) {
+        remark(at, doubt(&name, &finding))?;
+    }
+    Ok(())
+}
+
+/// Sentence about an implausible property. Options that it advises belong to other commands than those that play.
+fn doubt(name: &str, finding: &Finding) -> String {
+    let text = finding.to_string();
+    let advice = if text.contains("--") {
+        ", in footfall convert"
+    } else {
+        ""
+    };
+    format!("{name}: {text}{advice}")
+}
+
+#[expect(
+    clippy::needless_pass_by_value,
+    reason = "it maps errors, which are passed by value"
+)]
+fn broken(error: impl ToString) -> Failure {
+    Failure::Broken(error.to_string())
 }
 
 fn row_of(estimate: &ContactEstimate) -> Row {
@@ -124,8 +180,7 @@ impl Link for Imu {
             return Ok(None);
         }
         let estimated = self.feet.get_mut(index).and_then(Iterator::next);
-        let arrived = estimated.and_then(Result::ok);
-        Ok(arrived.map(|(at, row)| (at, Arrival::Estimate(row))))
+        Ok(estimated.and_then(Result::ok))
     }
 
     fn send(&mut self, _: &Sending) -> Result<(), LinkError> {

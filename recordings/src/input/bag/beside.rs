@@ -97,12 +97,15 @@ impl Beside {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::BTreeMap;
 
     fn channel(topic: &str, message: &str) -> Channel {
         Channel {
             topic: topic.to_owned(),
             message: message.to_owned(),
             encoding: "cdr".to_owned(),
+            schema: None,
+            metadata: BTreeMap::new(),
         }
     }
 

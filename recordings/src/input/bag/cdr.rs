@@ -3,6 +3,7 @@
 //! The first four bytes give the encoding of the rest (DDSI-RTPS 2.5, section 10.5): 0 and 1 are plain CDR, big
 //! and little endian. rosbag2 may compress each message with zstd; plain ones begin with a zero.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::io::{Cursor, Read};
 
@@ -20,27 +21,57 @@ const LONGEST_MESSAGE: u64 = 1 << 20;
 const ENCODING: usize = 4;
 
 /// Most bytes that may follow a message: padding to a multiple of four.
-const LONGEST_PADDING: usize = 3;
+pub(super) const LONGEST_PADDING: usize = 3;
 
-/// Reads a message; the error is half a sentence.
-pub(super) fn decode<T: for<'de> Deserialize<'de>>(payload: &[u8]) -> Result<T, String> {
-    if payload.starts_with(&ZSTD) {
-        let mut message = Vec::new();
-        decompressed(Box::new(Cursor::new(payload.to_vec())))
-            .and_then(|text| text.take(LONGEST_MESSAGE).read_to_end(&mut message))
-            .map_err(|error| format!("cannot be decompressed: {error}"))?;
-        return plain(&message);
-    }
-    plain(payload)
+/// Byte order of a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Order {
+    Little,
+    Big,
 }
 
-fn plain<T: for<'de> Deserialize<'de>>(payload: &[u8]) -> Result<T, String> {
-    let Some((encoding, content)) = payload.split_at_checked(ENCODING) else {
-        return Err(format!("{} bytes are no message", payload.len()));
+/// Content of a message, after its encoding.
+pub(super) struct Content<'a> {
+    pub(super) order: Order,
+    pub(super) bytes: Cow<'a, [u8]>,
+}
+
+impl Content<'_> {
+    /// First fields of the message, and the number of their bytes.
+    fn decode<T: for<'de> Deserialize<'de>>(&self) -> cdr_encoding::Result<(T, usize)> {
+        match self.order {
+            Order::Big => from_bytes::<T, BigEndian>(&self.bytes),
+            Order::Little => from_bytes::<T, LittleEndian>(&self.bytes),
+        }
+    }
+}
+
+/// Decompresses a message that is compressed, up to `longest` bytes; the error is half a sentence.
+pub(super) fn decompressed_message(payload: &[u8], longest: u64) -> Result<Cow<'_, [u8]>, String> {
+    if !payload.starts_with(&ZSTD) {
+        return Ok(Cow::Borrowed(payload));
+    }
+    let mut message = Vec::new();
+    decompressed(Box::new(Cursor::new(payload.to_vec())))
+        .and_then(|text| text.take(longest + 1).read_to_end(&mut message))
+        .map_err(|error| format!("cannot be decompressed: {error}"))?;
+    if message.len() as u64 > longest {
+        return Err(format!(
+            "is longer than {longest} bytes when it is decompressed"
+        ));
+    }
+    Ok(Cow::Owned(message))
+}
+
+/// Decompresses a message and reads its encoding; the error is half a sentence.
+pub(super) fn content(payload: &[u8]) -> Result<Content<'_>, String> {
+    let message = decompressed_message(payload, LONGEST_MESSAGE)?;
+    let Some((encoding, _)) = message.split_at_checked(ENCODING) else {
+        return Err(format!("{} bytes are no message", message.len()));
     };
-    let decoded = match encoding[..2] {
-        [0, 0] => from_bytes::<T, BigEndian>(content),
-        [0, 1] => from_bytes::<T, LittleEndian>(content),
+    let order = match encoding[..2] {
+        [0, 0] => Order::Big,
+        [0, 1] => Order::Little,
         _ => {
             return Err(format!(
                 "it is encoded as 0x{:02x}{:02x}, not in plain CDR (0x0000 or 0x0001)",
@@ -48,19 +79,39 @@ fn plain<T: for<'de> Deserialize<'de>>(payload: &[u8]) -> Result<T, String> {
             ));
         }
     };
+    let bytes = match message {
+        Cow::Borrowed(message) => Cow::Borrowed(&message[ENCODING..]),
+        Cow::Owned(mut message) => {
+            message.drain(..ENCODING);
+            Cow::Owned(message)
+        }
+    };
+    Ok(Content { order, bytes })
+}
+
+/// Reads a message; the error is half a sentence.
+pub(super) fn decode<T: for<'de> Deserialize<'de>>(payload: &[u8]) -> Result<T, String> {
+    let content = content(payload)?;
+    let decoded = content.decode();
+    let bytes = &content.bytes;
+    let length = ENCODING + bytes.len();
     match decoded {
-        Ok((message, used)) if content.len() - used <= LONGEST_PADDING => Ok(message),
+        Ok((message, used)) if bytes.len() - used <= LONGEST_PADDING => Ok(message),
         Ok((_, used)) => Err(format!(
-            "{} bytes are more than its type has, {}",
-            payload.len(),
+            "{length} bytes are more than its type has, {}",
             ENCODING + used
         )),
-        Err(cdr_encoding::Error::Eof) => Err(format!(
-            "{} bytes are fewer than its type has",
-            payload.len()
-        )),
+        Err(cdr_encoding::Error::Eof) => Err(format!("{length} bytes are fewer than its type has")),
         Err(error) => Err(error.to_string()),
     }
+}
+
+/// Reads the first fields of a message, whatever follows; the error is half a sentence.
+pub(super) fn decode_start<T: for<'de> Deserialize<'de>>(payload: &[u8]) -> Result<T, String> {
+    let decoded = content(payload)?.decode();
+    decoded
+        .map(|(start, _)| start)
+        .map_err(|error| error.to_string())
 }
 
 /// A text that is skipped, whatever its content: in CDR it is a byte count followed by the bytes.

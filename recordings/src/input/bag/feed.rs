@@ -3,15 +3,19 @@
 use estimator_core::{Gravity, Load, Timestamp, Validity};
 
 use super::super::error::InputError;
-use super::super::loaded::{Hints, imu_sample};
+use super::super::loaded::{Hints, OLDEST_LOAD_US, imu_sample};
 use super::super::refusal::{ContainerError, ImuTopic};
 use super::super::rows::{Rows, Source};
 use super::super::stored::Stored;
 use super::beside::Known;
-use super::load::{Clock, LoadSeries, OLDEST_US};
+use super::fields::Fields;
+use super::load::{Clock, LoadSeries};
 use super::messages::Imu;
-use super::storage::micros;
+use super::storage::{Channel, micros};
 use crate::recording::RecordedSample;
+
+/// Deviation from a constant delay up to which the time of writing of a sample is not kept, µs.
+const FOLLOWS_US: u64 = 1_000;
 
 /// Samples of an IMU: those of a topic, or those of a topic that have the same frame.
 pub(super) struct Feed {
@@ -19,11 +23,15 @@ pub(super) struct Feed {
     /// `None` before the first message that is decoded.
     pub(super) frame: Option<String>,
     pub(super) sharing: Sharing,
+    /// Places of the axes in messages of another type.
+    pub(super) fields: Option<Fields>,
     pub(super) messages: u64,
     /// Log times of the first and the last message, µs.
     log_us: Option<(i64, i64)>,
     rows: Rows,
     clock: Clock,
+    /// Times of some samples, and the times at which they were written, µs.
+    anchors_us: Vec<(i64, i64)>,
     /// Error in the log times, held back in case they are not needed.
     log_failed: Option<InputError>,
     without: Without,
@@ -57,13 +65,22 @@ impl Feed {
             topic,
             frame: None,
             sharing: Sharing::Alone,
+            fields: None,
             messages: 0,
             log_us: None,
             rows: Rows::new(hints.table.times),
             clock: Clock::Log,
+            anchors_us: Vec::new(),
             log_failed: None,
             without: Without::default(),
         }
+    }
+
+    /// Returns whether it reads axes in the messages of a channel.
+    pub(super) fn is_read_from(&self, channel: &Channel) -> bool {
+        self.fields
+            .as_ref()
+            .is_some_and(|fields| fields.topic == channel.topic)
     }
 
     /// Counts a message without decoding it.
@@ -87,13 +104,19 @@ impl Feed {
         let time_us = match (imu.header.stamp.micros(), self.clock) {
             (Some(stamp_us), Clock::Stamp) => stamp_us,
             (Some(stamp_us), Clock::Log) => {
-                // Earlier messages had no stamps, so their times are those of another clock.
-                self.without = Without {
-                    stamp: self.messages - 1,
-                    ..Without::default()
-                };
-                self.rows = Rows::new(hints.table.times);
-                self.log_failed = None;
+                // Both clocks begin at 0 where a recording without a date was played: the first stamp is a time.
+                let began_at_0 =
+                    self.messages == 2 && self.log_us.is_some_and(|(first, _)| first == 0);
+                if !began_at_0 {
+                    // Earlier messages had no stamps, so their times are those of another clock.
+                    self.without = Without {
+                        stamp: self.messages - 1,
+                        ..Without::default()
+                    };
+                    self.rows = Rows::new(hints.table.times);
+                    self.anchors_us.clear();
+                    self.log_failed = None;
+                }
                 self.clock = Clock::Stamp;
                 stamp_us
             }
@@ -126,6 +149,7 @@ impl Feed {
         if self.log_failed.is_some() {
             return Ok(());
         }
+        self.anchor(time_us, log_us);
         match (self.rows.push(Some(time_us), sample), self.clock) {
             (Ok(()), _) => Ok(()),
             (Err(refused), Clock::Stamp) => Err(refused.into_error(&self.place(file))),
@@ -133,6 +157,26 @@ impl Feed {
                 self.log_failed = Some(refused.into_error(&self.place(file)));
                 Ok(())
             }
+        }
+    }
+
+    /// Keeps the time at which a sample was written, if it does not follow from that of an earlier one.
+    fn anchor(&mut self, time_us: i64, log_us: i64) {
+        while self
+            .anchors_us
+            .last()
+            .is_some_and(|(before, _)| *before >= time_us)
+        {
+            self.anchors_us.pop();
+        }
+        let follows = self.anchors_us.last().is_some_and(|(before, written)| {
+            time_us
+                .saturating_sub(*before)
+                .abs_diff(log_us.saturating_sub(*written))
+                <= FOLLOWS_US
+        });
+        if !follows {
+            self.anchors_us.push((time_us, log_us));
         }
     }
 
@@ -190,7 +234,9 @@ impl Feed {
             notices,
         };
         let kept = self.rows.kept();
-        self.rows.finish(source, hints, kept)
+        let mut stored = self.rows.finish(source, hints, kept)?;
+        stored.about.anchors_us = self.anchors_us;
+        Ok(stored)
     }
 
     fn notices(&self, place: &str, load: Option<&LoadSeries>) -> Vec<String> {
@@ -225,7 +271,7 @@ impl Feed {
             let what = format!(
                 "have no load: nothing on {} within {} ms before them",
                 series.topic,
-                OLDEST_US / 1000
+                OLDEST_LOAD_US / 1000
             );
             counted(unloaded, what);
         }

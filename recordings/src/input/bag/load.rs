@@ -1,15 +1,13 @@
-//! Load of a foot, from a topic with numbers.
+//! Load of a foot, from a topic with a number or any number of a message.
 
 use super::super::error::InputError;
+use super::super::loaded::OLDEST_LOAD_US;
 use super::super::refusal::ContainerError;
 use super::super::topics::LoadTopic;
 use super::cdr::decode;
-use super::messages::{Float32, Float64, MultiArray, Wrench, WrenchStamped};
+use super::definition::{Definition, Path};
+use super::messages::{Float32, Float64, MultiArray, Time, Wrench, WrenchStamped};
 use super::storage::{Channel, micros};
-
-/// Age up to which a load is valid, µs: half of the shortest stance of a walking robot. It must arrive at 10 Hz or
-/// more.
-pub(super) const OLDEST_US: i64 = 100_000;
 
 /// Types of messages that may be a load, and their fields.
 const TYPES: [(&str, Type); 6] = [
@@ -74,10 +72,22 @@ impl Type {
     }
 }
 
+/// Place of the load in a message.
+enum Place {
+    /// In a message that has one by its purpose.
+    Known(Type, Field),
+    /// At a path in a message of any type.
+    Defined {
+        definition: Definition,
+        value: Path,
+        stamp: Option<[Path; 2]>,
+    },
+}
+
 /// All values of a load: 16 bytes each, 32 with stamps.
 pub(super) struct LoadSeries {
     pub(super) topic: LoadTopic,
-    kind: Option<(Type, Field)>,
+    place: Option<Place>,
     messages: u64,
     /// Values by log time, µs.
     by_log: Vec<(i64, f32)>,
@@ -98,7 +108,7 @@ impl LoadSeries {
     pub(super) const fn new(topic: LoadTopic) -> Self {
         Self {
             topic,
-            kind: None,
+            place: None,
             messages: 0,
             by_log: Vec::new(),
             by_stamp: Some(Vec::new()),
@@ -110,39 +120,31 @@ impl LoadSeries {
         if channel.topic != self.topic.topic {
             return Ok(false);
         }
-        let known = TYPES.iter().find(|(name, _)| *name == channel.message);
-        let Some((_, kind)) = known.filter(|_| channel.encoding == "cdr") else {
-            return Err(ContainerError::LoadField {
-                file: file.to_owned(),
-                load: self.topic.clone(),
-                message: channel.message.clone(),
-                fields: "no number that is known here: there are Float32, Float64, their \
-                         MultiArrays, Wrench and WrenchStamped",
-            }
-            .into());
+        let found = if channel.encoding == "cdr" {
+            Place::of(channel, self.topic.field.as_deref())
+        } else {
+            Err(format!("is in {}, not in CDR", channel.encoding))
         };
-        let Some(field) = kind.field(self.topic.field.as_deref()) else {
-            return Err(ContainerError::LoadField {
-                file: file.to_owned(),
-                load: self.topic.clone(),
-                message: channel.message.clone(),
-                fields: kind.fields(),
-            }
-            .into());
-        };
-        self.kind = Some((*kind, field));
+        self.place = Some(found.map_err(|what| ContainerError::LoadField {
+            file: file.to_owned(),
+            load: self.topic.clone(),
+            message: channel.message.clone(),
+            what,
+        })?);
         Ok(true)
     }
 
     /// Returns whether the bag has the topic.
     pub(super) const fn is_declared(&self) -> bool {
-        self.kind.is_some()
+        self.place.is_some()
     }
 
     /// Name of the load in titles.
     pub(super) fn title(&self) -> String {
-        match self.kind {
-            Some((Type::Wrench | Type::WrenchStamped, _)) => format!("{} (N)", self.topic),
+        match self.place {
+            Some(Place::Known(Type::Wrench | Type::WrenchStamped, _)) => {
+                format!("{} (N)", self.topic)
+            }
             _ => self.topic.to_string(),
         }
     }
@@ -154,16 +156,18 @@ impl LoadSeries {
         payload: &[u8],
         file: &str,
     ) -> Result<(), InputError> {
-        let Some(kind) = self.kind else {
+        let Some(place) = &self.place else {
             return Ok(());
         };
         self.messages += 1;
-        let (value, stamp_us) = number(kind, payload).map_err(|what| ContainerError::Message {
-            file: file.to_owned(),
-            topic: self.topic.topic.clone(),
-            number: self.messages,
-            what,
-        })?;
+        let (value, stamp_us) = place
+            .number(payload)
+            .map_err(|what| ContainerError::Message {
+                file: file.to_owned(),
+                topic: self.topic.topic.clone(),
+                number: self.messages,
+                what,
+            })?;
         self.by_log.push((micros(log_ns), value as f32));
         match (&mut self.by_stamp, stamp_us) {
             (Some(by_stamp), Some(stamp_us)) => by_stamp.push((stamp_us, value as f32)),
@@ -189,7 +193,7 @@ impl LoadSeries {
         }
     }
 
-    /// Last value at or before a time; `None` if it is older than [`OLDEST_US`], or is not finite, which marks an
+    /// Last value at or before a time; `None` if it is older than [`OLDEST_LOAD_US`], or is not finite, which marks an
     /// unknown load.
     pub(super) fn at(&self, time_us: i64, clock: Clock) -> Option<f32> {
         let values = match (clock, &self.by_stamp) {
@@ -198,11 +202,52 @@ impl LoadSeries {
         };
         let after = values.partition_point(|(time, _)| *time <= time_us);
         let (time, value) = values.get(after.checked_sub(1)?)?;
-        (time_us.abs_diff(*time) <= OLDEST_US.unsigned_abs() && value.is_finite()).then_some(*value)
+        (time_us.abs_diff(*time) <= OLDEST_LOAD_US && value.is_finite()).then_some(*value)
     }
 }
 
-/// The number of a message and its stamp, µs.
+impl Place {
+    /// Place of the load in the messages of a channel; the error is half a sentence.
+    fn of(channel: &Channel, field: Option<&str>) -> Result<Self, String> {
+        let known = TYPES.iter().find(|(name, _)| *name == channel.message);
+        if let Some((_, kind)) = known {
+            let found = kind.field(field).map(|field| Self::Known(*kind, field));
+            return found.ok_or_else(|| format!("has {}", kind.fields()));
+        }
+        let definition = Definition::of(&channel.message, channel.definition().as_deref())
+            .map_err(|what| format!("cannot be read: {what}"))?;
+        let listed = || format!("has the numbers {}", definition.listed(""));
+        let field = field.ok_or_else(listed)?;
+        let value = definition
+            .number(field)
+            .map_err(|what| format!("has no such number: {what}"))?;
+        let stamp = definition.stamp("");
+        Ok(Self::Defined {
+            definition,
+            value,
+            stamp,
+        })
+    }
+
+    /// The number of a message and its stamp, µs; the error is half a sentence.
+    fn number(&self, payload: &[u8]) -> Result<(f64, Option<i64>), String> {
+        let (definition, value, stamp) = match self {
+            Self::Known(kind, field) => return number((*kind, *field), payload),
+            Self::Defined {
+                definition,
+                value,
+                stamp,
+            } => (definition, value, stamp),
+        };
+        let paths: Vec<&Path> = [value].into_iter().chain(stamp.iter().flatten()).collect();
+        match &definition.values(payload, &paths)?[..] {
+            [value, stamp @ ..] => Ok((*value, Time::of_numbers(stamp).micros())),
+            [] => Err("it lacks the number".to_owned()),
+        }
+    }
+}
+
+/// The number of a message of a known type, and its stamp, µs.
 fn number((kind, field): (Type, Field), payload: &[u8]) -> Result<(f64, Option<i64>), String> {
     let element = |data: &[f64], index: usize| {
         let missing = || format!("it has {} numbers and no data[{index}]", data.len());

@@ -6,6 +6,7 @@
 
 use std::collections::HashMap;
 use std::io::{self, BufReader, Read, Take};
+use std::rc::Rc;
 
 use crc32fast::Hasher;
 use mcap::McapError;
@@ -15,13 +16,13 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use super::super::error::InputError;
 use super::super::open::Part;
 use super::super::refusal::ContainerError;
-use super::storage::{Channel, End, Interest, Visitor};
+use super::storage::{Channel, End, Interest, Schema, Visitor};
 
 /// Length of the magic bytes at the start of a file.
 const MAGIC: u64 = 8;
 
 /// Longest record that is read, bytes: a picture of 64 million pixels is longer.
-const LONGEST_RECORD: usize = 256 << 20;
+pub(super) const LONGEST_RECORD: usize = 256 << 20;
 
 /// Bytes read at once.
 const AT_ONCE: usize = 64 << 10;
@@ -100,7 +101,8 @@ pub(super) fn visit(
 
 /// State of the parser.
 struct Bag<'a> {
-    schemas: HashMap<u16, String>,
+    /// Names of types, with their definitions.
+    schemas: HashMap<u16, (String, Option<Rc<Schema>>)>,
     channels: HashMap<u16, (Channel, Interest)>,
     visitor: &'a mut dyn Visitor,
     /// The current record.
@@ -254,15 +256,23 @@ impl Bag<'_> {
             return Ok(());
         }
         match mcap::parse_record(opcode, &self.record).map_err(Stop::Damaged)? {
-            Record::Schema { header, .. } => {
-                self.schemas.insert(header.id, header.name);
+            Record::Schema { header, data } => {
+                let schema = Schema {
+                    encoding: header.encoding,
+                    text: data.into_owned(),
+                };
+                self.schemas
+                    .insert(header.id, (header.name, Some(schema.into())));
             }
             Record::Channel(channel) => {
-                let message = self.schemas.get(&channel.schema_id);
+                let schema = self.schemas.get(&channel.schema_id);
+                let (message, schema) = schema.cloned().unwrap_or_default();
                 let declared = Channel {
                     topic: channel.topic,
-                    message: message.cloned().unwrap_or_default(),
+                    message,
                     encoding: channel.message_encoding,
+                    schema,
+                    metadata: channel.metadata,
                 };
                 let interest = self.visitor.channel(&declared);
                 self.channels.insert(channel.id, (declared, interest));

@@ -13,6 +13,17 @@ pub(super) struct Time {
 }
 
 impl Time {
+    /// Time of the numbers at the paths of a stamp; zero without them, which means that it is missing.
+    pub(super) fn of_numbers(numbers: &[f64]) -> Self {
+        match numbers {
+            [seconds, nanoseconds] => Self {
+                sec: *seconds as i32,
+                nanosec: *nanoseconds as u32,
+            },
+            _ => Self { sec: 0, nanosec: 0 },
+        }
+    }
+
     /// Time in µs, rounded; `None` for zero, which means that the stamp is missing.
     pub(super) fn micros(self) -> Option<i64> {
         let Self { sec, nanosec } = self;
@@ -45,6 +56,22 @@ pub(super) struct Imu {
 impl Imu {
     /// Name of its type.
     pub(super) const TYPE: &'static str = "sensor_msgs/msg/Imu";
+
+    /// Message with these accelerations and rates, in the units of its source, without orientation.
+    pub(super) fn of(stamp: Time, accelerations: [f64; 3], rates: [f64; 3]) -> Self {
+        Self {
+            header: Header {
+                stamp,
+                frame_id: Text::default(),
+            },
+            _orientation: [0.0; 4],
+            _orientation_covariance: [0.0; 9],
+            angular_velocity: rates,
+            angular_velocity_covariance: [0.0; 9],
+            linear_acceleration: accelerations,
+            linear_acceleration_covariance: [0.0; 9],
+        }
+    }
 
     /// Returns whether it has rates: -1 as the first covariance marks them as missing.
     pub(super) fn has_rates(&self) -> bool {

@@ -1,10 +1,11 @@
 //! The `SQLite` database of a rosbag2: the tables `topics` and `messages`. Source: `sqlite_storage.cpp` of
 //! <https://github.com/ros2/rosbag2>.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
+use std::rc::Rc;
 
 use rusqlite::types::ValueRef;
 use rusqlite::{Connection, ErrorCode, OpenFlags};
@@ -14,7 +15,7 @@ use super::super::error::InputError;
 use super::super::foreign::Foreign;
 use super::super::open::Part;
 use super::super::refusal::ContainerError;
-use super::storage::{Channel, End, Interest, Visitor};
+use super::storage::{Channel, End, Interest, Schema, Visitor};
 
 /// Advice in the error about a file that is damaged rather than truncated.
 const ADVICE: &str = "sqlite3 walk.db3 \".recover\" saves what can be";
@@ -47,12 +48,13 @@ pub(super) fn visit(
             "PRAGMA trusted_schema = OFF; PRAGMA cell_size_check = ON; PRAGMA writable_schema = ON",
         )
         .map_err(damaged)?;
-    if !has_tables(&database).map_err(damaged)? {
+    if count_tables(&database, &["topics", "messages"]).map_err(damaged)? != 2 {
         let kind = Foreign::Sqlite;
         let file = file.to_owned();
         return Err(ContainerError::Foreign { file, kind }.into());
     }
-    let channels = channels(&database, visitor).map_err(damaged)?;
+    let has_definitions = count_tables(&database, &["message_definitions"]).map_err(damaged)? == 1;
+    let channels = channels(&database, has_definitions, visitor).map_err(damaged)?;
     // Order in which they were written.
     let mut statement = database
         .prepare("SELECT topic_id, timestamp, data FROM messages ORDER BY id")
@@ -104,20 +106,20 @@ fn whole_pages(path: &Path) -> io::Result<Option<TempPath>> {
     Ok(Some(copy.into_temp_path()))
 }
 
-/// Returns whether the tables of a rosbag2 exist, as tables and not as views.
-fn has_tables(database: &Connection) -> rusqlite::Result<bool> {
-    let tables: i64 = database.query_row(
-        "SELECT count(*) FROM sqlite_master \
-         WHERE type = 'table' AND name IN ('topics', 'messages')",
-        [],
-        |row| row.get(0),
-    )?;
-    Ok(tables == 2)
+/// Number of these tables that exist, as tables and not as views, which may compute without end.
+fn count_tables(database: &Connection, names: &[&str]) -> rusqlite::Result<u32> {
+    let mut count = 0;
+    for name in names {
+        let select = "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name = ?1";
+        count += database.query_row(select, [name], |row| row.get::<_, u32>(0))?;
+    }
+    Ok(count)
 }
 
 /// Topics by their numbers.
 fn channels(
     database: &Connection,
+    has_definitions: bool,
     visitor: &mut dyn Visitor,
 ) -> rusqlite::Result<HashMap<i64, (Channel, Interest)>> {
     let mut statement =
@@ -125,15 +127,37 @@ fn channels(
     let mut rows = statement.query([])?;
     let mut channels = HashMap::new();
     while let Some(row) = rows.next()? {
+        let message: String = row.get(2)?;
         let channel = Channel {
             topic: row.get(1)?,
-            message: row.get(2)?,
+            schema: has_definitions
+                .then(|| schema(database, &message))
+                .flatten(),
+            message,
             encoding: row.get(3)?,
+            metadata: BTreeMap::new(),
         };
         let interest = visitor.channel(&channel);
         channels.insert(row.get(0)?, (channel, interest));
     }
     Ok(channels)
+}
+
+/// Definition of a type. Bags of ROS 2 Iron and later have the table, but not for all types.
+fn schema(database: &Connection, message: &str) -> Option<Rc<Schema>> {
+    let select = "SELECT encoding, encoded_message_definition FROM message_definitions \
+                  WHERE topic_type = ?1";
+    let schema = database.query_row(select, [message], |row| {
+        let text: String = row.get(1)?;
+        Ok(Schema {
+            encoding: row.get(0)?,
+            text: text.into_bytes(),
+        })
+    });
+    schema
+        .ok()
+        .filter(|schema| !schema.text.is_empty())
+        .map(Rc::new)
 }
 
 fn is_cut_off(error: &rusqlite::Error) -> bool {

@@ -1,5 +1,9 @@
 //! Messages of a bag, independent of its storage.
 
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
 use super::super::error::InputError;
 use super::super::format::Format;
 use super::super::open::Part;
@@ -7,12 +11,37 @@ use super::{mcap, rosbag2};
 
 /// A topic as declared in a bag.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Channel {
-    pub(super) topic: String,
+pub struct Channel {
+    /// Name of the topic.
+    pub topic: String,
     /// Type of its messages, such as `sensor_msgs/msg/Imu`.
-    pub(super) message: String,
+    pub message: String,
     /// Serialisation of its messages: `cdr`.
-    pub(super) encoding: String,
+    pub encoding: String,
+    /// Definition of the type, if the bag has one.
+    pub schema: Option<Rc<Schema>>,
+    /// Further properties, such as the quality of service.
+    pub metadata: BTreeMap<String, String>,
+}
+
+/// Definition of a type.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Schema {
+    /// Its language, such as `ros2msg`.
+    pub encoding: String,
+    /// Its text.
+    pub text: Vec<u8>,
+}
+
+impl Channel {
+    /// Definition of the type as `ros2msg`.
+    pub(super) fn definition(&self) -> Option<Cow<'_, str>> {
+        let schema = self
+            .schema
+            .as_ref()
+            .filter(|schema| schema.encoding == "ros2msg")?;
+        Some(String::from_utf8_lossy(&schema.text))
+    }
 }
 
 /// Whether the messages of a topic are needed.

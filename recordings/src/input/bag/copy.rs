@@ -1,0 +1,92 @@
+//! All messages of a bag as they are stored, for a copy of it.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::io;
+use std::path::Path;
+
+use super::super::error::InputError;
+use super::super::open::Source;
+use super::super::refusal::ContainerError;
+use super::cdr::decompressed_message;
+use super::mcap::LONGEST_RECORD;
+use super::storage::{Channel, Interest, Visitor, visit};
+
+/// Receiver of the messages of a bag.
+pub trait Receiver {
+    /// Receives a message, decompressed, with the time at which it was written, ns.
+    ///
+    /// # Errors
+    /// The copy cannot be written.
+    fn message(&mut self, channel: &Channel, log_ns: i64, payload: &[u8]) -> io::Result<()>;
+}
+
+/// Passes all messages of a bag in stored order to a receiver; returns a sentence about each part that ends early.
+///
+/// # Errors
+/// Outer: the bag cannot be read. Inner: the first error of the receiver.
+pub fn copy(
+    path: &Path,
+    receiver: &mut dyn Receiver,
+) -> Result<io::Result<Vec<String>>, InputError> {
+    let Source::Container(mut container) = Source::open(path, None, |file, _| Box::new(file))?
+    else {
+        return Ok(Err(io::ErrorKind::InvalidInput.into()));
+    };
+    let mut copier = Copier {
+        receiver,
+        file: container.file.clone(),
+        messages: HashMap::new(),
+        failed: None,
+    };
+    let visited = visit(&mut container.parts, &container.file, &mut copier);
+    match (copier.failed, visited) {
+        (Some(error), _) => Ok(Err(error)),
+        (None, visited) => visited.map(Ok),
+    }
+}
+
+struct Copier<'a> {
+    receiver: &'a mut dyn Receiver,
+    file: String,
+    /// Number of messages of each topic so far.
+    messages: HashMap<String, u64>,
+    failed: Option<io::Error>,
+}
+
+impl Visitor for Copier<'_> {
+    fn channel(&mut self, _: &Channel) -> Interest {
+        Interest::Wanted
+    }
+
+    fn message(
+        &mut self,
+        channel: &Channel,
+        log_ns: i64,
+        payload: &[u8],
+    ) -> Result<(), InputError> {
+        match self.messages.get_mut(&channel.topic) {
+            Some(count) => *count += 1,
+            None => drop(self.messages.insert(channel.topic.clone(), 1)),
+        }
+        // rosbag2 compresses messages one by one; in others these bytes may be anything.
+        let message = match channel.encoding.as_str() {
+            "cdr" => decompressed_message(payload, LONGEST_RECORD as u64),
+            _ => Ok(Cow::Borrowed(payload)),
+        };
+        let message = message.map_err(|what| ContainerError::Message {
+            file: self.file.clone(),
+            topic: channel.topic.clone(),
+            number: self.messages.get(&channel.topic).copied().unwrap_or(0),
+            what,
+        })?;
+        let received = self.receiver.message(channel, log_ns, &message);
+        received.map_err(|error| {
+            // The visit ends; the error itself is returned apart.
+            self.failed = Some(error);
+            InputError::Empty {
+                file: self.file.clone(),
+            }
+        })
+    }
+}

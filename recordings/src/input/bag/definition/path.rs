@@ -1,0 +1,172 @@
+//! Paths to the numbers of a message: `imu_state.accelerometer[0]`.
+
+use super::{Count, Definition, Field, Kind, MOST_STEPS};
+
+/// Largest number of names that are listed.
+const MOST_NAMES: usize = 10_000;
+
+/// Way to a part of a message: a field of each record, and the element where it is an array.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(in super::super) struct Path(pub(super) Vec<Step>);
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Step {
+    pub(super) field: usize,
+    /// 0 for a single value.
+    pub(super) element: u32,
+}
+
+/// Names of numbers and their paths, and the number of fields that were looked at.
+#[derive(Default)]
+struct Listing {
+    numbers: Vec<(String, Path)>,
+    steps: usize,
+}
+
+/// Part of a message at the end of a path.
+enum Part {
+    Number,
+    /// Index of a record.
+    Record(usize),
+    Other,
+}
+
+impl Definition {
+    /// Path to a number; the error is half a sentence that names the fields.
+    pub(in super::super) fn number(&self, name: &str) -> Result<Path, String> {
+        match self.part(name)? {
+            (path, Part::Number) => Ok(path),
+            (_, Part::Record(_)) => Err(format!("{name} has the numbers {}", self.listed(name))),
+            (_, Part::Other) => Err(format!("{name} is not one number")),
+        }
+    }
+
+    /// Names of the numbers in a part of the message, which is all of it for an empty name, and their paths.
+    /// Elements of sequences are not listed, because each message has its own number of them.
+    pub(in super::super) fn numbers(&self, part: &str) -> Result<Vec<(String, Path)>, String> {
+        let (path, record) = match self.part(part)? {
+            (path, Part::Record(record)) => (path, record),
+            _ => return Err(format!("{part} has no fields")),
+        };
+        let mut listing = Listing::default();
+        self.list(record, "", &path, &mut listing);
+        Ok(listing.numbers)
+    }
+
+    /// Paths to the seconds and nanoseconds of the header in a part of the message, if it has one.
+    pub(in super::super) fn stamp(&self, part: &str) -> Option<[Path; 2]> {
+        let dot = if part.is_empty() { "" } else { "." };
+        let number = |name| self.number(&format!("{part}{dot}header.stamp.{name}")).ok();
+        Some([number("sec")?, number("nanosec")?])
+    }
+
+    /// Names of the first numbers in a part of the message, for people.
+    pub(in super::super) fn listed(&self, part: &str) -> String {
+        /// Number of names in a sentence.
+        const SHOWN: usize = 12;
+        let numbers = self.numbers(part).unwrap_or_default();
+        let names: Vec<&str> = numbers
+            .iter()
+            .take(SHOWN)
+            .map(|(name, _)| name.as_str())
+            .collect();
+        match numbers.len().saturating_sub(SHOWN) {
+            0 => names.join(", "),
+            more => format!("{} and {more} more", names.join(", ")),
+        }
+    }
+
+    /// Appends the numbers of a record to a list.
+    fn list(&self, record: usize, prefix: &str, path: &Path, to: &mut Listing) {
+        let Some(record) = self.records.get(record) else {
+            return;
+        };
+        for (index, field) in record.fields.iter().enumerate() {
+            let dot = if prefix.is_empty() { "" } else { "." };
+            let elements = match field.count {
+                Count::One => 1,
+                Count::Fixed(elements) => elements,
+                Count::Sequence => 0,
+            };
+            for element in 0..elements {
+                to.steps += 1;
+                if to.numbers.len() >= MOST_NAMES || to.steps > MOST_STEPS {
+                    return;
+                }
+                let index_text = match field.count {
+                    Count::One => String::new(),
+                    _ => format!("[{element}]"),
+                };
+                let name = format!("{prefix}{dot}{}{index_text}", field.name);
+                let mut path = path.clone();
+                path.0.push(Step {
+                    field: index,
+                    element,
+                });
+                let before = to.numbers.len();
+                match field.kind {
+                    Kind::Number(_) => to.numbers.push((name, path)),
+                    Kind::Record(record) => self.list(record, &name, &path, to),
+                    Kind::Text => {}
+                }
+                if to.numbers.len() == before {
+                    break;
+                }
+            }
+        }
+    }
+
+    /// Part of the message with a name; the message itself for an empty one.
+    fn part(&self, name: &str) -> Result<(Path, Part), String> {
+        let mut path = Path::default();
+        let mut part = Part::Record(self.message);
+        for word in name.split('.').filter(|_| !name.is_empty()) {
+            let Part::Record(record) = part else {
+                return Err(format!(
+                    "there is no {name}: what is before .{word} has no fields"
+                ));
+            };
+            let (bare, element) = match word.split_once('[') {
+                None => (word, None),
+                Some((bare, index)) => {
+                    let index = index.strip_suffix(']').and_then(|index| index.parse().ok());
+                    let index = index.ok_or_else(|| format!("{word:?} is no field[INDEX]"))?;
+                    (bare, Some(index))
+                }
+            };
+            let fields = self
+                .records
+                .get(record)
+                .map_or(&[][..], |record| &record.fields);
+            let Some(index) = fields.iter().position(|field| field.name == bare) else {
+                let names: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();
+                return Err(format!("there is no {bare}, but {}", names.join(", ")));
+            };
+            let field = &fields[index];
+            let element = element_of(field, element)?;
+            path.0.push(Step {
+                field: index,
+                element: element.unwrap_or(0),
+            });
+            part = match (field.kind, field.count, element) {
+                (_, Count::Fixed(_) | Count::Sequence, None) | (Kind::Text, ..) => Part::Other,
+                (Kind::Number(_), ..) => Part::Number,
+                (Kind::Record(record), ..) => Part::Record(record),
+            };
+        }
+        Ok((path, part))
+    }
+}
+
+/// Checks an index against the length of its field.
+fn element_of(field: &Field, element: Option<u32>) -> Result<Option<u32>, String> {
+    let name = &field.name;
+    match (field.count, element) {
+        (Count::One, Some(_)) => Err(format!("{name} is not an array")),
+        (Count::Fixed(length), Some(index)) if index >= length => Err(format!(
+            "{name} has the elements [0] to [{}]",
+            length.saturating_sub(1)
+        )),
+        _ => Ok(element),
+    }
+}

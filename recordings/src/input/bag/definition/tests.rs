@@ -1,0 +1,174 @@
+use super::*;
+
+const NESTED: &str = "# A comment
+uint8 KIND = 3
+string<=10 label \"a=b\"   # default
+Inner[2] inner
+int16[<=3] few
+other/Empty empty
+float64 last
+================================================================================
+MSG: test_msgs/msg/Inner
+bool on
+float32[] many
+uint64 big 7
+================================================================================
+MSG: other/Empty
+int32 ONLY=1
+";
+
+/// A message of [`NESTED`], little endian.
+fn message() -> Vec<u8> {
+    let mut bytes = vec![0, 1, 0, 0];
+    let mut put = |size: usize, value: &[u8]| {
+        while !(bytes.len() - 4).is_multiple_of(size) {
+            bytes.push(0xAA);
+        }
+        bytes.extend_from_slice(value);
+    };
+    put(4, &3_u32.to_le_bytes());
+    put(1, b"ab\0");
+    for inner in 0..2_u8 {
+        put(1, &[inner]);
+        put(4, &2_u32.to_le_bytes());
+        for k in 0..2_u8 {
+            put(4, &(f32::from(10 * inner + k) + 0.5).to_le_bytes());
+        }
+        put(8, &(1000 + u64::from(inner)).to_le_bytes());
+    }
+    put(4, &2_u32.to_le_bytes());
+    put(2, &(-7_i16).to_le_bytes());
+    put(2, &8_i16.to_le_bytes());
+    // The one byte of an empty type.
+    put(1, &[0]);
+    put(8, &(-2.25_f64).to_le_bytes());
+    bytes
+}
+
+fn nested() -> Definition {
+    Definition::parse("test_msgs/msg/Outer", NESTED).unwrap()
+}
+
+fn values(names: &[&str], payload: &[u8]) -> Result<Vec<f64>, String> {
+    let definition = nested();
+    let paths: Vec<Path> = (names.iter())
+        .map(|name| definition.number(name).unwrap())
+        .collect();
+    definition.values(payload, &paths.iter().collect::<Vec<_>>())
+}
+
+#[test]
+fn numbers_are_found_behind_every_kind_of_field() {
+    let names = [
+        "last",
+        "inner[1].many[0]",
+        "inner[0].on",
+        "inner[1].big",
+        "few[0]",
+        "few[1]",
+    ];
+    assert_eq!(
+        values(&names, &message()),
+        Ok(vec![-2.25, 10.5, 0.0, 1001.0, -7.0, 8.0])
+    );
+    // In big endian each value is reversed; the first one is enough here.
+    let swapped = [&[0, 0, 0, 0][..], &[0, 0, 0, 7]].concat();
+    let one = Definition::parse("a/msg/B", "int32 x").unwrap();
+    let path = one.number("x").unwrap();
+    assert_eq!(one.values(&swapped, &[&path]), Ok(vec![7.0]));
+}
+
+#[test]
+fn cut_and_overlong_messages_are_refused() {
+    let whole = message();
+    for length in 0..whole.len() {
+        assert!(values(&["last"], &whole[..length]).is_err(), "{length}");
+    }
+    let longer = [&whole[..], &[0; 4]].concat();
+    assert!(
+        values(&["last"], &longer)
+            .unwrap_err()
+            .contains("more than its type has")
+    );
+    assert!(
+        values(&["few[2]"], &whole)
+            .unwrap_err()
+            .contains("fewer elements")
+    );
+}
+
+#[test]
+fn paths_to_no_number_are_named() {
+    let definition = nested();
+    for (name, why) in [
+        (
+            "first",
+            "there is no first, but label, inner, few, empty, last",
+        ),
+        ("inner[2].big", "inner has the elements [0] to [1]"),
+        ("inner[0]", "inner[0] has the numbers on, big"),
+        ("inner", "inner is not one number"),
+        ("few", "few is not one number"),
+        ("label", "label is not one number"),
+        ("last[0]", "last is not an array"),
+        ("last.x", "what is before .x has no fields"),
+        ("few[x]", "\"few[x]\" is no field[INDEX]"),
+    ] {
+        let said = definition.number(name).unwrap_err();
+        assert!(said.contains(why), "{name}: {said}");
+    }
+    assert_eq!(
+        definition.listed(""),
+        "inner[0].on, inner[0].big, inner[1].on, inner[1].big, last"
+    );
+}
+
+#[test]
+fn hostile_definitions_are_refused() {
+    for (text, why) in [
+        ("a/B b\n===\nMSG: a/B\na/B b", "has a/B within itself"),
+        ("c/D d", "lacks c/D"),
+        ("int32[x] y", "a line that is no field"),
+        ("int32[3 y", "a line that is no field"),
+        ("wstring w", "a wstring"),
+    ] {
+        let said = Definition::parse("a/msg/A", text).unwrap_err();
+        assert!(said.contains(why), "{text}: {said}");
+    }
+    // Each of 30 types is in the one above it twice, and a chain of 1000 is deep.
+    let of = |levels: usize, fields: &dyn Fn(usize) -> String| -> String {
+        let sections = (1..levels).map(|k| format!("===\nMSG: a/T{k}\n{}\n", fields(k + 1)));
+        fields(1)
+            + "\n"
+            + &sections.collect::<String>()
+            + &format!("===\nMSG: a/T{levels}\nint32[0] x")
+    };
+    let twice = of(30, &|k| format!("T{k} a\nT{k} b"));
+    let twice = Definition::parse("a/msg/A", &twice).unwrap();
+    assert_eq!(twice.listed(""), "");
+    let path = Path::default();
+    let said = twice.values(&[0, 1, 0, 0], &[&path]).unwrap_err();
+    assert!(said.contains("more than 4000000 fields"), "{said}");
+    let deep = Definition::parse("a/msg/A", &of(1000, &|k| format!("T{k} a")));
+    assert!(
+        deep.unwrap_err()
+            .contains("more than 32 types within each other")
+    );
+    // Arrays of four billion elements take neither time nor memory.
+    let huge = "Z[4000000000] z\nint32[4000000000] x\n===\nMSG: a/Z\nint32[0] none";
+    let huge = Definition::parse("a/msg/A", huge).unwrap();
+    let path = huge.number("x[3]").unwrap();
+    assert!(huge.values(&[0, 1, 0, 0, 1, 2, 3, 4], &[&path]).is_err());
+    assert!(huge.listed("").ends_with(" more"));
+}
+
+#[test]
+fn known_definitions_are_complete() {
+    let state = Definition::of("unitree_go/msg/LowState", None).unwrap();
+    assert!(state.number("foot_force[3]").is_ok());
+    assert!(state.number("imu_state.accelerometer[2]").is_ok());
+    let joints = Definition::of("sensor_msgs/msg/JointState", None).unwrap();
+    assert!(joints.number("effort[3]").is_ok());
+    assert!(joints.number("header.stamp.nanosec").is_ok());
+    assert!(Definition::of("a/msg/Unknown", None).is_err());
+}

@@ -1,0 +1,160 @@
+//! Numbers of a message in plain CDR, found by walking through all of it.
+
+use super::path::Step;
+use super::{Count, Definition, Kind, MOST_STEPS, Number, Path};
+use crate::input::bag::cdr::{LONGEST_PADDING, Order, content};
+
+impl Definition {
+    /// Numbers of a message at these paths; the error is half a sentence.
+    pub(in super::super) fn values(
+        &self,
+        payload: &[u8],
+        paths: &[&Path],
+    ) -> Result<Vec<f64>, String> {
+        let message = content(payload)?;
+        let wanted: Vec<(usize, &[Step])> = paths
+            .iter()
+            .enumerate()
+            .map(|(slot, path)| (slot, &path.0[..]))
+            .collect();
+        let mut walk = Walk {
+            definition: self,
+            order: message.order,
+            content: &message.bytes,
+            at: 0,
+            steps: 0,
+            found: vec![None; paths.len()],
+        };
+        walk.record(self.message, &wanted)?;
+        if walk.content.len() - walk.at > LONGEST_PADDING {
+            return Err(format!(
+                "{} bytes are more than its type has, {}",
+                walk.content.len(),
+                walk.at
+            ));
+        }
+        let found = walk.found.into_iter();
+        found
+            .map(|value| {
+                value.ok_or_else(|| "it has fewer elements than the index says".to_owned())
+            })
+            .collect()
+    }
+}
+
+struct Walk<'a> {
+    definition: &'a Definition,
+    order: Order,
+    content: &'a [u8],
+    at: usize,
+    steps: usize,
+    found: Vec<Option<f64>>,
+}
+
+impl Walk<'_> {
+    /// Walks through a record; `wanted` has the slots of numbers in it, and the rest of the ways to them.
+    fn record(&mut self, record: usize, wanted: &[(usize, &[Step])]) -> Result<(), String> {
+        let definition = self.definition;
+        let Some(record) = definition.records.get(record) else {
+            return Ok(());
+        };
+        self.steps += record.fields.len();
+        if self.steps > MOST_STEPS {
+            return Err(format!("it has more than {MOST_STEPS} fields"));
+        }
+        if record.fields.is_empty() {
+            // An empty record has a byte, because IDL has none that are empty.
+            return self.skip(1, 1);
+        }
+        for (index, field) in record.fields.iter().enumerate() {
+            let of_field: Vec<_> = wanted
+                .iter()
+                .filter_map(|(slot, steps)| {
+                    let (step, rest) = steps.split_first()?;
+                    (step.field == index).then_some((*slot, step.element, rest))
+                })
+                .collect();
+            let elements = match field.count {
+                Count::One => 1,
+                Count::Fixed(elements) => elements,
+                Count::Sequence => self.number(Number::U32)? as u32,
+            };
+            match field.kind {
+                Kind::Number(number) if of_field.is_empty() => {
+                    self.skip(number.size(), elements as usize)?;
+                }
+                Kind::Number(number) => {
+                    for element in 0..elements {
+                        let value = self.number(number)?;
+                        for (slot, _, _) in of_field.iter().filter(|(_, at, _)| *at == element) {
+                            self.found[*slot] = Some(value);
+                        }
+                    }
+                }
+                Kind::Text => {
+                    for _ in 0..elements {
+                        let length = self.number(Number::U32)? as usize;
+                        self.skip(1, length)?;
+                    }
+                }
+                Kind::Record(record) => {
+                    for element in 0..elements {
+                        let within: Vec<_> = of_field
+                            .iter()
+                            .filter(|(_, at, _)| *at == element)
+                            .map(|(slot, _, rest)| (*slot, *rest))
+                            .collect();
+                        let before = self.at;
+                        self.record(record, &within)?;
+                        if self.at == before {
+                            break;
+                        }
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Advances over `count` values of `size` bytes.
+    fn skip(&mut self, size: usize, count: usize) -> Result<(), String> {
+        if count > 0 {
+            self.at = self.at.next_multiple_of(size);
+        }
+        let end = size
+            .checked_mul(count)
+            .and_then(|bytes| self.at.checked_add(bytes));
+        let end = end
+            .filter(|end| *end <= self.content.len())
+            .ok_or_else(too_short)?;
+        self.at = end;
+        Ok(())
+    }
+
+    fn number(&mut self, number: Number) -> Result<f64, String> {
+        let size = number.size();
+        self.skip(size, 1)?;
+        let stored = &self.content[self.at - size..self.at];
+        let mut bytes = [0; 8];
+        for (byte, stored) in bytes.iter_mut().zip(stored) {
+            *byte = *stored;
+        }
+        if self.order == Order::Big {
+            bytes[..size].reverse();
+        }
+        let bits = u64::from_le_bytes(bytes);
+        Ok(match number {
+            Number::Bool | Number::U8 | Number::U16 | Number::U32 | Number::U64 => bits as f64,
+            Number::I8 => f64::from(bits as i8),
+            Number::I16 => f64::from(bits as i16),
+            Number::I32 => f64::from(bits as i32),
+            Number::I64 => bits.cast_signed() as f64,
+            Number::F32 => f64::from(f32::from_bits(bits as u32)),
+            Number::F64 => f64::from_bits(bits),
+        })
+    }
+}
+
+fn too_short() -> String {
+    "it has fewer bytes than its type".to_owned()
+}

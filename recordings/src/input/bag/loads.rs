@@ -1,0 +1,128 @@
+//! Loads of all feet, and the IMUs of their feet in order: the first reading of a bag that has loads.
+
+use std::collections::BTreeSet;
+
+use super::super::error::InputError;
+use super::super::loaded::Hints;
+use super::super::open::Container;
+use super::super::refusal::ContainerError;
+use super::super::topics::Topics;
+use super::cdr::decode_start;
+use super::load::LoadSeries;
+use super::messages::Header;
+use super::storage::{Channel, Interest, Visitor, visit};
+use super::{ImuKey, MOST_FRAMES, addresses, described, is_imu, is_wanted, order};
+
+/// Loads, and the IMUs of their feet.
+#[derive(Default)]
+pub(super) struct Loads {
+    pub(super) series: Vec<LoadSeries>,
+    pub(super) feet: Vec<ImuKey>,
+}
+
+/// Reads the loads.
+pub(super) fn loads(container: &mut Container, hints: &Hints) -> Result<Loads, InputError> {
+    let wanted = &hints.bag.loads;
+    if wanted.is_empty() {
+        return Ok(Loads::default());
+    }
+    let mut reader = LoadReader {
+        file: &container.file,
+        hints,
+        series: wanted.iter().cloned().map(LoadSeries::new).collect(),
+        feet: BTreeSet::new(),
+        others: Vec::new(),
+        failed: None,
+    };
+    visit(&mut container.parts, &container.file, &mut reader)?;
+    let LoadReader {
+        mut series,
+        feet,
+        others,
+        failed,
+        ..
+    } = reader;
+    if let Some(error) = failed {
+        return Err(error);
+    }
+    for series in &mut series {
+        if !series.is_declared() {
+            return Err(ContainerError::NoSuchTopic {
+                file: container.file.clone(),
+                topic: series.topic.topic.clone(),
+                wanted: "numbers",
+                topics: others.iter().map(described).collect(),
+            }
+            .into());
+        }
+        series.sort();
+    }
+    let mut feet: Vec<ImuKey> = feet.into_iter().collect();
+    if let Topics::Named(named) = &hints.bag.topics {
+        feet.retain(|(topic, _)| named.contains(topic));
+    }
+    feet.sort_by(|a, b| order(&hints.bag, &a.0, &a.1).cmp(&order(&hints.bag, &b.0, &b.1)));
+    Ok(Loads { series, feet })
+}
+
+/// Visitor that reads the loads.
+struct LoadReader<'a> {
+    file: &'a str,
+    series: Vec<LoadSeries>,
+    hints: &'a Hints,
+    /// IMUs that are selected by their frames, by name.
+    feet: BTreeSet<ImuKey>,
+    /// All topics.
+    others: Vec<Channel>,
+    failed: Option<InputError>,
+}
+
+impl Visitor for LoadReader<'_> {
+    fn channel(&mut self, channel: &Channel) -> Interest {
+        if !self.others.contains(channel) {
+            self.others.push(channel.clone());
+        }
+        let mut interest = if is_imu(channel) {
+            Interest::Wanted
+        } else {
+            for (address, _) in addresses(&self.hints.bag, channel) {
+                self.feet.insert((address.to_owned(), String::new()));
+            }
+            Interest::Unwanted
+        };
+        for series in &mut self.series {
+            match series.declare(channel, self.file) {
+                Ok(true) => interest = Interest::Wanted,
+                Ok(false) => {}
+                Err(error) => self.failed = self.failed.take().or(Some(error)),
+            }
+        }
+        interest
+    }
+
+    fn message(
+        &mut self,
+        channel: &Channel,
+        log_ns: i64,
+        payload: &[u8],
+    ) -> Result<(), InputError> {
+        if let Some(error) = self.failed.take() {
+            return Err(error);
+        }
+        // A message that cannot be decoded is reported when the samples are read.
+        if is_imu(channel)
+            && let Ok(Header { frame_id, .. }) = decode_start(payload)
+            && is_wanted(&frame_id.0, self.hints)
+        {
+            let of_topic = |(topic, _): &&ImuKey| *topic == channel.topic;
+            if self.feet.iter().filter(of_topic).count() < MOST_FRAMES {
+                self.feet.insert((channel.topic.clone(), frame_id.0));
+            }
+        }
+        let wanted = |series: &&mut LoadSeries| series.topic.topic == channel.topic;
+        for series in self.series.iter_mut().filter(wanted) {
+            series.take(log_ns, payload, self.file)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,368 @@
+//! Selects the IMUs that are feet, and passes the messages of each to its feed.
+
+use super::super::error::InputError;
+use super::super::loaded::Hints;
+use super::super::mapping::Mapping;
+use super::super::refusal::{ContainerError, ImuTopic};
+use super::super::topics::{BagOptions, Topics};
+use super::beside::{Beside, Known, is_beside};
+use super::cdr::decode;
+use super::feed::{Feed, Sharing};
+use super::fields::Fields;
+use super::load::LoadSeries;
+use super::loads::Loads;
+use super::messages::Imu;
+use super::storage::{Channel, Interest, Visitor};
+use super::{ImuKey, MOST_FRAMES, addresses, described, is_imu, is_wanted, order};
+
+/// Visitor that reads the samples.
+pub(super) struct Reader<'a> {
+    file: &'a str,
+    hints: &'a Hints,
+    loads: &'a [LoadSeries],
+    /// IMUs of the feet in the order of their loads.
+    order: &'a [ImuKey],
+    /// Topics with samples of an IMU, and their frames.
+    feeds: Vec<Feed>,
+    /// All other topics.
+    others: Vec<Channel>,
+    beside: Beside,
+    /// Error in the topic that may be the only one.
+    failed: Option<InputError>,
+    /// Error about a topic that was named.
+    refused: Option<InputError>,
+}
+
+impl Visitor for Reader<'_> {
+    fn channel(&mut self, channel: &Channel) -> Interest {
+        if !is_imu(channel) {
+            if !self.others.contains(channel) {
+                self.others.push(channel.clone());
+            }
+            return if is_beside(channel) || self.declare_fields(channel) {
+                Interest::Wanted
+            } else {
+                Interest::Unwanted
+            };
+        }
+        if !self.feeds.iter().any(|feed| feed.topic == channel.topic) {
+            self.feeds
+                .push(Feed::new(channel.topic.clone(), self.hints));
+        }
+        Interest::Wanted
+    }
+
+    fn message(
+        &mut self,
+        channel: &Channel,
+        log_ns: i64,
+        payload: &[u8],
+    ) -> Result<(), InputError> {
+        if let Some(error) = self.refused.take() {
+            return Err(error);
+        }
+        if self.feeds.iter().any(|feed| feed.is_read_from(channel)) {
+            return self.fields(channel, log_ns, payload);
+        }
+        let is_same = |feed: &Feed| feed.topic == channel.topic;
+        let Some(first) = self.feeds.iter().position(is_same) else {
+            self.beside.take(channel, log_ns, payload);
+            return Ok(());
+        };
+        let is_needed = match &self.hints.bag.topics {
+            Topics::Named(named) => named.contains(&channel.topic),
+            Topics::All => true,
+            // If there are several topics, only the counts are needed, unless a frame may select one.
+            Topics::TheOnly => {
+                let is_other = |feed: &Feed| feed.messages > 0 && !is_same(feed);
+                !self.hints.bag.frames.is_empty() || !self.feeds.iter().any(is_other)
+            }
+        };
+        if !is_needed || self.failed.is_some() {
+            self.feeds[first].count(log_ns);
+            return Ok(());
+        }
+        let taken = self.sample(channel, (log_ns, first), payload);
+        match (taken, &self.hints.bag.topics) {
+            (Err(error), Topics::TheOnly) => {
+                self.failed = self.failed.take().or(Some(error));
+                Ok(())
+            }
+            (taken, _) => taken,
+        }
+    }
+}
+
+impl<'a> Reader<'a> {
+    pub(super) fn new(file: &'a str, hints: &'a Hints, loads: &'a Loads) -> Self {
+        Self {
+            file,
+            hints,
+            loads: &loads.series,
+            order: &loads.feet,
+            feeds: Vec::new(),
+            others: Vec::new(),
+            beside: Beside::default(),
+            failed: None,
+            refused: None,
+        }
+    }
+
+    /// Adds the IMUs that are named in messages of another type; returns whether there is one.
+    fn declare_fields(&mut self, channel: &Channel) -> bool {
+        let mut is_named = false;
+        for (address, part) in addresses(&self.hints.bag, channel) {
+            is_named = true;
+            if self.feeds.iter().any(|feed| feed.topic == address) {
+                continue;
+            }
+            match Fields::of(channel, part, &self.hints.table.mapping) {
+                Ok(fields) => {
+                    let mut feed = Feed::new(address.to_owned(), self.hints);
+                    feed.fields = Some(fields);
+                    self.feeds.push(feed);
+                }
+                Err(what) => {
+                    let error = ContainerError::ImuFields {
+                        file: self.file.to_owned(),
+                        topic: address.to_owned(),
+                        message: channel.message.clone(),
+                        what,
+                    };
+                    self.refused.get_or_insert(error.into());
+                }
+            }
+        }
+        is_named
+    }
+
+    /// Passes a message of another type to each IMU in it.
+    fn fields(&mut self, channel: &Channel, log_ns: i64, payload: &[u8]) -> Result<(), InputError> {
+        for feed in self
+            .feeds
+            .iter_mut()
+            .filter(|feed| feed.is_read_from(channel))
+        {
+            let Some(fields) = &feed.fields else {
+                continue;
+            };
+            let imu = fields.imu(payload);
+            feed.count(log_ns);
+            let imu = imu.map_err(|what| ContainerError::Message {
+                file: self.file.to_owned(),
+                topic: feed.topic.clone(),
+                number: feed.messages,
+                what,
+            })?;
+            let foot = self
+                .order
+                .iter()
+                .position(|(topic, _)| *topic == feed.topic);
+            let load = foot.and_then(|foot| self.loads.get(foot));
+            feed.take(
+                (log_ns, Known::default()),
+                &imu,
+                load,
+                self.hints,
+                self.file,
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Passes a message that is needed to the feed of its topic, the first of which is `first`, and its frame.
+    fn sample(
+        &mut self,
+        channel: &Channel,
+        (log_ns, first): (i64, usize),
+        payload: &[u8],
+    ) -> Result<(), InputError> {
+        let known = self.beside.of(&channel.topic, log_ns);
+        let decoded = decode::<Imu>(payload).and_then(|imu| {
+            let at = self.place(&channel.topic, &imu.header.frame_id.0)?;
+            Ok((at, imu))
+        });
+        let (at, imu) = match decoded {
+            Ok((at, imu)) => (at, imu),
+            Err(what) => {
+                self.feeds[first].count(log_ns);
+                let of_topic = self.feeds.iter().filter(|feed| feed.topic == channel.topic);
+                return Err(ContainerError::Message {
+                    file: self.file.to_owned(),
+                    topic: channel.topic.clone(),
+                    number: of_topic.map(|feed| feed.messages).sum(),
+                    what,
+                }
+                .into());
+            }
+        };
+        self.feeds[at].count(log_ns);
+        if !is_wanted(&imu.header.frame_id.0, self.hints) {
+            return Ok(());
+        }
+        let is_foot =
+            |(topic, frame): &ImuKey| *topic == channel.topic && *frame == imu.header.frame_id.0;
+        let foot = self.order.iter().position(is_foot);
+        let load = foot.and_then(|foot| self.loads.get(foot));
+        self.feeds[at].take((log_ns, known), &imu, load, self.hints, self.file)
+    }
+
+    /// Place of the feed of a topic and frame, which is added if it is the first of its frame; the error is half a
+    /// sentence.
+    fn place(&mut self, topic: &str, frame: &str) -> Result<usize, String> {
+        let is_same = |feed: &Feed| feed.topic == topic;
+        let is_it = |feed: &Feed| is_same(feed) && feed.frame.as_deref() == Some(frame);
+        if let Some(at) = self.feeds.iter().position(is_it) {
+            return Ok(at);
+        }
+        let is_new = |feed: &Feed| is_same(feed) && feed.frame.is_none();
+        if let Some(at) = self.feeds.iter().position(is_new) {
+            self.feeds[at].frame = Some(frame.to_owned());
+            return Ok(at);
+        }
+        if self.feeds.iter().filter(|feed| is_same(feed)).count() >= MOST_FRAMES {
+            return Err(format!(
+                "its frame {frame:?} is beyond the {MOST_FRAMES} that a topic may have"
+            ));
+        }
+        let mut feed = Feed::new(topic.to_owned(), self.hints);
+        feed.frame = Some(frame.to_owned());
+        self.feeds.push(feed);
+        for feed in self.feeds.iter_mut().filter(|feed| is_same(feed)) {
+            feed.sharing = Sharing::Shared;
+        }
+        Ok(self.feeds.len() - 1)
+    }
+
+    /// Leaves the feeds with the selected frames.
+    fn select_frames(&mut self) -> Result<(), InputError> {
+        let frames = &self.hints.bag.frames;
+        let has = |feed: &Feed, frame: &String| feed.frame.as_ref() == Some(frame);
+        let is_there = |frame: &String| self.feeds.iter().any(|feed| has(feed, frame));
+        if let Some(frame) = frames.iter().find(|frame| !is_there(frame)) {
+            let filled = self.feeds.iter().filter(|feed| feed.frame.is_some());
+            return Err(ContainerError::NoSuchFrame {
+                file: self.file.to_owned(),
+                frame: frame.clone(),
+                frames: filled
+                    .map(|feed| {
+                        let frame = feed.frame.clone();
+                        ImuTopic {
+                            frame,
+                            ..feed.about()
+                        }
+                    })
+                    .collect(),
+            }
+            .into());
+        }
+        if !frames.is_empty() {
+            self.feeds
+                .retain(|feed| frames.iter().any(|frame| has(feed, frame)));
+        }
+        Ok(())
+    }
+
+    /// Sentence about contacts in the bag, which are not read.
+    pub(super) fn contacts_notice(&self) -> Option<String> {
+        let is_contact = |channel: &&Channel| channel.message == "footfall_msgs/msg/Contact";
+        let topics = self.others.iter().filter(is_contact);
+        let topics: Vec<&str> = topics.map(|channel| channel.topic.as_str()).collect();
+        (!topics.is_empty()).then(|| {
+            format!(
+                "{} has contacts on {}, which are not read: the estimate is computed again from the samples",
+                self.file,
+                topics.join(", ")
+            )
+        })
+    }
+
+    /// Topics that are feet, in order.
+    pub(super) fn chosen(mut self) -> Result<Vec<Feed>, InputError> {
+        let file = self.file.to_owned();
+        if let Some(error) = self.refused.take() {
+            return Err(error);
+        }
+        if let Some(error) = self.failed.take_if(|_| !self.hints.bag.frames.is_empty()) {
+            return Err(error);
+        }
+        self.select_frames()?;
+        let abouts: Vec<ImuTopic> = self.feeds.iter().map(Feed::about).collect();
+        let mut feeds = self.feeds;
+        match &self.hints.bag.topics {
+            Topics::Named(named) => {
+                for topic in named {
+                    let topic = topic.clone();
+                    match feeds.iter().find(|feed| feed.topic == topic) {
+                        Some(feed) if feed.messages > 0 => {}
+                        Some(_) => {
+                            let topics = abouts;
+                            return Err(ContainerError::NoMessage {
+                                file,
+                                topic,
+                                topics,
+                            }
+                            .into());
+                        }
+                        None => {
+                            let all = abouts.iter().map(ToString::to_string);
+                            return Err(ContainerError::NoSuchTopic {
+                                file,
+                                topic,
+                                wanted: Imu::TYPE,
+                                topics: all.chain(self.others.iter().map(described)).collect(),
+                            }
+                            .into());
+                        }
+                    }
+                }
+                feeds.retain(|feed| named.contains(&feed.topic));
+                sort(&mut feeds, &self.hints.bag);
+                return Ok(feeds);
+            }
+            Topics::All | Topics::TheOnly => sort(&mut feeds, &self.hints.bag),
+        }
+        if feeds.is_empty() {
+            let with_axes =
+                |channel: &&Channel| Fields::of(channel, "", &Mapping::default()).is_ok();
+            let found = self.others.iter().find(with_axes);
+            return Err(ContainerError::NoImu {
+                file,
+                topics: self.others.iter().map(described).collect(),
+                with_axes: found.map(|channel| channel.topic.clone()),
+            }
+            .into());
+        }
+        feeds.retain(|feed| feed.messages > 0);
+        match (feeds.len(), &self.hints.bag.topics) {
+            (0, _) => {
+                let topic = Imu::TYPE.to_owned();
+                let topics = abouts;
+                Err(ContainerError::NoMessage {
+                    file,
+                    topic,
+                    topics,
+                }
+                .into())
+            }
+            // Each of the frames that were selected may be a foot.
+            (several @ 2.., Topics::TheOnly) if several > self.hints.bag.frames.len() => {
+                let topics = abouts;
+                Err(ContainerError::SeveralTopics { file, topics }.into())
+            }
+            _ => match self.failed {
+                Some(error) => Err(error),
+                None => Ok(feeds),
+            },
+        }
+    }
+}
+
+/// Sorts feeds by [`order`].
+fn sort(feeds: &mut [Feed], bag: &BagOptions) {
+    feeds.sort_by(|a, b| {
+        let of = |feed: &Feed| feed.frame.clone().unwrap_or_default();
+        let (a_frame, b_frame) = (of(a), of(b));
+        order(bag, &a.topic, &a_frame).cmp(&order(bag, &b.topic, &b_frame))
+    });
+}

@@ -1,0 +1,101 @@
+//! Conversion of estimates from a recording to messages on the topics of a foot.
+//!
+//! | topic | message |
+//! |---|---|
+//! | `/footfall/FL/contact` | `footfall_msgs/msg/Contact` |
+//! | `/footfall/FL/contact/probability` | `std_msgs/msg/Float64`: P alone; 0 if the estimate is invalid |
+//! | `/footfall/FL/velocity` | `geometry_msgs/msg/TwistWithCovarianceStamped`: zero, with the variance of the estimate |
+
+use std::sync::Arc;
+
+use estimator_core::{ContactEstimate, Decision, Timestamp};
+use wire::Faults;
+use wire::pdo::Status;
+
+use crate::bridge::Published;
+use crate::foot::{state, zero_velocity};
+use crate::message::{Contact, Float64, Header, Message, Time};
+use crate::topics::Topics;
+
+/// Converter of the estimates of a foot.
+#[derive(Debug)]
+pub struct Estimates {
+    name: String,
+    topics: Topics,
+    sequence: u16,
+}
+
+impl Estimates {
+    /// Creates a converter for the foot `name`.
+    #[must_use]
+    pub fn new(name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            topics: Topics::of(name),
+            sequence: 0,
+        }
+    }
+
+    /// Topics of the messages.
+    #[must_use]
+    pub fn topics(&self) -> [&Arc<str>; 3] {
+        let Topics {
+            contact,
+            probability,
+            velocity,
+            ..
+        } = &self.topics;
+        [contact, probability, velocity]
+    }
+
+    /// Returns the messages of the next estimate, whose sample was acquired at `stamp` since 1970; they are written
+    /// at `at`.
+    pub fn messages(
+        &mut self,
+        estimate: &ContactEstimate,
+        stamp: Timestamp,
+        at: Timestamp,
+    ) -> [Published; 3] {
+        let status = Status::new(
+            estimate.decision,
+            estimate.phase,
+            estimate.flags,
+            Faults::NONE,
+        );
+        let probabilities = &estimate.probabilities;
+        let contact = Contact {
+            header: Header {
+                stamp: Time::from(stamp),
+                frame_id: self.topics.frame.as_ref().to_owned(),
+            },
+            foot: self.name.clone(),
+            node: 0,
+            p_stable: probabilities.stable,
+            p_tangential: probabilities.tangential,
+            p_vertical: probabilities.vertical,
+            p_axes: probabilities.axes.to_array(),
+            decision: estimate.decision == Decision::Stable,
+            state: state(estimate.phase),
+            valid: status.is_valid(),
+            flags: estimate.flags.bits(),
+            sequence: self.sequence,
+        };
+        self.sequence = self.sequence.wrapping_add(1);
+        let data = match contact.valid {
+            true => f64::from(contact.p_stable),
+            false => 0.0,
+        };
+        let velocity = zero_velocity(&contact.header, estimate.velocity_sigma);
+        let [on_contact, on_probability, on_velocity] = self.topics();
+        let publish = |topic: &Arc<str>, message| Published {
+            topic: Arc::clone(topic),
+            at,
+            message,
+        };
+        [
+            publish(on_velocity, Message::Velocity(Box::new(velocity))),
+            publish(on_probability, Message::Number(Float64 { data })),
+            publish(on_contact, Message::Contact(contact)),
+        ]
+    }
+}
