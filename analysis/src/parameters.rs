@@ -15,13 +15,13 @@ use crate::config::{GRAVITIES, LEARNINGS, LearntValues, METHODS, Preset, word_of
 /// How one foot was estimated.
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct Estimation {
-    /// Where the parameters started from, as `--preset` takes it.
+    /// Preset that the parameters started from, as `--preset` takes it.
     pub preset: &'static str,
-    /// What they came to.
+    /// Parameters in force.
     pub parameters: ParametersReport,
-    /// How the recording's readings were corrected before.
+    /// Correction of the recording's readings before the estimate.
     pub correction: CorrectionReport,
-    /// What the estimator had learnt at the end, whatever its method.
+    /// Values the estimator had learnt at the end, with any method.
     pub learnt: LearntValues,
 }
 
@@ -71,14 +71,14 @@ pub enum GyroTimingReport {
     DelayS(f32),
 }
 
-/// What was corrected in the readings of the sensor; x, y, z of its frame.
+/// Correction of the readings of the sensor; x, y, z of its frame.
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct CorrectionReport {
-    /// What was taken off accelerations, m/s².
+    /// Bias subtracted from accelerations, m/s².
     pub accelerometer_bias_m_s2: [f32; 3],
-    /// By what they were multiplied then.
+    /// Factors of the accelerations after that.
     pub accelerometer_scale: [f32; 3],
-    /// What was taken off angular rates, rad/s.
+    /// Bias subtracted from angular rates, rad/s.
     pub gyroscope_bias_rad_s: [f32; 3],
     /// How the sensor lies in the foot, as `--axes` has it: then they were turned by this.
     pub axes: String,

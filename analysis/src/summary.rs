@@ -40,10 +40,10 @@ pub struct Summary {
     pub flag_counts: BTreeMap<&'static str, usize>,
     /// Figures against the labels, where there are any.
     pub metrics: Option<Metrics>,
-    /// What there is to say about the file that was read; absent where there was none.
+    /// Report about the file that was read; absent without a file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub input: Option<InputReport>,
-    /// How it was estimated; absent where no file was read.
+    /// Parameters and correction of the estimate; absent without a file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub estimation: Option<Estimation>,
 }
@@ -68,7 +68,7 @@ fn map_of<'a>(keys: impl IntoIterator<Item = &'a str>, value: &Value) -> Schema 
     schema
 }
 
-/// What there is to say about a file that was read.
+/// Report about a file that was read.
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct InputReport {
     /// The file, as it was named.
@@ -83,7 +83,7 @@ pub struct InputReport {
     pub dropped_rows: usize,
     /// Rows that got another time.
     pub retimed_rows: usize,
-    /// What is not plausible.
+    /// Implausible properties of the samples.
     pub findings: Vec<FindingReport>,
 }
 

@@ -32,24 +32,24 @@ pub struct EmergencyReport {
     pub code: u16,
     /// Which fault.
     pub fault: String,
-    /// What the code's documentation says it is.
+    /// Detail, whose meaning the documentation of the code gives.
     pub detail: u32,
 }
 
 /// How the board was when it last said so over the serial line.
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct BoardReport {
-    /// What it was doing.
+    /// Stage of its operation.
     pub stage: &'static str,
     /// The faults it had.
     pub faults: Vec<&'static str>,
     /// The sensor's temperature, °C; `None` where it was not known.
     pub temperature: Option<f32>,
-    /// What it had counted.
+    /// Its counters.
     pub counters: BTreeMap<&'static str, u32>,
 }
 
-/// What came, what is missing, and what could not be understood.
+/// Received, missing and unreadable data of a log.
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct Report {
     /// The line that the foot has sent on.
@@ -77,7 +77,7 @@ pub struct Report {
     pub restarts: u64,
     /// Contacts that stand in the file twice; they have one row.
     pub duplicates: u64,
-    /// What could not be understood or contradicts itself, and how often. A contact that comes
+    /// Unreadable or contradictory data, with its count. A contact that comes
     /// after a later one is counted here, and as missing before that one.
     pub problems: BTreeMap<String, u64>,
     /// Emergency messages, in the order of the file.

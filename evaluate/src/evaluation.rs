@@ -19,7 +19,7 @@ use crate::score::{Answers, Figures, Scores};
 use crate::sets::{Family, Pool, Set};
 use scoring::scored::Scored;
 
-/// What was recorded.
+/// Recordings that are evaluated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct About {
     /// The set.
@@ -41,7 +41,7 @@ pub struct About {
 pub struct OnSet {
     /// The set.
     pub set: Set,
-    /// What the method knew before.
+    /// Prior knowledge of the method.
     #[serde(flatten)]
     pub knowledge: Knowledge,
     /// How it did.

@@ -58,10 +58,10 @@ pub enum Causality {
     LooksAhead,
 }
 
-/// What a method knew of a recording before it was scored on it, for tables.
+/// Prior knowledge of a method about a recording, for tables.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Knowledge {
-    /// What was learnt from other labels or without any, and from which recordings.
+    /// Parameters learnt from other labels or without labels, and from which recordings.
     pub learnt: String,
     /// The names of the recordings whose labels were used.
     pub labels_of: Vec<String>,

@@ -197,7 +197,7 @@ impl Described for FootInfo {
 /// An object as it is printed.
 #[derive(Debug, JsonSchema, Serialize)]
 pub struct Document<'a, R> {
-    /// What describes this object.
+    /// Identifier of the schema that describes this object.
     schema: &'static str,
     /// The version of the program.
     version: &'static str,
@@ -220,7 +220,7 @@ impl<'a, R: Described> Document<'a, R> {
 /// every line, or beside that of a foot.
 #[derive(Debug, JsonSchema, Serialize)]
 pub struct Line<'a, R> {
-    /// What describes this object.
+    /// Identifier of the schema that describes this object.
     schema: &'static str,
     #[serde(flatten)]
     line: &'a R,

@@ -17,7 +17,7 @@ use recordings::input::{Hints, Opened, Topics};
 use crate::parameters::SettingsArguments;
 use crate::reading::{Options, named, parsed};
 
-/// What a recording is called.
+/// Identity of a recording.
 #[derive(FromPyObject)]
 pub(crate) struct IdentityArguments {
     #[pyo3(item)]
@@ -31,7 +31,7 @@ pub(crate) struct IdentityArguments {
     day: Option<String>,
 }
 
-/// What is asked for beside, as the options of the program have it.
+/// Further settings of a batch, in the grammar of the program's options.
 #[derive(FromPyObject)]
 pub(crate) struct BatchArguments {
     #[pyo3(item)]
@@ -120,7 +120,7 @@ pub(crate) fn batch_settings_hash(
     Ok(all_settings(&options, &settings, batch)?.blake3())
 }
 
-/// What becomes of the one recording that is looked at.
+/// Outcome of the single recording of a plan.
 #[derive(Default)]
 struct Planned(Mutex<Option<Outcome>>);
 
@@ -192,7 +192,7 @@ pub(crate) fn batch_feet(
     Ok(feet.filter_map(|stored| stored.about.foot).collect())
 }
 
-/// What a recording is called, where its path says it: as `--path` of `footfall batch` has it.
+/// Identity of a recording from its path, as `footfall batch --path-pattern` reads it.
 #[pyfunction]
 pub(crate) fn batch_identity<'py>(
     py: Python<'py>,

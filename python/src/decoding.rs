@@ -1,4 +1,4 @@
-//! What feet have sent: rows as arrays, and the report.
+//! Decoded logs of feet: rows as arrays, and the report.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;

@@ -200,7 +200,7 @@ impl<'py> Arrays<'py> {
         })
     }
 
-    /// What the caller's clock says at the first sample, µs.
+    /// Time of the first sample on the caller's clock, µs.
     fn start_us(&self) -> i64 {
         let first = self.times_us.as_ref().and_then(|times| times.first());
         first.copied().unwrap_or(0)

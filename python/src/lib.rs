@@ -13,7 +13,7 @@
 //! | what feet have sent | [`decoding`] |
 //! | a simulated foot | [`simulation`] |
 
-// What Python hands over is a value of its own, whatever becomes of it.
+// Arguments from Python are owned values even where a reference would do.
 #![allow(clippy::needless_pass_by_value)]
 
 mod arrays;

@@ -9,7 +9,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use recordings::input::{Correction, Format};
 
-/// What the estimator is set to, and what is known about the sensor.
+/// Settings of the estimator, and facts about the sensor.
 #[derive(Clone)]
 pub(crate) struct Settings {
     pub(crate) preset: Preset,

@@ -72,7 +72,7 @@ where
 }
 
 impl Options {
-    /// What is known about the file, and its format where that is given.
+    /// Returns the hints about the file, and its format where that is given.
     pub(crate) fn read(&self) -> PyResult<(Hints, Option<Format>)> {
         let loads = self.load_topic.iter();
         let hints = Hints {

@@ -15,20 +15,20 @@ use thiserror::Error;
 
 use crate::outputs::Columns;
 
-/// What is known of a recording beside its samples.
+/// Facts about a recording beside its samples.
 #[derive(Clone, Copy)]
 pub(crate) struct Recorded {
     /// Samples per second.
     pub(crate) rate: f32,
     pub(crate) gravity: Gravity,
-    /// What the caller's clock says at the first sample, µs.
+    /// Time of the first sample on the caller's clock, µs.
     pub(crate) start_us: i64,
     pub(crate) samples: usize,
     /// Mounting of the sensor that is applied to the samples.
     pub(crate) mounting: Mounting,
 }
 
-/// What was made of it.
+/// Estimate of a recording.
 pub(crate) struct Estimated {
     columns: Columns,
     events: Vec<Event>,

@@ -19,7 +19,7 @@ const LONGEST_S: f64 = 86_400.0;
 /// Time in which a sensor warms up but for 1/e, s.
 const WARMING_S: f64 = 180.0;
 
-/// What is simulated, as `footfall.simulate` has it.
+/// Arguments of `footfall.simulate`.
 #[derive(FromPyObject)]
 pub(crate) struct Walk {
     #[pyo3(item)]
@@ -160,7 +160,7 @@ pub(crate) fn simulate<'py>(py: Python<'py>, walk: Walk) -> PyResult<Bound<'py, 
     Ok(dict)
 }
 
-/// What really happened.
+/// Ground truth of a simulated walk.
 struct Truth {
     touch_downs_s: Vec<f64>,
     /// Beginning and end of each, of those that began.

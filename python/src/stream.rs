@@ -18,7 +18,7 @@ use crate::parameters::{Settings, SettingsArguments};
 pub(crate) struct Estimator {
     settings: Settings,
     replay: Replay,
-    /// What the caller's clock said at the first sample, µs.
+    /// Time of the first sample on the caller's clock, µs.
     start_us: Option<i64>,
     /// The newest time, µs on the caller's clock.
     newest_us: i64,

@@ -79,5 +79,5 @@ def test_a_recording_that_fails_is_a_row_and_no_exception(tmp_path: Path) -> Non
 
 def test_arguments_are_checked(tmp_path: Path) -> None:
     wrong: IdentityDict = {**IDENTITY, "day": "May"}
-    with pytest.raises(ValueError, match="is no day"):
+    with pytest.raises(ValueError, match="invalid day"):
         _footfall.batch_recording("x.csv", wrong, OPTIONS, SETTINGS, BATCH, str(tmp_path))

@@ -191,15 +191,15 @@ impl Serialize for Level {
 /// `diagnostic_msgs/msg/DiagnosticStatus`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct DiagnosticStatus {
-    /// How well it is.
+    /// Severity.
     pub level: Level,
-    /// What it is.
+    /// Name of the component.
     pub name: String,
-    /// In words.
+    /// Description of the state.
     pub message: String,
-    /// Which one it is.
+    /// Identity of the hardware.
     pub hardware_id: String,
-    /// What else there is to say.
+    /// Further values.
     pub values: Vec<KeyValue>,
 }
 

@@ -28,7 +28,7 @@ pub struct InclinationScore {
     pub scored_samples: usize,
     /// Root of the mean square, degrees.
     pub rms_deg: f64,
-    /// What 95 % of the errors do not exceed, degrees.
+    /// 95th percentile of the errors, degrees.
     pub p95_deg: f64,
 }
 

@@ -129,7 +129,7 @@ impl FromStr for Day {
 
     /// Reads `YYYY-MM-DD` or `YYYYMMDD`.
     fn from_str(text: &str) -> Result<Self, String> {
-        let error = || format!("{text:?} is no day: write YYYY-MM-DD, such as 2024-05-01");
+        let error = || format!("invalid day {text:?}: write YYYY-MM-DD, such as 2024-05-01");
         let digits = match text.len() {
             10 if text.as_bytes()[4] == b'-' && text.as_bytes()[7] == b'-' => text.replace('-', ""),
             _ => text.to_owned(),

@@ -7,24 +7,24 @@ use serde::Deserialize;
 
 use super::{AccelerationAxes, AngularRateAxes, Refusal};
 
-/// What is wrong with an accelerometer.
+/// Systematic errors of an accelerometer.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct AccelerometerOverrides {
-    /// What it reads in free fall, m/s²; −5 to 5.
+    /// Reading in free fall, m/s²; −5 to 5.
     #[serde(default)]
     pub bias_m_s2: AccelerationAxes,
-    /// By what its readings, without the bias, are multiplied; 0.5 to 2.
+    /// Factor of its readings after the bias is subtracted; 0.5 to 2.
     #[serde(default)]
     pub scale: AccelerationAxes,
 }
 
-/// What is wrong with a gyroscope.
+/// Systematic errors of a gyroscope.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct GyroscopeOverrides {
-    /// What it reads at rest, rad/s; −1 to 1. Less than a bias that is learnt while it runs, but
-    /// known from the first sample on.
+    /// Reading at rest, rad/s; −1 to 1. Subtracted from the first sample on; the bias that the
+    /// estimator learns comes on top.
     #[serde(default)]
     pub bias_rad_s: AngularRateAxes,
 }

@@ -5,7 +5,7 @@ use estimator_core::stillness::Classes;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What a foot has learnt, as [`Learnt`] has it. Numbers read back as the same f32.
+/// Values of a foot's [`Learnt`]. Numbers read back as the same f32.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LearntValues {
@@ -23,7 +23,7 @@ pub struct LearntValues {
     pub velocity: ClassesValues,
 }
 
-/// What a foot has learnt of one quantity, as [`Classes`] has it: natural logarithms of amplitudes in m/s² or rad/s.
+/// [`Classes`] of one quantity: natural logarithms of amplitudes in m/s² or rad/s.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ClassesValues {

@@ -140,7 +140,7 @@ pub struct Overrides {
     /// Whether the foot goes on learning, as [`parse_learning`] reads it.
     #[serde(default, deserialize_with = "learning")]
     pub learning: Option<Learning>,
-    /// What the foot has learnt before: a warm start.
+    /// Values learnt earlier, for a warm start.
     pub learnt: Option<LearntValues>,
     /// Length of the window, as [`parse_window`] reads it.
     #[serde(default, deserialize_with = "window")]
@@ -154,10 +154,10 @@ pub struct Overrides {
     /// The attitude filter.
     #[serde(default, deserialize_with = "numbers::attitude")]
     pub attitude: Numbers,
-    /// What is wrong with the accelerometer that recorded.
+    /// Systematic errors of the accelerometer that recorded.
     #[serde(default)]
     pub accelerometer: AccelerometerOverrides,
-    /// What is wrong with the gyroscope that recorded.
+    /// Systematic errors of the gyroscope that recorded.
     #[serde(default)]
     pub gyroscope: GyroscopeOverrides,
     /// The debounced decision.

@@ -17,7 +17,7 @@ use crate::progress::{self, Bars};
 use crate::report::{SummaryStyle, print, print_text, warn};
 use crate::targets;
 
-/// What `footfall attitude` takes.
+/// Arguments of `footfall attitude`.
 #[derive(Debug, Args)]
 pub struct AttitudeArguments {
     /// Recordings in csv or Parquet; rows count where qw,qx,qy,qz are filled in and movement, if there,

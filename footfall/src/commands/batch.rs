@@ -30,7 +30,7 @@ use crate::progress::Bars;
 use crate::report::{SummaryStyle, print};
 use crate::targets;
 
-/// What `footfall batch` takes.
+/// Arguments of `footfall batch`.
 #[derive(Debug, Args)]
 pub struct BatchArguments {
     /// Folders in which all recordings are taken, and recordings
@@ -49,7 +49,7 @@ pub struct BatchArguments {
     /// The robot of all recordings, where it is not the first folder below a SOURCE
     #[arg(long, value_name = "NAME", help_heading = INPUT)]
     pub robot: Option<String>,
-    /// What the last parts of paths say.
+    /// Meaning of the last parts of paths.
     #[arg(
         long,
         value_name = "PATTERN",
@@ -78,7 +78,7 @@ pub struct BatchArguments {
 /// Names of recordings in the question before results are removed.
 const SHOWN: usize = 3;
 
-/// What became of all recordings. `Display` is the report for the terminal.
+/// Outcomes of all recordings. `Display` is the report for the terminal.
 #[derive(Clone, Debug, Default, JsonSchema, PartialEq, Serialize)]
 pub struct BatchReport {
     /// Recordings that were estimated.
@@ -99,12 +99,12 @@ pub struct BatchReport {
     pub pruned: bool,
 }
 
-/// What became of a recording.
+/// Outcome of a recording.
 #[derive(Clone, Debug, JsonSchema, PartialEq, Serialize)]
 pub struct RecordingReport {
     /// Its name.
     pub recording: String,
-    /// What was done.
+    /// Action taken.
     pub action: Action,
     /// Why; `null` where nothing had to be done.
     pub reason: Option<Reason>,
@@ -112,7 +112,7 @@ pub struct RecordingReport {
     pub rows: Vec<Row>,
 }
 
-/// What is done with a recording.
+/// Action taken for a recording.
 #[derive(Clone, Copy, Debug, Eq, JsonSchema, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Action {

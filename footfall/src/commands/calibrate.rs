@@ -27,7 +27,7 @@ use crate::report::{SummaryStyle, print, warn};
 use crate::schema::Described;
 use crate::targets::{self, Target};
 
-/// What `footfall calibrate` takes.
+/// Arguments of `footfall calibrate`.
 #[derive(Debug, Args)]
 pub struct CalibrateArguments {
     /// Recordings of one foot that walks; or with --rests of one sensor that lies still on each of

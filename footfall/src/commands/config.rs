@@ -11,7 +11,7 @@ use super::recording::{Configuration, preset_parser};
 use crate::error::Error;
 use crate::report::print_text;
 
-/// What `footfall config` takes: one of three.
+/// Arguments of `footfall config`: one of three.
 #[derive(Debug, Args)]
 pub struct ConfigArguments {
     #[command(flatten)]

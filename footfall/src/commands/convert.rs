@@ -23,12 +23,12 @@ use crate::progress::{self, Bars};
 use crate::report::print_text;
 use crate::targets::{self, Target};
 
-/// What `footfall convert` takes.
+/// Arguments of `footfall convert`.
 #[derive(Debug, Args)]
 pub struct ConvertArguments {
     /// The recording, in any format that `footfall replay` reads; `-` is standard input
     pub input: PathBuf,
-    /// What it becomes: its name ends in .csv, .csv.gz, .parquet or .mcap; `-` is standard output
+    /// The converted recording: its name ends in .csv, .csv.gz, .parquet or .mcap; `-` is standard output
     pub output: PathBuf,
     /// How it is read.
     #[command(flatten)]
@@ -39,7 +39,7 @@ pub struct ConvertArguments {
     /// Stop at this time since the first sample
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, help_heading = INPUT)]
     pub to: Option<f64>,
-    /// What it becomes, where the name does not say it
+    /// Format of the output, where its name does not say it
     #[arg(long = "as", value_name = "FORMAT", help_heading = OUTPUT)]
     pub form: Option<Form>,
     /// Replace a file of this name

@@ -14,7 +14,7 @@ use crate::messages;
 use crate::report::{SummaryStyle, print, warn};
 use crate::targets::{self, Target};
 
-/// What `footfall decode` takes.
+/// Arguments of `footfall decode`.
 #[derive(Debug, Args)]
 pub struct DecodeArguments {
     /// The log or recording, or - for standard input; its contents tell which of these it is: candump

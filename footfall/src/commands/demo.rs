@@ -22,13 +22,13 @@ pub const CAN_LOG: &str = "can.log";
 /// The recording of what the foot sends on the serial line.
 pub const UART: &str = "uart.bin";
 
-/// What `footfall demo` takes.
+/// Arguments of `footfall demo`.
 #[derive(Debug, Args)]
 pub struct DemoArguments {
     /// Where samples.csv, plot.svg, can.log and uart.bin go; made where it does not exist
     #[arg(long, value_name = "DIR", default_value = DIRECTORY)]
     pub out: PathBuf,
-    /// What the sensor's noise and the foot's slips are drawn from: the same seed, the same walk
+    /// Seed of the sensor's noise and the foot's slips: the same seed, the same walk
     #[arg(long, default_value_t = DEMO_SEED)]
     pub seed: u64,
 }

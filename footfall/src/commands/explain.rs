@@ -6,7 +6,7 @@ use decode::remedy::Trouble;
 use crate::error::Error;
 use crate::report::print_text;
 
-/// What `footfall explain` takes.
+/// Arguments of `footfall explain`.
 #[derive(Debug, Args)]
 pub struct ExplainArguments {
     /// A code such as 0x7007 or a name such as settling or "sensor frozen"; all are listed where none is

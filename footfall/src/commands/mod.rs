@@ -95,12 +95,12 @@ pub struct Arguments {
     /// it took
     #[arg(short, long, global = true, action = ArgAction::SetTrue)]
     pub verbose: bool,
-    /// What to do; `demo` where nothing is said.
+    /// Command; `demo` by default.
     #[command(subcommand)]
     pub command: Option<Command>,
 }
 
-/// What can be done.
+/// Commands of the program.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Replay a recording: probabilities to a table, a picture and a summary

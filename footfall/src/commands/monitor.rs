@@ -28,7 +28,7 @@ pub(super) const SOURCES: &str = "Where the feet stream from: uart:/dev/ttyACM0[
                        slcan:/dev/ttyACM0[@KBIT], file:can.log[@SPEED], or demo[:feet=4] for \
                        simulated feet";
 
-/// What `footfall monitor` takes.
+/// Arguments of `footfall monitor`.
 #[derive(Debug, Args)]
 pub struct MonitorArguments {
     /// Where the feet stream from.

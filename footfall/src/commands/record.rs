@@ -15,7 +15,7 @@ use crate::report::print_text;
 use crate::stream::{Stream, deadline};
 use crate::targets::{self, Target};
 
-/// What `footfall record` takes.
+/// Arguments of `footfall record`.
 #[derive(Debug, Args)]
 pub struct RecordArguments {
     /// Where the feet stream from.

@@ -35,7 +35,7 @@ use crate::replay::{Picture, Watched};
 use crate::report::{SummaryStyle, print, warn};
 use crate::targets::{self, Drawing, Target};
 
-/// What `footfall replay` takes.
+/// Arguments of `footfall replay`.
 #[derive(Debug, Args)]
 pub struct ReplayArguments {
     /// The recordings; `-` is standard input

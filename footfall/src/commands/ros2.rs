@@ -18,7 +18,7 @@ use crate::messages::warn;
 use crate::report::print_text;
 use crate::stream::{Sink, Stream, deadline};
 
-/// What `footfall ros2` takes.
+/// Arguments of `footfall ros2`.
 #[derive(Debug, Args)]
 pub struct Ros2Arguments {
     /// Where the feet stream from.

@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::report::print_text;
 use crate::schema::Kind;
 
-/// What `footfall schema` takes.
+/// Arguments of `footfall schema`.
 #[derive(Debug, Args)]
 pub struct SchemaArguments {
     /// Whose JSON is described

@@ -16,7 +16,7 @@ use crate::targets;
 
 const NAME: &str = "footfall";
 
-/// What `footfall completions` takes.
+/// Arguments of `footfall completions`.
 #[derive(Debug, Args)]
 pub struct CompletionsArguments {
     /// The shell
@@ -32,7 +32,7 @@ impl CompletionsArguments {
     }
 }
 
-/// What `footfall man` takes.
+/// Arguments of `footfall man`.
 #[derive(Debug, Args)]
 pub struct ManArguments {
     /// Write footfall.1 and a page for each command, such as footfall-replay.1, into this folder, which is

@@ -16,7 +16,7 @@ use crate::view::pages::pages;
 use crate::view::serving::serve;
 use crate::view::{foxglove_layout, plotjuggler_layout};
 
-/// What `footfall view` takes.
+/// Arguments of `footfall view`.
 #[derive(Debug, Args)]
 pub struct ViewArguments {
     /// Where the feet stream from.

@@ -25,7 +25,7 @@ use ros::samples::{LAST_US, clock_shift_us};
 use crate::feature::Feature;
 use crate::files::STANDARD;
 
-/// What a recording can become.
+/// Output formats of a conversion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Form {
     /// A table: .csv

@@ -66,7 +66,7 @@ pub struct EventLine<'a> {
     t: f64,
     /// The foot's name; null where it is of none.
     foot: Option<&'a str>,
-    /// What has happened, in words.
+    /// Event in words.
     event: &'a str,
 }
 

@@ -154,7 +154,7 @@ class QuadrupedStance(IdlStruct, typename="pronto_msgs::msg::dds_::QuadrupedStan
     rh: float32
 
 
-# What ROS 2 since Iron publishes about nodes.
+# Discovery message about nodes, since ROS 2 Iron.
 @dataclass
 class Gid(IdlStruct, typename="rmw_dds_common::msg::dds_::Gid_"):
     data: array[uint8, 16]

@@ -212,7 +212,7 @@ def main_slow(program, source):
     server = Server(program, source)
     with connect(server.url, subprotocols=[PROTOCOL], compression=None, max_queue=1) as client:
         subscriptions = {}
-        # All that are announced in the first moments.
+        # Channels announced in the first second.
         end = time.monotonic() + 1.0
         while time.monotonic() < end:
             message = client.recv()

@@ -21,6 +21,6 @@ def copy(source, target):
 log, folder = sys.argv[1], pathlib.Path(sys.argv[2])
 for form in FORMS:
     copy(log, folder / f"python_can.{form}")
-# What an error advises where a form is not read.
+# Conversion that an error advises for a form that is not read.
 for form in ["blf", "trc"]:
     copy(folder / f"python_can.{form}", folder / f"from_{form}.asc")

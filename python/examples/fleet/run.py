@@ -1,4 +1,4 @@
-"""A fleet from end to end: simulate it, estimate it, estimate it anew with other parameters, report.
+"""A fleet from end to end: simulate it, estimate it, estimate it again with other parameters, report.
 
     pip install './python[fleet,notebooks]' --config-settings build-args='--features all'
     python python/examples/fleet/run.py fleet-demo --seconds 36      # 200 feet, 36 s each

@@ -62,7 +62,7 @@ class Recording:
     notices: tuple[str, ...]
     """One sentence on each thing that was left out or reinterpreted."""
     axes: str | None = None
-    """How the sensor lies in the foot, where :func:`read` was told; `acc` and `gyr` are in the frame of
+    """Mounting of the sensor in the foot, as given to :func:`read`; `acc` and `gyr` are in the frame of
     the sensor all the same."""
 
     @classmethod

@@ -65,7 +65,7 @@ class IdentityDict(TypedDict):
 
 
 class BatchDict(TypedDict):
-    """What a batch is asked for beside, as the program's options have it."""
+    """Further settings of a batch, in the grammar of the program's options."""
 
     window: str | None
     strict: bool

@@ -20,7 +20,7 @@
 use super::error::InputError;
 use super::extra::ExtraColumns;
 use super::header::Columns;
-use super::intake::{Intake, Taken};
+use super::intake::{Intake, RowKind};
 use super::layout::Layout;
 use super::loaded::Hints;
 use super::stored::Stored;
@@ -60,8 +60,8 @@ pub(super) fn read(
             .expect_columns(intake.width())
             .and_then(|()| intake.take(&row));
         match taken {
-            Ok(Taken::Sample) => extra.row(&row)?,
-            Ok(Taken::Nothing) => {}
+            Ok(RowKind::Sample) => extra.row(&row)?,
+            Ok(RowKind::Nothing) => {}
             Err(error) if error.may_be_a_cut(row.len()) && table.is_cut_off() => {
                 let place = row.place;
                 intake.notices.push(format!(

@@ -161,7 +161,7 @@ pub enum InputError {
     },
     /// A row is too long.
     #[error(
-        "{file}, line {line}: a row of more than {most_bytes} bytes: the file is no table, or a quote that opens here is never closed"
+        "{file}, line {line}: a row of more than {most_bytes} bytes: the file is not a table, or a quote that opens here is never closed"
     )]
     LongRow {
         /// Path of the file, as given.

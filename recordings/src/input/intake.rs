@@ -17,9 +17,9 @@ use super::table::Row;
 /// Title of a column `force`.
 pub(super) const LOAD_TITLE: &str = "force (N)";
 
-/// Result of reading a row.
+/// Kind of a row that was read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Taken {
+pub(super) enum RowKind {
     /// The row is a sample.
     Sample,
     /// All six axes are blank: the row is left out.
@@ -61,7 +61,7 @@ impl<'a> Intake<'a> {
     }
 
     /// Processes a row.
-    pub(super) fn take(&mut self, row: &impl Cells) -> Result<Taken, InputError> {
+    pub(super) fn take(&mut self, row: &impl Cells) -> Result<RowKind, InputError> {
         let blanks = self.layout.blanks;
         let is_foreign = self.columns.t.is_some() && blanks == Blanks::NotANumber;
         if is_foreign && self.columns.has_no_axis(row) {
@@ -70,7 +70,7 @@ impl<'a> Intake<'a> {
             if let Some(load) = self.columns.load(row)?.filter(|_| has_time) {
                 self.load = self.time_us(row)?.map(|time_us| (time_us, load));
             }
-            return Ok(Taken::Nothing);
+            return Ok(RowKind::Nothing);
         }
         let time_us = self.time_us(row)?;
         let mut sample = self.columns.sample(row, blanks, self.hints)?;
@@ -86,7 +86,7 @@ impl<'a> Intake<'a> {
             (Refused::Time(not_after), Some(column)) => column.order_error(row, &not_after),
             (refused, _) => refused.into_error(self.file),
         })?;
-        Ok(Taken::Sample)
+        Ok(RowKind::Sample)
     }
 
     /// Time of a row, µs; `None` in a table without times.

@@ -53,7 +53,7 @@ impl FromStr for Mapping {
         for pair in text.split(',') {
             let Some((ours, theirs)) = pair.split_once('=') else {
                 return Err(format!(
-                    "{pair:?} is no pair: write OURS=THEIRS, such as ax=linear_acceleration.x"
+                    "{pair:?} is not a pair: write OURS=THEIRS, such as ax=linear_acceleration.x"
                 ));
             };
             let (ours, theirs) = (ours.trim(), theirs.trim());
@@ -101,8 +101,8 @@ mod tests {
     #[test]
     fn invalid_mapping_is_rejected() {
         for (text, why) in [
-            ("ax", "is no pair"),
-            ("", "is no pair"),
+            ("ax", "is not a pair"),
+            ("", "is not a pair"),
             ("a_x=foo", "there is no column \"a_x\" to map to"),
             ("ax=foo,ax=bar", "ax is mapped twice"),
             ("ax=foo,ay=foo", "column \"foo\" is mapped twice"),

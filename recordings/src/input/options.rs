@@ -236,7 +236,7 @@ impl FromStr for Times {
             "keep" => Ok(Self::Keep),
             "drop-bad" => Ok(Self::DropBad),
             "rate" => Ok(Self::Rate),
-            _ => Err(format!("{name:?} is none of keep, drop-bad and rate")),
+            _ => Err(format!("invalid {name:?}: expected keep, drop-bad or rate")),
         }
     }
 }

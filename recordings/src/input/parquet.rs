@@ -27,7 +27,7 @@ use super::cells::Cells;
 use super::error::{Cell, InputError, Place};
 use super::extra::ExtraColumns;
 use super::header::Columns;
-use super::intake::{Intake, Taken};
+use super::intake::{Intake, RowKind};
 use super::iso8601::micros_since_1970;
 use super::layout::{Index, Layout};
 use super::loaded::Hints;
@@ -108,8 +108,8 @@ pub(super) fn read(
                 number,
             };
             match intake.take(&row)? {
-                Taken::Sample => extra.row(&row)?,
-                Taken::Nothing => {}
+                RowKind::Sample => extra.row(&row)?,
+                RowKind::Nothing => {}
             }
         }
         rows_before += batch.num_rows() as u64;

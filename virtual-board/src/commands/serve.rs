@@ -32,7 +32,7 @@ pub struct Arguments {
     /// How they walk: stand, walk, trot or run.
     #[arg(long, default_value = "walk")]
     gait: GaitName,
-    /// What steps and sensors are drawn from.
+    /// Seed of the steps and of the noise of the sensors.
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// The specimen of the chip: fast, typical or slow, within what the data sheet allows.

@@ -42,7 +42,7 @@ use crate::targets::{self, Target};
 pub use error::FootError;
 pub use show::{FootChanges, FootInfo, FootScan, FootValues};
 
-/// What `footfall foot` takes.
+/// Arguments of `footfall foot`.
 #[derive(Debug, Args)]
 pub struct FootArguments {
     /// Where the foot is.
@@ -54,12 +54,12 @@ pub struct FootArguments {
     /// Print JSON
     #[arg(long, global = true)]
     pub json: bool,
-    /// What to do with it.
+    /// Action on the foot.
     #[command(subcommand)]
     pub action: Action,
 }
 
-/// What can be done with a foot.
+/// Actions on a foot.
 #[derive(Debug, Subcommand)]
 pub enum Action {
     /// List the feet that are heard

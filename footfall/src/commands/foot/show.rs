@@ -23,7 +23,7 @@ pub struct FootInfo {
     foot: &'static str,
     /// Its node id, 1 to 127; null on a serial line.
     node: Option<u8>,
-    /// What it calls itself (object 0x1008).
+    /// Its device name (object 0x1008).
     device: String,
     /// The version of its program (object 0x100A).
     version: String,
@@ -33,7 +33,7 @@ pub struct FootInfo {
     serial: u32,
     /// Its NMT state: operational, pre-operational, stopped or initialising; null where it says none.
     state: Option<&'static str>,
-    /// What the board is doing, by name.
+    /// Stage of the board's operation, by name.
     stage: &'static str,
     /// Faults that last, by name.
     faults: Vec<&'static str>,

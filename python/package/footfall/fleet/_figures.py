@@ -16,7 +16,7 @@ Rows = Union[Iterable[dict[str, Any]], "pyarrow.Table"]
 AXES = ("wx", "wy", "wz")
 
 OUTLIER = 3.0
-"""A bias that changes by so many times as much as that of nine in ten feet is one of a sensor that fails."""
+"""Drift of a bias, in multiples of the 90th percentile over all feet, from which a sensor is taken to fail."""
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ class Outcome:
     """The foot, where it had a task of its own."""
     status: str
     """``done``, ``failed`` (a row says why), ``up_to_date``, or ``lost``: workers died of it again and again, so
-    that it has no row and is tried anew by the next call."""
+    it has no row, and the next call tries again."""
     reason: str | None
     """Why it was estimated, as ``footfall batch`` says it; ``None`` where nothing had changed."""
     error: str | None

@@ -156,7 +156,7 @@ def estimate(
     given = settings(preset, config, gravity, rate, axes, format)
     options = read_options(format, rate, gravity, topic, frame, load_topic, map, units, time_unit, times)
     batch: BatchDict = {"window": window, "strict": strict, "only_foot": None}
-    # What is wrong with an argument is said here, and not by a worker.
+    # Invalid arguments are refused here, and not by a worker.
     settings_hash = _footfall.batch_settings_hash(options, given, batch)
     if verify not in ("listing", "contents"):
         raise ValueError(f"verify is {verify!r}, but 'listing' or 'contents' is expected")

@@ -23,7 +23,7 @@ HEAD = 1 << 16
 
 WILDCARDS = "*?["
 
-# What the names of a rosbag2's files end in.
+# Endings of the names of a rosbag2's files.
 OF_BAGS = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
 
 Recordings = Any

@@ -67,7 +67,10 @@ pub(super) fn decompressed_message(payload: &[u8], longest: u64) -> Result<Cow<'
 pub(super) fn content(payload: &[u8]) -> Result<Content<'_>, String> {
     let message = decompressed_message(payload, LONGEST_MESSAGE)?;
     let Some((encoding, _)) = message.split_at_checked(ENCODING) else {
-        return Err(format!("{} bytes are no message", message.len()));
+        return Err(format!(
+            "{} bytes are too short for a message",
+            message.len()
+        ));
     };
     let order = match encoding[..2] {
         [0, 0] => Order::Big,

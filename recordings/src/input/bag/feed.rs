@@ -7,10 +7,10 @@ use super::super::loaded::{Hints, OLDEST_LOAD_US, imu_sample};
 use super::super::refusal::{ContainerError, ImuTopic};
 use super::super::rows::{Rows, Source};
 use super::super::stored::Stored;
-use super::beside::Known;
 use super::fields::Fields;
 use super::load::{Clock, LoadSeries};
 use super::messages::Imu;
+use super::sidecar::Known;
 use super::storage::{Channel, micros};
 use crate::recording::RecordedSample;
 
@@ -34,7 +34,7 @@ pub(super) struct Feed {
     anchors_us: Vec<(i64, i64)>,
     /// Error in the log times, held back in case they are not needed.
     log_failed: Option<InputError>,
-    without: Without,
+    without: Lacking,
 }
 
 /// Whether a topic has messages of several frames.
@@ -46,7 +46,7 @@ pub(super) enum Sharing {
 
 /// Number of messages that lack a field.
 #[derive(Clone, Copy, Debug, Default)]
-struct Without {
+struct Lacking {
     stamp: u64,
     accelerations: u64,
     rates: u64,
@@ -72,7 +72,7 @@ impl Feed {
             clock: Clock::Log,
             anchors_us: Vec::new(),
             log_failed: None,
-            without: Without::default(),
+            without: Lacking::default(),
         }
     }
 
@@ -109,9 +109,9 @@ impl Feed {
                     self.messages == 2 && self.log_us.is_some_and(|(first, _)| first == 0);
                 if !began_at_0 {
                     // Earlier messages had no stamps, so their times are those of another clock.
-                    self.without = Without {
+                    self.without = Lacking {
                         stamp: self.messages - 1,
-                        ..Without::default()
+                        ..Lacking::default()
                     };
                     self.rows = Rows::new(hints.table.times);
                     self.anchors_us.clear();
@@ -240,7 +240,7 @@ impl Feed {
     }
 
     fn notices(&self, place: &str, load: Option<&LoadSeries>) -> Vec<String> {
-        let Without {
+        let Lacking {
             stamp,
             accelerations,
             rates,

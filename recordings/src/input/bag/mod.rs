@@ -8,14 +8,13 @@
 //! | selecting the IMUs that are feet | `reader`; their axes in messages of any type `fields` |
 //! | converting the messages of an IMU into the rows of a foot | `feed` |
 //! | load of a foot, from another topic | `loads`, `load` |
-//! | validities and labels, from topics beside that of the samples | `beside` |
+//! | validities and labels, from topics beside that of the samples | `sidecar` |
 //! | names of feet | `feet` |
 //! | all messages as they are stored | `copy` |
 //!
 //! A bag is read once, and twice if it has loads, which may be stored after the samples that they belong to. Its
 //! memory is that of the longest record and of the loads.
 
-mod beside;
 mod cdr;
 mod copy;
 mod definition;
@@ -28,6 +27,7 @@ mod mcap;
 mod messages;
 mod reader;
 mod rosbag2;
+mod sidecar;
 mod storage;
 
 use super::error::InputError;

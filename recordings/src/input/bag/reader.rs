@@ -5,13 +5,13 @@ use super::super::loaded::Hints;
 use super::super::mapping::Mapping;
 use super::super::refusal::{ContainerError, ImuTopic};
 use super::super::topics::{BagOptions, Topics};
-use super::beside::{Beside, Known, is_beside};
 use super::cdr::decode;
 use super::feed::{Feed, Sharing};
 use super::fields::Fields;
 use super::load::LoadSeries;
 use super::loads::Loads;
 use super::messages::Imu;
+use super::sidecar::{Known, Sidecar, is_sidecar};
 use super::storage::{Channel, Interest, Visitor};
 use super::{ImuKey, MOST_FRAMES, addresses, described, is_imu, is_wanted, order};
 
@@ -26,7 +26,7 @@ pub(super) struct Reader<'a> {
     feeds: Vec<Feed>,
     /// All other topics.
     others: Vec<Channel>,
-    beside: Beside,
+    beside: Sidecar,
     /// Error in the topic that may be the only one.
     failed: Option<InputError>,
     /// Error about a topic that was named.
@@ -39,7 +39,7 @@ impl Visitor for Reader<'_> {
             if !self.others.contains(channel) {
                 self.others.push(channel.clone());
             }
-            return if is_beside(channel) || self.declare_fields(channel) {
+            return if is_sidecar(channel) || self.declare_fields(channel) {
                 Interest::Wanted
             } else {
                 Interest::Unwanted
@@ -102,7 +102,7 @@ impl<'a> Reader<'a> {
             order: &loads.feet,
             feeds: Vec::new(),
             others: Vec::new(),
-            beside: Beside::default(),
+            beside: Sidecar::default(),
             failed: None,
             refused: None,
         }

@@ -670,7 +670,7 @@ fn loads_without_stamps_use_log_times_in_order_of_feet() {
     );
     assert!(why(one("/imu/fr")).ends_with(
         ": /imu/fr is no load: sensor_msgs/msg/Imu cannot be read: its definition has a line \
-         that is no field: \"fields\""
+         that is not a field: \"fields\""
     ));
     assert!(why(one("/load/c")).starts_with(" has no topic /load/c of numbers; there is /imu/fl"));
 }
@@ -683,8 +683,8 @@ fn message_of_wrong_length_is_named() {
         for (length, what) in [
             (whole.len() - 1, "bytes are fewer than its type has"),
             (whole.len() + 4, "bytes are more than its type has"),
-            (3, "3 bytes are no message"),
-            (0, "0 bytes are no message"),
+            (3, "3 bytes are too short for a message"),
+            (0, "0 bytes are too short for a message"),
         ] {
             messages[20].3 = whole.clone();
             messages[20].3.resize(length, 0);

@@ -64,7 +64,7 @@ impl Parser<'_> {
         if line.is_empty() {
             return Ok(None);
         }
-        let unreadable = || format!("its definition has a line that is no field: {line:?}");
+        let unreadable = || format!("its definition has a line that is not a field: {line:?}");
         let (of_type, rest) = line
             .split_once(char::is_whitespace)
             .ok_or_else(unreadable)?;

@@ -130,7 +130,8 @@ impl Definition {
                 None => (word, None),
                 Some((bare, index)) => {
                     let index = index.strip_suffix(']').and_then(|index| index.parse().ok());
-                    let index = index.ok_or_else(|| format!("{word:?} is no field[INDEX]"))?;
+                    let index =
+                        index.ok_or_else(|| format!("{word:?} is not of the form field[INDEX]"))?;
                     (bare, Some(index))
                 }
             };

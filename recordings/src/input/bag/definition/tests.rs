@@ -112,7 +112,7 @@ fn paths_to_no_number_are_named() {
         ("label", "label is not one number"),
         ("last[0]", "last is not an array"),
         ("last.x", "what is before .x has no fields"),
-        ("few[x]", "\"few[x]\" is no field[INDEX]"),
+        ("few[x]", "\"few[x]\" is not of the form field[INDEX]"),
     ] {
         let said = definition.number(name).unwrap_err();
         assert!(said.contains(why), "{name}: {said}");
@@ -128,8 +128,8 @@ fn hostile_definitions_are_refused() {
     for (text, why) in [
         ("a/B b\n===\nMSG: a/B\na/B b", "has a/B within itself"),
         ("c/D d", "lacks c/D"),
-        ("int32[x] y", "a line that is no field"),
-        ("int32[3 y", "a line that is no field"),
+        ("int32[x] y", "a line that is not a field"),
+        ("int32[3 y", "a line that is not a field"),
         ("wstring w", "a wstring"),
     ] {
         let said = Definition::parse("a/msg/A", text).unwrap_err();

@@ -27,7 +27,7 @@ pub(super) struct Known {
 
 /// Data about the next sample of each topic.
 #[derive(Debug, Default)]
-pub(super) struct Beside(HashMap<String, (i64, Known)>);
+pub(super) struct Sidecar(HashMap<String, (i64, Known)>);
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
@@ -57,11 +57,11 @@ fn about(channel: &Channel) -> Option<(&str, Kind)> {
 }
 
 /// Returns whether a channel describes samples.
-pub(super) fn is_beside(channel: &Channel) -> bool {
+pub(super) fn is_sidecar(channel: &Channel) -> bool {
     about(channel).is_some()
 }
 
-impl Beside {
+impl Sidecar {
     /// Processes a message.
     pub(super) fn take(&mut self, channel: &Channel, log_ns: i64, payload: &[u8]) {
         let Some((topic, kind)) = about(channel) else {
@@ -114,7 +114,7 @@ mod tests {
         let label = channel("/imu/fl/label", "std_msgs/msg/Bool");
         let validity = channel("/imu/fl/validity", "std_msgs/msg/String");
         let stale = [&[0, 1, 0, 0, 6, 0, 0, 0][..], b"stale\0"].concat();
-        let mut beside = Beside::default();
+        let mut beside = Sidecar::default();
         beside.take(&label, 5, &[0, 1, 0, 0, 1]);
         beside.take(&validity, 5, &stale);
         assert_eq!(beside.of("/imu/fr", 5), Known::default());
@@ -133,10 +133,10 @@ mod tests {
 
     #[test]
     fn other_content_under_the_same_name_is_ignored() {
-        assert!(!is_beside(&channel("/imu/label", "std_msgs/msg/Float64")));
-        assert!(!is_beside(&channel("/imu", "std_msgs/msg/Bool")));
+        assert!(!is_sidecar(&channel("/imu/label", "std_msgs/msg/Float64")));
+        assert!(!is_sidecar(&channel("/imu", "std_msgs/msg/Bool")));
         let validity = channel("/imu/validity", "std_msgs/msg/String");
-        let mut beside = Beside::default();
+        let mut beside = Sidecar::default();
         for payload in [&[0, 1, 0, 0, 3, 0, 0, 0, b'o', b'k', 0][..], &[0, 1], &[]] {
             beside.take(&validity, 1, payload);
             assert_eq!(beside.of("/imu", 1), Known::default());
