@@ -160,11 +160,31 @@ mod tests {
         };
         // Each field with a value just below its range and one just above it.
         let fields: [(&str, Set, f32, f32); 20] = [
-            ("sample_rate", |p, v| p.sample_rate = v, 19.9, 10_001.0),
-            ("bandwidth.ax", |p, v| p.bandwidth.ax = v, 0.9e-6, 1.1e3),
-            ("bandwidth.wz", |p, v| p.bandwidth.wz = v, 0.9e-6, 1.1e3),
-            ("half_width.ay", |p, v| p.half_width.ay = v, 0.9e-6, 1.1e4),
-            ("half_width.wx", |p, v| p.half_width.wx = v, -0.04, 1.1e4),
+            ("sample_rate_hz", |p, v| p.sample_rate = v, 19.9, 10_001.0),
+            (
+                "bandwidth.acceleration_m_s2.ax",
+                |p, v| p.bandwidth.ax = v,
+                0.9e-6,
+                1.1e3,
+            ),
+            (
+                "bandwidth.angular_rate_rad_s.wz",
+                |p, v| p.bandwidth.wz = v,
+                0.9e-6,
+                1.1e3,
+            ),
+            (
+                "half_width.acceleration_m_s2.ay",
+                |p, v| p.half_width.ay = v,
+                0.9e-6,
+                1.1e4,
+            ),
+            (
+                "half_width.angular_rate_rad_s.wx",
+                |p, v| p.half_width.wx = v,
+                -0.04,
+                1.1e4,
+            ),
             (
                 "decision.threshold",
                 |p, v| p.decision.threshold = v,
@@ -172,13 +192,13 @@ mod tests {
                 1.0,
             ),
             (
-                "decision.on_delay",
+                "decision.on_delay_s",
                 |p, v| p.decision.on_delay = v,
                 -0.1,
                 10.1,
             ),
             (
-                "decision.off_delay",
+                "decision.off_delay_s",
                 |p, v| p.decision.off_delay = v,
                 -0.1,
                 10.1,
@@ -224,7 +244,7 @@ mod tests {
                 0.051,
             ),
             (
-                "attitude.motion_time_constant",
+                "attitude.motion_time_constant_s",
                 |p, v| p.attitude.motion_time_constant = v,
                 0.09,
                 101.0,
@@ -236,31 +256,31 @@ mod tests {
                 1.1e4,
             ),
             (
-                "attitude.quiet_acceleration",
+                "attitude.quiet_acceleration_m_s2",
                 |p, v| p.attitude.quiet_acceleration = v,
                 0.9e-3,
                 11.0,
             ),
             (
-                "attitude.quiet_rate",
+                "attitude.quiet_rate_rad_s",
                 |p, v| p.attitude.quiet_rate = v,
                 0.9e-4,
                 1.1,
             ),
             (
-                "attitude.rest.duration",
+                "attitude.rest.duration_s",
                 |p, v| p.attitude.rest.duration = v,
                 0.09,
                 101.0,
             ),
             (
-                "attitude.rest.bias_limit",
+                "attitude.rest.bias_limit_rad_s",
                 |p, v| p.attitude.rest.bias_limit = v,
                 -0.1,
                 1.1,
             ),
             (
-                "attitude.rest.bias_time_constant",
+                "attitude.rest.bias_time_constant_s",
                 |p, v| p.attitude.rest.bias_time_constant = v,
                 0.09,
                 1.1e3,
@@ -273,10 +293,10 @@ mod tests {
         }
         for (field, set) in [
             (
-                "attitude.rest.acceleration",
+                "attitude.rest.acceleration_m_s2",
                 (|p, v| p.attitude.rest.acceleration = v) as Set,
             ),
-            ("attitude.rest.rate", |p, v| p.attitude.rest.rate = v),
+            ("attitude.rest.rate_rad_s", |p, v| p.attitude.rest.rate = v),
         ] {
             assert_eq!(field_refused(|p| set(p, 0.0)), field);
             assert_eq!(field_refused(|p| set(p, 11.0)), field);

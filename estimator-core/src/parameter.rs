@@ -15,13 +15,13 @@ pub use crate::range::Row;
 
 /// Generates the enumeration and the functions below, from one row per parameter.
 macro_rules! parameters {
-    ($($variant:ident = $head:ident $(. $tail:ident)*, $unit:ident, $least:literal to $most:literal;)*) => {
+    ($($variant:ident = $head:ident $(. $tail:ident)*, $unit:ident, $least:literal to $most:literal, $key:literal: $about:expr;)*) => {
         /// A number of [`Params`]; its documentation is its name, its range and its unit.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum Parameter {
             $(
                 #[doc = concat!(
-                    "`", stringify!($head) $(, ".", stringify!($tail))*, "`: ",
+                    "`", $key, "`: ",
                     stringify!($least), " to ", stringify!($most), ", [`Unit::", stringify!($unit), "`]."
                 )]
                 $variant,
@@ -34,7 +34,8 @@ macro_rules! parameters {
 
             /// The table, in the order of [`Self::ALL`].
             const ROWS: [Row; Self::ALL.len()] = [$(Row {
-                name: name(concat!(stringify!($head) $(, ".", stringify!($tail))*)),
+                name: name($key),
+                about: name($about),
                 unit: Unit::$unit,
                 least: $least,
                 most: $most,
@@ -48,7 +49,7 @@ macro_rules! parameters {
                 Self::ROWS[self as usize]
             }
 
-            /// The path in [`Params`]; empty on a microcontroller, to save space.
+            /// Name in files, in messages and on a foot; empty on a microcontroller, to save space.
             #[must_use]
             pub const fn name(self) -> &'static str {
                 if cfg!(target_os = "none") { "" } else { self.row().name }
@@ -75,43 +76,65 @@ macro_rules! parameters {
     };
 }
 
+const BANDWIDTH: &str = "kernel standard deviation h: the sensor's noise at its filter setting";
+const HALF_WIDTH: &str = "half-width δ: motion within ±δ counts as rest; it belongs to a robot";
+
 parameters! {
-    SampleRate = sample_rate, Hertz, 20.0 to 10_000.0;
-    BandwidthAx = bandwidth.ax, MetrePerSecondSquared, 1.0e-6 to 1.0e3;
-    BandwidthAy = bandwidth.ay, MetrePerSecondSquared, 1.0e-6 to 1.0e3;
-    BandwidthAz = bandwidth.az, MetrePerSecondSquared, 1.0e-6 to 1.0e3;
-    BandwidthWx = bandwidth.wx, RadianPerSecond, 1.0e-6 to 1.0e3;
-    BandwidthWy = bandwidth.wy, RadianPerSecond, 1.0e-6 to 1.0e3;
-    BandwidthWz = bandwidth.wz, RadianPerSecond, 1.0e-6 to 1.0e3;
-    HalfWidthAx = half_width.ax, MetrePerSecondSquared, 1.0e-6 to 1.0e4;
-    HalfWidthAy = half_width.ay, MetrePerSecondSquared, 1.0e-6 to 1.0e4;
-    HalfWidthAz = half_width.az, MetrePerSecondSquared, 1.0e-6 to 1.0e4;
-    HalfWidthWx = half_width.wx, RadianPerSecond, 1.0e-6 to 1.0e4;
-    HalfWidthWy = half_width.wy, RadianPerSecond, 1.0e-6 to 1.0e4;
-    HalfWidthWz = half_width.wz, RadianPerSecond, 1.0e-6 to 1.0e4;
-    DecisionThreshold = decision.threshold, One, 0.01 to 0.99;
-    DecisionOnDelay = decision.on_delay, Second, 0.0 to 10.0;
-    DecisionOffDelay = decision.off_delay, Second, 0.0 to 10.0;
-    LoadOnThreshold = load.on_threshold, LoadSignal, -1.0e9 to 1.0e9;
-    LoadOffThreshold = load.off_threshold, LoadSignal, -1.0e9 to 1.0e9;
-    MotionTimeConstant = attitude.motion_time_constant, Second, 0.1 to 100.0;
-    QuietGain = attitude.quiet_gain, One, 1.0 to 1.0e4;
-    QuietAcceleration = attitude.quiet_acceleration, MetrePerSecondSquared, 1.0e-3 to 10.0;
-    QuietRate = attitude.quiet_rate, RadianPerSecond, 1.0e-4 to 1.0;
-    RestDuration = attitude.rest.duration, Second, 0.1 to 100.0;
-    RestAcceleration = attitude.rest.acceleration, MetrePerSecondSquared, 1.0e-3 to 10.0;
-    RestRate = attitude.rest.rate, RadianPerSecond, 1.0e-4 to 1.0;
-    BiasLimit = attitude.rest.bias_limit, RadianPerSecond, 0.0 to 1.0;
-    BiasTimeConstant = attitude.rest.bias_time_constant, Second, 0.1 to 1.0e3;
-    VelocitySpeed = velocity.speed, MetrePerSecond, 1.0e-3 to 10.0;
-    VelocityLever = velocity.lever, Metre, 0.0 to 10.0;
-    VelocityFloor = velocity.floor, MetrePerSecond, 1.0e-4 to 1.0;
+    SampleRate = sample_rate, Hertz, 20.0 to 10_000.0, "sample_rate_hz":
+        "how many samples there are in a second";
+    BandwidthAx = bandwidth.ax, MetrePerSecondSquared, 1.0e-6 to 1.0e3, "bandwidth.acceleration_m_s2.ax": BANDWIDTH;
+    BandwidthAy = bandwidth.ay, MetrePerSecondSquared, 1.0e-6 to 1.0e3, "bandwidth.acceleration_m_s2.ay": BANDWIDTH;
+    BandwidthAz = bandwidth.az, MetrePerSecondSquared, 1.0e-6 to 1.0e3, "bandwidth.acceleration_m_s2.az": BANDWIDTH;
+    BandwidthWx = bandwidth.wx, RadianPerSecond, 1.0e-6 to 1.0e3, "bandwidth.angular_rate_rad_s.wx": BANDWIDTH;
+    BandwidthWy = bandwidth.wy, RadianPerSecond, 1.0e-6 to 1.0e3, "bandwidth.angular_rate_rad_s.wy": BANDWIDTH;
+    BandwidthWz = bandwidth.wz, RadianPerSecond, 1.0e-6 to 1.0e3, "bandwidth.angular_rate_rad_s.wz": BANDWIDTH;
+    HalfWidthAx = half_width.ax, MetrePerSecondSquared, 1.0e-6 to 1.0e4, "half_width.acceleration_m_s2.ax": HALF_WIDTH;
+    HalfWidthAy = half_width.ay, MetrePerSecondSquared, 1.0e-6 to 1.0e4, "half_width.acceleration_m_s2.ay": HALF_WIDTH;
+    HalfWidthAz = half_width.az, MetrePerSecondSquared, 1.0e-6 to 1.0e4, "half_width.acceleration_m_s2.az": HALF_WIDTH;
+    HalfWidthWx = half_width.wx, RadianPerSecond, 1.0e-6 to 1.0e4, "half_width.angular_rate_rad_s.wx": HALF_WIDTH;
+    HalfWidthWy = half_width.wy, RadianPerSecond, 1.0e-6 to 1.0e4, "half_width.angular_rate_rad_s.wy": HALF_WIDTH;
+    HalfWidthWz = half_width.wz, RadianPerSecond, 1.0e-6 to 1.0e4, "half_width.angular_rate_rad_s.wz": HALF_WIDTH;
+    DecisionThreshold = decision.threshold, One, 0.01 to 0.99, "decision.threshold":
+        "the probability above which contact counts as stable";
+    DecisionOnDelay = decision.on_delay, Second, 0.0 to 10.0, "decision.on_delay_s":
+        "how long the probability must be above the threshold before the decision is stable";
+    DecisionOffDelay = decision.off_delay, Second, 0.0 to 10.0, "decision.off_delay_s":
+        "how long it must be at or below the threshold before the decision is not stable";
+    LoadOnThreshold = load.on_threshold, LoadSignal, -1.0e9 to 1.0e9, "load.on_threshold":
+        "loaded from this load on, in the unit of the load signal";
+    LoadOffThreshold = load.off_threshold, LoadSignal, -1.0e9 to 1.0e9, "load.off_threshold":
+        "no longer loaded below this load, in the unit of the load signal";
+    MotionTimeConstant = attitude.motion_time_constant, Second, 0.1 to 100.0, "attitude.motion_time_constant_s":
+        "time constant of the inclination's correction while the foot moves";
+    QuietGain = attitude.quiet_gain, One, 1.0 to 1.0e4, "attitude.quiet_gain":
+        "how many times faster that correction is where the foot is perfectly quiet";
+    QuietAcceleration = attitude.quiet_acceleration, MetrePerSecondSquared, 1.0e-3 to 10.0, "attitude.quiet_acceleration_m_s2":
+        "deviation of the acceleration from its short mean that still counts as quiet";
+    QuietRate = attitude.quiet_rate, RadianPerSecond, 1.0e-4 to 1.0, "attitude.quiet_rate_rad_s":
+        "angular rate that still counts as quiet";
+    RestDuration = attitude.rest.duration, Second, 0.1 to 100.0, "attitude.rest.duration_s":
+        "how long the sensor must be still before it counts as rest";
+    RestAcceleration = attitude.rest.acceleration, MetrePerSecondSquared, 1.0e-3 to 10.0, "attitude.rest.acceleration_m_s2":
+        "the largest deviation of the acceleration from its mean at rest";
+    RestRate = attitude.rest.rate, RadianPerSecond, 1.0e-4 to 1.0, "attitude.rest.rate_rad_s":
+        "the largest deviation of the angular rate from its mean at rest";
+    BiasLimit = attitude.rest.bias_limit, RadianPerSecond, 0.0 to 1.0, "attitude.rest.bias_limit_rad_s":
+        "the largest gyroscope bias per axis that is believed at the first rest; 0: none is estimated";
+    BiasTimeConstant = attitude.rest.bias_time_constant, Second, 0.1 to 1.0e3, "attitude.rest.bias_time_constant_s":
+        "time constant of the bias estimate at rest";
+    VelocitySpeed = velocity.speed, MetrePerSecond, 1.0e-3 to 10.0, "velocity.speed_m_s":
+        "standard deviation of the velocity of a foot that does not turn and is in stable contact with a probability of a half";
+    VelocityLever = velocity.lever, Metre, 0.0 to 10.0, "velocity.lever_m":
+        "distance between the IMU and the point about which a standing foot turns";
+    VelocityFloor = velocity.floor, MetrePerSecond, 1.0e-4 to 1.0, "velocity.floor_m_s":
+        "least standard deviation of the velocity, of a foot in certain contact";
 }
 
 /// Limits of the window if it is a duration. It must also contain at least one sample, and no more
 /// than the estimator's capacity.
 pub const WINDOW: Row = Row {
     name: name("window"),
+    about: name("how far back the estimate looks"),
     unit: Unit::Second,
     least: 1.0e-4,
     most: 1.0e3,
@@ -124,6 +147,10 @@ pub const WINDOW: Row = Row {
 /// Limits of the gyroscope's delay if its timing is one.
 pub const GYRO_DELAY: Row = Row {
     name: name("attitude.gyro_timing"),
+    about: name(
+        "when the gyroscope measured what a sample says: the mean over the period before it, or a delay \
+         behind the accelerometer",
+    ),
     unit: Unit::Second,
     least: 0.0,
     most: 0.05,

@@ -4,11 +4,13 @@ use core::fmt;
 
 use crate::units::Unit;
 
-/// Row of the parameter table: name, unit, range and default of one number.
+/// Row of the parameter table: name, meaning, unit, range and default of one number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
-    /// The path in [`Params`](crate::Params).
+    /// Name in files, in messages and on a foot: the path in [`Params`](crate::Params) with the suffix of the unit.
     pub name: &'static str,
+    /// Meaning, as a phrase.
+    pub about: &'static str,
     /// The unit of the numbers.
     pub unit: Unit,
     /// Least valid value.
@@ -44,7 +46,7 @@ pub(crate) const fn ranges<const N: usize>(rows: &[Row; N]) -> [(f32, f32); N] {
 pub enum ParamsError {
     /// A number is outside its range, or not a number.
     OutOfRange {
-        /// The field's path in [`Params`](crate::Params); empty on a microcontroller, to save room.
+        /// Name of the number; empty on a microcontroller, to save room.
         field: &'static str,
         /// Rejected value.
         value: f32,

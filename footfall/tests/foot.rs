@@ -113,15 +113,15 @@ fn calibration_needs_a_walking_and_learning_foot() {
         "acceleration_still ",
         "rate_moving ",
         "gyroscope_bias_z ",
-        "accelerometer_scale_x ",
+        "accelerometer.scale.ax ",
     ] {
         assert!(text.contains(expected), "{expected}: {text}{error}");
     }
     assert!(error.contains("let the foot walk: "), "{error}");
     let (json, _) = foot(&bench, "demo:speed=20,line=uart calibrate --json");
     let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
-    let still = json["learnt"]["acceleration_still"].as_f64();
-    let moving = json["learnt"]["acceleration_moving"].as_f64();
+    let still = json["learnt"]["acceleration.still"].as_f64();
+    let moving = json["learnt"]["acceleration.moving"].as_f64();
     assert!(still < moving, "{json}");
     assert_eq!(
         json["gyroscope_bias_rad_s"].as_array().map(Vec::len),
@@ -199,7 +199,7 @@ fn empty_file_and_duplicate_setting_are_rejected() {
         assert_eq!(output, "");
         assert!(error.contains("foot.txt: it holds no setting"), "{error}");
     }
-    let (output, error) = foot(&bench, "demo:speed=10 set window=40000 window=50000");
+    let (output, error) = foot(&bench, "demo:speed=10 set window=40ms window=50ms");
     assert_eq!(output, "");
     assert!(error.contains("is named twice"), "{error}");
 }

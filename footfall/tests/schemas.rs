@@ -232,7 +232,7 @@ fn replay_json_states_its_parameters() {
         (&parameters["learning"], "frozen".into()),
         (&parameters["gravity"], "included".into()),
         (&parameters["gyro_timing"]["delay_s"], 0.0015.into()),
-        (&parameters["numbers"]["sample_rate"], 1000.0.into()),
+        (&parameters["numbers"]["sample_rate_hz"], 1000.0.into()),
         (&parameters["numbers"]["decision.threshold"], 0.5.into()),
         (&parameters["learnt_before"], Value::Null),
     ] {

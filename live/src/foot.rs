@@ -2,7 +2,8 @@
 //!
 //! | item | file |
 //! |---|---|
-//! | objects by name: `half_width.ax`, with type, range and unit | [`name`] |
+//! | objects by name: `decision.threshold`, with type, range and unit | [`name`] |
+//! | values as text, such as `50ms` | `notation` |
 //! | requests and responses over CAN (SDO) and the serial line | [`client`] |
 //! | sets of settings, written all or none | [`settings`] |
 //! | scan of a line for feet | [`scan`] |
@@ -15,6 +16,7 @@
 pub mod calibration;
 pub mod client;
 pub mod name;
+mod notation;
 pub mod position;
 pub mod restart;
 pub mod scan;

@@ -86,7 +86,10 @@ fn stored_settings_survive_a_reset() {
         let mut client = client(line);
         let wanted = values(
             &client,
-            &[("decision.threshold", "0.625"), ("half_width.ax", "0.5")],
+            &[
+                ("decision.threshold", "0.625"),
+                ("half_width.acceleration_m_s2.ax", "0.5"),
+            ],
         );
         let changes = settings::write(&mut client, &wanted, Lasting::UntilReset).expect("taken");
         assert_eq!(changes.len(), 2, "{line}");
@@ -162,25 +165,19 @@ impl Link for Shared {
 fn order_dependent_settings_are_accepted_in_any_order() {
     let mut client = client("can");
     // Both exceed the foot's upper threshold, so the lower one is accepted only after the upper one.
-    let upper = Named::find("load_input.on_threshold").expect("a name");
+    let upper = Named::find("load.on_threshold").expect("a name");
     let wanted = values(
         &client,
-        &[
-            ("load_input.on_threshold", "90"),
-            ("load_input.off_threshold", "80"),
-        ],
+        &[("load.on_threshold", "90"), ("load.off_threshold", "80")],
     );
     settings::write(&mut client, &wanted, Lasting::UntilReset).expect("taken");
     assert_eq!(get(&mut client, &upper.name()), "90");
     let wanted = values(
         &client,
-        &[
-            ("load_input.on_threshold", "12"),
-            ("load_input.off_threshold", "6"),
-        ],
+        &[("load.on_threshold", "12"), ("load.off_threshold", "6")],
     );
     settings::write(&mut client, &wanted, Lasting::UntilReset).expect("taken");
-    assert_eq!(get(&mut client, "load_input.off_threshold"), "6");
+    assert_eq!(get(&mut client, "load.off_threshold"), "6");
 }
 
 #[test]
@@ -192,8 +189,8 @@ fn incompatible_settings_change_nothing() {
             &client,
             &[
                 ("decision.threshold", "0.75"),
-                ("load_input.on_threshold", "5"),
-                ("load_input.off_threshold", "50"),
+                ("load.on_threshold", "5"),
+                ("load.off_threshold", "50"),
             ],
         );
         match settings::write(&mut client, &wanted, Lasting::UntilReset) {
@@ -297,9 +294,9 @@ fn foot_lost_during_a_write_is_reported_as_partly_set() {
         let wanted = values(
             &client,
             &[
-                ("half_width.ax", "0.5"),
-                ("half_width.ay", "0.5"),
-                ("half_width.az", "0.5"),
+                ("half_width.acceleration_m_s2.ax", "0.5"),
+                ("half_width.acceleration_m_s2.ay", "0.5"),
+                ("half_width.acceleration_m_s2.az", "0.5"),
             ],
         );
         let error = settings::write(&mut client, &wanted, Lasting::UntilReset)
@@ -320,7 +317,7 @@ fn unanswered_store_is_reported_as_unknown() {
         left: Named::settings().count() as u32 + 5,
     };
     let mut client = Client::new(Box::new(link), NodeId::new(17)).expect("a foot");
-    let wanted = values(&client, &[("half_width.ax", "0.5")]);
+    let wanted = values(&client, &[("half_width.acceleration_m_s2.ax", "0.5")]);
     let error = settings::write(&mut client, &wanted, Lasting::Stored).expect_err("it vanished");
     let SettingsError::NotTaken { undone, .. } = &error else {
         panic!("{error}");
@@ -705,10 +702,10 @@ fn settings_text_parses_back_to_the_same_settings() {
         ("\nwindow = 0", "line 2: window is \"0\", but "),
         (
             "window",
-            "line 1: \"window\" is no setting, such as window = 50000",
+            "line 1: \"window\" is no setting, such as window = 50ms",
         ),
         (
-            "window = 50000\nwindow = 50000",
+            "window = 50ms\nwindow = 50ms",
             "line 2: window stands twice",
         ),
         (

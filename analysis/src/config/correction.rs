@@ -40,8 +40,6 @@ pub(super) struct Limits {
     /// Neutral value.
     pub none: f32,
     pub meaning: &'static str,
-    /// Sub-indices in the accelerometer object of a foot; empty if a foot has none.
-    pub subindices: &'static [u8],
 }
 
 pub(super) const ACCELEROMETER_BIAS: Limits = Limits {
@@ -52,7 +50,6 @@ pub(super) const ACCELEROMETER_BIAS: Limits = Limits {
     most: 5.0,
     none: 0.0,
     meaning: "what the accelerometer that recorded reads in free fall",
-    subindices: &[1, 2, 3],
 };
 
 pub(super) const ACCELEROMETER_SCALE: Limits = Limits {
@@ -63,7 +60,6 @@ pub(super) const ACCELEROMETER_SCALE: Limits = Limits {
     most: 2.0,
     none: 1.0,
     meaning: "by what its readings, without the bias, are multiplied",
-    subindices: &[4, 5, 6],
 };
 
 pub(super) const GYROSCOPE_BIAS: Limits = Limits {
@@ -74,7 +70,6 @@ pub(super) const GYROSCOPE_BIAS: Limits = Limits {
     most: 1.0,
     none: 0.0,
     meaning: "what the gyroscope that recorded reads at rest",
-    subindices: &[],
 };
 
 /// Returns the correction set by the keys of a table of a file, over another one; the table ends with a dot.

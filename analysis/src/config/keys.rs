@@ -3,11 +3,10 @@
 
 use estimator_core::{Learnt, Mounting, Parameter, Params, Row, parameter};
 use recordings::number::shown;
-use wire::dictionary::{self, Address, Concern, Role, index};
+use wire::dictionary::{self, Address};
 
 use super::correction::{ACCELEROMETER_BIAS, ACCELEROMETER_SCALE, GYROSCOPE_BIAS, Limits};
-use super::numbers::Written;
-use super::refusal::Name;
+use super::numbers::{Written, split_axis};
 use super::value::{GRAVITIES, LEARNINGS, METHODS, gyro_timing_text, window_text, word_of};
 
 /// A key of a configuration file.
@@ -53,13 +52,13 @@ pub fn keys() -> Vec<Key> {
     };
     let mut numbers: Vec<Key> = Vec::new();
     for number in Parameter::ALL {
-        let path = Name::of(number.name()).key;
+        let (path, _) = split_axis(number.name());
         match numbers.last_mut() {
             Some(Key {
                 path: last,
                 kind: Kind::Numbers(axes),
             }) if *last == path => axes.push(number),
-            _ => numbers.push(key(&path, Kind::Numbers(vec![number]))),
+            _ => numbers.push(key(path, Kind::Numbers(vec![number]))),
         }
     }
     // The sample rate comes first; numbers without a table precede those with one.
@@ -91,7 +90,7 @@ impl Key {
     #[must_use]
     pub fn meaning(&self) -> &'static str {
         match &self.kind {
-            Kind::Numbers(numbers) => numbers.first().map_or("", |number| meaning(*number)),
+            Kind::Numbers(numbers) => numbers.first().map_or("", |number| number.row().about),
             Kind::Gravity => "whether the accelerations contain gravity",
             Kind::Axes => {
                 "how the sensor lies in the foot: its axes along the foot's x, y and z, which is up, or a \
@@ -99,26 +98,10 @@ impl Key {
             }
             Kind::Method => "where the limits of stillness come from",
             Kind::Learning => "whether the foot goes on learning",
-            Kind::Window => "how far back the estimate looks",
-            Kind::GyroTiming => {
-                "when the gyroscope measured what a sample says: the mean over the period before it, \
-                 or a delay behind the accelerometer"
-            }
-            Kind::Learnt(_) => self.learnt_meaning(),
+            Kind::Window => parameter::WINDOW.about,
+            Kind::GyroTiming => parameter::GYRO_DELAY.about,
+            Kind::Learnt(place) => learnt_row(*place).map_or("", |row| row.about),
             Kind::Correction(limits) => limits.meaning,
-        }
-    }
-
-    fn learnt_meaning(&self) -> &'static str {
-        match self.path.rsplit('.').next() {
-            Some("still") => "mean of the logarithm of this amplitude in stillness",
-            Some("moving") => {
-                "mean of the logarithm of this amplitude in motion; not below that in stillness"
-            }
-            Some("width") => "mean deviation of the logarithm of this amplitude in stillness",
-            Some("still_seconds") => "stillness that was learnt from",
-            Some("moving_seconds") => "motion that was learnt from",
-            _ => "how long the foot has run since it last learnt anything",
         }
     }
 
@@ -280,29 +263,11 @@ impl Key {
     /// Returns the object addresses on a foot; empty if a foot has none.
     #[must_use]
     pub fn objects(&self) -> Vec<Address> {
-        match &self.kind {
-            Kind::Numbers(numbers) => dictionary::settings()
-                .filter(|(_, entry)| match entry.role {
-                    Role::Setting(Concern::Parameter(number)) => numbers.contains(&number),
-                    _ => false,
-                })
-                .map(|(address, _)| address)
-                .collect(),
-            Kind::Method => vec![Address::new(index::ESTIMATION, 1)],
-            Kind::Learning => vec![Address::new(index::ESTIMATION, 2)],
-            Kind::Window => vec![Address::new(index::WINDOW, 0)],
-            Kind::Learnt(place) => u8::try_from(place + 1)
-                .map(|subindex| Address::new(index::LEARNT, subindex))
-                .into_iter()
-                .collect(),
-            Kind::Correction(limits) => limits
-                .subindices
-                .iter()
-                .map(|subindex| Address::new(index::ACCELEROMETER, *subindex))
-                .collect(),
-            Kind::Axes => vec![Address::new(index::MOUNTING, 1)],
-            Kind::Gravity | Kind::GyroTiming => Vec::new(),
-        }
+        let of_all_feet = self.path.strip_prefix("feet.FL.").unwrap_or(&self.path);
+        dictionary::settings()
+            .filter(|(_, entry)| split_axis(entry.key.as_str()).0 == of_all_feet)
+            .map(|(address, _)| address)
+            .collect()
     }
 }
 
@@ -315,67 +280,11 @@ const fn learnt_row(place: usize) -> Option<&'static Row> {
     }
 }
 
-/// Returns the axis of a number.
+/// Returns the axis of a number; empty if it has none.
 fn axis(number: Parameter) -> &'static str {
-    number.name().rsplit('.').next().unwrap_or_default()
+    split_axis(number.name()).1.unwrap_or_default()
 }
 
 fn quoted(word: &str) -> String {
     format!("\"{word}\"")
-}
-
-/// Returns the meaning of a number of the estimator.
-const fn meaning(number: Parameter) -> &'static str {
-    use Parameter as P;
-    match number {
-        P::SampleRate => "how many samples there are in a second",
-        P::BandwidthAx
-        | P::BandwidthAy
-        | P::BandwidthAz
-        | P::BandwidthWx
-        | P::BandwidthWy
-        | P::BandwidthWz => "kernel standard deviation h: the sensor's noise at its filter setting",
-        P::HalfWidthAx
-        | P::HalfWidthAy
-        | P::HalfWidthAz
-        | P::HalfWidthWx
-        | P::HalfWidthWy
-        | P::HalfWidthWz => "half-width δ: motion within ±δ counts as rest; it belongs to a robot",
-        P::DecisionThreshold => "the probability above which contact counts as stable",
-        P::DecisionOnDelay => {
-            "how long the probability must be above the threshold before the decision is stable"
-        }
-        P::DecisionOffDelay => {
-            "how long it must be at or below the threshold before the decision is not stable"
-        }
-        P::LoadOnThreshold => "loaded from this load on, in the unit of the load signal",
-        P::LoadOffThreshold => "no longer loaded below this load, in the unit of the load signal",
-        P::MotionTimeConstant => {
-            "time constant of the inclination's correction while the foot moves"
-        }
-        P::QuietGain => {
-            "how many times faster that correction is where the foot is perfectly quiet"
-        }
-        P::QuietAcceleration => {
-            "deviation of the acceleration from its short mean that still counts as quiet"
-        }
-        P::QuietRate => "angular rate that still counts as quiet",
-        P::RestDuration => "how long the sensor must be still before it counts as rest",
-        P::RestAcceleration => "the largest deviation of the acceleration from its mean at rest",
-        P::RestRate => "the largest deviation of the angular rate from its mean at rest",
-        P::BiasLimit => {
-            "the largest gyroscope bias per axis that is believed at the first rest; 0: none is estimated"
-        }
-        P::BiasTimeConstant => "time constant of the bias estimate at rest",
-        P::VelocitySpeed => {
-            "standard deviation of the velocity of a foot that does not turn and is in stable contact \
-             with a probability of a half"
-        }
-        P::VelocityLever => {
-            "distance between the IMU and the point about which a standing foot turns"
-        }
-        P::VelocityFloor => {
-            "least standard deviation of the velocity, of a foot in certain contact"
-        }
-    }
 }

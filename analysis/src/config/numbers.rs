@@ -1,8 +1,8 @@
-//! Numbers of the estimator, under keys derived from its table of limits: a row added there has its key here.
+//! Numbers of the estimator, under their names in its table: a row added there is a key here.
 
 use std::fmt;
 
-use estimator_core::{GyroTiming, Parameter, Params, Unit, parameter};
+use estimator_core::{Axis, GyroTiming, Parameter, Params, Unit, parameter};
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, Visitor};
 
 use super::set;
@@ -67,14 +67,13 @@ pub(super) enum Written {
 }
 
 impl Written {
-    /// Returns the notation of the field with this name.
-    pub fn of(field: &str) -> Self {
-        if [parameter::WINDOW.name, parameter::GYRO_DELAY.name].contains(&field) {
+    /// Returns the notation of the number with this name.
+    pub fn of(name: &str) -> Self {
+        if [parameter::WINDOW.name, parameter::GYRO_DELAY.name].contains(&name) {
             return Self::Milliseconds;
         }
-        // Learnt values keep the names of their fields, which have no unit.
         let mut rows = Parameter::ALL.into_iter().map(Parameter::row);
-        let row = rows.find(|row| row.name == field);
+        let row = rows.find(|row| row.name == name);
         Self::As(row.map_or(Unit::One, |row| row.unit))
     }
 
@@ -90,26 +89,21 @@ impl Written {
         }
     }
 
-    /// Returns the suffix of the key; empty for loads, which are in the unit of the recording.
-    pub const fn suffix(self) -> &'static str {
-        match self {
-            Self::As(Unit::Hertz) => "_hz",
-            Self::As(Unit::Second) => "_s",
-            Self::As(Unit::Metre) => "_m",
-            Self::As(Unit::MetrePerSecond) => "_m_s",
-            Self::As(Unit::MetrePerSecondSquared) => "_m_s2",
-            Self::As(Unit::RadianPerSecond) => "_rad_s",
-            _ => "",
-        }
-    }
-
-    /// Returns the unit after a number; empty if the key has no unit.
+    /// Returns the unit after a number; empty for loads, which are in the unit of the recording.
     pub fn symbol(self) -> String {
         match self {
             Self::Milliseconds => " ms".to_owned(),
-            Self::As(unit) if !self.suffix().is_empty() => format!(" {}", unit.symbol()),
-            Self::As(_) => String::new(),
+            Self::As(Unit::One | Unit::LoadSignal) => String::new(),
+            Self::As(unit) => format!(" {}", unit.symbol()),
         }
+    }
+}
+
+/// Splits the name of a number of one axis into the key of all axes and the axis.
+pub(super) fn split_axis(name: &str) -> (&str, Option<&str>) {
+    match name.rsplit_once('.') {
+        Some((key, axis)) if Axis::ALL.iter().any(|of| of.name() == axis) => (key, Some(axis)),
+        _ => (name, None),
     }
 }
 
@@ -136,10 +130,6 @@ fn keys(path: &str) -> Vec<(String, Meaning)> {
         };
         let (key, meaning) = match (name.split_once('.'), meaning) {
             (Some((table, _)), _) => (table.to_owned(), Meaning::Table),
-            (None, Meaning::Number(number)) => {
-                let suffix = Written::As(number.row().unit).suffix();
-                (format!("{name}{suffix}"), meaning)
-            }
             (None, _) => (name.to_owned(), meaning),
         };
         if keys.iter().all(|(other, _)| *other != key) {
@@ -233,16 +223,15 @@ mod tests {
         for number in Parameter::ALL {
             let name = number.name();
             // Axes and the sample rate have separate keys.
-            if name.contains("width.") || name == "sample_rate" {
+            if name.contains("width.") || name == "sample_rate_hz" {
                 continue;
             }
-            let key = format!("{name}{}", Written::As(number.row().unit).suffix());
-            let overrides = Overrides::parse(&format!("{key} = 0.25\n"), "x.toml").expect(&key);
+            let overrides = Overrides::parse(&format!("{name} = 0.25\n"), "x.toml").expect(name);
             let mut params = Params::DEFAULT;
             overrides.apply(&mut params);
             let mut expected = Params::DEFAULT;
             number.set(&mut expected, 0.25);
-            assert_eq!(params, expected, "{key}");
+            assert_eq!(params, expected, "{name}");
         }
     }
 

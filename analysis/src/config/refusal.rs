@@ -1,11 +1,11 @@
 //! Rejected parameters, reported by the option or key that sets them, with unit and file.
 
-use estimator_core::{Axis, Method, Parameter, Params, ParamsError, WindowLength};
+use estimator_core::{Method, Parameter, Params, ParamsError, WindowLength};
 use recordings::input::time::{BATCHES_HINT, MICROSECONDS_HINT, MILLISECONDS_HINT};
 use recordings::number::shown;
 use thiserror::Error;
 
-use super::numbers::Written;
+use super::numbers::{Written, split_axis};
 use super::position::Position;
 use super::{Overrides, SensorOverrides};
 
@@ -129,16 +129,16 @@ impl Origins<'_> {
                 min,
                 max,
             } => {
-                let name = Name::of(field);
-                let [is, low, high] = [*value, *min, *max].map(|v| name.written.number(v));
+                let written = Written::of(field);
+                let [is, low, high] = [*value, *min, *max].map(|v| written.number(v));
                 let subject = match *field {
                     "window" => self.window_name(),
-                    "sample_rate" => self.sample_rate_name(),
-                    _ => self.key_name(&name),
+                    "sample_rate_hz" => self.sample_rate_name(),
+                    _ => self.key_name(field),
                 };
-                let unit = name.written.symbol();
+                let unit = written.symbol();
                 let hint = match *field {
-                    "sample_rate" => self.unit_of_times(*value, *min, *max),
+                    "sample_rate_hz" => self.unit_of_times(*value, *min, *max),
                     _ => "",
                 };
                 format!("{subject} is {is}{unit}, allowed is {low} to {high}{unit}{hint}")
@@ -179,9 +179,10 @@ impl Origins<'_> {
         }
     }
 
-    fn key_name(&self, name: &Name) -> String {
-        let axis = name.axis.map(|axis| format!(" ({axis})"));
-        self.in_file(&name.key) + &axis.unwrap_or_default()
+    fn key_name(&self, name: &str) -> String {
+        let (key, axis) = split_axis(name);
+        let axis = axis.map(|axis| format!(" ({axis})"));
+        self.in_file(key) + &axis.unwrap_or_default()
     }
 
     fn in_file(&self, key: &str) -> String {
@@ -201,37 +202,6 @@ impl Origins<'_> {
             RateOrigin::Recording if rate < min && fits(1.0e6) => MICROSECONDS_HINT,
             RateOrigin::Recording if rate > max => BATCHES_HINT,
             _ => "",
-        }
-    }
-}
-
-/// Name of an estimator field in a configuration file.
-pub(super) struct Name {
-    pub key: String,
-    axis: Option<&'static str>,
-    written: Written,
-}
-
-impl Name {
-    pub fn of(field: &str) -> Self {
-        let written = Written::of(field);
-        let (table, last) = field.rsplit_once('.').unwrap_or(("", field));
-        if let Some(axis) = Axis::ALL.iter().position(|axis| axis.name() == last) {
-            let sensor = if axis < 3 {
-                "acceleration"
-            } else {
-                "angular_rate"
-            };
-            return Self {
-                key: format!("{table}.{sensor}{}", written.suffix()),
-                axis: Some(Axis::ALL[axis].name()),
-                written,
-            };
-        }
-        Self {
-            key: format!("{field}{}", written.suffix()),
-            axis: None,
-            written,
         }
     }
 }

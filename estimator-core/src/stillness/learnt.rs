@@ -135,40 +135,46 @@ impl Learnt {
 
     /// The rows of the table of limits, in the order of [`Self::to_array`].
     pub const ROWS: [Row; Self::NUMBERS] = {
-        const fn row(path: &'static str, unit: Unit, least: f32, most: f32) -> Row {
+        const fn row(
+            path: &'static str,
+            about: &'static str,
+            unit: Unit,
+            (least, most): (f32, f32),
+        ) -> Row {
             Row {
                 name: name(path),
+                about: name(about),
                 unit,
                 least,
                 most,
                 default: 0.0,
             }
         }
-        const fn seconds(path: &'static str, most: f32) -> Row {
-            row(path, Unit::Second, 0.0, most)
+        const fn seconds(path: &'static str, about: &'static str, most: f32) -> Row {
+            row(path, about, Unit::Second, (0.0, most))
         }
         /// The paths of a quantity's numbers, with their rows.
         macro_rules! classes {
             ($quantity:literal, $unit:ident) => {{
-                let (least, most) = LOGARITHM;
+                let (_, most) = LOGARITHM;
                 [
                     row(
                         concat!("learnt.", $quantity, ".still"),
+                        "mean of the logarithm of this amplitude in stillness",
                         Unit::$unit,
-                        least,
-                        most,
+                        LOGARITHM,
                     ),
                     row(
                         concat!("learnt.", $quantity, ".moving"),
+                        "mean of the logarithm of this amplitude in motion; not below that in stillness",
                         Unit::$unit,
-                        least,
-                        most,
+                        LOGARITHM,
                     ),
                     row(
                         concat!("learnt.", $quantity, ".width"),
+                        "mean deviation of the logarithm of this amplitude in stillness",
                         Unit::One,
-                        0.0,
-                        most,
+                        (0.0, most),
                     ),
                 ]
             }};
@@ -186,13 +192,25 @@ impl Learnt {
             v0,
             v1,
             v2,
-            seconds("learnt.still_seconds", MOST_SECONDS),
-            seconds("learnt.moving_seconds", MOST_SECONDS),
-            seconds("learnt.idle_seconds", OLDEST),
+            seconds(
+                "learnt.still_seconds",
+                "stillness that was learnt from",
+                MOST_SECONDS,
+            ),
+            seconds(
+                "learnt.moving_seconds",
+                "motion that was learnt from",
+                MOST_SECONDS,
+            ),
+            seconds(
+                "learnt.idle_seconds",
+                "how long the foot has run since it last learnt anything",
+                OLDEST,
+            ),
         ]
     };
 
-    /// The path of a number; empty on a microcontroller, to save room.
+    /// Name of a number; empty on a microcontroller, to save room.
     fn name(i: usize) -> &'static str {
         if cfg!(target_os = "none") {
             return "";

@@ -1,13 +1,10 @@
 //! Objects by name, and their values as text.
 
-use std::fmt;
-
 use thiserror::Error;
 use wire::dictionary::{self, Entry, Limits, Object, Role, Shape};
-use wire::{Address, DataType, NodeId, Value};
+use wire::{Address, NodeId, Value};
 
-/// Bit of a PDO's identifier that disables it.
-const OFF: u32 = 1 << 31;
+use super::notation::{Notation, id};
 
 /// Object of the dictionary, or a part of one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,17 +49,23 @@ fn did_you_mean(near: &[String]) -> String {
 /// Minimum similarity of a suggested name, 0 to 1.
 const ALIKE: f64 = 0.8;
 
-/// Returns up to three names that contain `text`, or are similar to it as a whole or in the last part.
+/// Returns up to three names that contain `text`, or are similar to it as a whole or in the last part. The titles in
+/// the dictionary count as names.
 fn near(text: &str) -> Vec<String> {
     let last = |name: &str| name.rsplit('.').next().unwrap_or_default().to_owned();
     let likeness = |name: &str| {
         let whole = strsim::normalized_damerau_levenshtein(name, text);
         let parts = strsim::normalized_damerau_levenshtein(&last(name), &last(text));
         let contained = if name.contains(text) { ALIKE } else { 0.0 };
-        whole.max(parts).max(contained)
+        // A last part such as "ax" occurs in several tables.
+        whole.max(0.9 * parts).max(contained)
     };
-    let names = Named::all().map(|named| named.name());
-    let mut near: Vec<_> = names.map(|name| (likeness(&name), name)).collect();
+    let mut near: Vec<_> = Named::all()
+        .map(|named| {
+            let name = named.name();
+            (likeness(&name).max(likeness(&named.title())), name)
+        })
+        .collect();
     near.retain(|(likeness, _)| *likeness >= ALIKE);
     // The sort is stable: equally similar names keep the order of the dictionary.
     near.sort_by(|(a, _), (b, _)| b.total_cmp(a));
@@ -103,7 +106,7 @@ impl Named {
         Self::all().find(|named| named.address == address)
     }
 
-    /// Finds an object by its name, `half_width.ax`, or by its address, `0x2012:1` or `0x2010`.
+    /// Finds an object by its name, `decision.threshold`, or by its address, `0x2012:1` or `0x2010`.
     ///
     /// # Errors
     /// There is no such object.
@@ -116,9 +119,17 @@ impl Named {
         })
     }
 
-    /// Name of the object and its part, the same in every version that has it.
+    /// Name: the key of a configuration file where it has the setting, else the titles of the object and its part.
     #[must_use]
     pub fn name(&self) -> String {
+        match self.entry.key.as_str() {
+            "" => self.title(),
+            key => key.to_owned(),
+        }
+    }
+
+    /// Titles of the object and its part in the dictionary, in lower case.
+    fn title(&self) -> String {
         let object = part(self.object.name.as_str());
         match self.object.shape {
             Shape::Var => object,
@@ -134,17 +145,32 @@ impl Named {
         texts.collect::<Vec<_>>().join("; ")
     }
 
+    fn notation(&self) -> Notation {
+        Notation::of(self.address, self.entry)
+    }
+
+    /// Unit after a value; empty if there is none, or if the value includes it.
+    #[must_use]
+    pub fn unit(&self) -> &'static str {
+        self.notation().unit(self.entry)
+    }
+
     /// Description of the values that may be written.
     #[must_use]
     pub fn range(&self) -> String {
-        if self.entry.role == Role::PdoCobId {
-            return "on or off".to_owned();
+        let text = |value| self.text(value);
+        match self.notation() {
+            Notation::Pdo => return "on or off".to_owned(),
+            Notation::Words([one, other]) => return format!("{one} or {other}"),
+            Notation::Axes => {
+                return "three right-handed axes such as x,-z,y, or quaternion".to_owned();
+            }
+            Notation::Number | Notation::Seconds | Notation::Milliseconds => {}
         }
-        let unit = match self.entry.unit.as_str() {
+        let unit = match self.unit() {
             "" => String::new(),
             unit => format!(" {unit}"),
         };
-        let text = |value| Shown(value).to_string();
         match self.entry.limits() {
             Limits::Any => format!("a value of type {}", self.entry.data_type().name()),
             Limits::Range(low, high) => format!("{} to {}{unit}", text(low), text(high)),
@@ -174,11 +200,7 @@ impl Named {
     /// Formats a value without its unit.
     #[must_use]
     pub fn text(&self, value: Value) -> String {
-        match (self.entry.role, value) {
-            (Role::PdoCobId, Value::U32(cob_id)) if cob_id & OFF != 0 => "off".to_owned(),
-            (Role::PdoCobId, _) => "on".to_owned(),
-            _ => Shown(value).to_string(),
-        }
+        self.notation().text(value)
     }
 
     /// Parses a value and checks its range, for a foot with this id.
@@ -191,42 +213,13 @@ impl Named {
             value: text.to_owned(),
             expected: self.range(),
         };
-        if let (Role::PdoCobId, Value::U32(base)) = (self.entry.role, self.entry.default) {
-            return match text {
-                "on" => Ok(Value::U32(base + id(node))),
-                "off" => Ok(Value::U32((base + id(node)) | OFF)),
-                _ => Err(refused()),
-            };
+        let value = self.notation().parse(text, self.entry, node);
+        let value = value.ok_or_else(refused)?;
+        if self.notation() != Notation::Pdo {
+            self.entry.limits().check(value).map_err(|_| refused())?;
         }
-        let value = number(self.entry.data_type(), text).ok_or_else(refused)?;
-        self.entry.limits().check(value).map_err(|_| refused())?;
         Ok(value)
     }
-}
-
-fn id(node: Option<NodeId>) -> u32 {
-    node.map_or(0, |node| u32::from(node.get()))
-}
-
-fn number(data_type: DataType, text: &str) -> Option<Value> {
-    fn whole<T: TryFrom<i64>>(text: &str) -> Option<T> {
-        let number = match text.strip_prefix("0x") {
-            Some(digits) => i64::from_str_radix(digits, 16).ok()?,
-            None => text.parse().ok()?,
-        };
-        T::try_from(number).ok()
-    }
-    Some(match data_type {
-        DataType::Integer16 => Value::I16(whole(text)?),
-        DataType::Unsigned8 => Value::U8(whole(text)?),
-        DataType::Unsigned16 => Value::U16(whole(text)?),
-        DataType::Unsigned32 => Value::U32(whole(text)?),
-        DataType::Real32 => {
-            let number: f32 = text.parse().ok()?;
-            number.is_finite().then_some(Value::F32(number))?
-        }
-        DataType::VisibleString => return None,
-    })
 }
 
 /// Parses an address: `0x2012:1` or `0x2010`.
@@ -235,22 +228,6 @@ fn address(text: &str) -> Option<Address> {
     let (index, subindex) = digits.split_once(':').unwrap_or((digits, "0"));
     let index = u16::from_str_radix(index, 16).ok()?;
     Some(Address::new(index, subindex.parse().ok()?))
-}
-
-/// Formats a value so that it parses back to the same value.
-struct Shown(Value);
-
-impl fmt::Display for Shown {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0 {
-            Value::I16(value) => write!(f, "{value}"),
-            Value::U8(value) => write!(f, "{value}"),
-            Value::U16(value) => write!(f, "{value}"),
-            Value::U32(value) => write!(f, "{value}"),
-            Value::F32(value) => write!(f, "{value}"),
-            Value::Text(text) => f.write_str(text),
-        }
-    }
 }
 
 #[cfg(test)]
@@ -268,7 +245,12 @@ mod tests {
             let Address { index, subindex } = named.address;
             assert_eq!(Named::find(&format!("0x{index:04X}:{subindex}")), Ok(named));
         }
-        for known in ["foot", "window", "half_width.ax", "decision.threshold"] {
+        for known in [
+            "foot",
+            "window",
+            "half_width.acceleration_m_s2.ax",
+            "decision.threshold",
+        ] {
             assert!(names.contains(known), "{known}: {names:?}");
         }
     }
@@ -285,6 +267,16 @@ mod tests {
                 named.name()
             );
             assert!(named.parse("x", node).is_err() && named.parse("1e30", node).is_err());
+        }
+        for text in ["0x0", "-1ms", "50samples", "x,z,y", "0.8,0.6,0,0", "ON"] {
+            let of_words = ["window", "axes", "method", "learning"];
+            let mut named = of_words.map(|name| Named::find(name).expect("there is one"));
+            assert!(
+                named
+                    .iter_mut()
+                    .all(|named| named.parse(text, node).is_err()),
+                "{text}"
+            );
         }
         let threshold = Named::find("decision.threshold").expect("there is one");
         assert_eq!(
@@ -311,8 +303,43 @@ mod tests {
             .expect_err("there is none")
             .to_string();
         assert!(
-            error.contains("did you mean") && error.contains("bandwidth.ax"),
+            error.contains("did you mean bandwidth.acceleration_m_s2.ax"),
             "{error}"
         );
+    }
+
+    #[test]
+    fn values_have_the_notation_of_a_configuration_file() {
+        for (name, text, value) in [
+            ("method", "half_widths", Value::U8(1)),
+            ("learning", "frozen", Value::U8(0)),
+            ("window", "12.5ms", Value::U32(12_500)),
+            ("decision.on_delay_s", "0.000001", Value::U32(1)),
+            ("decision.off_delay_s", "10", Value::U32(10_000_000)),
+            ("axes", "x,-z,y", Value::U16(162)),
+            ("axes", "quaternion", Value::U16(0)),
+            ("accelerometer.bias_m_s2.ay", "-0.25", Value::F32(-0.25)),
+        ] {
+            let named = Named::find(name).expect("there is one");
+            assert_eq!(named.parse(text, None), Ok(value), "{name}");
+            assert_eq!(named.text(value), text, "{name}");
+        }
+    }
+
+    #[test]
+    fn every_setting_of_the_estimator_has_the_key_of_a_file() {
+        for key in analysis::config::keys() {
+            for address in key.objects() {
+                let name = Named::at(address).expect("an object").name();
+                let path = key.path.trim_start_matches("feet.FL.");
+                assert!(
+                    name == path || name.starts_with(&format!("{path}.")),
+                    "{name}"
+                );
+            }
+        }
+        let named = Named::settings().filter(|named| !named.entry.key.is_empty());
+        // 29 numbers, window, method, learning, 12 learnt, 6 of the accelerometer, axes.
+        assert_eq!(named.count(), 51);
     }
 }

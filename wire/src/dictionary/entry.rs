@@ -119,8 +119,10 @@ const _: () = assert!(size_of::<Entry>() <= 20);
 pub struct Entry {
     /// Sub-index in its object.
     pub subindex: u8,
-    /// Name.
+    /// Name in an EDS.
     pub name: Text,
+    /// Name of the setting in files and commands, that of the estimator's table; empty for what only a foot has.
+    pub key: Text,
     /// Role in the device.
     pub role: Role,
     /// Access rights.
@@ -146,6 +148,7 @@ impl Entry {
         Self {
             subindex,
             name: Text::new(name),
+            key: Text::NONE,
             role,
             access,
             default,
@@ -187,6 +190,7 @@ impl Entry {
         Self::setting(subindex, name, concern, Value::F32(row.default))
             .range(Value::F32(row.least), Value::F32(row.most))
             .unit(row.unit.symbol())
+            .key(row.name)
     }
 
     /// Creates a duration in whole µs from its row in the estimator's table.
@@ -200,6 +204,7 @@ impl Entry {
         Self::setting(subindex, name, concern, micros(row.default))
             .range(micros(row.least), micros(row.most))
             .unit("µs")
+            .key(row.name)
     }
 
     pub(super) const fn parameter(subindex: u8, name: &'static str, parameter: Parameter) -> Self {
@@ -237,6 +242,11 @@ impl Entry {
         Self::new(subindex, name, Role::Command, access, default)
     }
 
+    pub(super) const fn key(mut self, key: &'static str) -> Self {
+        self.key = Text::new(key);
+        self
+    }
+
     pub(super) const fn range(mut self, low: Value, high: Value) -> Self {
         self.bounds = Bounds::Range;
         self.numbers = [low.to_raw(), high.to_raw()];
@@ -270,6 +280,7 @@ impl Entry {
     pub(super) const fn as_live(self, subindex: u8) -> Self {
         Self {
             subindex,
+            key: Text::NONE,
             role: Role::Live,
             access: Access::Ro,
             bounds: Bounds::Any,

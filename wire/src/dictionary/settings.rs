@@ -36,8 +36,10 @@ const WINDOW: Row = {
 /// Estimation of the probability.
 const ESTIMATION: &[Entry] = &[
     Entry::switch(1, "Method", Concern::Estimator, Params::DEFAULT.method as u8)
+        .key("method")
         .doc("0 self-calibrating: the foot learns its limits of stillness while it walks; 1 half-widths: the limits of 0x2012"),
     Entry::switch(2, "Learning", Concern::Estimator, matches!(Params::DEFAULT.learning, Learning::On) as u8)
+        .key("learning")
         .doc("1 on; 0 frozen: what has been learnt stays as it is. Without effect with method 1"),
 ];
 
@@ -97,20 +99,20 @@ const ACCELEROMETER: &[Entry] = {
         Entry::setting(sub, name, Concern::Correction, Value::F32(value))
             .range(Value::F32(low), Value::F32(high))
     }
-    const fn bias(sub: u8, name: &'static str, value: f32) -> Entry {
-        corrected(sub, name, value, -2.0, 2.0).unit("m/s²")
+    const fn bias(sub: u8, name: &'static str, key: &'static str, value: f32) -> Entry {
+        corrected(sub, name, value, -2.0, 2.0).unit("m/s²").key(key)
     }
-    const fn scale(sub: u8, name: &'static str, value: f32) -> Entry {
-        corrected(sub, name, value, 0.9, 1.1)
+    const fn scale(sub: u8, name: &'static str, key: &'static str, value: f32) -> Entry {
+        corrected(sub, name, value, 0.9, 1.1).key(key)
     }
     const NONE: AccelerometerCorrection = AccelerometerCorrection::NONE;
     &[
-        bias(1, "Bias x", NONE.bias.x),
-        bias(2, "Bias y", NONE.bias.y),
-        bias(3, "Bias z", NONE.bias.z),
-        scale(4, "Scale x", NONE.scale.x),
-        scale(5, "Scale y", NONE.scale.y),
-        scale(6, "Scale z", NONE.scale.z),
+        bias(1, "Bias x", "accelerometer.bias_m_s2.ax", NONE.bias.x),
+        bias(2, "Bias y", "accelerometer.bias_m_s2.ay", NONE.bias.y),
+        bias(3, "Bias z", "accelerometer.bias_m_s2.az", NONE.bias.z),
+        scale(4, "Scale x", "accelerometer.scale.ax", NONE.scale.x),
+        scale(5, "Scale y", "accelerometer.scale.ay", NONE.scale.y),
+        scale(6, "Scale z", "accelerometer.scale.az", NONE.scale.z),
     ]
 };
 

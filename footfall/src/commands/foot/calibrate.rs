@@ -61,20 +61,23 @@ impl FootArguments {
 
 /// Returns how much stillness and motion the foot has observed.
 fn seen(learnt: &[(Named, f32)]) -> String {
-    let seconds = |part: &str| {
-        let of_part = learnt.iter().find(|(named, _)| last_part(named) == part);
-        of_part.map_or(0.0, |(_, seconds)| *seconds)
+    let seconds = |name: &str| {
+        let of_name = learnt.iter().find(|(named, _)| named.name() == name);
+        of_name.map_or(0.0, |(_, seconds)| *seconds)
     };
     format!(
         "{:.1} s of stillness and {:.1} s of motion seen",
-        seconds("stillness_learnt_from"),
-        seconds("motion_learnt_from")
+        seconds("calibration.stillness_learnt_from"),
+        seconds("calibration.motion_learnt_from")
     )
 }
 
-fn last_part(named: &Named) -> String {
+/// Returns the name without the table that it is in.
+fn last_parts(named: &Named) -> String {
     let name = named.name();
-    name.rsplit('.').next().unwrap_or(&name).to_owned()
+    name.split_once('.')
+        .map_or(name.as_str(), |(_, parts)| parts)
+        .to_owned()
 }
 
 impl Found {
@@ -95,7 +98,7 @@ impl Found {
                 "ln(rad/s)" => (value.exp(), "rad/s"),
                 unit => (*value, unit),
             };
-            text.push_str(&line(&last_part(named), value, unit));
+            text.push_str(&line(&last_parts(named), value, unit));
         }
         for (axis, bias) in ["x", "y", "z"].into_iter().zip(self.gyroscope_bias_rad_s) {
             let name = format!("gyroscope_bias_{axis}");
@@ -105,8 +108,7 @@ impl Found {
             });
         }
         for (named, value) in &self.correction {
-            let name = format!("accelerometer_{}", last_part(named));
-            text.push_str(&line(&name, *value, named.entry.unit.as_str()));
+            text.push_str(&line(&named.name(), *value, named.entry.unit.as_str()));
         }
         text
     }
@@ -115,7 +117,7 @@ impl Found {
         let numbers = |numbers: &[(Named, f32)]| {
             let pairs = numbers
                 .iter()
-                .map(|(named, value)| (last_part(named), json!(value)));
+                .map(|(named, value)| (last_parts(named), json!(value)));
             Json::Object(pairs.collect::<Map<_, _>>())
         };
         json!({

@@ -36,9 +36,7 @@ pub enum FootError {
         axes: Option<Vec<Axis>>,
     },
     /// Learning is disabled by the settings of the foot.
-    #[error(
-        "the foot learns nothing with its settings: set estimation.method=0 estimation.learning=1"
-    )]
+    #[error("the foot learns nothing with its settings: set method=self_calibrating learning=on")]
     LearnsNothing,
     /// The foot has not learnt enough in the given time.
     #[error(

@@ -69,7 +69,7 @@ pub enum Action {
     /// Show objects by name or by address, such as 0x2012:1; all settings where none is named
     Get {
         /// The objects
-        #[arg(value_name = "half_width.ax")]
+        #[arg(value_name = "decision.threshold")]
         names: Vec<String>,
     },
     /// Change settings, such as decision.threshold=0.6, all or none; they are lost at a reset unless

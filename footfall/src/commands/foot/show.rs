@@ -55,7 +55,7 @@ struct Scanned {
     name: Option<String>,
 }
 
-/// The value of an object: a number, or a text where it is one or an identifier.
+/// The value of an object: a number, or a text such as a word or a duration.
 #[derive(JsonSchema)]
 #[schemars(untagged)]
 #[expect(dead_code, reason = "only its schema is used")]
@@ -122,7 +122,7 @@ impl FootArguments {
             return to_json(&FootChanges(changes.collect()));
         }
         let line = |(named, before, after): &(Named, Value, Value)| {
-            let unit = named.entry.unit.as_str();
+            let unit = named.unit();
             let (before, after) = (named.text(*before), named.text(*after));
             format!("{}: {before} → {after} {unit}", named.name())
                 .trim_end()
@@ -152,7 +152,7 @@ impl FootArguments {
                     .map_err(FootError::from)?;
                 (named.text(value), number(&named, value))
             };
-            let unit = named.entry.unit.as_str();
+            let unit = named.unit();
             text.push_str(format!("{} = {shown} {unit}", named.name()).trim_end());
             if named.entry.is_setting() && !names.is_empty() {
                 text.push_str(&format!("   # {}; {}", named.range(), named.doc()));
@@ -238,10 +238,13 @@ fn to_json(printed: &impl Serialize) -> String {
 }
 
 fn number(named: &Named, value: Value) -> Json {
-    match (named.entry.role, value) {
-        (wire::dictionary::Role::PdoCobId, _) => Json::String(named.text(value)),
-        (_, Value::F32(number)) => json!(number),
-        (_, Value::I16(number)) => json!(number),
-        (_, value) => json!(value.to_raw()),
+    match value {
+        Value::F32(number) => json!(number),
+        Value::I16(number) => json!(number),
+        value => {
+            let text = named.text(value);
+            // A number in the unit of the text, or a word.
+            text.parse().map_or(Json::String(text), Json::Number)
+        }
     }
 }
