@@ -4,6 +4,8 @@ fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-changed=../memory.x");
     if std::env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "none") {
-        println!("cargo:rustc-link-arg-bin=foot=-Tdefmt.x");
+        for program in ["foot", "foot-feather"] {
+            println!("cargo:rustc-link-arg-bin={program}=-Tdefmt.x");
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! CAN1 on PB8 (receive) and PB9 (transmit).
+//! CAN1.
 
 use core::future::{pending, poll_fn};
 use core::mem;
@@ -13,7 +13,7 @@ use embassy_stm32::can::{
     TxInterruptHandler,
 };
 use embassy_stm32::interrupt::{self, InterruptExt, typelevel};
-use embassy_stm32::pac::{CAN1, GPIOB, can::regs, gpio::vals::Pupdr};
+use embassy_stm32::pac::{CAN1, can::regs, gpio::vals::Pupdr};
 use embassy_stm32::{Peri, bind_interrupts, peripherals};
 use embassy_sync::waitqueue::AtomicWaker;
 use embassy_time::{Duration, Timer};
@@ -22,7 +22,7 @@ use wire::CanFrame;
 use wire::foot::cob_id;
 use wire::pdo::{Load, Pdo};
 
-use super::{Barrier, COMMUNICATION_PRIORITY};
+use super::{Barrier, COMMUNICATION_PRIORITY, wiring};
 
 bind_interrupts!(struct Irqs {
     CAN1_TX => TxInterruptHandler<peripherals::CAN1>, Barrier;
@@ -55,8 +55,8 @@ static STARTED: AtomicBool = AtomicBool::new(false);
 /// Peripherals, until the bit rate is known.
 pub struct Parts {
     pub(super) controller: Peri<'static, peripherals::CAN1>,
-    pub(super) receive: Peri<'static, peripherals::PB8>,
-    pub(super) transmit: Peri<'static, peripherals::PB9>,
+    pub(super) receive: Peri<'static, wiring::CanReceive>,
+    pub(super) transmit: Peri<'static, wiring::CanTransmit>,
 }
 
 /// Settings of the controller.
@@ -79,7 +79,8 @@ impl Parts {
     pub fn start(self, bit_rate: u32) -> (Control, Sender, Receiver) {
         let mut can = Can::new(self.controller, self.receive, self.transmit, Irqs);
         // Without a transceiver the bus then reads as idle instead of floating.
-        GPIOB.pupdr().modify(|w| w.set_pupdr(8, Pupdr::PULL_UP));
+        let (port, pin) = wiring::CAN_RECEIVE;
+        port.pupdr().modify(|w| w.set_pupdr(pin, Pupdr::PULL_UP));
         for irq in [
             interrupt::CAN1_TX,
             interrupt::CAN1_RX0,

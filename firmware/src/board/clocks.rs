@@ -1,5 +1,6 @@
 //! 160 MHz, from the crystal if it starts and has the right frequency, otherwise from the internal
-//! oscillator. Another crystal would set another frequency: with 12 MHz the core would run at 240 MHz.
+//! oscillator. A crystal that is not the board's would set another frequency: 12 MHz instead of 8 would run the core
+//! at 240 MHz.
 //!
 //! SYSCLK 160 MHz and not 168: APB2 is then 80 MHz and SPI1 runs at exactly 5.0 MHz, half of the sensor's limit;
 //! the dividers of 84 MHz give 5.25 MHz.
@@ -12,8 +13,7 @@ use embassy_stm32::rcc::{
 };
 use embassy_stm32::time::Hertz;
 
-/// Crystal between `OSC_IN` and `OSC_OUT`: a whole number of MHz, 4 to 26.
-const CRYSTAL_MHZ: u32 = 8;
+use super::wiring::CRYSTAL_MHZ;
 
 /// Internal oscillator, MHz.
 const HSI_MHZ: u32 = 16;

@@ -1,7 +1,8 @@
 //! The board: an STM32F405RG with its crystal, an LSM6DSOX, a CAN transceiver, a serial line, a
-//! load sensor and an LED. Each module and the README list its pins.
+//! load sensor and an LED.
 //!
-//! All decisions are made by the library.
+//! A feature chooses one of the boards, whose folders have their tables: [`wiring`] is that of the chosen one. All
+//! else is the same on each board. All decisions are made by the library.
 //!
 //! | interrupts, from the most urgent | |
 //! |---|---|
@@ -11,6 +12,19 @@
 //! | 5 | the communication executor |
 //! | thread | everything else |
 
+#[cfg(any(
+    all(feature = "feather", feature = "reference"),
+    not(any(feature = "feather", feature = "reference"))
+))]
+compile_error!("choose one board by a feature: `reference` (default) or `feather`");
+
+#[cfg(feature = "feather")]
+#[path = "feather/mod.rs"]
+mod wiring;
+#[cfg(feature = "reference")]
+#[path = "reference/mod.rs"]
+mod wiring;
+
 pub mod can;
 pub mod clocks;
 pub mod crash;
@@ -19,6 +33,7 @@ pub mod load;
 pub mod sensor;
 pub mod stack;
 pub mod supply;
+mod table;
 pub mod timebase;
 pub mod uart;
 pub mod watchdog;
@@ -90,39 +105,20 @@ pub fn start() -> Board {
     }
     supply::watch();
     interrupt::TIM5.set_priority(COMMUNICATION_PRIORITY);
-    let sensor = sensor::Parts {
-        controller: p.SPI1,
-        clock: p.PA5,
-        to_sensor: p.PA7,
-        from_sensor: p.PA6,
-        select: p.PA4,
-        data_ready: p.PA0,
-        _transmit_dma: p.DMA2_CH3,
-        _receive_dma: p.DMA2_CH0,
-    };
+    let parts = wiring::parts(p);
     Board {
         clock,
         reset,
         watchdog_resets: crash::count_watchdog_resets(reset),
         crash,
         serial: serial(),
-        timebase: timebase::Timebase::start(p.TIM2, p.TIM4),
-        sensor: sensor.start(),
-        load: load::LoadSensor::start(p.ADC1, p.PC0),
-        can: can::Parts {
-            controller: p.CAN1,
-            receive: p.PB8,
-            transmit: p.PB9,
-        },
-        uart: uart::Parts {
-            controller: p.USART1,
-            transmit: p.PA9,
-            receive: p.PA10,
-            transmit_dma: p.DMA2_CH7,
-            receive_dma: p.DMA2_CH2,
-        },
-        flash: flash::ConfigFlash::new(p.FLASH),
-        led: Output::new(p.PC6, Level::Low, Speed::Low),
+        timebase: timebase::Timebase::start(parts.timer, parts.counter),
+        sensor: parts.sensor.start(),
+        load: load::LoadSensor::start(parts.converter, parts.load),
+        can: parts.can,
+        uart: parts.uart,
+        flash: flash::ConfigFlash::new(parts.flash),
+        led: Output::new(parts.led, Level::Low, Speed::Low),
     }
 }
 

@@ -1,4 +1,4 @@
-//! SPI1 to the LSM6DSOX: SCK PA5, MISO PA6, MOSI PA7, CS PA4; its INT1 on PA0.
+//! SPI1 to the LSM6DSOX, and its INT1.
 //!
 //! The HAL configures it; transfers are implemented here. Each millisecond has two of them, and what the HAL
 //! spends on the DMA of one equals the work of the estimator.
@@ -15,7 +15,7 @@ use embassy_stm32::pac::{DMA2, RCC, SPI1};
 use embassy_stm32::spi::mode::Master;
 use embassy_stm32::spi::{Config, MODE_3, Spi};
 use embassy_stm32::time::Hertz;
-use embassy_stm32::timer::{self, input_capture::CapturePin};
+use embassy_stm32::timer::input_capture::CapturePin;
 use embassy_stm32::{Peri, peripherals};
 use embassy_time::{Duration, Timer};
 use embedded_hal_async::delay::DelayNs;
@@ -24,6 +24,7 @@ use lsm6dsox::{SetSpiClock, SpiClock};
 
 use super::URGENT_PRIORITY;
 use super::timebase::Deadline;
+use super::wiring;
 
 /// Delay by the HAL's timer, at least as long as requested.
 pub struct Delay;
@@ -87,11 +88,11 @@ pub struct SensorBus {
 /// Peripherals.
 pub(super) struct Parts {
     pub controller: Peri<'static, peripherals::SPI1>,
-    pub clock: Peri<'static, peripherals::PA5>,
-    pub to_sensor: Peri<'static, peripherals::PA7>,
-    pub from_sensor: Peri<'static, peripherals::PA6>,
-    pub select: Peri<'static, peripherals::PA4>,
-    pub data_ready: Peri<'static, peripherals::PA0>,
+    pub clock: Peri<'static, wiring::SensorClock>,
+    pub to_sensor: Peri<'static, wiring::ToSensor>,
+    pub from_sensor: Peri<'static, wiring::FromSensor>,
+    pub select: Peri<'static, wiring::SensorSelect>,
+    pub data_ready: Peri<'static, wiring::DataReady>,
     /// Owned, so that no other code uses it: the HAL is bypassed.
     pub _transmit_dma: Peri<'static, peripherals::DMA2_CH3>,
     /// Likewise.
@@ -122,10 +123,12 @@ impl Parts {
         unsafe { interrupt::DMA2_STREAM0.enable() };
         // High INT1 at power-up would put the sensor into I3C mode: a pull-down, never a pull-up. The
         // pin keeps its configuration when its owner is dropped.
-        core::mem::forget(CapturePin::<peripherals::TIM2, timer::Ch1>::new(
-            self.data_ready,
-            Pull::Down,
-        ));
+        core::mem::forget(
+            CapturePin::<peripherals::TIM2, wiring::DataReadyChannel>::new(
+                self.data_ready,
+                Pull::Down,
+            ),
+        );
         SensorBus {
             _spi: spi,
             select: Output::new(self.select, Level::High, Speed::VeryHigh),

@@ -21,6 +21,7 @@ use estimator_core::Timestamp;
 use firmware::sampling::{EDGE_LIMIT_US, Tick, Ticks};
 
 use super::URGENT_PRIORITY;
+use super::wiring::CAPTURE_INPUT;
 
 /// Duration of a tick, µs.
 const TICK_MICROS: u32 = 1_000;
@@ -88,7 +89,10 @@ impl Timebase {
         TIM4.cr1().modify(|w| w.set_cen(true));
         rcc::enable_and_reset::<peripherals::TIM2>();
         // One pulse per capture of channel 1, whether or not the previous one was read.
-        TIM2.cr2().modify(|w| w.set_mms(vals::Mms::COMPARE_PULSE));
+        TIM2.cr2().modify(|w| {
+            w.set_mms(vals::Mms::COMPARE_PULSE);
+            w.set_ti1s(CAPTURE_INPUT);
+        });
         let cycles_per_micro = rcc::frequency::<peripherals::TIM2>().0 / 1_000_000;
         TIM2.psc().write_value((cycles_per_micro - 1) as u16);
         TIM2.arr().write_value(u32::MAX);

@@ -1,4 +1,4 @@
-//! USART1 on PA9 (transmit) and PA10 (receive), 8N1, both ways over DMA.
+//! USART1, 8N1, both ways over DMA.
 //!
 //! The HAL configures it and receives. It would spend 600 instructions on each transfer that is sent,
 //! one per millisecond, so these are started here.
@@ -17,7 +17,7 @@ use embassy_stm32::{Peri, bind_interrupts, dma, peripherals};
 use embassy_sync::waitqueue::AtomicWaker;
 use static_cell::ConstStaticCell;
 
-use super::{Barrier, COMMUNICATION_PRIORITY};
+use super::{Barrier, COMMUNICATION_PRIORITY, wiring};
 
 bind_interrupts!(struct Irqs {
     USART1 => usart::InterruptHandler<peripherals::USART1>, Barrier;
@@ -78,8 +78,8 @@ const RECEIVE_BUFFER: usize = 512;
 /// Peripherals, until the rate is known.
 pub struct Parts {
     pub(super) controller: Peri<'static, peripherals::USART1>,
-    pub(super) transmit: Peri<'static, peripherals::PA9>,
-    pub(super) receive: Peri<'static, peripherals::PA10>,
+    pub(super) transmit: Peri<'static, wiring::UartTransmit>,
+    pub(super) receive: Peri<'static, wiring::UartReceive>,
     pub(super) transmit_dma: Peri<'static, peripherals::DMA2_CH7>,
     pub(super) receive_dma: Peri<'static, peripherals::DMA2_CH2>,
 }

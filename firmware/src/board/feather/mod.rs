@@ -1,0 +1,21 @@
+//! The Feather: Adafruit's Feather STM32F405 Express with a 12 MHz crystal. `pins.toml` says what each pin goes
+//! to, and where that is published.
+//!
+//! Only the capture of channel 1 gives the pulses that TIM4 counts (RM0090, 18.4.2, MMS), and no pin of that
+//! channel is free here. The exclusive or of the pins of channels 1 to 3 (TI1S) leads that of channel 3 to it: the
+//! inputs of the other two are not connected to pins, and equal.
+
+super::table::wiring! {
+    crystal: 12 MHz,
+    sensor: {
+        clock: PA5,
+        to_sensor: PA7,
+        from_sensor: PA6,
+        select: PA4,
+        data_ready: PB10, TIM2 Ch3, XOR,
+    },
+    can: { transmit: PB9, receive: PB8, GPIOB pin 8 },
+    uart: { transmit: PB6, receive: PB7 },
+    load: PC4, ADC1 input 14,
+    led: PC1,
+}

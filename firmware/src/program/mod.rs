@@ -1,0 +1,145 @@
+//! The foot's program on any board, in the order of a sample's path: the board starts, the sampling loop
+//! turns data-ready edges into frames, the communication sends frames and receives requests, and
+//! the thread level stores settings and feeds the watchdog.
+//!
+//! Three levels; a lower one never delays a higher one:
+//!
+//! | level | what runs there |
+//! |---|---|
+//! | sampling, an executor at interrupt priority 2 | [`sample`](sampling::sample) |
+//! | communication, an executor at interrupt priority 5 | the tasks of [`communication`] |
+//! | thread | the tasks of [`thread`] |
+
+mod communication;
+mod sampling;
+mod start;
+mod thread;
+
+use core::sync::atomic::AtomicU8;
+
+use defmt_rtt as _;
+use embassy_executor::{Executor, InterruptExecutor};
+use embassy_stm32::interrupt::{self, InterruptExt};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
+use firmware::sampling::Sensor;
+use firmware::storage::{MOST_WATCHDOG_RESETS, Origin, Storage};
+use firmware::{Ports, Start};
+use static_cell::StaticCell;
+use wire::Settings;
+use wire::node::BootCause;
+
+use crate::board;
+use crate::board::clocks::Source;
+use crate::board::crash::Reset;
+use crate::board::flash::ConfigFlash;
+use communication::{receive_can, receive_uart, send_can, send_uart};
+use start::{halt, log_boot, make_foot, once, reason_for_start};
+use thread::{blink, feed_watchdog, serve_requests};
+
+/// State shared between the interrupt levels.
+static PORTS: Ports = Ports::new();
+
+/// State shown by the LED: the stage's code, and [`FAULT`] while a fault is active.
+static LIGHT: AtomicU8 = AtomicU8::new(0);
+const FAULT: u8 = 0x80;
+
+/// New rate of the UART.
+static UART_RATE: Signal<CriticalSectionRawMutex, u32> = Signal::new();
+
+static SAMPLING: InterruptExecutor = InterruptExecutor::new();
+static COMMUNICATION: InterruptExecutor = InterruptExecutor::new();
+
+/// Flash with the settings.
+type Store = Storage<ConfigFlash>;
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    static THREAD: StaticCell<Executor> = StaticCell::new();
+
+    let board = board::start();
+    let mut led = board.led;
+    let Ok(mut storage) = Storage::new(board.flash, &(0..board::flash::SIZE)) else {
+        halt(&mut led, "the configuration's pages are none");
+    };
+    // As delivered, brown-out reset is off. Not after another reset: an attempt that ends in one is not repeated.
+    if board.reset == Reset::Power && board::flash::brown_out_level() == 0 {
+        let level = storage.flash().protect_supply().map_or(0, |()| 3);
+        defmt::warn!(
+            "brown-out reset was off, level from the next power-up on: {=u8}",
+            level
+        );
+    }
+    // Nothing is written until a store: the settings in flash stay for inspection.
+    let (settings, origin) = match board.watchdog_resets {
+        0..MOST_WATCHDOG_RESETS => storage.load(),
+        _ => (Settings::default(), Origin::NotRead),
+    };
+    let start = Start {
+        serial: board.serial,
+        cause: match (board.reset, board.crash.is_some()) {
+            (Reset::Software, false) => BootCause::Commanded,
+            _ => BootCause::PowerUp,
+        },
+        crash: reason_for_start(board.crash, board.reset),
+        origin,
+        unused_crystal_khz: match board.clock {
+            Source::Crystal => None,
+            Source::Internal(khz) => Some(khz),
+        },
+        brown_out_level: board::flash::brown_out_level(),
+    };
+    log_boot(&start);
+    let Some(foot) = make_foot(settings, start) else {
+        halt(&mut led, "the default settings do not fit each other");
+    };
+    let settings = foot.settings();
+    let (can_rate, uart_rate) = (settings.can_bit_rate(), settings.uart_rate());
+    let self_test = settings.self_test();
+    let Ok((uart_out, uart_in)) = board.uart.start(uart_rate) else {
+        halt(&mut led, "the UART cannot have its rate");
+    };
+
+    interrupt::UART4.set_priority(board::SAMPLING_EXECUTOR_PRIORITY);
+    let level = SAMPLING.start(interrupt::UART4);
+    let sensor = Sensor::new(board.sensor);
+    once(
+        sampling::sample(sensor, board.timebase, board.load, foot, self_test),
+        |task| level.spawn(task),
+    );
+
+    interrupt::UART5.set_priority(board::COMMUNICATION_EXECUTOR_PRIORITY);
+    let communication = COMMUNICATION.start(interrupt::UART5);
+    // Without a crystal the bus is not joined: the clock is not accurate enough for it.
+    let can = (board.clock == Source::Crystal).then(|| {
+        let (control, can_out, can_in) = board.can.start(can_rate);
+        PORTS.connect_can(board::can::try_send);
+        once(send_can(can_out), |task| communication.spawn(task));
+        once(receive_can(can_in), |task| communication.spawn(task));
+        control
+    });
+    once(send_uart(uart_out), |task| communication.spawn(task));
+    once(receive_uart(uart_in), |task| communication.spawn(task));
+
+    THREAD.init(Executor::new()).run(|thread| {
+        once(serve_requests(storage, can), |task| thread.spawn(task));
+        once(feed_watchdog(), |task| thread.spawn(task));
+        once(blink(led), |task| thread.spawn(task));
+    })
+}
+
+// The interrupts that run the executors; their own peripherals are not used. The barriers: see `board::Barrier`.
+
+#[embassy_stm32::interrupt]
+unsafe fn UART4() {
+    // SAFETY: called by this interrupt.
+    unsafe { SAMPLING.on_interrupt() };
+    cortex_m::asm::dsb();
+}
+
+#[embassy_stm32::interrupt]
+unsafe fn UART5() {
+    // SAFETY: called by this interrupt.
+    unsafe { COMMUNICATION.on_interrupt() };
+    cortex_m::asm::dsb();
+}

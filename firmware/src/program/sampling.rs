@@ -1,0 +1,49 @@
+//! Sampling level: tick, edge, burst, estimate and frames.
+
+use core::mem::{self, discriminant};
+use core::sync::atomic::Ordering;
+
+use firmware::Foot;
+use firmware::ports::{BusState, Input};
+use firmware::sampling::{self, Sensor};
+
+use super::{FAULT, LIGHT, PORTS};
+use crate::board;
+
+/// Runs tick, edge, burst, estimate and frames, forever.
+#[embassy_executor::task]
+pub(super) async fn sample(
+    sensor: Sensor<board::sensor::SensorBus>,
+    ticks: board::timebase::Timebase,
+    load: board::load::LoadSensor,
+    foot: &'static mut Foot,
+    self_test: bool,
+) {
+    let mut bus = BusState::Active;
+    let mut id = 0;
+    sampling::run(
+        sensor,
+        board::sensor::Delay,
+        ticks,
+        self_test,
+        |tick, measurement| {
+            foot.tick(tick, measurement, Some(load.reading()), &PORTS);
+            report_bus_state(&mut bus);
+            if mem::replace(&mut id, foot.node_id()) != foot.node_id() {
+                board::can::listen_as(foot.node_id());
+            }
+            let fault = if foot.faults().is_empty() { 0 } else { FAULT };
+            LIGHT.store(foot.stage().code() | fault, Ordering::Relaxed);
+        },
+    )
+    .await;
+}
+
+/// Reports a change of the bus state to the foot, for its next tick. Bus-off lasts at least 1.4 ms.
+fn report_bus_state(known: &mut BusState) {
+    let state = board::can::bus_state();
+    // A change of the error counters alone is not reported.
+    if discriminant(&state) != discriminant(known) && PORTS.try_put(Input::Bus(state)) {
+        *known = state;
+    }
+}

@@ -1,0 +1,81 @@
+//! Thread level: settings, watchdog, LED.
+
+use core::sync::atomic::Ordering;
+
+use embassy_stm32::gpio::Output;
+use embassy_time::{Duration, Timer};
+use firmware::ports::{Input, Reloaded, Request};
+use wire::Stage;
+
+use super::{FAULT, LIGHT, PORTS, Store, UART_RATE};
+use crate::board;
+
+/// Interval of feeding the watchdog.
+const FEEDING: Duration = Duration::from_millis(board::watchdog::FEEDING_MILLIS as u64);
+
+/// Serves requests of the foot that take longer than a tick.
+#[embassy_executor::task]
+pub(super) async fn serve_requests(mut storage: Store, mut can: Option<board::can::Control>) {
+    loop {
+        match PORTS.next_request().await {
+            Request::Store(settings, erase) => {
+                let stored = storage.store(&settings, erase);
+                PORTS.put(Input::Stored(stored)).await;
+            }
+            Request::Restore(erase) => {
+                let forgotten = storage.restore(erase);
+                PORTS.put(Input::Stored(forgotten)).await;
+            }
+            Request::ProtectSupply => {
+                let protected = storage.flash().protect_supply();
+                PORTS.put(Input::Protected(protected)).await;
+            }
+            Request::Reload => {
+                let (settings, origin) = storage.load();
+                if let Some(can) = &mut can {
+                    can.set_bit_rate(settings.can_bit_rate());
+                }
+                UART_RATE.signal(settings.uart_rate());
+                PORTS.reload(Reloaded { settings, origin }).await;
+            }
+            Request::Reset => cortex_m::peripheral::SCB::sys_reset(),
+        }
+    }
+}
+
+/// Feeds the watchdog while all workers are alive, and measures the depth of the stack.
+#[embassy_executor::task]
+pub(super) async fn feed_watchdog() {
+    let mut stack = board::stack::Depth::default();
+    loop {
+        PORTS.call();
+        Timer::after(FEEDING).await;
+        if PORTS.liveness.all_alive() {
+            board::watchdog::feed();
+            board::crash::forget_watchdog_resets();
+        }
+        if let Some(used) = stack.look() {
+            defmt::info!("stack: {} of {} bytes", used, board::stack::size());
+        }
+    }
+}
+
+/// Shows the stage: duration of the LED on and then off, ms.
+#[embassy_executor::task]
+pub(super) async fn blink(mut led: Output<'static>) {
+    loop {
+        let light = LIGHT.load(Ordering::Relaxed);
+        let stage = Stage::from_code(light & !FAULT).unwrap_or(Stage::Starting);
+        let (on, off) = match stage {
+            Stage::Starting | Stage::SelfTest => (50, 50),
+            Stage::HoldStill => (250, 250),
+            Stage::Recovering => (50, 150),
+            Stage::Running if light & FAULT != 0 => (900, 100),
+            Stage::Running => (50, 950),
+        };
+        led.set_high();
+        Timer::after_millis(on).await;
+        led.set_low();
+        Timer::after_millis(off).await;
+    }
+}
