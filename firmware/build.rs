@@ -7,5 +7,7 @@ fn main() {
         for program in ["foot", "foot-feather"] {
             println!("cargo:rustc-link-arg-bin={program}=-Tdefmt.x");
         }
+        // Names the board to the virtual one, which takes a program without a name for that of the reference board.
+        println!("cargo:rustc-link-arg-bin=foot-feather=--defsym=_board_feather=1");
     }
 }

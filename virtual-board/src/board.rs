@@ -14,17 +14,14 @@ use crate::machine::Machine;
 use crate::memory::{OPTIONS, UNIQUE_NUMBER};
 use crate::part::can::{Frame, TimedFrame};
 use crate::part::usart::TimedByte;
+use crate::wiring::Wiring;
 pub use injection::Injection;
-
-/// The external serial line: USART1.
-const CONSOLE: usize = 0;
-
-/// The load sensor's channel: PC0.
-const LOAD: usize = 10;
 
 /// Options of a board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoardOptions {
+    /// The board; `None` is the one that the ELF is built for.
+    pub wiring: Option<&'static Wiring>,
     /// The chip.
     pub chip: ChipOptions,
     /// Specimen of the sensor; `None` if its bus is empty.
@@ -38,6 +35,7 @@ pub struct BoardOptions {
 impl Default for BoardOptions {
     fn default() -> Self {
         Self {
+            wiring: None,
             chip: ChipOptions::default(),
             sensor: Some(PartOptions::default()),
             load: 0,
@@ -74,6 +72,7 @@ impl Motion for Still {
 pub struct Board {
     cpu: Cpu,
     image: Image,
+    wiring: &'static Wiring,
     /// Code of the load sensor's voltage without a fault.
     load: u16,
 }
@@ -100,8 +99,9 @@ impl Board {
         let sensor = options
             .sensor
             .map(|options| Sensor::with_options(motion, options));
-        let mut chip = Chip::new(options.chip, sensor);
-        chip.adc.inputs[LOAD] = options.load;
+        let wiring = options.wiring.unwrap_or_else(|| Wiring::of(&image));
+        let mut chip = Chip::new(options.chip, wiring, sensor);
+        chip.adc.inputs[wiring.load.1] = options.load;
         chip.set_time_base(options.time_base);
         let options_in_memory = chip.flash.option_bytes();
         let mut cpu = Cpu::new(Machine::new(chip), &image.segments).map_err(ElfError)?;
@@ -109,6 +109,7 @@ impl Board {
         Ok(Self {
             cpu,
             image,
+            wiring,
             load: options.load,
         })
     }
@@ -150,7 +151,7 @@ impl Board {
 
     /// Takes the bytes sent over the serial line since the last call.
     pub fn take_uart(&mut self) -> Vec<TimedByte> {
-        core::mem::take(&mut self.cpu.machine().chip.usarts[CONSOLE].sent)
+        core::mem::take(&mut self.cpu.machine().chip.usarts[self.wiring.usart].sent)
     }
 
     /// Takes the frames sent over CAN since the last call.
@@ -189,8 +190,8 @@ impl Board {
     pub fn push_uart(&mut self, bytes: &[u8]) {
         let mut machine = self.cpu.machine();
         let now = machine.now;
-        let pclk = machine.chip.usart_clock(CONSOLE);
-        machine.chip.usarts[CONSOLE].push(bytes, now, pclk);
+        let pclk = machine.chip.usart_clock(self.wiring.usart);
+        machine.chip.usarts[self.wiring.usart].push(bytes, now, pclk);
         machine.wake();
     }
 
@@ -226,7 +227,7 @@ impl Board {
     /// Number of bytes on their way to the board over the serial line.
     #[must_use]
     pub fn uart_incoming(&self) -> usize {
-        self.cpu.machine().chip.usarts[CONSOLE].incoming()
+        self.cpu.machine().chip.usarts[self.wiring.usart].incoming()
     }
 
     /// Sets the first word of the chip's unique number, which differs between boards. Call before the first run.

@@ -8,12 +8,14 @@
 //! | bytes to and from the sensor, edges of its pin | `sensor` |
 //! | requests of DMA are served | `dma` |
 //! | interrupt lines | `interrupts` |
+//! | pins that a peripheral needs | `pins` |
 
 mod access;
 mod clocks;
 mod dma;
 mod interrupts;
 mod map;
+mod pins;
 mod sensor;
 
 use lsm6dsox::sim::Part as Sensor;
@@ -35,6 +37,7 @@ use crate::part::tim11::Tim11;
 use crate::part::timer::Timer;
 use crate::part::usart::Usart;
 use crate::time::{NEVER, cycle};
+use crate::wiring::Wiring;
 pub use sensor::Transaction;
 
 /// Time and memory for the action of a peripheral.
@@ -48,11 +51,23 @@ pub struct Context<'a> {
 /// The nominal supply, mV.
 pub const NOMINAL_MV: u32 = 3_300;
 
+/// The crystal on the board.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Crystal {
+    /// That of the board.
+    #[default]
+    Fitted,
+    /// Another one, of this frequency, Hz.
+    Hertz(u32),
+    /// One that does not start.
+    Missing,
+}
+
 /// Variant of the chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ChipOptions {
-    /// Frequency of the crystal, Hz; `None` if it does not start.
-    pub crystal: Option<u32>,
+    /// The crystal.
+    pub crystal: Crystal,
     /// Brown-out level in the option bytes at power-up: 0 as delivered, 3 as set by the board's first start.
     pub brown_out_level: u8,
     /// The specimen, within the limits of the data sheet.
@@ -60,10 +75,10 @@ pub struct ChipOptions {
 }
 
 impl Default for ChipOptions {
-    /// Returns 8 MHz and a typical chip.
+    /// Returns a typical chip with the crystal of its board.
     fn default() -> Self {
         Self {
-            crystal: Some(8_000_000),
+            crystal: Crystal::Fitted,
             brown_out_level: 3,
             corner: Corner::default(),
         }
@@ -84,7 +99,9 @@ pub struct Chip {
     pub adc: Adc,
     /// Ports A to I.
     pub ports: [Gpio; 9],
-    /// The sensor on SPI1: CS on PA4, INT1 on PA0.
+    /// Pins that the other parts are soldered to.
+    pub wiring: &'static Wiring,
+    /// The sensor.
     pub sensor: Option<Sensor>,
     /// Time of the last rising edge of the sensor's pin.
     pub data_ready: Option<u64>,
@@ -110,19 +127,25 @@ pub struct Chip {
 
 impl Default for Chip {
     fn default() -> Self {
-        Self::new(ChipOptions::default(), None)
+        Self::new(ChipOptions::default(), Wiring::reference(), None)
     }
 }
 
 impl Chip {
-    /// Creates a chip just powered up.
+    /// Creates a chip on a board, just powered up.
     #[must_use]
-    pub fn new(options: ChipOptions, sensor: Option<Sensor>) -> Self {
-        let rcc = Rcc::new(options.crystal, options.corner);
+    pub fn new(options: ChipOptions, wiring: &'static Wiring, sensor: Option<Sensor>) -> Self {
+        let crystal = match options.crystal {
+            Crystal::Fitted => Some(wiring.crystal),
+            Crystal::Hertz(hertz) => Some(hertz),
+            Crystal::Missing => None,
+        };
+        let rcc = Rcc::new(crystal, options.corner);
         let clocks = rcc.clocks();
         let period = cycle(clocks.timers1);
         let mut ports: [Gpio; 9] = core::array::from_fn(Gpio::new);
-        ports[0].driven = u16::from(sensor.is_some());
+        let pin = wiring.data_ready;
+        ports[pin.port].driven = u16::from(sensor.is_some()) << pin.number;
         Self {
             can: Can::new(clocks.pclk1),
             rcc,
@@ -130,6 +153,7 @@ impl Chip {
             usarts: Default::default(),
             adc: Adc::default(),
             ports,
+            wiring,
             sensor,
             data_ready: None,
             transactions: None,
@@ -306,7 +330,7 @@ impl Chip {
         for index in 0..self.spis.len() {
             let pclk = self.spi_clock(index);
             if let Some(out) = self.spis[index].take_frame(now) {
-                let answer = if index == 0 {
+                let answer = if index == self.wiring.spi {
                     self.exchange(out, now)
                 } else {
                     0xFF

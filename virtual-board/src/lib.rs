@@ -24,3 +24,4 @@ pub mod spread;
 pub mod streams;
 pub mod time;
 pub mod traffic;
+pub mod wiring;

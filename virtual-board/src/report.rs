@@ -371,6 +371,7 @@ fn report(board: &mut Board, run: &Run, log: &Log, parity: Option<Parity>, watch
             "uart": parity.compared,
             "can": parity.can_compared,
         })),
+        "parity_measured": parity.map(|parity| parity.measured),
         "parity_mismatches": parity.map(|parity| parity.mismatches + parity.can_mismatches),
         "faults": run.faults,
         "emergencies": log.emergencies,

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{directory, is_built_here, product};
+use common::{directory, is_built_here, product, products};
 use host_tests::committed::assert_block;
 use serde_json::Value;
 use virtual_board::board::{Board, BoardOptions};
@@ -89,7 +89,7 @@ const WORST: [Budget; 3] = [
 /// Runs a walk with all messages enabled: on CAN all seven process data objects, the contact each tick,
 /// acceleration, rate, attitude and axes each 20 ms, health each 100 ms, bias each second, and the heartbeat; over
 /// the serial line at 1 Mbaud contact and raw sample each tick and health each 10 ms, which takes 89 % of it.
-fn with_all_streams(elf: &[u8]) -> Value {
+fn with_all_streams(elf: &[u8], name: &str) -> Value {
     let gait = motion::gait(gait::GaitName::Walk, 4.0, 1);
     let mut board = Board::with_motion(elf, BoardOptions::default(), gait).expect("it fits");
     streams::turn_all_on(&mut board).expect("it runs");
@@ -97,11 +97,11 @@ fn with_all_streams(elf: &[u8]) -> Value {
         milliseconds: MEASURED,
         ..Run::default()
     };
-    report::run(&mut board, &run, &directory("budgets")).expect("it runs")
+    report::run(&mut board, &run, &directory(&format!("budgets-{name}"))).expect("it runs")
 }
 
 /// The same walk with the messages and requests of other nodes.
-fn under_full_load(elf: &[u8]) -> Value {
+fn under_full_load(elf: &[u8], name: &str) -> Value {
     let seconds = MEASURED_UNDER_FULL_LOAD as f64 / 1.0e3;
     let gait = motion::gait(gait::GaitName::Walk, seconds, 1);
     let mut board = Board::with_motion(elf, BoardOptions::default(), gait).expect("it fits");
@@ -110,7 +110,7 @@ fn under_full_load(elf: &[u8]) -> Value {
         traffic: Traffic::Full,
         ..Run::default()
     };
-    report::run(&mut board, &run, &directory("full-load")).expect("it runs")
+    report::run(&mut board, &run, &directory(&format!("full-load-{name}"))).expect("it runs")
 }
 
 fn table(when: &str, budgets: &[Budget], report: &Value) -> String {
@@ -147,28 +147,34 @@ fn assert_kept(budgets: &[Budget], report: &Value) {
 
 #[test]
 fn budgets_hold_with_all_streams_and_the_readme_shows_them() {
-    let Some(elf) = product() else { return };
-    let report = with_all_streams(&elf);
-    let table = table("with all streams on", &BUDGETS, &report);
-    println!("{table}");
-    // Asserts that all streams are on and are transmitted.
-    let frames = report["uart_frames"].as_u64().expect("a count");
-    assert!(frames > 2 * MEASURED + MEASURED / 10, "{report:#}");
-    assert_kept(&BUDGETS, &report);
-    if is_built_here() {
-        assert_block("virtual-board/README.md", "budgets", &table);
+    for (board, elf) in products() {
+        let report = with_all_streams(&elf, board.name);
+        let head = format!("{}, with all streams on", board.name);
+        let table = table(&head, &BUDGETS, &report);
+        println!("{table}");
+        // Asserts that all streams are on and are transmitted.
+        let frames = report["uart_frames"].as_u64().expect("a count");
+        assert!(frames > 2 * MEASURED + MEASURED / 10, "{report:#}");
+        assert_kept(&BUDGETS, &report);
+        if is_built_here() {
+            let block = format!("budgets-{}", board.name);
+            assert_block("virtual-board/README.md", &block, &table);
+        }
     }
 }
 
 #[test]
 fn full_load_causes_no_long_tick_and_no_late_estimate() {
-    let Some(elf) = product() else { return };
-    let report = under_full_load(&elf);
-    let table = table("under full load", &WORST, &report);
-    println!("{table}");
-    assert_kept(&WORST, &report);
-    if is_built_here() {
-        assert_block("virtual-board/README.md", "full-load", &table);
+    for (board, elf) in products() {
+        let report = under_full_load(&elf, board.name);
+        let head = format!("{}, under full load", board.name);
+        let table = table(&head, &WORST, &report);
+        println!("{table}");
+        assert_kept(&WORST, &report);
+        if is_built_here() {
+            let block = format!("full-load-{}", board.name);
+            assert_block("virtual-board/README.md", &block, &table);
+        }
     }
 }
 

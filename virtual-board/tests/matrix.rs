@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{is_built_here, product};
+use common::{is_built_here, product, products};
 use host_tests::committed::assert_block;
 use virtual_board::corner::Corner;
 use virtual_board::scenario::{self, Scenario};
@@ -37,6 +37,49 @@ fn every_fault_is_reported_and_recovered_from() {
     }
 }
 
+/// Rows for boards other than the reference board: those that depend on pins, crystal, timer or streams, and one of
+/// each other kind. What the rest depend on is the same on every board.
+const OF_OTHER_BOARDS: [&str; 24] = [
+    "miso-low",
+    "miso-high",
+    "spi-dma-error",
+    "spi-hung",
+    "sensor-reset",
+    "no-sensor",
+    "data-ready-lost",
+    "data-ready-storm",
+    "edge-glitches",
+    "clock-fast",
+    "data-line-late-at-start",
+    "bus-shorted",
+    "bus-saturated",
+    "uart-break",
+    "uart-dma-error",
+    "uart-receive-dma-error",
+    "load-open",
+    "time-wrap",
+    "no-crystal",
+    "crystal-lost",
+    "hard-fault",
+    "hang",
+    "power-cut",
+    "debugger-halt",
+];
+
+#[test]
+fn other_boards_recover_from_faults_of_their_pins() {
+    let chosen = chosen();
+    let is_of_all = |row: &&Scenario| OF_OTHER_BOARDS.contains(&row.name);
+    let rows: Vec<&Scenario> = chosen.into_iter().filter(is_of_all).collect();
+    for (board, elf) in products().into_iter().skip(1) {
+        let mut wrong = Vec::new();
+        for (_, outcome) in scenario::matrix(&elf, Corner::Typical, &rows) {
+            wrong.extend(outcome.violations);
+        }
+        assert!(wrong.is_empty(), "{}: {wrong:#?}", board.name);
+    }
+}
+
 /// Runs the matrix in the other corners of the chip, with `FOOTFALL_CORNERS=1` in the environment.
 #[test]
 fn every_fault_is_survived_in_every_corner_of_the_chip() {
@@ -68,4 +111,7 @@ fn fault_names_are_unique() {
     names.sort_unstable();
     names.dedup();
     assert_eq!(names.len(), scenario::ALL.len());
+    for name in OF_OTHER_BOARDS {
+        assert!(names.contains(&name), "{name} is no row");
+    }
 }

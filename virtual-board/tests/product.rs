@@ -4,6 +4,7 @@ mod common;
 
 use common::{MILLISECOND, boot_product, directory, options, product, run};
 use virtual_board::board::{Board, BoardOptions, Injection};
+use virtual_board::chip::Crystal;
 use virtual_board::motion;
 use virtual_board::part::can::{BusFault, Frame, TimedFrame};
 use virtual_board::report::{self, Action, Run};
@@ -131,7 +132,7 @@ fn it_continues_without_acknowledge_and_on_a_full_bus() {
 fn it_measures_without_its_crystal_and_stays_off_the_bus() {
     let Some(elf) = product() else { return };
     let mut options = options();
-    options.chip.crystal = None;
+    options.chip.crystal = Crystal::Missing;
     let still = |_| lsm6dsox::sim::Stimulus::REST;
     let mut board = Board::with_motion(&elf, options, still).expect("it fits the flash");
     run(&mut board, 1_500);

@@ -2,7 +2,7 @@
 
 use lsm6dsox::sim::{Part as Sensor, PartFault as SensorFault};
 
-use super::{Board, CONSOLE, LOAD};
+use super::Board;
 use crate::chip::NOMINAL_MV;
 use crate::core::cpu::Interrupts;
 use crate::core::nvic::exception;
@@ -117,10 +117,10 @@ impl Board {
                 let done = machine.chip.flash.operations;
                 machine.chip.flash.worn_at = Some(done + operations);
             }
-            Injection::Load(code) => machine.chip.adc.inputs[LOAD] = code,
+            Injection::Load(code) => machine.chip.adc.inputs[self.wiring.load.1] = code,
             Injection::Line(fault) => {
-                let pclk = machine.chip.usart_clock(CONSOLE);
-                machine.chip.usarts[CONSOLE].set_fault(fault, now, pclk);
+                let pclk = machine.chip.usart_clock(self.wiring.usart);
+                machine.chip.usarts[self.wiring.usart].set_fault(fault, now, pclk);
             }
             Injection::InterruptLost(interrupt) => {
                 machine.nvic.disable(exception::INTERRUPT + interrupt);
@@ -133,13 +133,13 @@ impl Board {
             | Injection::SettingsGarbage(_)
             | Injection::SettingsDamaged => {}
             Injection::Clear => {
-                let pclk = machine.chip.usart_clock(CONSOLE);
-                machine.chip.usarts[CONSOLE].set_fault(LineFault::None, now, pclk);
+                let pclk = machine.chip.usart_clock(self.wiring.usart);
+                machine.chip.usarts[self.wiring.usart].set_fault(LineFault::None, now, pclk);
                 machine.chip.with_sensor(now, Sensor::clear_faults);
                 machine.chip.set_sensor_clock_stopped(false, now);
                 machine.chip.failing_streams = [false; 8];
                 machine.chip.can.set_fault(BusFault::None);
-                machine.chip.adc.inputs[LOAD] = self.load;
+                machine.chip.adc.inputs[self.wiring.load.1] = self.load;
                 machine.chip.set_supply(NOMINAL_MV);
             }
         }

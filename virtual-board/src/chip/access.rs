@@ -87,14 +87,15 @@ impl Chip {
             Part::Adc => self.adc.read(offset, now),
             Part::Syscfg => self.exti.read_syscfg(offset),
             Part::Exti => self.exti.read(offset),
-            Part::Gpio(0) => {
-                if let Some(sensor) = &mut self.sensor {
-                    sensor.advance_to(to_ns(now));
+            Part::Gpio(index) => {
+                if index == self.wiring.data_ready.port {
+                    if let Some(sensor) = &mut self.sensor {
+                        sensor.advance_to(to_ns(now));
+                    }
+                    self.watch_pin(now);
                 }
-                self.watch_pin(now);
-                self.ports[0].read(offset)
+                self.ports[index].read(offset)
             }
-            Part::Gpio(index) => self.ports[index].read(offset),
             Part::Rcc => self.rcc.read(offset, now),
             Part::Flash => self.flash.read(offset),
             Part::Dma(index) => self.dmas[index].read(offset),
@@ -128,10 +129,14 @@ impl Chip {
                 self.check_sensor_bus(index, offset, pclk)
             }
             Part::Usart(index) => {
+                self.check_serial_line(index, offset)?;
                 let pclk = self.usart_clock(index);
                 self.usarts[index].write(offset, value, now, pclk)
             }
-            Part::Can => self.can.write(offset, value, now),
+            Part::Can => {
+                self.check_transceiver(offset, value)?;
+                self.can.write(offset, value, now)
+            }
             Part::Pwr => self.pwr.write(offset, value),
             Part::Iwdg => self.iwdg.write(offset, value, now),
             Part::Adc => {
@@ -142,10 +147,10 @@ impl Chip {
             Part::Exti => self.exti.write(offset, value),
             Part::Gpio(index) => {
                 self.ports[index].write(offset, value)?;
-                if index == 0 {
+                if index == self.wiring.select.port {
                     self.update_select(now);
                 }
-                Ok(())
+                self.check_tied_pins(index)
             }
             Part::Rcc => self.write_rcc(offset, value, now),
             Part::Flash => {

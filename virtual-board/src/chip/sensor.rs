@@ -1,10 +1,11 @@
-//! The sensor on SPI1: chip select on PA4, INT1 on PA0, where a timer captures its edges.
+//! The sensor: its bus, its chip select, and INT1, whose edges a timer captures.
 
 use lsm6dsox::setting::Pin;
 use lsm6dsox::sim::Part as Sensor;
 
 use super::Chip;
 use crate::time::{NEVER, from_ns, to_ns};
+use crate::wiring;
 
 /// Timer behind each internal trigger 0 to 3 of these timers; the others are not modelled (RM0090, table 98).
 const TRIGGERS: [[Option<usize>; 4]; 4] = [
@@ -13,6 +14,19 @@ const TRIGGERS: [[Option<usize>; 4]; 4] = [
     [None, Some(0), Some(1), None],
     [Some(0), Some(1), Some(2), None],
 ];
+
+/// Timer and channel, counted from 0, whose input a pin is in an alternate function (DS8626, table 9): of TIM2 in
+/// function 1, of TIM5 in 2.
+const fn timer_input(pin: wiring::Pin, function: u32) -> Option<(usize, usize)> {
+    Some(match (pin.port, pin.number, function) {
+        (0, 0 | 5 | 15, 1) => (0, 0),
+        (0, 1, 1) | (1, 3, 1) => (0, 1),
+        (0, 2, 1) | (1, 10, 1) => (0, 2),
+        (0, 3, 1) | (1, 11, 1) => (0, 3),
+        (0, channel @ 0..=3, 2) => (3, channel as usize),
+        _ => return None,
+    })
+}
 
 /// The bytes on the sensor's bus while its chip select was low.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -41,14 +55,16 @@ impl Chip {
 
     /// Stops or restarts the clock on the sensor's bus.
     pub const fn set_sensor_clock_stopped(&mut self, stopped: bool, now: u64) {
-        let pclk = self.spi_clock(0);
-        self.spis[0].set_stopped(stopped, now, pclk);
+        let index = self.wiring.spi;
+        let pclk = self.spi_clock(index);
+        self.spis[index].set_stopped(stopped, now, pclk);
     }
 
     /// Exchanges a byte with the sensor.
     pub(super) fn exchange(&mut self, out: u8, now: u64) -> u8 {
         // The data line then has the level of its pull.
-        let undriven = match self.ports[0].is_pulled_up(6) {
+        let data = self.wiring.sensor_bus[2].pin;
+        let undriven = match self.ports[data.port].is_pulled_up(data.number) {
             true => 0xFF,
             false => 0,
         };
@@ -110,19 +126,15 @@ impl Chip {
         if high {
             self.data_ready = Some(now);
         }
-        let port = &mut self.ports[0];
-        port.levels = port.levels & !1 | u16::from(high);
-        self.exti.edge(0, 0, high);
-        // PA0 is channel 1 of TIM2 in alternate function 1, of TIM5 in 2.
-        if port.mode(0) == 2 {
-            let captured = match port.function(0) {
-                1 if self.timers[0].edge(0, high, now) => Some(0),
-                2 if self.timers[3].edge(0, high, now) => Some(3),
-                _ => None,
-            };
-            if let Some(master) = captured {
-                self.pulse(master);
-            }
+        let pin = self.wiring.data_ready;
+        let port = &mut self.ports[pin.port];
+        port.levels = port.levels & !(1 << pin.number) | u16::from(high) << pin.number;
+        self.exti.edge(pin.number, pin.port as u32, high);
+        if port.mode(pin.number) == 2
+            && let Some((timer, channel)) = timer_input(pin, port.function(pin.number))
+            && self.timers[timer].edge(channel, high, now)
+        {
+            self.pulse(timer);
         }
     }
 
@@ -139,7 +151,9 @@ impl Chip {
     /// Updates the chip select from its pin.
     pub(super) fn update_select(&mut self, now: u64) {
         // An input floats, and the sensor's pull-up holds the line.
-        let low = self.ports[0].mode(4) == 1 && !self.ports[0].level(4);
+        let pin = self.wiring.select;
+        let port = &self.ports[pin.port];
+        let low = port.mode(pin.number) == 1 && !port.level(pin.number);
         if low == self.selected {
             return;
         }
@@ -162,17 +176,19 @@ impl Chip {
         }
     }
 
-    /// Checks that the sensor is clocked in mode 0 or 3 at 10 MHz at most.
+    /// Checks that the sensor is clocked over its pins, in mode 0 or 3 at 10 MHz at most.
     pub(super) fn check_sensor_bus(
         &mut self,
         index: usize,
         offset: u32,
         pclk: u32,
     ) -> Result<(), String> {
-        if index != 0 || offset != 0xC || !self.selected {
+        if index != self.wiring.spi || offset != 0xC || !self.selected {
             return Ok(());
         }
-        let (rate, mode) = (self.spis[0].bit_rate(pclk), self.spis[0].mode());
+        self.check_connections(&self.wiring.sensor_bus)?;
+        let spi = &self.spis[index];
+        let (rate, mode) = (spi.bit_rate(pclk), spi.mode());
         if rate > 10_000_000 {
             return Err(format!("the sensor's bus at {rate} Hz, above its 10 MHz"));
         }

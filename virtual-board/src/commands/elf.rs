@@ -1,31 +1,25 @@
-//! The ELF to boot: the named file, or the firmware of this workspace, built now.
+//! The ELF to boot: the named file, or the firmware of this workspace for a board, built now.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Reads the named ELF, or builds the firmware.
-pub fn read(named: Option<&Path>) -> Result<Vec<u8>, String> {
-    let path = named.map_or_else(build, |path| Ok(path.to_owned()))?;
+use virtual_board::wiring::Wiring;
+
+/// Reads the named ELF, or builds the firmware for the board.
+pub fn read(named: Option<&Path>, board: &Wiring) -> Result<Vec<u8>, String> {
+    let path = named.map_or_else(|| build(board), |path| Ok(path.to_owned()))?;
     std::fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))
 }
 
 /// Builds the firmware and returns its path.
-fn build() -> Result<PathBuf, String> {
+fn build(board: &Wiring) -> Result<PathBuf, String> {
     const TARGET: &str = "thumbv7em-none-eabihf";
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let directory = workspace.join("target/board");
     let status = Command::new("cargo")
         .current_dir(&workspace)
-        .args([
-            "build",
-            "--profile",
-            "firmware",
-            "--locked",
-            "-p",
-            "firmware",
-            "--bin",
-            "foot",
-        ])
+        .args(["build", "--profile", "firmware", "--locked"])
+        .args(board.cargo_arguments())
         .args(["--target", TARGET, "--target-dir"])
         .arg(&directory)
         .status()
@@ -33,5 +27,5 @@ fn build() -> Result<PathBuf, String> {
     if !status.success() {
         return Err("the firmware does not build".into());
     }
-    Ok(directory.join(TARGET).join("firmware/foot"))
+    Ok(directory.join(TARGET).join("firmware").join(board.program))
 }

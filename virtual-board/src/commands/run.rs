@@ -14,6 +14,7 @@ use virtual_board::recorded;
 use virtual_board::report::Action;
 use virtual_board::scenario;
 use virtual_board::traffic::Traffic;
+use virtual_board::wiring::Wiring;
 use virtual_board::{motion, report, streams};
 
 use super::elf;
@@ -25,6 +26,9 @@ pub struct Arguments {
     /// The ELF; without it the firmware is built first.
     #[arg(long)]
     elf: Option<PathBuf>,
+    /// The board whose firmware is built: reference or feather. An ELF names its board.
+    #[arg(long, default_value = "reference", value_parser = Wiring::named, conflicts_with = "elf")]
+    board: &'static Wiring,
     /// A recording that the sensor feels, resampled by straight lines.
     #[arg(long, conflicts_with = "gait")]
     input: Option<PathBuf>,
@@ -104,7 +108,7 @@ impl Planned {
 
 /// Runs the board and writes its files.
 pub fn run(arguments: &Arguments) -> Result<(), Box<dyn core::error::Error>> {
-    let elf = elf::read(arguments.elf.as_deref())?;
+    let elf = elf::read(arguments.elf.as_deref(), arguments.board)?;
     let mut options = BoardOptions::default();
     options.set_corner(arguments.corner);
     if let Some(sensor) = &mut options.sensor {

@@ -16,6 +16,7 @@ use virtual_board::corner::Corner;
 use virtual_board::serve::pace::Speed;
 use virtual_board::serve::robot::{ControlNode, RobotOptions};
 use virtual_board::serve::{self, Note, Planned, Summary};
+use virtual_board::wiring::Wiring;
 
 use super::elf;
 use super::options::duration;
@@ -26,6 +27,9 @@ pub struct Arguments {
     /// The ELF; without it the firmware is built first.
     #[arg(long)]
     elf: Option<PathBuf>,
+    /// The board whose firmware is built: reference or feather. An ELF names its board.
+    #[arg(long, default_value = "reference", value_parser = Wiring::named, conflicts_with = "elf")]
+    board: &'static Wiring,
     /// How many feet share the bus, 1 to 6; two are those of a biped.
     #[arg(long, default_value_t = 1, value_parser = feet)]
     feet: usize,
@@ -68,7 +72,7 @@ pub fn serve(arguments: &Arguments) -> Result<(), Box<dyn core::error::Error>> {
     let stop = Arc::new(AtomicBool::new(false));
     let stopped = Arc::clone(&stop);
     ctrlc::set_handler(move || stopped.store(true, Ordering::Relaxed))?;
-    let elf = elf::read(arguments.elf.as_deref())?;
+    let elf = elf::read(arguments.elf.as_deref(), arguments.board)?;
     let control = match arguments.no_control {
         true => ControlNode::Absent,
         false => ControlNode::Present,

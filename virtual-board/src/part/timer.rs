@@ -11,6 +11,9 @@ const URS: u32 = 1 << 2;
 const OPM: u32 = 1 << 3;
 const UIF: u32 = 1;
 
+/// Bit in CR2: the input of channel 1 is the exclusive or of the pins of channels 1 to 3 (TI1S).
+const TI1S: u32 = 1 << 7;
+
 /// Master mode with a pulse on the trigger output for each capture of channel 1.
 const COMPARE_PULSE: u32 = 3 << 4;
 
@@ -34,6 +37,8 @@ pub struct Timer {
     reload: u32,
     compares: [u32; 4],
     others: [u32; 5],
+    /// Levels at the pins of the channels; one without a pin is low.
+    pins: [bool; 4],
     /// Value of the counter at time `since`.
     count: u32,
     since: u64,
@@ -65,6 +70,7 @@ impl Timer {
             reload: mask,
             compares: [0; 4],
             others: [0; 5],
+            pins: [false; 4],
             count: 0,
             since: 0,
             period,
@@ -251,6 +257,22 @@ impl Timer {
     /// Handles an edge at the pin of a channel. Returns whether the trigger output has a pulse.
     pub fn edge(&mut self, channel: usize, high: bool, now: u64) -> bool {
         self.advance(now);
+        self.pins[channel] = high;
+        if self.control[1] & TI1S == 0 {
+            return self.capture(channel, high);
+        }
+        if channel == 3 {
+            return self.capture(3, high);
+        }
+        let [first, second, third, _] = self.pins;
+        if channel != 0 {
+            self.capture(channel, high);
+        }
+        self.capture(0, first ^ second ^ third)
+    }
+
+    /// Captures an edge at the input of a channel. Returns whether the trigger output has a pulse.
+    fn capture(&mut self, channel: usize, high: bool) -> bool {
         let enable = self.enables >> (4 * channel);
         let falling = enable & 2 != 0;
         let both = enable & 0xA == 0xA;
@@ -432,6 +454,20 @@ mod tests {
         }
         assert_eq!(counts, [1, 2, 0, 1]);
         assert!(counter.write(0x08, 4, 0).is_err());
+    }
+
+    #[test]
+    fn the_pin_of_channel_3_reaches_channel_1_by_the_exclusive_or() {
+        for (control, captured, pulses) in [(COMPARE_PULSE, 0, 0), (COMPARE_PULSE | TI1S, 130, 2)] {
+            let mut timer = timer();
+            for (offset, value) in [(0x18, 1), (0x20, 1), (0x04, control), (0x00, CEN)] {
+                timer.write(offset, value, 0).expect("a register");
+            }
+            let edges = [(true, 12_345), (false, 12_400), (true, 13_000)];
+            let pulse = |&(high, now): &(bool, u64)| timer.edge(2, high, now);
+            assert_eq!(edges.iter().filter(|edge| pulse(edge)).count(), pulses);
+            assert_eq!(timer.read(0x34, 13_000), Ok(captured));
+        }
     }
 
     #[test]

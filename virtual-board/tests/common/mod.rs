@@ -18,6 +18,7 @@ use virtual_board::core::cpu::Cpu;
 use virtual_board::elf::Image;
 use virtual_board::machine::Machine;
 use virtual_board::time::PER_SECOND;
+use virtual_board::wiring::Wiring;
 use wire::Emergency;
 
 /// Millisecond of virtual time.
@@ -37,22 +38,23 @@ pub fn everything() -> bool {
 
 /// Builds a release ELF for the target and returns its path.
 pub fn build(package: &str, program: &str) -> PathBuf {
+    build_with(&["-p", package, "--bin", program], program)
+}
+
+/// Builds the firmware of a board and returns its path.
+pub fn build_board(board: &Wiring) -> PathBuf {
+    build_with(&board.cargo_arguments(), board.program)
+}
+
+fn build_with(chosen: &[&str], program: &str) -> PathBuf {
     static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
     let _guard = ONE_AT_A_TIME.lock();
     // A separate directory: the host's build holds the lock of the default one.
     let directory = workspace().join("target").join("board");
     let status = Command::new(env!("CARGO"))
         .current_dir(workspace())
-        .args([
-            "build",
-            "--profile",
-            "firmware",
-            "--locked",
-            "-p",
-            package,
-            "--bin",
-            program,
-        ])
+        .args(["build", "--profile", "firmware", "--locked"])
+        .args(chosen)
         .args(["--target", TARGET, "--target-dir"])
         .arg(&directory)
         .env_remove("RUSTFLAGS")
@@ -85,13 +87,30 @@ pub fn product_file() -> Option<PathBuf> {
     match std::env::var_os("FOOTFALL_ELF") {
         Some(path) => Some(PathBuf::from(path)),
         None if workspace().join("firmware/src/main.rs").exists() => {
-            Some(build("firmware", "foot"))
+            Some(build_board(Wiring::reference()))
         }
         None => {
             unmet("there is no product to boot");
             None
         }
     }
+}
+
+/// ELFs of the boards: that of the reference board is [`product`], the others are built where their source is
+/// present.
+pub fn products() -> Vec<(&'static Wiring, Vec<u8>)> {
+    let all = Wiring::all().iter();
+    let read = |board: &'static Wiring| -> Option<(&'static Wiring, Vec<u8>)> {
+        if board.name == Wiring::reference().name {
+            return Some((board, product()?));
+        }
+        let source = workspace().join("firmware/src/board").join(board.name);
+        source.join("mod.rs").exists().then(|| {
+            let elf = std::fs::read(build_board(board)).expect("the ELF was built");
+            (board, elf)
+        })
+    };
+    all.filter_map(read).collect()
 }
 
 /// Content of [`product_file`].

@@ -7,6 +7,7 @@ use super::{
     SERIAL_STREAM, TIMER,
 };
 use crate::board::Injection;
+use crate::chip::Crystal;
 use crate::corner::Corner;
 use crate::part::rcc::ResetCause;
 use crate::scenario::{Invalid, Reports, Scenario, Step};
@@ -35,7 +36,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "no-crystal",
         what: "crystal missing at power-up",
-        board: |options, _| options.chip.crystal = None,
+        board: |options, _| options.chip.crystal = Crystal::Missing,
         ..NO_CRYSTAL
     },
     Scenario {
@@ -165,7 +166,7 @@ pub(super) const ROWS: &[Scenario] = &[
         name: "no-crystal-warm",
         what: "crystal missing at power-up, internal oscillator 4 % fast",
         board: |options, _| {
-            options.chip.crystal = None;
+            options.chip.crystal = Crystal::Missing;
             options.chip.corner = Corner::Fast;
         },
         ..NO_CRYSTAL
@@ -174,7 +175,7 @@ pub(super) const ROWS: &[Scenario] = &[
         name: "no-crystal-cold",
         what: "crystal missing at power-up, internal oscillator 4 % slow",
         board: |options, _| {
-            options.chip.crystal = None;
+            options.chip.crystal = Crystal::Missing;
             options.chip.corner = Corner::Slow;
         },
         ..NO_CRYSTAL

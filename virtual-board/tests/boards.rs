@@ -1,0 +1,168 @@
+//! Every board: its program uses the pins that its table says, and no other program does.
+
+mod common;
+
+use common::rig::Rig;
+use common::{directory, products, run};
+use lsm6dsox::sim::Stimulus;
+use virtual_board::board::{Board, BoardOptions};
+use virtual_board::motion;
+use virtual_board::report::{self, Run};
+use virtual_board::wiring::{Pin, Wiring};
+use wire::uart::Message;
+
+/// Time in which the sensor starts and tests itself, ms.
+const STARTING_MS: u64 = 100;
+
+/// Boots an ELF on a board, at rest.
+fn boot(elf: &[u8], wiring: &'static Wiring) -> Board {
+    let options = BoardOptions {
+        wiring: Some(wiring),
+        load: 2000,
+        ..BoardOptions::default()
+    };
+    Board::with_motion(elf, options, |_| Stimulus::REST).expect("it fits the flash")
+}
+
+/// The text of the misuse that ends a run of half a second, if one does.
+fn misuse(elf: &[u8], wiring: &'static Wiring) -> Option<String> {
+    let mut board = boot(elf, wiring);
+    let failure = board.run_for(common::MILLISECOND * 500).err()?;
+    Some(failure.what)
+}
+
+#[test]
+fn contacts_arrive_on_both_lines_of_every_board() {
+    for (wiring, elf) in products() {
+        let mut rig = Rig::of(boot(&elf, wiring));
+        rig.run(1_000);
+        rig.forget();
+        rig.run(1_000);
+        let serial = rig.messages.iter();
+        let serial = serial.filter(|(_, message)| matches!(message, Message::Contact(_)));
+        let counts = [rig.contacts(), serial.count()];
+        let is_full = |count: &usize| (995..=1005).contains(count);
+        assert!(counts.iter().all(is_full), "{}: {counts:?}", wiring.name);
+        assert!(rig.stable().len() > 1_900, "{}", wiring.name);
+        assert_eq!((rig.resets(), rig.emergencies()), (vec![], vec![]));
+    }
+}
+
+#[test]
+fn samples_of_every_board_have_times_and_bits_of_their_edges() {
+    for (wiring, elf) in products() {
+        let gait = motion::gait(gait::GaitName::Walk, 10.0, 1);
+        let mut board = Board::with_motion(&elf, BoardOptions::default(), gait).expect("it fits");
+        let run = Run {
+            milliseconds: 10_000,
+            ..Run::default()
+        };
+        let folder = directory(&format!("boards-{}", wiring.name));
+        let report = report::run(&mut board, &run, &folder).expect("it runs");
+        let compared = report["parity_compared"]["uart"].as_u64().expect("a count");
+        let measured = report["parity_measured"].as_u64().expect("a count");
+        assert!(compared > 9_900, "{}: {compared}", wiring.name);
+        // A sample is found by the time of its edge, to 2 µs; there is none until the sensor has started.
+        assert!(
+            measured + STARTING_MS > compared,
+            "{}: {measured}",
+            wiring.name
+        );
+        assert_eq!(report["parity_mismatches"], 0, "{}", wiring.name);
+    }
+}
+
+#[test]
+fn the_led_blinks_and_the_load_is_analogue_on_every_board() {
+    const OUTPUT: u32 = 1;
+    const ANALOGUE: u32 = 3;
+    for (wiring, elf) in products() {
+        let mut board = boot(&elf, wiring);
+        let mut levels = Vec::new();
+        run(&mut board, 100);
+        for _ in 0..200 {
+            run(&mut board, 10);
+            let machine = board.cpu().machine();
+            let ports = &machine.chip.ports;
+            let Pin { port, number } = wiring.led;
+            assert_eq!(ports[port].mode(number), OUTPUT, "{}", wiring.name);
+            levels.push(ports[port].level(number));
+            let Pin { port, number } = wiring.load.0;
+            assert_eq!(ports[port].mode(number), ANALOGUE, "{}", wiring.name);
+        }
+        levels.dedup();
+        assert!(levels.len() > 4, "{}: {levels:?}", wiring.name);
+    }
+}
+
+#[test]
+fn program_of_another_board_is_noticed_by_its_first_pin() {
+    let products = products();
+    let [(reference, of_reference), (feather, of_feather)] = &products[..] else {
+        return;
+    };
+    // The Feather connects both pins of the reference board's serial line to its supply.
+    let wrong = misuse(of_reference, feather).expect("PA9 or PA10 is driven");
+    assert!(
+        wrong.contains("the board connects it to a supply"),
+        "{wrong}"
+    );
+    let wrong = misuse(of_feather, reference).expect("the serial line is elsewhere");
+    assert!(wrong.starts_with("USART1_TX is used, and PA9 is not connected to it"));
+    for (wiring, elf) in &products {
+        assert_eq!(misuse(elf, wiring), None, "{}", wiring.name);
+    }
+}
+
+/// A board with one wire at a pin that no board uses.
+fn moved(wiring: &Wiring, change: fn(&mut Wiring, Pin)) -> &'static Wiring {
+    let mut moved = wiring.clone();
+    change(
+        &mut moved,
+        Pin {
+            port: 2,
+            number: 13,
+        },
+    );
+    Box::leak(Box::new(moved))
+}
+
+#[test]
+fn a_wire_at_another_pin_fails_the_run() {
+    let moves: [(&str, fn(&mut Wiring, Pin)); 7] = [
+        ("SPI1_SCK", |board, pin| board.sensor_bus[0].pin = pin),
+        ("SPI1_MOSI", |board, pin| board.sensor_bus[1].pin = pin),
+        ("SPI1_MISO", |board, pin| board.sensor_bus[2].pin = pin),
+        ("CAN1_TX", |board, pin| board.can[0].pin = pin),
+        ("CAN1_RX", |board, pin| board.can[1].pin = pin),
+        ("USART1_TX", |board, pin| board.serial[0].pin = pin),
+        ("USART1_RX", |board, pin| board.serial[1].pin = pin),
+    ];
+    for (wiring, elf) in products() {
+        for (function, change) in moves {
+            let wrong = misuse(&elf, moved(wiring, change)).unwrap_or_default();
+            let expected = format!("{function} is used, and PC13 is not connected to it");
+            assert!(wrong.starts_with(&expected), "{}: {wrong}", wiring.name);
+        }
+    }
+}
+
+#[test]
+fn a_select_or_data_ready_wire_at_another_pin_is_a_fault() {
+    let wires: [(u16, fn(&mut Wiring, Pin)); 2] = [
+        (wire::Fault::SensorWrongId.code(), |board, pin| {
+            board.select = pin;
+        }),
+        (wire::Fault::SensorSilent.code(), |board, pin| {
+            board.data_ready = pin;
+        }),
+    ];
+    for (wiring, elf) in products() {
+        for (code, change) in wires {
+            let mut rig = Rig::of(boot(&elf, moved(wiring, change)));
+            rig.run(500);
+            assert!(rig.emergencies().contains(&code), "{}", wiring.name);
+            assert!(rig.stable().is_empty(), "{}", wiring.name);
+        }
+    }
+}
