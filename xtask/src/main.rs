@@ -1,5 +1,6 @@
 //! Entry point of the tasks on the repository: `cargo xtask quick | gate | update | release | mutants`.
 
+mod boards;
 mod changes;
 mod command;
 mod mutants;

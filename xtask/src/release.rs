@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 
+use crate::boards;
 use crate::command::{Step, root};
 
 /// Machines with a program and a wheel; the program is static, so it runs on any Linux of the machine.
@@ -42,8 +43,8 @@ const DESCRIPTIONS: [&str; 4] = [
 /// Files packed with each program.
 const BESIDE_PROGRAM: [&str; 4] = ["CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT", "README.md"];
 
-/// Folder of the firmware's images below `target`, named after its target.
-const FOOT: &str = "thumbv7em-none-eabihf/firmware";
+/// Target of the firmware.
+const FOOT_TARGET: &str = "thumbv7em-none-eabihf";
 
 /// Version of the workspace, which this package has too.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -160,16 +161,27 @@ fn build_wheel(machine: &Machine, tools: &Path, dist: &Path) -> Result<()> {
         .run()
 }
 
-/// Builds the firmware and writes its ELF, which the debug probe and the log need, and HEX.
+/// Builds the firmware of each board and writes its ELF, which the debug probe and the log need, HEX, and DfuSe.
 fn build_firmware(dist: &Path) -> Result<()> {
-    Step::cargo(&["build-foot", "--locked"]).run()?;
-    let elf = root().join("target").join(FOOT).join("foot");
-    Step::program(".ci/hex")
-        .with([elf.display().to_string()])
-        .run()?;
-    for (built, extension) in [(elf.clone(), "elf"), (elf.with_extension("hex"), "hex")] {
-        let name = format!("foot-{VERSION}-stm32f405.{extension}");
-        fs::copy(&built, dist.join(&name)).with_context(|| name.clone())?;
+    for board in boards::all()? {
+        Step::cargo(&["build", "--locked", "--profile", "firmware"])
+            .with(["--package", "firmware", "--no-default-features"])
+            .with(["--features", &board.name, "--bin", &board.program])
+            .with(["--target", FOOT_TARGET])
+            .run()?;
+        let folder = root().join("target").join(FOOT_TARGET).join("firmware");
+        let elf = folder.join(&board.program);
+        Step::program(".ci/hex")
+            .with([elf.display().to_string()])
+            .run()?;
+        for extension in ["elf", "hex", "dfu"] {
+            let built = match extension {
+                "elf" => elf.clone(),
+                _ => elf.with_extension(extension),
+            };
+            let name = format!("foot-{VERSION}-{}.{extension}", board.name);
+            fs::copy(&built, dist.join(&name)).with_context(|| name.clone())?;
+        }
     }
     Ok(())
 }
