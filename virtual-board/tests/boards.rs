@@ -114,8 +114,11 @@ fn program_of_another_board_is_noticed_by_its_first_pin() {
     }
 }
 
+/// Moves a wire of a board to another pin.
+type Move = fn(&mut Wiring, Pin);
+
 /// A board with one wire at a pin that no board uses.
-fn moved(wiring: &Wiring, change: fn(&mut Wiring, Pin)) -> &'static Wiring {
+fn moved(wiring: &Wiring, change: Move) -> &'static Wiring {
     let mut moved = wiring.clone();
     change(
         &mut moved,
@@ -129,7 +132,7 @@ fn moved(wiring: &Wiring, change: fn(&mut Wiring, Pin)) -> &'static Wiring {
 
 #[test]
 fn a_wire_at_another_pin_fails_the_run() {
-    let moves: [(&str, fn(&mut Wiring, Pin)); 7] = [
+    let moves: [(&str, Move); 7] = [
         ("SPI1_SCK", |board, pin| board.sensor_bus[0].pin = pin),
         ("SPI1_MOSI", |board, pin| board.sensor_bus[1].pin = pin),
         ("SPI1_MISO", |board, pin| board.sensor_bus[2].pin = pin),
@@ -149,7 +152,7 @@ fn a_wire_at_another_pin_fails_the_run() {
 
 #[test]
 fn a_select_or_data_ready_wire_at_another_pin_is_a_fault() {
-    let wires: [(u16, fn(&mut Wiring, Pin)); 2] = [
+    let wires: [(u16, Move); 2] = [
         (wire::Fault::SensorWrongId.code(), |board, pin| {
             board.select = pin;
         }),

@@ -161,7 +161,7 @@ fn build_wheel(machine: &Machine, tools: &Path, dist: &Path) -> Result<()> {
         .run()
 }
 
-/// Builds the firmware of each board and writes its ELF, which the debug probe and the log need, HEX, and DfuSe.
+/// Builds the firmware of each board and writes its ELF, which the debug probe and the log need, HEX, and `DfuSe`.
 fn build_firmware(dist: &Path) -> Result<()> {
     for board in boards::all()? {
         Step::cargo(&["build", "--locked", "--profile", "firmware"])

@@ -464,8 +464,8 @@ mod tests {
                 timer.write(offset, value, 0).expect("a register");
             }
             let edges = [(true, 12_345), (false, 12_400), (true, 13_000)];
-            let pulse = |&(high, now): &(bool, u64)| timer.edge(2, high, now);
-            assert_eq!(edges.iter().filter(|edge| pulse(edge)).count(), pulses);
+            let given = edges.map(|(high, now)| timer.edge(2, high, now));
+            assert_eq!(given.iter().filter(|pulse| **pulse).count(), pulses);
             assert_eq!(timer.read(0x34, 13_000), Ok(captured));
         }
     }
