@@ -5,11 +5,14 @@ mod common;
 use common::rig::Rig;
 use common::{directory, products, run};
 use lsm6dsox::sim::Stimulus;
-use virtual_board::board::{Board, BoardOptions};
+use virtual_board::board::{Board, BoardOptions, Injection};
 use virtual_board::motion;
 use virtual_board::report::{self, Run};
+use virtual_board::scenario::Step;
 use virtual_board::wiring::{Pin, Wiring};
+use wire::dictionary::index;
 use wire::uart::Message;
+use wire::{Address, Value};
 
 /// Time in which the sensor starts and tests itself, ms.
 const STARTING_MS: u64 = 100;
@@ -92,6 +95,22 @@ fn the_led_blinks_and_the_load_is_analogue_on_every_board() {
         }
         levels.dedup();
         assert!(levels.len() > 4, "{}: {levels:?}", wiring.name);
+    }
+}
+
+#[test]
+fn the_load_is_read_at_the_input_of_every_board() {
+    let from_analog = Step::Set(Address::new(index::LOAD_INPUT, 1), Value::U8(1));
+    let open = wire::Fault::LoadSensorOpen.code();
+    for (wiring, elf) in products() {
+        let mut rig = Rig::of(boot(&elf, wiring));
+        rig.run(300);
+        from_analog.act(&mut rig.board);
+        rig.run(500);
+        assert!(!rig.emergencies().contains(&open), "{}", wiring.name);
+        rig.board.inject(Injection::Load(0));
+        rig.run(200);
+        assert!(rig.emergencies().contains(&open), "{}", wiring.name);
     }
 }
 
