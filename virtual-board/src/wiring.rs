@@ -182,7 +182,7 @@ impl Wiring {
                 value.ok_or_else(|| format!("{signal}: `{key}` is missing"))
             };
             let pin = field("pin")?;
-            let pin = Pin::parse(pin).ok_or_else(|| format!("{signal}: {pin} is no pin"))?;
+            let pin = Pin::parse(pin).ok_or_else(|| format!("{signal}: {pin} is not a pin"))?;
             // Tables live as long as the program, a handful of names too.
             Ok((pin, String::leak(field("function")?.to_owned())))
         };
@@ -208,7 +208,7 @@ impl Wiring {
         let tied = table.get("tied").and_then(toml::Value::as_array);
         let tied = tied.into_iter().flatten().map(|entry| {
             let pin = entry.get("pin").and_then(toml::Value::as_str);
-            pin.and_then(Pin::parse).ok_or("a tied pin is no pin")
+            pin.and_then(Pin::parse).ok_or("a tied pin is not a pin")
         });
         Ok(Self {
             name,

@@ -30,7 +30,7 @@ impl LoadSensor {
             w.set_smp(
                 usize::from(LOAD_INPUT - FIRST_OF_SMPR1),
                 SampleTime::CYCLES480,
-            )
+            );
         });
         ADC1.sqr3().modify(|w| w.set_sq(0, LOAD_INPUT));
         ADC1.cr2().modify(|w| {
