@@ -4,11 +4,10 @@ use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
 use decode::Feet;
-use decode::live::{Listener, Said};
-use estimator_core::Timestamp;
 use live::feed::Fed;
-use live::{Arrival, Feed, LinkError, Source};
-use ros::bridge::SEVERAL_BOARDS;
+use live::session::SEVERAL_BOARDS;
+use live::{Feed, LinkError, Session, Source, Update};
+use ros::topics::NODE;
 use ros::{Bridge, Published};
 
 use crate::error::Error;
@@ -63,38 +62,32 @@ pub fn is_over(deadline: Option<Instant>) -> bool {
     is_interrupted() || deadline.is_some_and(|deadline| Instant::now() >= deadline)
 }
 
+/// Returns the time after `period`, or the end if it comes first.
+#[must_use]
+pub fn next(period: Duration, end: Option<Instant>) -> Instant {
+    let due = Instant::now() + period;
+    end.map_or(due, |end| due.min(end))
+}
+
 /// A stream of messages from the feet.
 pub struct Stream {
     feed: Feed,
-    listener: Listener,
+    session: Session,
     bridge: Bridge,
-    /// Timestamp of the newest arrival, and the local time at which it arrived.
-    newest: Option<(Timestamp, Instant)>,
-    unreadable: u64,
-    has_spoken: bool,
     /// Feet whose id is used by several boards, as last reported.
-    shared: BTreeSet<String>,
+    shared: BTreeSet<usize>,
     /// Whether any id was shared; sequence numbers then do not show losses.
     was_shared: bool,
 }
 
 impl Stream {
-    /// Opens a source with the given feet.
+    /// Opens a source with the given feet, whose messages `bridge` makes.
     #[must_use]
-    pub fn open(source: Source, feet: Feet) -> Self {
-        Self::with_bridge(source, feet, Bridge::default())
-    }
-
-    /// Opens a source with the given bridge.
-    #[must_use]
-    pub fn with_bridge(source: Source, feet: Feet, bridge: Bridge) -> Self {
+    pub fn open(source: Source, feet: Feet, bridge: Bridge) -> Self {
         Self {
             feed: Feed::open(source),
-            listener: Listener::new(feet),
+            session: Session::new(feet),
             bridge,
-            newest: None,
-            unreadable: 0,
-            has_spoken: false,
             shared: BTreeSet::new(),
             was_shared: false,
         }
@@ -110,9 +103,9 @@ impl Stream {
                 Some(Fed::Ended(error)) => return Err(error),
                 Some(Fed::WaitsFor(error)) => {
                     warn_of_waiting(&error);
-                    return Ok(());
+                    break;
                 }
-                Some(Fed::Opened) => return Ok(()),
+                Some(Fed::Opened) => break,
                 // These do not occur before the source is open.
                 Some(Fed::Arrived(_) | Fed::Remark(_) | Fed::NotSent(_)) | None => {}
             }
@@ -131,21 +124,10 @@ impl Stream {
     ) -> Result<Option<LinkError>, Error> {
         let mut ended = None;
         while ended.is_none() && !is_over(deadline) {
-            match self.feed.next(LOOK) {
-                Some(Fed::Arrived((at, arrival))) => self.take(at, arrival),
-                Some(Fed::WaitsFor(error)) => warn_of_waiting(&error),
-                Some(Fed::Remark(text)) => warn(text),
-                Some(Fed::NotSent(error)) => warn(error),
-                Some(Fed::Opened) => {}
-                Some(Fed::Ended(error)) => ended = Some(error),
-                None => {
-                    self.idle(sink)?;
-                    continue;
-                }
-            }
-            self.hand_on(sink)?;
+            self.session.listen(&self.feed, LOOK);
+            ended = self.hand_on(sink)?;
         }
-        self.listener.finish();
+        self.session.finish();
         self.hand_on(sink)?;
         Ok(ended)
     }
@@ -155,80 +137,64 @@ impl Stream {
     /// # Errors
     /// Errors of the sink.
     pub fn end(&mut self, sink: &mut impl Sink) -> Result<(), Error> {
-        let mut last = self.bridge.end().into_iter();
+        let mut last = self.bridge.end(&self.session).into_iter();
         last.try_for_each(|published| sink.publish(published))
     }
 
-    /// Advances the time while nothing arrives.
-    fn idle(&mut self, sink: &mut impl Sink) -> Result<(), Error> {
-        let Some((at, arrived)) = self.newest else {
-            return Ok(());
-        };
-        let quiet = arrived.elapsed();
-        let now_us = at.as_micros().saturating_add(quiet.as_micros() as u64);
-        let now = Timestamp::from_micros(now_us);
-        self.listener.idle(now);
-        self.hand_on(sink)?;
-        let mut silent = self.bridge.idle(now).into_iter();
-        silent.try_for_each(|published| sink.publish(published))?;
-        if quiet >= QUIET { sink.idle() } else { Ok(()) }
-    }
-
-    fn take(&mut self, at: Timestamp, arrival: Arrival) {
-        self.newest = Some((at, Instant::now()));
-        if arrival.hand_to(&mut self.listener, at).is_some() {
-            self.unreadable += 1;
-        }
-    }
-
-    fn hand_on(&mut self, sink: &mut impl Sink) -> Result<(), Error> {
-        while let Some(heard) = self.listener.next_heard() {
-            let name = self.listener.name(&heard.foot);
-            for published in self.bridge.messages(&heard, name.as_deref()) {
-                self.has_spoken = true;
+    /// Publishes the messages of all updates; returns the error that has ended the source, if it has.
+    fn hand_on(&mut self, sink: &mut impl Sink) -> Result<Option<LinkError>, Error> {
+        while let Some(update) = self.session.next_update() {
+            for published in self.bridge.messages(&self.session, &update) {
                 sink.publish(published)?;
             }
-            if matches!(heard.said, Said::Contact(_)) {
-                self.warn_of_shared_ids();
+            match update {
+                Update::Message(foot, _) => self.warn_of_shared_id(foot),
+                Update::Quiet(_) if self.session.quiet_for() >= QUIET => sink.idle()?,
+                Update::Line(Fed::WaitsFor(error)) => warn_of_waiting(&error),
+                Update::Line(Fed::Remark(text)) => warn(text),
+                Update::Line(Fed::NotSent(error)) => warn(error),
+                Update::Line(Fed::Ended(error)) => return Ok(Some(error)),
+                Update::Quiet(_) | Update::Line(Fed::Opened | Fed::Arrived(_)) => {}
             }
         }
-        Ok(())
+        Ok(None)
     }
 
-    /// Warns about ids used by several boards, once each time it begins.
-    fn warn_of_shared_ids(&mut self) {
-        if self.shared.is_empty() && self.bridge.shared_ids().next().is_none() {
-            return;
-        }
-        let now: BTreeSet<_> = self.bridge.shared_ids().map(str::to_owned).collect();
-        for foot in now.difference(&self.shared) {
+    /// Warns about an id used by several boards, once each time it begins.
+    fn warn_of_shared_id(&mut self, index: usize) {
+        let foot = &self.session.feet()[index];
+        if !foot.is_of_several_boards() {
+            self.shared.remove(&index);
+        } else if self.shared.insert(index) {
+            self.was_shared = true;
             warn(format!(
-                "{foot}: {SEVERAL_BOARDS}, no contact of it is valid; connect one at a time, \
-                 and give it an id of its own with footfall foot SOURCE id"
+                "{}: {SEVERAL_BOARDS}, no contact of it is valid; connect one at a time, \
+                 and give it an id of its own with footfall foot SOURCE id",
+                foot.name_or(NODE)
             ));
         }
-        self.shared = now;
-        self.was_shared = true;
     }
 
     /// Warns about lost and unreadable data.
     pub fn report(&self) {
-        let reports = self.listener.reports();
+        let listener = self.session.listener();
+        let reports = listener.reports();
         let missing: u64 = reports.iter().map(|(_, report)| report.missing).sum();
         let problems = reports.iter().flat_map(|(_, report)| &report.problems);
         let problems: Vec<_> = problems
             .map(|(name, count)| format!("{name} {count}"))
             .collect();
-        if !self.has_spoken {
-            let unknown = self.listener.unknown_foot();
+        if self.session.feet().is_empty() {
+            let unknown = listener.unknown_foot();
             let hint = unknown.map(|id| format!(", but node {id} may be one: --node {id}"));
             warn(format!("no foot was heard{}", hint.unwrap_or_default()));
         }
         if missing > 0 && !self.was_shared {
             warn(format!("{missing} frames are missing, by their numbers"));
         }
-        if !problems.is_empty() || self.unreadable > 0 {
-            let lines = format!("{} lines unreadable", self.unreadable);
+        let unreadable = self.session.unreadable();
+        if !problems.is_empty() || unreadable > 0 {
+            let lines = format!("{unreadable} lines unreadable");
             warn(format!("{lines}; {}", problems.join(", ")));
         }
         warn_of_lost(&self.feed);

@@ -7,9 +7,12 @@
 //! | kinds of lines: serial port, slcan adapter, CAN interface, playback of a file | [`link`]'s files |
 //! | robot with simulated feet that run the board's own program | [`robot`] |
 //! | line that is read by its own thread and reopened when it breaks | [`feed`] |
+//! | state of all feet of a source, with the changes to show, record or publish | [`session`] |
+//! | state of one foot | [`live_foot`] |
 //! | requests to one foot over its line | [`foot`] |
 //! | conversion of the foot's clock to that of the receiver | [`clock`] |
 //! | rate and jitter of the contacts, and detection of several boards with one id | [`newest_second`] |
+//! | limits of silence, and listening time | [`silence`] |
 //!
 //! [`decode::live`] decodes the bytes.
 
@@ -17,11 +20,16 @@ pub mod clock;
 pub mod feed;
 pub mod foot;
 pub mod link;
+pub mod live_foot;
 pub mod newest_second;
 pub mod robot;
+pub mod session;
+pub mod silence;
 pub mod source;
 
 pub use feed::Feed;
 pub use link::{Arrival, Link, LinkError, Sending};
+pub use live_foot::LiveFoot;
 pub use newest_second::NewestSecond;
+pub use session::{Session, Update};
 pub use source::Source;

@@ -19,18 +19,13 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use decode::live::{FootKey, Heard, Said};
+use decode::live::{Heard, Said};
 use estimator_core::Timestamp;
-use live::newest_second::SILENT_US;
-use wire::{Counter, Emergency};
+use live::{LiveFoot, Session, Update};
 
 use crate::compat::{AllFeet, Compat};
 use crate::foot::Foot;
-use crate::listening::Listening;
-use crate::message::{Float64, KeyValue, Message};
-use crate::topics::DIAGNOSTICS;
-
-pub use crate::foot::SEVERAL_BOARDS;
+use crate::message::{Contact, Float64, Message};
 
 /// A message with its topic and time of reception.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,14 +38,19 @@ pub struct Published {
     pub message: Message,
 }
 
-/// State of all feet.
+impl Published {
+    pub(crate) fn new(topic: &Arc<str>, at: Timestamp, message: Message) -> Self {
+        let topic = Arc::clone(topic);
+        Self { topic, at, message }
+    }
+}
+
+/// Messages from the updates of a session.
 #[derive(Debug)]
 pub struct Bridge {
     frame: String,
-    feet: BTreeMap<FootKey, Foot>,
-    /// Names of feet on serial lines, by line, from their first health message on.
-    lines: BTreeMap<Arc<str>, FootKey>,
-    listening: Listening,
+    /// Feet, by their index in the session.
+    feet: BTreeMap<usize, Foot>,
     /// Combined messages of all feet for other programs.
     all_feet: Option<AllFeet>,
 }
@@ -68,8 +68,6 @@ impl Bridge {
         Self {
             frame: frame.to_owned(),
             feet: BTreeMap::new(),
-            lines: BTreeMap::new(),
-            listening: Listening::default(),
             all_feet: None,
         }
     }
@@ -81,189 +79,102 @@ impl Bridge {
         self
     }
 
-    /// Returns the messages for received data; `name` is the name of the foot, if any.
-    pub fn messages(&mut self, heard: &Heard, name: Option<&str>) -> Vec<Published> {
-        let at = heard.at;
-        let listened_us = self.listening.arrive(at);
-        let foot = self.foot(heard, name);
-        let mut of_all = None;
-        let publish = |topic: &Arc<str>, message| Published {
-            topic: Arc::clone(topic),
-            at,
-            message,
-        };
+    /// Returns the messages for the newest update of a session.
+    pub fn messages(&mut self, session: &Session, update: &Update) -> Vec<Published> {
+        let listening = session.listening();
         let mut published = Vec::new();
-        let before = (foot.condition(), foot.diagnosed_us.is_some());
-        match &heard.said {
+        let (at, contact) = match update {
+            Update::Message(foot, heard) => {
+                let contact = self.of_foot(*foot, &session.feet()[*foot], heard, &mut published);
+                (heard.at, contact)
+            }
+            Update::Quiet(now) => (*now, None),
+            Update::Line(_) => return published,
+        };
+        if let Some(all_feet) = &mut self.all_feet {
+            published.extend(match contact {
+                Some(contact) => all_feet.take(&contact, at, listening.us()),
+                None => all_feet.advance(at, listening.us()),
+            });
+        }
+        published.extend(self.silent(session, listening.us(), at));
+        published
+    }
+
+    /// Adds the messages of a foot; returns its contact, if it has sent one.
+    fn of_foot(
+        &mut self,
+        index: usize,
+        state: &LiveFoot,
+        Heard { at, said, .. }: &Heard,
+        published: &mut Vec<Published>,
+    ) -> Option<Contact> {
+        let made = || Foot::new(state, &self.frame);
+        let foot = self.feet.entry(index).or_insert_with(made);
+        if foot.node != state.key.node {
+            // A foot on a serial line has the name of the line until its id is known.
+            *foot = made();
+        }
+        let mut publish = |topic: &Arc<str>, message| {
+            published.push(Published::new(topic, *at, message));
+        };
+        let (mut sent, mut imu) = (None, None);
+        match said {
             Said::Contact(row) => {
-                let (contact, imu) = foot.contact(row, at);
-                (foot.contact_us, foot.is_silent) = (Some(listened_us), false);
-                of_all = Some(contact.clone());
+                let contact;
+                (contact, imu) = foot.contact(row, state);
+                sent = Some(contact.clone());
                 let data = if contact.valid {
                     f64::from(contact.p_stable)
                 } else {
                     0.0
                 };
                 let velocity = Message::Velocity(Box::new(foot.velocity(&contact, row.timestamp)));
-                published.push(publish(&foot.topics.contact, Message::Contact(contact)));
-                published.push(publish(&foot.topics.velocity, velocity));
-                let probability = Message::Number(Float64 { data });
-                published.push(publish(&foot.topics.probability, probability));
-                published
-                    .extend(imu.map(|imu| publish(&foot.topics.imu, Message::Imu(Box::new(imu)))));
+                publish(&foot.topics.contact, Message::Contact(contact));
+                publish(&foot.topics.velocity, velocity);
+                publish(&foot.topics.probability, Message::Number(Float64 { data }));
             }
-            Said::Raw(raw) => {
-                let imu = foot.raw(raw, at);
-                published
-                    .extend(imu.map(|imu| publish(&foot.topics.imu, Message::Imu(Box::new(imu)))));
-            }
-            Said::Board(board) => {
-                foot.faults = board.faults;
-                let count = |counter: Counter| KeyValue {
-                    key: counter.name().to_owned(),
-                    value: board.counters.get(counter).to_string(),
-                };
-                foot.counts = Counter::ALL.into_iter().map(count).collect();
-            }
-            Said::Health(health) => {
-                foot.flags = health.flags;
-                foot.counts = vec![KeyValue {
-                    key: "dropped, modulo 256".to_owned(),
-                    value: health.dropped.to_string(),
-                }];
-            }
-            Said::Emergency(Emergency {
-                code,
-                fault: Some(fault),
-                ..
-            }) => {
-                foot.faults = if *code == 0 {
-                    foot.faults.without(*fault)
-                } else {
-                    foot.faults.with(*fault)
-                };
-            }
+            Said::Raw(raw) => imu = foot.raw(raw, state.stamp),
             Said::Load(newtons) => {
                 let data = f64::from(*newtons);
-                published.push(publish(
-                    &foot.topics.load,
-                    Message::Number(Float64 { data }),
-                ));
-            }
-            Said::BootUp(faults) => {
-                foot.faults = *faults;
-                foot.second.start_again();
+                publish(&foot.topics.load, Message::Number(Float64 { data }));
             }
             _ => {}
         }
-        if foot.is_due(at) || before != (foot.condition(), true) {
-            let diagnostics = Message::Diagnostics(foot.diagnostics(at));
-            published.push(publish(&DIAGNOSTICS.into(), diagnostics));
+        if let Some(imu) = imu {
+            publish(&foot.topics.imu, Message::Imu(Box::new(imu)));
         }
-        if let Some(all_feet) = &mut self.all_feet {
-            published.extend(match of_all {
-                Some(contact) => all_feet.take(&contact, at),
-                None => all_feet.hear(at),
-            });
-        }
-        self.fall_silent(listened_us, at, &mut published);
-        published
-    }
-
-    /// Returns the messages due if nothing was received until `now`, such as those of silent feet.
-    pub fn idle(&mut self, now: Timestamp) -> Vec<Published> {
-        let listened_us = self.listening.idle(now);
-        let all_feet = self.all_feet.as_mut();
-        let mut published: Vec<_> = all_feet
-            .and_then(|feet| feet.idle(now))
-            .into_iter()
-            .collect();
-        self.fall_silent(listened_us, now, &mut published);
-        published
+        published.extend(foot.diagnostics(state, *at));
+        sent
     }
 
     /// Returns the messages due at the end of reception: all feet are silent.
-    pub fn end(&mut self) -> Vec<Published> {
+    pub fn end(&mut self, session: &Session) -> Vec<Published> {
+        let listening = session.listening();
         let all_feet = self.all_feet.as_mut();
-        let mut published: Vec<_> = all_feet.and_then(AllFeet::end).into_iter().collect();
-        self.fall_silent(u64::MAX, self.listening.now(), &mut published);
+        let due = all_feet.and_then(|feet| feet.end(listening.now()));
+        let mut published: Vec<_> = due.into_iter().collect();
+        published.extend(self.silent(session, u64::MAX, listening.now()));
         published
     }
 
-    /// Adds the messages of feet silent at `listened_us`, at once and then once a second.
-    fn fall_silent(&mut self, listened_us: u64, at: Timestamp, published: &mut Vec<Published>) {
-        let publish = |topic: &Arc<str>, message| Published {
-            topic: Arc::clone(topic),
-            at,
-            message,
-        };
-        for foot in self.feet.values_mut() {
-            if foot
-                .contact_us
-                .is_none_or(|us| listened_us - us < SILENT_US)
-            {
-                continue;
-            }
+    /// Returns the messages of feet silent at `listened_us`, which are due at once and then once a second.
+    fn silent(&mut self, session: &Session, listened_us: u64, at: Timestamp) -> Vec<Published> {
+        let mut published = Vec::new();
+        let feet = self.feet.iter_mut();
+        let feet = feet.map(|(index, foot)| (&session.feet()[*index], foot));
+        let silent = feet.filter(|(state, _)| state.has_fallen_silent(listened_us));
+        let mut silent: Vec<_> = silent.collect();
+        silent.sort_by_key(|(state, _)| (&state.key, &state.name));
+        for (state, foot) in silent {
             if !foot.is_silent {
                 foot.is_silent = true;
-                foot.diagnosed_us = None;
                 let nothing = Message::Number(Float64 { data: 0.0 });
-                published.push(publish(&foot.topics.probability, nothing));
+                published.push(Published::new(&foot.topics.probability, at, nothing));
             }
-            if foot.is_due(at) {
-                let diagnostics = Message::Diagnostics(foot.diagnostics(at));
-                published.push(publish(&DIAGNOSTICS.into(), diagnostics));
-            }
+            published.extend(foot.diagnostics(state, at));
         }
-    }
-
-    /// Names of feet whose newest contacts come from several boards with the same id.
-    pub fn shared_ids(&self) -> impl Iterator<Item = &str> {
-        let shared = self.feet.values().filter(|foot| foot.is_shared);
-        shared.map(|foot| foot.name.as_str())
-    }
-
-    /// Returns the foot that sent the data. On a serial line the foot is unknown before its first health
-    /// message; until then it has the name of the line.
-    fn foot(&mut self, heard: &Heard, name: Option<&str>) -> &mut Foot {
-        let key = &heard.foot;
-        let own = match &heard.said {
-            Said::Contact(row) => row.foot.as_deref(),
-            _ => None,
-        };
-        let name = own.or(name);
-        if key.node.is_some()
-            && let Some(before) = self.lines.remove(&key.line)
-        {
-            // Keeps its state under the name of the line, except for the topics.
-            if let Some(known) = self.feet.remove(&before) {
-                let foot = Foot::new(name.unwrap_or(&key.line), &self.frame);
-                let foot = Foot {
-                    clock: known.clock,
-                    faults: known.faults,
-                    ..foot
-                };
-                self.feet.insert(key.clone(), foot);
-            }
-        }
-        if key.node.is_none() && own.is_none() {
-            self.lines.insert(Arc::clone(&key.line), key.clone());
-        }
-        // Feet of one recording share a line and have no id.
-        let key = FootKey {
-            line: match (key.node, own) {
-                (None, Some(own)) => format!("{} {own}", key.line).into(),
-                _ => Arc::clone(&key.line),
-            },
-            node: key.node,
-        };
-        let fallback = || match key.node {
-            Some(node) => format!("node_{node}"),
-            None => key.line.to_string(),
-        };
-        let frame = &self.frame;
-        let made = || Foot::new(&name.map_or_else(fallback, str::to_owned), frame);
-        self.feet.entry(key.clone()).or_insert_with(made)
+        published
     }
 }
 
@@ -271,42 +182,37 @@ impl Bridge {
 mod tests {
     use std::time::Duration;
 
-    use decode::Row;
-    use decode::live::Listener;
+    use decode::{Feet, Row};
     use live::feed::Fed;
+    use live::session::SEVERAL_BOARDS;
     use live::{Arrival, Feed};
     use wire::{CanFrame, NodeId};
 
     use super::*;
     use crate::foot::SILENT;
-    use crate::message::{Contact, Level, Twist};
+    use crate::message::{Level, Twist};
 
     /// Messages of a robot with two feet, of which the right one has the id `right`.
     fn messages(right: NodeId) -> Vec<Published> {
         let source = "demo:feet=2,speed=max,seconds=3".parse();
         let feed = Feed::open(source.expect("a source"));
-        let (mut listener, mut bridge) = (Listener::default(), Bridge::default());
+        let (mut session, mut bridge) = (Session::new(Feet::default()), Bridge::default());
         let mut published = Vec::new();
         loop {
-            match feed.next(Duration::from_secs(60)).expect("it ends") {
-                Fed::Arrived((at, Arrival::Frame { interface, frame })) => {
-                    let own = u16::from(wire::Foot::Right.default_node_id().get());
-                    let (id, data) = (frame.id(), frame.data());
-                    let is_right = id & 0x7F == own;
-                    let id = if is_right {
-                        id - own + u16::from(right.get())
-                    } else {
-                        id
-                    };
-                    let frame = CanFrame::new(id, data).expect("a frame");
-                    listener.frame(&interface, &frame, at);
+            let mut fed = feed.next(Duration::from_secs(60)).expect("it ends");
+            if let Fed::Arrived((_, Arrival::Frame { frame, .. })) = &mut fed {
+                let own = u16::from(wire::Foot::Right.default_node_id().get());
+                if frame.id() & 0x7F == own {
+                    let id = frame.id() - own + u16::from(right.get());
+                    *frame = CanFrame::new(id, frame.data()).expect("a frame");
                 }
-                Fed::Ended(_) => return published,
-                _ => {}
             }
-            while let Some(heard) = listener.next_heard() {
-                let name = listener.name(&heard.foot);
-                published.extend(bridge.messages(&heard, name.as_deref()));
+            session.take(fed);
+            while let Some(update) = session.next_update() {
+                if let Update::Line(Fed::Ended(_)) = update {
+                    return published;
+                }
+                published.extend(bridge.messages(&session, &update));
             }
         }
     }
@@ -417,24 +323,33 @@ mod tests {
 
     #[test]
     fn silent_foot_is_reported_once_a_second_with_probability_0() {
+        let mut session = Session::new(Feet::default());
         let mut bridge = Bridge::default().with_compat(Compat::Champ);
-        let contact = |bridge: &mut Bridge, ms: u64| {
+        let mut next = |session: &mut Session| -> Vec<Published> {
+            let updates = std::iter::from_fn(|| {
+                let update = session.next_update()?;
+                Some(bridge.messages(session, &update))
+            });
+            updates.flatten().collect()
+        };
+        let contact = |session: &mut Session, ms: u64| {
             let at = Timestamp::from_micros(1000 * ms);
             let row = Row {
                 timestamp: at,
                 foot: Some("FL".into()),
                 ..Row::default()
             };
-            let said = Said::Contact(Box::new(row));
-            let foot = FootKey::default();
-            bridge.messages(&Heard { at, foot, said }, None)
+            session.take(Fed::Arrived((at, Arrival::Estimate(Box::new(row)))));
         };
-        (0..100).for_each(|ms| drop(contact(&mut bridge, ms)));
+        for ms in 0..100 {
+            contact(&mut session, ms);
+            next(&mut session);
+        }
         let mut idle = |from_ms: u64, to_ms: u64| -> Vec<(u64, String)> {
             let times = (from_ms..to_ms).step_by(20);
             let words = times.flat_map(|ms| {
-                let published = bridge.idle(Timestamp::from_micros(1000 * ms));
-                last_words(&published)
+                session.idle(Duration::from_millis(ms - 99));
+                last_words(&next(&mut session))
                     .into_iter()
                     .map(move |words| (ms, words))
             });
@@ -455,7 +370,8 @@ mod tests {
             (1610, SILENT.to_owned()),
         ];
         assert!(rest.iter().copied().eq(&expected), "{rest:?}");
-        let back = contact(&mut bridge, 2000);
+        contact(&mut session, 2000);
+        let back = next(&mut session);
         let said = back
             .iter()
             .filter_map(|published| match &published.message {
@@ -463,7 +379,7 @@ mod tests {
                 _ => None,
             });
         assert!(said.eq(["no fault"]));
-        let last = last_words(&bridge.end());
+        let last = last_words(&bridge.end(&session));
         assert_eq!(last.len(), 3, "{last:?}");
         assert_eq!((last[0].as_str(), last[2].as_str()), (none_stands, SILENT));
     }

@@ -12,13 +12,10 @@
 use std::sync::Arc;
 
 use estimator_core::Timestamp;
+use live::silence::COMPLETION_WAIT_US;
 
 use crate::bridge::Published;
-use crate::listening::Listening;
 use crate::message::{Contact, ContactsStamped, Header, Message, QuadrupedStance, Time};
-
-/// Timeout of a silent foot, µs.
-const SILENT_US: u64 = 20_000;
 
 /// Names of the feet, in the order of the messages.
 const FEET: [[&str; 2]; 4] = [["FL", "LF"], ["FR", "RF"], ["RL", "LH"], ["RR", "RH"]];
@@ -38,7 +35,6 @@ pub struct AllFeet {
     compat: Compat,
     topic: Arc<str>,
     feet: [Option<Stance>; 4],
-    listening: Listening,
     /// Listening time of the newest message, or of the first contact, µs.
     made_us: Option<u64>,
 }
@@ -62,13 +58,17 @@ impl AllFeet {
             compat,
             topic: topic.into(),
             feet: [None; 4],
-            listening: Listening::default(),
             made_us: None,
         }
     }
 
-    /// Processes a contact received at `at`; returns the message that it completes, if any.
-    pub fn take(&mut self, contact: &Contact, at: Timestamp) -> Option<Published> {
+    /// Processes a contact received at `at` and `listened_us` of the listening time; returns the message that it completes, if any.
+    pub fn take(
+        &mut self,
+        contact: &Contact,
+        at: Timestamp,
+        listened_us: u64,
+    ) -> Option<Published> {
         let place = FEET
             .iter()
             .position(|names| names.contains(&contact.foot.as_str()))?;
@@ -76,42 +76,29 @@ impl AllFeet {
             stands: contact.valid && contact.decision,
             stamp: contact.header.stamp,
         });
-        let listened_us = self.listening.arrive(at);
         self.made_us.get_or_insert(listened_us);
         if self.feet.iter().all(Option::is_some) {
-            return Some(self.make(at));
+            return Some(self.make(at, listened_us));
         }
-        self.due(listened_us, at)
+        self.advance(at, listened_us)
     }
 
-    /// Processes the reception of other data at `at`; returns the message due, if there were contacts
-    /// before.
-    pub fn hear(&mut self, at: Timestamp) -> Option<Published> {
-        let listened_us = self.listening.arrive(at);
-        self.due(listened_us, at)
-    }
-
-    /// Advances the time to `now` without reception; returns the message due, if there were contacts before.
-    pub fn idle(&mut self, now: Timestamp) -> Option<Published> {
-        let listened_us = self.listening.idle(now);
-        self.due(listened_us, now)
-    }
-
-    fn due(&mut self, listened_us: u64, at: Timestamp) -> Option<Published> {
-        (listened_us - self.made_us? >= SILENT_US).then(|| self.make(at))
+    /// Advances the time to `at`; returns the message due, if there were contacts before.
+    pub fn advance(&mut self, at: Timestamp, listened_us: u64) -> Option<Published> {
+        let is_due = listened_us - self.made_us? >= COMPLETION_WAIT_US;
+        is_due.then(|| self.make(at, listened_us))
     }
 
     /// Ends reception; returns a message with all feet in swing, if there were contacts before.
-    pub fn end(&mut self) -> Option<Published> {
-        self.made_us?;
+    pub fn end(&mut self, now: Timestamp) -> Option<Published> {
+        let made_us = self.made_us?;
         self.feet = [None; 4];
-        let now = self.listening.now();
-        Some(self.make(now))
+        Some(self.make(now, made_us))
     }
 
     /// Creates a message of the known contacts at `at`.
-    fn make(&mut self, at: Timestamp) -> Published {
-        self.made_us = Some(self.listening.us());
+    fn make(&mut self, at: Timestamp, listened_us: u64) -> Published {
+        self.made_us = Some(listened_us);
         let feet = std::mem::take(&mut self.feet);
         let newest = feet.iter().flatten().map(|foot| foot.stamp).max();
         let header = Header {
@@ -148,6 +135,7 @@ impl AllFeet {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use live::silence::Listening;
 
     fn contact(foot: &str, p_stable: f32, us: u64) -> (Contact, Timestamp) {
         let at = Timestamp::from_micros(us);
@@ -166,9 +154,41 @@ mod tests {
         (contact, at)
     }
 
+    /// All feet with the listening time that a session keeps.
+    struct Listened {
+        all: AllFeet,
+        listening: Listening,
+    }
+
+    impl Listened {
+        fn new(compat: Compat) -> Self {
+            let (all, listening) = (AllFeet::new(compat), Listening::default());
+            Self { all, listening }
+        }
+
+        fn take(&mut self, contact: &Contact, at: Timestamp) -> Option<Published> {
+            self.listening.arrive(at);
+            self.all.take(contact, at, self.listening.us())
+        }
+
+        fn hear(&mut self, at: Timestamp) -> Option<Published> {
+            self.listening.arrive(at);
+            self.all.advance(at, self.listening.us())
+        }
+
+        fn idle(&mut self, now: Timestamp) -> Option<Published> {
+            self.listening.idle(now);
+            self.all.advance(now, self.listening.us())
+        }
+
+        fn end(&mut self) -> Option<Published> {
+            self.all.end(self.listening.now())
+        }
+    }
+
     /// Messages created from `contacts`: times in µs and the four numbers.
     fn made(compat: Compat, contacts: &[(&str, f32, u64)]) -> Vec<(u32, [f32; 4])> {
-        let mut all = AllFeet::new(compat);
+        let mut all = Listened::new(compat);
         let contacts = contacts.iter();
         let messages = contacts.filter_map(|(foot, p, us)| {
             let (contact, at) = contact(foot, *p, *us);
@@ -217,7 +237,7 @@ mod tests {
 
     #[test]
     fn silent_feet_are_reported_in_swing() {
-        let mut all = AllFeet::new(Compat::Champ);
+        let mut all = Listened::new(Compat::Champ);
         let micros = Timestamp::from_micros;
         assert_eq!((all.idle(micros(5)), all.end()), (None, None));
         let of = |published: Option<Published>| match published?.message {

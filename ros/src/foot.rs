@@ -1,21 +1,21 @@
-//! State of a foot while it streams, and its messages.
+//! Messages of a foot while it streams.
 
 use decode::Row;
-use decode::row::Clock;
 use estimator_core::{
     Decision, Flags, ImuSample, PerAxis, Phase, Quaternion as Orientation, Timestamp, Validity,
     Vec3, VelocityCoefficients, VelocityParams, VelocitySigma,
 };
-use live::NewestSecond;
-use live::clock::FootClock;
+use live::LiveFoot;
+use live::session::SEVERAL_BOARDS;
 use wire::uart::RawSample;
-use wire::{Fault, Faults};
+use wire::{Counter, Fault, Faults};
 
+use crate::bridge::Published;
 use crate::message::{
-    Contact, DiagnosticArray, DiagnosticStatus, Header, Imu, KeyValue, Level, Quaternion, Time,
-    TwistWithCovariance, TwistWithCovarianceStamped, Vector3,
+    Contact, DiagnosticArray, DiagnosticStatus, Header, Imu, KeyValue, Level, Message, Quaternion,
+    Time, TwistWithCovariance, TwistWithCovarianceStamped, Vector3,
 };
-use crate::topics::Topics;
+use crate::topics::{DIAGNOSTICS, NODE, Topics};
 
 /// Standard gravity, m/s².
 const GRAVITY: f64 = 9.806_65;
@@ -30,48 +30,37 @@ const BESIDE_US: u64 = 25_000;
 /// Diagnostic message of a foot without contacts.
 pub const SILENT: &str = "silent: no contact for half a second";
 
-/// Diagnostic message of several boards with the same id.
-pub const SEVERAL_BOARDS: &str = "several boards with this id";
-
 /// Covariance that marks a missing value.
 pub(crate) const ABSENT: [f64; 9] = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
 
-/// State of a foot.
+/// Condition of a foot whose change is reported in diagnostics at once: faults, silence, several boards.
+type Condition = (Faults, bool, bool);
+
+/// State of the messages of a foot.
 #[derive(Debug)]
 pub(crate) struct Foot {
     pub(crate) topics: Topics,
-    pub(crate) name: String,
-    pub(crate) clock: FootClock,
-    pub(crate) second: NewestSecond,
-    /// Listening time of its newest contact, µs.
-    pub(crate) contact_us: Option<u64>,
+    name: String,
+    /// Node id for which the topics were created.
+    pub(crate) node: Option<u8>,
+    /// Whether silence was reported.
     pub(crate) is_silent: bool,
-    /// Whether its newest contact came from several boards with the same id.
-    pub(crate) is_shared: bool,
-    pub(crate) flags: u8,
-    pub(crate) faults: Faults,
-    /// Counters of the board, or on CAN the number of drops.
-    pub(crate) counts: Vec<KeyValue>,
-    pub(crate) diagnosed_us: Option<u64>,
+    /// Time and condition of the newest diagnostics.
+    diagnosed: Option<(Timestamp, Condition)>,
     /// Newest orientation and rate, with their times on the foot's clock.
-    pub(crate) orientation: Option<(Orientation, Timestamp)>,
-    pub(crate) rate: Option<(Vec3, Timestamp)>,
+    orientation: Option<(Orientation, Timestamp)>,
+    rate: Option<(Vec3, Timestamp)>,
 }
 
 impl Foot {
-    pub(crate) fn new(name: &str, frame: &str) -> Self {
+    pub(crate) fn new(state: &LiveFoot, frame: &str) -> Self {
+        let name = state.name_or(NODE);
         Self {
-            topics: Topics::with_frame(name, frame),
-            name: name.to_owned(),
-            clock: FootClock::default(),
-            second: NewestSecond::default(),
-            contact_us: None,
+            topics: Topics::with_frame(&name, frame),
+            name: name.into_owned(),
+            node: state.key.node,
             is_silent: false,
-            is_shared: false,
-            flags: 0,
-            faults: Faults::NONE,
-            counts: Vec::new(),
-            diagnosed_us: None,
+            diagnosed: None,
             orientation: None,
             rate: None,
         }
@@ -84,14 +73,10 @@ impl Foot {
         }
     }
 
-    pub(crate) fn contact(&mut self, row: &Row, at: Timestamp) -> (Contact, Option<Imu>) {
-        self.second.take(row.timestamp, row.segment, at);
-        self.is_shared = self.second.is_of_several_boards(at);
-        let stamp = match row.common {
-            Some((time, Clock::Sync)) => self.clock.synchronised(row.timestamp, at, time),
-            _ => self.clock.time(row.timestamp, at),
-        };
-        self.flags = row.flags.unwrap_or(self.flags);
+    pub(crate) fn contact(&mut self, row: &Row, foot: &LiveFoot) -> (Contact, Option<Imu>) {
+        self.is_silent = false;
+        let stamp = foot.stamp;
+        let health = foot.health.unwrap_or_default();
         let axes = row.axes.map(PerAxis::to_array);
         let contact = Contact {
             header: self.header(stamp),
@@ -104,10 +89,10 @@ impl Foot {
             decision: row.status.decision() == Decision::Stable,
             state: state(row.status.phase()),
             valid: row.status.is_valid(),
-            flags: self.flags,
+            flags: row.flags.unwrap_or(health.flags),
             sequence: row.sequence,
         };
-        if self.is_shared {
+        if foot.is_of_several_boards() {
             let contact = Contact {
                 p_stable: 0.0,
                 p_tangential: 0.0,
@@ -182,8 +167,7 @@ impl Foot {
         zero_velocity(&contact.header, sigma)
     }
 
-    pub(crate) fn raw(&mut self, raw: &RawSample, at: Timestamp) -> Option<Imu> {
-        let stamp = self.clock.time(raw.timestamp, at);
+    pub(crate) fn raw(&self, raw: &RawSample, stamp: Timestamp) -> Option<Imu> {
         let scaled = |codes: [i16; 3], scale: f32| {
             let [x, y, z] = codes.map(|code| f64::from(code) * f64::from(scale));
             Vector3 { x, y, z }
@@ -198,20 +182,30 @@ impl Foot {
         })
     }
 
-    pub(crate) fn diagnostics(&mut self, at: Timestamp) -> DiagnosticArray {
-        self.diagnosed_us = Some(at.as_micros());
+    /// Returns the diagnostics if they are due at `at`: the condition has changed, or a second has passed.
+    pub(crate) fn diagnostics(&mut self, foot: &LiveFoot, at: Timestamp) -> Option<Published> {
+        let is_shared = foot.is_of_several_boards();
+        let condition = (foot.faults, self.is_silent, is_shared);
+        let since = |before: Timestamp| at.as_micros().saturating_sub(before.as_micros());
+        let is_due = self.diagnosed.is_none_or(|(before, reported)| {
+            reported != condition || since(before) >= DIAGNOSTIC_US
+        });
+        if !is_due {
+            return None;
+        }
+        self.diagnosed = Some((at, condition));
         let level = if self.is_silent {
             Level::Stale
-        } else if self.is_shared || self.faults.void_estimate() {
+        } else if is_shared || foot.faults.void_estimate() {
             Level::Error
-        } else if self.faults.is_empty() {
+        } else if foot.faults.is_empty() {
             Level::Ok
         } else {
             Level::Warn
         };
         let silent = self.is_silent.then_some(SILENT);
-        let shared = self.is_shared.then_some(SEVERAL_BOARDS);
-        let faults = self.faults.iter().map(Fault::name);
+        let shared = is_shared.then_some(SEVERAL_BOARDS);
+        let faults = foot.faults.iter().map(Fault::name);
         let names: Vec<_> = silent.into_iter().chain(shared).chain(faults).collect();
         let message = if names.is_empty() {
             "no fault".to_owned()
@@ -223,24 +217,31 @@ impl Foot {
             name: format!("footfall: {}", self.name),
             message,
             hardware_id: self.topics.hardware.as_ref().to_owned(),
-            values: self.counts.clone(),
+            values: counts(foot),
         };
-        DiagnosticArray {
+        let array = DiagnosticArray {
             header: self.header(at),
             status: vec![status],
-        }
+        };
+        let message = Message::Diagnostics(array);
+        Some(Published::new(&DIAGNOSTICS.into(), at, message))
     }
+}
 
-    /// Condition whose change is reported in diagnostics at once.
-    pub(crate) const fn condition(&self) -> (Faults, bool, bool) {
-        (self.faults, self.is_silent, self.is_shared)
+/// Counters of the board, or on CAN the number of drops.
+fn counts(foot: &LiveFoot) -> Vec<KeyValue> {
+    let pair = |key: &str, value: String| KeyValue {
+        key: key.to_owned(),
+        value,
+    };
+    if let Some(board) = &foot.board {
+        let count =
+            |counter: Counter| pair(counter.name(), board.counters.get(counter).to_string());
+        return Counter::ALL.into_iter().map(count).collect();
     }
-
-    pub(crate) fn is_due(&self, at: Timestamp) -> bool {
-        let since = |before: u64| at.as_micros().saturating_sub(before);
-        self.diagnosed_us
-            .is_none_or(|before| since(before) >= DIAGNOSTIC_US)
-    }
+    let drops = foot.health.map(|health| health.dropped.to_string());
+    let drops = drops.map(|count| pair("dropped, modulo 256", count));
+    drops.into_iter().collect()
 }
 
 /// Number of a phase in [`Contact`].

@@ -9,8 +9,7 @@
 //! | conversion of recorded samples to messages on topics | [`samples`] |
 //! | conversion of estimates from a recording to messages on topics | [`estimates`] |
 //! | contacts of all feet in one message of champ or pronto | [`compat`] |
-//! | state of a foot, and its messages | `foot` |
-//! | listening time, for the detection of silent feet | `listening` |
+//! | messages of a foot | `foot` |
 //! | recording of messages: MCAP, rosbag2 | `mcap_file`, `rosbag2_file`, with the feature `bags` |
 
 pub mod bridge;
@@ -18,7 +17,6 @@ pub mod compat;
 pub mod definition;
 pub mod estimates;
 mod foot;
-mod listening;
 #[cfg(feature = "bags")]
 pub mod mcap_file;
 pub mod message;

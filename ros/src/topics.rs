@@ -7,6 +7,9 @@ use crate::definition::Definition;
 /// Topic of the diagnostics of all feet.
 pub const DIAGNOSTICS: &str = "/diagnostics";
 
+/// Prefix of the id in the name of a node that has no other.
+pub const NODE: &str = "node_";
+
 /// Default pattern of frame names; `{foot}` is replaced by the foot's name.
 pub const FRAME: &str = "footfall_{foot}";
 

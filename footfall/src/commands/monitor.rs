@@ -14,11 +14,11 @@ use crate::feature::Feature;
 use crate::files::unless_closed;
 #[cfg(not(feature = "screen"))]
 use crate::messages::aside;
-use crate::monitor::listen::{PICTURE, listen, next};
+use crate::monitor::robot::PICTURE;
 #[cfg(feature = "screen")]
 use crate::monitor::terminal::watch_screen;
 use crate::monitor::{Robot, lines};
-use crate::stream::{deadline, is_over, warn_of_lost};
+use crate::stream::{deadline, is_over, next, warn_of_lost};
 
 /// Period of the lines of a foot.
 const LINE: Duration = Duration::from_secs(1);
@@ -88,7 +88,7 @@ fn watch_lines(feed: &Feed, robot: &mut Robot, end: Option<Instant>, form: Form)
         let due = next(LINE, end);
         // Events are printed on arrival.
         while Instant::now() < due && !robot.has_ended() {
-            listen(feed, robot, due.min(Instant::now() + PICTURE));
+            robot.listen(feed, due.min(Instant::now() + PICTURE));
             let (events, now_seen) = robot.events_since(seen);
             seen = now_seen;
             for event in events {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use live::link::pace::Speed;
 use live::{LinkError, Source};
+use ros::Bridge;
 
 use super::feet::FeetArguments;
 use super::monitor::SOURCES;
@@ -47,7 +48,8 @@ impl RecordArguments {
         };
         finish_when_interrupted();
         // Recorded sources are read at full speed.
-        let mut stream = Stream::open(self.source.at_speed(Speed::Max), self.feet.feet()?);
+        let source = self.source.at_speed(Speed::Max);
+        let mut stream = Stream::open(source, self.feet.feet()?, Bridge::default());
         // An unreadable source must not replace an existing file.
         stream.wait_until_open()?;
         let mut recording = McapRecording::create(path, existing)?;

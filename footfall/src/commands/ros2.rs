@@ -129,7 +129,7 @@ impl Ros2Arguments {
         };
         finish_when_interrupted();
         let feet = self.feet.feet()?;
-        let mut stream = Stream::with_bridge(self.source.at_speed(Speed::REAL), feet, bridge);
+        let mut stream = Stream::open(self.source.at_speed(Speed::REAL), feet, bridge);
         stream.wait_until_open()?;
         let mut node = FootNode::new(options)?;
         let ended = stream.run(deadline(self.seconds), &mut node)?;

@@ -1,13 +1,14 @@
 //! State of each foot as a line of text or a JSON object, once a second.
 
+use std::borrow::Cow;
 use std::io::{self, Write};
 
 use estimator_core::Decision;
-use ros::bridge::SEVERAL_BOARDS;
+use live::LiveFoot;
+use live::session::SEVERAL_BOARDS;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::foot::Foot;
 use super::robot::{Event, Robot};
 use crate::schema::Line;
 
@@ -17,7 +18,7 @@ pub struct FootLine<'a> {
     /// Since the first arrival, s.
     t: f64,
     /// The foot's name, such as FL.
-    foot: &'a str,
+    foot: Cow<'a, str>,
     /// The line that it is heard on, such as can0.
     line: &'a str,
     /// Its node id, 1 to 127; null on a serial line where it has not said it.
@@ -70,14 +71,15 @@ pub struct EventLine<'a> {
     event: &'a str,
 }
 
-fn foot_line<'a>(robot: &Robot, foot: &'a Foot) -> FootLine<'a> {
-    let silent = foot.is_silent(robot.now());
-    let several_boards = foot.second().is_of_several_boards(robot.now());
+fn foot_line<'a>(robot: &Robot, foot: &'a LiveFoot) -> FootLine<'a> {
+    let now = robot.session().now();
+    let silent = foot.is_silent(now);
+    let several_boards = foot.second.is_of_several_boards(now);
     // Old contacts and contacts from several boards do not show whether the foot stands.
     let row = foot.row.as_ref().filter(|_| !silent && !several_boards);
     FootLine {
-        t: robot.elapsed_s(),
-        foot: &foot.name,
+        t: robot.session().elapsed_s(),
+        foot: foot.name_or("node "),
         line: &foot.key.line,
         node: foot.key.node,
         p_stable: row.map(|row| row.stable),
@@ -87,13 +89,13 @@ fn foot_line<'a>(robot: &Robot, foot: &'a Foot) -> FootLine<'a> {
         decision: row.map(|row| u8::from(row.status.decision() == Decision::Stable)),
         flags: row.map(decode::Row::flag_names).unwrap_or_default(),
         faults: foot.faults.iter().map(wire::Fault::name).collect(),
-        rate_hz: foot.second().rate_hz(),
-        jitter_ms: foot.second().jitter_ms(),
+        rate_hz: foot.second.rate_hz(),
+        jitter_ms: foot.second.jitter_ms(),
         missing: foot.missing,
         dropped: foot.dropped,
         load_n: foot.load,
-        roll_deg: foot.tilt.map(|[roll, _]| roll),
-        pitch_deg: foot.tilt.map(|[_, pitch]| pitch),
+        roll_deg: foot.tilt_deg().map(|[roll, _]| roll),
+        pitch_deg: foot.tilt_deg().map(|[_, pitch]| pitch),
         temperature_c: foot.temperature,
         silent,
         several_boards,
@@ -105,7 +107,7 @@ fn foot_line<'a>(robot: &Robot, foot: &'a Foot) -> FootLine<'a> {
 /// # Errors
 /// Errors of the writer.
 pub fn write_json(robot: &Robot, to: &mut dyn Write) -> io::Result<()> {
-    for foot in robot.feet() {
+    for (foot, _) in robot.feet() {
         serde_json::to_writer(&mut *to, &Line::of(&foot_line(robot, foot)))?;
         writeln!(to)?;
     }
@@ -131,7 +133,7 @@ pub fn write_event_json(event: &Event, to: &mut dyn Write) -> io::Result<()> {
 /// # Errors
 /// Errors of the writer.
 pub fn write_text(robot: &Robot, to: &mut dyn Write) -> io::Result<()> {
-    for foot in robot.feet() {
+    for (foot, _) in robot.feet() {
         let line = foot_line(robot, foot);
         write!(to, "{:9.3} s  {:<4}", line.t, line.foot)?;
         match (line.p_stable, line.silent) {

@@ -2,18 +2,16 @@
 //!
 //! | content | file |
 //! |---|---|
-//! | state of a foot: newest contact, rate, faults | [`foot`] |
-//! | state of all feet, and events | [`robot`] |
-//! | reception until the next update | [`listen`] |
+//! | state of all feet, from a [`Session`](live::Session), and events | [`robot`] |
+//! | curve of the probability of a foot | [`curve`] |
 //! | display on a terminal, and keys | `screen`, `terminal`, `hang_up` |
 //! | recording while the display runs | [`recorder`] |
 //! | output as lines of text or JSON | [`lines`] |
 
-pub mod foot;
+pub mod curve;
 #[cfg(feature = "screen")]
 pub mod hang_up;
 pub mod lines;
-pub mod listen;
 pub mod recorder;
 pub mod robot;
 #[cfg(feature = "screen")]

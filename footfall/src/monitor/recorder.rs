@@ -2,8 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use decode::live::Heard;
-use estimator_core::Timestamp;
+use live::{Session, Update};
 use ros::Bridge;
 
 use crate::error::Error;
@@ -45,21 +44,12 @@ impl Recorder {
         self.to.path()
     }
 
-    /// Records a message of a foot; `name` is the name of the foot, if it has one.
+    /// Records the messages of an update of the feet.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn record(&mut self, heard: &Heard, name: Option<&str>) -> Result<(), Error> {
-        let mut messages = self.bridge.messages(heard, name).into_iter();
-        messages.try_for_each(|published| self.to.publish(published))
-    }
-
-    /// Records messages that are due if nothing has arrived until `now`.
-    ///
-    /// # Errors
-    /// The file cannot be written.
-    pub fn idle(&mut self, now: Timestamp) -> Result<(), Error> {
-        let mut messages = self.bridge.idle(now).into_iter();
+    pub fn record(&mut self, session: &Session, update: &Update) -> Result<(), Error> {
+        let mut messages = self.bridge.messages(session, update).into_iter();
         messages.try_for_each(|published| self.to.publish(published))
     }
 

@@ -1,20 +1,21 @@
 //! Current state of all feet, and events.
 
 use std::collections::VecDeque;
+use std::mem;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use decode::Feet;
-use decode::live::{FootKey, Heard, Listener, Said};
-use estimator_core::Timestamp;
+use decode::live::Said;
 use live::feed::Fed;
-use live::{Arrival, LinkError};
-use wire::pdo::TEMPERATURE_STEP;
-use wire::{Counter, Emergency, Fault};
+use live::{Feed, LinkError, LiveFoot, Session, Update};
+use wire::{Emergency, Fault, Faults};
 
-use super::foot::Foot;
+use super::curve::Curve;
 use super::recorder::Recorder;
-use crate::error::Error;
+
+/// Period of screen updates.
+pub const PICTURE: Duration = Duration::from_millis(50);
 
 /// Maximum number of events kept.
 const EVENTS: usize = 1000;
@@ -31,23 +32,18 @@ pub struct Event {
 }
 
 /// State of all feet on all lines.
+#[derive(Default)]
 pub struct Robot {
-    listener: Listener,
-    feet: Vec<Foot>,
+    session: Session,
+    /// Newest probabilities and reported faults of each foot of the session.
+    shown: Vec<(Curve, Faults)>,
     events: VecDeque<Event>,
     /// Number of events dropped from the front, so that readers can keep their position.
     forgotten: usize,
-    first: Option<Timestamp>,
-    now: Timestamp,
-    /// Time of the newest arrival, on the clock that stamped it and on this machine's.
-    newest: Timestamp,
-    arrived: Instant,
     /// Resource the line is waiting for.
     waits_for: Option<String>,
     /// Reason the source has ended.
     ended: Option<LinkError>,
-    /// Number of lines and fragments that could not be read.
-    unreadable: u64,
     marks: u32,
     recorder: Option<Recorder>,
 }
@@ -57,165 +53,66 @@ impl Robot {
     #[must_use]
     pub fn new(feet: Feet) -> Self {
         Self {
-            listener: Listener::new(feet),
-            feet: Vec::new(),
-            events: VecDeque::new(),
-            forgotten: 0,
-            first: None,
-            now: Timestamp::default(),
-            newest: Timestamp::default(),
-            arrived: Instant::now(),
-            waits_for: None,
-            ended: None,
-            unreadable: 0,
-            marks: 0,
-            recorder: None,
+            session: Session::new(feet),
+            ..Self::default()
         }
     }
 
-    /// Processes an item from a feed.
-    pub fn take(&mut self, fed: Fed) {
-        match fed {
-            Fed::Arrived((at, arrival)) => self.arrive(at, arrival),
-            Fed::Remark(text) => self.say(None, text),
-            Fed::Opened => {
-                if self.waits_for.take().is_some() {
-                    self.say(None, "the line is open again".to_owned());
+    /// Receives from a feed until `due`.
+    pub fn listen(&mut self, feed: &Feed, due: Instant) {
+        while self.ended.is_none() {
+            let left = due.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return;
+            }
+            self.session.listen(feed, left);
+            self.follow();
+        }
+    }
+
+    /// Processes all updates of the session.
+    fn follow(&mut self) {
+        while let Some(update) = self.session.next_update() {
+            if let Some(recorder) = &mut self.recorder
+                && let Err(error) = recorder.record(&self.session, &update)
+            {
+                self.recorder = None;
+                self.say(None, format!("recording ended: {error}"));
+            }
+            match update {
+                Update::Message(foot, heard) => self.hear(foot, &heard.said),
+                Update::Quiet(_) | Update::Line(Fed::Arrived(_)) => {}
+                Update::Line(Fed::Remark(text)) => self.say(None, text),
+                Update::Line(Fed::Opened) => {
+                    if self.waits_for.take().is_some() {
+                        self.say(None, "the line is open again".to_owned());
+                    }
+                }
+                Update::Line(Fed::WaitsFor(error)) => {
+                    self.say(None, format!("{error}; waiting for it"));
+                    self.waits_for = Some(error.to_string());
+                }
+                Update::Line(Fed::NotSent(error)) => self.say(None, format!("not sent: {error}")),
+                Update::Line(Fed::Ended(error)) => {
+                    self.say(None, error.to_string());
+                    self.ended = Some(error);
                 }
             }
-            Fed::WaitsFor(error) => {
-                self.say(None, format!("{error}; waiting for it"));
-                self.waits_for = Some(error.to_string());
-            }
-            Fed::NotSent(error) => self.say(None, format!("not sent: {error}")),
-            Fed::Ended(error) => {
-                self.listener.finish();
-                self.take_heard();
-                self.say(None, error.to_string());
-                self.ended = Some(error);
-            }
         }
     }
 
-    fn arrive(&mut self, at: Timestamp, arrival: Arrival) {
-        self.first.get_or_insert(at);
-        self.now = at;
-        self.newest = at;
-        self.arrived = Instant::now();
-        if arrival.hand_to(&mut self.listener, at).is_some() {
-            self.unreadable += 1;
+    fn hear(&mut self, index: usize, said: &Said) {
+        let feet = self.session.feet();
+        self.shown.resize_with(feet.len(), Default::default);
+        let (foot, (curve, known)) = (&feet[index], &mut self.shown[index]);
+        if let Said::Contact(row) = said {
+            curve.push(row.stable);
         }
-        self.take_heard();
-    }
-
-    /// Returns the time since the last arrival.
-    #[must_use]
-    pub fn quiet_for(&self) -> Duration {
-        self.arrived.elapsed()
-    }
-
-    /// Advances the time to `since` after the newest arrival, if nothing else has arrived.
-    pub fn idle(&mut self, since: Duration) {
-        let now_us = self.newest.as_micros() + since.as_micros() as u64;
-        let now = Timestamp::from_micros(now_us);
-        if self.first.is_some() && now > self.now {
-            self.now = now;
-            self.listener.idle(now);
-            self.take_heard();
-            let recorded = self.recorder.as_mut().map(|recorder| recorder.idle(now));
-            self.end_recording_that_fails(recorded.unwrap_or(Ok(())));
-        }
-    }
-
-    fn take_heard(&mut self) {
-        while let Some(heard) = self.listener.next_heard() {
-            self.record(&heard);
-            self.hear(heard);
-        }
-    }
-
-    fn hear(&mut self, Heard { at, foot, said }: Heard) {
-        let index = self.index(&foot, &said);
-        let Some(foot) = self.feet.get_mut(index) else {
-            return;
-        };
-        let mut event = None;
-        match said {
-            Said::Contact(row) => {
-                foot.heard = at;
-                foot.contact(*row, at);
-            }
-            Said::Health(health) => {
-                foot.count_drops(health.dropped);
-                foot.flags = Some(health.flags);
-            }
-            Said::Board(board) => {
-                foot.state = Some(board.state);
-                foot.stage = Some(board.stage.name());
-                for fault in board.faults.iter().filter(|f| !foot.faults.contains(*f)) {
-                    event = Some(format!("fault 0x{:04X} {}", fault.code(), fault.name()));
-                }
-                foot.faults = board.faults;
-                let celsius = board.temperature.value(TEMPERATURE_STEP);
-                foot.temperature = celsius.is_finite().then_some(celsius);
-                let dropped = [Counter::CanDropped, Counter::UartDropped];
-                let dropped = dropped.map(|counter| board.counters.get(counter));
-                foot.dropped = dropped.map(u64::from).iter().sum();
-            }
-            Said::Emergency(emergency) => event = emergency_text(foot, emergency, at),
-            Said::BootUp(faults) => {
-                foot.boot_up(at, faults);
-                event = Some("has started".to_owned());
-            }
-            Said::Heartbeat(state) => foot.state = Some(state),
-            Said::Log(log) => event = Some(log.text().to_owned()),
-            Said::Load(newtons) => foot.load = Some(newtons),
-            Said::Raw(_) | Said::Answer(_) | Said::Sdo(_) => {}
-        }
-        if let Some(text) = event {
-            let name = foot.name.to_string();
-            self.now = at;
+        let known = mem::replace(known, foot.faults);
+        if let Some(text) = event_text(said, known) {
+            let name = foot.name_or("node ").into_owned();
             self.say(Some(name), text);
         }
-    }
-
-    /// Returns the index of a foot, adding it on first reception. A foot on a serial line is received before its id
-    /// is known.
-    fn index(&mut self, key: &FootKey, said: &Said) -> usize {
-        let name = match (self.listener.name(key), said) {
-            (Some(name), _) => Some(name),
-            (None, Said::Contact(row)) => row.foot.clone(),
-            (None, _) => None,
-        };
-        let named = || -> std::sync::Arc<str> {
-            match (&name, key.node) {
-                (Some(name), _) => name.clone(),
-                (None, Some(node)) => format!("node {node}").into(),
-                (None, None) => key.line.clone(),
-            }
-        };
-        let is_same = |foot: &Foot| {
-            foot.key.line == key.line
-                && match (foot.key.node, key.node) {
-                    (Some(known), Some(node)) => known == node,
-                    // Several feet of a recording share one line.
-                    (None, None) => name.as_ref().is_none_or(|name| *name == foot.name),
-                    (known, _) => known.is_none(),
-                }
-        };
-        if let Some(index) = self.feet.iter().position(is_same) {
-            if let Some(foot) = self.feet.get_mut(index)
-                && foot.key.node.is_none()
-                && key.node.is_some()
-            {
-                foot.key = key.clone();
-                foot.name = named();
-            }
-            return index;
-        }
-        let place = self.feet.partition_point(|foot| foot.key < *key);
-        self.feet.insert(place, Foot::new(key.clone(), named()));
-        place
     }
 
     fn say(&mut self, foot: Option<String>, text: String) {
@@ -223,7 +120,7 @@ impl Robot {
             self.events.pop_front();
             self.forgotten += 1;
         }
-        let t = self.elapsed_s();
+        let t = self.session.elapsed_s();
         self.events.push_back(Event { t, foot, text });
     }
 
@@ -247,8 +144,8 @@ impl Robot {
     /// Stops the recording, if any, and returns the text of its event.
     pub fn finish_recording(&mut self) -> Option<String> {
         // A contact may still be waiting for related messages.
-        self.listener.finish();
-        self.take_heard();
+        self.session.finish();
+        self.follow();
         let recorder = self.recorder.take()?;
         let path = recorder.path().display().to_string();
         let event = match recorder.finish() {
@@ -265,46 +162,26 @@ impl Robot {
         self.recorder.as_ref().map(Recorder::path)
     }
 
-    /// Records a received message if a recording is in progress. On a write error the recording stops.
-    fn record(&mut self, heard: &Heard) {
-        let Some(recorder) = &mut self.recorder else {
-            return;
-        };
-        let name = self.listener.name(&heard.foot);
-        let recorded = recorder.record(heard, name.as_deref());
-        self.end_recording_that_fails(recorded);
-    }
-
-    fn end_recording_that_fails(&mut self, recorded: Result<(), Error>) {
-        if let Err(error) = recorded {
-            self.recorder = None;
-            self.say(None, format!("recording ended: {error}"));
-        }
-    }
-
     /// Marks the current time; marks are numbered from 1.
     pub fn mark(&mut self) {
         self.marks += 1;
         self.say(None, format!("mark {}", self.marks));
     }
 
-    /// Returns the time from the first to the newest arrival, s.
+    /// Returns the state of the feet and of their lines.
     #[must_use]
-    pub fn elapsed_s(&self) -> f64 {
-        let first = self.first.unwrap_or(self.now);
-        self.now.as_micros().saturating_sub(first.as_micros()) as f64 / 1.0e6
+    pub const fn session(&self) -> &Session {
+        &self.session
     }
 
-    /// Returns the time of the newest arrival.
+    /// Returns the feet, by line and id, with their newest probabilities.
     #[must_use]
-    pub const fn now(&self) -> Timestamp {
-        self.now
-    }
-
-    /// Returns the feet, by line and id.
-    #[must_use]
-    pub fn feet(&self) -> &[Foot] {
-        &self.feet
+    pub fn feet(&self) -> Vec<(&LiveFoot, &Curve)> {
+        let feet = self.session.feet().iter().zip(&self.shown);
+        let feet = feet.map(|(foot, (curve, _))| (foot, curve));
+        let mut feet: Vec<_> = feet.rev().collect();
+        feet.sort_by_key(|(foot, _)| &foot.key);
+        feet
     }
 
     /// Returns the events, newest last.
@@ -344,47 +221,67 @@ impl Robot {
     /// Returns the number of unreadable lines and fragments in playback, from adapters and on serial lines.
     #[must_use]
     pub fn unreadable(&self) -> u64 {
-        let reports = self.listener.reports();
+        let reports = self.session.listener().reports();
         let problems = reports.iter().filter(|(line, _)| line.is_some());
         let problems = problems.flat_map(|(_, report)| report.problems.values());
-        self.unreadable + problems.sum::<u64>()
+        self.session.unreadable() + problems.sum::<u64>()
     }
 }
 
-/// Processes an emergency message and returns its text.
-fn emergency_text(foot: &mut Foot, emergency: Emergency, at: Timestamp) -> Option<String> {
-    let Emergency {
-        code,
-        fault,
-        detail,
-        ..
-    } = emergency;
-    let Some(fault) = fault else {
-        return Some(format!("fault 0x{code:04X}, which is not known here"));
-    };
-    let text = |what: &str| format!("{what} 0x{:04X} {}", fault.code(), fault.name());
-    if code == 0 {
-        foot.faults = foot.faults.without(fault);
-        return Some(text("cleared:"));
+/// Returns the text of the event of a message, if it is one; `known` are the faults before it.
+fn event_text(said: &Said, known: Faults) -> Option<String> {
+    match said {
+        Said::Board(board) => {
+            let new = board.faults.iter().filter(|fault| !known.contains(*fault));
+            new.last().map(|fault| fault_text("fault", fault))
+        }
+        Said::Emergency(emergency) => Some(emergency_text(*emergency)),
+        Said::BootUp(_) => Some("has started".to_owned()),
+        Said::Log(log) => Some(log.text().to_owned()),
+        _ => None,
     }
-    foot.raise(fault, at);
-    Some(match Fault::detail(fault) {
-        "" => text("fault"),
-        meaning => format!("{}: {detail} ({meaning})", text("fault")),
-    })
+}
+
+fn fault_text(what: &str, fault: Fault) -> String {
+    format!("{what} 0x{:04X} {}", fault.code(), fault.name())
+}
+
+fn emergency_text(emergency: Emergency) -> String {
+    let (code, detail) = (emergency.code, emergency.detail);
+    match emergency.fault {
+        None => format!("fault 0x{code:04X}, which is not known here"),
+        Some(fault) if code == 0 => fault_text("cleared:", fault),
+        Some(fault) => match Fault::detail(fault) {
+            "" => fault_text("fault", fault),
+            meaning => format!("{}: {detail} ({meaning})", fault_text("fault", fault)),
+        },
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use live::Feed;
-    use wire::{CanFrame, Faults};
+    use estimator_core::Timestamp;
+    use live::Arrival;
+    use wire::CanFrame;
+
+    impl Robot {
+        fn take(&mut self, fed: Fed) {
+            self.session.take(fed);
+            self.follow();
+        }
+
+        fn idle(&mut self, since: Duration) {
+            self.session.idle(since);
+            self.follow();
+        }
+    }
 
     fn watched(source: &str) -> Robot {
         let feed = Feed::open(source.parse().expect("a source"));
         let mut robot = Robot::new(Feet::default());
         while !robot.has_ended() {
-            robot.take(feed.next(Duration::from_secs(10)).expect("it ends"));
+            robot.listen(&feed, Instant::now() + Duration::from_secs(10));
         }
         robot
     }
@@ -392,18 +289,22 @@ mod tests {
     #[test]
     fn four_feet_at_1_khz_lose_no_contact() {
         let robot = watched("demo:feet=4,speed=max,seconds=6");
-        let names: Vec<_> = robot.feet().iter().map(|foot| &*foot.name).collect();
+        let names: Vec<_> = robot
+            .feet()
+            .iter()
+            .map(|(foot, _)| foot.name_or("node "))
+            .collect();
         assert_eq!(names, ["FL", "FR", "RL", "RR"]);
-        for foot in robot.feet() {
-            assert_eq!((foot.missing, foot.dropped), (0, 0), "{}", foot.name);
-            let rate = foot.second().rate_hz().expect("a rate");
+        for (foot, curve) in robot.feet() {
+            assert_eq!((foot.missing, foot.dropped), (0, 0), "{:?}", foot.name);
+            let rate = foot.second.rate_hz().expect("a rate");
             assert!((995.0..1005.0).contains(&rate), "{rate}");
-            assert!(foot.second().jitter_ms().expect("a jitter") < 1.0);
-            assert!(foot.load.is_some() && foot.tilt.is_some() && foot.temperature.is_some());
+            assert!(foot.second.jitter_ms().expect("a jitter") < 1.0);
+            assert!(foot.load.is_some() && foot.tilt_deg().is_some() && foot.temperature.is_some());
             assert_eq!(foot.state, Some(wire::node::State::Operational));
-            assert_eq!(foot.curve(80).len(), 80);
+            assert_eq!(curve.least(80).len(), 80);
         }
-        assert!((5.9..6.1).contains(&robot.elapsed_s()));
+        assert!((5.9..6.1).contains(&robot.session().elapsed_s()));
         assert!(
             robot
                 .events()
@@ -415,8 +316,8 @@ mod tests {
     #[test]
     fn foot_without_contacts_is_silent_despite_other_frames() {
         let mut robot = watched("demo:speed=max,seconds=2");
-        let now = robot.now();
-        assert!(!robot.feet()[0].is_silent(now));
+        let now = robot.session().now();
+        assert!(!robot.feet()[0].0.is_silent(now));
         // Loads and heartbeats continue to arrive.
         for ms in 0..600 {
             let at = Timestamp::from_micros(now.as_micros() + ms * 1000);
@@ -426,7 +327,7 @@ mod tests {
                 robot.take(Fed::Arrived((at, Arrival::Frame { interface, frame })));
             }
         }
-        assert!(robot.feet()[0].is_silent(robot.now()));
+        assert!(robot.feet()[0].0.is_silent(robot.session().now()));
     }
 
     #[test]
@@ -444,7 +345,12 @@ mod tests {
             robot.take(fed);
         }
         assert_eq!(robot.feet().len(), 1);
-        assert!(robot.feet()[0].second().is_of_several_boards(robot.now()));
+        assert!(
+            robot.feet()[0]
+                .0
+                .second
+                .is_of_several_boards(robot.session().now())
+        );
         let mut json = Vec::new();
         crate::monitor::lines::write_json(&robot, &mut json).expect("memory");
         let line: serde_json::Value = serde_json::from_slice(&json).expect("JSON");
@@ -459,8 +365,11 @@ mod tests {
             "demo:feet=2,speed=max,seconds=5,line=uart",
         ] {
             let robot = watched(source);
-            for foot in robot.feet() {
-                assert!(!foot.second().is_of_several_boards(robot.now()), "{source}");
+            for (foot, _) in robot.feet() {
+                assert!(
+                    !foot.second.is_of_several_boards(robot.session().now()),
+                    "{source}"
+                );
             }
         }
     }
@@ -469,17 +378,21 @@ mod tests {
     fn foot_is_silent_on_a_silent_line() {
         let mut robot = watched("demo:speed=max,seconds=2");
         robot.idle(Duration::from_millis(400));
-        assert!(!robot.feet()[0].is_silent(robot.now()));
+        assert!(!robot.feet()[0].0.is_silent(robot.session().now()));
         robot.idle(Duration::from_millis(600));
-        assert!(robot.feet()[0].is_silent(robot.now()));
+        assert!(robot.feet()[0].0.is_silent(robot.session().now()));
     }
 
     #[test]
     fn serial_foot_is_named_by_its_first_health_message() {
         let robot = watched("demo:feet=2,speed=max,seconds=2,line=uart");
-        let names: Vec<_> = robot.feet().iter().map(|foot| &*foot.name).collect();
+        let names: Vec<_> = robot
+            .feet()
+            .iter()
+            .map(|(foot, _)| foot.name_or("node "))
+            .collect();
         assert_eq!(names, ["L", "R"]);
-        assert!(robot.feet().iter().all(|foot| foot.missing == 0));
+        assert!(robot.feet().iter().all(|(foot, _)| foot.missing == 0));
     }
 
     /// Receives a frame from the bus.
@@ -500,9 +413,9 @@ mod tests {
         receive(10, 0x091, &raised);
         receive(500, 0x711, &[5]);
         receive(900, 0x091, &cleared);
-        let reason = |robot: &Robot| robot.feet()[0].started.and_then(|(_, reason)| reason);
+        let reason = |robot: &Robot| robot.feet()[0].0.started.and_then(|(_, reason)| reason);
         assert_eq!(reason(&robot), Some(Fault::WatchdogReset));
-        assert_eq!(robot.feet()[0].faults, Faults::NONE);
+        assert_eq!(robot.feet()[0].0.faults, Faults::NONE);
         let texts: Vec<_> = robot
             .events()
             .iter()
@@ -525,7 +438,7 @@ mod tests {
         receive(0, 0x091, &frozen);
         receive(900, 0x091, &watchdog);
         receive(901, 0x711, &[0]);
-        let foot = &robot.feet()[0];
+        let foot = robot.feet()[0].0;
         assert_eq!(
             foot.started.and_then(|(_, reason)| reason),
             Some(Fault::WatchdogReset)
@@ -540,7 +453,7 @@ mod tests {
             "demo:speed=max,seconds=3,line=uart",
         ] {
             let robot = watched(source);
-            let row = robot.feet()[0].row.as_ref().expect("a contact");
+            let row = robot.feet()[0].0.row.as_ref().expect("a contact");
             assert_eq!(row.flag_names(), ["settling"], "{source}");
         }
     }
@@ -561,7 +474,7 @@ mod tests {
             let interface = "can0".into();
             robot.take(Fed::Arrived((at, Arrival::Frame { interface, frame })));
         }
-        assert_eq!(robot.feet()[0].missing, 6);
+        assert_eq!(robot.feet()[0].0.missing, 6);
     }
 
     #[test]
@@ -586,7 +499,7 @@ mod tests {
             let interface = "can0".into();
             robot.take(Fed::Arrived((at, Arrival::Frame { interface, frame })));
         }
-        let missing = robot.feet()[0].missing;
+        let missing = robot.feet()[0].0.missing;
         assert!(missing.abs_diff(2700) <= 27, "{missing}");
     }
 }

@@ -1,14 +1,15 @@
 //! Display of the feet on a terminal.
 
 use estimator_core::{Decision, Phase};
+use live::LiveFoot;
+use live::session::SEVERAL_BOARDS;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Sparkline};
-use ros::bridge::SEVERAL_BOARDS;
 
-use super::foot::Foot;
+use super::curve::Curve;
 use super::robot::{Event, Robot};
 
 /// Minimum and maximum lines per foot: two lines of text, the rest for the curve.
@@ -31,7 +32,8 @@ pub enum Running {
 
 /// Draws the whole display.
 pub fn draw(frame: &mut Frame<'_>, robot: &Robot, source: &str, running: Running) {
-    let feet = u16::try_from(robot.feet().len()).unwrap_or(u16::MAX);
+    let all = robot.feet();
+    let feet = u16::try_from(all.len()).unwrap_or(u16::MAX);
     let height = frame.area().height;
     let free = height.saturating_sub(2 + EVENT_LINES);
     let lines = (free / feet.max(1)).clamp(LINES.0, LINES.1);
@@ -45,8 +47,8 @@ pub fn draw(frame: &mut Frame<'_>, robot: &Robot, source: &str, running: Running
     .areas(frame.area());
     frame.render_widget(headline(robot, source, running, feet - shown), head);
     let areas = Layout::vertical(vec![Constraint::Length(lines); usize::from(shown)]).split(body);
-    for (foot, area) in robot.feet().iter().zip(areas.iter()) {
-        draw_foot(frame, robot, foot, *area);
+    for ((foot, curve), area) in all.into_iter().zip(areas.iter()) {
+        draw_foot(frame, robot, foot, curve, *area);
     }
     frame.render_widget(event_lines(robot, events.height), events);
     let keys = "q quit   space pause   m mark   r record";
@@ -60,7 +62,7 @@ fn faint() -> Style {
 fn headline(robot: &Robot, source: &str, running: Running, hidden: u16) -> Paragraph<'static> {
     let mut spans = vec![
         Span::styled("footfall ", Style::new().add_modifier(Modifier::BOLD)),
-        Span::raw(format!("{source}   {:.1} s", robot.elapsed_s())),
+        Span::raw(format!("{source}   {:.1} s", robot.session().elapsed_s())),
     ];
     let warning = Style::new().fg(Color::Yellow);
     if running == Running::Paused {
@@ -78,7 +80,7 @@ fn headline(robot: &Robot, source: &str, running: Running, hidden: u16) -> Parag
         spans.push(Span::styled(format!("   waiting for {device}"), warning));
     } else if robot.has_ended() {
         spans.push(Span::styled("   ended", warning));
-    } else if robot.feet().is_empty() {
+    } else if robot.session().feet().is_empty() {
         spans.push(Span::styled("   no foot heard yet", warning));
     }
     if robot.unreadable() > 0 {
@@ -88,16 +90,16 @@ fn headline(robot: &Robot, source: &str, running: Running, hidden: u16) -> Parag
     Paragraph::new(Line::from(spans))
 }
 
-fn draw_foot(frame: &mut Frame<'_>, robot: &Robot, foot: &Foot, area: Rect) {
-    let [first, curve, second] = Layout::vertical([
+fn draw_foot(frame: &mut Frame<'_>, robot: &Robot, foot: &LiveFoot, curve: &Curve, area: Rect) {
+    let [first, middle, second] = Layout::vertical([
         Constraint::Length(1),
         Constraint::Min(1),
         Constraint::Length(1),
     ])
     .areas(area);
     frame.render_widget(contact_line(robot, foot), first);
-    let values: Vec<u64> = foot
-        .curve(usize::from(curve.width))
+    let values: Vec<u64> = curve
+        .least(usize::from(middle.width))
         .iter()
         .map(|p| (p * STEPS as f32) as u64)
         .collect();
@@ -105,12 +107,12 @@ fn draw_foot(frame: &mut Frame<'_>, robot: &Robot, foot: &Foot, area: Rect) {
         .data(values)
         .max(STEPS)
         .style(Style::new().fg(colour(foot)));
-    frame.render_widget(sparkline, curve);
+    frame.render_widget(sparkline, middle);
     frame.render_widget(health_line(foot), second);
 }
 
 /// Returns the colour of a foot: green in stance, yellow in a slip, red with a fault.
-fn colour(foot: &Foot) -> Color {
+fn colour(foot: &LiveFoot) -> Color {
     match &foot.row {
         _ if foot.faults.void_estimate() => Color::Red,
         Some(row) if row.status.phase() == Phase::Slip => Color::Yellow,
@@ -119,8 +121,8 @@ fn colour(foot: &Foot) -> Color {
     }
 }
 
-fn contact_line(robot: &Robot, foot: &Foot) -> Paragraph<'static> {
-    let name = format!("{:<5}", foot.name);
+fn contact_line(robot: &Robot, foot: &LiveFoot) -> Paragraph<'static> {
+    let name = format!("{:<5}", foot.name_or("node "));
     let mut spans = vec![Span::styled(
         name,
         Style::new().add_modifier(Modifier::BOLD),
@@ -129,11 +131,11 @@ fn contact_line(robot: &Robot, foot: &Foot) -> Paragraph<'static> {
         spans.push(Span::raw("no contact yet"));
         return Paragraph::new(Line::from(spans));
     };
-    if foot.second().is_of_several_boards(robot.now()) {
+    if foot.second.is_of_several_boards(robot.session().now()) {
         spans.push(Span::styled(SEVERAL_BOARDS, Style::new().fg(Color::Red)));
         return Paragraph::new(Line::from(spans));
     }
-    if foot.is_silent(robot.now()) || robot.waits_for().is_some() {
+    if foot.is_silent(robot.session().now()) || robot.waits_for().is_some() {
         spans.push(Span::styled("silent   last ", Style::new().fg(Color::Red)));
     }
     let decision = match row.status.decision() {
@@ -158,7 +160,7 @@ fn contact_line(robot: &Robot, foot: &Foot) -> Paragraph<'static> {
     Paragraph::new(Line::from(spans))
 }
 
-fn health_line(foot: &Foot) -> Paragraph<'static> {
+fn health_line(foot: &LiveFoot) -> Paragraph<'static> {
     let mut words = Vec::new();
     let alarm = Style::new().fg(Color::Red);
     for fault in foot.faults.iter() {
@@ -172,10 +174,10 @@ fn health_line(foot: &Foot) -> Paragraph<'static> {
     for flag in flags.unwrap_or_default() {
         words.push(Span::styled(flag, Style::new().fg(Color::Yellow)));
     }
-    if let Some(rate) = foot.second().rate_hz() {
+    if let Some(rate) = foot.second.rate_hz() {
         words.push(Span::raw(format!("{rate:.0} Hz")));
     }
-    if let Some(jitter) = foot.second().jitter_ms() {
+    if let Some(jitter) = foot.second.jitter_ms() {
         words.push(Span::raw(format!("jitter {jitter:.1} ms")));
     }
     let lost = format!("missing {} dropped {}", foot.missing, foot.dropped);
@@ -183,14 +185,14 @@ fn health_line(foot: &Foot) -> Paragraph<'static> {
         0 => Span::raw(lost),
         _ => Span::styled(lost, alarm),
     });
-    if let Some([roll, pitch]) = foot.tilt {
+    if let Some([roll, pitch]) = foot.tilt_deg() {
         words.push(Span::raw(format!("tilt {roll:.0}° {pitch:.0}°")));
     }
     if let Some(celsius) = foot.temperature {
         words.push(Span::raw(format!("{celsius:.0} °C")));
     }
-    if let Some(stage) = foot.stage {
-        words.push(Span::raw(stage));
+    if let Some(board) = &foot.board {
+        words.push(Span::raw(board.stage.name()));
     }
     let mut spans = vec![Span::raw("     ")];
     for (index, word) in words.into_iter().enumerate() {
@@ -220,13 +222,13 @@ mod tests {
     use live::Feed;
     use ratatui::Terminal;
     use ratatui::backend::TestBackend;
-    use std::time::Duration;
+    use std::time::{Duration, Instant};
 
     fn shown(source: &str, width: u16, height: u16, running: Running) -> String {
         let feed = Feed::open(source.parse().expect("a source"));
         let mut robot = Robot::new(Feet::default());
         while !robot.has_ended() {
-            robot.take(feed.next(Duration::from_secs(10)).expect("it ends"));
+            robot.listen(&feed, Instant::now() + Duration::from_secs(10));
         }
         let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("a terminal");
         terminal

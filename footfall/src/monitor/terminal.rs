@@ -1,27 +1,19 @@
 //! Display of the feet on a terminal, and key input.
 
 use std::time::{Duration, Instant};
-use std::{io, mem, thread};
+use std::{io, thread};
 
 use live::Feed;
+use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
 
 use super::Robot;
 use super::hang_up::Keyboard;
-use super::listen::{PICTURE, listen, next};
+use super::robot::PICTURE;
 use super::screen::{Running, draw};
 use crate::files::finish_when_interrupted;
 use crate::messages::aside;
-use crate::stream::is_over;
-
-/// Restores the terminal when dropped.
-struct Restored;
-
-impl Drop for Restored {
-    fn drop(&mut self) {
-        ratatui::restore();
-    }
-}
+use crate::stream::{is_over, next};
 
 /// Shows the feet until a key, the end of the source, an interruption, or until the terminal is gone.
 ///
@@ -36,17 +28,36 @@ pub fn watch_screen(
     // Terminating on the signal would leave the terminal without echo and cursor.
     finish_when_interrupted();
     let mut terminal = ratatui::try_init()?;
-    let restored = Restored;
     let keyboard = Keyboard::open();
+    let watched = watch(&mut terminal, &keyboard, feed, robot, end, source);
+    // Of a terminal that is gone there is nothing to restore, and the error could not be shown.
+    if !keyboard.is_gone() {
+        ratatui::restore();
+    }
+    watched?;
+    if let Some(event) = robot.finish_recording() {
+        aside(format!("{event}\n"));
+    }
+    Ok(())
+}
+
+fn watch(
+    terminal: &mut DefaultTerminal,
+    keyboard: &Keyboard,
+    feed: &Feed,
+    robot: &mut Robot,
+    end: Option<Instant>,
+    source: &str,
+) -> io::Result<()> {
     let mut running = Running::Live;
-    'watch: while !is_over(end) {
-        listen(feed, robot, next(PICTURE, end));
+    while !is_over(end) {
+        robot.listen(feed, next(PICTURE, end));
         if robot.has_ended() {
             // After the source has ended, the last state stays on screen until a key is pressed.
             thread::sleep(PICTURE);
         }
         if keyboard.is_gone() {
-            break;
+            return Ok(());
         }
         let mut is_changed = running == Running::Live;
         while event::poll(Duration::ZERO)? {
@@ -61,9 +72,9 @@ pub fn watch_screen(
             is_changed = true;
             match key.code {
                 KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => {
-                    break 'watch;
+                    return Ok(());
                 }
-                KeyCode::Char('q') | KeyCode::Esc => break 'watch,
+                KeyCode::Char('q') | KeyCode::Esc => return Ok(()),
                 KeyCode::Char(' ' | 'p') => {
                     running = match running {
                         Running::Live => Running::Paused,
@@ -77,19 +88,10 @@ pub fn watch_screen(
         }
         if is_changed {
             match terminal.draw(|frame| draw(frame, robot, source, running)) {
-                Err(_) if keyboard.is_gone() => break,
+                Err(_) if keyboard.is_gone() => return Ok(()),
                 drawn => drawn?,
             };
         }
-    }
-    if keyboard.is_gone() {
-        // There is nothing to restore, and its error could not be shown.
-        mem::forget(restored);
-    } else {
-        drop(restored);
-    }
-    if let Some(event) = robot.finish_recording() {
-        aside(format!("{event}\n"));
     }
     Ok(())
 }

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use decode::Feet;
 use live::link::pace::Speed;
 use live::{LinkError, Source};
+use ros::Bridge;
 
 use super::server::{Reach, Server};
 use crate::error::Error;
@@ -28,7 +29,8 @@ pub fn serve(
 ) -> Result<(), Error> {
     let name = format!("footfall {source}");
     finish_when_interrupted();
-    let mut stream = Stream::open(source.clone().at_speed(Speed::REAL), feet);
+    let played = source.clone().at_speed(Speed::REAL);
+    let mut stream = Stream::open(played, feet, Bridge::default());
     stream.wait_until_open()?;
     let mut server = Server::start(host, port, &name)?;
     let url = server.url();
