@@ -178,8 +178,7 @@ pub fn write_event(event: &Event, to: &mut dyn Write) -> io::Result<()> {
 }
 
 /// Returns the name of a decision.
-#[must_use]
-pub const fn decision_text(decision: Option<u8>) -> &'static str {
+const fn decision_text(decision: Option<u8>) -> &'static str {
     match decision {
         Some(1) => "stable",
         Some(_) => "not stable",
