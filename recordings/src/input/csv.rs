@@ -442,6 +442,13 @@ mod tests {
             .replace("gyr_", "w")
             .replace("Time", "t");
         assert_eq!(loaded(ours).recording.samples, read.recording.samples);
+        let pressed = |unit: &str| {
+            let with_force = format!("gyr_z (rad/s),force [{unit}]");
+            let text = WITH_UNITS.replace("gyr_z (rad/s)", &with_force);
+            let read = loaded(text.replace(",6\n", ",6,70\n"));
+            read.recording.samples[0].load.map(|load| load.0)
+        };
+        assert_eq!(["N", "kN"].map(pressed), [Some(70.0), None]);
     }
 
     #[test]
@@ -549,6 +556,14 @@ mod tests {
         let (old, new) = (Some(70.0), Some(71.0));
         assert_eq!(loads, [None, old, old, None, new, new, None]);
         assert_eq!(read.repairs.blank_rows, 2);
+        let said = read.notices.concat();
+        assert!(
+            said.contains(
+                ": 3 samples have no load: none of the 2 rows with a load alone stands before them and is at most \
+                 100 ms older"
+            ),
+            "{said}"
+        );
     }
 
     #[test]

@@ -36,6 +36,10 @@ pub(super) struct Intake<'a> {
     time: Option<TimeColumn>,
     /// Newest load and its time, µs, of a table in which the load has rows of its own.
     load: Option<(i64, f64)>,
+    /// Rows with a load alone.
+    load_rows: usize,
+    /// Samples without a load.
+    unloaded: usize,
     /// Notices about the table other than those about its columns.
     pub(super) notices: Vec<String>,
 }
@@ -51,6 +55,8 @@ impl<'a> Intake<'a> {
             rows: Rows::new(hints.table.times),
             time: None,
             load: None,
+            load_rows: 0,
+            unloaded: 0,
             notices: Vec::new(),
         }
     }
@@ -67,8 +73,11 @@ impl<'a> Intake<'a> {
         if is_foreign && self.columns.has_no_axis(row) {
             self.rows.repairs.blank_rows += 1;
             let has_time = self.columns.t.is_some_and(|index| !row.is_blank(index));
-            if let Some(load) = self.columns.load(row)?.filter(|_| has_time) {
-                self.load = self.time_us(row)?.map(|time_us| (time_us, load));
+            if let Some(load) = self.columns.load(row)? {
+                self.load_rows += 1;
+                if has_time {
+                    self.load = self.time_us(row)?.map(|time_us| (time_us, load));
+                }
             }
             return Ok(RowKind::Nothing);
         }
@@ -81,6 +90,7 @@ impl<'a> Intake<'a> {
                 sample.load = finite_load(*load);
             }
         }
+        self.unloaded += usize::from(sample.load.is_none());
         let pushed = self.rows.push(time_us, sample);
         pushed.map_err(|refused| match (refused, &self.time) {
             (Refused::Time(not_after), Some(column)) => column.order_error(row, &not_after),
@@ -117,6 +127,16 @@ impl<'a> Intake<'a> {
         notices.extend(self.layout.notice);
         if self.layout.names_ignored {
             notices.extend(self.columns.notice(self.file));
+        }
+        if self.load_rows > 0 && self.unloaded > 0 {
+            notices.push(format!(
+                "{}: {} samples have no load: none of the {} rows with a load alone stands before them and is at most \
+                 {} ms older",
+                self.file,
+                self.unloaded,
+                self.load_rows,
+                OLDEST_LOAD_US / 1000
+            ));
         }
         let source = Source {
             file: self.file,

@@ -278,6 +278,15 @@ impl Naming {
         let complete = [Triple::Acceleration, Triple::Rate]
             .iter()
             .all(|triple| triple.ours().iter().all(|axis| self.has(axis)));
+        if foreign && !self.has("force") {
+            let is_force = |name: &String| split_unit(name) == ("force", Some("N"));
+            let forces: Vec<usize> = (0..given.len())
+                .filter(|index| is_force(&given[*index]))
+                .collect();
+            if let [index] = forces[..] {
+                self.take("force", index);
+            }
+        }
         if foreign && complete && !self.has("t") {
             let bare = || find_time(&without_units(&self.names));
             match find_time(&self.names).or_else(bare) {

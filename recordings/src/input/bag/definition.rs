@@ -17,6 +17,8 @@ mod walk;
 
 pub(super) use path::Path;
 
+use super::storage::Channel;
+
 /// Most types within each other.
 const DEEPEST: usize = 32;
 
@@ -92,6 +94,23 @@ impl Number {
 }
 
 impl Definition {
+    /// Layout of the messages of a channel.
+    ///
+    /// # Errors
+    /// Half a sentence on what the definition lacks.
+    pub(super) fn of_channel(channel: &Channel) -> Result<Self, String> {
+        let text = channel.definition();
+        match (Self::of(&channel.message, text.as_deref()), &channel.schema) {
+            (Err(_), Some(schema)) if text.is_none() && !schema.encoding.is_empty() => {
+                Err(format!(
+                    "its definition is in {}, and only ros2msg is read",
+                    schema.encoding
+                ))
+            }
+            (definition, _) => definition,
+        }
+    }
+
     /// Layout of a type: from `text`, its definition in the bag, or from the known ones.
     ///
     /// # Errors

@@ -7,11 +7,10 @@ use super::super::loaded::{Hints, OLDEST_LOAD_US, imu_sample};
 use super::super::refusal::{ContainerError, ImuTopic};
 use super::super::rows::{Rows, Source};
 use super::super::stored::Stored;
-use super::fields::Fields;
 use super::load::{Clock, LoadSeries};
 use super::messages::Imu;
 use super::sidecar::Known;
-use super::storage::{Channel, micros};
+use super::storage::micros;
 use crate::recording::RecordedSample;
 
 /// Deviation from a constant delay up to which the time of writing of a sample is not kept, µs.
@@ -23,8 +22,8 @@ pub(super) struct Feed {
     /// `None` before the first message that is decoded.
     pub(super) frame: Option<String>,
     pub(super) sharing: Sharing,
-    /// Places of the axes in messages of another type.
-    pub(super) fields: Option<Fields>,
+    /// Which fields of messages of another type were taken.
+    pub(super) fields_taken: Option<String>,
     pub(super) messages: u64,
     /// Log times of the first and the last message, µs.
     log_us: Option<(i64, i64)>,
@@ -65,7 +64,7 @@ impl Feed {
             topic,
             frame: None,
             sharing: Sharing::Alone,
-            fields: None,
+            fields_taken: None,
             messages: 0,
             log_us: None,
             rows: Rows::new(hints.table.times),
@@ -74,13 +73,6 @@ impl Feed {
             log_failed: None,
             without: Lacking::default(),
         }
-    }
-
-    /// Returns whether it reads axes in the messages of a channel.
-    pub(super) fn is_read_from(&self, channel: &Channel) -> bool {
-        self.fields
-            .as_ref()
-            .is_some_and(|fields| fields.topic == channel.topic)
     }
 
     /// Counts a message without decoding it.
@@ -246,7 +238,11 @@ impl Feed {
             rates,
             load: unloaded,
         } = self.without;
-        let mut notices = Vec::new();
+        let fields = self.fields_taken.as_ref();
+        let mut notices: Vec<String> = fields
+            .map(|taken| format!("{place}: {taken}"))
+            .into_iter()
+            .collect();
         if self.clock == Clock::Log {
             notices.push(format!(
                 "{place}: no message has a stamp, so times are those when messages were written"

@@ -4,8 +4,9 @@ use estimator_core::Axis;
 
 use super::super::mapping::{Mapping, is_axis};
 use super::super::names::{Found, Triple, find};
+use super::cdr::Text;
 use super::definition::{Definition, Path};
-use super::messages::{Imu, Time};
+use super::messages::{Header, Imu, Time};
 use super::storage::Channel;
 
 /// Axes of one IMU in the messages of a topic.
@@ -17,14 +18,20 @@ pub(super) struct Fields {
     axes: [Path; 6],
     /// Seconds and nanoseconds.
     stamp: Option<[Path; 2]>,
+    frame: Option<Path>,
+    /// First covariances of rates and accelerations, where axes are those of a `sensor_msgs/msg/Imu`.
+    covariances: Option<[Path; 2]>,
+    /// Which fields were taken, if they were found by their names.
+    taken: Option<String>,
 }
 
 impl Fields {
     /// Axes in a part of the messages of a channel; the error is half a sentence.
     pub(super) fn of(channel: &Channel, part: &str, mapping: &Mapping) -> Result<Self, String> {
-        let definition = Definition::of(&channel.message, channel.definition().as_deref())?;
+        let definition = Definition::of_channel(channel)?;
         let numbers = definition.numbers(part)?;
         let names: Vec<String> = numbers.iter().map(|(name, _)| name.clone()).collect();
+        let mut taken = None;
         let axes = if mapping.is_empty() {
             let axes = recognised(&names).ok_or_else(|| {
                 format!(
@@ -33,6 +40,10 @@ impl Fields {
                     definition.listed(part)
                 )
             })?;
+            let names = Axis::ALL.iter().zip(axes);
+            let named =
+                names.map(|(axis, index)| format!("{} is {}", axis.name(), numbers[index].0));
+            taken = Some(named.collect::<Vec<_>>().join(", "));
             axes.map(|index| numbers[index].1.clone())
         } else {
             let within = if part.is_empty() {
@@ -56,12 +67,22 @@ impl Fields {
             axes
         };
         let stamp = definition.stamp(part).or_else(|| definition.stamp(""));
+        let frame = definition.frame(part).or_else(|| definition.frame(""));
+        let covariances = taken.as_ref().and_then(|_| definition.covariances(part));
         Ok(Self {
             topic: channel.topic.clone(),
             definition,
             axes,
             stamp,
+            frame,
+            covariances,
+            taken,
         })
+    }
+
+    /// Which fields were taken, if they were found by their names.
+    pub(super) fn taken(&self) -> Option<&str> {
+        self.taken.as_deref()
     }
 
     /// Sample of a message; the error is half a sentence.
@@ -70,16 +91,25 @@ impl Fields {
             .axes
             .iter()
             .chain(self.stamp.iter().flatten())
+            .chain(self.covariances.iter().flatten())
             .collect();
-        let values = self.definition.values(payload, &paths)?;
-        let [ax, ay, az, wx, wy, wz, stamp @ ..] = &values[..] else {
+        let (values, frame) =
+            self.definition
+                .values_and_text(payload, &paths, self.frame.as_ref())?;
+        let [ax, ay, az, wx, wy, wz, rest @ ..] = &values[..] else {
             return Err("it lacks an axis".to_owned());
         };
-        Ok(Imu::of(
-            Time::of_numbers(stamp),
-            [*ax, *ay, *az],
-            [*wx, *wy, *wz],
-        ))
+        let (stamp, covariances) =
+            rest.split_at(self.stamp.as_ref().map_or(0, |stamp| stamp.len()));
+        let header = Header {
+            stamp: Time::of_numbers(stamp),
+            frame_id: Text(frame),
+        };
+        let imu = Imu::of(header, [*ax, *ay, *az], [*wx, *wy, *wz]);
+        Ok(match covariances {
+            [rates, accelerations] => imu.with_covariances([*rates, *accelerations]),
+            _ => imu,
+        })
     }
 }
 
@@ -94,10 +124,10 @@ fn recognised(names: &[String]) -> Option<[usize; 6]> {
             _ => None,
         }
     };
-    let triple = |triple| match find(triple, names) {
-        Found::At(axes) => Some(axes),
-        Found::Nowhere => ours(triple),
-        Found::Several(..) => None,
+    // As in tables, our own names come first.
+    let triple = |triple| match (ours(triple), find(triple, names)) {
+        (Some(axes), _) | (None, Found::At(axes)) => Some(axes),
+        (None, Found::Nowhere | Found::Several(..)) => None,
     };
     let [ax, ay, az] = triple(Triple::Acceleration)?;
     let [wx, wy, wz] = triple(Triple::Rate)?;

@@ -214,8 +214,8 @@ impl Place {
             let found = kind.field(field).map(|field| Self::Known(*kind, field));
             return found.ok_or_else(|| format!("has {}", kind.fields()));
         }
-        let definition = Definition::of(&channel.message, channel.definition().as_deref())
-            .map_err(|what| format!("cannot be read: {what}"))?;
+        let definition =
+            Definition::of_channel(channel).map_err(|what| format!("cannot be read: {what}"))?;
         let listed = || format!("has the numbers {}", definition.listed(""));
         let field = field.ok_or_else(listed)?;
         let value = definition

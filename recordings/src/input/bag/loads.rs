@@ -8,6 +8,7 @@ use super::super::open::Container;
 use super::super::refusal::ContainerError;
 use super::super::topics::Topics;
 use super::cdr::decode_start;
+use super::fields::Fields;
 use super::load::LoadSeries;
 use super::messages::Header;
 use super::storage::{Channel, Interest, Visitor, visit};
@@ -32,6 +33,7 @@ pub(super) fn loads(container: &mut Container, hints: &Hints) -> Result<Loads, I
         series: wanted.iter().cloned().map(LoadSeries::new).collect(),
         feet: BTreeSet::new(),
         others: Vec::new(),
+        parts: Vec::new(),
         failed: None,
     };
     visit(&mut container.parts, &container.file, &mut reader)?;
@@ -74,7 +76,35 @@ struct LoadReader<'a> {
     feet: BTreeSet<ImuKey>,
     /// All topics.
     others: Vec<Channel>,
+    /// IMUs that are named in messages of another type, by their addresses.
+    parts: Vec<(String, Fields)>,
     failed: Option<InputError>,
+}
+
+impl LoadReader<'_> {
+    /// Adds the IMUs that are named in messages of another type. Those that cannot be read are reported when the samples
+    /// are read.
+    fn declare_parts(&mut self, channel: &Channel) -> Interest {
+        let mut interest = Interest::Unwanted;
+        for (address, part) in addresses(&self.hints.bag, channel) {
+            if let Ok(fields) = Fields::of(channel, part, &self.hints.table.mapping) {
+                interest = Interest::Wanted;
+                if !self.parts.iter().any(|(before, _)| before == address) {
+                    self.parts.push((address.to_owned(), fields));
+                }
+            }
+        }
+        interest
+    }
+
+    /// Adds an IMU, if its frame is selected.
+    fn foot(&mut self, topic: &str, frame: String) {
+        let of_topic = |(other, _): &&ImuKey| other == topic;
+        if is_wanted(&frame, self.hints) && self.feet.iter().filter(of_topic).count() < MOST_FRAMES
+        {
+            self.feet.insert((topic.to_owned(), frame));
+        }
+    }
 }
 
 impl Visitor for LoadReader<'_> {
@@ -85,10 +115,7 @@ impl Visitor for LoadReader<'_> {
         let mut interest = if is_imu(channel) {
             Interest::Wanted
         } else {
-            for (address, _) in addresses(&self.hints.bag, channel) {
-                self.feet.insert((address.to_owned(), String::new()));
-            }
-            Interest::Unwanted
+            self.declare_parts(channel)
         };
         for series in &mut self.series {
             match series.declare(channel, self.file) {
@@ -112,11 +139,16 @@ impl Visitor for LoadReader<'_> {
         // A message that cannot be decoded is reported when the samples are read.
         if is_imu(channel)
             && let Ok(Header { frame_id, .. }) = decode_start(payload)
-            && is_wanted(&frame_id.0, self.hints)
         {
-            let of_topic = |(topic, _): &&ImuKey| *topic == channel.topic;
-            if self.feet.iter().filter(of_topic).count() < MOST_FRAMES {
-                self.feet.insert((channel.topic.clone(), frame_id.0));
+            self.foot(&channel.topic, frame_id.0);
+        }
+        for part in 0..self.parts.len() {
+            let (address, fields) = &self.parts[part];
+            if fields.topic == channel.topic
+                && let Ok(imu) = fields.imu(payload)
+            {
+                let address = address.clone();
+                self.foot(&address, imu.header.frame_id.0);
             }
         }
         let wanted = |series: &&mut LoadSeries| series.topic.topic == channel.topic;

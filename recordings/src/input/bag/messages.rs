@@ -58,12 +58,9 @@ impl Imu {
     pub(super) const TYPE: &'static str = "sensor_msgs/msg/Imu";
 
     /// Message with these accelerations and rates, in the units of its source, without orientation.
-    pub(super) fn of(stamp: Time, accelerations: [f64; 3], rates: [f64; 3]) -> Self {
+    pub(super) fn of(header: Header, accelerations: [f64; 3], rates: [f64; 3]) -> Self {
         Self {
-            header: Header {
-                stamp,
-                frame_id: Text::default(),
-            },
+            header,
             _orientation: [0.0; 4],
             _orientation_covariance: [0.0; 9],
             angular_velocity: rates,
@@ -71,6 +68,13 @@ impl Imu {
             linear_acceleration: accelerations,
             linear_acceleration_covariance: [0.0; 9],
         }
+    }
+
+    /// The same with these first covariances of rates and accelerations.
+    pub(super) const fn with_covariances(mut self, [rates, accelerations]: [f64; 2]) -> Self {
+        self.angular_velocity_covariance[0] = rates;
+        self.linear_acceleration_covariance[0] = accelerations;
+        self
     }
 
     /// Returns whether it has rates: -1 as the first covariance marks them as missing.

@@ -10,6 +10,7 @@
 //! | load of a foot, from another topic | `loads`, `load` |
 //! | validities and labels, from topics beside that of the samples | `sidecar` |
 //! | names of feet | `feet` |
+//! | files that the folder should have | `metadata` |
 //! | all messages as they are stored | `copy` |
 //!
 //! A bag is read once, and twice if it has loads, which may be stored after the samples that they belong to. Its
@@ -25,10 +26,13 @@ mod load;
 mod loads;
 mod mcap;
 mod messages;
+mod metadata;
 mod reader;
 mod rosbag2;
 mod sidecar;
 mod storage;
+
+use std::path::Path;
 
 use super::error::InputError;
 use super::format::Format;
@@ -59,8 +63,10 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
     let mut reader = Reader::new(&file, hints, &loads);
     let endings = visit(&mut container.parts, &file, &mut reader)?;
     let contacts = reader.contacts_notice();
+    let has_parts = reader.has_parts();
+    let missing = metadata::missing_notice(Path::new(&file));
     let chosen = reader.chosen()?;
-    if !hints.table.mapping.is_empty() && chosen.iter().all(|feed| feed.fields.is_none()) {
+    if !hints.table.mapping.is_empty() && !has_parts {
         return Err(InputError::TableOptions {
             format: container
                 .parts
@@ -91,7 +97,7 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
         first
             .about
             .notices
-            .splice(0..0, endings.into_iter().chain(contacts));
+            .splice(0..0, missing.into_iter().chain(endings).chain(contacts));
     }
     Ok(recordings)
 }

@@ -24,6 +24,8 @@ pub(super) struct Reader<'a> {
     order: &'a [ImuKey],
     /// Topics with samples of an IMU, and their frames.
     feeds: Vec<Feed>,
+    /// IMUs that are named in messages of another type, by their addresses.
+    parts: Vec<(String, Fields)>,
     /// All other topics.
     others: Vec<Channel>,
     beside: Sidecar,
@@ -61,8 +63,17 @@ impl Visitor for Reader<'_> {
         if let Some(error) = self.refused.take() {
             return Err(error);
         }
-        if self.feeds.iter().any(|feed| feed.is_read_from(channel)) {
-            return self.fields(channel, log_ns, payload);
+        let mut is_of_parts = false;
+        for part in 0..self.parts.len() {
+            let (address, fields) = &self.parts[part];
+            if fields.topic == channel.topic {
+                let (address, imu) = (address.clone(), fields.imu(payload));
+                self.sample(&address, (log_ns, Known::default()), imu)?;
+                is_of_parts = true;
+            }
+        }
+        if is_of_parts {
+            return Ok(());
         }
         let is_same = |feed: &Feed| feed.topic == channel.topic;
         let Some(first) = self.feeds.iter().position(is_same) else {
@@ -82,7 +93,8 @@ impl Visitor for Reader<'_> {
             self.feeds[first].count(log_ns);
             return Ok(());
         }
-        let taken = self.sample(channel, (log_ns, first), payload);
+        let known = self.beside.of(&channel.topic, log_ns);
+        let taken = self.sample(&channel.topic, (log_ns, known), decode(payload));
         match (taken, &self.hints.bag.topics) {
             (Err(error), Topics::TheOnly) => {
                 self.failed = self.failed.take().or(Some(error));
@@ -101,6 +113,7 @@ impl<'a> Reader<'a> {
             loads: &loads.series,
             order: &loads.feet,
             feeds: Vec::new(),
+            parts: Vec::new(),
             others: Vec::new(),
             beside: Sidecar::default(),
             failed: None,
@@ -113,14 +126,15 @@ impl<'a> Reader<'a> {
         let mut is_named = false;
         for (address, part) in addresses(&self.hints.bag, channel) {
             is_named = true;
-            if self.feeds.iter().any(|feed| feed.topic == address) {
+            if self.parts.iter().any(|(before, _)| before == address) {
                 continue;
             }
             match Fields::of(channel, part, &self.hints.table.mapping) {
                 Ok(fields) => {
                     let mut feed = Feed::new(address.to_owned(), self.hints);
-                    feed.fields = Some(fields);
+                    feed.fields_taken = fields.taken().map(str::to_owned);
                     self.feeds.push(feed);
+                    self.parts.push((address.to_owned(), fields));
                 }
                 Err(what) => {
                     let error = ContainerError::ImuFields {
@@ -136,60 +150,33 @@ impl<'a> Reader<'a> {
         is_named
     }
 
-    /// Passes a message of another type to each IMU in it.
-    fn fields(&mut self, channel: &Channel, log_ns: i64, payload: &[u8]) -> Result<(), InputError> {
-        for feed in self
-            .feeds
-            .iter_mut()
-            .filter(|feed| feed.is_read_from(channel))
-        {
-            let Some(fields) = &feed.fields else {
-                continue;
-            };
-            let imu = fields.imu(payload);
-            feed.count(log_ns);
-            let imu = imu.map_err(|what| ContainerError::Message {
-                file: self.file.to_owned(),
-                topic: feed.topic.clone(),
-                number: feed.messages,
-                what,
-            })?;
-            let foot = self
-                .order
-                .iter()
-                .position(|(topic, _)| *topic == feed.topic);
-            let load = foot.and_then(|foot| self.loads.get(foot));
-            feed.take(
-                (log_ns, Known::default()),
-                &imu,
-                load,
-                self.hints,
-                self.file,
-            )?;
-        }
-        Ok(())
+    /// Returns whether axes are read by their fields in messages of another type.
+    pub(super) fn has_parts(&self) -> bool {
+        !self.parts.is_empty()
     }
 
-    /// Passes a message that is needed to the feed of its topic, the first of which is `first`, and its frame.
+    /// Passes a message that is needed to the feed of its topic, or of the part of its messages, and its frame; the
+    /// error is half a sentence.
     fn sample(
         &mut self,
-        channel: &Channel,
-        (log_ns, first): (i64, usize),
-        payload: &[u8],
+        topic: &str,
+        (log_ns, known): (i64, Known),
+        imu: Result<Imu, String>,
     ) -> Result<(), InputError> {
-        let known = self.beside.of(&channel.topic, log_ns);
-        let decoded = decode::<Imu>(payload).and_then(|imu| {
-            let at = self.place(&channel.topic, &imu.header.frame_id.0)?;
+        let decoded = imu.and_then(|imu| {
+            let at = self.place(topic, &imu.header.frame_id.0)?;
             Ok((at, imu))
         });
         let (at, imu) = match decoded {
             Ok((at, imu)) => (at, imu),
             Err(what) => {
-                self.feeds[first].count(log_ns);
-                let of_topic = self.feeds.iter().filter(|feed| feed.topic == channel.topic);
+                if let Some(first) = self.feeds.iter_mut().find(|feed| feed.topic == topic) {
+                    first.count(log_ns);
+                }
+                let of_topic = self.feeds.iter().filter(|feed| feed.topic == topic);
                 return Err(ContainerError::Message {
                     file: self.file.to_owned(),
-                    topic: channel.topic.clone(),
+                    topic: topic.to_owned(),
                     number: of_topic.map(|feed| feed.messages).sum(),
                     what,
                 }
@@ -200,8 +187,7 @@ impl<'a> Reader<'a> {
         if !is_wanted(&imu.header.frame_id.0, self.hints) {
             return Ok(());
         }
-        let is_foot =
-            |(topic, frame): &ImuKey| *topic == channel.topic && *frame == imu.header.frame_id.0;
+        let is_foot = |(foot, frame): &ImuKey| *foot == topic && *frame == imu.header.frame_id.0;
         let foot = self.order.iter().position(is_foot);
         let load = foot.and_then(|foot| self.loads.get(foot));
         self.feeds[at].take((log_ns, known), &imu, load, self.hints, self.file)
@@ -227,6 +213,8 @@ impl<'a> Reader<'a> {
         }
         let mut feed = Feed::new(topic.to_owned(), self.hints);
         feed.frame = Some(frame.to_owned());
+        let first = self.feeds.iter().find(|feed| is_same(feed));
+        feed.fields_taken = first.and_then(|first| first.fields_taken.clone());
         self.feeds.push(feed);
         for feed in self.feeds.iter_mut().filter(|feed| is_same(feed)) {
             feed.sharing = Sharing::Shared;

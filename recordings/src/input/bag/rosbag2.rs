@@ -66,7 +66,7 @@ pub(super) fn visit(
             Ok(None) => return Ok(End::Complete),
             Ok(Some(row)) => row,
             // A page beyond the end of a truncated file.
-            Err(error) if count > 0 && is_cut_off(&error) => {
+            Err(error) if count > 0 && is_cut_off(&error, &part.path) => {
                 return Ok(End::Early(error.to_string()));
             }
             Err(error) => return Err(damaged(error)),
@@ -88,14 +88,11 @@ pub(super) fn visit(
 /// its messages. `None` if the file is complete. Source: <https://www.sqlite.org/fileformat.html>, section 1.3.2.
 fn whole_pages(path: &Path) -> io::Result<Option<TempPath>> {
     let mut file = File::open(path)?;
-    let mut header = [0; 18];
+    let mut header = [0; 32];
     if file.read_exact(&mut header).is_err() {
         return Ok(None);
     }
-    let page = match u16::from_be_bytes([header[16], header[17]]) {
-        1 => 65_536,
-        size => u64::from(size),
-    };
+    let page = page_size(&header);
     let length = file.metadata()?.len();
     if page < 512 || length % page == 0 {
         return Ok(None);
@@ -160,9 +157,30 @@ fn schema(database: &Connection, message: &str) -> Option<Rc<Schema>> {
         .map(Rc::new)
 }
 
-fn is_cut_off(error: &rusqlite::Error) -> bool {
-    matches!(
-        error.sqlite_error_code(),
-        Some(ErrorCode::DatabaseCorrupt | ErrorCode::SystemIoFailure)
-    )
+/// Returns whether an error is that of a file that ends early, and not of one that is damaged.
+fn is_cut_off(error: &rusqlite::Error, path: &Path) -> bool {
+    match error.sqlite_error_code() {
+        Some(ErrorCode::SystemIoFailure) => true,
+        Some(ErrorCode::DatabaseCorrupt) => is_shorter_than_stated(path).unwrap_or(false),
+        _ => false,
+    }
+}
+
+/// Returns whether a file has fewer pages than its first page states. Source:
+/// <https://www.sqlite.org/fileformat.html>, section 1.3.7.
+fn is_shorter_than_stated(path: &Path) -> io::Result<bool> {
+    let mut file = File::open(path)?;
+    let mut header = [0; 32];
+    file.read_exact(&mut header)?;
+    let pages = u32::from_be_bytes([header[28], header[29], header[30], header[31]]);
+    let stated = page_size(&header).saturating_mul(u64::from(pages));
+    Ok(file.metadata()?.len() < stated)
+}
+
+/// Size of a page in bytes, from the beginning of a file.
+fn page_size(header: &[u8; 32]) -> u64 {
+    match u16::from_be_bytes([header[16], header[17]]) {
+        1 => 65_536,
+        size => u64::from(size),
+    }
 }

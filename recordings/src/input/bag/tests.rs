@@ -1,3 +1,5 @@
+mod parts;
+
 use std::collections::BTreeMap;
 use std::io::{Cursor, Write};
 use std::path::Path;
@@ -731,6 +733,15 @@ fn truncated_file_yields_its_messages() {
 }
 
 #[test]
+fn damaged_page_of_a_database_is_no_early_end() {
+    let mut bytes = written(Kind::Database, &one_foot(Order::Little), &[]);
+    let middle = bytes.len() / 4096 / 2 * 4096;
+    bytes[middle..middle + 64].fill(0xFF);
+    let said = why(open(&bytes, &Hints::default()));
+    assert!(said.starts_with(" is damaged"), "{said}");
+}
+
+#[test]
 fn trailing_zeros_are_the_end() {
     let mut bytes = written(Kind::Records, &one_foot(Order::Little), &[]);
     bytes.truncate(bytes.len() / 2);
@@ -865,6 +876,7 @@ fn folder_is_read_in_order_of_its_numbers() {
     let whole = written(Kind::Records, &messages, &[]);
     let mut expected = open(&whole, &Hints::default()).unwrap();
     assert_eq!(samples(&mut feet[0]), samples(&mut expected[0]));
+    assert_eq!(feet[0].about.notices, [""; 0]);
     let empty = tempfile::tempdir().unwrap();
     let said = read(empty.path(), &Hints::default())
         .err()
@@ -872,6 +884,24 @@ fn folder_is_read_in_order_of_its_numbers() {
         .to_string();
     assert!(
         said.ends_with("is a folder without files of a rosbag2: .mcap or .db3"),
+        "{said}"
+    );
+}
+
+#[test]
+fn file_that_the_metadata_lists_is_missed() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = written(Kind::Database, &one_foot(Order::Little), &[]);
+    std::fs::write(folder.path().join("walk_0.db3"), bytes).unwrap();
+    let listed = "rosbag2_bagfile_information:\n  version: 5\n  relative_file_paths:\n    - walk_0.db3\n    \
+                  - walk_1.db3.zstd\n    - \"walk_2.db3\"\n  duration:\n    nanoseconds: 1\n";
+    std::fs::write(folder.path().join("metadata.yaml"), listed).unwrap();
+    let feet = read(folder.path(), &Hints::default()).unwrap();
+    let said = &feet[0].about.notices[0];
+    assert!(
+        said.ends_with(
+            ": metadata.yaml lists walk_1.db3.zstd, walk_2.db3, and there is no such file: its messages are missing"
+        ),
         "{said}"
     );
 }

@@ -4,8 +4,12 @@
 //! <https://github.com/unitreerobotics/unitree_ros2>.
 
 /// Types with their definitions.
-const KNOWN: [(&str, &str); 4] = [
+const KNOWN: [(&str, &str); 5] = [
     ("builtin_interfaces/msg/Time", "int32 sec\nuint32 nanosec"),
+    (
+        "builtin_interfaces/msg/Duration",
+        "int32 sec\nuint32 nanosec",
+    ),
     (
         "std_msgs/msg/Header",
         "builtin_interfaces/Time stamp\nstring frame_id",

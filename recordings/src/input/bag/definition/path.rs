@@ -28,6 +28,7 @@ enum Part {
     Number,
     /// Index of a record.
     Record(usize),
+    Text,
     Other,
 }
 
@@ -37,7 +38,7 @@ impl Definition {
         match self.part(name)? {
             (path, Part::Number) => Ok(path),
             (_, Part::Record(_)) => Err(format!("{name} has the numbers {}", self.listed(name))),
-            (_, Part::Other) => Err(format!("{name} is not one number")),
+            (_, Part::Text | Part::Other) => Err(format!("{name} is not one number")),
         }
     }
 
@@ -58,6 +59,25 @@ impl Definition {
         let dot = if part.is_empty() { "" } else { "." };
         let number = |name| self.number(&format!("{part}{dot}header.stamp.{name}")).ok();
         Some([number("sec")?, number("nanosec")?])
+    }
+
+    /// Path to the frame of the header in a part of the message, if it has one.
+    pub(in super::super) fn frame(&self, part: &str) -> Option<Path> {
+        let dot = if part.is_empty() { "" } else { "." };
+        match self.part(&format!("{part}{dot}header.frame_id")) {
+            Ok((path, Part::Text)) => Some(path),
+            _ => None,
+        }
+    }
+
+    /// Paths to the first covariances of the rates and the accelerations in a part of the message, if it has them.
+    pub(in super::super) fn covariances(&self, part: &str) -> Option<[Path; 2]> {
+        let dot = if part.is_empty() { "" } else { "." };
+        let number = |name| {
+            self.number(&format!("{part}{dot}{name}_covariance[0]"))
+                .ok()
+        };
+        Some([number("angular_velocity")?, number("linear_acceleration")?])
     }
 
     /// Names of the first numbers in a part of the message, for people.
@@ -150,7 +170,8 @@ impl Definition {
                 element: element.unwrap_or(0),
             });
             part = match (field.kind, field.count, element) {
-                (_, Count::Fixed(_) | Count::Sequence, None) | (Kind::Text, ..) => Part::Other,
+                (_, Count::Fixed(_) | Count::Sequence, None) => Part::Other,
+                (Kind::Text, ..) => Part::Text,
                 (Kind::Number(_), ..) => Part::Number,
                 (Kind::Record(record), ..) => Part::Record(record),
             };

@@ -172,3 +172,12 @@ fn known_definitions_are_complete() {
     assert!(joints.number("header.stamp.nanosec").is_ok());
     assert!(Definition::of("a/msg/Unknown", None).is_err());
 }
+
+#[test]
+fn times_are_known_without_their_definitions() {
+    let text = "builtin_interfaces/Duration life\nbuiltin_interfaces/Time at\nuint8 last";
+    let marker = Definition::parse("my_msgs/msg/Marker", text).unwrap();
+    for name in ["life.nanosec", "at.sec", "last"] {
+        assert!(marker.number(name).is_ok(), "{name}");
+    }
+}

@@ -11,9 +11,23 @@ impl Definition {
         payload: &[u8],
         paths: &[&Path],
     ) -> Result<Vec<f64>, String> {
+        let (numbers, _) = self.values_and_text(payload, paths, None)?;
+        Ok(numbers)
+    }
+
+    /// Numbers of a message at these paths, and the text at another, which is empty without a path; the error is half
+    /// a sentence.
+    pub(in super::super) fn values_and_text(
+        &self,
+        payload: &[u8],
+        paths: &[&Path],
+        text: Option<&Path>,
+    ) -> Result<(Vec<f64>, String), String> {
         let message = content(payload)?;
         let wanted: Vec<(usize, &[Step])> = paths
             .iter()
+            .copied()
+            .chain(text)
             .enumerate()
             .map(|(slot, path)| (slot, &path.0[..]))
             .collect();
@@ -24,6 +38,7 @@ impl Definition {
             at: 0,
             steps: 0,
             found: vec![None; paths.len()],
+            text: String::new(),
         };
         walk.record(self.message, &wanted)?;
         if walk.content.len() - walk.at > LONGEST_PADDING {
@@ -33,12 +48,10 @@ impl Definition {
                 walk.at
             ));
         }
-        let found = walk.found.into_iter();
-        found
-            .map(|value| {
-                value.ok_or_else(|| "it has fewer elements than the index says".to_owned())
-            })
-            .collect()
+        let found = walk.found.into_iter().map(|value| {
+            value.ok_or_else(|| "it has fewer elements than the index says".to_owned())
+        });
+        Ok((found.collect::<Result<_, _>>()?, walk.text))
     }
 }
 
@@ -49,6 +62,7 @@ struct Walk<'a> {
     at: usize,
     steps: usize,
     found: Vec<Option<f64>>,
+    text: String,
 }
 
 impl Walk<'_> {
@@ -92,9 +106,14 @@ impl Walk<'_> {
                     }
                 }
                 Kind::Text => {
-                    for _ in 0..elements {
+                    for element in 0..elements {
                         let length = self.number(Number::U32)? as usize;
                         self.skip(1, length)?;
+                        if of_field.iter().any(|(_, at, _)| *at == element) {
+                            let text = &self.content[self.at - length..self.at];
+                            let text = text.strip_suffix(&[0]).unwrap_or(text);
+                            self.text = String::from_utf8_lossy(text).into_owned();
+                        }
                     }
                 }
                 Kind::Record(record) => {
