@@ -15,6 +15,7 @@ use ros::{Estimates, McapFile};
 
 use crate::error::Error;
 use crate::files::write_file;
+use crate::foot_names::unlike;
 use crate::mcap_recording::io_error;
 
 /// A foot of the bag.
@@ -39,8 +40,11 @@ pub fn write(input: &Path, feet: &mut [Foot], path: &Path) -> Result<Vec<String>
     let written = write_file(path, |to| {
         let mut bag = McapFile::new(NoSeek::new(to)).map_err(io_error)?;
         let mut streams = Vec::new();
+        let mut names: Vec<String> = Vec::new();
         for foot in feet {
-            streams.push(Stream::of(foot)?);
+            let name = unlike(&foot.name, &names);
+            streams.push(Stream::of(foot, &name)?);
+            names.push(name);
         }
         let topics = streams.iter().flat_map(|stream| stream.messages.topics());
         let topics: Vec<String> = topics.map(ToString::to_string).collect();
@@ -82,7 +86,7 @@ struct Stream<'a> {
 }
 
 impl<'a> Stream<'a> {
-    fn of(foot: &'a mut Foot) -> io::Result<Self> {
+    fn of(foot: &'a mut Foot, name: &str) -> io::Result<Self> {
         let about = foot.stored.about.clone();
         let replay = Replay::new(about.sample_rate, about.gravity, &foot.params);
         let mut replay = replay.map_err(io::Error::other)?;
@@ -96,7 +100,7 @@ impl<'a> Stream<'a> {
         });
         let estimates: Box<dyn Iterator<Item = _>> = Box::new(estimates);
         Ok(Self {
-            messages: Estimates::new(&foot.name),
+            messages: Estimates::new(name),
             about,
             estimates: estimates.peekable(),
         })
@@ -171,5 +175,57 @@ impl<W: Write + io::Seek> Receiver for Merging<'_, '_, W> {
         self.contacts_until((log_ns.saturating_sub(1000)).div_euclid(1000))?;
         let log_ns = u64::try_from(log_ns).unwrap_or_default();
         self.bag.copy(&declared, log_ns, payload).map_err(io_error)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+    use std::fmt::Write as _;
+
+    use recordings::input::{Hints, Opened};
+
+    use super::*;
+
+    #[test]
+    fn feet_with_similar_names_have_topics_of_their_own() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let mut bag = McapFile::new(std::fs::File::create(path("walk.mcap")).unwrap()).unwrap();
+        let other = Declared {
+            topic: "/other",
+            message: "my_msgs/msg/Other",
+            schema: None,
+            encoding: "json",
+            metadata: &BTreeMap::new(),
+        };
+        bag.copy(&other, 7, b"{}").unwrap();
+        bag.finish().unwrap();
+        let mut table = "t,ax,ay,az,wx,wy,wz\n".to_owned();
+        for k in 0..50 {
+            writeln!(table, "{},0,0,9.81,0,0,0", 0.01 * f64::from(k)).unwrap();
+        }
+        std::fs::write(path("walk.csv"), table).unwrap();
+        let foot = |name: &str| {
+            let opened = Opened::new(&path("walk.csv"), None).unwrap();
+            let mut stored = opened.store_all(&Hints::default()).unwrap();
+            Foot {
+                name: name.to_owned(),
+                stored: stored.remove(0),
+                params: Params::default(),
+                span: Span::default(),
+            }
+        };
+        let mut feet = ["front left", "front_left"].map(foot);
+        write(&path("walk.mcap"), &mut feet, &path("contacts.mcap")).unwrap();
+        let bytes = std::fs::read(path("contacts.mcap")).unwrap();
+        let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+        let counts = summary.stats.unwrap().channel_message_counts;
+        for part in ["front_left", "front_left_2"] {
+            let topic = format!("/footfall/{part}/contact");
+            let mut channels = summary.channels.values();
+            let channel = channels.find(|channel| channel.topic == topic);
+            assert_eq!(counts[&channel.expect(part).id], 50, "{part}");
+        }
     }
 }

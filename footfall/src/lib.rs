@@ -29,6 +29,7 @@ pub mod convert;
 pub mod error;
 pub mod feature;
 pub mod files;
+pub mod foot_names;
 pub mod interruption;
 pub mod mcap_recording;
 pub mod messages;

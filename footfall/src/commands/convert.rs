@@ -18,6 +18,7 @@ use super::recording::{self, Configuration, ReadingArguments, with_mounting};
 use crate::convert::{Bag, Foot, Form, each, write_table};
 use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
+use crate::foot_names::unlike;
 use crate::messages::{aside, warn};
 use crate::progress::{self, Bars};
 use crate::report::print_text;
@@ -80,7 +81,8 @@ impl ConvertArguments {
         let mut feet: Vec<Foot> = Vec::new();
         for stored in stored {
             stored.about.notices.iter().for_each(warn);
-            let name = unlike(stored.about.foot_or_name(), &feet);
+            let taken: Vec<String> = feet.iter().map(|foot: &Foot| foot.name.clone()).collect();
+            let name = unlike(stored.about.foot_or_name(), &taken);
             feet.push(Foot { name, stored });
         }
         if feet.len() > 1 && !form.holds_several() {
@@ -234,17 +236,6 @@ impl ConvertArguments {
 fn thresholds(format: Format) -> Option<LoadParams> {
     let of = |format| Preset::default().params(format).load;
     Some(of(format)).filter(|load| *load != of(Format::Csv))
-}
-
-/// Returns a foot name whose topics differ from those of all previous feet.
-fn unlike(name: &str, feet: &[Foot]) -> String {
-    let is_free = |name: &String| {
-        let topics = Topics::of(name);
-        feet.iter().all(|foot| Topics::of(&foot.name) != topics)
-    };
-    let numbered = (2..).map(|number: u32| format!("{name}_{number}"));
-    let mut names = std::iter::once(name.to_owned()).chain(numbered);
-    names.find(is_free).unwrap_or_else(|| name.to_owned())
 }
 
 /// Scans the samples to be converted for findings and for the options the output needs.
