@@ -289,6 +289,45 @@ fn paths_give_robot_foot_and_day() {
     );
 }
 
+#[test]
+fn settings_apply_to_the_foot_in_the_path() {
+    let bench = Bench::new();
+    fs::create_dir_all(bench.path("data")).expect("a folder");
+    for foot in ["fl", "fr"] {
+        fs::write(bench.path(&format!("data/run1_{foot}.csv")), standing()).expect("a file");
+    }
+    let pattern = "data --out out --path-pattern *_{foot}.csv";
+    let axes = |arguments: &str| {
+        let report = report(&bench, &format!("{pattern} {arguments}"));
+        let recordings = report["recordings"].as_array().expect("a list").clone();
+        let axes = recordings.iter().map(|recording| {
+            let correction = recording["rows"][0]["correction"].as_str().expect("a text");
+            let correction: Value = serde_json::from_str(correction).expect("JSON");
+            correction["axes"].as_str().expect("a text").to_owned()
+        });
+        axes.collect::<Vec<_>>()
+    };
+    assert_eq!(axes("--axes FR=-x,-y,z"), ["x,y,z", "-x,-y,z"]);
+    fs::write(bench.path("robot.toml"), "[feet.fl]\naxes = 'y,-x,z'\n").expect("a file");
+    assert_eq!(axes("--config robot.toml"), ["y,-x,z", "x,y,z"]);
+}
+
+#[test]
+fn settings_of_a_foot_without_recording_are_a_warning() {
+    let bench = lab();
+    let said = |arguments: &str| {
+        let output = bench.run(&format!("batch logs/spot --out out {arguments}"));
+        common::text(&output.stderr).to_owned()
+    };
+    assert_eq!(said("--axes fr=-x,-y,z"), "");
+    let warning =
+        "footfall: there are settings of f, but no recording of it; the feet are fl, fr\n";
+    assert_eq!(said("--axes f=-x,-y,z"), warning);
+    assert_eq!(said("--axes f=-x,-y,z"), warning);
+    fs::write(bench.path("robot.toml"), "[feet.f]\naxes = 'y,-x,z'\n").expect("a file");
+    assert_eq!(said("--config robot.toml"), warning);
+}
+
 #[cfg(unix)]
 #[test]
 fn links_are_followed_once_and_loops_are_skipped() {

@@ -173,7 +173,8 @@ impl Work<'_> {
                 let share = (before + estimated) as f64 / all.max(1) as f64;
                 (self.progress)(READING + (1.0 - READING) * share);
             };
-            let params = self.settings.params_of(&foot.about.names(), format);
+            let names = foot.about.names_with(self.identity.foot.as_deref());
+            let params = self.settings.params_of(&names, format);
             match self.estimate_foot(&mut foot, format, &params, &progress)? {
                 Ok((place, status, found)) => {
                     let origin = self.origin(feet, Some(fingerprint), status);
@@ -204,7 +205,10 @@ impl Work<'_> {
             })
         })?;
         let format = opened.format();
-        Ok((format, opened.store_all(&self.settings.hints)?))
+        Ok((
+            format,
+            opened.store_as(&self.settings.hints, self.identity.foot.as_deref())?,
+        ))
     }
 
     /// Returns the name of a foot.

@@ -1,9 +1,9 @@
 //! Settings for reading and estimating recordings, and their hash.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use estimator_core::{Params, WindowLength};
-use recordings::input::{Format, Hints, TableOptions, TimeUnit, Times, Topics};
+use recordings::input::{Correction, Format, Hints, TableOptions, TimeUnit, Times, Topics};
 use serde::Serialize;
 
 use crate::config::{GRAVITIES, LearntValues, Origins, Overrides, Preset, RateOrigin, word_of};
@@ -57,6 +57,25 @@ impl Settings {
         let mut params = self.params(format);
         self.overrides.apply_foot(names, &mut params);
         params
+    }
+
+    /// Returns the feet with a correction of their own that is that of no recording: neither are they among the names
+    /// `feet`, nor is their correction among `corrections`, each a JSON object as in the row of a recording.
+    #[must_use]
+    pub fn feet_without_recording(
+        &self,
+        feet: &BTreeSet<String>,
+        corrections: &BTreeSet<String>,
+    ) -> Vec<&str> {
+        let is_read = |foot: &str| feet.iter().any(|name| name.eq_ignore_ascii_case(foot));
+        let is_applied = |correction: &Correction| {
+            let report = serde_json::to_string(&CorrectionReport::from(correction));
+            report.is_ok_and(|report| corrections.contains(&report))
+        };
+        let own = self.hints.foot_corrections.iter();
+        own.filter(|(foot, correction)| !is_read(foot) && !is_applied(correction))
+            .map(|(foot, _)| foot.as_str())
+            .collect()
     }
 
     /// Returns the parameters for recordings of a format.

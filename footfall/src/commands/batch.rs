@@ -1,6 +1,6 @@
 //! `footfall batch`: estimates all recordings of a directory tree into Parquet tables.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::fmt;
 use std::io::{self, IsTerminal};
 use std::num::NonZeroUsize;
@@ -213,23 +213,32 @@ impl BatchArguments {
         if pruned {
             results.prune(&stale)?;
         }
+        let State {
+            report,
+            feet,
+            corrections,
+            ..
+        } = watching.finish();
         let report = BatchReport {
             passed_over,
             stale,
             pruned,
-            ..watching.finish()
+            ..report
         };
-        let mut rows = report
-            .recordings
-            .iter()
-            .flat_map(|recording| &recording.rows)
-            .peekable();
-        if rows.peek().is_some() {
-            let feet = rows.map(|row| row.foot.as_str());
-            // Only a warning, because the results are written already.
-            if let Err(error) = self.recording.reading.mounting.check_feet(feet) {
-                warn(error);
-            }
+        // Only a warning, because the results are written already.
+        let without = settings.feet_without_recording(&feet, &corrections);
+        if !without.is_empty() && !feet.is_empty() {
+            let first: Vec<&str> = feet.iter().take(SHOWN).map(String::as_str).collect();
+            let more = if feet.len() > SHOWN {
+                " and others"
+            } else {
+                ""
+            };
+            warn(format!(
+                "there are settings of {}, but no recording of it; the feet are {}{more}",
+                without.join(", "),
+                first.join(", ")
+            ));
         }
         let style = if self.json {
             SummaryStyle::Json
@@ -311,6 +320,10 @@ struct Watching {
 #[derive(Default)]
 struct State {
     report: BatchReport,
+    /// Names of the feet that were read, now or before.
+    feet: BTreeSet<String>,
+    /// Corrections of their readings, as JSON.
+    corrections: BTreeSet<String>,
     /// Bytes of each recording counted by the bar, by name.
     counted: HashMap<String, Arc<AtomicU64>>,
 }
@@ -330,14 +343,15 @@ impl Watching {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn finish(self) -> BatchReport {
+    fn finish(self) -> State {
         self.bar.finish_and_clear();
         let state = self.state.into_inner();
-        let mut report = state.unwrap_or_else(PoisonError::into_inner).report;
-        report
+        let mut state = state.unwrap_or_else(PoisonError::into_inner);
+        state
+            .report
             .recordings
             .sort_by(|a, b| a.recording.cmp(&b.recording));
-        report
+        state
     }
 }
 
@@ -366,6 +380,12 @@ impl Watch for Watching {
             Outcome::UpToDate(rows) => (Action::UpToDate, None, rows),
             Outcome::ToDo(reason) => (Action::ToDo, Some(reason), Vec::new()),
         };
+        for row in &rows {
+            if let Some(found) = &row.found {
+                state.feet.insert(row.foot.clone());
+                state.corrections.insert(found.correction.clone());
+            }
+        }
         let report = &mut state.report;
         let count = match action {
             _ if is_failed => &mut report.failed,

@@ -153,6 +153,14 @@ impl Opened {
     /// # Errors
     /// The first error found, with file, line and column, or file, topic and message.
     pub fn store_all(self, hints: &Hints) -> Result<Vec<Stored>, InputError> {
+        self.store_as(hints, None)
+    }
+
+    /// As [`Self::store_all`]; `foot` is another name of a foot that has none in the file, by which its settings apply.
+    ///
+    /// # Errors
+    /// The errors of [`Self::store_all`].
+    pub fn store_as(self, hints: &Hints, foot: Option<&str>) -> Result<Vec<Stored>, InputError> {
         if hints.foot_corrections.is_empty() {
             let mut feet = self.read_feet(hints)?;
             for stored in &mut feet {
@@ -167,7 +175,8 @@ impl Opened {
         };
         let mut feet = self.read_feet(&measured)?;
         for stored in &mut feet {
-            stored.correct(*hints.correction_of(&stored.about.names()));
+            let names = stored.about.names_with(foot);
+            stored.correct(*hints.correction_of(&names));
         }
         Ok(feet)
     }

@@ -95,6 +95,13 @@ impl About {
         [self.foot_or_name()].into_iter().chain(parts).collect()
     }
 
+    /// The same with `foot`, another name of a foot that has none in its file.
+    #[must_use]
+    pub fn names_with<'a>(&'a self, foot: Option<&'a str>) -> Vec<&'a str> {
+        let other = foot.filter(|_| self.foot.is_none());
+        self.names().into_iter().chain(other).collect()
+    }
+
     /// Time from the first sample to the last, s.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
