@@ -559,7 +559,7 @@ mod tests {
         let said = read.notices.concat();
         assert!(
             said.contains(
-                ": 3 samples have no load: none of the 2 rows with a load alone stands before them and is at most \
+                ": 3 samples have no load: none of the 2 rows with a load alone stands before and is at most \
                  100 ms older"
             ),
             "{said}"

@@ -129,11 +129,13 @@ impl<'a> Intake<'a> {
             notices.extend(self.columns.notice(self.file));
         }
         if self.load_rows > 0 && self.unloaded > 0 {
+            let samples = match self.unloaded {
+                1 => "1 sample has".to_owned(),
+                count => format!("{count} samples have"),
+            };
             notices.push(format!(
-                "{}: {} samples have no load: none of the {} rows with a load alone stands before them and is at most \
-                 {} ms older",
+                "{}: {samples} no load: none of the {} rows with a load alone stands before and is at most {} ms older",
                 self.file,
-                self.unloaded,
                 self.load_rows,
                 OLDEST_LOAD_US / 1000
             ));

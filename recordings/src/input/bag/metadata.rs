@@ -25,7 +25,7 @@ pub(super) fn missing_notice(folder: &Path) -> Option<String> {
         .collect();
     (!missing.is_empty()).then(|| {
         format!(
-            "{}: {NAME} lists {}, and there is no such file: its messages are missing",
+            "{}: {NAME} lists {}, and no such file is in the folder",
             folder.display(),
             missing.join(", ")
         )

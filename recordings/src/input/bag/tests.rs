@@ -900,7 +900,7 @@ fn file_that_the_metadata_lists_is_missed() {
     let said = &feet[0].about.notices[0];
     assert!(
         said.ends_with(
-            ": metadata.yaml lists walk_1.db3.zstd, walk_2.db3, and there is no such file: its messages are missing"
+            ": metadata.yaml lists walk_1.db3.zstd, walk_2.db3, and no such file is in the folder"
         ),
         "{said}"
     );
