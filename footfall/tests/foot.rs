@@ -110,8 +110,8 @@ fn calibration_needs_a_walking_and_learning_foot() {
     let (text, error) = foot(&bench, "demo:speed=5 --node 17 calibrate");
     for expected in [
         "kept and stored\n",
-        "acceleration_still ",
-        "rate_moving ",
+        "acceleration.still ",
+        "rate.moving ",
         "gyroscope_bias_z ",
         "accelerometer.scale.ax ",
     ] {

@@ -702,7 +702,7 @@ fn settings_text_parses_back_to_the_same_settings() {
         ("\nwindow = 0", "line 2: window is \"0\", but "),
         (
             "window",
-            "line 1: \"window\" is no setting, such as window = 50ms",
+            "line 1: \"window\" is not a setting, such as window = 50ms",
         ),
         (
             "window = 50ms\nwindow = 50ms",

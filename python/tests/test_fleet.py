@@ -48,7 +48,7 @@ def write_parquet(walk: footfall.Recording, path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Three robots with two feet, and a recording that is none."""
+    """Three robots with two feet, and a file that is not a recording."""
     folder = tmp_path_factory.mktemp("fleet") / "recordings"
     for robot in range(3):
         for place, foot in enumerate(("L", "R")):

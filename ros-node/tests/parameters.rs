@@ -32,7 +32,7 @@ fn options(domain_id: u16) -> Options {
 }
 
 /// Calls a service of the node until it answers: what is sent before both participants have found
-/// each other's readers is lost.
+/// each other's readers is lost. Answers to requests of an earlier client are skipped.
 fn ask<Req, Resp>(node: &mut Node, service: &str, kind: &str, request: &Req) -> Resp
 where
     Req: Message + Clone + 'static,
@@ -44,11 +44,14 @@ where
     let client = node
         .create_client::<Req, Resp>(ServiceMapping::Enhanced, &name, &kind, qos.clone(), qos)
         .expect("a client");
+    let mut sent = Vec::new();
     for _ in 0..60 {
-        client.send_request(request.clone()).expect("it is sent");
+        sent.push(client.send_request(request.clone()).expect("it is sent"));
         for _ in 0..20 {
             thread::sleep(Duration::from_millis(50));
-            if let Some((_, response)) = client.receive_response().expect("a response") {
+            if let Some((id, response)) = client.receive_response().expect("a response")
+                && sent.contains(&id)
+            {
                 return response;
             }
         }

@@ -77,8 +77,14 @@ fn the_parts_add_up_to_the_total() {
 #[test]
 fn the_share_of_the_firmware_is_its_budget() {
     let edge = "data-ready edge to CAN mailbox";
-    let typical = budget("<!-- begin budgets -->", &format!("{edge}, median"));
-    let longest = budget("<!-- begin full-load -->", &format!("{edge}, longest"));
+    let typical = budget(
+        "<!-- begin budgets-reference -->",
+        &format!("{edge}, median"),
+    );
+    let longest = budget(
+        "<!-- begin full-load-reference -->",
+        &format!("{edge}, longest"),
+    );
     assert_close("reading", [typical, longest], 1.0e-9);
 }
 

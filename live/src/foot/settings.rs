@@ -151,7 +151,7 @@ pub fn from_text(text: &str, node: Option<NodeId>) -> Result<Values, SettingsErr
         };
         let (name, value) = line
             .split_once('=')
-            .ok_or_else(|| wrong(format!("{line:?} is no setting, such as window = 50ms")))?;
+            .ok_or_else(|| wrong(format!("{line:?} is not a setting, such as window = 50ms")))?;
         let by_name = |error: NameError| wrong(error.to_string());
         let named = Named::find(name.trim()).map_err(by_name)?;
         if !named.entry.is_setting() {

@@ -102,7 +102,7 @@ pub fn write(node: &mut Node, address: Address, value: Value) -> (Result<(), u32
 
 pub fn refused(node: &mut Node, address: Address, value: Value) -> AbortCode {
     let (result, events) = write(node, address, value);
-    assert_eq!(events, [], "a refused write is no event");
+    assert_eq!(events, [], "a refused write causes an event");
     let code = result.expect_err("refused");
     AbortCode::from_code(code).expect("a known code")
 }

@@ -104,7 +104,7 @@ impl Found {
             let name = format!("gyroscope_bias_{axis}");
             text.push_str(&match bias {
                 Some(bias) => line(&name, bias.to_degrees(), "°/s"),
-                None => format!("{name:<24} not known yet\n"),
+                None => format!("{name:<26} not known yet\n"),
             });
         }
         for (named, value) in &self.correction {
@@ -129,7 +129,7 @@ impl Found {
 }
 
 fn line(name: &str, value: f32, unit: &str) -> String {
-    format!("{name:<24} {value:.4} {unit}")
+    format!("{name:<26} {value:.4} {unit}")
         .trim_end()
         .to_owned()
         + "\n"
