@@ -152,13 +152,13 @@ pub fn differences(params: &Params, preset: Preset, format: Format) -> String {
     }
     if now.window != then.window {
         all.push(format!(
-            "window = {}",
+            "window = \"{}\"",
             crate::config::window_text(params.window)
         ));
     }
     if now.gyro_timing != then.gyro_timing {
         let timing = crate::config::gyro_timing_text(params.attitude.gyro_timing);
-        all.push(format!("attitude.gyro_timing = {timing}"));
+        all.push(format!("attitude.gyro_timing = \"{timing}\""));
     }
     if now.learnt_before != then.learnt_before {
         all.push("learnt is set".to_owned());

@@ -194,8 +194,8 @@ impl Key {
             Kind::Axes => quoted(&Mounting::IDENTITY.to_string()),
             Kind::Method => quoted(word_of(&METHODS, params.method)),
             Kind::Learning => quoted(word_of(&LEARNINGS, params.learning)),
-            Kind::Window => window_text(params.window),
-            Kind::GyroTiming => gyro_timing_text(params.attitude.gyro_timing),
+            Kind::Window => quoted(&window_text(params.window)),
+            Kind::GyroTiming => quoted(&gyro_timing_text(params.attitude.gyro_timing)),
             Kind::Learnt(place) => {
                 let values = params
                     .learnt

@@ -7,7 +7,7 @@ use estimator_core::{
     Gravity, GyroTiming, Learning, Method, Mounting, MountingError, WindowLength,
 };
 
-use recordings::input::Correction;
+use recordings::input::{Correction, is_among};
 
 use super::numbers::Written;
 
@@ -46,21 +46,21 @@ fn value_of<T: Copy>(table: &[(&'static str, T); 2], text: &str) -> Result<T, St
         })
 }
 
-/// Formats the length of a window as [`parse_window`] reads it, in quotation marks.
+/// Formats the length of a window as [`parse_window`] reads it.
 #[must_use]
 pub fn window_text(window: WindowLength) -> String {
     match window {
-        WindowLength::Duration(seconds) => format!("\"{}ms\"", milliseconds(seconds)),
-        WindowLength::Samples(samples) => format!("\"{samples}samples\""),
+        WindowLength::Duration(seconds) => format!("{}ms", milliseconds(seconds)),
+        WindowLength::Samples(samples) => format!("{samples}samples"),
     }
 }
 
-/// Formats the timing of a gyroscope as [`parse_gyro_timing`] reads it, in quotation marks.
+/// Formats the timing of a gyroscope as [`parse_gyro_timing`] reads it.
 #[must_use]
 pub fn gyro_timing_text(timing: GyroTiming) -> String {
     match timing {
-        GyroTiming::PeriodMean => "\"period_mean\"".to_owned(),
-        GyroTiming::Delay(seconds) => format!("\"{}ms\"", milliseconds(seconds)),
+        GyroTiming::PeriodMean => "period_mean".to_owned(),
+        GyroTiming::Delay(seconds) => format!("{}ms", milliseconds(seconds)),
     }
 }
 
@@ -166,16 +166,12 @@ pub enum FootAxes {
 
 impl FootAxes {
     /// The first foot with a mounting that is not among these names.
-    pub fn absent<'a>(&self, names: impl Iterator<Item = &'a str>) -> Option<&str> {
+    pub fn absent(&self, names: &[&str]) -> Option<&str> {
         let Self::Each(mountings) = self else {
             return None;
         };
-        let names: Vec<&str> = names.collect();
-        let is_there = |foot: &&String| names.iter().any(|name| name.eq_ignore_ascii_case(foot));
-        mountings
-            .keys()
-            .find(|foot| !is_there(foot))
-            .map(String::as_str)
+        let mut feet = mountings.keys().map(String::as_str);
+        feet.find(|foot| !is_among(foot, names))
     }
 
     /// Replaces the mountings in the correction of all feet and in those of single feet.
@@ -212,7 +208,7 @@ impl FromStr for FootAxes {
         for part in text.split(',') {
             if let Some((foot, first)) = part.split_once('=') {
                 let foot = foot.trim();
-                if foot.is_empty() || feet.keys().any(|known| known.eq_ignore_ascii_case(foot)) {
+                if foot.is_empty() || is_among(foot, feet.keys()) {
                     return Err(format!("{text:?} names no foot before =, or one twice"));
                 }
                 feet.insert(foot.to_owned(), first.to_owned());

@@ -74,8 +74,7 @@ impl Notation {
             }
             (Self::Milliseconds, Value::U32(micros)) => {
                 let seconds = f64::from(micros) / MICROS_PER_SECOND;
-                let quoted = window_text(WindowLength::Duration(seconds as f32));
-                quoted.trim_matches('"').to_owned()
+                window_text(WindowLength::Duration(seconds as f32))
             }
             (Self::Axes, Value::U16(code)) => axes_text(code),
             _ => Raw(value).to_string(),
