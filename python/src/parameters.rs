@@ -124,7 +124,7 @@ impl Settings {
     /// Checks that each foot with axes of its own has one of these names.
     pub(crate) fn check_feet(&self, names: &[&str]) -> PyResult<()> {
         let axes = self.axes.as_ref();
-        match axes.and_then(|axes| axes.absent(names.iter().copied())) {
+        match axes.and_then(|axes| axes.absent(names)) {
             None => Ok(()),
             Some(foot) => Err(PyValueError::new_err(format!(
                 "axes name the foot {foot}, but there is {}",

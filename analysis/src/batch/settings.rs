@@ -3,7 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use estimator_core::{Params, WindowLength};
-use recordings::input::{Correction, Format, Hints, TableOptions, TimeUnit, Times, Topics};
+use recordings::input::{
+    Correction, Format, Hints, TableOptions, TimeUnit, Times, Topics, is_among,
+};
 use serde::Serialize;
 
 use crate::config::{GRAVITIES, LearntValues, Origins, Overrides, Preset, RateOrigin, word_of};
@@ -67,13 +69,12 @@ impl Settings {
         feet: &BTreeSet<String>,
         corrections: &BTreeSet<String>,
     ) -> Vec<&str> {
-        let is_read = |foot: &str| feet.iter().any(|name| name.eq_ignore_ascii_case(foot));
         let is_applied = |correction: &Correction| {
             let report = serde_json::to_string(&CorrectionReport::from(correction));
             report.is_ok_and(|report| corrections.contains(&report))
         };
         let own = self.hints.foot_corrections.iter();
-        own.filter(|(foot, correction)| !is_read(foot) && !is_applied(correction))
+        own.filter(|(foot, correction)| !is_among(foot, feet) && !is_applied(correction))
             .map(|(foot, _)| foot.as_str())
             .collect()
     }

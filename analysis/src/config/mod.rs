@@ -100,7 +100,7 @@ use std::collections::BTreeMap;
 use std::io;
 
 use estimator_core::{Gravity, Learning, Method, Mounting, Params, WindowLength};
-use recordings::input::Correction;
+use recordings::input::{Correction, is_among};
 use serde::{Deserialize, Deserializer};
 use thiserror::Error;
 
@@ -270,7 +270,7 @@ impl Overrides {
     /// Applies the settings of a foot with these names to `params`, after those of all.
     pub fn apply_foot(&self, names: &[&str], params: &mut Params) {
         let mut feet = self.feet.iter();
-        let own = feet.find(|(foot, _)| names.iter().any(|name| name.eq_ignore_ascii_case(foot)));
+        let own = feet.find(|(foot, _)| is_among(foot, names));
         if let Some(learnt) = own.and_then(|(_, foot)| foot.learnt) {
             params.learnt = Some(learnt.into());
         }

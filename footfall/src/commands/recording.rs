@@ -15,7 +15,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use estimator_core::{Gravity, Mounting, Params, WindowLength};
 use recordings::input::{
     BagOptions, Correction, Format, Hints, LoadTopic, Mapping, TableOptions, TimeUnit, Times,
-    Topics, Units,
+    Topics, Units, is_among,
 };
 use recordings::plausible::{self, Finding};
 use recordings::recording::Recording;
@@ -227,7 +227,7 @@ impl MountingArguments {
     pub(super) fn check_feet<'a>(&self, feet: impl Iterator<Item = &'a str>) -> Result<(), Error> {
         let feet: Vec<&str> = feet.collect();
         let axes = self.axes.as_ref();
-        match axes.and_then(|axes| axes.absent(feet.iter().copied())) {
+        match axes.and_then(|axes| axes.absent(&feet)) {
             None => Ok(()),
             Some(foot) => Err(Error::NoSuchFoot {
                 foot: foot.to_owned(),
@@ -320,8 +320,7 @@ impl Configuration {
     pub(super) fn check_feet<'a>(&self, feet: impl Iterator<Item = &'a str>) {
         let settings = &self.overrides.feet;
         let feet: Vec<&str> = feet.collect();
-        let is_read = |name: &String| feet.iter().any(|foot| foot.eq_ignore_ascii_case(name));
-        if !settings.is_empty() && !settings.keys().any(is_read) {
+        if !settings.is_empty() && !settings.keys().any(|name| is_among(name, &feet)) {
             let names: Vec<&str> = settings.keys().map(String::as_str).collect();
             warn(format!(
                 "{} has settings of {}, but there is {}",

@@ -33,9 +33,15 @@ impl Hints {
     #[must_use]
     pub fn correction_of(&self, names: &[&str]) -> &Correction {
         let mut own = self.foot_corrections.iter();
-        own.find(|(foot, _)| names.iter().any(|name| name.eq_ignore_ascii_case(foot)))
+        own.find(|(foot, _)| is_among(foot, names))
             .map_or(&self.correction, |(_, correction)| correction)
     }
+}
+
+/// Returns whether a foot is among names, whose letters count alike in upper and lower case.
+pub fn is_among(foot: &str, names: impl IntoIterator<Item = impl AsRef<str>>) -> bool {
+    let mut names = names.into_iter();
+    names.any(|name| name.as_ref().eq_ignore_ascii_case(foot))
 }
 
 /// Rows of a `csv` that were left out or changed.

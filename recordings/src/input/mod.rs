@@ -69,7 +69,7 @@ pub use correction::Correction;
 pub use error::{Cell, HeaderSlip, InputError, Place, Suggestion};
 pub use foreign::Foreign;
 pub use format::{Content, Format};
-pub use loaded::{Hints, Loaded, Repairs};
+pub use loaded::{Hints, Loaded, Repairs, is_among};
 pub use magic::no_log;
 pub use mapping::Mapping;
 pub use options::{AccelerationUnit, RateUnit, TableOptions, TimeUnit, Times, Units};
