@@ -65,10 +65,13 @@ impl Visitor for Copier<'_> {
         log_ns: i64,
         payload: &[u8],
     ) -> Result<(), InputError> {
-        match self.messages.get_mut(&channel.topic) {
-            Some(count) => *count += 1,
-            None => drop(self.messages.insert(channel.topic.clone(), 1)),
-        }
+        let number = match self.messages.get_mut(&channel.topic) {
+            Some(count) => {
+                *count += 1;
+                *count
+            }
+            None => *self.messages.entry(channel.topic.clone()).or_insert(1),
+        };
         // rosbag2 compresses messages one by one; in others these bytes may be anything.
         let message = match channel.encoding.as_str() {
             "cdr" => decompressed_message(payload, LONGEST_RECORD as u64),
@@ -77,7 +80,7 @@ impl Visitor for Copier<'_> {
         let message = message.map_err(|what| ContainerError::Message {
             file: self.file.clone(),
             topic: channel.topic.clone(),
-            number: self.messages.get(&channel.topic).copied().unwrap_or(0),
+            number,
             what,
         })?;
         let received = self.receiver.message(channel, log_ns, &message);

@@ -15,7 +15,7 @@ mod parse;
 mod path;
 mod walk;
 
-pub(super) use path::Path;
+pub(super) use path::{Path, within};
 
 use super::storage::Channel;
 

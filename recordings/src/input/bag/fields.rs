@@ -5,7 +5,7 @@ use estimator_core::Axis;
 use super::super::mapping::{Mapping, is_axis};
 use super::super::names::{Found, Triple, find};
 use super::cdr::Text;
-use super::definition::{Definition, Path};
+use super::definition::{Definition, Path, within};
 use super::messages::{Header, Imu, Time};
 use super::storage::Channel;
 
@@ -46,18 +46,13 @@ impl Fields {
             taken = Some(named.collect::<Vec<_>>().join(", "));
             axes.map(|index| numbers[index].1.clone())
         } else {
-            let within = if part.is_empty() {
-                String::new()
-            } else {
-                format!("{part}.")
-            };
             let mut axes: [Path; 6] = Default::default();
             for (path, axis) in axes.iter_mut().zip(Axis::ALL) {
                 let mut pairs = mapping.pairs();
                 let named = pairs.find(|(ours, _)| *ours == axis.name());
                 let (_, name) =
                     named.ok_or_else(|| format!("--map does not name {}", axis.name()))?;
-                *path = definition.number(&format!("{within}{name}"))?;
+                *path = definition.number(&within(part, name))?;
             }
             if let Some((other, _)) = mapping.pairs().find(|(ours, _)| !is_axis(ours)) {
                 return Err(format!(

@@ -28,7 +28,7 @@ pub(super) struct Reader<'a> {
     parts: Vec<(String, Fields)>,
     /// All other topics.
     others: Vec<Channel>,
-    beside: Sidecar,
+    sidecar: Sidecar,
     /// Error in the topic that may be the only one.
     failed: Option<InputError>,
     /// Error about a topic that was named.
@@ -77,7 +77,7 @@ impl Visitor for Reader<'_> {
         }
         let is_same = |feed: &Feed| feed.topic == channel.topic;
         let Some(first) = self.feeds.iter().position(is_same) else {
-            self.beside.take(channel, log_ns, payload);
+            self.sidecar.take(channel, log_ns, payload);
             return Ok(());
         };
         let is_needed = match &self.hints.bag.topics {
@@ -93,7 +93,7 @@ impl Visitor for Reader<'_> {
             self.feeds[first].count(log_ns);
             return Ok(());
         }
-        let known = self.beside.of(&channel.topic, log_ns);
+        let known = self.sidecar.of(&channel.topic, log_ns);
         let taken = self.sample(&channel.topic, (log_ns, known), decode(payload));
         match (taken, &self.hints.bag.topics) {
             (Err(error), Topics::TheOnly) => {
@@ -115,7 +115,7 @@ impl<'a> Reader<'a> {
             feeds: Vec::new(),
             parts: Vec::new(),
             others: Vec::new(),
-            beside: Sidecar::default(),
+            sidecar: Sidecar::default(),
             failed: None,
             refused: None,
         }

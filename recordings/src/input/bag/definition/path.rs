@@ -56,15 +56,13 @@ impl Definition {
 
     /// Paths to the seconds and nanoseconds of the header in a part of the message, if it has one.
     pub(in super::super) fn stamp(&self, part: &str) -> Option<[Path; 2]> {
-        let dot = if part.is_empty() { "" } else { "." };
-        let number = |name| self.number(&format!("{part}{dot}header.stamp.{name}")).ok();
-        Some([number("sec")?, number("nanosec")?])
+        let number = |name| self.number(&within(part, name)).ok();
+        Some([number("header.stamp.sec")?, number("header.stamp.nanosec")?])
     }
 
     /// Path to the frame of the header in a part of the message, if it has one.
     pub(in super::super) fn frame(&self, part: &str) -> Option<Path> {
-        let dot = if part.is_empty() { "" } else { "." };
-        match self.part(&format!("{part}{dot}header.frame_id")) {
+        match self.part(&within(part, "header.frame_id")) {
             Ok((path, Part::Text)) => Some(path),
             _ => None,
         }
@@ -72,12 +70,11 @@ impl Definition {
 
     /// Paths to the first covariances of the rates and the accelerations in a part of the message, if it has them.
     pub(in super::super) fn covariances(&self, part: &str) -> Option<[Path; 2]> {
-        let dot = if part.is_empty() { "" } else { "." };
-        let number = |name| {
-            self.number(&format!("{part}{dot}{name}_covariance[0]"))
-                .ok()
-        };
-        Some([number("angular_velocity")?, number("linear_acceleration")?])
+        let number = |name| self.number(&within(part, name)).ok();
+        Some([
+            number("angular_velocity_covariance[0]")?,
+            number("linear_acceleration_covariance[0]")?,
+        ])
     }
 
     /// Names of the first numbers in a part of the message, for people.
@@ -102,7 +99,6 @@ impl Definition {
             return;
         };
         for (index, field) in record.fields.iter().enumerate() {
-            let dot = if prefix.is_empty() { "" } else { "." };
             let elements = match field.count {
                 Count::One => 1,
                 Count::Fixed(elements) => elements,
@@ -117,7 +113,7 @@ impl Definition {
                     Count::One => String::new(),
                     _ => format!("[{element}]"),
                 };
-                let name = format!("{prefix}{dot}{}{index_text}", field.name);
+                let name = within(prefix, &format!("{}{index_text}", field.name));
                 let mut path = path.clone();
                 path.0.push(Step {
                     field: index,
@@ -177,6 +173,15 @@ impl Definition {
             };
         }
         Ok((path, part))
+    }
+}
+
+/// Name of a field in a part of a message, which is all of it for an empty name.
+pub(in super::super) fn within(part: &str, field: &str) -> String {
+    if part.is_empty() {
+        field.to_owned()
+    } else {
+        format!("{part}.{field}")
     }
 }
 
