@@ -9,6 +9,7 @@
 //! | nodes that are feet, and their names | [`feet`] |
 //! | a row per contact | [`row`] |
 //! | counts of frames, losses and problems | [`report`] |
+//! | least delay between a foot's clock and reception | `least_delay` |
 //!
 //! The kind of a file and the format of a log are detected from the contents. Files are read once and never
 //! held in memory as a whole: `can` keeps the newest few thousand rows to complete them.
@@ -16,6 +17,7 @@
 mod can;
 pub mod can_log;
 pub mod feet;
+mod least_delay;
 mod lines;
 pub mod live;
 pub mod remedy;
@@ -32,6 +34,7 @@ use recordings::input::{Foreign, no_log};
 use thiserror::Error;
 
 pub use feet::Feet;
+pub use least_delay::LeastDelay;
 pub use report::{Medium, Report};
 pub use row::Row;
 

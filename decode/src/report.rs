@@ -62,8 +62,7 @@ pub struct Report {
     pub first_s: Option<f64>,
     /// Time of the last row, s.
     pub last_s: Option<f64>,
-    /// The longest time from one row of a foot to its next, s. A gap of a multiple of 256 frames
-    /// shows here and not in the sequence numbers of CAN.
+    /// The longest time from one row of a foot to its next, s.
     pub longest_step_s: Option<f64>,
     /// How many frames of each kind came.
     pub frames: BTreeMap<&'static str, u64>,
@@ -71,7 +70,8 @@ pub struct Report {
     pub clocks: BTreeMap<&'static str, u64>,
     /// Places where sequence numbers are missing.
     pub gaps: u64,
-    /// Sequence numbers that are missing, those of damaged frames included.
+    /// Sequence numbers that are missing, those of damaged frames included. On CAN they count to 256; in a longer
+    /// gap the foot's clock gives the rest.
     pub missing: u64,
     /// How often a foot has started again within the file: its clock and its numbers with it.
     pub restarts: u64,

@@ -12,7 +12,7 @@ use wire::pdo::Status;
 ///
 /// | columns | meaning | unit |
 /// |---|---|---|
-/// | `t` | time of the sample: on the serial line as sent by the foot; on CAN in steps of 10 µs, counted from the start of the turn of the 16-bit clock in which the log begins | s |
+/// | `t` | time of the sample on the foot's clock; on CAN in steps of 10 µs | s |
 /// | `t_received` | on CAN, time of reception on the log's clock: since 1970, or since the start of the log | s |
 /// | `t_common` | on CAN, time on the log's clock, common to all feet: with `sync`, the time of the sample, if the foot has reported a SYNC whose number is also in the log; with `received`, `t_received` | s |
 /// | `clock` | source of `t_common`: `sync` or `received` | |
@@ -25,7 +25,7 @@ use wire::pdo::Status;
 /// | `uwx`, `uwy`, `uwz` | angular rate without bias | rad/s |
 /// | `temperature` | temperature of the sensor | °C |
 /// | `decision` | debounced decision: 1 stable, 0 not stable | 0 or 1 |
-/// | `flags` | names of the estimator's flags, and `fault`. Most frames on CAN are less specific: `saturated`, `starting` for a window that is not full or an unknown attitude, `doubtful` for the others | |
+/// | `flags` | names of the estimator's flags, and `fault`. Most frames on CAN are less specific: `saturated`, `starting` for a window that is not full or an unknown attitude, `doubtful` for the others; `time_not_known` if `t` is wrong by a multiple of 0.65536 s unless guessed rightly, as no health frame has told the clock since the start or a loss | |
 pub const HEADER: &str = "t,t_received,t_common,clock,interface,foot,node,segment,sequence,p_stable,p_tangential,p_vertical,\
      p_ax,p_ay,p_az,p_wx,p_wy,p_wz,qw,qx,qy,qz,lax,lay,laz,uwx,uwy,uwz,bwx,bwy,bwz,\
      temperature,state,decision,flags";
@@ -50,11 +50,26 @@ impl Clock {
     }
 }
 
+/// Whether the turn of a foot's 16-bit clock is known, to which a contact on CAN belongs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Turn {
+    /// Known: from a health frame, or from the contacts since; on a serial line always.
+    #[default]
+    Known,
+    /// Assumed by the time of reception: no health frame has told the clock since the start or a loss.
+    NotYet,
+}
+
 /// Values sent for one sample.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Row {
     /// Time of the sample.
     pub timestamp: Timestamp,
+    /// Whether that time may be wrong by whole turns of the foot's 16-bit clock.
+    pub turn: Turn,
+    /// Number of frames of the foot that are missing before this one, by their sequence numbers; negative if
+    /// earlier rows counted too many.
+    pub missing: i64,
     /// Time of reception on the log's clock.
     pub received: Option<Timestamp>,
     /// Time on the common clock of all feet, and its source.
@@ -119,6 +134,9 @@ impl Row {
         }
         if names.is_empty() && !status.is_valid() {
             names.push("doubtful");
+        }
+        if self.turn == Turn::NotYet {
+            names.push("time_not_known");
         }
         names
     }
@@ -207,6 +225,8 @@ mod tests {
         };
         let full = Row {
             timestamp: Timestamp::from_micros(2_345_678),
+            turn: Turn::NotYet,
+            missing: 0,
             received: Some(Timestamp::from_micros(7_000_001)),
             common: Some((Timestamp::from_micros(6_900_001), Clock::Sync)),
             interface: Some("can1".into()),
@@ -292,7 +312,7 @@ mod tests {
                 ("temperature", "25.5"),
                 ("state", "stance"),
                 ("decision", "1"),
-                ("flags", "time_gap"),
+                ("flags", "time_gap|time_not_known"),
             ]
         );
     }

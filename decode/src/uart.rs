@@ -108,6 +108,8 @@ pub(crate) struct Stream {
     /// Time and segment of the newest row.
     last: Option<(Timestamp, u32)>,
     segment: u32,
+    /// Number of missing frames that the rows so far show.
+    shown_missing: u64,
     /// Node id of the foot, known from its first health message on.
     pub(crate) node: Option<NodeId>,
 }
@@ -120,6 +122,7 @@ impl Stream {
             newest: None,
             last: None,
             segment: 0,
+            shown_missing: 0,
             node: None,
         }
     }
@@ -160,8 +163,10 @@ impl Stream {
     }
 
     fn contact(&mut self, contact: &ContactMessage, sequence: u16) -> Row {
+        let shown = std::mem::replace(&mut self.shown_missing, self.report.missing);
         let row = Row {
             timestamp: Timestamp::from_micros(contact.timestamp.as_micros()),
+            missing: self.report.missing.wrapping_sub(shown).cast_signed(),
             node: self.node,
             foot: self.node.and_then(|node| self.feet.name(node)),
             segment: self.segment,

@@ -2,7 +2,7 @@
 //! numbered SYNC, and to each foot its load.
 
 use wire::foot::cob_id;
-use wire::pdo::{LastSync, Load};
+use wire::pdo::{ClockReading, Load};
 use wire::{CanFrame, Foot, NodeId, Value};
 
 /// Largest number of feet of a robot.
@@ -48,7 +48,7 @@ impl Control {
         if !ms.is_multiple_of(PERIOD_MS) {
             return Vec::new();
         }
-        self.sync = LastSync::number_after(self.sync);
+        self.sync = ClockReading::sync_after(self.sync);
         let sync = CanFrame::new(cob_id::SYNC, &[self.sync]);
         let loads = loads.into_iter();
         let loads = loads.filter_map(|(node, load)| load_frame(node, load as f32));

@@ -6,26 +6,23 @@
 //! reached, but not beyond the time of reception. The same applies to times from SYNCs, whose reception varies
 //! as well.
 
+use decode::LeastDelay;
 use estimator_core::Timestamp;
-
-/// Validity of a least difference, µs: clocks that are 100 ppm apart drift by 0.4 ms in it.
-const KEPT_US: u64 = 4_000_000;
 
 /// Clock of a foot with its offset to the receiver's.
 #[derive(Clone, Debug, Default)]
 pub struct FootClock {
-    /// Least difference since `since_us`, and that of the interval before.
-    newest: Option<i64>,
-    before: Option<i64>,
-    since_us: u64,
-    /// Last time on the foot's clock and on the receiver's, µs.
-    last: Option<(u64, u64)>,
+    least: Option<LeastDelay>,
+    /// Last time on the foot's clock, µs; `None` if it was not known.
+    made_us: Option<u64>,
+    /// The same on the receiver's clock, µs.
+    time_us: Option<u64>,
 }
 
 impl FootClock {
     /// Converts the time `made` on the foot's clock, of a message received at `received`, to the receiver's clock.
     pub fn time(&mut self, made: Timestamp, received: Timestamp) -> Timestamp {
-        let time_us = self.by_least_delay(made.as_micros(), received.as_micros());
+        let time_us = self.by_least_delay(made.as_micros(), received);
         self.advancing(made.as_micros(), received.as_micros(), time_us)
     }
 
@@ -37,45 +34,41 @@ impl FootClock {
         by_sync: Timestamp,
     ) -> Timestamp {
         // The least delay is tracked as well, because SYNCs may end.
-        self.by_least_delay(made.as_micros(), received.as_micros());
+        self.by_least_delay(made.as_micros(), received);
         self.advancing(made.as_micros(), received.as_micros(), by_sync.as_micros())
     }
 
-    fn by_least_delay(&mut self, made_us: u64, received_us: u64) -> u64 {
-        if self.last.is_some_and(|(last, _)| made_us < last) {
+    /// Time of a message whose time on the foot's clock is not known: that of its reception.
+    pub fn received(&mut self, received: Timestamp) -> Timestamp {
+        let received_us = received.as_micros();
+        let time_us = self
+            .time_us
+            .map_or(received_us, |last| received_us.max(last + 1));
+        (self.made_us, self.time_us) = (None, Some(time_us));
+        Timestamp::from_micros(time_us)
+    }
+
+    fn by_least_delay(&mut self, made_us: u64, received: Timestamp) -> u64 {
+        if self.made_us.is_some_and(|last| made_us < last) {
             // The foot has restarted: its times continue after the last one.
-            let last = self.last.map(|(_, time)| (made_us, time + 1));
-            *self = Self {
-                last,
-                ..Self::default()
-            };
+            (self.least, self.made_us) = (None, None);
         }
-        if self.newest.is_none() {
-            self.since_us = made_us;
-        } else if made_us - self.since_us > KEPT_US {
-            self.before = self.newest.take();
-            self.since_us = made_us;
-        }
-        let difference = received_us.wrapping_sub(made_us) as i64;
-        let newest = self
-            .newest
-            .map_or(difference, |least| least.min(difference));
-        self.newest = Some(newest);
-        let offset = self.before.map_or(newest, |before| before.min(newest));
-        made_us.saturating_add_signed(offset)
+        let least = self.least.get_or_insert(LeastDelay::of(made_us, received));
+        least.take(made_us, received);
+        made_us.saturating_add_signed(least.offset_us())
     }
 
     /// Limits a time to advance by at least half of the time passed on the foot's clock, but not beyond the time of
     /// reception; if the last time was beyond it, by 1 µs.
     fn advancing(&mut self, made_us: u64, received_us: u64, time_us: u64) -> Timestamp {
-        let least = self.last.map_or(0, |(made, time)| {
-            let passed = made_us - made;
-            (time + passed.div_ceil(2))
+        let least = self.time_us.map_or(0, |last_us| {
+            let passed = self.made_us.map_or(1, |last| made_us - last);
+            (last_us + passed.div_ceil(2))
                 .min(received_us)
-                .max(time + passed.min(1))
+                .max(last_us + passed.min(1))
         });
         let time_us = time_us.max(least);
-        self.last = Some((made_us, time_us));
+        (self.made_us, self.time_us) = (Some(made_us), Some(time_us));
         Timestamp::from_micros(time_us)
     }
 }
@@ -136,6 +129,19 @@ mod tests {
                 assert_eq!(time, received);
             }
         }
+    }
+
+    #[test]
+    fn times_after_an_unknown_one_do_not_go_back() {
+        let mut clock = FootClock::default();
+        clock.time(micros(1000), micros(9_000_000));
+        // Received late; the next is known again, from another turn of the foot's clock.
+        let unknown = clock.received(micros(9_004_000)).as_micros();
+        let known = clock.time(micros(700_000), micros(9_701_000)).as_micros();
+        assert_eq!((unknown, known), (9_004_000, 9_699_000));
+        let unknown = clock.received(micros(9_704_000)).as_micros();
+        let known = clock.time(micros(702_000), micros(9_704_100)).as_micros();
+        assert_eq!((unknown, known), (9_704_000, 9_704_001));
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use decode::Row;
 use decode::live::{FootKey, Heard, Said};
-use decode::row::Clock;
+use decode::row::{Clock, Turn};
 use estimator_core::{Flag, Flags, Quaternion, Timestamp};
 use wire::node::State;
 use wire::pdo::{Health, TEMPERATURE_STEP};
@@ -32,7 +32,7 @@ pub struct LiveFoot {
     pub contact: Option<(Timestamp, u64)>,
     /// Time of the newest contact or raw sample on the receiver's clock.
     pub stamp: Timestamp,
-    /// Number of contacts missing from the sequence.
+    /// Number of frames that did not arrive, by their sequence numbers; on CAN contacts.
     pub missing: u64,
     /// Number of frames dropped by the foot, as far as reported.
     pub dropped: u64,
@@ -115,16 +115,14 @@ impl LiveFoot {
         };
         let health = self.health.map(|health| health.flags | saturated);
         row.flags = row.flags.or(health);
-        if let Some(last) = &self.row
-            && last.segment == row.segment
-            && let Some(missing) = self.second.missing_before(row.timestamp)
-        {
-            self.missing = self.missing.saturating_add_signed(missing);
-        }
+        self.missing = self.missing.saturating_add_signed(row.missing);
         self.second.take(row.timestamp, row.segment, at);
-        self.stamp = match row.common {
-            Some((time, Clock::Sync)) => self.clock.synchronised(row.timestamp, at, time),
-            _ => self.clock.time(row.timestamp, at),
+        self.stamp = match (row.turn, row.common) {
+            (Turn::NotYet, _) => self.clock.received(at),
+            (Turn::Known, Some((time, Clock::Sync))) => {
+                self.clock.synchronised(row.timestamp, at, time)
+            }
+            (Turn::Known, _) => self.clock.time(row.timestamp, at),
         };
         self.orientation = row.orientation.or(self.orientation);
         self.temperature = row.temperature.or(self.temperature);

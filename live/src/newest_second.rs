@@ -35,8 +35,6 @@ const MOST_STARTS: usize = 3;
 pub struct NewestSecond {
     /// Time of each contact on the foot's clock, and of its reception, µs.
     contacts: VecDeque<(u64, u64)>,
-    /// Lower bound of the intervals between consecutive contacts, µs; 0 if unknown.
-    shortest_us: u64,
     /// Number of starts of the foot before the newest contact.
     segment: Option<u32>,
     /// Reception time of the newest contact, and least delay so far, µs.
@@ -63,9 +61,6 @@ impl NewestSecond {
             self.starts.push_back(received);
         }
         let last = self.contacts.back().map_or(made, |(last, _)| *last);
-        if made > last {
-            self.shortest_us = self.shortest_us.min(made - last);
-        }
         let is_back = made < last;
         if self.is_too_soon(made, received) || is_back {
             self.disordered.push_back(received);
@@ -95,7 +90,6 @@ impl NewestSecond {
     /// Resets rate and jitter after a start of the foot.
     pub fn start_again(&mut self) {
         self.contacts.clear();
-        self.shortest_us = 0;
         self.least = None;
     }
 
@@ -109,41 +103,6 @@ impl NewestSecond {
         let least = least.saturating_add(drift);
         self.least = Some((received, delay.min(least)));
         least.saturating_sub(delay) > SOONER_US
-    }
-
-    /// Number of contacts missing before the one made at `made`, negative if it is older than the newest; `None`
-    /// with fewer than two contacts. After an unusual interval it takes time proportional to the number of
-    /// contacts in the second.
-    #[must_use]
-    pub fn missing_before(&mut self, made: Timestamp) -> Option<i64> {
-        let mut newest = self.contacts.iter().rev().map(|(made, _)| *made);
-        let (last, before) = (newest.next()?, newest.next()?);
-        let since = |from: u64, to: u64| to.wrapping_sub(from).cast_signed();
-        let (step, before) = (since(last, made.as_micros()), since(before, last));
-        // The period is at least the shortest step, and at most 1.5 times any step.
-        let least = before.saturating_mul(3).saturating_add(2) / 4;
-        let shortest = self.shortest_us.cast_signed();
-        if before > 0 && least <= step && step < shortest.saturating_add(shortest / 2) {
-            return Some(0);
-        }
-        let period = self.period_us()?.cast_signed();
-        // A step of 1.5 periods has lost one contact; a step back corrects an earlier count that was too high.
-        let periods = step.saturating_add(period / 2).div_euclid(period);
-        Some(periods.saturating_sub(1))
-    }
-
-    /// Mean interval between consecutive contacts, without intervals in which contacts were lost, µs.
-    fn period_us(&mut self) -> Option<u64> {
-        let times = self.contacts.iter().zip(self.contacts.iter().skip(1));
-        let steps = times.map(|((from, _), (to, _))| to.saturating_sub(*from));
-        let steps = steps.filter(|step| *step > 0);
-        self.shortest_us = steps.clone().min()?;
-        // A sample has the time of its data-ready edge, so an interval varies by a sixth.
-        let longest = self.shortest_us.saturating_mul(3) / 2;
-        let (sum, count) = steps
-            .filter(|step| *step <= longest)
-            .fold((0_u64, 0_u64), |(sum, count), step| (sum + step, count + 1));
-        sum.checked_div(count)
     }
 
     /// Rate of the contacts on the foot's clock, Hz.
@@ -261,49 +220,14 @@ mod tests {
     }
 
     #[test]
-    fn rate_jitter_and_losses_cover_the_newest_second() {
+    fn rate_and_jitter_cover_the_newest_second() {
         let mut second = NewestSecond::default();
         for (made, received) in board(0, 3000).step_by(2) {
             second.take(made, 0, received);
         }
         assert_eq!(second.rate_hz(), Some(500.0));
         assert_eq!(second.jitter_ms(), Some(0.0));
-        let after = |second: &mut NewestSecond, ms: u64| {
-            second.missing_before(Timestamp::from_micros(2_998_000 + 1000 * ms))
-        };
-        let missing = [2, 4, 8].map(|ms| after(&mut second, ms));
-        assert_eq!(missing, [Some(0), Some(1), Some(3)]);
         second.start_again();
-        assert_eq!((second.rate_hz(), after(&mut second, 2)), (None, None));
-    }
-
-    #[test]
-    fn usual_intervals_lose_no_contact_by_the_mean_either() {
-        let mut second = NewestSecond::default();
-        let (mut made, mut random, mut usual) = (0, 1_u64, 0);
-        for k in 0..20_000 {
-            random = random
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
-            // Intervals of 1 ms and 17 %, some of them longer, shorter or backwards.
-            let made_us = made + 830 + (random >> 33) % 340;
-            let made_us = match k % 67 {
-                3 => made_us + 10 * (random >> 50),
-                5 => made_us.saturating_sub(random >> 53),
-                _ => made_us,
-            };
-            made = made_us;
-            let time = Timestamp::from_micros(made_us);
-            let mut by_mean = second.clone();
-            by_mean.shortest_us = 0;
-            usual += u32::from(second.shortest_us > 0);
-            assert_eq!(
-                second.missing_before(time),
-                by_mean.missing_before(time),
-                "{k}"
-            );
-            second.take(time, 0, time);
-        }
-        assert!(usual > 15_000, "{usual}");
+        assert_eq!(second.rate_hz(), None);
     }
 }

@@ -690,7 +690,7 @@ static void read_health(const uint8_t *data, struct footfall_health *out)
     out->error_register = data[1];
     out->dropped = data[2];
     out->sync_counter = data[3];
-    out->sync_time_us = (uint64_t)u32_at(data + 4) * 10u;
+    out->clock_us = (uint64_t)u32_at(data + 4) * 10u;
 }
 
 static bool read_serial_contact(const uint8_t *data, size_t length,

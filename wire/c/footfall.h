@@ -345,11 +345,11 @@ struct footfall_health {
     uint8_t error_register;
     /* Frames replaced by newer ones before they got onto CAN or UART; wraps after 255. */
     uint8_t dropped;
-    /* The counter of the last SYNC; 0 where it had none, and before the first. */
+    /* The moment of Clock: the SYNC with this counter, at most 250 ms ago; 0 is the sample of
+     * the contact before. */
     uint8_t sync_counter;
-    /* The foot's clock when the SYNC of SyncCounter came; 0 before the first. Modulo 655.36 ms
-     * it is a Timestamp. */
-    uint64_t sync_time_us;
+    /* The foot's clock at the moment that SyncCounter names. Modulo 655.36 ms it is a Timestamp. */
+    uint64_t clock_us;
 };
 
 /* The contact, at full resolution, each tick. */

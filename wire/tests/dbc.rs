@@ -12,8 +12,8 @@ use estimator_core::{
 use proptest::prelude::*;
 use wire::dictionary::index;
 use wire::pdo::{
-    ACCELERATION_STEP, Acceleration, Attitude, Axes, BIAS_STEP, Bias, Contact, Health, LastSync,
-    LongTime, RATE_STEP, Rate, TEMPERATURE_STEP, UNIT_STEP,
+    ACCELERATION_STEP, Acceleration, Attitude, Axes, BIAS_STEP, Bias, ClockReading, Contact,
+    Health, LongTime, RATE_STEP, Rate, TEMPERATURE_STEP, UNIT_STEP,
 };
 use wire::{Address, BootCause, Fault, Faults, Foot, Node, Pdo, Settings, Value};
 
@@ -52,7 +52,7 @@ struct Truth {
     sequence: u8,
     temperature: f32,
     dropped: u32,
-    sync: LastSync,
+    clock: ClockReading,
 }
 
 impl Truth {
@@ -67,7 +67,7 @@ impl Truth {
             Pdo::Bias => Bias::new(estimate, self.temperature, self.faults).encode(),
             Pdo::Health => {
                 let register = self.faults.register();
-                Health::new(estimate.flags, register, self.dropped, self.sync).encode()
+                Health::new(estimate.flags, register, self.dropped, self.clock).encode()
             }
         }
     }
@@ -159,8 +159,8 @@ impl Truth {
             "Temperature" => (f64::from(self.temperature), TEMPERATURE_STEP * 0.505),
             "ErrorRegister" => exact(f64::from(self.faults.register())),
             "Dropped" => exact(f64::from(self.dropped % 256)),
-            "SyncCounter" => exact(f64::from(self.sync.counter)),
-            "SyncTime" => (f64::from(self.sync.time.0) / 100.0, 1.0e-7),
+            "SyncCounter" => exact(f64::from(self.clock.sync)),
+            "Clock" => (f64::from(self.clock.time.0) / 100.0, 1.0e-7),
             other => panic!("no truth for {other}"),
         }
     }
@@ -174,7 +174,7 @@ fn vector(limit: f32) -> impl Strategy<Value = Vec3> {
 prop_compose! {
     fn truth()(
         p in prop::array::uniform9(0.0..=1.0_f32),
-        (micros, sync, sequence, dropped) in (0..u64::MAX / 2, any::<(u8, u32)>(), any::<u8>(), any::<u32>()),
+        (micros, clock, sequence, dropped) in (0..u64::MAX / 2, any::<(u8, u32)>(), any::<u8>(), any::<u32>()),
         // Mostly without flags: otherwise there are too few valid frames.
         flags in prop_oneof![2 => Just(0), 1 => 0..64_u8],
         faults in prop_oneof![2 => Just(0), 1 => any::<u32>()],
@@ -212,7 +212,7 @@ prop_compose! {
             sequence,
             temperature,
             dropped,
-            sync: LastSync { counter: sync.0, time: LongTime(sync.1) },
+            clock: ClockReading { sync: clock.0, time: LongTime(clock.1) },
         }
     }
 }

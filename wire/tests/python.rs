@@ -20,7 +20,7 @@ use estimator_core::{
     Probabilities, Quaternion, Timestamp, Vec3,
 };
 use wire::dictionary::{self, Role, Shape};
-use wire::pdo::{Acceleration, Attitude, Axes, Bias, Contact, Health, LastSync, Rate};
+use wire::pdo::{Acceleration, Attitude, Axes, Bias, ClockReading, Contact, Health, Rate};
 use wire::{Faults, Foot, Pdo, Value};
 
 const HERE: &str = env!("CARGO_MANIFEST_DIR");
@@ -247,18 +247,18 @@ fn decoded(pdo: Pdo, estimate: &ContactEstimate, i: u32) -> Vec<([u8; 8], &'stat
         }
         Pdo::Health => {
             let bytes = {
-                let sync = LastSync {
-                    counter: (i % 240 + 1) as u8,
+                let clock = ClockReading {
+                    sync: (i % 240 + 1) as u8,
                     time: estimate.timestamp.into(),
                 };
-                Health::new(estimate.flags, i as u8, i, sync).encode()
+                Health::new(estimate.flags, i as u8, i, clock).encode()
             };
             let health = Health::decode(&bytes);
             vec![
                 (bytes, "ErrorRegister", health.register.into()),
                 (bytes, "Dropped", health.dropped.into()),
-                (bytes, "SyncCounter", health.sync.counter.into()),
-                (bytes, "SyncTime", f64::from(health.sync.time.0) / 100.0),
+                (bytes, "SyncCounter", health.clock.sync.into()),
+                (bytes, "Clock", f64::from(health.clock.time.0) / 100.0),
             ]
         }
     }

@@ -5,21 +5,19 @@
 //! | parsing of lines, assignment of frames to feet | this one |
 //! | the newest rows, completed by further frames of the foot | `pending` |
 //! | time of a contact, from the clocks of foot and log | `clock` |
+//! | mean period of the contacts, which numbers and times have to agree with | `pace` |
 //! | alignment of all feet to the log's clock by numbered SYNCs | `sync` |
-//! | time of a contact that is received live and possibly delayed | `turns`, `long`, `pace` |
-//! | state of a foot: newest contact, sequence number, doubtful times | `foot` |
+//! | state of a foot: newest contact, sequence number, times not yet known | `foot` |
 //! | cells of a row | `rows` |
 
 mod clock;
 mod foot;
-mod long;
 mod pace;
 mod pending;
 mod rows;
 mod sync;
 #[cfg(test)]
 mod tests;
-mod turns;
 
 use std::collections::BTreeMap;
 use std::io::BufRead;
@@ -35,11 +33,10 @@ use super::row::Clock;
 use super::{DecodeError, Feet, Outcome, Row, Sink};
 use crate::can_log::{Content, Other, Reader, Times};
 use crate::report::Counted;
-use foot::LoggedFoot;
+use foot::{Change, LoggedFoot};
 use pending::Pending;
 use rows::{Belongs, complete, kind_name, row_of};
 use sync::Syncs;
-use turns::Correction;
 
 /// Number of malformed lines that are quoted; further ones are only counted.
 const NAMED_LINES: u64 = 10;
@@ -250,10 +247,11 @@ impl Log {
                 let First {
                     contact, index, at, ..
                 } = first;
-                let mut foot = LoggedFoot::new(&contact, index, at, self.reception);
-                let micros = foot.take(&contact, index, at, &mut self.report);
-                if let (Some(row), Some(micros)) = (self.rows.get_mut(index), micros) {
-                    row.timestamp = Timestamp::from_micros(micros);
+                let foot = LoggedFoot::new(&contact, index, at, self.reception);
+                if let Some(row) = self.rows.get_mut(index) {
+                    row.timestamp = Timestamp::from_micros(foot.micros());
+                    row.turn = foot.turn();
+                    row.missing = 0;
                     row.segment = *segment;
                     row.common = at.map(|at| (at, Clock::Received));
                 }
@@ -286,7 +284,7 @@ impl Log {
         let t = self
             .feet
             .get(&(interface.to_owned(), node.get()))
-            .map(|foot| foot.micros as f64 / 1.0e6);
+            .map(|foot| foot.micros() as f64 / 1.0e6);
         self.report.emergencies.push(EmergencyReport {
             t,
             interface: interface.to_owned(),
@@ -347,29 +345,43 @@ impl Log {
             return;
         };
         let row = self.rows.get_mut(foot.row);
-        let belongs = row.map(|row| complete(row, pdo, bytes, foot.short));
+        let belongs = row.map(|row| complete(row, pdo, bytes, foot.short()));
         if belongs != Some(Belongs::ToTheContact) {
             self.report.count_problem("frames_without_their_contact");
         }
         if pdo != Pdo::Health {
             return;
         }
-        let sync = Health::decode(bytes).sync;
-        match foot.verify(sync, &mut self.report) {
-            Correction::None => {}
-            Correction::Turns { .. } => {
-                if let Some(row) = self.rows.get_mut(foot.row) {
-                    row.timestamp = Timestamp::from_micros(foot.micros);
-                    row.common = foot.common(foot.micros).or(row.common);
-                }
+        let reading = Health::decode(bytes).clock;
+        let (newest, change) = (foot.row, foot.read_clock(reading, &mut self.report));
+        match change {
+            Change::None => {}
+            Change::Turn(from, shift_us) => {
+                let common = |row: &mut Row| {
+                    row.common = foot.common(row.timestamp.as_micros()).or(row.common);
+                };
+                self.rows.place(from, newest, shift_us, common);
             }
             // The boot-up was lost.
-            Correction::Restarted => return self.boot_up(interface, node),
+            Change::Restart(from, shift_us) => {
+                self.report.restarts += 1;
+                let key = (interface.to_owned(), node.get());
+                let segment = self.segments.entry(key).or_default();
+                *segment += 1;
+                let restarted = |row: &mut Row| {
+                    row.segment = *segment;
+                    row.common = row.received.map(|at| (at, Clock::Received));
+                };
+                self.rows.place(from, newest, shift_us, restarted);
+            }
+        }
+        if let Some(row) = self.rows.get_mut(newest) {
+            row.missing += foot.take_missing();
         }
         if let Some(syncs) = self.syncs.get(interface)
-            && let Some(offset) = foot.align(sync, syncs)
+            && let Some(offset) = foot.align(reading, syncs)
         {
-            self.rows.align(foot.row, offset);
+            self.rows.align(newest, offset);
         }
     }
 
@@ -400,14 +412,24 @@ impl Log {
         }
         let known = self.feet.get(&key).cloned();
         let may_be_first = known.is_some() && contact.sequence == 0;
-        let mut foot = known.unwrap_or_else(|| LoggedFoot::new(contact, index, at, self.reception));
         let mut counted = Counted::new();
         let report = if may_be_first {
             &mut counted.0
         } else {
             &mut self.report
         };
-        let Some(micros) = foot.take(contact, index, at, report) else {
+        let (mut foot, micros) = match known {
+            None => {
+                let foot = LoggedFoot::new(contact, index, at, self.reception);
+                let micros = foot.micros();
+                (foot, Some(micros))
+            }
+            Some(mut foot) => {
+                let micros = foot.take(contact, index, at, report);
+                (foot, micros)
+            }
+        };
+        let Some(micros) = micros else {
             self.report.add(counted);
             return;
         };
@@ -421,7 +443,8 @@ impl Log {
             };
             self.first.insert(key.clone(), first);
         }
-        let mut row = row_of(contact, micros, node);
+        let mut row = row_of(contact, micros, foot.turn(), node);
+        row.missing = foot.take_missing();
         row.interface = self.name(interface);
         row.foot = self.known.name(node);
         row.segment = self.segments.get(&key).copied().unwrap_or(0);

@@ -1,14 +1,14 @@
-//! Mean period of a foot's contacts, and the least delay of their reception.
-
-use estimator_core::Timestamp;
+//! Mean period of a foot's contacts, which tells how many were made in a given time.
 
 /// Largest number of contacts over which the period is averaged; the smallest is half of it. A single
 /// period varies by a sixth, because its time is that of the sensor's edge.
 const AVERAGED: u64 = 2048;
 
-/// Validity of a least delay, µs: clocks that are 100 ppm apart drift by 0.4 ms in it. Measured in time of
-/// reception, because frames queued in a stall arrive all at once.
-const KEPT_US: u64 = 4_000_000;
+/// Longest time to the contact with the next number, in periods; a longer time is a pause of the foot.
+const MOST_PERIODS: i64 = 8;
+
+/// Modulus of the sequence numbers.
+const NUMBERS: i64 = 1 << 8;
 
 /// Mean period of the contacts of a foot.
 #[derive(Clone, Copy, Debug, Default)]
@@ -18,14 +18,6 @@ pub(super) struct Pace {
 }
 
 impl Pace {
-    /// The pace of one contact per `period_us`.
-    pub(super) const fn of(period_us: u64) -> Self {
-        Self {
-            elapsed_us: period_us,
-            contacts: 1,
-        }
-    }
-
     /// Adds a number of contacts made within `elapsed_us`.
     pub(super) const fn take(&mut self, elapsed_us: u64, contacts: u64) {
         self.elapsed_us += elapsed_us;
@@ -36,65 +28,66 @@ impl Pace {
         }
     }
 
-    /// Time for a number of contacts, µs; `None` if the pace is unknown.
-    pub(super) fn time_of(self, contacts: u64) -> Option<i64> {
-        let time = self.elapsed_us * contacts / self.contacts.max(1);
-        i64::try_from(time).ok().filter(|time| *time > 0)
+    /// Returns whether no contacts have been added.
+    pub(super) const fn is_unknown(self) -> bool {
+        self.contacts == 0
+    }
+
+    /// Starts from the time between two consecutive contacts, if the pace is unknown.
+    pub(super) fn take_first(&mut self, elapsed_us: i64) {
+        if self.is_unknown() && elapsed_us > 0 {
+            self.take(elapsed_us.unsigned_abs(), 1);
+        }
+    }
+
+    /// Returns whether a contact may be `contacts` after another, or before it if negative, by a time of
+    /// `elapsed_us` between them. The tolerance is half a period plus the change of the pace; the next contact
+    /// may be later, as with a late edge.
+    pub(super) fn agrees(self, elapsed_us: i64, contacts: i64) -> bool {
+        let (Ok(mean_us), Ok(averaged)) =
+            (i64::try_from(self.elapsed_us), i64::try_from(self.contacts))
+        else {
+            return false;
+        };
+        let (Some(period_us), Some(expected_us)) = (
+            mean_us.checked_div(averaged),
+            mean_us.saturating_mul(contacts).checked_div(averaged),
+        ) else {
+            return false;
+        };
+        let tolerance_us = period_us / 2 + expected_us.abs() / 256;
+        let latest_us = match contacts {
+            1 => MOST_PERIODS * period_us,
+            _ => expected_us + tolerance_us,
+        };
+        let earliest_us = match contacts {
+            1 => 1,
+            _ => expected_us - tolerance_us,
+        };
+        (earliest_us..=latest_us).contains(&elapsed_us)
+    }
+
+    /// Number of contacts missing in `elapsed_us`, in which the number has advanced by `numbers`. The pace
+    /// gives the number of contacts made approximately, the sequence number exactly, modulo 256. If the number
+    /// is the next one and contradicts the pace, the foot has paused.
+    pub(super) fn missing(self, elapsed_us: i64, numbers: u8) -> i64 {
+        let modulo = i64::from(numbers.wrapping_sub(1));
+        let Some(made) = self.contacts_in(elapsed_us) else {
+            return modulo;
+        };
+        let difference =
+            (i64::from(numbers) - made + NUMBERS / 2).rem_euclid(NUMBERS) - NUMBERS / 2;
+        if numbers == 1 && difference.abs() > 2 + made / 256 {
+            return 0;
+        }
+        (made + difference - 1).max(modulo)
     }
 
     /// Number of contacts made in `elapsed_us`, rounded; `None` if the pace is unknown.
-    pub(super) fn contacts_in(self, elapsed_us: i64) -> Option<i64> {
+    fn contacts_in(self, elapsed_us: i64) -> Option<i64> {
         let elapsed = i128::from(elapsed_us) * i128::from(self.contacts);
         let period = i128::from(self.elapsed_us);
         let contacts = (elapsed + period / 2).checked_div_euclid(period)?;
         i64::try_from(contacts).ok()
     }
-}
-
-/// Least difference between reception and a foot's clock in the last seconds, µs. Added to a contact's time
-/// on the foot's clock, it gives the latest time at which the contact can have been made.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct LeastDelay {
-    newest: i64,
-    before: i64,
-    since: Timestamp,
-}
-
-impl LeastDelay {
-    /// The delay of a contact at `made_us` on the foot's clock, received at `at`.
-    pub(super) const fn of(made_us: u64, at: Timestamp) -> Self {
-        let difference = difference(made_us, at);
-        Self {
-            newest: difference,
-            before: difference,
-            since: at,
-        }
-    }
-
-    /// Processes the next contact.
-    pub(super) fn take(&mut self, made_us: u64, at: Timestamp) {
-        let difference = difference(made_us, at);
-        let kept_us = at.as_micros().wrapping_sub(self.since.as_micros());
-        // Also true if the receiver's clock was set back.
-        if kept_us > KEPT_US {
-            self.before = self.newest;
-            self.newest = difference;
-            self.since = at;
-        }
-        self.newest = self.newest.min(difference);
-    }
-
-    /// Offset from the foot's clock to the latest time at which a contact can have been made, µs.
-    pub(super) fn offset(self) -> i64 {
-        self.newest.min(self.before)
-    }
-
-    /// Delay of a contact beyond the least delay, µs; negative if it is the shortest so far.
-    pub(super) fn waited(self, made_us: u64, at: Timestamp) -> i64 {
-        difference(made_us, at).saturating_sub(self.offset())
-    }
-}
-
-const fn difference(made_us: u64, at: Timestamp) -> i64 {
-    at.as_micros().wrapping_sub(made_us) as i64
 }

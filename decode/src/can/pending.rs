@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use estimator_core::Timestamp;
 
 use crate::report::Report;
-use crate::row::{Clock, Row};
+use crate::row::{Clock, Row, Turn};
 use crate::{DecodeError, Sink};
 
 /// Number of rows kept: a second of four feet. The other frames of a sample follow the contact within
@@ -55,6 +55,29 @@ impl Pending {
                 if let Some(common) = common {
                     row.common = Some((Timestamp::from_micros(common), Clock::Sync));
                 }
+            }
+        }
+    }
+
+    /// Makes the turn of the rows of a foot from row `from` on known: shifts their times by `shift_us`. `change`
+    /// is applied to each.
+    pub(super) fn place(
+        &mut self,
+        from: usize,
+        newest: usize,
+        shift_us: i64,
+        change: impl Fn(&mut Row),
+    ) {
+        let Some(last) = self.get_mut(newest) else {
+            return;
+        };
+        let (interface, node) = (last.interface.clone(), last.node);
+        for row in self.rows.iter_mut().skip(from.saturating_sub(self.left)) {
+            if row.node == node && row.interface == interface {
+                let micros = row.timestamp.as_micros().saturating_add_signed(shift_us);
+                row.timestamp = Timestamp::from_micros(micros);
+                row.turn = Turn::Known;
+                change(row);
             }
         }
     }

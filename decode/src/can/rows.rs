@@ -4,12 +4,13 @@ use estimator_core::Timestamp;
 use wire::pdo::{Acceleration, Attitude, Axes, Bias, Contact, Health, P8, Rate, ShortTime};
 use wire::{NodeId, Pdo};
 
-use crate::Row;
+use crate::row::{Row, Turn};
 
 /// Returns the row of a contact at `micros` on its foot's clock.
-pub(super) fn row_of(contact: &Contact, micros: u64, node: NodeId) -> Row {
+pub(super) fn row_of(contact: &Contact, micros: u64, turn: Turn, node: NodeId) -> Row {
     Row {
         timestamp: Timestamp::from_micros(micros),
+        turn,
         node: Some(node),
         sequence: u16::from(contact.sequence),
         stable: contact.stable.probability(),

@@ -5,14 +5,16 @@
 //! reception, which varies, so the median of several differences is used.
 
 use estimator_core::Timestamp;
-use wire::pdo::{LastSync, ShortTime};
+use wire::pdo::ClockReading;
 
-use super::clock::{Elapsed, Mark};
-use super::turns::Turns;
+use crate::LeastDelay;
 
 /// Number of differences in the median. At ten health frames a second they span less than two seconds, in
 /// which clocks that are 50 ppm apart drift by 80 µs.
 const DIFFERENCES: usize = 15;
+
+/// Time by which a contact may undercut the least delay so far, µs.
+const SOONER_US: i64 = 50_000;
 
 /// Change of the difference that means a clock was set or restarted, µs.
 const LARGEST_STEP_US: u64 = 100_000;
@@ -44,33 +46,30 @@ impl Syncs {
 pub(super) struct Alignment {
     /// Recent differences, µs, newest last.
     differences: Vec<i64>,
-    /// The last SYNC that the foot reported; it repeats the report until the next SYNC.
-    newest: Option<LastSync>,
+    /// The last SYNC that the foot reported; it reports each several times.
+    newest: Option<ClockReading>,
 }
 
 impl Alignment {
-    /// Processes the SYNC that the foot reports. `mark` is its newest contact; `live` is its clock if frames
-    /// are received live, in which case a delayed SYNC is ignored.
-    pub(super) fn take(&mut self, sync: LastSync, syncs: &Syncs, mark: Mark, live: Option<&Turns>) {
-        if sync.counter == 0 || self.newest == Some(sync) {
+    /// Processes a clock that the foot reports, which is `micros` on its counted clock, if it was read at a SYNC.
+    /// `least` is the least delay of frames received live, in which case a delayed SYNC is ignored.
+    pub(super) fn take(
+        &mut self,
+        reading: ClockReading,
+        micros: u64,
+        syncs: &Syncs,
+        least: Option<LeastDelay>,
+    ) {
+        if reading.sync == 0 || self.newest == Some(reading) {
             return;
         }
-        self.newest = Some(sync);
-        let Some(at) = syncs.at(sync.counter) else {
+        self.newest = Some(reading);
+        let Some(at) = syncs.at(reading.sync) else {
             return;
         };
-        // Short time of the SYNC on the foot's clock; the log's clock determines the turn.
-        let short = ShortTime(sync.time.0 as u16);
-        let by_log = || match mark.elapsed(short, Some(at)) {
-            Elapsed::Agreed(elapsed) => mark.micros.checked_add_signed(elapsed),
-            _ => None,
-        };
-        let long = live.and_then(|turns| turns.counted(sync));
-        let Some(clock) = long.or_else(by_log) else {
-            return;
-        };
-        let difference = at.as_micros().wrapping_sub(clock) as i64;
-        if live.is_some_and(|turns| turns.has_waited(difference)) {
+        let difference = at.as_micros().wrapping_sub(micros) as i64;
+        let latest = least.map(|least| least.offset_us().saturating_add(SOONER_US));
+        if latest.is_some_and(|latest| difference > latest) {
             return;
         }
         if let Some(known) = self.offset()

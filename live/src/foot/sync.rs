@@ -9,10 +9,10 @@ use std::collections::{BTreeMap, VecDeque};
 
 use decode::live::{FootKey, Heard, Said};
 use thiserror::Error;
-use wire::pdo::{LastSync, TIME_STEP_US};
+use wire::pdo::{ClockReading, TIME_STEP_US};
 
 /// SYNCs kept for matching a report: one full cycle of the counter.
-const REMEMBERED: usize = LastSync::HIGHEST_NUMBER as usize;
+const REMEMBERED: usize = ClockReading::HIGHEST_SYNC as usize;
 
 /// Maximum interval between two reports, in steps of the foot's clock: 1 s.
 const LONGEST_GAP: i64 = 100_000;
@@ -109,7 +109,7 @@ impl Clocks {
     /// Adds a message of a foot.
     pub fn take(&mut self, heard: &Heard) {
         match &heard.said {
-            Said::Health(health) => self.report(&heard.foot, health.sync),
+            Said::Health(health) => self.report(&heard.foot, health.clock),
             // The clock of the foot restarts.
             Said::BootUp(_) => self.forget(&heard.foot),
             _ => {}
@@ -129,12 +129,12 @@ impl Clocks {
         }
     }
 
-    fn report(&mut self, foot: &FootKey, sync: LastSync) {
-        let is_it = |(number, _): &&(u8, u64)| *number == sync.counter;
+    fn report(&mut self, foot: &FootKey, clock: ClockReading) {
+        let is_it = |(number, _): &&(u8, u64)| *number == clock.sync;
         let Some((_, index)) = self.heard.iter().rev().find(is_it).copied() else {
             return;
         };
-        let time = i64::from(sync.time.0);
+        let time = i64::from(clock.time.0);
         let last = self.feet.get(foot).and_then(|reported| reported.newest);
         if last.is_some_and(|last| (time - last).rem_euclid(1 << 32) > LONGEST_GAP) {
             self.forget(foot);
@@ -290,7 +290,10 @@ mod tests {
                     flags: 0,
                     register: 0,
                     dropped: 0,
-                    sync: LastSync { counter, time },
+                    clock: ClockReading {
+                        sync: counter,
+                        time,
+                    },
                 }),
             });
         }

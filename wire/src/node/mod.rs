@@ -42,7 +42,7 @@ use crate::dictionary::{Address, ERROR_HISTORY, index};
 use crate::fault::{Fault, Faults};
 use crate::foot::{NodeId, cob_id};
 use crate::frame::CanFrame;
-use crate::pdo::{LastSync, Load, Pdo};
+use crate::pdo::{ClockReading, Load, Pdo};
 use crate::sdo::{self, Objects, SdoServer};
 use crate::settings::{LoadSource, Settings, Trigger};
 use crate::stage::Stage;
@@ -78,7 +78,7 @@ pub struct Node {
     syncs: u32,
     /// One bit per PDO, set if a SYNC has requested it.
     requested: u8,
-    last_sync: LastSync,
+    last_sync: ClockReading,
     sequence: u8,
     /// Faults whose emergency message was sent since the last boot.
     reported: Faults,
@@ -124,7 +124,7 @@ impl Node {
             heartbeat_age: 0,
             syncs: 0,
             requested: 0,
-            last_sync: LastSync::default(),
+            last_sync: ClockReading::default(),
             sequence: 0,
             reported: Faults::NONE,
             held_back: Faults::NONE,
@@ -425,8 +425,8 @@ impl Node {
     }
 
     fn receive_sync(&mut self, data: &[u8], now: Timestamp) -> Option<Event> {
-        self.last_sync = LastSync {
-            counter: data.first().copied().unwrap_or(0),
+        self.last_sync = ClockReading {
+            sync: data.first().copied().unwrap_or(0),
             time: now.into(),
         };
         self.syncs = self.syncs.wrapping_add(1);

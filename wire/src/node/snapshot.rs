@@ -5,7 +5,7 @@ use estimator_core::ContactEstimate;
 
 use crate::dictionary::Address;
 use crate::fault::Faults;
-use crate::pdo::{Acceleration, Attitude, Axes, Bias, Contact, Health, LastSync, Pdo, Rate};
+use crate::pdo::{Acceleration, Attitude, Axes, Bias, ClockReading, Contact, Health, Pdo, Rate};
 
 /// Inputs of all process data.
 #[derive(Clone, Debug, Default)]
@@ -18,7 +18,7 @@ pub(super) struct Snapshot {
     pub(super) faults: Faults,
     /// Frames dropped since the start.
     pub(super) dropped: u32,
-    pub(super) last_sync: LastSync,
+    pub(super) last_sync: ClockReading,
     /// Sequence number of the contact.
     pub(super) sequence: u8,
 }
@@ -36,7 +36,8 @@ impl Snapshot {
             Pdo::Bias => Bias::new(estimate, self.temperature, faults).encode(),
             Pdo::Health => {
                 let register = faults.register();
-                Health::new(estimate.flags, register, self.dropped, self.last_sync).encode()
+                let clock = ClockReading::to_report(self.last_sync, estimate.timestamp);
+                Health::new(estimate.flags, register, self.dropped, clock).encode()
             }
         }
     }

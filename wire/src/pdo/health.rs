@@ -1,14 +1,17 @@
-//! TPDO7: health, and the foot's clock at the last SYNC.
+//! TPDO7: health, and the foot's full clock.
 //!
-//! A SYNC reaches all feet at the same moment: if two feet report the same SYNC, the
-//! difference of their bytes 4 to 7 is the difference of their clocks. Byte 3 identifies the
-//! SYNC, so the master has to number its SYNCs (object 0x1019 of the master). Bytes 4 and 5 are
-//! the [`ShortTime`](super::ShortTime) of that moment, so the samples of both feet are on one
-//! clock with it.
+//! The short times of contacts wrap every 655.36 ms. Bytes 4 to 7 are the full clock of the foot at a moment
+//! less than [`ClockReading::OLDEST_SYNC_US`] from the contact sent just before, so that a listener knows
+//! the time of each contact from the first health frame on, and again after any loss.
+//!
+//! Byte 3 names the moment: 0 is the sample of that contact; any other number is that of a SYNC, at its
+//! reception. A SYNC reaches all feet at the same moment: if two feet report the same SYNC, the difference of
+//! their bytes 4 to 7 is the difference of their clocks. The master has to number its SYNCs (object 0x1019
+//! of the master).
 
-use estimator_core::{Flag, Flags};
+use estimator_core::{Flag, Flags, Timestamp};
 
-use super::{Field, LongTime, Signal};
+use super::{Field, LongTime, Signal, TIME_STEP_US};
 use crate::address::index;
 use crate::value::Value;
 
@@ -21,41 +24,62 @@ pub struct Health {
     pub register: u8,
     /// Frames dropped, modulo 2⁸.
     pub dropped: u8,
-    /// The last SYNC.
-    pub sync: LastSync,
+    /// The foot's clock.
+    pub clock: ClockReading,
 }
 
-/// SYNC and its reception time.
+/// Reading of the foot's clock, and the moment at which it was read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct LastSync {
-    /// Counter, 1 to [`Self::HIGHEST_NUMBER`]; 0 if it had none, and before the first.
-    pub counter: u8,
-    /// Reception time on the foot's clock.
+pub struct ClockReading {
+    /// Number of the SYNC at whose reception the clock was read, 1 to [`Self::HIGHEST_SYNC`]; 0 for the
+    /// sample of the newest contact.
+    pub sync: u8,
+    /// The foot's clock at that moment.
     pub time: LongTime,
 }
 
-impl LastSync {
+impl ClockReading {
     /// Highest number of a SYNC: CiA 301 lets its master count to a limit of 2 to this, then from 1 again
     /// (object 0x1019).
-    pub const HIGHEST_NUMBER: u8 = 240;
+    pub const HIGHEST_SYNC: u8 = 240;
+
+    /// Age up to which a SYNC is reported, µs. With the 100 ms to the next health frame it is less than half a
+    /// turn of the short clock, so that the short time of each contact until then belongs to one full time only.
+    pub const OLDEST_SYNC_US: u64 = 200_000;
 
     /// Number of the SYNC after the one with this number, if all numbers are used; 1 after 0, for the
     /// first.
     #[must_use]
-    pub const fn number_after(number: u8) -> u8 {
-        number % Self::HIGHEST_NUMBER + 1
+    pub const fn sync_after(number: u8) -> u8 {
+        number % Self::HIGHEST_SYNC + 1
+    }
+
+    /// Reading to report with a contact of a sample acquired at `sample`, when `sync` is the last SYNC: that
+    /// of the SYNC if it is numbered and recent, otherwise that of the sample.
+    #[must_use]
+    pub fn to_report(sync: Self, sample: Timestamp) -> Self {
+        let sample = LongTime::from(sample);
+        // A SYNC may arrive between the sample and the frame.
+        let age = (sample.0.wrapping_sub(sync.time.0) as i32).unsigned_abs();
+        if sync.sync != 0 && age <= (Self::OLDEST_SYNC_US / TIME_STEP_US) as u32 {
+            return sync;
+        }
+        Self {
+            sync: 0,
+            time: sample,
+        }
     }
 }
 
 impl Health {
-    /// Creates the frame from flags, error register, number of dropped frames and last SYNC.
+    /// Creates the frame from flags, error register, number of dropped frames and clock.
     #[must_use]
-    pub fn new(flags: Flags, register: u8, dropped: u32, sync: LastSync) -> Self {
+    pub fn new(flags: Flags, register: u8, dropped: u32, clock: ClockReading) -> Self {
         Self {
             flags: flags.bits(),
             register,
             dropped: dropped as u8,
-            sync,
+            clock,
         }
     }
 
@@ -68,21 +92,21 @@ impl Health {
     /// Encodes the frame.
     #[must_use]
     pub fn encode(&self) -> [u8; 8] {
-        let [a, b, c, d] = self.sync.time.0.to_le_bytes();
+        let [a, b, c, d] = self.clock.time.0.to_le_bytes();
         let (flags, register, dropped) = (self.flags, self.register, self.dropped);
-        [flags, register, dropped, self.sync.counter, a, b, c, d]
+        [flags, register, dropped, self.clock.sync, a, b, c, d]
     }
 
     /// Decodes the frame; accepts any bytes.
     #[must_use]
     pub fn decode(bytes: &[u8; 8]) -> Self {
-        let [flags, register, dropped, counter, a, b, c, d] = *bytes;
+        let [flags, register, dropped, sync, a, b, c, d] = *bytes;
         Self {
             flags,
             register,
             dropped,
-            sync: LastSync {
-                counter,
+            clock: ClockReading {
+                sync,
                 time: LongTime(u32::from_le_bytes([a, b, c, d])),
             },
         }
@@ -145,32 +169,32 @@ pub(super) const FIELDS: [Field; 5] = [
     Field::new(
         index::HEALTH,
         3,
-        "Counter of the last SYNC",
+        "SYNC of the clock",
         Value::U8(0),
         &[Signal::unsigned(
             "SyncCounter",
             8,
             1.0,
             "",
-            "The counter of the last SYNC; 0 where it had none, and before the first.",
+            "The moment of Clock: the SYNC with this counter, at most 200 ms ago; 0 is the sample of the contact before.",
         )],
     )
-    .doc("0: it had none"),
+    .doc("counter of the SYNC at which 2107:4 was read; 0: it was the newest sample"),
     Field::new(
         index::HEALTH,
         4,
-        "Time of the last SYNC",
+        "Clock",
         Value::U32(0),
         &[Signal::unsigned(
-            "SyncTime",
+            "Clock",
             32,
-            super::TIME_STEP_US as f64 / 1000.0,
+            TIME_STEP_US as f64 / 1000.0,
             "ms",
-            "The foot's clock when the SYNC of SyncCounter came; 0 before the first. Modulo 655.36 ms it is a Timestamp.",
+            "The foot's clock at the moment that SyncCounter names. Modulo 655.36 ms it is a Timestamp.",
         )],
     )
     .unit("10 µs")
-    .doc("on the foot's clock; the low 16 bits are a timestamp of 0x2100:4"),
+    .doc("of the foot; the low 16 bits are a timestamp of 0x2100:4"),
 ];
 
 #[cfg(test)]
@@ -180,17 +204,43 @@ mod tests {
     #[test]
     fn golden_bytes() {
         let flags = Flags::NONE.with(Flag::Stale).with(Flag::TimeGap);
-        let sync = LastSync {
-            counter: 240,
+        let clock = ClockReading {
+            sync: 240,
             time: LongTime(0x1234_5678),
         };
-        let health = Health::new(flags, 0x81, 0x1_0203, sync);
+        let health = Health::new(flags, 0x81, 0x1_0203, clock);
         assert_eq!(
             health.encode(),
             [0x28, 0x81, 0x03, 240, 0x78, 0x56, 0x34, 0x12]
         );
         assert_eq!(Health::decode(&health.encode()), health);
         assert!(health.contains(Flag::Stale) && !health.contains(Flag::Saturated));
+    }
+
+    #[test]
+    fn sync_is_reported_while_recent_and_numbered() {
+        let read = |sync, micros| ClockReading {
+            sync,
+            time: Timestamp::from_micros(micros).into(),
+        };
+        let day = 86_400_000_000;
+        for start in [500_000, day, u64::from(u32::MAX) * TIME_STEP_US] {
+            let reported = |sync: u8, age_us: i64| {
+                let sample = Timestamp::from_micros(start.wrapping_add_signed(age_us));
+                let reported = ClockReading::to_report(read(sync, start), sample);
+                let expected = if reported.sync == 0 {
+                    sample.into()
+                } else {
+                    read(sync, start).time
+                };
+                assert_eq!(reported.time, expected, "{start} {age_us}");
+                reported.sync
+            };
+            assert_eq!([0, 1, 240].map(|sync| reported(sync, 1000)), [0, 1, 240]);
+            let ages = [-400_000, -300, 0, 200_000, 200_010, 700_000, 10_000_000];
+            let expected = [0, 7, 7, 7, 0, 0, 0];
+            assert_eq!(ages.map(|age| reported(7, age)), expected, "{start}");
+        }
     }
 
     #[test]

@@ -18,7 +18,7 @@ mod time;
 pub use axes::Axes;
 pub use contact::{Contact, Status};
 pub use field::Field;
-pub use health::{Health, LastSync};
+pub use health::{ClockReading, Health};
 pub use load::Load;
 pub use motion::{Acceleration, Attitude, Bias, Rate};
 pub use quantity::{

@@ -217,9 +217,9 @@ fn process_data(line: &mut Line, pdo: Pdo, data: &[u8; 8]) {
             line.flags(health.flags);
             line.value("error_register", health.register);
             line.value("dropped", health.dropped);
-            line.value("sync_counter", health.sync.counter);
-            let sync = u64::from(health.sync.time.0) * TIME_STEP_US;
-            line.value("sync_time_us", sync);
+            line.value("sync_counter", health.clock.sync);
+            let clock = u64::from(health.clock.time.0) * TIME_STEP_US;
+            line.value("clock_us", clock);
         }
     }
 }

@@ -125,7 +125,7 @@ static void print_health(const char *prefix, const struct footfall_health *of)
     print_unsigned(prefix, "error_register", of->error_register);
     print_unsigned(prefix, "dropped", of->dropped);
     print_unsigned(prefix, "sync_counter", of->sync_counter);
-    print_unsigned(prefix, "sync_time_us", of->sync_time_us);
+    print_unsigned(prefix, "clock_us", of->clock_us);
 }
 
 static void print_serial_contact(const char *prefix, const struct footfall_serial_contact *of)

@@ -16,7 +16,7 @@ use crate::master::{ID, emergencies, node, peer_address, read, refused, send, ti
 #[test]
 fn pdos_match_the_mappings_of_the_dictionary() {
     let estimate = ContactEstimate {
-        timestamp: Timestamp::from_micros(123_456_789),
+        timestamp: Timestamp::from_micros(5_123_456),
         probabilities: Probabilities {
             axes: PerAxis::from_array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6]),
             tangential: 0.7,
@@ -70,8 +70,8 @@ fn pdos_match_the_mappings_of_the_dictionary() {
             assert_eq!(Contact::decode(&frame).stable, wire::pdo::P16::new(0.9));
         }
         if pdo == Pdo::Health {
-            let sync = Health::decode(&frame).sync;
-            assert_eq!((sync.counter, sync.time.0), (1, 500_000));
+            let clock = Health::decode(&frame).clock;
+            assert_eq!((clock.sync, clock.time.0), (1, 500_000));
             frame[1] = packed[1];
         }
         assert_eq!(packed, frame, "{pdo:?}");

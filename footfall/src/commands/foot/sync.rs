@@ -10,7 +10,7 @@ use live::{Arrival, Link, Sending};
 use serde_json::{Value as Json, json};
 use wire::CanFrame;
 use wire::foot::cob_id;
-use wire::pdo::LastSync;
+use wire::pdo::ClockReading;
 
 use super::{FootArguments, FootError};
 use crate::messages;
@@ -59,7 +59,7 @@ impl FootArguments {
         let mut number = 0;
         while Instant::now() < end {
             if send && Instant::now() >= next {
-                number = LastSync::number_after(number);
+                number = ClockReading::sync_after(number);
                 next += PERIOD;
                 if let Some(frame) = CanFrame::new(cob_id::SYNC, &[number]) {
                     link.send(&Sending::Frame(frame))
