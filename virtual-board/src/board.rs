@@ -178,11 +178,11 @@ impl Board {
     /// Takes the completed transactions on the sensor's bus since the last call.
     pub fn take_transactions(&mut self) -> Vec<Transaction> {
         let mut machine = self.cpu.machine();
+        let open = usize::from(machine.chip.selected);
         let Some(all) = &mut machine.chip.transactions else {
             return Vec::new();
         };
-        let last = all.len().saturating_sub(1);
-        let current = all.split_off(last);
+        let current = all.split_off(all.len().saturating_sub(open));
         core::mem::replace(all, current)
     }
 

@@ -118,7 +118,7 @@ pub struct Chip {
     timers: [Timer; 4],
     tim11: Tim11,
     iwdg: Iwdg,
-    selected: bool,
+    pub(crate) selected: bool,
     pin_high: bool,
     sensor_edge: u64,
     reset_cause: Option<ResetCause>,
