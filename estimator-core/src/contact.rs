@@ -3,14 +3,15 @@
 use crate::attitude::{Alignment, AttitudeFilter};
 use crate::config::Config;
 use crate::flag::{Flag, Flags};
-use crate::params::{Gravity, Method};
+use crate::model::{Known, Model};
+use crate::params::Gravity;
 use crate::phase::{Decision, Load, Phase, PhaseTracker};
-use crate::probability::{Density, Probabilities};
+use crate::probability::Probabilities;
 use crate::sample::{AngularRate, ImuSample, LinearAcceleration, Timestamp, Validity};
-use crate::stillness::{Learnt, Stillness};
+use crate::stillness::Learnt;
 use crate::vector::{Quaternion, Vec3};
 use crate::velocity::{VelocityCoefficients, VelocitySigma};
-use crate::window::{AnyRing, Filling, Ring};
+use crate::window::Filling;
 
 /// Estimate of the foot's contact after one sample. The frame of the foot is that of the samples,
 /// to which a [mounting](crate::mounting) has rotated them; without one it is the sensor's.
@@ -40,14 +41,10 @@ pub struct ContactEstimate {
     pub velocity_sigma: VelocitySigma,
 }
 
-/// The contact estimator of one foot: attitude filter, density estimate and decision, with room
+/// The contact estimator of one foot: attitude filter, model of stillness and decision, with room
 /// for `CAPACITY` samples in the window.
 #[derive(Clone, Debug)]
-pub struct ContactEstimator<const CAPACITY: usize>(Pipeline<Ring<CAPACITY>>);
-
-/// Implementation of [`ContactEstimator`] for any ring.
-#[derive(Clone, Debug)]
-struct Pipeline<R: ?Sized> {
+pub struct ContactEstimator<const CAPACITY: usize> {
     gravity: Gravity,
     period_us: u64,
     /// Least time between two samples with one missing between them, µs.
@@ -57,19 +54,12 @@ struct Pipeline<R: ?Sized> {
     velocity: VelocityCoefficients,
     velocity_sigma: VelocitySigma,
     previous: Option<Timestamp>,
-    method: Method,
-    /// Used with [`Method::SelfCalibrating`].
-    stillness: Stillness,
-    /// Used with [`Method::HalfWidths`].
-    density: Density<R>,
+    model: Model<CAPACITY>,
 }
 
 /// Longest gap that is bridged, µs: the probability is held, no higher than it was. The
 /// self-calibrating estimate's window has the same length.
 pub const BRIDGED_US: u64 = 10_000;
-
-/// Number of windows of doubt that a longer gap counts as: less than 5 % is left of any probability.
-const GAP_WINDOWS: u32 = 3;
 
 /// Time between two samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,7 +77,7 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
     /// An estimator without samples.
     #[must_use]
     pub fn new(config: &Config<CAPACITY>) -> Self {
-        Self(Pipeline {
+        Self {
             gravity: config.gravity,
             period_us: config.period_us,
             gap_us: 2 * config.period_us - config.period_us / 4,
@@ -96,53 +86,42 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
             velocity: config.velocity,
             velocity_sigma: VelocitySigma::MOST,
             previous: None,
-            method: config.method,
-            stillness: Stillness::new(&config.stillness),
-            density: Density::new(config),
-        })
-    }
-
-    /// Processes the next sample, and the load on the foot at that time if it is known.
-    ///
-    /// Causal, O(1), and total: any bits are accepted, and the result is never NaN.
-    #[inline]
-    pub fn update(&mut self, sample: &ImuSample, load: Option<Load>) -> ContactEstimate {
-        let pipeline: &mut Pipeline<AnyRing> = &mut self.0;
-        pipeline.update(sample, load)
+            model: Model::new(config),
+        }
     }
 
     /// Performs the first step of the next [`Self::update`]: learns from the newest sample. Intended for
     /// a foot that has a deadline for the estimate and time after it; results do not change.
     pub fn finish(&mut self) {
-        self.0.stillness.finish();
+        self.model.finish();
     }
 
     /// The zero-velocity measurement of the newest sample, as in [`ContactEstimate::velocity_sigma`];
     /// [`VelocitySigma::MOST`] before the first sample.
     #[must_use]
     pub const fn velocity_sigma(&self) -> VelocitySigma {
-        self.0.velocity_sigma
+        self.velocity_sigma
     }
 
     /// The angular rate at rest, rad/s, that is too large to be learnt as a bias of the gyroscope;
     /// `None` if there is no such rate.
     #[must_use]
     pub fn excess_bias(&self) -> Option<AngularRate> {
-        self.0.attitude.excess_bias()
+        self.attitude.excess_bias()
     }
 
     /// Length of the mean specific force while the foot is at rest, m/s²; `None` while it is not. Far from
     /// gravity's length, the scale of the accelerometer is not the assumed one.
     #[must_use]
     pub fn force_at_rest(&self) -> Option<f32> {
-        self.0.attitude.force_at_rest()
+        self.attitude.force_at_rest()
     }
 
     /// The gyroscope's bias, frame of the foot, rad/s, as in [`ContactEstimate::gyro_bias`]; `None`
     /// until the foot has been at rest, and with [`Gravity::Removed`].
     #[must_use]
     pub fn gyro_bias(&self) -> Option<AngularRate> {
-        self.0.attitude.known_bias()
+        self.attitude.known_bias()
     }
 
     /// State learnt up to the sample before the newest, or including it after
@@ -151,15 +130,15 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
     /// [`Params::learnt`]: crate::Params::learnt
     #[must_use]
     pub fn learnt(&self) -> Learnt {
-        self.0.stillness.learnt()
+        self.model.learnt()
     }
-}
 
-impl Pipeline<AnyRing> {
-    /// See [`ContactEstimator::update`].
+    /// Processes the next sample, and the load on the foot at that time if it is known.
+    ///
+    /// Causal, O(1), and total: any bits are accepted, and the result is never NaN.
     // Kept as a separate function in every program, so that its cost can be measured.
     #[inline(never)]
-    fn update(&mut self, sample: &ImuSample, load: Option<Load>) -> ContactEstimate {
+    pub fn update(&mut self, sample: &ImuSample, load: Option<Load>) -> ContactEstimate {
         let elapsed = self.elapsed_us(sample.timestamp);
         let validity = match elapsed {
             Elapsed::Micros(_) => sample.checked_validity(),
@@ -177,28 +156,36 @@ impl Pipeline<AnyRing> {
         }
         let before = match missing {
             0 => None,
-            _ => self.account_for(missing),
+            _ => self.model.account_for(missing, self.period_us),
         };
 
         let motion = self.motion(&ImuSample {
             validity,
             ..*sample
         });
-        let mut probabilities = match (motion, validity) {
-            (Some((acceleration, rate)), Validity::Valid) => self.push(acceleration, rate),
+        let known = match (motion, validity) {
+            (Some((acceleration, rate)), Validity::Valid) => Known::Motion(acceleration, rate),
             _ if self.alignment() == Alignment::Searching => {
                 flags = flags.with(Flag::AttitudeNotInitialised);
-                self.push_unaligned(sample, validity)
+                match validity {
+                    Validity::Valid => Known::Measured(sample),
+                    _ => Known::NoAttitude,
+                }
             }
-            _ => self.push_doubt(),
+            _ => Known::Nothing,
         };
-        if let Some(before) = before {
-            probabilities = probabilities.no_higher_than(&before);
+        let (gravity, attitude) = (self.gravity, &self.attitude);
+        let mut probabilities = self.model.push(known, || match gravity {
+            Gravity::Included => attitude.orientation().up(),
+            Gravity::Removed => Vec3::new(0.0, 0.0, 1.0),
+        });
+        if let Some(before) = &before {
+            probabilities.limit(before);
         }
-        if self.method == Method::SelfCalibrating && !self.stillness.is_settled() {
+        if !self.model.is_settled() {
             flags = flags.with(Flag::Settling);
         }
-        if self.filling() == Filling::Partial {
+        if self.model.filling() == Filling::Partial {
             flags = flags.with(Flag::WindowNotFull);
         }
         let (decision, phase) =
@@ -250,78 +237,6 @@ impl Pipeline<AnyRing> {
         }
     }
 
-    /// Accounts for missing samples. Returns upper limits for the probabilities of the next sample: those
-    /// before a short gap, which has no other effect. A longer gap counts like unreliable samples,
-    /// at most a few windows of them, so the cost is bounded, and O(1) per period of
-    /// time; the limits are the probabilities after them.
-    #[inline(never)]
-    fn account_for(&mut self, missing: u64) -> Option<Probabilities> {
-        match self.method {
-            Method::SelfCalibrating => {
-                if missing.saturating_mul(self.period_us) > BRIDGED_US {
-                    let most = GAP_WINDOWS * self.stillness.window();
-                    for _ in 0..missing.min(most.into()) {
-                        self.stillness.push_doubt();
-                    }
-                }
-                Some(self.stillness.probabilities())
-            }
-            Method::HalfWidths if missing + 1 >= self.density.window_length() as u64 => {
-                // No sample in the window is recent.
-                self.density.clear();
-                None
-            }
-            Method::HalfWidths => {
-                for _ in 0..missing {
-                    self.density.push_doubt();
-                }
-                None
-            }
-        }
-    }
-
-    fn push(&mut self, acceleration: LinearAcceleration, rate: AngularRate) -> Probabilities {
-        match self.method {
-            Method::SelfCalibrating => {
-                let up = match self.gravity {
-                    Gravity::Included => self.attitude.orientation().up(),
-                    Gravity::Removed => Vec3::new(0.0, 0.0, 1.0),
-                };
-                self.stillness.push(acceleration, rate, up)
-            }
-            Method::HalfWidths => self.density.push(acceleration, rate),
-        }
-    }
-
-    fn push_doubt(&mut self) -> Probabilities {
-        match self.method {
-            Method::SelfCalibrating => self.stillness.push_doubt(),
-            Method::HalfWidths => self.density.push_doubt(),
-        }
-    }
-
-    /// Handles a sample while up is unknown: with half-widths no stillness, as the remainder of
-    /// gravity would count as motion; otherwise at most one half.
-    fn push_unaligned(&mut self, sample: &ImuSample, validity: Validity) -> Probabilities {
-        match (self.method, validity) {
-            (Method::SelfCalibrating, Validity::Valid) => self
-                .stillness
-                .push_unaligned(sample.specific_force.0, sample.angular_rate),
-            (Method::SelfCalibrating, _) => self.push_doubt(),
-            (Method::HalfWidths, _) => {
-                self.density.clear();
-                Probabilities::default()
-            }
-        }
-    }
-
-    const fn filling(&self) -> Filling {
-        match self.method {
-            Method::SelfCalibrating => self.stillness.filling(),
-            Method::HalfWidths => self.density.filling(),
-        }
-    }
-
     /// Motion after gravity and bias are removed; `None` if it is unknown.
     fn motion(&mut self, sample: &ImuSample) -> Option<(LinearAcceleration, AngularRate)> {
         if self.gravity == Gravity::Included {
@@ -332,11 +247,7 @@ impl Pipeline<AnyRing> {
             return None;
         }
         let force = sample.specific_force.0;
-        // Residual of gravity observed on this foot.
-        let error = match self.method {
-            Method::SelfCalibrating => self.stillness.gravity_error(),
-            Method::HalfWidths => Vec3::ZERO,
-        };
+        let error = self.model.gravity_error();
         Some(match self.gravity {
             Gravity::Removed => (LinearAcceleration(force - error), sample.angular_rate),
             Gravity::Included => {
@@ -361,8 +272,9 @@ impl Pipeline<AnyRing> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::params::Params;
+    use crate::params::{Method, Params};
     use crate::sample::{Saturation, SpecificForce};
+    use crate::stillness::Stillness;
     use crate::units::STANDARD_GRAVITY;
     use crate::vector::Vec3;
     use std::vec::Vec;
@@ -398,6 +310,13 @@ mod tests {
         estimator
     }
 
+    fn stillness(estimator: &ContactEstimator<64>) -> &Stillness {
+        match &estimator.model {
+            Model::SelfCalibrating(stillness) => stillness,
+            Model::HalfWidths(..) => panic!("half-widths"),
+        }
+    }
+
     /// The flags except [`Flag::Settling`], which a foot at rest keeps.
     fn but_settling(flags: Flags) -> Vec<Flag> {
         flags.iter().filter(|f| *f != Flag::Settling).collect()
@@ -405,7 +324,7 @@ mod tests {
 
     #[test]
     fn foot_at_rest_is_stable_after_window_and_on_delay() {
-        let own_window = rested(&GRAVITY_FREE, 0).0.stillness.window() as usize;
+        let own_window = stillness(&rested(&GRAVITY_FREE, 0)).window() as usize;
         for (params, window) in [(HALF_WIDTHS, 50), (GRAVITY_FREE, own_window)] {
             let mut estimator = estimator(&params);
             let decisions: Vec<_> = (0..100)
@@ -487,7 +406,7 @@ mod tests {
     fn gap_up_to_10_ms_is_bridged_and_a_longer_one_lowers_p() {
         let resting = |gap_ms: u64| {
             let mut estimator = rested(&GRAVITY_FREE, 60);
-            let before = estimator.0.stillness.probabilities().stable;
+            let before = stillness(&estimator).probabilities().stable;
             let after = estimator.update(&at_rest((59 + gap_ms) * 1000), None);
             assert!(after.flags.contains(Flag::TimeGap));
             (before, after.probabilities.stable)

@@ -14,6 +14,7 @@
 //! | probability per axis, tangential, vertical and in total | [`probability`] |
 //! | standard deviation of a zero-velocity measurement | [`velocity`] |
 //! | debounced decision, and the phase if the load is known | [`phase`] |
+//! | one of the two models of stillness, by the configured method | `model` |
 //! | the whole estimator behind one `update` | [`contact`] |
 //!
 //! The method is that of Maravgakis, Argiropoulos, Piperakis and Trahanias, *Probabilistic
@@ -62,6 +63,7 @@ pub mod erf;
 pub mod flag;
 pub mod kernel;
 pub mod logarithm;
+mod model;
 pub mod mounting;
 mod order;
 pub mod parameter;

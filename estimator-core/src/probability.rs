@@ -31,13 +31,12 @@ pub struct Probabilities {
 
 impl Probabilities {
     /// Limits each probability to that in `others`.
-    #[must_use]
-    pub(crate) fn no_higher_than(&self, others: &Self) -> Self {
+    pub(crate) fn limit(&mut self, others: &Self) {
         let mut all = self.to_array();
         for (p, most) in all.iter_mut().zip(others.to_array()) {
             *p = p.lesser(most);
         }
-        Self::from_array(all)
+        *self = Self::from_array(all);
     }
 
     /// Multiplies each probability by `share`.

@@ -114,6 +114,7 @@ impl ImuSample {
     /// finite, or beyond [`SPECIFIC_FORCE_LIMIT`] or [`ANGULAR_RATE_LIMIT`], makes it
     /// [`Validity::Invalid`] whatever the source reported.
     #[must_use]
+    #[inline(always)]
     pub fn checked_validity(&self) -> Validity {
         let measurable = self.specific_force.0.is_within(SPECIFIC_FORCE_LIMIT)
             && self.angular_rate.0.is_within(ANGULAR_RATE_LIMIT);

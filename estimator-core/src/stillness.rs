@@ -363,7 +363,7 @@ impl Stillness {
         };
         let beyond_gravity = up * (length - STANDARD_GRAVITY);
         self.push(LinearAcceleration(beyond_gravity), rate, up);
-        self.probabilities = self.probabilities.no_higher_than(&UP_UNKNOWN);
+        self.probabilities.limit(&UP_UNKNOWN);
         self.probabilities
     }
 

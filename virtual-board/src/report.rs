@@ -31,9 +31,8 @@ const SETTLING: u64 = 500;
 const EMERGENCY: u32 = 0x080;
 const ESTIMATE: u32 = 0x180;
 
-/// The entry of the work in `ContactEstimator::update`, `Pipeline<[PerAxis<Mass>]>::update`, as the
-/// compiler names it.
-const ESTIMATOR: &str = "Mass$GT$$u5d$$GT$6update";
+/// `ContactEstimator::update`, as the compiler names it.
+const ESTIMATOR: &str = "ContactEstimator$LT$_$GT$6update";
 
 /// The entry of the work in `ContactEstimator::finish` once the estimate has been sent,
 /// `Stillness::finish`.

@@ -1,0 +1,150 @@
+//! The probability of stillness, by the method of the configuration.
+
+use crate::config::Config;
+use crate::contact::BRIDGED_US;
+use crate::params::Method;
+use crate::probability::{Density, Probabilities};
+use crate::sample::{AngularRate, ImuSample, LinearAcceleration};
+use crate::stillness::{Learnt, Stillness};
+use crate::vector::Vec3;
+use crate::window::{AnyRing, Filling, Ring};
+
+/// Number of windows of doubt that a longer gap counts as: less than 5 % is left of any probability.
+const GAP_WINDOWS: u32 = 3;
+
+/// The model of a [`Method`], with room for `CAPACITY` samples in a window of half-widths.
+#[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant)] // It is always in place, in static memory, as large as the larger one.
+pub(crate) enum Model<const CAPACITY: usize> {
+    /// [`Method::SelfCalibrating`].
+    SelfCalibrating(Stillness),
+    /// [`Method::HalfWidths`], which learns nothing: it returns what the parameters hold.
+    HalfWidths(Density<Ring<CAPACITY>>, Learnt),
+}
+
+/// What is known of a sample.
+#[derive(Clone, Copy)]
+pub(crate) enum Known<'a> {
+    /// Its motion, without gravity and bias.
+    Motion(LinearAcceleration, AngularRate),
+    /// Its values alone, as up is unknown: the probability is at most one half.
+    Measured(&'a ImuSample),
+    /// Nothing, while up is unknown.
+    NoAttitude,
+    /// Nothing.
+    Nothing,
+}
+
+impl<const CAPACITY: usize> Model<CAPACITY> {
+    pub(crate) fn new(config: &Config<CAPACITY>) -> Self {
+        let stillness = Stillness::new(&config.stillness);
+        match config.method {
+            Method::SelfCalibrating => Self::SelfCalibrating(stillness),
+            Method::HalfWidths => Self::HalfWidths(Density::new(config), stillness.learnt()),
+        }
+    }
+
+    /// Processes what is known of one sample; `up` is the unit vector that points up, sensor frame.
+    #[inline]
+    pub(crate) fn push(&mut self, known: Known<'_>, up: impl FnOnce() -> Vec3) -> Probabilities {
+        match self {
+            Self::SelfCalibrating(stillness) => match known {
+                Known::Motion(acceleration, rate) => stillness.push(acceleration, rate, up()),
+                Known::Measured(sample) => {
+                    stillness.push_unaligned(sample.specific_force.0, sample.angular_rate)
+                }
+                Known::Nothing | Known::NoAttitude => stillness.push_doubt(),
+            },
+            Self::HalfWidths(density, _) => {
+                let density: &mut Density<AnyRing> = density;
+                match known {
+                    Known::Motion(acceleration, rate) => density.push(acceleration, rate),
+                    Known::Nothing => density.push_doubt(),
+                    // The remainder of gravity would count as motion.
+                    Known::Measured(_) | Known::NoAttitude => {
+                        density.clear();
+                        Probabilities::default()
+                    }
+                }
+            }
+        }
+    }
+
+    /// Accounts for missing samples. Returns upper limits for the probabilities of the next sample: those
+    /// before a short gap, which has no other effect. A longer gap counts like unreliable samples,
+    /// at most a few windows of them, so the cost is bounded, and O(1) per period of
+    /// time; the limits are the probabilities after them.
+    #[inline(never)]
+    pub(crate) fn account_for(&mut self, missing: u64, period_us: u64) -> Option<Probabilities> {
+        match self {
+            Self::SelfCalibrating(stillness) => {
+                if missing.saturating_mul(period_us) > BRIDGED_US {
+                    let most = GAP_WINDOWS * stillness.window();
+                    for _ in 0..missing.min(most.into()) {
+                        stillness.push_doubt();
+                    }
+                }
+                Some(stillness.probabilities())
+            }
+            Self::HalfWidths(density, _) => {
+                let density: &mut Density<AnyRing> = density;
+                if missing + 1 >= density.window_length() as u64 {
+                    // No sample in the window is recent.
+                    density.clear();
+                } else {
+                    for _ in 0..missing {
+                        density.push_doubt();
+                    }
+                }
+                None
+            }
+        }
+    }
+
+    /// Residual of gravity observed on this foot, sensor frame, m/s².
+    #[inline]
+    pub(crate) fn gravity_error(&self) -> Vec3 {
+        match self {
+            Self::SelfCalibrating(stillness) => stillness.gravity_error(),
+            Self::HalfWidths(..) => Vec3::ZERO,
+        }
+    }
+
+    /// Returns whether the window is full.
+    #[inline]
+    pub(crate) const fn filling(&self) -> Filling {
+        match self {
+            Self::SelfCalibrating(stillness) => stillness.filling(),
+            Self::HalfWidths(density, _) => {
+                let density: &Density<AnyRing> = density;
+                density.filling()
+            }
+        }
+    }
+
+    /// Returns whether nothing is left to be learnt before the probabilities are of this foot.
+    #[inline]
+    pub(crate) fn is_settled(&self) -> bool {
+        match self {
+            Self::SelfCalibrating(stillness) => stillness.is_settled(),
+            Self::HalfWidths(..) => true,
+        }
+    }
+
+    /// Learns from the newest sample.
+    #[inline]
+    pub(crate) fn finish(&mut self) {
+        if let Self::SelfCalibrating(stillness) = self {
+            stillness.finish();
+        }
+    }
+
+    /// What was learnt so far.
+    #[inline]
+    pub(crate) fn learnt(&self) -> Learnt {
+        match self {
+            Self::SelfCalibrating(stillness) => stillness.learnt(),
+            Self::HalfWidths(_, learnt) => *learnt,
+        }
+    }
+}
