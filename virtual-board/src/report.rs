@@ -27,6 +27,13 @@ const MILLISECOND: u64 = PER_SECOND / 1000;
 /// Milliseconds at the start without statistics, while clocks, sensor and estimator settle.
 const SETTLING: u64 = 500;
 
+/// Phases of a millisecond at which others ask, one after the other: what falls into one tick depends on it, and
+/// the phase of the ticks on when the board started.
+const PHASES: u64 = 10;
+
+/// Time at one phase, ms: a whole round of requests.
+const ROUND_MS: u64 = 300;
+
 /// Function codes of `CANopen`; the node's number is added.
 const EMERGENCY: u32 = 0x080;
 const ESTIMATE: u32 = 0x180;
@@ -277,7 +284,6 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
     // Offset within a millisecond at which the counts of a tick end.
     let mut idle = 0;
     for ms in 0..run.milliseconds {
-        run.traffic.act(board, first + ms);
         while let Some(action) = actions.next_if(|action| action.ms <= first + ms) {
             action.step.act(board);
         }
@@ -286,6 +292,12 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
             // Half a tick after an estimate the work of its tick is done, whenever the board started.
             idle = (log.last_estimate + MILLISECOND / 2) % MILLISECOND;
             board.start_profile();
+        }
+        // Of two events in a millisecond the earlier comes first.
+        let asked = start + ms / ROUND_MS % PHASES * MILLISECOND / PHASES;
+        if asked < start + idle {
+            board.run_until(asked)?;
+            run.traffic.act(board, first + ms);
         }
         board.run_until(start + idle)?;
         let (now, now_watched) = (board.counters(), board.watched_instructions());
@@ -296,6 +308,10 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
             log.estimator.push(now_watched - last_watched);
         }
         (last, last_watched) = (now, now_watched);
+        if asked >= start + idle {
+            board.run_until(asked)?;
+            run.traffic.act(board, first + ms);
+        }
         board.run_until(start + MILLISECOND)?;
         log.bus(board.take_transactions());
         let bytes = board.take_uart();
