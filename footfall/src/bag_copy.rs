@@ -7,10 +7,10 @@ use std::path::Path;
 use analysis::replay::span::Span;
 use estimator_core::{ContactEstimate, Params, Timestamp};
 use mcap::write::NoSeek;
-use recordings::input::bag::{Channel, Receiver, copy};
+use recordings::input::bag::{Channel, Receiver, Written, copy};
 use recordings::input::{About, Stored};
 use recordings::replay::Replay;
-use ros::mcap_file::Declared;
+use ros::mcap_file::{Declared, Times};
 use ros::{Estimates, McapFile};
 
 use crate::error::Error;
@@ -158,7 +158,7 @@ impl<W: Write + io::Seek> Merging<'_, '_, W> {
 }
 
 impl<W: Write + io::Seek> Receiver for Merging<'_, '_, W> {
-    fn message(&mut self, channel: &Channel, log_ns: i64, payload: &[u8]) -> io::Result<()> {
+    fn message(&mut self, channel: &Channel, written: Written, payload: &[u8]) -> io::Result<()> {
         if self.topics.contains(&channel.topic) {
             self.taken = Some(channel.topic.clone());
             return Err(io::ErrorKind::InvalidInput.into());
@@ -172,9 +172,15 @@ impl<W: Write + io::Seek> Receiver for Merging<'_, '_, W> {
             metadata: &channel.metadata,
         };
         // A contact follows its sample, whose log time is rounded to µs.
-        self.contacts_until((log_ns.saturating_sub(1000)).div_euclid(1000))?;
-        let log_ns = u64::try_from(log_ns).unwrap_or_default();
-        self.bag.copy(&declared, log_ns, payload).map_err(io_error)
+        self.contacts_until((written.log_ns.saturating_sub(1000)).div_euclid(1000))?;
+        let [log_ns, publish_ns] = [written.log_ns, written.publish_ns]
+            .map(|nanos| u64::try_from(nanos).unwrap_or_default());
+        let times = Times {
+            log_ns,
+            publish_ns,
+            sequence: written.sequence,
+        };
+        self.bag.copy(&declared, times, payload).map_err(io_error)
     }
 }
 
@@ -199,7 +205,12 @@ mod tests {
             encoding: "json",
             metadata: &BTreeMap::new(),
         };
-        bag.copy(&other, 7, b"{}").unwrap();
+        let times = Times {
+            log_ns: 7,
+            publish_ns: 7,
+            sequence: None,
+        };
+        bag.copy(&other, times, b"{}").unwrap();
         bag.finish().unwrap();
         let mut table = "t,ax,ay,az,wx,wy,wz\n".to_owned();
         for k in 0..50 {

@@ -27,6 +27,15 @@ pub enum OutputError {
         /// Output as given.
         file: String,
     },
+    /// Contacts go into a copy of a bag, and the input is not a file on disk.
+    #[error(
+        "{file} becomes a copy of the recording, which is read twice: a bag on disk, not standard input or a pipe. \
+         For the estimates alone name a .csv or .parquet"
+    )]
+    ReadTwice {
+        /// Output as given.
+        file: String,
+    },
     /// The result would overwrite its source recording.
     #[error("{file} cannot be written: it is the recording itself")]
     OverInput {

@@ -268,3 +268,11 @@ fn piped_configuration_is_kept() {
     assert!(output.status.success(), "{output:?}");
     assert!(read(&bench.path("out.toml")).contains("learning = \"frozen\""));
 }
+
+#[test]
+fn foot_without_a_name_is_refused() {
+    let bench = Bench::with("walk.csv", csv(GaitName::Walk, 1.0));
+    let said = bench.error("calibrate walk.csv --foot= --output robot.toml");
+    assert!(said.contains("--foot <NAME>"), "{said}");
+    assert!(!bench.path("robot.toml").exists());
+}

@@ -98,6 +98,21 @@ fn rate_option_reveals_times_in_milliseconds() {
 }
 
 #[test]
+fn table_of_a_slow_sensor_is_not_taken_for_milliseconds() {
+    let rows = |step: f64| -> String {
+        let row = |k: u32| format!("{},0,0,9.81,0,0,0\n", f64::from(k) * step);
+        format!("t,{AXES}\n{}", (0..50).map(row).collect::<String>())
+    };
+    for (step, rate) in [(0.2, 5), (0.1, 10)] {
+        assert_eq!(
+            complaint(rows(step), ""),
+            format!("footfall: x.csv: the sample rate is {rate} Hz, allowed is 20 to 10000 Hz\n")
+        );
+    }
+    assert!(complaint(rows(2.0), "").ends_with("--time-unit ms\n"));
+}
+
+#[test]
 fn missing_columns_are_named() {
     assert_eq!(
         complaint("t,ax,ay,az,wx\n0,0,0,0,0\n", "--format csv"),

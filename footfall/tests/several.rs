@@ -86,6 +86,14 @@ fn stdin_is_read_once() {
 }
 
 #[test]
+fn stdin_does_not_become_a_copy_of_a_bag() {
+    let said = Bench::new().piped("replay - --output out.mcap", "").stderr;
+    let said = common::text(&said);
+    assert!(said.contains("which is read twice"), "{said}");
+    assert!(!said.contains("give one mcap"), "{said}");
+}
+
+#[test]
 fn span_beyond_the_end_is_rejected() {
     let bench = Bench::with("walk.csv", standing());
     assert_eq!(

@@ -29,24 +29,46 @@ pub struct McapFile<W: Write + Seek> {
 
 struct Channel {
     id: u16,
-    /// Type and serialisation of its messages.
+    /// What it was declared with.
     message: String,
+    schema: Option<(String, Vec<u8>)>,
     encoding: String,
+    metadata: BTreeMap<String, String>,
     messages: u32,
 }
 
 impl Channel {
-    /// Header of its next message, written at this time, ns.
-    const fn header(&mut self, log_ns: u64) -> MessageHeader {
+    /// Header of its next message.
+    fn header(&mut self, times: Times) -> MessageHeader {
         let header = MessageHeader {
             channel_id: self.id,
-            sequence: self.messages,
-            log_time: log_ns,
-            publish_time: log_ns,
+            sequence: times.sequence.unwrap_or(self.messages),
+            log_time: times.log_ns,
+            publish_time: times.publish_ns,
         };
         self.messages = self.messages.wrapping_add(1);
         header
     }
+
+    /// Returns whether a topic was declared with the same type, definition, serialisation and properties.
+    fn is(&self, of: &Declared<'_>) -> bool {
+        let schema = self.schema.as_ref();
+        self.message == of.message
+            && self.encoding == of.encoding
+            && schema.map(|(encoding, text)| (encoding.as_str(), &text[..])) == of.schema
+            && self.metadata == *of.metadata
+    }
+}
+
+/// Times of a message of another bag.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Times {
+    /// Time at which it was written, ns.
+    pub log_ns: u64,
+    /// Time at which it was sent, ns.
+    pub publish_ns: u64,
+    /// Number given by its sender; without, its number on its channel.
+    pub sequence: Option<u32>,
 }
 
 /// A topic of another bag.
@@ -91,9 +113,16 @@ impl<W: Write + Seek> McapFile<W> {
     pub fn write(&mut self, published: &Published) -> Result<(), McapError> {
         let definition = Definition::of(&published.message);
         let nanos = published.at.as_micros().saturating_mul(1000);
+        let times = Times {
+            log_ns: nanos,
+            publish_ns: nanos,
+            sequence: None,
+        };
         let data = published.message.cdr();
-        if let Some(channel) = self.channel(&published.topic, definition.name, "cdr") {
-            let header = channel.header(nanos);
+        let own = |channel: &&mut Channel| channel.message == definition.name;
+        let channels = self.channels.get_mut(&published.topic);
+        if let Some(channel) = channels.and_then(|channels| channels.iter_mut().find(own)) {
+            let header = channel.header(times);
             return self.put(&header, &data);
         }
         let text = definition.text();
@@ -104,31 +133,29 @@ impl<W: Write + Seek> McapFile<W> {
             encoding: "cdr",
             metadata: &BTreeMap::new(),
         };
-        self.copy(&declared, nanos, &data)
+        self.copy(&declared, times, &data)
     }
 
-    /// Appends a message of another bag, with the time at which it was written, ns.
+    /// Appends a message of another bag.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn copy(&mut self, of: &Declared<'_>, log_ns: u64, data: &[u8]) -> Result<(), McapError> {
-        if self.channel(of.topic, of.message, of.encoding).is_none() {
+    pub fn copy(&mut self, of: &Declared<'_>, times: Times, data: &[u8]) -> Result<(), McapError> {
+        if self.channel(of).is_none() {
             self.declare(of)?;
         }
-        match self.channel(of.topic, of.message, of.encoding) {
+        match self.channel(of) {
             Some(channel) => {
-                let header = channel.header(log_ns);
+                let header = channel.header(times);
                 self.put(&header, data)
             }
             None => Ok(()),
         }
     }
 
-    fn channel(&mut self, topic: &str, message: &str, encoding: &str) -> Option<&mut Channel> {
-        let channels = self.channels.get_mut(topic)?.iter_mut();
-        channels
-            .into_iter()
-            .find(|channel| channel.message == message && channel.encoding == encoding)
+    fn channel(&mut self, of: &Declared<'_>) -> Option<&mut Channel> {
+        let channels = self.channels.get_mut(of.topic)?;
+        channels.iter_mut().find(|channel| channel.is(of))
     }
 
     fn put(&mut self, header: &MessageHeader, data: &[u8]) -> Result<(), McapError> {
@@ -166,7 +193,11 @@ impl<W: Write + Seek> McapFile<W> {
         let channel = Channel {
             id,
             message: of.message.to_owned(),
+            schema: of
+                .schema
+                .map(|(encoding, text)| (encoding.to_owned(), text.to_owned())),
             encoding: of.encoding.to_owned(),
+            metadata: of.metadata.clone(),
             messages: 0,
         };
         self.channels

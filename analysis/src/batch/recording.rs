@@ -205,9 +205,11 @@ impl Work<'_> {
             })
         })?;
         let format = opened.format();
+        // A tree may have tables and bags.
+        let hints = self.settings.hints.clone().applying_to(format);
         Ok((
             format,
-            opened.store_as(&self.settings.hints, self.identity.foot.as_deref())?,
+            opened.store_as(&hints, self.identity.foot.as_deref())?,
         ))
     }
 

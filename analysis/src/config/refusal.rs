@@ -19,6 +19,9 @@ pub struct Refusal {
     key: Option<String>,
 }
 
+/// Sample rate up to which times in s are taken for those in ms, Hz: in ms it is that of a sensor of at most 2 kHz.
+const FASTEST_IN_S: f32 = 2.0;
+
 /// Source of the sample rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RateOrigin {
@@ -198,7 +201,7 @@ impl Origins<'_> {
     fn unit_of_times(&self, rate: f32, min: f32, max: f32) -> &'static str {
         let fits = |per_second: f32| (min..=max).contains(&(rate * per_second));
         match self.sample_rate {
-            RateOrigin::Recording if rate < min && fits(1.0e3) => MILLISECONDS_HINT,
+            RateOrigin::Recording if rate <= FASTEST_IN_S && fits(1.0e3) => MILLISECONDS_HINT,
             RateOrigin::Recording if rate < min && fits(1.0e6) => MICROSECONDS_HINT,
             RateOrigin::Recording if rate > max => BATCHES_HINT,
             _ => "",

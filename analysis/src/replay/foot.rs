@@ -36,8 +36,10 @@ pub enum Table {
     None,
     /// Table of one foot.
     OneFoot,
-    /// Table of several feet, named in each row.
+    /// Table of the feet of a recording, named in each row.
     SeveralFeet,
+    /// Table of several recordings, in each row the recording's name, with the foot's if it has one.
+    SeveralRecordings,
 }
 
 /// Observes a foot while it is estimated, such as for a plot or for progress.
@@ -111,21 +113,22 @@ pub fn replay(
 ) -> Result<Replayed, ReplayError> {
     let name = name(stored);
     let about = stored.about.clone();
+    let own = Some(about.foot_or_name().to_owned());
     let mut replay = Replay::new(about.sample_rate, about.gravity, params)?;
     let mut check = Check::new(about.sample_rate, about.gravity).with_units(about.units);
     let mut tally = Tally::new(&name, about.foot.as_deref(), about.sample_rate);
     let part = |table| match table {
         Table::None => None,
         Table::OneFoot => Some(Part::new(None, about.start_us)),
-        Table::SeveralFeet => Some(Part::new(Some(name.clone()), about.start_us)),
+        Table::SeveralFeet => Some(Part::new(own.clone(), about.start_us)),
+        Table::SeveralRecordings => Some(Part::new(Some(name.clone()), about.start_us)),
     };
+    let estimates = |foot| Estimates::new(wanted.layout, foot, about.start_us);
     let mut table = match wanted.table {
         Table::None => None,
-        Table::OneFoot => Some(Estimates::new(wanted.layout, None, about.start_us)?),
-        Table::SeveralFeet => {
-            let foot = Some(name.clone());
-            Some(Estimates::new(wanted.layout, foot, about.start_us)?)
-        }
+        Table::OneFoot => Some(estimates(None)?),
+        Table::SeveralFeet => Some(estimates(own.clone())?),
+        Table::SeveralRecordings => Some(estimates(Some(name.clone()))?),
     };
     let mut found = Found {
         span: wanted.span,

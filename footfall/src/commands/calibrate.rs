@@ -13,6 +13,7 @@ use analysis::calibrate::sensor::SensorCalibration;
 use analysis::config::ConfigError;
 use analysis::summary::{InputReport, Source, WithInputs};
 use clap::Args;
+use clap::builder::NonEmptyStringValueParser;
 use recordings::input::{Correction, Format, Hints, Loaded};
 use recordings::plausible::{self, Finding};
 
@@ -38,7 +39,7 @@ pub struct CalibrateArguments {
     #[arg(long, conflicts_with_all = ["plot", "axes"], help_heading = ESTIMATOR)]
     pub rests: bool,
     /// Write what is found as settings of this foot: the table [feet.NAME]
-    #[arg(long, value_name = "NAME", requires = "output", help_heading = OUTPUT)]
+    #[arg(long, value_name = "NAME", value_parser = NonEmptyStringValueParser::new(), requires = "output", help_heading = OUTPUT)]
     pub foot: Option<String>,
     /// How they are read, and with which parameters.
     #[command(flatten)]

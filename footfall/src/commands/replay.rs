@@ -191,9 +191,9 @@ impl ReplayArguments {
             let [input] = &self.inputs[..] else {
                 return Err(OutputError::OneBagOnly { file });
             };
-            // It is read twice.
-            if !input.is_file() && !input.is_dir() {
-                return Err(OutputError::OneBagOnly { file });
+            if input.exists() && !input.is_file() && !input.is_dir() || input == Path::new(STANDARD)
+            {
+                return Err(OutputError::ReadTwice { file });
             }
             let folder = bag.parent().filter(|folder| *folder != Path::new(""));
             let folder = folder.unwrap_or(Path::new(".")).canonicalize();
@@ -279,10 +279,10 @@ impl ReplayArguments {
             notices.extend(about.notices.iter().cloned());
             notices.extend(preset.window_notice(format, &params, &about.name, about.sample_rate));
         }
-        let several = self.inputs.len() > 1 || stored.len() > 1;
         let table = |path: &Option<PathBuf>| match path {
             None => Table::None,
-            Some(_) if several => Table::SeveralFeet,
+            Some(_) if self.inputs.len() > 1 => Table::SeveralRecordings,
+            Some(_) if stored.len() > 1 => Table::SeveralFeet,
             Some(_) => Table::OneFoot,
         };
         let wanted = Wanted {

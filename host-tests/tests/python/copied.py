@@ -41,7 +41,7 @@ def main(bag, copy, table):
     rows = defaultdict(list)
     with open(table, newline="") as file:
         for row in csv.DictReader(file):
-            rows[row["foot"].split()[-1]].append(row)
+            rows[row["foot"]].append(row)
     original = [(t, kind, log, data) for t, kind, log, data, _ in messages(bag, store)]
     others, contacts, velocities = [], defaultdict(list), defaultdict(list)
     samples, newest = defaultdict(dict), 0

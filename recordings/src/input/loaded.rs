@@ -7,6 +7,7 @@ use estimator_core::{
 };
 
 use super::correction::Correction;
+use super::format::{Content, Format};
 use super::options::TableOptions;
 use super::topics::BagOptions;
 use crate::recording::Recording;
@@ -29,6 +30,20 @@ pub struct Hints {
 }
 
 impl Hints {
+    /// The same without what does not apply to files of a format.
+    #[must_use]
+    pub fn applying_to(mut self, format: Format) -> Self {
+        match format.content() {
+            Content::Messages => self.table.time_unit = None,
+            Content::Fixed => {
+                self.table = TableOptions::default();
+                self.bag = BagOptions::default();
+            }
+            Content::Columns => self.bag = BagOptions::default(),
+        }
+        self
+    }
+
     /// Correction of a foot with these names: its own, else that of all.
     #[must_use]
     pub fn correction_of(&self, names: &[&str]) -> &Correction {

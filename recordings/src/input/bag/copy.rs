@@ -10,15 +10,15 @@ use super::super::open::Source;
 use super::super::refusal::ContainerError;
 use super::cdr::decompressed_message;
 use super::mcap::LONGEST_RECORD;
-use super::storage::{Channel, Interest, Visitor, visit};
+use super::storage::{Channel, Interest, Visitor, Written, visit};
 
 /// Receiver of the messages of a bag.
 pub trait Receiver {
-    /// Receives a message, decompressed, with the time at which it was written, ns.
+    /// Receives a message, decompressed.
     ///
     /// # Errors
     /// The copy cannot be written.
-    fn message(&mut self, channel: &Channel, log_ns: i64, payload: &[u8]) -> io::Result<()>;
+    fn message(&mut self, channel: &Channel, written: Written, payload: &[u8]) -> io::Result<()>;
 }
 
 /// Passes all messages of a bag in stored order to a receiver; returns a sentence about each part that ends early.
@@ -62,7 +62,7 @@ impl Visitor for Copier<'_> {
     fn message(
         &mut self,
         channel: &Channel,
-        log_ns: i64,
+        written: Written,
         payload: &[u8],
     ) -> Result<(), InputError> {
         let number = match self.messages.get_mut(&channel.topic) {
@@ -83,7 +83,7 @@ impl Visitor for Copier<'_> {
             number,
             what,
         })?;
-        let received = self.receiver.message(channel, log_ns, &message);
+        let received = self.receiver.message(channel, written, &message);
         received.map_err(|error| {
             // The visit ends; the error itself is returned apart.
             self.failed = Some(error);

@@ -52,6 +52,8 @@ struct Field {
 enum Kind {
     Number(Number),
     Text,
+    /// `wstring`.
+    WideText,
     /// Index of a record.
     Record(usize),
 }

@@ -7,7 +7,7 @@ use super::super::loaded::{Hints, OLDEST_LOAD_US, imu_sample};
 use super::super::refusal::{ContainerError, ImuTopic};
 use super::super::rows::{Rows, Source};
 use super::super::stored::Stored;
-use super::load::{Clock, LoadSeries};
+use super::load::{Clock, Found, LoadSeries};
 use super::messages::Imu;
 use super::sidecar::Known;
 use super::storage::micros;
@@ -49,7 +49,10 @@ struct Lacking {
     stamp: u64,
     accelerations: u64,
     rates: u64,
+    /// No load is new enough.
     load: u64,
+    /// The load is not a number.
+    number: u64,
 }
 
 /// Names of a foot, in addition to its topic.
@@ -122,7 +125,8 @@ impl Feed {
             (Clock::Stamp, Clock::Stamp) => series.at(time_us, Clock::Stamp),
             _ => series.at(log_us, Clock::Log),
         });
-        self.without.load += u64::from(load == Some(None));
+        self.without.load += u64::from(load == Some(Found::Nothing));
+        self.without.number += u64::from(load == Some(Found::NotANumber));
         self.without.accelerations += u64::from(!imu.has_accelerations());
         self.without.rates += u64::from(!imu.has_rates());
         let [ax, ay, az] = known(imu.linear_acceleration, imu.has_accelerations());
@@ -135,7 +139,10 @@ impl Feed {
                 known_beside.validity.unwrap_or(Validity::Valid),
                 &hints.correction,
             ),
-            load: load.flatten().map(Load),
+            load: match load {
+                Some(Found::Value(load)) => Some(Load(load)),
+                _ => None,
+            },
             label: known_beside.label,
         };
         if self.log_failed.is_some() {
@@ -237,6 +244,7 @@ impl Feed {
             accelerations,
             rates,
             load: unloaded,
+            number,
         } = self.without;
         let fields = self.fields_taken.as_ref();
         let mut notices: Vec<String> = fields
@@ -248,29 +256,33 @@ impl Feed {
                 "{place}: no message has a stamp, so times are those when messages were written"
             ));
         }
-        let mut counted = |count: u64, what: String| {
+        let load = load.map(|series| series.topic.to_string());
+        let load = load.unwrap_or_default();
+        let newest_ms = OLDEST_LOAD_US / 1000;
+        let counted = [
+            (stamp, "left out, without a stamp".to_owned()),
+            (
+                accelerations,
+                "without accelerations, by their covariance: invalid samples".to_owned(),
+            ),
+            (
+                rates,
+                "without angular rates, by their covariance: invalid samples".to_owned(),
+            ),
+            (
+                unloaded,
+                format!("without a load: nothing on {load} in the {newest_ms} ms before"),
+            ),
+            (
+                number,
+                format!("without a load: the last value on {load} is not a number"),
+            ),
+        ];
+        let counted = counted.into_iter().filter(|(count, _)| *count > 0);
+        notices.extend(counted.map(|(count, what)| {
             let noun = if count == 1 { "message" } else { "messages" };
-            if count > 0 {
-                notices.push(format!("{place}: {count} {noun} {what}"));
-            }
-        };
-        counted(stamp, "left out, which have no stamp".to_owned());
-        counted(
-            accelerations,
-            "have no accelerations, as their covariance says: invalid samples".to_owned(),
-        );
-        counted(
-            rates,
-            "have no angular rates, as their covariance says: invalid samples".to_owned(),
-        );
-        if let Some(series) = load {
-            let what = format!(
-                "have no load: nothing on {} within {} ms before them",
-                series.topic,
-                OLDEST_LOAD_US / 1000
-            );
-            counted(unloaded, what);
-        }
+            format!("{place}: {count} {noun} {what}")
+        }));
         notices
     }
 

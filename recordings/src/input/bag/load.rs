@@ -95,6 +95,16 @@ pub(super) struct LoadSeries {
     by_stamp: Option<Vec<(i64, f32)>>,
 }
 
+/// Load at a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Found {
+    Value(f32),
+    /// The last value marks an unknown load.
+    NotANumber,
+    /// No value is newer than [`OLDEST_LOAD_US`].
+    Nothing,
+}
+
 /// Clock by which times are compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Clock {
@@ -193,16 +203,20 @@ impl LoadSeries {
         }
     }
 
-    /// Last value at or before a time; `None` if it is older than [`OLDEST_LOAD_US`], or is not finite, which marks an
-    /// unknown load.
-    pub(super) fn at(&self, time_us: i64, clock: Clock) -> Option<f32> {
+    /// Last value at or before a time.
+    pub(super) fn at(&self, time_us: i64, clock: Clock) -> Found {
         let values = match (clock, &self.by_stamp) {
             (Clock::Stamp, Some(by_stamp)) => by_stamp,
             _ => &self.by_log,
         };
         let after = values.partition_point(|(time, _)| *time <= time_us);
-        let (time, value) = values.get(after.checked_sub(1)?)?;
-        (time_us.abs_diff(*time) <= OLDEST_LOAD_US && value.is_finite()).then_some(*value)
+        let newest = after.checked_sub(1).and_then(|index| values.get(index));
+        match newest {
+            Some((time, _)) if time_us.abs_diff(*time) > OLDEST_LOAD_US => Found::Nothing,
+            None => Found::Nothing,
+            Some((_, value)) if !value.is_finite() => Found::NotANumber,
+            Some((_, value)) => Found::Value(*value),
+        }
     }
 }
 

@@ -11,7 +11,7 @@ use super::cdr::decode_start;
 use super::fields::Fields;
 use super::load::LoadSeries;
 use super::messages::Header;
-use super::storage::{Channel, Interest, Visitor, visit};
+use super::storage::{Channel, Interest, Visitor, Written, visit};
 use super::{ImuKey, MOST_FRAMES, addresses, described, is_imu, is_wanted, order};
 
 /// Loads, and the IMUs of their feet.
@@ -130,7 +130,7 @@ impl Visitor for LoadReader<'_> {
     fn message(
         &mut self,
         channel: &Channel,
-        log_ns: i64,
+        Written { log_ns, .. }: Written,
         payload: &[u8],
     ) -> Result<(), InputError> {
         if let Some(error) = self.failed.take() {

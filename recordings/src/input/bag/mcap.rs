@@ -16,7 +16,7 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use super::super::error::InputError;
 use super::super::open::Part;
 use super::super::refusal::ContainerError;
-use super::storage::{Channel, End, Interest, Schema, Visitor};
+use super::storage::{Channel, End, Interest, Schema, Visitor, Written};
 
 /// Length of the magic bytes at the start of a file.
 const MAGIC: u64 = 8;
@@ -279,8 +279,13 @@ impl Bag<'_> {
             }
             Record::Message { header, data } => {
                 if let Some((channel, Interest::Wanted)) = self.channels.get(&header.channel_id) {
-                    let log_ns = i64::try_from(header.log_time).unwrap_or(i64::MAX);
-                    let shown = self.visitor.message(channel, log_ns, &data);
+                    let nanos = |time| i64::try_from(time).unwrap_or(i64::MAX);
+                    let written = Written {
+                        log_ns: nanos(header.log_time),
+                        publish_ns: nanos(header.publish_time),
+                        sequence: Some(header.sequence),
+                    };
+                    let shown = self.visitor.message(channel, written, &data);
                     shown.map_err(Stop::Refused)?;
                 }
             }

@@ -48,7 +48,7 @@ use reader::Reader;
 use storage::visit;
 
 pub use copy::{Receiver, copy};
-pub use storage::{Channel, Schema};
+pub use storage::{Channel, Schema, Written};
 
 /// Most frames of one topic: as many feet as a robot may have, and other IMUs beside them.
 const MOST_FRAMES: usize = 64;

@@ -1,7 +1,7 @@
 //! The `SQLite` database of a rosbag2: the tables `topics` and `messages`. Source: `sqlite_storage.cpp` of
 //! <https://github.com/ros2/rosbag2>.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -15,10 +15,17 @@ use super::super::error::InputError;
 use super::super::foreign::Foreign;
 use super::super::open::Part;
 use super::super::refusal::ContainerError;
-use super::storage::{Channel, End, Interest, Schema, Visitor};
+use super::storage::{Channel, End, Interest, Schema, Visitor, Written};
 
 /// Advice in the error about a file that is damaged rather than truncated.
 const ADVICE: &str = "sqlite3 walk.db3 \".recover\" saves what can be";
+
+/// Columns of the table `topics` beside those that every bag has, and their names in MCAP. Source: `mcap_storage.cpp` of
+/// <https://github.com/ros2/rosbag2>.
+const PROPERTIES: [(&str, &str); 2] = [
+    ("offered_qos_profiles", "offered_qos_profiles"),
+    ("type_description_hash", "topic_type_hash"),
+];
 
 /// Passes the messages of a file to a visitor.
 pub(super) fn visit(
@@ -77,9 +84,14 @@ pub(super) fn visit(
             continue;
         };
         let log_ns: i64 = row.get(1).map_err(damaged)?;
+        let written = Written {
+            log_ns,
+            publish_ns: log_ns,
+            sequence: None,
+        };
         match row.get_ref(2).map_err(damaged)? {
-            ValueRef::Blob(payload) => visitor.message(channel, log_ns, payload)?,
-            _ => visitor.message(channel, log_ns, &[])?,
+            ValueRef::Blob(payload) => visitor.message(channel, written, payload)?,
+            _ => visitor.message(channel, written, &[])?,
         }
     }
 }
@@ -119,23 +131,31 @@ fn channels(
     has_definitions: bool,
     visitor: &mut dyn Visitor,
 ) -> rusqlite::Result<HashMap<i64, (Channel, Interest)>> {
-    let mut statement =
-        database.prepare("SELECT id, name, type, serialization_format FROM topics")?;
+    // Columns were added over the years.
+    let mut statement = database.prepare("SELECT * FROM topics")?;
+    let properties: Vec<(&str, usize)> = PROPERTIES
+        .iter()
+        .filter_map(|(column, key)| Some((*key, statement.column_index(column).ok()?)))
+        .collect();
     let mut rows = statement.query([])?;
     let mut channels = HashMap::new();
     while let Some(row) = rows.next()? {
-        let message: String = row.get(2)?;
+        let message: String = row.get("type")?;
+        let properties = properties.iter().filter_map(|(key, column)| {
+            let text: String = row.get(*column).ok()?;
+            (!text.is_empty()).then(|| ((*key).to_owned(), text))
+        });
         let channel = Channel {
-            topic: row.get(1)?,
+            topic: row.get("name")?,
             schema: has_definitions
                 .then(|| schema(database, &message))
                 .flatten(),
             message,
-            encoding: row.get(3)?,
-            metadata: BTreeMap::new(),
+            encoding: row.get("serialization_format")?,
+            metadata: properties.collect(),
         };
         let interest = visitor.channel(&channel);
-        channels.insert(row.get(0)?, (channel, interest));
+        channels.insert(row.get("id")?, (channel, interest));
     }
     Ok(channels)
 }

@@ -44,6 +44,17 @@ impl Channel {
     }
 }
 
+/// When a message was written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Written {
+    /// Time at which it was written, ns.
+    pub log_ns: i64,
+    /// Time at which it was sent, ns; that of writing where the storage keeps one time.
+    pub publish_ns: i64,
+    /// Number given by its sender, where the storage keeps it.
+    pub sequence: Option<u32>,
+}
+
 /// Whether the messages of a topic are needed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Interest {
@@ -56,9 +67,13 @@ pub(super) trait Visitor {
     /// Declares a topic before its messages. A topic may be declared more than once.
     fn channel(&mut self, channel: &Channel) -> Interest;
 
-    /// Passes a message of a topic that is needed, with the time at which it was written, ns.
-    fn message(&mut self, channel: &Channel, log_ns: i64, payload: &[u8])
-    -> Result<(), InputError>;
+    /// Passes a message of a topic that is needed.
+    fn message(
+        &mut self,
+        channel: &Channel,
+        written: Written,
+        payload: &[u8],
+    ) -> Result<(), InputError>;
 }
 
 /// End of a file.

@@ -539,7 +539,7 @@ fn messages_without_a_stamp_among_others_are_left_out() {
     let bytes = written(Kind::Records, &messages, &[]);
     let mut feet = open(&bytes, &Hints::default()).unwrap();
     assert_eq!(feet[0].about.samples, 196);
-    assert!(feet[0].about.notices[0].ends_with("4 messages left out, which have no stamp"));
+    assert!(feet[0].about.notices[0].ends_with("4 messages left out, without a stamp"));
     assert_eq!(feet[0].about.start_us, 1_700_000_000_103_000);
     assert_eq!(samples(&mut feet[0])[0].imu.timestamp.as_micros(), 0);
 }
@@ -634,12 +634,47 @@ fn load_is_the_last_before_the_sample_unless_old() {
         assert_eq!(loads[150], Some(Load(102.0)));
         assert_eq!(loads[151], None);
         assert_eq!(feet[0].about.load_title, "/ft (N)");
-        assert!(feet[0].about.notices[0].contains("60 messages have no load"));
+        assert!(feet[0].about.notices[0].contains("60 messages without a load"));
     }
     let hints = with_loads(Hints::default(), &["/ft:force"]);
     let mut feet = open(&written(Kind::Records, &messages, &[]), &hints).unwrap();
     let load = samples(&mut feet[0])[20].load;
     assert_eq!(load, Some(Load((25.0_f64 + 10_000.0).sqrt() as f32)));
+}
+
+#[test]
+fn samples_without_a_load_say_which_kind_is_missing() {
+    let mut messages = one_foot(Order::Little);
+    let start = messages[0].2;
+    for (at, force) in [
+        (10, 50.0),
+        (20, f64::NAN),
+        (21, 60.0),
+        (22, f64::NAN),
+        (24, 70.0),
+    ] {
+        let log = start - 1 + at * 1_000_000;
+        messages.push(Message("/load", FLOAT, log, float(force)));
+    }
+    let hints = with_loads(Hints::default(), &["/load"]);
+    let feet = open(&written(Kind::Records, &messages, &[]), &hints).unwrap();
+    let notices = &feet[0].about.notices;
+    let said = |text: &str| notices.iter().any(|notice| notice.ends_with(text));
+    assert!(
+        said(": 3 messages without a load: the last value on /load is not a number"),
+        "{notices:?}"
+    );
+    messages.retain(|message| message.0 != "/load");
+    for at in [0, 90, 180] {
+        let log = start - 1 + at * 1_000_000;
+        messages.push(Message("/load", FLOAT, log, float(50.0)));
+    }
+    let feet = open(&written(Kind::Records, &messages, &[]), &hints).unwrap();
+    let notice = feet[0].about.notices.last().unwrap();
+    assert!(
+        notice.ends_with(": 1 message without a load: nothing on /load in the 100 ms before"),
+        "{notice}"
+    );
 }
 
 #[test]

@@ -90,7 +90,7 @@ impl Parser<'_> {
         let kind = match (number(base), base) {
             (Some(number), _) => Kind::Number(number),
             (None, "string") => Kind::Text,
-            (None, "wstring") => return Err("it has a wstring, which is not read".to_owned()),
+            (None, "wstring") => Kind::WideText,
             (None, "Header") => Kind::Record(self.record("std_msgs/Header", depth)?),
             (None, base) if base.contains('/') => Kind::Record(self.record(&bare(base), depth)?),
             (None, base) => Kind::Record(self.record(&format!("{package}/{base}"), depth)?),

@@ -123,7 +123,7 @@ impl Definition {
                 match field.kind {
                     Kind::Number(_) => to.numbers.push((name, path)),
                     Kind::Record(record) => self.list(record, &name, &path, to),
-                    Kind::Text => {}
+                    Kind::Text | Kind::WideText => {}
                 }
                 if to.numbers.len() == before {
                     break;
@@ -168,6 +168,7 @@ impl Definition {
             part = match (field.kind, field.count, element) {
                 (_, Count::Fixed(_) | Count::Sequence, None) => Part::Other,
                 (Kind::Text, ..) => Part::Text,
+                (Kind::WideText, ..) => Part::Other,
                 (Kind::Number(_), ..) => Part::Number,
                 (Kind::Record(record), ..) => Part::Record(record),
             };

@@ -130,7 +130,6 @@ fn hostile_definitions_are_refused() {
         ("c/D d", "lacks c/D"),
         ("int32[x] y", "a line that is not a field"),
         ("int32[3 y", "a line that is not a field"),
-        ("wstring w", "a wstring"),
     ] {
         let said = Definition::parse("a/msg/A", text).unwrap_err();
         assert!(said.contains(why), "{text}: {said}");
@@ -160,6 +159,31 @@ fn hostile_definitions_are_refused() {
     let path = huge.number("x[3]").unwrap();
     assert!(huge.values(&[0, 1, 0, 0, 1, 2, 3, 4], &[&path]).is_err());
     assert!(huge.listed("").ends_with(" more"));
+}
+
+#[test]
+fn numbers_beside_wide_text_are_found_in_each_encoding() {
+    let text = "uint8 first\nwstring title\nwstring[2] names\nfloat64 force";
+    let definition = Definition::parse("a/msg/A", text).unwrap();
+    let paths = ["first", "force"].map(|name| definition.number(name).unwrap());
+    for unit in [1, 2, 4] {
+        let mut message = vec![0, 1, 0, 0, 7];
+        for characters in [3_u32, 0, 5] {
+            message.resize(message.len().next_multiple_of(4), 0);
+            message.extend(characters.to_le_bytes());
+            message.resize(message.len() + unit * characters as usize, 1);
+        }
+        // Alignment counts from the fifth byte.
+        message.resize((message.len() - 4).next_multiple_of(8) + 4, 0);
+        message.extend(12.5_f64.to_le_bytes());
+        let paths: Vec<&Path> = paths.iter().collect();
+        assert_eq!(definition.values(&message, &paths), Ok(vec![7.0, 12.5]));
+        message.extend([0; 32]);
+        let said = definition.values(&message, &paths).unwrap_err();
+        assert!(said.starts_with("its wstrings have neither"), "{said}");
+    }
+    let said = definition.number("title").unwrap_err();
+    assert!(said.contains("title is not one number"), "{said}");
 }
 
 #[test]

@@ -31,27 +31,51 @@ impl Definition {
             .enumerate()
             .map(|(slot, path)| (slot, &path.0[..]))
             .collect();
-        let mut walk = Walk {
-            definition: self,
-            order: message.order,
-            content: &message.bytes,
-            at: 0,
-            steps: 0,
-            found: vec![None; paths.len()],
-            text: String::new(),
+        let walk = |unit| {
+            let mut walk = Walk {
+                definition: self,
+                order: message.order,
+                content: &message.bytes,
+                at: 0,
+                steps: 0,
+                unit,
+                found: vec![None; paths.len()],
+                text: String::new(),
+            };
+            walk.record(self.message, &wanted)?;
+            if walk.content.len() - walk.at > LONGEST_PADDING {
+                return Err(format!(
+                    "{} bytes are more than its type has, {}",
+                    walk.content.len(),
+                    walk.at
+                ));
+            }
+            Ok(walk)
         };
-        walk.record(self.message, &wanted)?;
-        if walk.content.len() - walk.at > LONGEST_PADDING {
-            return Err(format!(
-                "{} bytes are more than its type has, {}",
-                walk.content.len(),
-                walk.at
-            ));
-        }
+        let walk = if self.has_wide_text() {
+            let fitting = UNITS.into_iter().map(walk).find(Result::is_ok);
+            fitting.unwrap_or_else(|| {
+                Err("its wstrings have neither 1, 2 nor 4 bytes for each unit of length".to_owned())
+            })?
+        } else {
+            walk(1)?
+        };
         let found = walk.found.into_iter().map(|value| {
             value.ok_or_else(|| "it has fewer elements than the index says".to_owned())
         });
         Ok((found.collect::<Result<_, _>>()?, walk.text))
+    }
+}
+
+/// Bytes for each unit of the length of a `wstring`. Implementations of DDS differ in the size of a character, and in
+/// whether the length counts characters or bytes, which no field of the message says: the right one is that with which
+/// the message is as long as its type.
+const UNITS: [usize; 3] = [4, 2, 1];
+
+impl Definition {
+    fn has_wide_text(&self) -> bool {
+        let mut fields = self.records.iter().flat_map(|record| &record.fields);
+        fields.any(|field| field.kind == Kind::WideText)
     }
 }
 
@@ -61,6 +85,8 @@ struct Walk<'a> {
     content: &'a [u8],
     at: usize,
     steps: usize,
+    /// One of [`UNITS`].
+    unit: usize,
     found: Vec<Option<f64>>,
     text: String,
 }
@@ -114,6 +140,12 @@ impl Walk<'_> {
                             let text = text.strip_suffix(&[0]).unwrap_or(text);
                             self.text = String::from_utf8_lossy(text).into_owned();
                         }
+                    }
+                }
+                Kind::WideText => {
+                    for _ in 0..elements {
+                        let length = self.number(Number::U32)? as usize;
+                        self.skip(1, length.checked_mul(self.unit).ok_or_else(too_short)?)?;
                     }
                 }
                 Kind::Record(record) => {
