@@ -7,6 +7,7 @@ use decode::Feet;
 use live::feed::Fed;
 use live::session::SEVERAL_BOARDS;
 use live::{Feed, LinkError, Session, Source, Update};
+use ros::compat::FEET;
 use ros::topics::NODE;
 use ros::{Bridge, Published};
 
@@ -76,6 +77,8 @@ pub struct Stream {
     bridge: Bridge,
     /// Feet whose id is used by several boards, as last reported.
     shared: BTreeSet<usize>,
+    /// Feet that messages of all feet do not have, as reported.
+    without_place: BTreeSet<String>,
     /// Whether any id was shared; sequence numbers then do not show losses.
     was_shared: bool,
 }
@@ -89,6 +92,7 @@ impl Stream {
             session: Session::new(feet),
             bridge,
             shared: BTreeSet::new(),
+            without_place: BTreeSet::new(),
             was_shared: false,
         }
     }
@@ -147,6 +151,7 @@ impl Stream {
             for published in self.bridge.messages(&self.session, &update) {
                 sink.publish(published)?;
             }
+            self.warn_of_feet_without_place();
             match update {
                 Update::Message(foot, _) => self.warn_of_shared_id(foot),
                 Update::Quiet(_) if self.session.quiet_for() >= QUIET => sink.idle()?,
@@ -158,6 +163,20 @@ impl Stream {
             }
         }
         Ok(None)
+    }
+
+    /// Warns about feet that messages of all feet do not have, once each.
+    fn warn_of_feet_without_place(&mut self) {
+        for name in self.bridge.without_place() {
+            if !self.without_place.contains(name) {
+                self.without_place.insert(name.to_owned());
+                let names: Vec<&str> = FEET.iter().map(|[name, _]| *name).collect();
+                warn(format!(
+                    "{name} is in no message of --compat, which has the feet {}: --names gives it such a name",
+                    names.join(", ")
+                ));
+            }
+        }
     }
 
     /// Warns about an id used by several boards, once each time it begins.

@@ -14,6 +14,8 @@ mod packages;
 const REQUIREMENTS: &str = include_str!("python/roads.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/record.py");
 
+const CONSUMERS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/compat.py");
+
 fn footfall(arguments: &[&str]) {
     let arguments = Arguments::parse_from(["footfall"].iter().chain(arguments));
     arguments.run().unwrap_or_else(|error| panic!("{error}"));
@@ -44,4 +46,31 @@ fn two_foreign_readers_find_every_value_sent_by_the_foot() {
         .parse()
         .expect("a count");
     assert_eq!(rows, 14_010);
+}
+
+#[test]
+fn consumers_conclude_the_decisions_of_the_feet() {
+    let packages = match packages::install("python-record", REQUIREMENTS) {
+        Ok(packages) => packages,
+        Err(missing) => return unmet(&missing),
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let recording = folder.path().join("rec.mcap").display().to_string();
+    let compat = "pronto,champ,inekf,drift,muse,bool,unitree";
+    let source = "demo:feet=4,seconds=4,speed=max";
+    let prefix = ["--frame-prefix", "spot/"];
+    footfall(
+        &[
+            &["record", source, "-o", &recording, "--compat", compat],
+            &prefix[..],
+        ]
+        .concat(),
+    );
+    let output = Command::new(packages.interpreter)
+        .args([CONSUMERS, &recording])
+        .env("PYTHONPATH", packages.folder)
+        .output()
+        .expect("Python runs");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{stderr}");
 }

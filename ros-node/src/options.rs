@@ -49,24 +49,24 @@ pub struct Options {
     pub source: String,
     /// Pattern of frame names; a parameter of the node.
     pub frame_id: String,
-    /// Program whose messages are also published; a parameter of the node.
-    pub compat: Option<Compat>,
+    /// Programs whose messages are also published; a parameter of the node.
+    pub compat: Vec<Compat>,
 }
 
 impl Options {
     /// Parameters of the node. They are read-only; the settings of a foot are changed with `footfall foot`.
     pub(crate) fn parameters(&self) -> Vec<(&'static str, ParameterValue)> {
         let text = |text: &str| ParameterValue::String(text.to_owned());
-        let compat = match self.compat {
-            None => "none",
-            Some(Compat::Pronto) => "pronto",
-            Some(Compat::Champ) => "champ",
+        let names: Vec<&str> = self.compat.iter().map(|compat| compat.name()).collect();
+        let compat = match names.join(",") {
+            none if none.is_empty() => "none".to_owned(),
+            names => names,
         };
         let depth = i64::try_from(self.depth).unwrap_or(i64::MAX);
         vec![
             ("source", text(&self.source)),
             ("frame_id", text(&self.frame_id)),
-            ("compat", text(compat)),
+            ("compat", text(&compat)),
             ("qos.reliability", text(self.reliability.name())),
             ("qos.depth", ParameterValue::Integer(depth)),
         ]
@@ -130,7 +130,7 @@ mod tests {
                 depth: 1,
                 source: String::new(),
                 frame_id: String::new(),
-                compat: None,
+                compat: Vec::new(),
             };
             let expected = Name::new(before, "contact").ok();
             assert_eq!(

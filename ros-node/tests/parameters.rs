@@ -27,7 +27,7 @@ fn options(domain_id: u16) -> Options {
         depth: 10,
         source: "demo:feet=4".to_owned(),
         frame_id: "{foot}_foot".to_owned(),
-        compat: None,
+        compat: Vec::new(),
     }
 }
 

@@ -74,9 +74,15 @@ impl Bridge {
 
     /// Enables combined messages of all feet for other programs.
     #[must_use]
-    pub fn with_compat(mut self, compat: Compat) -> Self {
-        self.all_feet = Some(AllFeet::new(compat));
+    pub fn with_compat(mut self, compats: &[Compat]) -> Self {
+        self.all_feet = (!compats.is_empty()).then(|| AllFeet::new(compats));
         self
+    }
+
+    /// Names of feet that combined messages have no place for.
+    pub fn without_place(&self) -> impl Iterator<Item = &str> {
+        let all_feet = self.all_feet.iter();
+        all_feet.flat_map(AllFeet::others).map(String::as_str)
     }
 
     /// Returns the messages for the newest update of a session.
@@ -152,8 +158,8 @@ impl Bridge {
     pub fn end(&mut self, session: &Session) -> Vec<Published> {
         let listening = session.listening();
         let all_feet = self.all_feet.as_mut();
-        let due = all_feet.and_then(|feet| feet.end(listening.now()));
-        let mut published: Vec<_> = due.into_iter().collect();
+        let due = all_feet.map(|feet| feet.end(listening.now()));
+        let mut published = due.unwrap_or_default();
         published.extend(self.silent(session, u64::MAX, listening.now()));
         published
     }
@@ -324,7 +330,7 @@ mod tests {
     #[test]
     fn silent_foot_is_reported_once_a_second_with_probability_0() {
         let mut session = Session::new(Feet::default());
-        let mut bridge = Bridge::default().with_compat(Compat::Champ);
+        let mut bridge = Bridge::default().with_compat(&[Compat::Champ]);
         let mut next = |session: &mut Session| -> Vec<Published> {
             let updates = std::iter::from_fn(|| {
                 let update = session.next_update()?;

@@ -1,42 +1,147 @@
 //! Contacts of four feet in one message, for programs that do not accept footfall's messages.
 //!
-//! | program | topic | message | content |
-//! |---|---|---|---|
-//! | [champ](https://github.com/chvmp/champ) | `/foot_contacts`, read by its state estimation | `champ_msgs/msg/ContactsStamped` | the decisions |
-//! | [pronto](https://github.com/ori-drs/pronto) | `/footfall/stance` | `pronto_msgs/msg/QuadrupedStance` | the decisions, as 0 or 1: its `legodo_handler_ros.cpp` treats any number above 0.01 as stance |
+//! | name | program | topic | message | content |
+//! |---|---|---|---|---|
+//! | `champ` | [champ](https://github.com/chvmp/champ) | `/foot_contacts`, read by its state estimation | `champ_msgs/msg/ContactsStamped` | the decisions |
+//! | `pronto` | [pronto](https://github.com/ori-drs/pronto) | `/footfall/stance` | `pronto_msgs/msg/QuadrupedStance` | the decisions, as 0 or 1: its `legodo_handler_ros.cpp` treats any number above 0.01 as stance |
+//! | `inekf` | [InEKF](https://github.com/RossHartley/invariant-ekf-ros) | `/contact`, the default of its `settings/contact_topic` | `inekf_msgs/msg/ContactArray` | the decisions, with the ids 0 to 3 |
+//! | `drift` | [DRIFT](https://github.com/UMich-CURLY/drift) | `/footfall/drift/contacts` | `custom_sensor_msgs/msg/ContactArray` | the decisions in the order of its `enum Leg`: right front, left front, right hind, left hind |
+//! | `muse` | [MUSE](https://github.com/iit-DLSLab/muse) | `/footfall/contact_detection` | `state_estimator_msgs/msg/ContactDetection` | the decisions |
+//! | `bool` | any, such as one that sets the contact flags of [legged_control](https://github.com/qiayuanl/legged_control) | `/footfall/FL/contact/decision` of each foot | `std_msgs/msg/Bool` | the decision |
+//! | `unitree` | any that compares the forces of a GO1 or Go2 with a threshold | `/footfall/lowstate` | `unitree_go/msg/LowState` | `foot_force` and `foot_force_est`: [`STANDS`] of a foot that stands, 0 of others, in Unitree's order, right front, left front, right hind, left hind; all else is 0 |
 //!
-//! Both use the order left front, right front, left hind, right hind. A message is created as soon as each of
-//! the four feet has a new contact; after 20 ms it is created without the silent feet, even if all are silent.
-//! Invalid and silent feet are reported in swing: false, 0.
+//! Where nothing else is said, the order is left front, right front, left hind, right hind. A message is created as
+//! soon as each of the four feet has a new contact; after 20 ms it is created without the silent feet, even if all
+//! are silent. Invalid and silent feet are reported in swing: false, 0.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use estimator_core::Timestamp;
 use live::silence::COMPLETION_WAIT_US;
 
 use crate::bridge::Published;
-use crate::message::{Contact, ContactsStamped, Header, Message, QuadrupedStance, Time};
+use crate::message::{
+    Bool, Contact, ContactArray, ContactDetection, ContactsStamped, Header, LowState, Message,
+    NumberedContact, QuadrupedStance, Time,
+};
 
 /// Names of the feet, in the order of the messages.
-const FEET: [[&str; 2]; 4] = [["FL", "LF"], ["FR", "RF"], ["RL", "LH"], ["RR", "RH"]];
+pub const FEET: [[&str; 2]; 4] = [["FL", "LF"], ["FR", "RF"], ["RL", "LH"], ["RR", "RH"]];
+
+/// The feet in the order right front, left front, right hind, left hind.
+const RIGHT_FIRST: [usize; 4] = [1, 0, 3, 2];
+
+/// `foot_force` of a foot that stands: above the thresholds of those who read it, most of them 20 to 60.
+pub const STANDS: i16 = 100;
 
 /// Program whose messages are created.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Compat {
     /// Decisions as 0 or 1, for pronto.
     Pronto,
     /// Decisions, for champ.
     Champ,
+    /// Numbered decisions, for `InEKF`.
+    Inekf,
+    /// Numbered decisions, right feet first, for DRIFT.
+    Drift,
+    /// Decisions, for MUSE.
+    Muse,
+    /// A decision on a topic of each foot.
+    Bool,
+    /// Decisions as the forces of Unitree's state.
+    Unitree,
+}
+
+impl Compat {
+    /// Name in options.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Pronto => "pronto",
+            Self::Champ => "champ",
+            Self::Inekf => "inekf",
+            Self::Drift => "drift",
+            Self::Muse => "muse",
+            Self::Bool => "bool",
+            Self::Unitree => "unitree",
+        }
+    }
+
+    /// Messages with their topics: whether the feet stand, in the order of [`FEET`].
+    fn messages(self, header: &Header, stands: [bool; 4]) -> Vec<(String, Message)> {
+        let header = header.clone();
+        let (topic, message) = match self {
+            Self::Champ => {
+                let contacts = stands.to_vec();
+                let message = Message::Champ(ContactsStamped { header, contacts });
+                ("/foot_contacts", message)
+            }
+            Self::Pronto => {
+                let [lf, rf, lh, rh] = stands.map(|stands| f32::from(u8::from(stands)));
+                let stance = QuadrupedStance {
+                    header,
+                    lf,
+                    rf,
+                    lh,
+                    rh,
+                };
+                ("/footfall/stance", Message::Pronto(stance))
+            }
+            Self::Inekf => {
+                let contacts = numbered(stands);
+                (
+                    "/contact",
+                    Message::Inekf(ContactArray { header, contacts }),
+                )
+            }
+            Self::Drift => {
+                let contacts = numbered(RIGHT_FIRST.map(|foot| stands[foot]));
+                let message = Message::Drift(ContactArray { header, contacts });
+                ("/footfall/drift/contacts", message)
+            }
+            Self::Muse => {
+                let detection = ContactDetection {
+                    header,
+                    stance: stands,
+                };
+                ("/footfall/contact_detection", Message::Muse(detection))
+            }
+            Self::Unitree => {
+                let forces = RIGHT_FIRST.map(|foot| if stands[foot] { STANDS } else { 0 });
+                let state = Box::new(LowState::with_forces(forces));
+                ("/footfall/lowstate", Message::Unitree(state))
+            }
+            Self::Bool => {
+                let feet = FEET.iter().zip(stands);
+                let of_foot = feet.map(|([name, _], data)| {
+                    let topic = format!("/footfall/{name}/contact/decision");
+                    (topic, Message::Bool(Bool { data }))
+                });
+                return of_foot.collect();
+            }
+        };
+        vec![(topic.to_owned(), message)]
+    }
+}
+
+fn numbered(stands: [bool; 4]) -> Vec<NumberedContact> {
+    let contacts = (0..).zip(stands);
+    contacts
+        .map(|(id, indicator)| NumberedContact { id, indicator })
+        .collect()
 }
 
 /// Newest contacts of four feet.
 #[derive(Debug)]
 pub struct AllFeet {
-    compat: Compat,
-    topic: Arc<str>,
+    compats: Vec<Compat>,
     feet: [Option<Stance>; 4],
     /// Listening time of the newest message, or of the first contact, µs.
     made_us: Option<u64>,
+    /// Names of feet that are none of [`FEET`].
+    others: BTreeSet<String>,
 }
 
 /// Decision of a foot since the newest message.
@@ -49,55 +154,65 @@ struct Stance {
 impl AllFeet {
     /// Creates an empty state.
     #[must_use]
-    pub fn new(compat: Compat) -> Self {
-        let topic = match compat {
-            Compat::Pronto => "/footfall/stance",
-            Compat::Champ => "/foot_contacts",
-        };
+    pub fn new(compats: &[Compat]) -> Self {
+        let mut compats = compats.to_vec();
+        compats.sort_unstable();
+        compats.dedup();
         Self {
-            compat,
-            topic: topic.into(),
+            compats,
             feet: [None; 4],
             made_us: None,
+            others: BTreeSet::new(),
         }
     }
 
-    /// Processes a contact received at `at` and `listened_us` of the listening time; returns the message that it completes, if any.
-    pub fn take(
-        &mut self,
-        contact: &Contact,
-        at: Timestamp,
-        listened_us: u64,
-    ) -> Option<Published> {
-        let place = FEET
-            .iter()
-            .position(|names| names.contains(&contact.foot.as_str()))?;
+    /// Names of feet that are none of [`FEET`], whose contacts are in no message.
+    #[must_use]
+    pub const fn others(&self) -> &BTreeSet<String> {
+        &self.others
+    }
+
+    /// Processes a contact received at `at` and `listened_us` of the listening time; returns the messages that it completes.
+    pub fn take(&mut self, contact: &Contact, at: Timestamp, listened_us: u64) -> Vec<Published> {
+        let name = contact.foot.as_str();
+        let is = |names: &[&str; 2]| names.iter().any(|own| own.eq_ignore_ascii_case(name));
+        let Some(place) = FEET.iter().position(is) else {
+            if !self.others.contains(name) {
+                self.others.insert(name.to_owned());
+            }
+            return Vec::new();
+        };
         self.feet[place] = Some(Stance {
             stands: contact.valid && contact.decision,
             stamp: contact.header.stamp,
         });
         self.made_us.get_or_insert(listened_us);
         if self.feet.iter().all(Option::is_some) {
-            return Some(self.make(at, listened_us));
+            return self.make(at, listened_us);
         }
         self.advance(at, listened_us)
     }
 
-    /// Advances the time to `at`; returns the message due, if there were contacts before.
-    pub fn advance(&mut self, at: Timestamp, listened_us: u64) -> Option<Published> {
-        let is_due = listened_us - self.made_us? >= COMPLETION_WAIT_US;
-        is_due.then(|| self.make(at, listened_us))
+    /// Advances the time to `at`; returns the messages due, if there were contacts before.
+    pub fn advance(&mut self, at: Timestamp, listened_us: u64) -> Vec<Published> {
+        match self.made_us {
+            Some(made_us) if listened_us - made_us >= COMPLETION_WAIT_US => {
+                self.make(at, listened_us)
+            }
+            _ => Vec::new(),
+        }
     }
 
-    /// Ends reception; returns a message with all feet in swing, if there were contacts before.
-    pub fn end(&mut self, now: Timestamp) -> Option<Published> {
-        let made_us = self.made_us?;
+    /// Ends reception; returns messages with all feet in swing, if there were contacts before.
+    pub fn end(&mut self, now: Timestamp) -> Vec<Published> {
         self.feet = [None; 4];
-        Some(self.make(now, made_us))
+        self.made_us
+            .map(|made_us| self.make(now, made_us))
+            .unwrap_or_default()
     }
 
-    /// Creates a message of the known contacts at `at`.
-    fn make(&mut self, at: Timestamp, listened_us: u64) -> Published {
+    /// Creates messages of the known contacts at `at`.
+    fn make(&mut self, at: Timestamp, listened_us: u64) -> Vec<Published> {
         self.made_us = Some(listened_us);
         let feet = std::mem::take(&mut self.feet);
         let newest = feet.iter().flatten().map(|foot| foot.stamp).max();
@@ -107,28 +222,16 @@ impl AllFeet {
             // The feet have no common frame.
             frame_id: String::new(),
         };
-        let stands = |foot: Option<Stance>| foot.is_some_and(|foot| foot.stands);
-        let message = match self.compat {
-            Compat::Champ => Message::Champ(ContactsStamped {
-                header,
-                contacts: feet.map(stands).to_vec(),
-            }),
-            Compat::Pronto => {
-                let [lf, rf, lh, rh] = feet.map(|foot| f32::from(u8::from(stands(foot))));
-                Message::Pronto(QuadrupedStance {
-                    header,
-                    lf,
-                    rf,
-                    lh,
-                    rh,
-                })
-            }
-        };
-        Published {
-            topic: Arc::clone(&self.topic),
-            at,
-            message,
-        }
+        let stands = feet.map(|foot| foot.is_some_and(|foot| foot.stands));
+        let compats = self.compats.iter();
+        let messages = compats.flat_map(|compat| compat.messages(&header, stands));
+        messages
+            .map(|(topic, message)| Published {
+                topic: Arc::from(topic),
+                at,
+                message,
+            })
+            .collect()
     }
 }
 
@@ -154,6 +257,11 @@ mod tests {
         (contact, at)
     }
 
+    fn one(mut published: Vec<Published>) -> Option<Published> {
+        assert!(published.len() < 2);
+        published.pop()
+    }
+
     /// All feet with the listening time that a session keeps.
     struct Listened {
         all: AllFeet,
@@ -162,27 +270,27 @@ mod tests {
 
     impl Listened {
         fn new(compat: Compat) -> Self {
-            let (all, listening) = (AllFeet::new(compat), Listening::default());
+            let (all, listening) = (AllFeet::new(&[compat]), Listening::default());
             Self { all, listening }
         }
 
         fn take(&mut self, contact: &Contact, at: Timestamp) -> Option<Published> {
             self.listening.arrive(at);
-            self.all.take(contact, at, self.listening.us())
+            one(self.all.take(contact, at, self.listening.us()))
         }
 
         fn hear(&mut self, at: Timestamp) -> Option<Published> {
             self.listening.arrive(at);
-            self.all.advance(at, self.listening.us())
+            one(self.all.advance(at, self.listening.us()))
         }
 
         fn idle(&mut self, now: Timestamp) -> Option<Published> {
             self.listening.idle(now);
-            self.all.advance(now, self.listening.us())
+            one(self.all.advance(now, self.listening.us()))
         }
 
         fn end(&mut self) -> Option<Published> {
-            self.all.end(self.listening.now())
+            one(self.all.end(self.listening.now()))
         }
     }
 
@@ -274,5 +382,19 @@ mod tests {
         let messages = made(Compat::Pronto, &contacts);
         assert_eq!(messages.len(), 4);
         assert!(messages.iter().all(|(_, stands)| *stands == [1.0; 4]));
+    }
+
+    #[test]
+    fn feet_of_other_names_are_in_no_message() {
+        let mut all = AllFeet::new(&[Compat::Bool, Compat::Bool]);
+        for (k, name) in ["L", "fl", "L", "node_33"].into_iter().enumerate() {
+            let (contact, at) = contact(name, 0.9, 1000 * k as u64);
+            assert!(all.take(&contact, at, 1000 * k as u64).is_empty());
+        }
+        assert!(all.others().iter().eq(["L", "node_33"]));
+        let published = all.end(Timestamp::from_micros(5000));
+        let topics: Vec<&str> = published.iter().map(|p| p.topic.as_ref()).collect();
+        assert_eq!(topics.len(), 4);
+        assert_eq!(topics[3], "/footfall/RR/contact/decision");
     }
 }

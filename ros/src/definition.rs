@@ -45,6 +45,13 @@ const CONTACTS_STAMPED: &str = "std_msgs/Header header\nbool[] contacts\n";
 const QUADRUPED_STANCE: &str =
     "std_msgs/Header header\nfloat32 lf\nfloat32 rf\nfloat32 lh\nfloat32 rh\n";
 
+const NUMBERED_CONTACT: &str = "int32 id\nbool indicator\n";
+const CONTACT_DETECTION: &str =
+    "std_msgs/Header header\nbool stance_lf\nbool stance_rf\nbool stance_lh\nbool stance_rh\n";
+
+/// `unitree_go/msg/LowState` with the types in it.
+const LOW_STATE: &str = include_str!("../../recordings/src/input/bag/definition/low_state.msg");
+
 /// Definition of a contact, from the interface package.
 pub const CONTACT: &str = include_str!("../../ros2/footfall_msgs/msg/Contact.msg");
 
@@ -137,6 +144,39 @@ impl Definition {
         others: &IN_HEADER,
     };
 
+    /// All feet, for `InEKF`.
+    pub const INEKF: Self = Self {
+        name: "inekf_msgs/msg/ContactArray",
+        own: "std_msgs/Header header\ninekf_msgs/Contact[] contacts\n",
+        others: &[
+            IN_HEADER[0],
+            IN_HEADER[1],
+            ("inekf_msgs/Contact", NUMBERED_CONTACT),
+        ],
+    };
+    /// All feet, for DRIFT.
+    pub const DRIFT: Self = Self {
+        name: "custom_sensor_msgs/msg/ContactArray",
+        own: "std_msgs/Header header\ncustom_sensor_msgs/Contact[] contacts\n",
+        others: &[
+            IN_HEADER[0],
+            IN_HEADER[1],
+            ("custom_sensor_msgs/Contact", NUMBERED_CONTACT),
+        ],
+    };
+    /// All feet, for MUSE.
+    pub const MUSE: Self = Self {
+        name: "state_estimator_msgs/msg/ContactDetection",
+        own: CONTACT_DETECTION,
+        others: &IN_HEADER,
+    };
+    /// All feet, as Unitree has them.
+    pub const UNITREE: Self = Self {
+        name: "unitree_go/msg/LowState",
+        own: LOW_STATE,
+        others: &[],
+    };
+
     /// Returns the definition of a message.
     #[must_use]
     pub const fn of(message: &Message) -> Self {
@@ -150,6 +190,10 @@ impl Definition {
             Message::Diagnostics(_) => Self::DIAGNOSTICS,
             Message::Champ(_) => Self::CHAMP,
             Message::Pronto(_) => Self::PRONTO,
+            Message::Inekf(_) => Self::INEKF,
+            Message::Drift(_) => Self::DRIFT,
+            Message::Muse(_) => Self::MUSE,
+            Message::Unitree(_) => Self::UNITREE,
         }
     }
 

@@ -33,6 +33,32 @@ pub const SILENT: &str = "silent: no contact for half a second";
 /// Covariance that marks a missing value.
 pub(crate) const ABSENT: [f64; 9] = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
 
+/// Variance of a value about which nothing is known.
+const UNKNOWN: f64 = 1.0e4;
+
+/// Standard deviation of inclination, rad: 2°, within which it is in 95 % of each recording of BROAD but one
+/// (docs/evaluation.md).
+const INCLINATION_SIGMA: f64 = 2.0 * std::f64::consts::PI / 180.0;
+
+/// Covariance of an orientation about x, y and z of the world: the heading is arbitrary.
+const ORIENTATION: [f64; 9] = diagonal([
+    INCLINATION_SIGMA * INCLINATION_SIGMA,
+    INCLINATION_SIGMA * INCLINATION_SIGMA,
+    UNKNOWN,
+]);
+
+const fn diagonal([x, y, z]: [f64; 3]) -> [f64; 9] {
+    [x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z]
+}
+
+/// Covariances of rates and accelerations: of the noise of the board's sensor with its default settings. Zeros, which
+/// stand for unknown, of a part that it does not state.
+fn noise() -> [[f64; 9]; 2] {
+    let noise = lsm6dsox::Config::FRESH_KILOHERTZ.noise();
+    [noise.angular_rate, noise.specific_force]
+        .map(|sigma| diagonal([f64::from(sigma.unwrap_or(0.0)).powi(2); 3]))
+}
+
 /// Condition of a foot whose change is reported in diagnostics at once: faults, silence, several boards.
 type Condition = (Faults, bool, bool);
 
@@ -115,12 +141,15 @@ impl Foot {
             (Some(acceleration), Some((orientation, first)), Some((rate, second)))
                 if is_near(first, made) && is_near(second, made) =>
             {
+                let [of_rate, of_acceleration] = noise();
                 Some(Imu {
                     header: self.header(stamp),
                     orientation: quaternion(orientation),
+                    orientation_covariance: ORIENTATION,
                     angular_velocity: vector(rate),
+                    angular_velocity_covariance: of_rate,
                     linear_acceleration: with_gravity(acceleration, orientation),
-                    ..Imu::default()
+                    linear_acceleration_covariance: of_acceleration,
                 })
             }
             _ => None,
@@ -142,6 +171,7 @@ impl Foot {
         is_usable.then(|| Imu {
             header: self.header(stamp),
             orientation: orientation.map(quaternion).unwrap_or_default(),
+            orientation_covariance: orientation.map_or(ABSENT, |_| ORIENTATION),
             angular_velocity: vector(rate),
             linear_acceleration: vector(force),
             ..Imu::default()
@@ -173,12 +203,15 @@ impl Foot {
             Vector3 { x, y, z }
         };
         // An invalid sample was not read from the sensor.
+        let [of_rate, of_acceleration] = noise();
         (!matches!(raw.validity, Validity::Invalid)).then(|| Imu {
             header: self.header(stamp),
+            orientation: Quaternion::default(),
             orientation_covariance: ABSENT,
             angular_velocity: scaled(raw.rate, raw.rate_scale),
+            angular_velocity_covariance: of_rate,
             linear_acceleration: scaled(raw.acceleration, raw.acceleration_scale),
-            ..Imu::default()
+            linear_acceleration_covariance: of_acceleration,
         })
     }
 

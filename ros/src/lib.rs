@@ -8,7 +8,7 @@
 //! | conversion of a foot's data to messages on topics | [`bridge`] |
 //! | conversion of recorded samples to messages on topics | [`samples`] |
 //! | conversion of estimates from a recording to messages on topics | [`estimates`] |
-//! | contacts of all feet in one message of champ or pronto | [`compat`] |
+//! | contacts of all feet in one message of other programs | [`compat`] |
 //! | messages of a foot | `foot` |
 //! | recording of messages: MCAP, rosbag2 | `mcap_file`, `rosbag2_file`, with the feature `bags` |
 

@@ -160,6 +160,58 @@ pub struct QuadrupedStance {
     pub rh: f32,
 }
 
+/// `Contact` of `inekf_msgs` and of `custom_sensor_msgs`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct NumberedContact {
+    /// Number of the foot.
+    pub id: i32,
+    /// Whether it stands.
+    pub indicator: bool,
+}
+
+/// `ContactArray` of `inekf_msgs`, of [InEKF](https://github.com/RossHartley/invariant-ekf-ros), and of
+/// `custom_sensor_msgs`, of [DRIFT](https://github.com/UMich-CURLY/drift).
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ContactArray {
+    /// When the newest of its samples was acquired.
+    pub header: Header,
+    /// Of each foot.
+    pub contacts: Vec<NumberedContact>,
+}
+
+/// `state_estimator_msgs/msg/ContactDetection` of [MUSE](https://github.com/iit-DLSLab/muse).
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ContactDetection {
+    /// When the newest of its samples was acquired.
+    pub header: Header,
+    /// Whether the left front, right front, left hind and right hind foot stand.
+    pub stance: [bool; 4],
+}
+
+/// `unitree_go/msg/LowState` with its forces; all other fields are zero. They have 1080 bytes before the forces and 80
+/// after them.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct LowState {
+    before: [[[u8; 10]; 9]; 12],
+    /// `foot_force`, of the right front, left front, right hind and left hind foot.
+    pub foot_force: [i16; 4],
+    /// `foot_force_est`, the same.
+    pub foot_force_est: [i16; 4],
+    after: [[u8; 20]; 4],
+}
+
+impl LowState {
+    /// Creates a message with these forces.
+    #[must_use]
+    pub fn with_forces(foot_force: [i16; 4]) -> Self {
+        Self {
+            foot_force,
+            foot_force_est: foot_force,
+            ..Self::default()
+        }
+    }
+}
+
 /// `diagnostic_msgs/msg/KeyValue`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "its name says it")]
@@ -226,7 +278,7 @@ pub enum Message {
     Number(Float64),
     /// How far a sample is to be trusted.
     Text(Text),
-    /// The truth about a sample.
+    /// A decision, or the truth about a sample.
     Bool(Bool),
     /// How the board is.
     Diagnostics(DiagnosticArray),
@@ -234,6 +286,14 @@ pub enum Message {
     Champ(ContactsStamped),
     /// All feet of a robot, as pronto has them.
     Pronto(QuadrupedStance),
+    /// All feet of a robot, as `InEKF` has them.
+    Inekf(ContactArray),
+    /// All feet of a robot, as DRIFT has them.
+    Drift(ContactArray),
+    /// All feet of a robot, as MUSE has them.
+    Muse(ContactDetection),
+    /// All feet of a robot, as Unitree has them.
+    Unitree(Box<LowState>),
 }
 
 #[cfg(feature = "cdr")]
@@ -299,6 +359,10 @@ mod tests {
             Message::Diagnostics(diagnostics),
             Message::Champ(ContactsStamped::default()),
             Message::Pronto(QuadrupedStance::default()),
+            Message::Inekf(ContactArray::default()),
+            Message::Drift(ContactArray::default()),
+            Message::Muse(ContactDetection::default()),
+            Message::Unitree(Box::default()),
         ] {
             assert!(message.cdr().len() > 8, "{message:?}");
         }

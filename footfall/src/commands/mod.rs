@@ -39,6 +39,7 @@ pub mod feet;
 pub mod foot;
 pub mod headings;
 pub mod monitor;
+pub mod published;
 pub mod record;
 pub mod recording;
 pub mod replay;

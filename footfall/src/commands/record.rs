@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use live::link::pace::Speed;
 use live::{LinkError, Source};
-use ros::Bridge;
 
 use super::feet::FeetArguments;
 use super::monitor::SOURCES;
+use super::published::PublishedArguments;
 use crate::error::Error;
 use crate::files::finish_when_interrupted;
 use crate::mcap_recording::{Existing, McapRecording};
@@ -25,6 +25,9 @@ pub struct RecordArguments {
     /// Which nodes are feet.
     #[command(flatten)]
     pub feet: FeetArguments,
+    /// Frames, and messages of other programs.
+    #[command(flatten)]
+    pub published: PublishedArguments,
     /// Where they are recorded. Whatever ends the recording, what came a second before is in it
     #[arg(long, short, value_name = "OUT.mcap")]
     pub output: PathBuf,
@@ -49,7 +52,7 @@ impl RecordArguments {
         finish_when_interrupted();
         // Recorded sources are read at full speed.
         let source = self.source.at_speed(Speed::Max);
-        let mut stream = Stream::open(source, self.feet.feet()?, Bridge::default());
+        let mut stream = Stream::open(source, self.feet.feet()?, self.published.bridge());
         // An unreadable source must not replace an existing file.
         stream.wait_until_open()?;
         let mut recording = McapRecording::create(path, existing)?;

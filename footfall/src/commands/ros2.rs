@@ -7,11 +7,12 @@ use std::net::{IpAddr, Ipv4Addr};
 use clap::{Args, ValueEnum};
 use live::link::pace::Speed;
 use live::{LinkError, Source};
-use ros::{Bridge, Compat, Published};
+use ros::Published;
 use ros_node::{FootNode, Options, Reliability};
 
 use super::feet::FeetArguments;
 use super::monitor::SOURCES;
+use super::published::PublishedArguments;
 use crate::error::Error;
 use crate::files::finish_when_interrupted;
 use crate::messages::warn;
@@ -27,9 +28,9 @@ pub struct Ros2Arguments {
     /// Which nodes are feet.
     #[command(flatten)]
     pub feet: FeetArguments,
-    /// Publish the decisions of all four feet in one message, for champ or pronto
-    #[arg(long, value_name = "WHOSE")]
-    pub compat: Option<CompatOption>,
+    /// Frames, and messages of other programs.
+    #[command(flatten)]
+    pub published: PublishedArguments,
     /// Whether messages that are lost on the network are sent again; subscribers that ask for reliable
     /// messages get no others
     #[arg(long, value_name = "QOS", default_value = "reliable")]
@@ -37,9 +38,6 @@ pub struct Ros2Arguments {
     /// Messages of a topic that are kept for a subscriber
     #[arg(long, value_name = "MESSAGES", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..))]
     pub depth: u16,
-    /// Frames of the messages; {foot} stands for the foot's name
-    #[arg(long, value_name = "FRAME", default_value = ros::topics::FRAME)]
-    pub frame_id: String,
     /// Before the names of the node and of all topics but /diagnostics
     #[arg(long, value_name = "NAMESPACE", default_value = "/")]
     pub namespace: String,
@@ -85,15 +83,6 @@ fn networks(named: Vec<IpAddr>) -> Vec<IpAddr> {
     named
 }
 
-/// Whose messages are published besides.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum CompatOption {
-    /// `pronto_msgs/msg/QuadrupedStance` on /footfall/stance
-    Pronto,
-    /// `champ_msgs/msg/ContactsStamped` on `/foot_contacts`
-    Champ,
-}
-
 /// Whether lost messages are sent again.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum ReliabilityOption {
@@ -105,14 +94,7 @@ pub enum ReliabilityOption {
 
 impl Ros2Arguments {
     pub(super) fn run(self) -> Result<(), Error> {
-        let compat = self.compat.map(|compat| match compat {
-            CompatOption::Pronto => Compat::Pronto,
-            CompatOption::Champ => Compat::Champ,
-        });
-        let mut bridge = Bridge::new(&self.frame_id);
-        if let Some(compat) = compat {
-            bridge = bridge.with_compat(compat);
-        }
+        let bridge = self.published.bridge();
         let options = Options {
             domain_id: self.domain_id,
             networks: networks(self.network),
@@ -124,8 +106,8 @@ impl Ros2Arguments {
             },
             depth: self.depth.into(),
             source: self.source.to_string(),
-            frame_id: self.frame_id,
-            compat,
+            frame_id: self.published.frame(),
+            compat: self.published.compats(),
         };
         finish_when_interrupted();
         let feet = self.feet.feet()?;

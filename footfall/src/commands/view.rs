@@ -5,6 +5,7 @@ use live::Source;
 
 use super::feet::FeetArguments;
 use super::monitor::SOURCES;
+use super::published::PublishedArguments;
 use crate::error::Error;
 #[cfg(not(feature = "foxglove"))]
 use crate::feature::Feature;
@@ -25,6 +26,9 @@ pub struct ViewArguments {
     /// Which nodes are feet.
     #[command(flatten)]
     pub nodes: FeetArguments,
+    /// Frames, and messages of other programs.
+    #[command(flatten)]
+    pub published: PublishedArguments,
     /// The address or name of this machine at which viewers connect: 0.0.0.0 or :: for those of other
     /// machines, too. Whoever can connect sees all
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
@@ -84,7 +88,7 @@ impl ViewArguments {
         return serve(
             &source,
             (&self.host, self.port),
-            self.nodes.feet()?,
+            (self.nodes.feet()?, self.published.bridge()),
             deadline(self.seconds),
         );
         #[cfg(not(feature = "foxglove"))]

@@ -24,13 +24,13 @@ const LOOK: Duration = Duration::from_millis(50);
 pub fn serve(
     source: &Source,
     (host, port): (&str, u16),
-    feet: Feet,
+    (feet, bridge): (Feet, Bridge),
     deadline: Option<Instant>,
 ) -> Result<(), Error> {
     let name = format!("footfall {source}");
     finish_when_interrupted();
     let played = source.clone().at_speed(Speed::REAL);
-    let mut stream = Stream::open(played, feet, Bridge::default());
+    let mut stream = Stream::open(played, feet, bridge);
     stream.wait_until_open()?;
     let mut server = Server::start(host, port, &name)?;
     let url = server.url();

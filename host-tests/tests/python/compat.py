@@ -1,0 +1,102 @@
+"""Reads messages of all feet, as `footfall record --compat` writes them, with a library of others, and concludes from each
+what its consumer would. Every conclusion is compared with the decisions of the feet.
+
+usage: compat.py rec.mcap
+
+Prints the number of messages of each type.
+"""
+
+import math
+import sys
+from collections import Counter, defaultdict
+
+from mcap_ros2.reader import read_ros2_messages
+
+FEET = ["FL", "FR", "RL", "RR"]
+# enum Leg of DRIFT's kinematics, and foot_force of Unitree.
+RIGHT_FIRST = ["FR", "FL", "RR", "RL"]
+
+
+def by_foot(names, values):
+    return dict(zip(names, values, strict=True))
+
+
+def pronto(message):
+    """legodo_handler_ros.cpp: any number beyond 0.01 is stance."""
+    return by_foot(FEET, (abs(v) > 0.01 for v in (message.lf, message.rf, message.lh, message.rh)))
+
+
+def inekf(message):
+    """InEKF_ROS: pairs of id and indicator, in any order."""
+    pairs = {contact.id: contact.indicator for contact in message.contacts}
+    return {foot: pairs[k] for k, foot in enumerate(FEET)}
+
+
+def muse(message):
+    return by_foot(FEET, (message.stance_lf, message.stance_rf, message.stance_lh, message.stance_rh))
+
+
+# By topic: type, the conclusion.
+CONSUMERS = {
+    "/footfall/stance": ("pronto_msgs/msg/QuadrupedStance", pronto),
+    "/foot_contacts": ("champ_msgs/msg/ContactsStamped", lambda m: by_foot(FEET, m.contacts)),
+    "/contact": ("inekf_msgs/msg/ContactArray", inekf),
+    "/footfall/drift/contacts": (
+        "custom_sensor_msgs/msg/ContactArray",
+        lambda m: by_foot(RIGHT_FIRST, (contact.indicator for contact in m.contacts)),
+    ),
+    "/footfall/contact_detection": ("state_estimator_msgs/msg/ContactDetection", muse),
+    "/footfall/lowstate": ("unitree_go/msg/LowState", lambda m: by_foot(RIGHT_FIRST, (f > 60 for f in m.foot_force))),
+}
+
+
+def nanoseconds(stamp):
+    return stamp.sec * 1_000_000_000 + stamp.nanosec
+
+
+def check_covariances(imu):
+    """What a state estimator takes: finite, positive where something is known."""
+    tilt, _, _, _, other_tilt, _, _, _, heading = imu.orientation_covariance
+    assert 0 < tilt == other_tilt < math.radians(5) ** 2 < 100 < heading, imu.orientation_covariance
+    for covariance, most in ((imu.angular_velocity_covariance, 0.01), (imu.linear_acceleration_covariance, 0.1)):
+        diagonal = covariance[0], covariance[4], covariance[8]
+        assert all(0 < value < most**2 for value in diagonal), covariance
+
+
+def main(path):
+    counts, newest, said = Counter(), {}, defaultdict(list)
+    bools = {}
+    for message in read_ros2_messages(path):
+        topic, ros, kind = message.channel.topic, message.ros_msg, message.schema.name
+        foot = topic.split("/")[2] if topic.startswith("/footfall/") else ""
+        if hasattr(ros, "header") and topic.startswith("/footfall/") and foot in FEET:
+            assert ros.header.frame_id == f"spot/footfall_{foot}", ros.header.frame_id
+        if topic.endswith("/contact") and foot in FEET:
+            newest[foot] = ros.valid and ros.decision
+            said[foot].append((message.log_time_ns, newest[foot]))
+        elif topic.endswith("/decision"):
+            bools[foot] = ros.data
+            counts[kind] += 1
+            if len(bools) == len(FEET):
+                check(bools, newest, topic)
+                bools = {}
+        elif topic.endswith("/imu"):
+            check_covariances(ros)
+        elif topic in CONSUMERS:
+            expected, conclude = CONSUMERS[topic]
+            assert kind == expected, (topic, kind)
+            check(conclude(ros), newest, topic)
+            counts[kind] += 1
+    stands = [value for of_foot in said.values() for _, value in of_foot]
+    assert 0.2 < sum(stands) / len(stands) < 0.8
+    assert set(kind for kind, _ in CONSUMERS.values()) <= set(counts), counts
+    assert min(counts.values()) > 2500, counts
+    print(sorted(counts.items()))
+
+
+def check(conclusion, newest, topic):
+    """A message has the newest decision of each foot, as all of them stream."""
+    assert conclusion == {foot: bool(value) for foot, value in newest.items()}, (topic, conclusion, newest)
+
+
+main(*sys.argv[1:])
