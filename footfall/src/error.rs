@@ -144,6 +144,14 @@ pub enum Error {
         /// A foot that has settings.
         foot: String,
     },
+    /// Options about recordings of an IMU are given for feet that stream.
+    #[error(
+        "{source_text} has no recording of an IMU: --topic, --load-topic, --axes, --units and their like are for file:"
+    )]
+    NotPlayed {
+        /// Source as given.
+        source_text: String,
+    },
     /// A bag has a topic that contacts are written to.
     #[error("{file} has the topic {topic} already: its contacts are those of an earlier estimate")]
     TopicTaken {

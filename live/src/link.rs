@@ -168,7 +168,9 @@ pub fn open(source: &Source) -> Result<Box<dyn Link>, LinkError> {
         Source::Can { interface } => Box::new(can::Interface::open(interface)?),
         #[cfg(not(target_os = "linux"))]
         Source::Can { interface } => return Err(LinkError::NoSocketCan(interface.clone())),
-        Source::File { path, speed } => file::open(path, speed.unwrap_or(Speed::REAL))?,
+        Source::File { path, speed, hints } => {
+            file::open(path, speed.unwrap_or(Speed::REAL), hints)?
+        }
         Source::Demo(demo) => Box::new(demo::SimulatedFeet::new(demo)),
     })
 }

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use gait::control::MOST_FEET;
+use recordings::input::Hints;
 use thiserror::Error;
 
 use crate::link::pace::Speed;
@@ -51,6 +52,8 @@ pub enum Source {
         path: PathBuf,
         /// Playback speed; `None` for the command's default.
         speed: Option<Speed>,
+        /// How the recording of an IMU is read.
+        hints: Box<Hints>,
     },
     /// Simulated feet.
     Demo(Demo),
@@ -193,6 +196,7 @@ impl FromStr for Source {
                 Ok(Self::File {
                     path: path.into(),
                     speed,
+                    hints: Box::default(),
                 })
             }
             "demo" => Ok(Self::Demo(demo(rest)?)),
@@ -207,10 +211,13 @@ impl fmt::Display for Source {
             Self::Uart { port, baud } => write!(f, "uart:{port}@{baud}"),
             Self::Can { interface } => write!(f, "can:{interface}"),
             Self::Slcan { port, kbit } => write!(f, "slcan:{port}@{kbit}"),
-            Self::File { path, speed: None } => write!(f, "file:{}", path.display()),
+            Self::File {
+                path, speed: None, ..
+            } => write!(f, "file:{}", path.display()),
             Self::File {
                 path,
                 speed: Some(speed),
+                ..
             } => write!(f, "file:{}@{speed}", path.display()),
             Self::Demo(demo) => write!(f, "demo:feet={}", demo.feet),
         }
@@ -225,6 +232,15 @@ impl Source {
             Self::File { path, .. } => Some(path),
             Self::Uart { .. } | Self::Can { .. } | Self::Slcan { .. } | Self::Demo(_) => None,
         }
+    }
+
+    /// Sets how a recording of an IMU is read; other sources stay as they are.
+    #[must_use]
+    pub fn read_with(mut self, other: Hints) -> Self {
+        if let Self::File { hints, .. } = &mut self {
+            **hints = other;
+        }
+        self
     }
 
     /// Sets the speed of a file or demo if its text has none.
@@ -353,6 +369,7 @@ mod tests {
         let file = |path: &str, speed| Source::File {
             path: path.into(),
             speed,
+            hints: Box::default(),
         };
         assert_eq!(source("file:can.log"), file("can.log", None));
         assert_eq!(source("file:a@home.log"), file("a@home.log", None));

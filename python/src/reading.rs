@@ -50,6 +50,8 @@ pub(crate) struct Options {
     #[pyo3(item)]
     topic: Vec<String>,
     #[pyo3(item)]
+    not_topic: Vec<String>,
+    #[pyo3(item)]
     frame: Vec<String>,
     #[pyo3(item)]
     load_topic: Vec<String>,
@@ -86,6 +88,7 @@ impl Options {
             },
             bag: BagOptions {
                 topics: Topics::from_names(&self.topic),
+                excluded: self.not_topic.clone(),
                 frames: self.frame.clone(),
                 loads: loads
                     .map(|topic| topic.parse().map_err(named("load_topic")))

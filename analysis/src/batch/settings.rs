@@ -160,6 +160,7 @@ impl Settings {
                 Topics::Named(names) => Some(names.clone()),
             },
             frames: bag.frames.clone(),
+            excluded: bag.excluded.clone(),
             loads: bag.loads.iter().map(ToString::to_string).collect(),
             strict: self.plausibility == Plausibility::Required,
         };
@@ -191,6 +192,8 @@ struct Hashed {
     topics: Option<Vec<String>>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     frames: Vec<String>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    excluded: Vec<String>,
     loads: Vec<String>,
     strict: bool,
 }
@@ -226,6 +229,7 @@ mod tests {
             set(|s| s.hints.table.time_unit = Some("ms".parse().unwrap())),
             set(|s| s.hints.table.times = Times::Rate),
             set(|s| s.hints.bag.topics = Topics::All),
+            set(|s| s.hints.bag.excluded = vec!["/trunk".to_owned()]),
             set(|s| s.hints.bag.frames = vec!["fl".to_owned()]),
             set(|s| s.hints.bag.loads = vec!["/load".parse().unwrap()]),
             set(|s| s.plausibility = Plausibility::Required),

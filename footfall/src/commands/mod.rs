@@ -39,6 +39,7 @@ pub mod feet;
 pub mod foot;
 pub mod headings;
 pub mod monitor;
+pub mod played;
 pub mod published;
 pub mod record;
 pub mod recording;

@@ -8,6 +8,7 @@ use live::link::pace::Speed;
 use live::{Feed, Source};
 
 use super::feet::FeetArguments;
+use super::played::PlayedArguments;
 use crate::error::Error;
 #[cfg(not(feature = "screen"))]
 use crate::feature::Feature;
@@ -37,6 +38,9 @@ pub struct MonitorArguments {
     /// Which nodes are feet.
     #[command(flatten)]
     pub feet: FeetArguments,
+    /// How a recording of an IMU is read.
+    #[command(flatten)]
+    pub played: PlayedArguments,
     /// Print lines once a second, as where standard output is no terminal
     #[arg(long)]
     pub plain: bool,
@@ -60,7 +64,7 @@ impl MonitorArguments {
         let name = self.source.to_string();
         let end = deadline(self.seconds);
         let feet = self.feet.feet()?;
-        let feed = Feed::open(self.source.at_speed(Speed::REAL));
+        let feed = Feed::open(self.played.read(self.source)?.at_speed(Speed::REAL));
         let mut robot = Robot::new(feet);
         let watched = match (self.json, self.plain || !io::stdout().is_terminal()) {
             (true, _) => unless_closed(watch_lines(&feed, &mut robot, end, Form::Json)),

@@ -8,6 +8,7 @@ use live::{LinkError, Source};
 
 use super::feet::FeetArguments;
 use super::monitor::SOURCES;
+use super::played::PlayedArguments;
 use super::published::PublishedArguments;
 use crate::error::Error;
 use crate::files::finish_when_interrupted;
@@ -25,6 +26,9 @@ pub struct RecordArguments {
     /// Which nodes are feet.
     #[command(flatten)]
     pub feet: FeetArguments,
+    /// How a recording of an IMU is read.
+    #[command(flatten)]
+    pub played: PlayedArguments,
     /// Frames, and messages of other programs.
     #[command(flatten)]
     pub published: PublishedArguments,
@@ -51,7 +55,7 @@ impl RecordArguments {
         };
         finish_when_interrupted();
         // Recorded sources are read at full speed.
-        let source = self.source.at_speed(Speed::Max);
+        let source = self.played.read(self.source)?.at_speed(Speed::Max);
         let mut stream = Stream::open(source, self.feet.feet()?, self.published.bridge());
         // An unreadable source must not replace an existing file.
         stream.wait_until_open()?;

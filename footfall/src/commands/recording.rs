@@ -108,7 +108,7 @@ pub struct TableArguments {
 }
 
 impl TableArguments {
-    fn options(&self) -> TableOptions {
+    pub(super) fn options(&self) -> TableOptions {
         TableOptions {
             mapping: self.map.clone().unwrap_or_default(),
             units: self.units.unwrap_or_default(),
@@ -130,6 +130,14 @@ pub struct BagArguments {
                 left out where there is only one"
     )]
     pub topic: Vec<String>,
+    /// Topics that are no feet.
+    #[arg(
+        long,
+        value_name = "TOPIC",
+        help_heading = INPUT,
+        help = "A topic that is no foot, such as /trunk/imu with --topic all; * stands for any text"
+    )]
+    pub not_topic: Vec<String>,
     /// The frames of the feet.
     #[arg(
         long,
@@ -146,15 +154,16 @@ pub struct BagArguments {
         help_heading = INPUT,
         help = "The load of a foot: Float32, Float64, one of their MultiArrays, Wrench or \
                 WrenchStamped, such as /foot/wrench:force.z, or a number of any message, such as \
-                /lowstate:foot_force[0]; once for each foot, in their order"
+                /lowstate:foot_force[0]; once for each foot, in their order, or once with {foot} in the place of its name"
     )]
     pub load_topic: Vec<LoadTopic>,
 }
 
 impl BagArguments {
-    fn options(&self) -> BagOptions {
+    pub(super) fn options(&self) -> BagOptions {
         BagOptions {
             topics: Topics::from_names(&self.topic),
+            excluded: self.not_topic.clone(),
             frames: self.frame.clone(),
             loads: self.load_topic.clone(),
         }

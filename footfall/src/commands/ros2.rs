@@ -12,6 +12,7 @@ use ros_node::{FootNode, Options, Reliability};
 
 use super::feet::FeetArguments;
 use super::monitor::SOURCES;
+use super::played::PlayedArguments;
 use super::published::PublishedArguments;
 use crate::error::Error;
 use crate::files::finish_when_interrupted;
@@ -28,6 +29,9 @@ pub struct Ros2Arguments {
     /// Which nodes are feet.
     #[command(flatten)]
     pub feet: FeetArguments,
+    /// How a recording of an IMU is read.
+    #[command(flatten)]
+    pub played: PlayedArguments,
     /// Frames, and messages of other programs.
     #[command(flatten)]
     pub published: PublishedArguments,
@@ -111,7 +115,11 @@ impl Ros2Arguments {
         };
         finish_when_interrupted();
         let feet = self.feet.feet()?;
-        let mut stream = Stream::open(self.source.at_speed(Speed::REAL), feet, bridge);
+        let mut stream = Stream::open(
+            self.played.read(self.source)?.at_speed(Speed::REAL),
+            feet,
+            bridge,
+        );
         stream.wait_until_open()?;
         let mut node = FootNode::new(options)?;
         let ended = stream.run(deadline(self.seconds), &mut node)?;

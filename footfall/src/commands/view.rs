@@ -5,6 +5,7 @@ use live::Source;
 
 use super::feet::FeetArguments;
 use super::monitor::SOURCES;
+use super::played::PlayedArguments;
 use super::published::PublishedArguments;
 use crate::error::Error;
 #[cfg(not(feature = "foxglove"))]
@@ -26,6 +27,9 @@ pub struct ViewArguments {
     /// Which nodes are feet.
     #[command(flatten)]
     pub nodes: FeetArguments,
+    /// How a recording of an IMU is read.
+    #[command(flatten)]
+    pub played: PlayedArguments,
     /// Frames, and messages of other programs.
     #[command(flatten)]
     pub published: PublishedArguments,
@@ -84,6 +88,7 @@ impl ViewArguments {
         let Some(source) = self.source else {
             return Ok(());
         };
+        let source = self.played.read(source)?;
         #[cfg(feature = "foxglove")]
         return serve(
             &source,

@@ -15,6 +15,7 @@ use std::io::{Cursor, Read};
 use std::path::Path;
 
 use decode::can_log::recognise::recognise;
+use recordings::input::Hints;
 use recordings::input::compressed::decompressed;
 use wire::uart::Decoder;
 
@@ -24,11 +25,11 @@ use super::{Link, LinkError};
 /// Number of bytes read to recognise the format.
 const HEAD: u64 = 1 << 16;
 
-/// Opens a file for playback at this speed.
+/// Opens a file for playback at this speed; `hints` apply to the recording of an IMU.
 ///
 /// # Errors
 /// The file cannot be read, or its format is unknown.
-pub fn open(path: &Path, speed: Speed) -> Result<Box<dyn Link>, LinkError> {
+pub fn open(path: &Path, speed: Speed, hints: &Hints) -> Result<Box<dyn Link>, LinkError> {
     let name = path.display().to_string();
     let unreadable = |error: std::io::Error| LinkError::File(format!("{name}: {error}"));
     let pace = Pace::new(speed);
@@ -47,7 +48,7 @@ pub fn open(path: &Path, speed: Speed) -> Result<Box<dyn Link>, LinkError> {
             return Ok(Box::new(bytes::Recording::new(name, Box::new(whole), pace)));
         }
     }
-    Ok(Box::new(imu::Imu::open(path, pace)?))
+    Ok(Box::new(imu::Imu::open(path, pace, hints)?))
 }
 
 fn holds_a_frame(bytes: &[u8]) -> bool {

@@ -107,6 +107,7 @@ def estimate_file(
     gravity: Gravity | None = None,
     axes: str | None = None,
     topic: str | Sequence[str] | None = None,
+    not_topic: str | Sequence[str] | None = None,
     frame: str | Sequence[str] | None = None,
     load_topic: str | Sequence[str] | None = None,
     map: str | Mapping[str, str] | None = None,
@@ -124,7 +125,7 @@ def estimate_file(
         A recording in any of the formats of ``docs/formats.md``.
     preset, config, gravity, axes
         As of :func:`estimate`.
-    format, rate, topic, frame, load_topic, map, units, time_unit, times
+    format, rate, topic, not_topic, frame, load_topic, map, units, time_unit, times
         As of :func:`read`. A `rate`, `gravity` or `axes` that is given wins over that of `config`.
 
     Returns
@@ -142,7 +143,7 @@ def estimate_file(
         It cannot be read.
     """
     options = read_options(
-        format, rate, gravity, topic, frame, load_topic, map, units, time_unit, times
+        format, rate, gravity, topic, frame, load_topic, map, units, time_unit, times, not_topic
     )
     chosen = settings(preset, config, gravity, rate, axes)
     with arguments_in_errors():

@@ -132,6 +132,7 @@ def read(
     gravity: Gravity | None = None,
     axes: str | None = None,
     topic: str | Sequence[str] | None = None,
+    not_topic: str | Sequence[str] | None = None,
     frame: str | Sequence[str] | None = None,
     load_topic: str | Sequence[str] | None = None,
     map: str | Mapping[str, str] | None = None,
@@ -158,10 +159,13 @@ def read(
         :meth:`Recording.estimate`, and turns no sample.
     topic : str or several, optional
         Of a bag of ROS 2: the topic of each foot, or ``"all"``. May be left out where there is one.
+    not_topic : str or several, optional
+        Of a bag: topics that are no feet, such as ``"/trunk/*"`` with ``topic="all"``; ``*`` stands for any text.
     frame : str or several, optional
         Of a bag: the frame of each foot, where one topic has messages of several.
     load_topic : str or several, optional
-        Of a bag: the load of each foot, in the order of `topic`, as ``"/topic"`` or ``"/topic:field"``.
+        Of a bag: the load of each foot, in the order of `topic`, as ``"/topic"`` or ``"/topic:field"``, or one
+        with ``{foot}`` in the place of the foot's name.
     map : str or mapping, optional
         Which columns of a table stand for ours: ``{"t": "stamp"}`` or ``"t=stamp"``.
     units : str, optional
@@ -185,7 +189,7 @@ def read(
         It cannot be read.
     """
     options = read_options(
-        format, rate, gravity, topic, frame, load_topic, map, units, time_unit, times
+        format, rate, gravity, topic, frame, load_topic, map, units, time_unit, times, not_topic
     )
     with arguments_in_errors():
         feet = _footfall.read(os.fspath(path), options)

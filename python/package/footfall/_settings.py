@@ -47,6 +47,7 @@ class ReadDict(TypedDict):
     rate: float | None
     gravity: str | None
     topic: list[str]
+    not_topic: list[str]
     frame: list[str]
     load_topic: list[str]
     map: str | None
@@ -117,6 +118,7 @@ def read_options(
     units: str | None,
     time_unit: str | None,
     times: str | None,
+    not_topic: str | Sequence[str] | None,
 ) -> ReadDict:
     """Collects the options of reading a file; the Rust part checks them."""
     if isinstance(map, Mapping):
@@ -126,6 +128,7 @@ def read_options(
         "rate": None if rate is None else float(rate),
         "gravity": gravity,
         "topic": _several(topic),
+        "not_topic": _several(not_topic),
         "frame": _several(frame),
         "load_topic": _several(load_topic),
         "map": map,

@@ -247,7 +247,7 @@ pub enum ContainerError {
     },
     /// Options for bags are given for a file of another format.
     #[error(
-        "{file} is read as {format}: --topic, --frame and --load-topic are for mcap and rosbag2"
+        "{file} is read as {format}: --topic, --not-topic, --frame and --load-topic are for mcap and rosbag2"
     )]
     BagOptions {
         /// Path of the file, as given.

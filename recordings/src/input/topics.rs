@@ -11,10 +11,41 @@ const ALL: &str = "all";
 pub struct BagOptions {
     /// Topics of the feet.
     pub topics: Topics,
+    /// Topics that are no feet; `*` stands for any text.
+    pub excluded: Vec<String>,
     /// Frames (`header.frame_id`) of the feet, where one topic has those of several; empty for all.
     pub frames: Vec<String>,
-    /// Topics of their loads, in the same order; empty, or one for each foot.
+    /// Topics of their loads, in the same order: empty, one for each foot, or a single one in which `{foot}` stands for the
+    /// name of each.
     pub loads: Vec<LoadTopic>,
+}
+
+impl BagOptions {
+    /// Returns whether a topic is excluded.
+    #[must_use]
+    pub fn excludes(&self, topic: &str) -> bool {
+        self.excluded.iter().any(|pattern| matches(pattern, topic))
+    }
+}
+
+/// Returns whether a pattern in which `*` stands for any text is this name; a leading `/` may be left out.
+fn matches(pattern: &str, name: &str) -> bool {
+    let pattern = absolute(pattern);
+    let mut parts = pattern.split('*');
+    let first = parts.next().unwrap_or_default();
+    let Some(mut rest) = name.strip_prefix(first) else {
+        return false;
+    };
+    let mut last = None;
+    for part in parts {
+        if let Some(between) = last.replace(part) {
+            match rest.find(between) {
+                Some(at) => rest = &rest[at + between.len()..],
+                None => return false,
+            }
+        }
+    }
+    last.map_or(rest.is_empty(), |last| rest.ends_with(last))
 }
 
 /// Selection of the topics of feet.
@@ -80,6 +111,28 @@ impl FromStr for LoadTopic {
     }
 }
 
+/// Name of each foot in a [`LoadTopic`].
+const FOOT: &str = "{foot}";
+
+impl LoadTopic {
+    /// Returns whether the topic depends on the foot.
+    #[must_use]
+    pub fn is_pattern(&self) -> bool {
+        let field = self.field.as_deref().unwrap_or_default();
+        self.topic.contains(FOOT) || field.contains(FOOT)
+    }
+
+    /// Returns the load of the foot with this name.
+    #[must_use]
+    pub fn of_foot(&self, name: &str) -> Self {
+        let field = self.field.as_ref();
+        Self {
+            topic: self.topic.replace(FOOT, name),
+            field: field.map(|field| field.replace(FOOT, name)),
+        }
+    }
+}
+
 impl fmt::Display for LoadTopic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.field {
@@ -111,6 +164,39 @@ mod tests {
         assert_eq!(named(&["all"]), Topics::All);
         let both = Topics::Named(vec!["/imu/fl".to_owned(), "/imu/fr".to_owned()]);
         assert_eq!(named(&["imu/fl", "/imu/fr", "/imu/fl"]), both);
+    }
+
+    #[test]
+    fn excluded_topics_may_have_stars() {
+        let bag = |pattern: &str| BagOptions {
+            excluded: vec![pattern.to_owned()],
+            ..BagOptions::default()
+        };
+        for (pattern, excluded) in [
+            ("/trunk/imu", [true, false, false]),
+            ("trunk/imu", [true, false, false]),
+            ("/trunk*", [true, true, false]),
+            ("*imu", [true, false, true]),
+            ("*r*n*u*", [true, true, false]),
+            ("/trunk", [false, false, false]),
+            ("*", [true, true, true]),
+        ] {
+            let topics = ["/trunk/imu", "/trunk/imu/raw", "/fl/imu"];
+            assert_eq!(
+                topics.map(|topic| bag(pattern).excludes(topic)),
+                excluded,
+                "{pattern}"
+            );
+        }
+        assert!(!bag("/a*a").excludes("/a"));
+    }
+
+    #[test]
+    fn load_topic_may_depend_on_the_foot() {
+        let load: LoadTopic = "/ft/{foot}:force.z".parse().unwrap();
+        assert!(load.is_pattern());
+        assert_eq!(load.of_foot("fl").to_string(), "/ft/fl:force.z");
+        assert!(!load.of_foot("fl").is_pattern());
     }
 
     #[test]

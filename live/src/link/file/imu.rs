@@ -33,12 +33,12 @@ pub(super) struct Imu {
 type Estimated = Result<Arrived, String>;
 
 impl Imu {
-    pub(super) fn open(path: &Path, pace: Pace) -> Result<Self, LinkError> {
+    pub(super) fn open(path: &Path, pace: Pace, hints: &Hints) -> Result<Self, LinkError> {
         let name = path.display().to_string();
         let error = |error: recordings::input::InputError| LinkError::File(error.to_string());
         let opened = Opened::new(path, None).map_err(error)?;
         let params = Preset::Default.params(opened.format());
-        let stored = opened.store_all(&Hints::default()).map_err(error)?;
+        let stored = opened.store_all(hints).map_err(error)?;
         let feet = stored.into_iter().map(|stored| {
             let (sender, receiver) = sync_channel(AHEAD);
             let line: Arc<str> = name.as_str().into();

@@ -62,6 +62,7 @@ def estimate(
     axes: str | None = None,
     window: str | None = None,
     topic: str | Sequence[str] | None = None,
+    not_topic: str | Sequence[str] | None = None,
     frame: str | Sequence[str] | None = None,
     load_topic: str | Sequence[str] | None = None,
     map: str | Mapping[str, str] | None = None,
@@ -100,7 +101,7 @@ def estimate(
         The folder of the tables. A local one is on a file system that all workers share.
     preset, config, gravity, axes
         As of :func:`footfall.estimate`.
-    format, rate, topic, frame, load_topic, map, units, time_unit, times
+    format, rate, topic, not_topic, frame, load_topic, map, units, time_unit, times
         As of :func:`footfall.read`.
     window : str, optional
         Length of the window with half-widths, such as ``"50ms"``.
@@ -154,7 +155,7 @@ def estimate(
         raise ValueError(f"jobs is {jobs}, but 1 or more is expected")
     begin = time.monotonic()
     given = settings(preset, config, gravity, rate, axes, format)
-    options = read_options(format, rate, gravity, topic, frame, load_topic, map, units, time_unit, times)
+    options = read_options(format, rate, gravity, topic, frame, load_topic, map, units, time_unit, times, not_topic)
     batch: BatchDict = {"window": window, "strict": strict, "only_foot": None}
     # Invalid arguments are refused here, and not by a worker.
     settings_hash = _footfall.batch_settings_hash(options, given, batch)

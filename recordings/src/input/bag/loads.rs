@@ -6,13 +6,13 @@ use super::super::error::InputError;
 use super::super::loaded::Hints;
 use super::super::open::Container;
 use super::super::refusal::ContainerError;
-use super::super::topics::Topics;
+use super::super::topics::{LoadTopic, Topics};
 use super::cdr::decode_start;
 use super::fields::Fields;
 use super::load::LoadSeries;
 use super::messages::Header;
 use super::storage::{Channel, Interest, Visitor, Written, visit};
-use super::{ImuKey, MOST_FRAMES, addresses, described, is_imu, is_wanted, order};
+use super::{ImuKey, MOST_FRAMES, addresses, described, feet, is_imu, is_wanted, order};
 
 /// Loads, and the IMUs of their feet.
 #[derive(Default)]
@@ -23,10 +23,45 @@ pub(super) struct Loads {
 
 /// Reads the loads.
 pub(super) fn loads(container: &mut Container, hints: &Hints) -> Result<Loads, InputError> {
-    let wanted = &hints.bag.loads;
-    if wanted.is_empty() {
-        return Ok(Loads::default());
+    match &hints.bag.loads[..] {
+        [] => Ok(Loads::default()),
+        [pattern] if pattern.is_pattern() => {
+            let feet = read(container, hints, &[])?.feet;
+            let names = names(&feet).into_iter();
+            let wanted: Vec<_> = names.map(|name| pattern.of_foot(&name)).collect();
+            read(container, hints, &wanted)
+        }
+        wanted => read(container, hints, wanted),
     }
+}
+
+/// Names of feet, as recordings have them; that of an only foot is the last part of its topic that is not that of the sensor.
+fn names(feet: &[ImuKey]) -> Vec<String> {
+    let is_shared = |topic: &str| feet.iter().filter(|(other, _)| other == topic).count() > 1;
+    let addresses = feet.iter().map(|(topic, frame)| match is_shared(topic) {
+        true => format!("{topic}/{}", frame.trim_matches('/')),
+        false => topic.clone(),
+    });
+    let addresses: Vec<String> = addresses.collect();
+    match &addresses[..] {
+        [only] => {
+            let mut parts = only.split('/').filter(|part| !part.is_empty());
+            let is_sensor = |part: &&str| SENSORS.iter().any(|word| part.contains(word));
+            let name = parts.rfind(|part| !is_sensor(part)).unwrap_or_default();
+            vec![name.to_owned()]
+        }
+        several => feet::names(several),
+    }
+}
+
+/// Words in those parts of topics that name a sensor and not a foot.
+const SENSORS: [&str; 3] = ["imu", "data", "raw"];
+
+fn read(
+    container: &mut Container,
+    hints: &Hints,
+    wanted: &[LoadTopic],
+) -> Result<Loads, InputError> {
     let mut reader = LoadReader {
         file: &container.file,
         hints,
@@ -82,6 +117,10 @@ struct LoadReader<'a> {
 }
 
 impl LoadReader<'_> {
+    fn is_foot(&self, channel: &Channel) -> bool {
+        is_imu(channel) && !self.hints.bag.excludes(&channel.topic)
+    }
+
     /// Adds the IMUs that are named in messages of another type. Those that cannot be read are reported when the samples
     /// are read.
     fn declare_parts(&mut self, channel: &Channel) -> Interest {
@@ -112,7 +151,7 @@ impl Visitor for LoadReader<'_> {
         if !self.others.contains(channel) {
             self.others.push(channel.clone());
         }
-        let mut interest = if is_imu(channel) {
+        let mut interest = if self.is_foot(channel) {
             Interest::Wanted
         } else {
             self.declare_parts(channel)
@@ -137,7 +176,7 @@ impl Visitor for LoadReader<'_> {
             return Err(error);
         }
         // A message that cannot be decoded is reported when the samples are read.
-        if is_imu(channel)
+        if self.is_foot(channel)
             && let Ok(Header { frame_id, .. }) = decode_start(payload)
         {
             self.foot(&channel.topic, frame_id.0);

@@ -37,7 +37,7 @@ pub(super) struct Reader<'a> {
 
 impl Visitor for Reader<'_> {
     fn channel(&mut self, channel: &Channel) -> Interest {
-        if !is_imu(channel) {
+        if !is_imu(channel) || self.hints.bag.excludes(&channel.topic) {
             if !self.others.contains(channel) {
                 self.others.push(channel.clone());
             }

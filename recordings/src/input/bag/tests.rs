@@ -1002,6 +1002,6 @@ fn options_for_other_formats_are_rejected() {
     ));
     assert_eq!(
         said,
-        " is read as csv: --topic, --frame and --load-topic are for mcap and rosbag2"
+        " is read as csv: --topic, --not-topic, --frame and --load-topic are for mcap and rosbag2"
     );
 }
