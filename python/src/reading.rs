@@ -85,6 +85,7 @@ impl Options {
                 units: parsed("units", self.units.as_ref())?.unwrap_or_default(),
                 time_unit: parsed("time_unit", self.time_unit.as_ref())?,
                 times: parsed("times", self.times.as_ref())?.unwrap_or_default(),
+                ..TableOptions::default()
             },
             bag: BagOptions {
                 topics: Topics::from_names(&self.topic),

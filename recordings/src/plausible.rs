@@ -223,7 +223,7 @@ impl fmt::Display for Finding {
             ),
             Self::AccelerationInOtherUnit { at_rest } => write!(
                 f,
-                "the acceleration is {at_rest:.0} m/s² at rest, {:.0} times gravity, which looks like mg or counts of the sensor: convert it to m/s² or g",
+                "the acceleration is {at_rest:.0} m/s² at rest, {:.0} times gravity, which looks like mg or counts of the sensor: --units mg, or --scale with the value of a count",
                 at_rest / STANDARD_GRAVITY
             ),
             Self::NotNumbers { samples, of } => write!(

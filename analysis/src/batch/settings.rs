@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use estimator_core::{Params, WindowLength};
 use recordings::input::{
-    Correction, Format, Hints, TableOptions, TimeUnit, Times, Topics, is_among,
+    Correction, Decimal, Format, Hints, Scale, TableOptions, TimeUnit, Times, Topics, is_among,
 };
 use serde::Serialize;
 
@@ -126,6 +126,8 @@ impl Settings {
         let TableOptions {
             mapping,
             units,
+            scale,
+            decimal,
             time_unit,
             times,
         } = table;
@@ -148,6 +150,8 @@ impl Settings {
                 .collect(),
             map: mapping.to_string(),
             units: units.to_string(),
+            scale: (*scale != Scale::default()).then(|| scale.to_string()),
+            decimal: (*decimal != Decimal::default()).then(|| decimal.name()),
             time_unit: time_unit.map(TimeUnit::name),
             times: match times {
                 Times::Keep => "keep",
@@ -186,6 +190,10 @@ struct Hashed {
     foot_learnt: BTreeMap<String, LearntValues>,
     map: String,
     units: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    scale: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    decimal: Option<&'static str>,
     time_unit: Option<&'static str>,
     times: &'static str,
     /// All where it is empty, the only one where it is not there.
@@ -226,6 +234,8 @@ mod tests {
             set(|s| s.hints.table.mapping = "ax=a".parse().unwrap()),
             set(|s| s.hints.table.units = "g".parse().unwrap()),
             set(|s| s.hints.table.units = "dps".parse().unwrap()),
+            set(|s| s.hints.table.scale = "1,2".parse().unwrap()),
+            set(|s| s.hints.table.decimal = Decimal::Comma),
             set(|s| s.hints.table.time_unit = Some("ms".parse().unwrap())),
             set(|s| s.hints.table.times = Times::Rate),
             set(|s| s.hints.bag.topics = Topics::All),

@@ -14,8 +14,8 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use estimator_core::{Gravity, Mounting, Params, WindowLength};
 use recordings::input::{
-    BagOptions, Correction, Format, Hints, LoadTopic, Mapping, TableOptions, TimeUnit, Times,
-    Topics, Units, is_among,
+    BagOptions, Correction, Decimal, Format, Hints, LoadTopic, Mapping, Scale, TableOptions,
+    TimeUnit, Times, Topics, Units, is_among,
 };
 use recordings::plausible::{self, Finding};
 use recordings::recording::Recording;
@@ -95,9 +95,16 @@ pub struct TableArguments {
                 t=stamp,ax=linear_acceleration.x; those of ROS, PlotJuggler and Unitree are known"
     )]
     pub map: Option<Mapping>,
-    /// Units of the six axes where they are not m/s2,rad/s: g and dps
+    /// Units of the six axes where they are not m/s2,rad/s: g or mg, dps or mdps
     #[arg(long, value_name = "g,dps", help_heading = INPUT)]
     pub units: Option<Units>,
+    /// Factors of the readings of accelerometer and gyroscope, which --units then apply to, such as
+    /// 0.000122,0.07 for counts
+    #[arg(long, value_name = "A,W", help_heading = INPUT, allow_hyphen_values = true)]
+    pub scale: Option<Scale>,
+    /// Mark before the fractions of a table's numbers: a comma as in 1,5
+    #[arg(long, value_name = "MARK", value_parser = word_parser([".", ","], str::parse::<Decimal>), hide_possible_values = true, help_heading = INPUT)]
+    pub decimal: Option<Decimal>,
     /// Unit of the times, where it is not that of the column's name or s
     #[arg(long, value_parser = word_parser(TimeUnit::ALL.map(TimeUnit::name), str::parse::<TimeUnit>), help_heading = INPUT)]
     pub time_unit: Option<TimeUnit>,
@@ -112,6 +119,8 @@ impl TableArguments {
         TableOptions {
             mapping: self.map.clone().unwrap_or_default(),
             units: self.units.unwrap_or_default(),
+            scale: self.scale.unwrap_or_default(),
+            decimal: self.decimal.unwrap_or_default(),
             time_unit: self.time_unit,
             times: self.times.unwrap_or_default(),
         }

@@ -417,8 +417,8 @@ mod tests {
         let said = read_text(text, &Hints::default()).unwrap_err().to_string();
         assert!(
             said.ends_with(
-                "line 2, column 2 (ax): \"1,5\" is not a number: a point comes before the \
-                 fraction, not a comma (pandas.read_csv(…, sep=\";\", decimal=\",\") reads such tables)"
+                "line 2, column 2 (ax): \"1,5\" is not a number: a comma before the fraction is read with \
+                 --decimal ,"
             ),
             "{said}"
         );

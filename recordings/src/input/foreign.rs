@@ -147,7 +147,7 @@ impl Foreign {
         match self {
             Self::Ros1Bag => kind(
                 "a ROS 1 bag",
-                Some("convert it: rosbags-convert --src walk.bag --dst walk"),
+                Some("it is read where rosbags-convert is installed: pip install rosbags"),
                 Some("it holds topics, no frames: see footfall replay and docs/formats.md"),
             ),
             Self::Hdf5 => kind(

@@ -165,7 +165,7 @@ impl Columns {
                 };
             }
         }
-        let axes = hints.table.units.to_si(axes);
+        let axes = hints.table.to_si(axes);
         let label = match self.label {
             Some(index) => optional_label(row, index)?,
             None => None,

@@ -51,6 +51,8 @@ pub mod pce;
 mod place;
 mod rate;
 pub mod refusal;
+#[cfg(feature = "bags")]
+mod ros1;
 mod ros2;
 mod rows;
 mod stored;
@@ -72,7 +74,9 @@ pub use format::{Content, Format};
 pub use loaded::{Hints, Loaded, Repairs, is_among};
 pub use magic::no_log;
 pub use mapping::Mapping;
-pub use options::{AccelerationUnit, RateUnit, TableOptions, TimeUnit, Times, Units};
+pub use options::{
+    AccelerationUnit, Decimal, RateUnit, Scale, TableOptions, TimeUnit, Times, Units,
+};
 pub use rate::{TimesSoFar, rate_of_times};
 pub use refusal::ContainerError;
 pub use stored::{About, Stored};
@@ -185,7 +189,10 @@ impl Opened {
         self.check_options(hints)?;
         let format = self.format;
         match self.source {
-            Source::Table(table) => Ok(vec![read_table(*table, format, hints)?]),
+            Source::Table(mut table) => {
+                table.set_decimal(hints.table.decimal);
+                Ok(vec![read_table(*table, format, hints)?])
+            }
             Source::Container(container) => read_container(container, hints),
         }
     }
@@ -257,7 +264,10 @@ impl Opened {
         };
         let mut orientations = Orientations::default();
         let stored = match self.source {
-            Source::Table(table) => csv::read(*table, hints, &mut orientations)?,
+            Source::Table(mut table) => {
+                table.set_decimal(hints.table.decimal);
+                csv::read(*table, hints, &mut orientations)?
+            }
             #[cfg(feature = "parquet")]
             Source::Container(container) if self.format == Format::Parquet => {
                 parquet::read(&container, hints, &mut orientations)?

@@ -12,6 +12,8 @@ use super::foreign::Foreign;
 use super::format::Format;
 use super::magic::{self, Known};
 use super::refusal::ContainerError;
+#[cfg(feature = "bags")]
+use super::ros1::{self, Converted};
 use super::table::{Table, recording_name};
 
 /// An opened file.
@@ -36,6 +38,11 @@ pub(super) struct Container {
     pub(super) name: String,
     /// Files in the order of their times.
     pub(super) parts: Vec<Part>,
+    /// Sentence on how the bag was made readable.
+    pub(super) notice: Option<String>,
+    /// Folder of the files, if it is temporary.
+    #[cfg(feature = "bags")]
+    _converted: Option<Converted>,
 }
 
 /// A file of a container.
@@ -80,6 +87,10 @@ impl Source {
             Opened::file(path, wrap).map_err(|source| unreadable(&file, source))?
         };
         match (opened, given) {
+            #[cfg(feature = "bags")]
+            (Opened::Foreign(Foreign::Ros1Bag), None | Some(Format::Rosbag2)) => {
+                Self::converted(path)
+            }
             (Opened::Foreign(kind), _) => Err(ContainerError::Foreign { file, kind }.into()),
             (Opened::Table(_), Some(given)) if given.is_container() => {
                 let found = None;
@@ -97,9 +108,33 @@ impl Source {
                     file,
                     name: recording_name(path),
                     parts,
+                    notice: None,
+                    #[cfg(feature = "bags")]
+                    _converted: None,
                 })),
             },
         }
+    }
+
+    /// Opens a bag of ROS 1.
+    #[cfg(feature = "bags")]
+    fn converted(path: &Path) -> Result<Self, InputError> {
+        let converted = ros1::converted(path)?;
+        let file = path.display().to_string();
+        let parts = match Self::folder(&converted.path())? {
+            Opened::Parts(_, parts) => parts,
+            Opened::Table(_) | Opened::Foreign(_) => Vec::new(),
+        };
+        Ok(Self::Container(Container {
+            format: Format::Rosbag2,
+            notice: Some(format!(
+                "{file} is a ROS 1 bag, read as rosbags-convert converts it"
+            )),
+            file,
+            name: recording_name(path),
+            parts,
+            _converted: Some(converted),
+        }))
     }
 
     /// Files of a rosbag2 in its folder.

@@ -14,10 +14,108 @@ pub struct TableOptions {
     pub mapping: Mapping,
     /// The units of the six axes.
     pub units: Units,
+    /// Factors of their readings, before the units apply.
+    pub scale: Scale,
+    /// Mark before the fraction of numbers in a text.
+    pub decimal: Decimal,
     /// Unit of the times, if given.
     pub time_unit: Option<TimeUnit>,
     /// Treatment of times that are not in order.
     pub times: Times,
+}
+
+impl TableOptions {
+    /// Converts six readings to SI units, accelerations first.
+    #[must_use]
+    pub fn to_si(&self, readings: [f64; 6]) -> [f64; 6] {
+        let [ax, ay, az, wx, wy, wz] = readings;
+        let Scale {
+            acceleration: a,
+            rate: w,
+        } = self.scale;
+        let scaled = [a * ax, a * ay, a * az, w * wx, w * wy, w * wz];
+        self.units.to_si(scaled)
+    }
+}
+
+/// Factors of readings, such as the units of a count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    /// Of the accelerometer, finite and not 0.
+    pub acceleration: f64,
+    /// Of the gyroscope, finite and not 0.
+    pub rate: f64,
+}
+
+impl Default for Scale {
+    fn default() -> Self {
+        Self {
+            acceleration: 1.0,
+            rate: 1.0,
+        }
+    }
+}
+
+impl fmt::Display for Scale {
+    /// Writes factors as [`FromStr`] reads them.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{},{}", self.acceleration, self.rate)
+    }
+}
+
+impl FromStr for Scale {
+    type Err = String;
+
+    /// Reads two numbers separated by a comma: the factors of accelerometer and gyroscope.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let factor = |text: &str| -> Option<f64> {
+            let factor = text.trim().parse().ok()?;
+            (f64::is_finite(factor) && factor != 0.0).then_some(factor)
+        };
+        let factors = text
+            .split_once(',')
+            .and_then(|(acceleration, rate)| Some((factor(acceleration)?, factor(rate)?)));
+        let (acceleration, rate) = factors.ok_or_else(|| {
+            format!(
+                "{text:?} is no scale: write the factors of accelerometer and gyroscope, finite and not 0, such as \
+                 0.000122,0.07 with --units g,dps"
+            )
+        })?;
+        Ok(Self { acceleration, rate })
+    }
+}
+
+/// Mark before the fraction of a number.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Decimal {
+    /// `1.5`.
+    #[default]
+    Point,
+    /// `1,5`.
+    Comma,
+}
+
+impl Decimal {
+    /// Name in options.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Point => ".",
+            Self::Comma => ",",
+        }
+    }
+}
+
+impl FromStr for Decimal {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        let found = [Self::Point, Self::Comma].into_iter();
+        let mut found = found.filter(|decimal| decimal.name() == name);
+        found
+            .next()
+            .ok_or_else(|| format!("{name:?} is before no fraction: write . or ,"))
+    }
 }
 
 /// Units of a table's axes.
@@ -37,6 +135,8 @@ pub enum AccelerationUnit {
     MetresPerSecondSquared,
     /// g, 9.80665 m/s².
     StandardGravity,
+    /// A thousandth of g.
+    MilliG,
 }
 
 /// A unit of angular rate.
@@ -47,6 +147,8 @@ pub enum RateUnit {
     RadiansPerSecond,
     /// °/s.
     DegreesPerSecond,
+    /// A thousandth of °/s.
+    MilliDegreesPerSecond,
 }
 
 impl AccelerationUnit {
@@ -56,6 +158,7 @@ impl AccelerationUnit {
         match self {
             Self::MetresPerSecondSquared => "m/s2",
             Self::StandardGravity => "g",
+            Self::MilliG => "mg",
         }
     }
 
@@ -64,6 +167,7 @@ impl AccelerationUnit {
         match text {
             "m/s2" | "m/s^2" | "m/s²" | "m/s/s" | "m/s**2" => Some(Self::MetresPerSecondSquared),
             "g" | "G" => Some(Self::StandardGravity),
+            "mg" => Some(Self::MilliG),
             _ => None,
         }
     }
@@ -76,6 +180,7 @@ impl RateUnit {
         match self {
             Self::RadiansPerSecond => "rad/s",
             Self::DegreesPerSecond => "dps",
+            Self::MilliDegreesPerSecond => "mdps",
         }
     }
 
@@ -84,6 +189,7 @@ impl RateUnit {
         match text {
             "rad/s" => Some(Self::RadiansPerSecond),
             "dps" | "deg/s" | "°/s" | "deg/sec" => Some(Self::DegreesPerSecond),
+            "mdps" => Some(Self::MilliDegreesPerSecond),
             _ => None,
         }
     }
@@ -104,10 +210,16 @@ impl Units {
             AccelerationUnit::StandardGravity => {
                 [ax, ay, az].map(|value| value * f64::from(STANDARD_GRAVITY))
             }
+            AccelerationUnit::MilliG => {
+                [ax, ay, az].map(|value| value / 1000.0 * f64::from(STANDARD_GRAVITY))
+            }
         };
         let [wx, wy, wz] = match self.rate {
             RateUnit::RadiansPerSecond => [wx, wy, wz],
             RateUnit::DegreesPerSecond => [wx, wy, wz].map(f64::to_radians),
+            RateUnit::MilliDegreesPerSecond => {
+                [wx, wy, wz].map(|value| (value / 1000.0).to_radians())
+            }
         };
         [ax, ay, az, wx, wy, wz]
     }
@@ -266,6 +378,22 @@ mod tests {
         assert_eq!("g".parse(), Ok(g));
         for wrong in ["", "g,g", "g,m/s2", "mph"] {
             assert!(wrong.parse::<Units>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn counts_are_scaled_before_their_units_apply() {
+        let options = TableOptions {
+            scale: "0.5,2".parse().unwrap(),
+            units: "mg,mdps".parse().unwrap(),
+            ..TableOptions::default()
+        };
+        let [ax, .., wz] = options.to_si([2000.0, 0.0, 0.0, 0.0, 0.0, 90_000.0]);
+        assert_eq!(ax, f64::from(STANDARD_GRAVITY));
+        assert_eq!(wz, std::f64::consts::PI);
+        assert_eq!(options.scale.to_string().parse(), Ok(options.scale));
+        for wrong in ["", "1", "1,0", "nan,1", "1,inf", "1,2,3"] {
+            assert!(wrong.parse::<Scale>().is_err(), "{wrong}");
         }
     }
 

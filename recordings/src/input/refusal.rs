@@ -245,6 +245,14 @@ pub enum ContainerError {
         /// Half a sentence on its fields.
         what: String,
     },
+    /// A bag of ROS 1 cannot be converted.
+    #[error("{file} is a ROS 1 bag, which rosbags-convert does not convert: {reason}")]
+    NotConverted {
+        /// Path of the file, as given.
+        file: String,
+        /// What the program says.
+        reason: String,
+    },
     /// Options for bags are given for a file of another format.
     #[error(
         "{file} is read as {format}: --topic, --not-topic, --frame and --load-topic are for mcap and rosbag2"

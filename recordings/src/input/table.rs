@@ -1,5 +1,6 @@
 //! Rows of cells from a file, with line numbers as in an editor.
 
+use std::borrow::Cow;
 use std::fs::File;
 use std::io::{self, Chain, Cursor, Read};
 use std::path::Path;
@@ -13,6 +14,7 @@ use super::head::{COMMENT, Head};
 use super::iso8601::micros_since_1970;
 use super::layout;
 use super::lines::{LONGEST_ROW, Progress, Watched};
+use super::options::Decimal;
 
 /// Number of separators from which a line is a row: six axes need them.
 const SEPARATORS_OF_A_ROW: usize = 5;
@@ -29,6 +31,8 @@ pub(super) struct Table {
     separator: u8,
     /// Number of lines above the header that are neither blank nor comments.
     preamble: usize,
+    /// Mark before the fractions of its numbers.
+    decimal: Decimal,
     /// A row that was peeked at and not taken yet.
     peeked: Option<Row>,
     /// Comment above the first row.
@@ -59,6 +63,7 @@ impl Table {
             progress,
             separator: head.separator,
             preamble: head.preamble,
+            decimal: Decimal::Point,
             peeked: None,
             comment: head.comment.map(|(line, cells)| Row {
                 file: file.clone(),
@@ -99,6 +104,34 @@ impl Table {
         &self.recording_name
     }
 
+    /// Sets the mark before the fractions of all numbers that are not read yet.
+    pub(super) fn set_decimal(&mut self, decimal: Decimal) {
+        self.decimal = decimal;
+        if let Some(row) = self.peeked.take() {
+            self.peeked = Some(self.with_points(row));
+        }
+    }
+
+    /// The row with a point before the fraction of each number.
+    fn with_points(&self, row: Row) -> Row {
+        if self.decimal == Decimal::Point || !row.cells.as_slice().contains(',') {
+            return row;
+        }
+        let cells = row.cells.iter().map(|cell| {
+            let point = cell.replacen(',', ".", 1);
+            match point.parse::<f64>() {
+                Ok(_) => Cow::Owned(point),
+                Err(_) => Cow::Borrowed(cell),
+            }
+        });
+        let mut record = StringRecord::new();
+        cells.for_each(|cell| record.push_field(&cell));
+        Row {
+            cells: record,
+            ..row
+        }
+    }
+
     /// The row that [`next_row`](Self::next_row) returns next.
     pub(super) fn peek_row(&mut self) -> Result<Option<&Row>, InputError> {
         if self.peeked.is_none() {
@@ -129,11 +162,12 @@ impl Table {
                 Ok(true) if cells.len() == 1 && cells[0].is_empty() => {}
                 Ok(true) => {
                     self.check_quotes(&cells, begins)?;
-                    return Ok(Some(Row {
+                    let row = Row {
                         file: self.file.clone(),
                         place: Place::Line(self.line()),
                         cells,
-                    }));
+                    };
+                    return Ok(Some(self.with_points(row)));
                 }
                 Err(error) => return Err(self.failure(error)),
             }

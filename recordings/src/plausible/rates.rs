@@ -25,7 +25,7 @@ pub(super) struct RateCheck {
 impl RateCheck {
     /// Starts with rates read in this unit.
     pub(super) fn new(unit: RateUnit) -> Self {
-        let in_degrees = unit == RateUnit::DegreesPerSecond;
+        let in_degrees = unit != RateUnit::RadiansPerSecond;
         Self {
             rates: Histogram::default(),
             forces: in_degrees.then(Histogram::default),

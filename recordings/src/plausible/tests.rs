@@ -228,7 +228,7 @@ fn accelerations_in_mg_or_counts_are_found() {
     assert_eq!(
         counts[0].to_string(),
         "the acceleration is 160800 m/s² at rest, 16397 times gravity, which looks like mg or \
-         counts of the sensor: convert it to m/s² or g"
+         counts of the sensor: --units mg, or --scale with the value of a count"
     );
 }
 

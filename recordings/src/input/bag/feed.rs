@@ -131,7 +131,7 @@ impl Feed {
         self.without.rates += u64::from(!imu.has_rates());
         let [ax, ay, az] = known(imu.linear_acceleration, imu.has_accelerations());
         let [wx, wy, wz] = known(imu.angular_velocity, imu.has_rates());
-        let readings = hints.table.units.to_si([ax, ay, az, wx, wy, wz]);
+        let readings = hints.table.to_si([ax, ay, az, wx, wy, wz]);
         let sample = RecordedSample {
             imu: imu_sample(
                 Timestamp::default(),

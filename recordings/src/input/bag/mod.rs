@@ -94,10 +94,15 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
         recordings.push(stored);
     }
     if let Some(first) = recordings.first_mut() {
-        first
-            .about
-            .notices
-            .splice(0..0, missing.into_iter().chain(endings).chain(contacts));
+        first.about.notices.splice(
+            0..0,
+            container
+                .notice
+                .into_iter()
+                .chain(missing)
+                .chain(endings)
+                .chain(contacts),
+        );
     }
     Ok(recordings)
 }

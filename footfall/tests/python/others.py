@@ -1,0 +1,68 @@
+"""A walk as others write it: pandas with comma decimals, a logger with counts and with mg, rosbags as a bag of ROS 1.
+
+usage: others.py walk.csv folder
+"""
+
+import sys
+from pathlib import Path
+
+import numpy
+import pandas
+from rosbags.rosbag1 import Writer
+from rosbags.typesys import Stores, get_typestore
+
+ACC, GYR = ["ax", "ay", "az"], ["wx", "wy", "wz"]
+G = 9.80665
+# The values of a count at ±4 g and 2000 °/s, in g and °/s.
+ACC_COUNT, GYR_COUNT = 0.000122, 0.07
+
+START_NS = 1_700_000_000_000_000_000
+IMU, LOAD = "sensor_msgs/msg/Imu", "std_msgs/msg/Float64"
+
+
+def bag(path, walk):
+    store = get_typestore(Stores.ROS1_NOETIC)
+    types = store.types
+    vector = types["geometry_msgs/msg/Vector3"]
+    with Writer(path) as writer:
+        imu = writer.add_connection("/imu", IMU, typestore=store)
+        load = writer.add_connection("/ft", LOAD, typestore=store)
+        for k, row in enumerate(walk.itertuples()):
+            now_ns = START_NS + round(row.t * 1e9)
+            sec, nanosec = divmod(now_ns, 1_000_000_000)
+            stamp = types["builtin_interfaces/msg/Time"](sec=sec, nanosec=nanosec)
+            message = types[IMU](
+                header=types["std_msgs/msg/Header"](seq=k, stamp=stamp, frame_id="foot"),
+                orientation=types["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=0.0, w=1.0),
+                orientation_covariance=numpy.array([-1.0] + 8 * [0.0]),
+                angular_velocity=vector(x=row.wx, y=row.wy, z=row.wz),
+                angular_velocity_covariance=numpy.zeros(9),
+                linear_acceleration=vector(x=row.ax, y=row.ay, z=row.az),
+                linear_acceleration_covariance=numpy.zeros(9),
+            )
+            force = types[LOAD](data=float(row.force))
+            writer.write(load, now_ns, store.serialize_ros1(force, LOAD))
+            writer.write(imu, now_ns + 1, store.serialize_ros1(message, IMU))
+
+
+def main(table, folder):
+    walk = pandas.read_csv(table, usecols=["t", *ACC, *GYR, "force"]).head(3000)
+    folder = Path(folder)
+    walk.to_csv(folder / "point.csv", index=False)
+    walk.to_csv(folder / "comma.csv", index=False, sep=";", decimal=",")
+    counts = walk.copy()
+    counts[ACC] = (walk[ACC] / G / ACC_COUNT).round().astype(int)
+    counts[GYR] = (numpy.degrees(walk[GYR]) / GYR_COUNT).round().astype(int)
+    counts.to_csv(folder / "counts.csv", index=False)
+    of_counts = walk.copy()
+    of_counts[ACC] = counts[ACC] * ACC_COUNT * G
+    of_counts[GYR] = numpy.radians(counts[GYR] * GYR_COUNT)
+    of_counts.to_csv(folder / "of_counts.csv", index=False)
+    milli = walk.copy()
+    milli[ACC] = walk[ACC] / G * 1000
+    milli[GYR] = numpy.degrees(walk[GYR]) * 1000
+    milli.to_csv(folder / "milli.csv", index=False)
+    bag(folder / "walk.bag", walk)
+
+
+main(*sys.argv[1:])
