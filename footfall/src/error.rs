@@ -144,6 +144,14 @@ pub enum Error {
         /// A foot that has settings.
         foot: String,
     },
+    /// A variable of the environment has no valid value.
+    #[error("the variable {name} is wrong: {reason}")]
+    Variable {
+        /// Name of the variable.
+        name: &'static str,
+        /// What is wrong, with the value.
+        reason: String,
+    },
     /// Options about recordings of an IMU are given for feet that stream.
     #[error(
         "{source_text} has no recording of an IMU: --topic, --load-topic, --axes, --units and their like are for file:"

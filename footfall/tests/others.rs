@@ -70,6 +70,9 @@ fn tables_of_loggers_and_bags_of_ros_1_give_the_same() {
         &expected,
     );
 
+    let said = bench.error("replay ros1.mcap");
+    assert!(said.contains("these are messages of ROS 1"), "{said}");
+
     // With the program that converts, and without.
     let replay = |path: &Path| -> Output {
         Command::new(env!("CARGO_BIN_EXE_footfall"))

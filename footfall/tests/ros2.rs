@@ -100,3 +100,20 @@ fn ros_environment_variables_are_applied() {
         assert!(stdout.contains(" /diagnostics\n"), "{variable}: {stdout}");
     }
 }
+
+#[test]
+fn invalid_domain_is_blamed_on_the_variable() {
+    let bench = Bench::new();
+    let output = Command::new(env!("CARGO_BIN_EXE_footfall"))
+        .args(["ros2", "demo:seconds=0.1"])
+        .current_dir(bench.directory.path())
+        .env("ROS_DOMAIN_ID", "500")
+        .output()
+        .expect("the program that was just built");
+    let stderr = text(&output.stderr);
+    assert!(!output.status.success());
+    assert_eq!(
+        stderr,
+        "footfall: the variable ROS_DOMAIN_ID is wrong: 500 is not in 0..=232\n"
+    );
+}

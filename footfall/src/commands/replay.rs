@@ -132,7 +132,11 @@ impl ReplayArguments {
             details.iter().for_each(detail);
             notices.iter().for_each(warn);
             for Foot { foot, .. } in &replayed {
-                self.recording.reading.report(&file, &foot.findings)?;
+                let place = match &foot.summary.foot {
+                    Some(name) => format!("{file}, foot {name}"),
+                    None => file.clone(),
+                };
+                self.recording.reading.report(&place, &foot.findings)?;
             }
             feet.extend(replayed);
         }

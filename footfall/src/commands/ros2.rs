@@ -48,9 +48,9 @@ pub struct Ros2Arguments {
     /// Name of the node
     #[arg(long, value_name = "NAME", default_value = "footfall")]
     pub node_name: String,
-    /// Domain of DDS, 0 to 232
-    #[arg(long, value_name = "ID", env = "ROS_DOMAIN_ID", default_value_t = 0, value_parser = parse_domain)]
-    pub domain_id: u16,
+    /// Domain of DDS, 0 to 232; that of the variable ROS_DOMAIN_ID where it is not given, or 0
+    #[arg(long, value_name = "ID", value_parser = parse_domain)]
+    pub domain_id: Option<u16>,
     /// The addresses of the interfaces that are used.
     #[arg(
         long,
@@ -73,6 +73,26 @@ fn parse_domain(text: &str) -> Result<u16, String> {
         _ if text.is_empty() => Ok(0),
         Ok(domain @ 0..=LAST_DOMAIN) => Ok(domain),
         _ => Err(format!("{text} is not in 0..={LAST_DOMAIN}")),
+    }
+}
+
+/// Variable of ROS with the domain.
+const DOMAIN: &str = "ROS_DOMAIN_ID";
+
+/// Returns the domain: the one given, else that of the ROS variable.
+///
+/// # Errors
+/// The variable has no domain.
+fn domain(given: Option<u16>) -> Result<u16, Error> {
+    match (given, env::var_os(DOMAIN)) {
+        (Some(domain), _) => Ok(domain),
+        (None, None) => Ok(0),
+        (None, Some(text)) => {
+            parse_domain(&text.to_string_lossy()).map_err(|reason| Error::Variable {
+                name: DOMAIN,
+                reason,
+            })
+        }
     }
 }
 
@@ -100,7 +120,7 @@ impl Ros2Arguments {
     pub(super) fn run(self) -> Result<(), Error> {
         let bridge = self.published.bridge();
         let options = Options {
-            domain_id: self.domain_id,
+            domain_id: domain(self.domain_id)?,
             networks: networks(self.network),
             namespace: self.namespace,
             name: self.node_name,

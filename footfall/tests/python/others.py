@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy
 import pandas
+from mcap.writer import Writer as McapWriter
 from rosbags.rosbag1 import Writer
 from rosbags.typesys import Stores, get_typestore
 
@@ -45,6 +46,17 @@ def bag(path, walk):
             writer.write(imu, now_ns + 1, store.serialize_ros1(message, IMU))
 
 
+def bag_in_mcap(path):
+    """What the MCAP CLI makes of a bag of ROS 1: its messages as they are."""
+    with path.open("wb") as file:
+        writer = McapWriter(file)
+        writer.start(profile="ros1", library="others")
+        schema = writer.register_schema("sensor_msgs/Imu", "ros1msg", b"Header header")
+        channel = writer.register_channel("/imu", "ros1", schema)
+        writer.add_message(channel, START_NS, bytes(16), START_NS)
+        writer.finish()
+
+
 def main(table, folder):
     walk = pandas.read_csv(table, usecols=["t", *ACC, *GYR, "force"]).head(3000)
     folder = Path(folder)
@@ -63,6 +75,7 @@ def main(table, folder):
     milli[GYR] = numpy.degrees(walk[GYR]) * 1000
     milli.to_csv(folder / "milli.csv", index=False)
     bag(folder / "walk.bag", walk)
+    bag_in_mcap(folder / "ros1.mcap")
 
 
 main(*sys.argv[1:])

@@ -8,6 +8,12 @@ use super::foreign::Foreign;
 use super::format::Format;
 use super::topics::LoadTopic;
 
+/// End of the description of a topic whose messages are those of ROS 1.
+const OF_ROS_1: &str = " in ros1)";
+
+const ROS_1_ADVICE: &str =
+    "; these are messages of ROS 1: give the .bag that they are from, or record with ROS 2";
+
 /// A topic with samples of an IMU.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImuTopic {
@@ -115,8 +121,9 @@ pub enum ContainerError {
     },
     /// No topic has samples of an IMU.
     #[error(
-        "{file} has no topic of sensor_msgs/msg/Imu in CDR; there is {}{}",
+        "{file} has no topic of sensor_msgs/msg/Imu in CDR; there is {}{}{}",
         listed(topics),
+        if topics.iter().any(|topic| topic.ends_with(OF_ROS_1)) { ROS_1_ADVICE } else { "" },
         with_axes.as_ref().map(|topic| format!("; {topic} has six axes: --topic {topic}")).unwrap_or_default()
     )]
     NoImu {
