@@ -414,6 +414,7 @@ fn files_of_unsupported_kinds_are_named() {
     let Some(folder) = roads() else { return };
     let kinds = [
         ("arrow_ipc.feather", Foreign::ArrowIpc),
+        ("html.parquet", Foreign::Html),
         ("json.json", Foreign::Json),
         ("json_records.json", Foreign::Json),
         ("numpy.npy", Foreign::Numpy),

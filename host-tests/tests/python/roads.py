@@ -287,6 +287,9 @@ def states(folder, walk):
 
 def others(folder, walk):
     few = walk.head(20)
+    # What a server answers in the place of a file is saved under the name of the file.
+    page = few.to_html(table_id="walk")
+    (folder / "html.parquet").write_text(f"<!DOCTYPE html>\n<html><body>{page}</body></html>")
     numpy.save(folder / "numpy.npy", few.to_numpy())
     numpy.savez(folder / "numpy_archive.npz", walk=few.to_numpy())
     pyarrow.feather.write_feather(few, folder / "arrow_ipc.feather")

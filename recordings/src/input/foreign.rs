@@ -46,6 +46,8 @@ pub enum Foreign {
     Picture,
     /// PDF.
     Pdf,
+    /// A page of the web, as servers answer a request that they do not grant.
+    Html,
     /// MCAP, to a reader of frame logs.
     Mcap,
     /// Parquet, to a reader of frame logs.
@@ -83,7 +85,7 @@ const UNPACK: &str = "unpack it";
 
 impl Foreign {
     /// All kinds.
-    pub const ALL: [Self; 28] = [
+    pub const ALL: [Self; 29] = [
         Self::Ros1Bag,
         Self::Hdf5,
         Self::Matlab,
@@ -104,6 +106,7 @@ impl Foreign {
         Self::CanLog,
         Self::Picture,
         Self::Pdf,
+        Self::Html,
         Self::Mcap,
         Self::Parquet,
         Self::Trc,
@@ -233,6 +236,15 @@ impl Foreign {
             ),
             Self::CanLog => kind("a CAN log", Some("decode it: footfall decode"), None),
             Self::Picture => kind("a picture", Some("the numbers behind it are needed"), None),
+            Self::Html => kind(
+                "an HTML page",
+                Some(
+                    "it may be a server's answer in the place of the file: download the file again",
+                ),
+                Some(
+                    "it may be a server's answer in the place of the file: download the file again",
+                ),
+            ),
             Self::Pdf => kind("a PDF", Some("the numbers behind it are needed"), None),
             Self::Mcap => kind(
                 "a recording in MCAP",

@@ -127,6 +127,17 @@ fn tar(first: &[u8]) -> Option<Foreign> {
     is_tar.then_some(Foreign::Tar)
 }
 
+/// Returns whether a text after its first `<` is HTML.
+fn is_html(rest: &[u8]) -> bool {
+    let begins = |word: &[u8]| {
+        let beginning = rest.get(..word.len()).unwrap_or_default();
+        beginning.eq_ignore_ascii_case(word)
+    };
+    [&b"!doctype html"[..], b"html", b"head"]
+        .into_iter()
+        .any(begins)
+}
+
 /// A text that is not a table.
 fn text(first: &[u8]) -> Option<Foreign> {
     let text = first.strip_prefix(b"\xef\xbb\xbf").unwrap_or(first);
@@ -136,6 +147,7 @@ fn text(first: &[u8]) -> Option<Foreign> {
     match (beginning, second) {
         (b'{', Some(b'"' | b'}')) => Some(Foreign::Json),
         (b'[', Some(b'{' | b'[' | b'"' | b'-' | b'0'..=b'9')) => Some(Foreign::Json),
+        (b'<', _) if is_html(rest) => Some(Foreign::Html),
         (b'(', _) => is_can_log(rest).then_some(Foreign::CanLog),
         _ => None,
     }
@@ -166,7 +178,9 @@ mod tests {
             zip.extend_from_slice(b"content");
             zip
         };
-        let others: [(Vec<u8>, Foreign); 8] = [
+        let others: [(Vec<u8>, Foreign); 10] = [
+            (b"\n<!DOCTYPE html>\n<html>".to_vec(), Foreign::Html),
+            (b"<HTML lang=\"en\"><body>".to_vec(), Foreign::Html),
             (tar, Foreign::Tar),
             (zip("arr_0.npy"), Foreign::NumpyArchive),
             (zip("[Content_Types].xml"), Foreign::Excel),
