@@ -60,6 +60,10 @@ pub(crate) struct Options {
     #[pyo3(item)]
     units: Option<String>,
     #[pyo3(item)]
+    scale: Option<String>,
+    #[pyo3(item)]
+    decimal: Option<String>,
+    #[pyo3(item)]
     time_unit: Option<String>,
     #[pyo3(item)]
     times: Option<String>,
@@ -85,7 +89,8 @@ impl Options {
                 units: parsed("units", self.units.as_ref())?.unwrap_or_default(),
                 time_unit: parsed("time_unit", self.time_unit.as_ref())?,
                 times: parsed("times", self.times.as_ref())?.unwrap_or_default(),
-                ..TableOptions::default()
+                scale: parsed("scale", self.scale.as_ref())?.unwrap_or_default(),
+                decimal: parsed("decimal", self.decimal.as_ref())?.unwrap_or_default(),
             },
             bag: BagOptions {
                 topics: Topics::from_names(&self.topic),

@@ -92,17 +92,23 @@ pub(crate) fn run(
     })
 }
 
+/// Fields of `footfall.Event`, in order.
+pub(crate) type EventRow = (&'static str, f64, Option<f64>, f32, Option<f64>);
+
+/// An event of a recording whose clock begins at `start_us`.
+pub(crate) fn event_row(event: &Event, start_us: i64) -> EventRow {
+    let duration_s = event.duration_us.map(|micros| micros as f64 / 1.0e6);
+    let time_s = seconds(event.time, start_us);
+    let kind = event.kind.name();
+    (kind, time_s, duration_s, event.peak, event.distance_m)
+}
+
 impl Estimated {
     /// The arrays and lists by the names of `footfall.Result`.
     pub(crate) fn into_dict(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         let dict: Bound<'_, PyDict> = self.columns.into_dict(py)?;
         let Recorded { rate, start_us, .. } = self.recorded;
-        let events = self.events.iter().map(|event| {
-            let duration_s = event.duration_us.map(|micros| micros as f64 / 1.0e6);
-            let time_s = seconds(event.time, start_us);
-            let kind = event.kind.name();
-            (kind, time_s, duration_s, event.peak, event.distance_m)
-        });
+        let events = self.events.iter().map(|event| event_row(event, start_us));
         dict.set_item("events", events.collect::<Vec<_>>())?;
         dict.set_item("rate", f64::from(rate))?;
         dict.set_item("findings", self.findings)?;

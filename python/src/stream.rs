@@ -6,11 +6,13 @@ use estimator_core::{
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use recordings::events::{Event, Events};
 use recordings::recording::RecordedSample;
 use recordings::replay::Replay;
 
 use crate::estimate::{imu_sample, known_load, validity_at};
 use crate::parameters::{Settings, SettingsArguments};
+use crate::run::{EventRow, event_row};
 
 /// The estimator of one foot; see `footfall.Estimator`.
 #[derive(Clone)]
@@ -18,6 +20,7 @@ use crate::parameters::{Settings, SettingsArguments};
 pub(crate) struct Estimator {
     settings: Settings,
     replay: Replay,
+    events: Events,
     /// Time of the first sample on the caller's clock, µs.
     start_us: Option<i64>,
     /// The newest time, µs on the caller's clock.
@@ -51,6 +54,7 @@ impl Estimator {
         Ok(Self {
             settings,
             replay,
+            events: Events::default(),
             start_us: None,
             newest_us: 0,
             samples: 0,
@@ -102,7 +106,22 @@ impl Estimator {
             load: load.and_then(known_load),
             label: None,
         };
-        Ok(row(&self.replay.update(&sample), now_us))
+        let estimate = self.replay.update(&sample);
+        self.events.add(&estimate);
+        Ok(row(&estimate, now_us))
+    }
+
+    /// Events that are complete and were not returned before; at the end of the stream all others, too.
+    fn events(&mut self, ended: bool) -> Vec<EventRow> {
+        let start_us = self.start_us.unwrap_or(0);
+        let mut found: Vec<Event> = std::iter::from_fn(|| self.events.pop()).collect();
+        if ended {
+            found.extend(std::mem::take(&mut self.events).finish());
+        }
+        found
+            .iter()
+            .map(|event| event_row(event, start_us))
+            .collect()
     }
 
     /// Another estimator in the same state.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -90,10 +91,12 @@ def test_a_stream_has_the_bits_of_the_whole(walk: footfall.Recording) -> None:
     whole = walk.estimate()
     flags = {name: whole.has_flag(name) for name in footfall.FLAGS}
     foot = footfall.Estimator(rate=walk.rate, format=walk.format)
+    events: list[footfall.Event] = []
     for k in range(len(walk)):
         if k == 10_000:
             copy.deepcopy(foot).update((0.0, 0.0, 0.0), (9.0, 9.0, 9.0))
             foot = copy.copy(foot)
+        events.extend(foot.events())
         sample = walk.acc[k], walk.gyr[k], walk.t[k], walk.load[k], int(walk.validity[k])
         estimate = foot.update(*sample)
         assert np.float32(estimate.p_stable) == whole.p_stable[k]
@@ -106,6 +109,10 @@ def test_a_stream_has_the_bits_of_the_whole(walk: footfall.Recording) -> None:
         assert set(estimate.flags) == {name for name in footfall.FLAGS if flags[name][k]}
     assert np.array_equal(np.array(foot.gyro_bias, dtype=np.float32), whole.gyro_bias[-1])
     assert np.array_equal(foot.learnt, whole.learnt)
+    assert tuple(events) + foot.events(ended=True) == whole.events()
+    assert foot.events(ended=True) == ()
+    with pytest.raises(TypeError, match="copy.copy takes all of it"):
+        pickle.dumps(foot)
 
 
 def test_double_precision_and_strides_change_nothing(walk: footfall.Recording) -> None:

@@ -112,6 +112,8 @@ def estimate_file(
     load_topic: str | Sequence[str] | None = None,
     map: str | Mapping[str, str] | None = None,
     units: str | None = None,
+    scale: tuple[float, float] | None = None,
+    decimal: str | None = None,
     time_unit: TimeUnit | None = None,
     times: Times | None = None,
 ) -> list[Result]:
@@ -125,7 +127,8 @@ def estimate_file(
         A recording in any of the formats of ``docs/formats.md``.
     preset, config, gravity, axes
         As of :func:`estimate`.
-    format, rate, topic, not_topic, frame, load_topic, map, units, time_unit, times
+    format, rate, topic, not_topic, frame, load_topic, map, units, scale, decimal, time_unit,
+    times
         As of :func:`read`. A `rate`, `gravity` or `axes` that is given wins over that of `config`.
 
     Returns
@@ -143,7 +146,8 @@ def estimate_file(
         It cannot be read.
     """
     options = read_options(
-        format, rate, gravity, topic, frame, load_topic, map, units, time_unit, times, not_topic
+        format, rate, gravity, topic, frame, load_topic, map, units, time_unit, times, not_topic,
+        scale, decimal,
     )
     chosen = settings(preset, config, gravity, rate, axes)
     with arguments_in_errors():

@@ -137,6 +137,8 @@ def read(
     load_topic: str | Sequence[str] | None = None,
     map: str | Mapping[str, str] | None = None,
     units: str | None = None,
+    scale: tuple[float, float] | None = None,
+    decimal: str | None = None,
     time_unit: TimeUnit | None = None,
     times: Times | None = None,
 ) -> list[Recording]:
@@ -169,7 +171,12 @@ def read(
     map : str or mapping, optional
         Which columns of a table stand for ours: ``{"t": "stamp"}`` or ``"t=stamp"``.
     units : str, optional
-        Units of the six axes where they are not ``"m/s2,rad/s"``: ``"g"``, ``"dps"``, ``"g,dps"``.
+        Units of the six axes where they are not ``"m/s2,rad/s"``: ``"g"``, ``"dps"``, ``"g,dps"``,
+        ``"mg,mdps"``.
+    scale : two floats, optional
+        Factors of accelerometer and gyroscope, before `units` apply: the values of a count.
+    decimal : {".", ","}, optional
+        Mark before the fractions of a table's numbers.
     time_unit : {"s", "ms", "us", "ns"}, optional
         Unit of the times, where it is not that of the column's name or s.
     times : {"keep", "drop-bad", "rate"}, optional
@@ -189,7 +196,8 @@ def read(
         It cannot be read.
     """
     options = read_options(
-        format, rate, gravity, topic, frame, load_topic, map, units, time_unit, times, not_topic
+        format, rate, gravity, topic, frame, load_topic, map, units, time_unit, times, not_topic,
+        scale, decimal,
     )
     with arguments_in_errors():
         feet = _footfall.read(os.fspath(path), options)

@@ -52,6 +52,8 @@ class ReadDict(TypedDict):
     load_topic: list[str]
     map: str | None
     units: str | None
+    scale: str | None
+    decimal: str | None
     time_unit: str | None
     times: str | None
 
@@ -119,6 +121,8 @@ def read_options(
     time_unit: str | None,
     times: str | None,
     not_topic: str | Sequence[str] | None,
+    scale: tuple[float, float] | None,
+    decimal: str | None,
 ) -> ReadDict:
     """Collects the options of reading a file; the Rust part checks them."""
     if isinstance(map, Mapping):
@@ -133,6 +137,8 @@ def read_options(
         "load_topic": _several(load_topic),
         "map": map,
         "units": units,
+        "scale": None if scale is None else ",".join(repr(float(factor)) for factor in scale),
+        "decimal": decimal,
         "time_unit": time_unit,
         "times": times,
     }

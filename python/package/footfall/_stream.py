@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _footfall
 from ._footfall import VALIDITIES
+from ._result import Event
 from ._settings import Config, Gravity, Preset, settings
 
 
@@ -97,6 +98,20 @@ class Estimator:
     def learnt(self) -> npt.NDArray[np.float32]:
         """What has been learnt of the foot up to the newest sample, as :attr:`footfall.Result.learnt`."""
         return np.array(self._estimator.learnt(), dtype=np.float32)
+
+    def events(self, ended: bool = False) -> tuple[Event, ...]:
+        """Touch-downs, lift-offs and slips since the last call, as of :meth:`footfall.Result.events`.
+
+        An event is known when its stance is: those since the last touch-down are held back until the foot has left the
+        ground, or the stream has `ended`.
+        """
+        return tuple(Event(*event) for event in self._estimator.events(ended))  # type: ignore[arg-type]
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError(
+            "an Estimator cannot be pickled, as its window and filters have no file format: copy.copy takes all of it, "
+            "and config={'learnt': ...} what it has learnt"
+        )
 
     def update(
         self,

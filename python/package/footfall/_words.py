@@ -9,7 +9,8 @@ from collections.abc import Iterator
 ARGUMENTS = {
     name: name.replace("-", "_")
     for name in (
-        "axes config format frame gravity load-topic map preset strict time-unit times topic units window"
+        "axes config decimal format frame gravity load-topic map not-topic preset scale strict time-unit times topic "
+        "units window"
     ).split()
 } | {"sample-rate": "rate"}
 """The arguments of the package by the options of the program."""

@@ -67,6 +67,8 @@ def estimate(
     load_topic: str | Sequence[str] | None = None,
     map: str | Mapping[str, str] | None = None,
     units: str | None = None,
+    scale: tuple[float, float] | None = None,
+    decimal: str | None = None,
     time_unit: TimeUnit | None = None,
     times: Times | None = None,
     strict: bool = False,
@@ -101,7 +103,8 @@ def estimate(
         The folder of the tables. A local one is on a file system that all workers share.
     preset, config, gravity, axes
         As of :func:`footfall.estimate`.
-    format, rate, topic, not_topic, frame, load_topic, map, units, time_unit, times
+    format, rate, topic, not_topic, frame, load_topic, map, units, scale, decimal, time_unit,
+    times
         As of :func:`footfall.read`.
     window : str, optional
         Length of the window with half-widths, such as ``"50ms"``.
@@ -155,7 +158,7 @@ def estimate(
         raise ValueError(f"jobs is {jobs}, but 1 or more is expected")
     begin = time.monotonic()
     given = settings(preset, config, gravity, rate, axes, format)
-    options = read_options(format, rate, gravity, topic, frame, load_topic, map, units, time_unit, times, not_topic)
+    options = read_options(format, rate, gravity, topic, frame, load_topic, map, units, time_unit, times, not_topic, scale, decimal)
     batch: BatchDict = {"window": window, "strict": strict, "only_foot": None}
     # Invalid arguments are refused here, and not by a worker.
     settings_hash = _footfall.batch_settings_hash(options, given, batch)
