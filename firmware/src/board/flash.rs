@@ -14,9 +14,12 @@
 //! outlast the watchdog. Below the [threshold](supply) of the supply nothing is written or erased.
 //! The steps are those of RM0090, 3.6.
 
+use core::sync::atomic::{AtomicU32, Ordering};
+
 use embassy_stm32::pac::FLASH;
 use embassy_stm32::pac::flash::vals::Psize;
 use embassy_stm32::{Peri, peripherals};
+use embassy_time::{Duration, Instant};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
@@ -51,6 +54,27 @@ const ERRORS: u32 = 0xF2;
 
 /// Level 3 in `BOR_LEV` of `FLASH_OPTCR`, which counts downwards; 3 there is off.
 const LEVEL_3: u8 = 0;
+
+/// Longest wait for the end of a tick: there are none while the timer or the sampling is stuck.
+const LONGEST_WAIT: Duration = Duration::from_millis(3);
+
+/// Number of ticks done since the start, modulo 2³².
+static TICKS_DONE: AtomicU32 = AtomicU32::new(0);
+
+/// Notes that the work of a tick is done.
+pub fn note_tick() {
+    // The sampling level alone writes it.
+    let done = TICKS_DONE.load(Ordering::Relaxed);
+    TICKS_DONE.store(done.wrapping_add(1), Ordering::Relaxed);
+}
+
+/// Waits for the end of a tick, after which an erase stops no sample that is being read: its estimate would be sent
+/// as if it were new when the erase is over.
+fn after_a_tick() {
+    let before = TICKS_DONE.load(Ordering::Relaxed);
+    let until = Instant::now() + LONGEST_WAIT;
+    while TICKS_DONE.load(Ordering::Relaxed) == before && Instant::now() < until {}
+}
 
 /// Flash of the configuration, addressed from 0 to [`SIZE`].
 pub struct ConfigFlash {
@@ -95,6 +119,7 @@ impl ConfigFlash {
         for key in OPTION_KEYS {
             FLASH.optkeyr().write_value(key);
         }
+        after_a_tick();
         watchdog::feed();
         FLASH.optcr().modify(|w| w.set_bor_lev(LEVEL_3));
         FLASH.optcr().modify(|w| w.set_optstrt(true));
@@ -183,13 +208,14 @@ impl NorFlash for ConfigFlash {
         for page in from / PAGE..to / PAGE {
             supply_suffices()?;
             unlock();
-            // The erase needs the watchdog's whole period.
-            watchdog::feed();
             FLASH.cr().write(|w| {
                 w.set_psize(Psize::PSIZE32);
                 w.set_ser(true);
                 w.set_snb((FIRST_SECTOR + page) as u8);
             });
+            after_a_tick();
+            // The erase needs the watchdog's whole period.
+            watchdog::feed();
             FLASH.cr().modify(|w| w.set_strt(true));
             let erased = finish();
             lock();

@@ -34,6 +34,7 @@ pub(super) async fn sample(
             }
             let fault = if foot.faults().is_empty() { 0 } else { FAULT };
             LIGHT.store(foot.stage().code() | fault, Ordering::Relaxed);
+            board::flash::note_tick();
         },
     )
     .await;

@@ -48,8 +48,13 @@ pub struct Ros2Arguments {
     /// Name of the node
     #[arg(long, value_name = "NAME", default_value = "footfall")]
     pub node_name: String,
-    /// Domain of DDS, 0 to 232; that of the variable ROS_DOMAIN_ID where it is not given, or 0
-    #[arg(long, value_name = "ID", value_parser = parse_domain)]
+    /// Domain of DDS, 0 to 232.
+    #[arg(
+        long,
+        value_name = "ID",
+        value_parser = parse_domain,
+        help = "Domain of DDS, 0 to 232; that of the variable ROS_DOMAIN_ID where it is not given, or 0"
+    )]
     pub domain_id: Option<u16>,
     /// The addresses of the interfaces that are used.
     #[arg(

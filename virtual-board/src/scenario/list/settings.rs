@@ -94,6 +94,8 @@ pub(super) const ROWS: &[Scenario] = &[
         what: "a store that has to erase a page, in pre-operational",
         pages: Pages::BeforeAnErase,
         steps: |_| vec![Step::StoreStopped],
+        // The erase may begin at any moment of a tick.
+        phases: 16,
         reports: Reports::Any,
         ..PLAIN
     },
