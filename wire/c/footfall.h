@@ -345,7 +345,7 @@ struct footfall_health {
     uint8_t error_register;
     /* Frames replaced by newer ones before they got onto CAN or UART; wraps after 255. */
     uint8_t dropped;
-    /* The moment of Clock: the SYNC with this counter, at most 250 ms ago; 0 is the sample of
+    /* The moment of Clock: the SYNC with this counter, at most 200 ms ago; 0 is the sample of
      * the contact before. */
     uint8_t sync_counter;
     /* The foot's clock at the moment that SyncCounter names. Modulo 655.36 ms it is a Timestamp. */
