@@ -25,7 +25,7 @@ use wire::pdo::Status;
 /// | `uwx`, `uwy`, `uwz` | angular rate without bias | rad/s |
 /// | `temperature` | temperature of the sensor | °C |
 /// | `decision` | debounced decision: 1 stable, 0 not stable | 0 or 1 |
-/// | `flags` | names of the estimator's flags, and `fault`. Most frames on CAN are less specific: `saturated`, `starting` for a window that is not full or an unknown attitude, `doubtful` for the others; `time_not_known` if `t` is wrong by a multiple of 0.65536 s unless guessed rightly, as no health frame has told the clock since the start or a loss | |
+/// | `flags` | names of the estimator's flags, and `fault`. Most frames on CAN are less specific: `saturated`, `starting` for a window that is not full or an unknown attitude, `doubtful` for the others; `time_not_known` if `t` may be wrong by a multiple of 0.65536 s, as no health frame was received since the start or a loss | |
 pub const HEADER: &str = "t,t_received,t_common,clock,interface,foot,node,segment,sequence,p_stable,p_tangential,p_vertical,\
      p_ax,p_ay,p_az,p_wx,p_wy,p_wz,qw,qx,qy,qz,lax,lay,laz,uwx,uwy,uwz,bwx,bwy,bwz,\
      temperature,state,decision,flags";
@@ -56,7 +56,7 @@ pub enum Turn {
     /// Known: from a health frame, or from the contacts since; on a serial line always.
     #[default]
     Known,
-    /// Assumed by the time of reception: no health frame has told the clock since the start or a loss.
+    /// Assumed by the time of reception: no health frame was received since the start or a loss.
     NotYet,
 }
 

@@ -22,7 +22,7 @@ pub(crate) enum Model<const CAPACITY: usize> {
     HalfWidths(Density<Ring<CAPACITY>>, Learnt),
 }
 
-/// What is known of a sample.
+/// Knowledge of a sample.
 #[derive(Clone, Copy)]
 pub(crate) enum Known<'a> {
     /// Its motion, without gravity and bias.
@@ -139,7 +139,7 @@ impl<const CAPACITY: usize> Model<CAPACITY> {
         }
     }
 
-    /// What was learnt so far.
+    /// Values learnt so far.
     #[inline]
     pub(crate) fn learnt(&self) -> Learnt {
         match self {

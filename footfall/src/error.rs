@@ -149,7 +149,7 @@ pub enum Error {
     Variable {
         /// Name of the variable.
         name: &'static str,
-        /// What is wrong, with the value.
+        /// Reason, with the value.
         reason: String,
     },
     /// Options about recordings of an IMU are given for feet that stream.

@@ -140,7 +140,7 @@ pub struct AllFeet {
     feet: [Option<Stance>; 4],
     /// Listening time of the newest message, or of the first contact, µs.
     made_us: Option<u64>,
-    /// Names of feet that are none of [`FEET`].
+    /// Names of feet outside [`FEET`].
     others: BTreeSet<String>,
 }
 
@@ -166,7 +166,7 @@ impl AllFeet {
         }
     }
 
-    /// Names of feet that are none of [`FEET`], whose contacts are in no message.
+    /// Names of feet outside [`FEET`], whose contacts are in no message.
     #[must_use]
     pub const fn others(&self) -> &BTreeSet<String> {
         &self.others

@@ -29,7 +29,7 @@ pub struct McapFile<W: Write + Seek> {
 
 struct Channel {
     id: u16,
-    /// What it was declared with.
+    /// Its declaration.
     message: String,
     schema: Option<(String, Vec<u8>)>,
     encoding: String,

@@ -194,7 +194,7 @@ fn request_floods_delay_an_estimate_by_three_frames_at_most() {
     board.run_for(300 * MILLISECOND).expect("it runs");
     let sent = board.take_can();
     let answers = sent.iter().filter(|sent| sent.frame.id == 0x591).count();
-    assert!(answers > 500, "{answers} answers are no flood");
+    assert!(answers > 500, "{answers} answers are too few for a flood");
     let times: Vec<u64> = sent
         .iter()
         .filter(|sent| sent.frame.id == ESTIMATE)

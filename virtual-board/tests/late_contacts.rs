@@ -53,7 +53,7 @@ fn last_stable_us(elf: &[u8], phase_us: u64) -> (f64, usize) {
     let sent = messages(&board.take_uart());
     let is_answer = |message: &Message| matches!(message, Message::ConfigResponse(_));
     let answers = sent.iter().filter(|(_, sent)| is_answer(sent)).count();
-    assert!(answers > 20, "{answers} answers are no flood");
+    assert!(answers > 20, "{answers} answers are too few for a flood");
     let stable = sent.iter().rfind(|(_, message)| says_stable(message));
     let (time, _) = stable.expect("it was stable before");
     let contacts = sent

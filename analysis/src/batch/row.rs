@@ -70,7 +70,7 @@ macro_rules! columns {
     };
 }
 
-/// What one foot of a recording comes to.
+/// Result of one foot of a recording.
 #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Serialize)]
 pub struct Row {
     /// The robot; in the table it is a partition.
@@ -82,10 +82,10 @@ pub struct Row {
     /// The day in UTC, `YYYY-MM-DD`, or `unknown`; in the table it is a partition.
     #[serde(default)]
     pub day: String,
-    /// What it was made of.
+    /// Inputs of the result.
     #[serde(flatten)]
     pub origin: Origin,
-    /// What was found; absent where nothing could be, and in the table null.
+    /// Findings; absent, and in the table null, where the recording could not be read.
     #[serde(flatten)]
     pub found: Option<Found>,
 }
@@ -112,7 +112,7 @@ impl Row {
 }
 
 columns! {
-    /// What a row was made of.
+    /// Inputs of a row.
     #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Serialize)]
     pub struct Origin {
         /// The name of the recording: its path as it was named.
@@ -135,7 +135,7 @@ columns! {
 }
 
 columns! {
-    /// What was found in a foot's recording.
+    /// Findings of a foot's recording.
     #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Serialize)]
     pub struct Found {
         /// How the recording is laid out, as `--format` has it.
@@ -148,7 +148,7 @@ columns! {
         correction: String,
         /// Whether the accelerations contain gravity: included or removed.
         gravity: String,
-        /// What the recording's clock says at the first sample, s; 0 where it has none.
+        /// Time of the first sample on the recording's clock, s; 0 where it has none.
         start_s: f64,
         /// Number of samples.
         samples: u64,

@@ -174,7 +174,7 @@ impl Settings {
     }
 }
 
-/// What the hash is of. Fields become JSON in their order here, whatever machine it is.
+/// Hashed content. Fields become JSON in their order here, whatever machine it is.
 #[derive(Serialize)]
 struct Hashed {
     preset: &'static str,

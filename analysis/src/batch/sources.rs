@@ -39,7 +39,7 @@ pub struct Recording {
     pub bytes: u64,
 }
 
-/// What is not taken for a recording.
+/// Files and folders that are passed over.
 #[derive(Clone, Debug, Eq, JsonSchema, PartialEq, Serialize)]
 pub struct PassedOver {
     /// Where it is.
@@ -146,7 +146,7 @@ impl Finder<'_> {
                 match self.is_recording(&entry) {
                     Ok(true) => {}
                     Ok(false) => {
-                        self.pass_over(path, "it is no recording".to_owned());
+                        self.pass_over(path, "it is not a recording".to_owned());
                         continue;
                     }
                     Err(error) => {

@@ -240,10 +240,10 @@ fn rounded_down(seconds: f32) -> f32 {
     libm::floorf(10.0 * seconds) / 10.0
 }
 
-/// What was learnt of a foot. `Display` is the report for the terminal.
+/// Learnt values of a foot. `Display` is the report for the terminal.
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct LearntFoot {
-    /// What was learnt from, in order.
+    /// Recordings in the order of learning.
     pub recordings: Vec<LearntFrom>,
     /// Acceleration, angular rate, leaky mean of the acceleration.
     pub quantities: [QuantityReport; 3],
@@ -255,7 +255,7 @@ pub struct LearntFoot {
     pub settled: bool,
     /// The values of the foot's object 0x2018, in the order of its sub-indices from 1.
     pub object: [f32; Learnt::NUMBERS],
-    /// What all of it follows from.
+    /// Samples and steps that the values follow from.
     #[serde(skip)]
     pub learnt: Learnt,
     /// The amplitudes of all samples.

@@ -112,7 +112,7 @@ pub struct SensorCalibration {
     pub rests: Vec<Rest>,
     /// Accelerometer bias, m/s².
     pub accelerometer_bias: [f64; 3],
-    /// By what a reading without its bias is to be multiplied.
+    /// Factor of a reading without its bias.
     pub accelerometer_scale: [f64; 3],
     /// Gyroscope bias, rad/s.
     pub gyroscope_bias: [f64; 3],

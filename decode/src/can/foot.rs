@@ -48,7 +48,7 @@ pub(super) struct LoggedFoot {
 struct Gap {
     /// Row of the first.
     row: usize,
-    /// Whether a health frame has told the clock before.
+    /// Whether a health frame was received before.
     clock: Before,
     /// Time assumed from the contact before to the first, µs.
     elapsed_us: i64,
@@ -63,7 +63,7 @@ struct Gap {
 enum Before {
     /// No health frame was received.
     Unknown,
-    /// A health frame has told the turn.
+    /// The turn was known from a health frame.
     Known,
 }
 

@@ -91,7 +91,7 @@ pub struct BatchReport {
     pub to_do: usize,
     /// Each of them, in the order of their names.
     pub recordings: Vec<RecordingReport>,
-    /// Files that are no recordings, and folders that cannot be read.
+    /// Files other than recordings, and folders that cannot be read.
     pub passed_over: Vec<PassedOver>,
     /// Results of recordings that were not found; with --prune they have been removed.
     pub stale: Vec<Stale>,

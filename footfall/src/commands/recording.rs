@@ -139,12 +139,12 @@ pub struct BagArguments {
                 left out where there is only one"
     )]
     pub topic: Vec<String>,
-    /// Topics that are no feet.
+    /// Topics that are left out.
     #[arg(
         long,
         value_name = "TOPIC",
         help_heading = INPUT,
-        help = "A topic that is no foot, such as /trunk/imu with --topic all; * stands for any text"
+        help = "A topic to leave out, such as /trunk/imu with --topic all; * stands for any text"
     )]
     pub not_topic: Vec<String>,
     /// The frames of the feet.

@@ -46,7 +46,7 @@ pub struct FootLine<'a> {
     missing: u64,
     /// Frames that the foot says it could not send.
     dropped: u64,
-    /// The load that the foot was told, N.
+    /// Last load sent to the foot, N.
     load_n: Option<f32>,
     /// Roll, degrees.
     roll_deg: Option<f32>,

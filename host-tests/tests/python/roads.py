@@ -287,7 +287,7 @@ def states(folder, walk):
 
 def others(folder, walk):
     few = walk.head(20)
-    # What a server answers in the place of a file is saved under the name of the file.
+    # A server's answer in the place of a file is saved under the name of the file.
     page = few.to_html(table_id="walk")
     (folder / "html.parquet").write_text(f"<!DOCTYPE html>\n<html><body>{page}</body></html>")
     numpy.save(folder / "numpy.npy", few.to_numpy())

@@ -162,7 +162,7 @@ def read(
     topic : str or several, optional
         Of a bag of ROS 2: the topic of each foot, or ``"all"``. May be left out where there is one.
     not_topic : str or several, optional
-        Of a bag: topics that are no feet, such as ``"/trunk/*"`` with ``topic="all"``; ``*`` stands for any text.
+        Of a bag: topics to leave out, such as ``"/trunk/*"`` with ``topic="all"``; ``*`` stands for any text.
     frame : str or several, optional
         Of a bag: the frame of each foot, where one topic has messages of several.
     load_topic : str or several, optional

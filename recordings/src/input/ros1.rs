@@ -37,7 +37,7 @@ pub(super) fn converted(path: &Path) -> Result<Converted, InputError> {
     };
     let folder = tempfile::tempdir().map_err(unusable)?;
     let converted = Converted { folder };
-    // An absolute path is no option, whatever its name begins with.
+    // An absolute path cannot be taken for an option.
     let source = path.canonicalize().map_err(unusable)?;
     let ran = Command::new(PROGRAM)
         .arg("--src")

@@ -11,7 +11,7 @@ const ALL: &str = "all";
 pub struct BagOptions {
     /// Topics of the feet.
     pub topics: Topics,
-    /// Topics that are no feet; `*` stands for any text.
+    /// Topics that are left out; `*` stands for any text.
     pub excluded: Vec<String>,
     /// Frames (`header.frame_id`) of the feet, where one topic has those of several; empty for all.
     pub frames: Vec<String>,
