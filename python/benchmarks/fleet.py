@@ -59,7 +59,7 @@ def record(path: Path, seconds: float, seed: int) -> None:
 
 def task(path: Path, out: Path) -> Task:
     """What a worker is given."""
-    options = read_options(None, None, None, None, None, None, None, None, None, None)
+    options = read_options()
     return Task(
         url=str(path),
         identity=fleet.Source(str(path)).identity(None),

@@ -24,7 +24,7 @@ IDENTITY: IdentityDict = {
 
 SETTINGS = settings("default", None, None, None)
 
-OPTIONS = read_options(None, None, None, None, None, None, None, None, None, None)
+OPTIONS = read_options()
 
 
 def write_walk(path: Path) -> footfall.Recording:

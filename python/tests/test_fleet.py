@@ -207,7 +207,7 @@ def test_a_killed_worker_costs_time_and_a_node_that_comes_takes_work(
         task = Task(
             str(folder / "robot0" / f"foot{k}.parquet"),
             fleet.Source(str(folder / "robot0" / f"foot{k}.parquet"), robot="robot0").identity(None),
-            read_options(*10 * [None]),
+            read_options(),
             settings("default", None, None, None),
             {"window": None, "strict": False, "only_foot": None},
             str(tmp_path / "alone"),
@@ -333,7 +333,7 @@ def test_a_task_needs_less_memory_than_ray_is_told(tmp_path: Path) -> None:
     code = (
         "import re, sys; import footfall.fleet._work as w, footfall.fleet as f;"
         "from footfall._settings import read_options, settings;"
-        "w.work(w.Task(sys.argv[1], f.Source(sys.argv[1]).identity(None), read_options(*10 * [None]),"
+        "w.work(w.Task(sys.argv[1], f.Source(sys.argv[1]).identity(None), read_options(),"
         " settings('default', None, None, None), {'window': None, 'strict': False, 'only_foot': None},"
         " sys.argv[2], {}, (), 'memory'));"
         "print(re.search(r'VmHWM:\\s*(\\d+)', open('/proc/self/status').read()).group(1))"

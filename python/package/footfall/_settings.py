@@ -110,19 +110,19 @@ def settings(
 
 
 def read_options(
-    format: str | None,
-    rate: float | None,
-    gravity: str | None,
-    topic: str | Sequence[str] | None,
-    frame: str | Sequence[str] | None,
-    load_topic: str | Sequence[str] | None,
-    map: str | Mapping[str, str] | None,
-    units: str | None,
-    time_unit: str | None,
-    times: str | None,
-    not_topic: str | Sequence[str] | None,
-    scale: tuple[float, float] | None,
-    decimal: str | None,
+    format: str | None = None,
+    rate: float | None = None,
+    gravity: str | None = None,
+    topic: str | Sequence[str] | None = None,
+    frame: str | Sequence[str] | None = None,
+    load_topic: str | Sequence[str] | None = None,
+    map: str | Mapping[str, str] | None = None,
+    units: str | None = None,
+    time_unit: str | None = None,
+    times: str | None = None,
+    not_topic: str | Sequence[str] | None = None,
+    scale: tuple[float, float] | None = None,
+    decimal: str | None = None,
 ) -> ReadDict:
     """Collects the options of reading a file; the Rust part checks them."""
     if isinstance(map, Mapping):
