@@ -29,7 +29,7 @@ pub struct ContactEstimate {
     pub flags: Flags,
     /// Orientation, foot → world; heading is arbitrary. The identity with [`Gravity::Removed`].
     pub orientation: Quaternion,
-    /// Acceleration with gravity removed, and with [`Method::SelfCalibrating`] the residual observed in
+    /// Acceleration with gravity removed, and with [`Method::SelfCalibrating`](crate::Method::SelfCalibrating) the residual observed in
     /// quiet stances as well; frame of the foot, m/s². Zero if it is unknown.
     pub linear_acceleration: LinearAcceleration,
     /// Angular rate with bias removed, frame of the foot, rad/s. Zero if it is unknown.
