@@ -39,6 +39,7 @@ pub(super) struct Container {
     /// Files in the order of their times.
     pub(super) parts: Vec<Part>,
     /// Sentence on how the bag was made readable.
+    #[cfg(feature = "bags")]
     pub(super) notice: Option<String>,
     /// Folder of the files, if it is temporary.
     #[cfg(feature = "bags")]
@@ -108,6 +109,7 @@ impl Source {
                     file,
                     name: recording_name(path),
                     parts,
+                    #[cfg(feature = "bags")]
                     notice: None,
                     #[cfg(feature = "bags")]
                     _converted: None,
