@@ -77,9 +77,7 @@ pub fn answer(node: &mut Node, request: &UartRequest) -> UartReply {
         }
         UartRequest::Set(set) => {
             let (answer, event) = match node.write(set.address, set.value.as_bytes()) {
-                Ok(event @ Some(Event::Store | Event::Restore | Event::ProtectSupply)) => {
-                    (None, event)
-                }
+                Ok(event) if event.is_some_and(Event::is_answered_later) => (None, event),
                 Ok(event) => (Some(Answer::Done), event),
                 Err(code) => (Some(Answer::Refused(code)), None),
             };

@@ -25,15 +25,15 @@ use estimator_core::{
     AccelerometerCorrection, Config, ContactEstimate, ContactEstimator, Flag, Flags, ImuSample,
     Learnt, Mounting, ParamsError, Validity,
 };
-use wire::node::{BootCause, Crash};
+use wire::node::{BootCause, Crash, Program};
 use wire::settings::WINDOW_CAPACITY;
 use wire::{Counter, Counters, Fault, Node, NodeId, Settings, Stage};
 
 use crate::ports::Ports;
 use crate::sampling::{Activity, Measurement, Tick};
-use crate::storage::Origin;
 use crate::supervision::Worker;
 use crate::telemetry::Lane;
+use storage::Origin;
 
 use faults::FaultState;
 use load::LoadInput;
@@ -66,6 +66,8 @@ pub struct Start {
     pub unused_crystal_khz: Option<u32>,
     /// Level of the chip's brown-out reset: 0 off, 1 to 3.
     pub brown_out_level: u8,
+    /// Program that runs.
+    pub program: Program,
 }
 
 /// Node, estimator and the state between them.
@@ -221,6 +223,7 @@ impl Foot {
         }
         self.check_origin(start.origin, ports);
         self.node.set_brown_out_level(start.brown_out_level);
+        self.node.set_program(start.program);
         if start.brown_out_level == 0 {
             let text = "brown-out reset is off: see 0x2114";
             self.log(Level::Warning, text, ports);

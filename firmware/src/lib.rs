@@ -14,9 +14,10 @@
 //! | what | module |
 //! |---|---|
 //! | bytes of the UART become requests, requests become answers | [`commands`] |
-//! | settings in flash | [`storage`] |
+//! | settings in flash | the crate [`storage`] |
 //! | faults that come and go, liveness for the watchdog, the record of a crash | [`supervision`] |
 //! | the estimator's bits on the target | [`self_check`] |
+//! | lines of the program that measures a new board | [`bring_up`] |
 //!
 //! Two levels; the lower cannot delay the upper:
 //!
@@ -53,13 +54,13 @@
     )
 )]
 
+pub mod bring_up;
 pub mod commands;
 pub mod foot;
 pub mod imu;
 pub mod ports;
 pub mod sampling;
 pub mod self_check;
-pub mod storage;
 pub mod supervision;
 pub mod telemetry;
 

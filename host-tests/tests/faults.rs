@@ -1,7 +1,10 @@
-//! The document of faults, flags and rejections matches the table of `footfall explain`.
+//! The document of faults, flags and rejections matches the table of `footfall explain`, and that of acceptance its
+//! limits.
 
 use decode::remedy::Trouble;
 use host_tests::committed::assert_block;
+use live::foot::accept::Limit;
+use live::foot::accept::figure::LIMITS;
 
 fn table(kind: &str) -> String {
     let all = Trouble::all().filter(|trouble| trouble.kind() == kind);
@@ -43,4 +46,30 @@ fn the_document_lists_every_fault_flag_and_rejection() {
     ] {
         assert_block("docs/faults.md", block, &table(kind));
     }
+}
+
+#[test]
+fn the_document_lists_every_limit_of_an_acceptance() {
+    let predictions = include_str!("../../host/footfall/src/commands/accept/virtual-board.csv");
+    let mut predicted = predictions.lines().skip(1);
+    let mut block = String::from(
+        "| step | quantity | unit | limits | virtual board | limits from | what to do |\n|---|---|---|---|---|---|---|\n",
+    );
+    for limit in LIMITS {
+        let row = predicted.next().unwrap_or_default();
+        let (_, value) = row.rsplit_once(',').unwrap_or_default();
+        let Limit {
+            step,
+            name,
+            unit,
+            source,
+            remedy,
+            ..
+        } = limit;
+        let (step, range) = (step.name(), limit.range());
+        block.push_str(&format!(
+            "| {step} | {name} | {unit} | {range} | {value} | {source} | {remedy} |\n"
+        ));
+    }
+    assert_block("docs/acceptance.md", "acceptance", &block);
 }

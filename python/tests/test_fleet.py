@@ -13,6 +13,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -202,9 +203,9 @@ def test_a_killed_worker_costs_time_and_a_node_that_comes_takes_work(
     write_parquet(walk, folder / "robot0" / "foot0.parquet")
     for k in range(1, COUNT):
         shutil.copy(folder / "robot0" / "foot0.parquet", folder / "robot0" / f"foot{k}.parquet")
-    for k in range(COUNT):
-        # The same in this process, without Ray.
-        task = Task(
+    # The same in this process, without Ray.
+    tasks = [
+        Task(
             str(folder / "robot0" / f"foot{k}.parquet"),
             fleet.Source(str(folder / "robot0" / f"foot{k}.parquet"), robot="robot0").identity(None),
             read_options(),
@@ -215,7 +216,10 @@ def test_a_killed_worker_costs_time_and_a_node_that_comes_takes_work(
             (),
             "alone",
         )
-        work(task)
+        for k in range(COUNT)
+    ]
+    with ThreadPoolExecutor() as pool:
+        list(pool.map(work, tasks))
     alone = files(tmp_path / "alone")
     killed: list[int] = []
     added: list[Any] = []

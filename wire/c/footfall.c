@@ -286,6 +286,10 @@ const char *footfall_abort_name(enum footfall_abort abort)
         return "toggle bit not alternated";
     case FOOTFALL_ABORT_COMMAND:
         return "command specifier not valid";
+    case FOOTFALL_ABORT_SEQUENCE_NUMBER:
+        return "sequence number not valid";
+    case FOOTFALL_ABORT_CRC:
+        return "CRC error";
     case FOOTFALL_ABORT_WRITE_ONLY:
         return "write-only object";
     case FOOTFALL_ABORT_READ_ONLY:
@@ -325,6 +329,8 @@ static bool is_abort(uint32_t code)
     switch (code) {
     case 0x05030000u:
     case 0x05040001u:
+    case 0x05040003u:
+    case 0x05040004u:
     case 0x06010001u:
     case 0x06010002u:
     case 0x06020000u:

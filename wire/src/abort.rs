@@ -7,6 +7,10 @@ pub enum AbortCode {
     ToggleBit,
     /// The command specifier is unknown, or invalid in this state of the transfer.
     Command,
+    /// The number of a segment of a block download is 0, or above the size of the sub-block.
+    SequenceNumber,
+    /// The bytes of a block download do not have their CRC.
+    Crc,
     /// The object can only be written.
     WriteOnly,
     /// The object can only be read.
@@ -41,9 +45,11 @@ pub enum AbortCode {
 
 impl AbortCode {
     /// All codes.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 19] = [
         Self::ToggleBit,
         Self::Command,
+        Self::SequenceNumber,
+        Self::Crc,
         Self::WriteOnly,
         Self::ReadOnly,
         Self::NoObject,
@@ -67,6 +73,8 @@ impl AbortCode {
         match self {
             Self::ToggleBit => 0x0503_0000,
             Self::Command => 0x0504_0001,
+            Self::SequenceNumber => 0x0504_0003,
+            Self::Crc => 0x0504_0004,
             Self::WriteOnly => 0x0601_0001,
             Self::ReadOnly => 0x0601_0002,
             Self::NoObject => 0x0602_0000,
@@ -97,6 +105,8 @@ impl AbortCode {
         match self {
             Self::ToggleBit => "toggle bit not alternated",
             Self::Command => "command specifier not valid",
+            Self::SequenceNumber => "sequence number not valid",
+            Self::Crc => "CRC error",
             Self::WriteOnly => "write-only object",
             Self::ReadOnly => "read-only object",
             Self::NoObject => "no such object",

@@ -39,6 +39,14 @@ pub mod index {
     pub const RPDO_MAPPING: u16 = 0x1600;
     pub const TPDO: u16 = 0x1800;
     pub const TPDO_MAPPING: u16 = 0x1A00;
+    /// Program data: in the bootloader.
+    pub const PROGRAM_DATA: u16 = 0x1F50;
+    /// Program control.
+    pub const PROGRAM_CONTROL: u16 = 0x1F51;
+    /// Program software identification.
+    pub const PROGRAM_ID: u16 = 0x1F56;
+    /// Flash status identification.
+    pub const FLASH_STATUS: u16 = 0x1F57;
 
     pub const FOOT: u16 = 0x2000;
     pub const NODE_ID: u16 = 0x2001;

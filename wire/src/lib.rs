@@ -7,10 +7,12 @@
 //! | the values of those that are kept over power-off | [`settings`] |
 //! | CAN: the process data of a foot, one file a frame | [`pdo`] |
 //! | CAN: read and write objects | [`sdo`] |
+//! | CAN: write objects of any length | [`domain`] |
 //! | what sequence numbers say is missing | [`sequence`] |
 //! | CAN: a CANopen device out of all these | [`node`] |
 //! | faults and their emergency codes | [`fault`] |
 //! | UART: frames, and a decoder that finds its way back after any garbage | [`uart`] |
+//! | UART: CAN frames as text, which the bootloader speaks | [`slcan`] |
 //!
 //! # Glossary
 //!
@@ -53,6 +55,7 @@ mod address;
 mod bytes;
 pub mod counter;
 pub mod dictionary;
+pub mod domain;
 pub mod fault;
 pub mod foot;
 pub mod frame;
@@ -61,6 +64,7 @@ pub mod pdo;
 pub mod sdo;
 pub mod sequence;
 pub mod settings;
+pub mod slcan;
 pub mod stage;
 pub mod uart;
 pub mod value;

@@ -191,13 +191,7 @@ impl SdoServer {
                 size
             };
             let bytes = data.get(..length).unwrap_or(&data);
-            return self.write(
-                address,
-                bytes,
-                size,
-                response(0x60, address, [0; 4]),
-                objects,
-            );
+            return self.write(address, bytes, size, written(address), objects);
         }
         let declared = sized.then(|| u32::from_le_bytes(data) as usize);
         if let Some(code) = declared.and_then(|length| wrong_length(length, size)) {
@@ -210,7 +204,7 @@ impl SdoServer {
             declared,
             toggle: false,
         });
-        Some(response(0x60, address, [0; 4]))
+        Some(written(address))
     }
 
     fn download_segment(
@@ -298,12 +292,18 @@ pub(crate) fn wrong_length(length: usize, size: usize) -> Option<AbortCode> {
     }
 }
 
-fn response(command: u8, address: Address, [a, b, c, d]: [u8; 4]) -> [u8; 8] {
+/// The answer to a write that was done.
+#[must_use]
+pub fn written(address: Address) -> [u8; 8] {
+    response(0x60, address, [0; 4])
+}
+
+pub(crate) fn response(command: u8, address: Address, [a, b, c, d]: [u8; 4]) -> [u8; 8] {
     let [low, high] = address.index.to_le_bytes();
     [command, low, high, address.subindex, a, b, c, d]
 }
 
-fn abort(address: Address, code: AbortCode) -> [u8; 8] {
+pub(crate) fn abort(address: Address, code: AbortCode) -> [u8; 8] {
     response(0x80, address, code.code().to_le_bytes())
 }
 

@@ -32,9 +32,9 @@ fn latency(part: &str) -> [f64; 2] {
     [&cells[1], &cells[2]].map(|cell| cell.parse().expect("a number"))
 }
 
-/// Budget of a row of `virtual-board/README.md`, ms.
+/// Budget of a row of `host/virtual-board/README.md`, ms.
 fn budget(block: &str, name: &str) -> f64 {
-    let cells = row(&read("../virtual-board/README.md"), block, name);
+    let cells = row(&read("../host/virtual-board/README.md"), block, name);
     cells[2].parse::<f64>().expect("µs") / 1.0e3
 }
 

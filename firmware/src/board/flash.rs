@@ -23,9 +23,9 @@ use embassy_time::{Duration, Instant};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
-use firmware::storage::StoreFailed;
+use storage::StoreFailed;
 
-use super::{supply, watchdog};
+use super::{supply, uart, watchdog};
 
 /// Size of a sector, bytes.
 pub const PAGE: u32 = 16 * 1024;
@@ -55,6 +55,9 @@ const ERRORS: u32 = 0xF2;
 /// Level 3 in `BOR_LEV` of `FLASH_OPTCR`, which counts downwards; 3 there is off.
 const LEVEL_3: u8 = 0;
 
+/// Time after a tick in which the next sample is not being read yet.
+const REST_OF_TICK: Duration = Duration::from_micros(500);
+
 /// Longest wait for the end of a tick: there are none while the timer or the sampling is stuck.
 const LONGEST_WAIT: Duration = Duration::from_millis(3);
 
@@ -68,12 +71,22 @@ pub fn note_tick() {
     TICKS_DONE.store(done.wrapping_add(1), Ordering::Relaxed);
 }
 
-/// Waits for the end of a tick, after which an erase stops no sample that is being read: its estimate would be sent
-/// as if it were new when the erase is over.
+/// Waits for the end of a tick whose frames have gone to the serial line: an erase then stops no sample that is being
+/// read and no frame that waits. Either would be sent as if it were new when the erase is over.
 fn after_a_tick() {
-    let before = TICKS_DONE.load(Ordering::Relaxed);
     let until = Instant::now() + LONGEST_WAIT;
-    while TICKS_DONE.load(Ordering::Relaxed) == before && Instant::now() < until {}
+    let mut done = TICKS_DONE.load(Ordering::Relaxed);
+    let mut ended = None;
+    while Instant::now() < until {
+        let now = Instant::now();
+        let ticks = TICKS_DONE.load(Ordering::Relaxed);
+        if ticks != done {
+            (done, ended) = (ticks, Some(now));
+        }
+        if ended.is_some_and(|ended| now < ended + REST_OF_TICK) && uart::is_idle() {
+            return;
+        }
+    }
 }
 
 /// Flash of the configuration, addressed from 0 to [`SIZE`].
@@ -175,22 +188,10 @@ impl NorFlash for ConfigFlash {
         if !start.is_multiple_of(4) || !rest.is_empty() {
             return Err(REFUSED);
         }
-        unlock();
-        FLASH.cr().write(|w| {
-            w.set_psize(Psize::PSIZE32);
-            w.set_pg(true);
-        });
+        unlock_to_program();
         let mut written = Ok(());
         for (at, word) in (start as usize..).step_by(4).zip(words) {
-            written = supply_suffices();
-            if written.is_err() {
-                break;
-            }
-            let at = core::ptr::with_exposed_provenance_mut::<u32>(at);
-            // SAFETY: inside the pages of the configuration, which hold no program or variable; on a
-            // word's boundary, and set to be programmed by words.
-            unsafe { at.write_volatile(u32::from_le_bytes(*word)) };
-            written = finish();
+            written = write_word(at, u32::from_le_bytes(*word));
             if written.is_err() {
                 break;
             }
@@ -223,6 +224,32 @@ impl NorFlash for ConfigFlash {
         }
         Ok(())
     }
+}
+
+/// Programs a word of the [journal](super::update), at the thread level, where nothing else uses the flash.
+pub(super) fn program_word(at: usize, word: u32) -> Result<(), Error> {
+    unlock_to_program();
+    let written = write_word(at, word);
+    lock();
+    written
+}
+
+fn unlock_to_program() {
+    unlock();
+    FLASH.cr().write(|w| {
+        w.set_psize(Psize::PSIZE32);
+        w.set_pg(true);
+    });
+}
+
+/// Writes a word to flash that is unlocked and set to be programmed by words.
+fn write_word(at: usize, word: u32) -> Result<(), Error> {
+    supply_suffices()?;
+    let at = core::ptr::with_exposed_provenance_mut::<u32>(at);
+    // SAFETY: inside the pages of the configuration or the journal, which hold no program or variable; on a word's
+    // boundary.
+    unsafe { at.write_volatile(word) };
+    finish()
 }
 
 /// Address of the range, if it is inside the configuration's pages.

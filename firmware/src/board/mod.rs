@@ -20,10 +20,11 @@ compile_error!("choose one board by a feature: `reference` (default) or `feather
 
 #[cfg(feature = "feather")]
 #[path = "feather/mod.rs"]
-mod wiring;
+pub mod wiring;
 #[cfg(feature = "reference")]
 #[path = "reference/mod.rs"]
-mod wiring;
+pub mod wiring;
+pub use wiring::BOARD;
 
 pub mod can;
 pub mod clocks;
@@ -36,6 +37,7 @@ pub mod supply;
 mod table;
 pub mod timebase;
 pub mod uart;
+pub mod update;
 pub mod watchdog;
 
 use embassy_stm32::gpio::{Level, Output, Speed};

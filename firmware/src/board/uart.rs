@@ -42,6 +42,11 @@ const EVENTS: u32 = 0b11_1101 << 22;
 /// interrupts at the end and at an error.
 const TRANSMITTING: u32 = 4 << 25 | 1 << 10 | 0b01 << 6 | 1 << 4 | 1 << 2 | 1;
 
+/// Returns whether no transfer is in progress: at the thread level, that no frame waits for one.
+pub fn is_idle() -> bool {
+    !DMA2.st(TRANSMIT).cr().read().en()
+}
+
 /// Task that waits for the end of a transfer.
 static DONE: AtomicWaker = AtomicWaker::new();
 

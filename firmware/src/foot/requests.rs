@@ -8,8 +8,8 @@ use super::Foot;
 use super::renewal::Renewal;
 use crate::commands;
 use crate::ports::{Input, Ports, Reloaded, Request};
-use crate::storage::{Erase, Origin, StoreFailed};
 use crate::telemetry::Lane;
+use storage::{Erase, Origin, StoreFailed};
 
 /// Maximum number of requests handled per tick; more wait for the next.
 pub const INPUTS_PER_TICK: usize = 8;
@@ -153,6 +153,8 @@ impl Foot {
             }
             Event::Restore => self.store(requester, Request::Restore(self.erase()), ports),
             Event::ProtectSupply => self.store(requester, Request::ProtectSupply, ports),
+            Event::ConfirmProgram => self.store(requester, Request::ConfirmProgram, ports),
+            Event::StopProgram => self.requests.pending_request = Some(Request::StopProgram),
             Event::ResetNode => self.requests.pending_request = Some(Request::Reset),
             // A reset of the node includes a reset of the communication.
             Event::ResetCommunication if self.requests.pending_request == Some(Request::Reset) => {}

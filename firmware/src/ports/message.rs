@@ -5,7 +5,7 @@ use wire::foot::cob_id;
 use wire::uart::{ConfigGet, ConfigSet, NmtRequest};
 use wire::{CanFrame, Settings};
 
-use crate::storage::{Erase, Origin, StoreFailed};
+use storage::{Erase, Origin, StoreFailed};
 
 /// Bits of an identifier that hold the node id.
 const NODE_ID_BITS: u16 = 0x7F;
@@ -32,7 +32,7 @@ pub enum Input {
     Bus(BusState),
     /// The result of [`Request::Store`] or [`Request::Restore`].
     Stored(Result<(), StoreFailed>),
-    /// The result of [`Request::ProtectSupply`].
+    /// The result of [`Request::ProtectSupply`] or [`Request::ConfirmProgram`].
     Protected(Result<(), StoreFailed>),
 }
 
@@ -95,6 +95,10 @@ pub enum Request {
     Restore(Erase),
     /// Set the highest brown-out level, then [`put`](super::Ports::put) an [`Input::Protected`].
     ProtectSupply,
+    /// Keep the program that runs, if it is new, then [`put`](super::Ports::put) an [`Input::Protected`].
+    ConfirmProgram,
+    /// Restart into the bootloader once the answers to requests have been sent.
+    StopProgram,
     /// Load the stored settings, apply their CAN and UART rates, and pass them to
     /// [`reload`](super::Ports::reload).
     Reload,

@@ -17,15 +17,16 @@ mod thread;
 
 use core::sync::atomic::AtomicU8;
 
+use bootloader::image::{self, Header};
 use defmt_rtt as _;
 use embassy_executor::{Executor, InterruptExecutor};
 use embassy_stm32::interrupt::{self, InterruptExt};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use firmware::sampling::Sensor;
-use firmware::storage::{MOST_WATCHDOG_RESETS, Origin, Storage};
 use firmware::{Ports, Start};
 use static_cell::StaticCell;
+use storage::{MOST_WATCHDOG_RESETS, Origin, Storage};
 use wire::Settings;
 use wire::node::BootCause;
 
@@ -36,6 +37,11 @@ use crate::board::flash::ConfigFlash;
 use communication::{receive_can, receive_uart, send_can, send_uart};
 use start::{halt, log_boot, make_foot, once, reason_for_start};
 use thread::{blink, feed_watchdog, serve_requests};
+
+/// Header in front of the program, as a debug probe writes it. An image for an update gets one with hash and signature.
+#[used]
+#[unsafe(link_section = ".header")]
+static HEADER: [u8; image::USED] = Header::probed(board::BOARD);
 
 /// State shared between the interrupt levels.
 static PORTS: Ports = Ports::new();
@@ -78,7 +84,7 @@ fn main() -> ! {
     let start = Start {
         serial: board.serial,
         cause: match (board.reset, board.crash.is_some()) {
-            (Reset::Software, false) => BootCause::Commanded,
+            (Reset::Software, false) if !board::update::take_resume() => BootCause::Commanded,
             _ => BootCause::PowerUp,
         },
         crash: reason_for_start(board.crash, board.reset),
@@ -88,6 +94,7 @@ fn main() -> ! {
             Source::Internal(khz) => Some(khz),
         },
         brown_out_level: board::flash::brown_out_level(),
+        program: board::update::program(),
     };
     log_boot(&start);
     let Some(foot) = make_foot(settings, start) else {

@@ -2,9 +2,9 @@
 
 use embassy_executor::{SpawnError, SpawnToken};
 use embassy_stm32::gpio::Output;
-use firmware::storage::Origin;
 use firmware::{Foot, Start};
 use static_cell::StaticCell;
+use storage::Origin;
 use wire::node::Crash;
 use wire::{Fault, Settings};
 

@@ -13,6 +13,12 @@ use crate::board;
 /// Interval of feeding the watchdog.
 const FEEDING: Duration = Duration::from_millis(board::watchdog::FEEDING_MILLIS as u64);
 
+/// Time in which the answer to a stop leaves: some frames at 125 kbit/s.
+const ANSWERING: Duration = Duration::from_millis(20);
+
+/// Number of feedings of the watchdog, without a gap, after which a new program is confirmed: ten seconds.
+const CONFIRMED: u32 = 10_000 / board::watchdog::FEEDING_MILLIS;
+
 /// Serves requests of the foot that take longer than a tick.
 #[embassy_executor::task]
 pub(super) async fn serve_requests(mut storage: Store, mut can: Option<board::can::Control>) {
@@ -29,6 +35,14 @@ pub(super) async fn serve_requests(mut storage: Store, mut can: Option<board::ca
             Request::ProtectSupply => {
                 let protected = storage.flash().protect_supply();
                 PORTS.put(Input::Protected(protected)).await;
+            }
+            Request::ConfirmProgram => {
+                PORTS.put(Input::Protected(board::update::confirm())).await;
+            }
+            Request::StopProgram => {
+                Timer::after(ANSWERING).await;
+                board::update::ask_for_bootloader();
+                cortex_m::peripheral::SCB::sys_reset();
             }
             Request::Reload => {
                 let (settings, origin) = storage.load();
@@ -47,12 +61,17 @@ pub(super) async fn serve_requests(mut storage: Store, mut can: Option<board::ca
 #[embassy_executor::task]
 pub(super) async fn feed_watchdog() {
     let mut stack = board::stack::Depth::default();
+    let mut feedings = 0;
     loop {
         PORTS.call();
         Timer::after(FEEDING).await;
         if PORTS.liveness.all_alive() {
             board::watchdog::feed();
             board::crash::forget_watchdog_resets();
+            feedings += 1;
+            if feedings == CONFIRMED && board::update::confirm().is_err() {
+                defmt::error!("the new program could not be confirmed");
+            }
         }
         if let Some(used) = stack.look() {
             defmt::info!("stack: {} of {} bytes", used, board::stack::size());

@@ -5,9 +5,9 @@ use std::cell::RefCell;
 
 use crate::bench::{Bench, MS, Run, at_once, run, standing};
 use crate::storage::{Flash, load, stored};
+use ::storage::Origin;
 use estimator_core::{ContactEstimate, Flag, Learning, Learnt, Method};
 use firmware::ports::{Input, Reloaded, Request};
-use firmware::storage::Origin;
 use gait::{Activity, GaitName, Ground, Plan, SensorParams, Track};
 use lsm6dsox::sim::SharedPart;
 use recordings::recording::{RecordedSample, Recording};

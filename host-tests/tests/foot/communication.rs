@@ -1,12 +1,12 @@
 //! CAN and UART: requests, settings, floods, and missing receivers.
 
 use crate::bench::{Bench, MS, Run, SECOND, at_once, run, standing};
+use ::storage::{Erase, Origin, StoreFailed};
 use estimator_core::{Decision, Phase, Timestamp};
 use firmware::Start;
 use firmware::imu::missing_sample;
 use firmware::ports::{BusState, Input, Reloaded, Request};
 use firmware::sampling::{Activity, Measurement, SensorFault, Tick};
-use firmware::storage::{Erase, Origin, StoreFailed};
 use firmware::supervision::{CrashReason, CrashRecord, Worker};
 use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
 use wire::node::{BootCause, Command, State};
@@ -481,6 +481,7 @@ fn old_faults_are_reported_at_start_and_the_crash_is_cleared() {
         origin: Origin::Corrupted,
         unused_crystal_khz: None,
         brown_out_level: 3,
+        program: wire::node::Program::default(),
     };
     let mut bench = Bench::with_start(Settings::default(), start);
     bench.still();

@@ -5,10 +5,10 @@ use std::fs;
 
 use crate::bench::{Bench, MS, ORDINARY, Run, part, run};
 use crate::storage::{Flash, load, stored};
+use ::storage::Origin;
 use analysis::config::Overrides;
 use estimator_core::{ContactEstimate, ImuSample, Mounting, Params, Timestamp, Validity, Vec3};
 use firmware::ports::Input;
-use firmware::storage::Origin;
 use lsm6dsox::sim::{PartOptions, SharedPart, Stimulus};
 use recordings::input::{Format, Hints, read};
 use recordings::replay::replay;

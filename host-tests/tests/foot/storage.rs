@@ -4,10 +4,10 @@ mod formats;
 
 use std::ops::Range;
 
+use ::storage::{Erase, Origin, Storage, StoreFailed};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
-use firmware::storage::{Erase, Origin, Storage, StoreFailed};
 use wire::dictionary::index;
 use wire::{Address, Settings, Value};
 

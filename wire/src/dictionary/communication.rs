@@ -269,4 +269,33 @@ pub(super) const OBJECTS: &[Object] = &[
     mapping_parameter!(Rate, "TPDO5"),
     mapping_parameter!(Bias, "TPDO6"),
     mapping_parameter!(Health, "TPDO7"),
+    Object {
+        index: index::PROGRAM_CONTROL,
+        name: Text::new("Program control"),
+        shape: Shape::Array,
+        doc: Text::new("of the program, or of its bootloader while that is stopped (CiA 302-3)"),
+        entries: &[
+            Entry::command(1, "Program control 1", Access::Rw, Value::U8(1)).doc(
+                "0: stop, the bootloader answers then; 1: start; 2: reset; 3: clear; 128: confirm",
+            ),
+        ],
+    },
+    Object {
+        index: index::PROGRAM_ID,
+        name: Text::new("Program software identification"),
+        shape: Shape::Array,
+        doc: Text::new("the first four bytes of the program's hash; 0: written by a debug probe"),
+        entries: &[Entry::live(
+            1,
+            "Program software identification 1",
+            Value::U32(0),
+        )],
+    },
+    Object {
+        index: index::FLASH_STATUS,
+        name: Text::new("Flash status identification"),
+        shape: Shape::Array,
+        doc: Text::new("0: the last update succeeded; bits 16 to 23: the reason why it did not"),
+        entries: &[Entry::live(1, "Flash status identification 1", Value::U32(0))],
+    },
 ];

@@ -194,7 +194,7 @@ pub const PRODUCT_CODE: u32 = u32::from_be_bytes(*b"foot");
 pub const VENDOR_ID: u32 = 0;
 /// The revision of this dictionary: major in the upper, minor in the lower 16 bits. The major
 /// number changes when an object changes its meaning.
-pub const REVISION: u32 = 0x0002_0000;
+pub const REVISION: u32 = 0x0002_0001;
 
 /// Number of past emergencies that 0x1003 keeps.
 pub const ERROR_HISTORY: usize = 8;

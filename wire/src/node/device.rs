@@ -4,7 +4,7 @@ use canopen_rs::NmtState;
 use canopen_rs::time::TimeOfDay;
 use estimator_core::{Learning, Learnt, Method, Timestamp, VelocitySigma};
 
-use super::event::{Calibration, CalibrationState, Crash, Event};
+use super::event::{Calibration, CalibrationState, Crash, Event, Program};
 use super::snapshot::Snapshot;
 use crate::abort::AbortCode;
 use crate::counter::{Counter, Counters};
@@ -35,6 +35,7 @@ pub(super) struct Device {
     pub(super) crash: Option<Crash>,
     /// Brown-out level at the start.
     pub(super) brown_out_level: u8,
+    pub(super) program: Program,
     /// Values learnt by the estimator.
     pub(super) learnt: Learnt,
     pub(super) load: Option<Load>,
@@ -72,6 +73,8 @@ impl Device {
             },
             index::VELOCITY_SIGMA => self.velocity_sigma().0.to_bits(),
             index::SUPPLY => u32::from(self.brown_out_level),
+            index::PROGRAM_ID => self.program.identification,
+            index::FLASH_STATUS => self.program.flash_status,
             index::TIME => match (self.time, address.subindex) {
                 (Some((time, _)), 1) => u32::from(time.days),
                 (Some((time, _)), 2) => time.milliseconds,
@@ -170,6 +173,7 @@ impl Device {
                 Ok(Written::Pending)
             }
             (index::STORE | index::RESTORE | index::SUPPLY, _) => Err(AbortCode::CannotStore),
+            (index::PROGRAM_CONTROL, Value::U8(command)) => self.control_program(command),
             (index::CALIBRATION, Value::U8(command)) => {
                 self.may_be_changed(address.index)?;
                 let command = match command {
@@ -189,6 +193,32 @@ impl Device {
             }
             _ => Err(AbortCode::ReadOnly),
         }
+    }
+}
+
+impl Device {
+    /// Executes a command of CiA 302-3 to the program that runs.
+    fn control_program(&mut self, command: u8) -> Result<Written, AbortCode> {
+        match command {
+            0 | 0x80 if self.storing => return Err(AbortCode::Hardware),
+            // The bootloader answers, so that a master that goes on at once finds it ready.
+            0 => {
+                self.may_be_changed(index::PROGRAM_CONTROL)?;
+                self.event = Some(Event::StopProgram);
+                return Ok(Written::Pending);
+            }
+            // It has started.
+            1 => {}
+            2 => self.event = Some(Event::ResetNode),
+            // Only the bootloader clears, where the program does not run.
+            3 => return Err(AbortCode::DeviceState),
+            0x80 => {
+                self.event = Some(Event::ConfirmProgram);
+                return Ok(Written::Pending);
+            }
+            _ => return Err(AbortCode::InvalidValue),
+        }
+        Ok(Written::Done)
     }
 }
 

@@ -32,6 +32,10 @@ pub enum Event {
     Restore,
     /// Set the highest brown-out level, then call [`Node::finish`](super::Node::finish).
     ProtectSupply,
+    /// Stop the program: restart into the bootloader, which receives another one.
+    StopProgram,
+    /// Keep the program that runs, if it is new, then call [`Node::finish`](super::Node::finish).
+    ConfirmProgram,
     /// The NMT state has changed.
     State(NmtState),
     /// Reset the whole board.
@@ -47,6 +51,18 @@ pub enum Event {
     Load(Load),
     /// A command to the calibration was executed: [`Node::settings`](super::Node::settings).
     Calibration(Calibration),
+}
+
+impl Event {
+    /// Returns whether the application answers the request when it is done, by
+    /// [`Node::finish`](super::Node::finish).
+    #[must_use]
+    pub const fn is_answered_later(self) -> bool {
+        matches!(
+            self,
+            Self::Store | Self::Restore | Self::ProtectSupply | Self::ConfirmProgram
+        )
+    }
 }
 
 /// A command to the calibration: sub-index 1 of object 0x2120.
@@ -115,4 +131,13 @@ pub struct Crash {
     pub fault: Fault,
     /// The program counter.
     pub program_counter: u32,
+}
+
+/// Program that runs, as the objects of CiA 302-3 describe it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Program {
+    /// Object 0x1F56: the first four bytes of its hash, 0 if it was written by a debug probe.
+    pub identification: u32,
+    /// Object 0x1F57: why the last update failed, 0 if it did not.
+    pub flash_status: u32,
 }

@@ -48,7 +48,7 @@ use crate::settings::{LoadSource, Settings, Trigger};
 use crate::stage::Stage;
 use crate::value::Value;
 
-pub use event::{BootCause, Calibration, CalibrationState, Crash, Event, Outcome};
+pub use event::{BootCause, Calibration, CalibrationState, Crash, Event, Outcome, Program};
 
 pub use canopen_rs::time::TimeOfDay as TimeStamp;
 pub use canopen_rs::{NmtCommand as Command, NmtState as State};
@@ -70,8 +70,7 @@ pub struct Node {
     lss: LssSlave,
     sdo: SdoServer,
     waiting: Waiting,
-    /// Node id assigned by LSS since power-up: `Some(None)` for none. It is kept when the settings
-    /// are loaded at a reset of the communication.
+    /// Node id assigned by LSS since power-up, kept over a reset of the communication: `Some(None)` for none.
     given: Option<Option<NodeId>>,
     ticks: u32,
     heartbeat_age: u16,
@@ -109,6 +108,7 @@ impl Node {
                 counters: Counters::default(),
                 crash: None,
                 brown_out_level: 0,
+                program: Program::default(),
                 learnt: Learnt::default(),
                 load: None,
                 load_age: 0,
@@ -212,6 +212,11 @@ impl Node {
         self.device.brown_out_level = level;
     }
 
+    /// Publishes the program that runs.
+    pub const fn set_program(&mut self, program: Program) {
+        self.device.program = program;
+    }
+
     /// Publishes the values learnt by the estimator. Required before a request is handled: objects are
     /// encoded when they are read.
     pub const fn set_learnt(&mut self, learnt: Learnt) {
@@ -298,8 +303,7 @@ impl Node {
         event
     }
 
-    /// Answers the [`Event::Store`], [`Event::Restore`] or [`Event::ProtectSupply`] that a master waits
-    /// for.
+    /// Answers the event that is [answered later](Event::is_answered_later) and that a master waits for.
     pub fn finish(&mut self, result: Result<(), AbortCode>) -> Option<CanFrame> {
         match core::mem::take(&mut self.waiting) {
             Waiting::None => None,
@@ -458,10 +462,7 @@ impl Node {
         self.device.storing = self.waiting != Waiting::None;
         let answer = self.sdo.handle(request, &mut self.device);
         let event = self.take_event();
-        if matches!(
-            event,
-            Some(Event::Store | Event::Restore | Event::ProtectSupply)
-        ) {
+        if event.is_some_and(Event::is_answered_later) {
             self.waiting = Waiting::Sdo;
         }
         Outcome {

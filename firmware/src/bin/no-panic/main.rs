@@ -208,7 +208,12 @@ fn node() {
                 used(outcome.reply);
                 if matches!(
                     outcome.event,
-                    Some(Event::Store | Event::Restore | Event::ProtectSupply)
+                    Some(
+                        Event::Store
+                            | Event::Restore
+                            | Event::ProtectSupply
+                            | Event::ConfirmProgram
+                    )
                 ) {
                     let result = any_bool().then_some(()).ok_or(wire::AbortCode::Hardware);
                     used(node.finish(result));

@@ -19,3 +19,6 @@ super::table::wiring! {
     load: PC4, ADC1 input 14,
     led: PC1,
 }
+
+/// Board in the header of the program.
+pub const BOARD: bootloader::image::Board = bootloader::image::Board::Feather;

@@ -14,3 +14,6 @@ super::table::wiring! {
     load: PC0, ADC1 input 10,
     led: PC6,
 }
+
+/// Board in the header of the program.
+pub const BOARD: bootloader::image::Board = bootloader::image::Board::Reference;

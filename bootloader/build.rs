@@ -1,0 +1,15 @@
+//! Names the public key and the linker's symbols.
+
+use std::path::Path;
+
+fn main() {
+    println!("cargo:rerun-if-env-changed=FOOTFALL_KEY");
+    let package = std::env::var("CARGO_MANIFEST_DIR").unwrap_or_default();
+    let development = Path::new(&package).join("keys/development.pub");
+    let key = std::env::var_os("FOOTFALL_KEY").map_or(development, Into::into);
+    println!("cargo:rerun-if-changed={}", key.display());
+    println!("cargo:rustc-env=FOOTFALL_PUBLIC_KEY={}", key.display());
+    println!("cargo:rerun-if-changed=../memory.x");
+    // Places the program at the start of the flash: see memory.x.
+    println!("cargo:rustc-link-arg-bin=bootloader=--defsym=_bootloader=1");
+}

@@ -1,0 +1,100 @@
+//! 80 MHz from the crystal, and ticks of 1 ms. Without the crystal the chip stays at 16 MHz, and the bus is not joined.
+
+use stm32_metapac::rcc::vals::{Hpre, Pllm, Plln, Pllp, Pllq, Pllsrc, Ppre, Sw};
+use stm32_metapac::{FLASH, RCC};
+
+use super::CRYSTAL_MHZ;
+
+/// Clock of the processor, Hz.
+const PROCESSOR_HZ: u32 = 80_000_000;
+
+/// Clock of the CAN controller, Hz: half of the processor's, the most that APB1 can be near.
+pub const CAN_HZ: u32 = PROCESSOR_HZ / 2;
+
+/// Clock of the internal oscillator, Hz.
+const INTERNAL_HZ: u32 = 16_000_000;
+
+/// Input of the PLL, MHz.
+const INPUT_MHZ: u32 = 2;
+
+/// Oscillator of the PLL, MHz.
+const PLL_MHZ: u32 = 160;
+
+/// Polls of the crystal: at least 20 ms of 16 MHz.
+const POLLS: u32 = 64_000;
+
+/// Millisecond ticks.
+pub struct Ticks(());
+
+/// Starts crystal and ticks.
+pub fn start() -> Ticks {
+    let hz = if start_crystal() {
+        PROCESSOR_HZ
+    } else {
+        INTERNAL_HZ
+    };
+    // SAFETY: nothing else uses the timer.
+    let timer = unsafe { &*cortex_m::peripheral::SYST::PTR };
+    // SAFETY: a reload of 24 bits; the processor's clock, an interrupt that is masked and ends a sleep.
+    unsafe {
+        timer.rvr.write(hz / 1000 - 1);
+        timer.cvr.write(0);
+        timer.csr.write(0b111);
+    }
+    Ticks(())
+}
+
+/// Returns whether the crystal runs, and the processor from it.
+fn start_crystal() -> bool {
+    RCC.cr().modify(|w| w.set_hseon(true));
+    if !(0..POLLS).any(|_| RCC.cr().read().hserdy()) {
+        return false;
+    }
+    RCC.pllcfgr().write(|w| {
+        w.set_pllsrc(Pllsrc::HSE);
+        w.set_pllm(Pllm::from_bits((CRYSTAL_MHZ / INPUT_MHZ) as u8));
+        w.set_plln(Plln::from_bits((PLL_MHZ / INPUT_MHZ) as u16));
+        w.set_pllp(Pllp::DIV2);
+        // Not used, but 0 is forbidden.
+        w.set_pllq(Pllq::DIV4);
+    });
+    RCC.cr().modify(|w| w.set_pllon(true));
+    if !(0..POLLS).any(|_| RCC.cr().read().pllrdy()) {
+        return false;
+    }
+    FLASH.acr().modify(|w| {
+        w.set_latency(stm32_metapac::flash::vals::Latency::WS2);
+        w.set_icen(true);
+        w.set_prften(true);
+    });
+    RCC.cfgr().modify(|w| {
+        w.set_hpre(Hpre::DIV1);
+        w.set_ppre1(Ppre::DIV2);
+        w.set_ppre2(Ppre::DIV1);
+        w.set_sw(Sw::PLL1_P);
+    });
+    (0..POLLS).any(|_| RCC.cfgr().read().sws() == Sw::PLL1_P)
+}
+
+/// Returns whether the crystal was started.
+pub fn is_crystal() -> bool {
+    RCC.cfgr().read().sws() == Sw::PLL1_P
+}
+
+/// Returns the clock of the serial line's controller, Hz: that of the processor.
+pub fn serial_hz() -> u32 {
+    if is_crystal() {
+        PROCESSOR_HZ
+    } else {
+        INTERNAL_HZ
+    }
+}
+
+impl Ticks {
+    /// Returns whether a tick has passed since the last call; of several, only one.
+    pub fn has_passed(&mut self) -> bool {
+        const COUNTED: u32 = 1 << 16;
+        // SAFETY: reading the register clears the flag, which nothing else uses.
+        unsafe { (*cortex_m::peripheral::SYST::PTR).csr.read() & COUNTED != 0 }
+    }
+}

@@ -1,0 +1,51 @@
+//! The STM32F405 as the bootloader uses it, by polling.
+
+pub mod can;
+pub mod clock;
+pub mod flash;
+pub mod note;
+pub mod serial;
+pub mod settings;
+pub mod sleep;
+pub mod watchdog;
+
+use bootloader::image::{Board, HEADER};
+use bootloader::layout::Slot;
+
+#[cfg(any(
+    all(feature = "feather", feature = "reference"),
+    not(any(feature = "feather", feature = "reference"))
+))]
+compile_error!("choose one board by a feature: `reference` or `feather`");
+
+/// The board.
+#[cfg(not(feature = "feather"))]
+pub const BOARD: Board = Board::Reference;
+/// The board.
+#[cfg(feature = "feather")]
+pub const BOARD: Board = Board::Feather;
+
+/// Crystal of the board, MHz.
+pub const CRYSTAL_MHZ: u32 = match BOARD {
+    Board::Reference => 8,
+    Board::Feather => 12,
+};
+
+/// Starts the program in [`Slot::Running`].
+pub fn start_program() -> ! {
+    let vectors = Slot::Running.start() + HEADER as u32;
+    // SAFETY: no interrupt is enabled, and nothing else uses the register.
+    unsafe { (*cortex_m::peripheral::SCB::PTR).vtor.write(vectors) };
+    // SAFETY: the slot holds a whole program, which begins with its vector table.
+    unsafe { cortex_m::asm::bootload(core::ptr::with_exposed_provenance(vectors as usize)) }
+}
+
+/// Serial number: the chip's unique number folded into 32 bits (FNV-1a), as the program computes it.
+pub fn serial() -> u32 {
+    const UNIQUE_NUMBER: usize = 0x1FFF_7A10;
+    (UNIQUE_NUMBER..UNIQUE_NUMBER + 12).fold(0x811C_9DC5, |hash: u32, at| {
+        // SAFETY: the number can be read at any time, byte by byte.
+        let byte = unsafe { core::ptr::with_exposed_provenance::<u8>(at).read_volatile() };
+        (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193)
+    })
+}

@@ -1,0 +1,25 @@
+//! Access to the note.
+
+use bootloader::note::{ADDRESS, RESUME, STAY};
+
+const NOTE: *mut [u32; 2] = core::ptr::with_exposed_provenance_mut(ADDRESS);
+
+/// Returns whether the program asked the bootloader not to start it, and forgets that.
+pub fn take_stay() -> bool {
+    // SAFETY: these bytes are outside of the memory given to the linker, aligned, and any bits are numbers.
+    let stays = unsafe { NOTE.read_volatile() } == STAY;
+    if stays {
+        write([0; 2]);
+    }
+    stays
+}
+
+/// Tells the program that no master has asked for its start.
+pub fn resume() {
+    write(RESUME);
+}
+
+fn write(note: [u32; 2]) {
+    // SAFETY: as in `take_stay`.
+    unsafe { NOTE.write_volatile(note) };
+}

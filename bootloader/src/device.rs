@@ -1,0 +1,259 @@
+//! The objects of a foot that runs its bootloader, and what they do: the program control of CiA 302-3.
+
+use canopen_rs::nmt::NmtState;
+use heapless::Vec;
+use wire::AbortCode;
+use wire::dictionary::{Address, PRODUCT_CODE, REVISION, VENDOR_ID, index};
+use wire::domain::Domains;
+use wire::sdo::{Objects, Written};
+use wire::value::Value;
+
+use crate::DEVICE_NAME;
+use crate::flash::Flash;
+use crate::image::{Board, HEADER, Header, Refusal, identification};
+use crate::journal::{Event, Progress, State};
+use crate::layout::Slot;
+use crate::update::Download;
+use crate::{program, verify};
+
+/// Period of the heartbeat, ms.
+pub const HEARTBEAT_MS: u16 = 500;
+
+/// Segments of a sub-block: all that the protocol allows.
+const BLOCK: u8 = 127;
+
+/// Bytes of a sub-block.
+const BUFFER: usize = BLOCK as usize * 7;
+
+/// What the bootloader does after the answer to a request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Action {
+    /// Restart, which installs a complete new program.
+    Restart,
+    /// Erase what a refused download has left, so that the next one can begin.
+    Clear,
+}
+
+/// Objects of the bootloader.
+pub struct Device<F> {
+    /// The flash.
+    pub flash: F,
+    board: Board,
+    serial: u32,
+    key: &'static [u8; 32],
+    download: Download,
+    buffer: Vec<u8, BUFFER>,
+    /// Reason why the last program was refused.
+    refusal: Option<Refusal>,
+    /// Whether the slot for a new program holds one that is complete.
+    is_complete: bool,
+    action: Option<Action>,
+}
+
+impl<F: Flash> Device<F> {
+    /// Creates the objects of a board with a serial number, for programs signed with `key`.
+    pub fn new(flash: F, board: Board, serial: u32, key: &'static [u8; 32]) -> Self {
+        let refusal = State::read(&flash).refusal;
+        Self {
+            flash,
+            board,
+            serial,
+            key,
+            download: Download::default(),
+            buffer: Vec::new(),
+            refusal,
+            is_complete: false,
+            action: None,
+        }
+    }
+
+    /// Takes what is to be done after the answer.
+    pub const fn take_action(&mut self) -> Option<Action> {
+        self.action.take()
+    }
+
+    /// Erases the slot for a new program, unless it is erased.
+    pub fn clear(&mut self) {
+        self.is_complete = false;
+        if !program::is_blank(&self.flash, Slot::New)
+            && program::clear(&mut self.flash, Slot::New).is_err()
+        {
+            self.refusal = Some(Refusal::FlashFailed);
+        }
+    }
+
+    /// The state of NMT: programs are downloaded in pre-operational state.
+    #[must_use]
+    pub const fn state(&self) -> NmtState {
+        NmtState::PreOperational
+    }
+
+    fn control(&mut self, command: u8) -> Result<(), AbortCode> {
+        match command {
+            0 => {}
+            1 | 2 => {
+                if command == 1 && self.is_complete {
+                    let mut state = State::read(&self.flash);
+                    // A program that is confirmed is not put on trial again by its own image.
+                    let is_confirmed = state.progress == Progress::Settled
+                        && program::same(&self.flash, Slot::New, Slot::Running);
+                    if !is_confirmed {
+                        state
+                            .append(Event::Install, &mut self.flash)
+                            .map_err(|_| AbortCode::Hardware)?;
+                    }
+                }
+                self.action = Some(Action::Restart);
+            }
+            3 => {
+                self.refusal = None;
+                self.clear();
+                if self.refusal.is_some() {
+                    return Err(AbortCode::Hardware);
+                }
+            }
+            // Confirmed by the program itself, or by a master while it runs.
+            0x80 => return Err(AbortCode::DeviceState),
+            _ => return Err(AbortCode::InvalidValue),
+        }
+        Ok(())
+    }
+
+    /// Notes why no program can be started.
+    pub const fn explain(&mut self, why: Refusal) {
+        self.refusal = Some(why);
+    }
+
+    /// Notes why a program is refused, and gives the abort code.
+    fn refuse(&mut self, why: Refusal) -> AbortCode {
+        self.refusal = Some(why);
+        self.action = Some(Action::Clear);
+        match why {
+            Refusal::FlashFailed => AbortCode::Hardware,
+            Refusal::NotCleared => AbortCode::DeviceState,
+            _ => AbortCode::CannotStore,
+        }
+    }
+
+    fn running(&self) -> Option<Header> {
+        program::check(&self.flash, Slot::Running).ok()
+    }
+}
+
+impl<F: Flash> Objects for Device<F> {
+    fn read(&mut self, address: Address) -> Result<Value, AbortCode> {
+        let is_array = matches!(
+            address.index,
+            index::PROGRAM_DATA..=index::PROGRAM_CONTROL | index::PROGRAM_ID..=index::FLASH_STATUS
+        );
+        Ok(match (address.index, address.subindex) {
+            (index::DEVICE_TYPE, 0) => Value::U32(0),
+            (index::ERROR_REGISTER, 0) => Value::U8(0),
+            (index::DEVICE_NAME, 0) => Value::Text(&DEVICE_NAME),
+            (index::SOFTWARE_VERSION, 0) => Value::Text(&env!("CARGO_PKG_VERSION")),
+            (index::HEARTBEAT, 0) => Value::U16(HEARTBEAT_MS),
+            (index::IDENTITY, 0) => Value::U8(4),
+            (index::IDENTITY, 1) => Value::U32(VENDOR_ID),
+            (index::IDENTITY, 2) => Value::U32(PRODUCT_CODE),
+            (index::IDENTITY, 3) => Value::U32(REVISION),
+            (index::IDENTITY, 4) => Value::U32(self.serial),
+            (_, 0) if is_array => Value::U8(1),
+            (index::PROGRAM_DATA, 1) => return Err(AbortCode::WriteOnly),
+            (index::PROGRAM_CONTROL, 1) => Value::U8(0),
+            (index::PROGRAM_ID, 1) => {
+                // Of a new program, which has been checked, before it is started: masters compare it then.
+                Value::U32(match self.is_complete {
+                    true => identification(&self.flash, Slot::New),
+                    false => self.running().map_or(0, |header| header.identification()),
+                })
+            }
+            (index::FLASH_STATUS, 1) => Value::U32(self.refusal.map_or(0, Refusal::flash_status)),
+            (
+                index::DEVICE_TYPE
+                | index::ERROR_REGISTER
+                | index::DEVICE_NAME
+                | index::SOFTWARE_VERSION
+                | index::HEARTBEAT
+                | index::IDENTITY,
+                _,
+            ) => return Err(AbortCode::NoSubindex),
+            _ if is_array => return Err(AbortCode::NoSubindex),
+            _ => return Err(AbortCode::NoObject),
+        })
+    }
+
+    fn writable_size(&mut self, address: Address) -> Result<usize, AbortCode> {
+        match (address.index, address.subindex) {
+            (index::PROGRAM_CONTROL, 1) => Ok(1),
+            _ => self.read(address).and(Err(AbortCode::ReadOnly)),
+        }
+    }
+
+    fn write(&mut self, _: Address, bytes: &[u8]) -> Result<Written, AbortCode> {
+        let command = bytes.first().copied().ok_or(AbortCode::TooShort)?;
+        self.control(command).map(|()| Written::Done)
+    }
+}
+
+impl<F: Flash> Domains for Device<F> {
+    const BLOCK: u8 = BLOCK;
+
+    fn is_domain(&self, address: Address) -> bool {
+        (address.index, address.subindex) == (index::PROGRAM_DATA, 1)
+    }
+
+    fn begin(&mut self, _: Address, size: Option<u32>) -> Result<(), AbortCode> {
+        self.buffer.clear();
+        self.download = Download::default();
+        self.is_complete = false;
+        self.refusal = None;
+        let longest = HEADER as u32 + crate::image::LONGEST;
+        if size.is_some_and(|size| size > longest) {
+            return Err(self.refuse(Refusal::WrongLength));
+        }
+        if program::is_blank(&self.flash, Slot::New) {
+            Ok(())
+        } else {
+            Err(self.refuse(Refusal::NotCleared))
+        }
+    }
+
+    fn append(&mut self, bytes: &[u8]) -> Result<(), AbortCode> {
+        self.buffer
+            .extend_from_slice(bytes)
+            .map_err(|_| AbortCode::Hardware)
+    }
+
+    fn flush(&mut self) -> Result<(), AbortCode> {
+        let running = self.running_at_begin();
+        let (board, key) = (self.board, self.key);
+        let accept = |header: &Header, bytes: &[u8; HEADER]| {
+            header.check(board, running.as_ref())?;
+            verify::signature(bytes, key)
+        };
+        let taken = self.download.append(&self.buffer, &mut self.flash, accept);
+        self.buffer.clear();
+        taken.map_err(|why| self.refuse(why))
+    }
+
+    fn end(&mut self) -> Result<(), AbortCode> {
+        match self.download.end(&mut self.flash) {
+            Ok(()) => {
+                self.is_complete = true;
+                Ok(())
+            }
+            Err(why) => Err(self.refuse(why)),
+        }
+    }
+}
+
+impl<F: Flash> Device<F> {
+    /// Header of the running program, read where the new one's is about to be checked.
+    fn running_at_begin(&self) -> Option<Header> {
+        if self.download.is_in_header() {
+            self.running()
+        } else {
+            None
+        }
+    }
+}

@@ -1,0 +1,452 @@
+//! The header in front of a program, 512 bytes, so that the vector table behind it is aligned as it must be.
+//!
+//! | bytes | field |
+//! |---|---|
+//! | 0 to 7 | `FOOTFALL` |
+//! | 8 | version of this format: 1 |
+//! | 9 | [`Kind`] |
+//! | 10, 11 | [`Board`] |
+//! | 12 to 15 | length of the program behind the header, bytes: a multiple of 4 |
+//! | 16 to 19 | sequence: time of the commit, s since 1970; an update never lowers it |
+//! | 20 to 22 | version: major, minor, patch |
+//! | 23 | 1 if the sources differed from the commit, otherwise 0 |
+//! | 24 to 43 | commit, 20 bytes |
+//! | 44 to 75 | SHA-256 of the program |
+//! | 76 to 139 | Ed25519 signature of bytes 0 to 75 |
+//! | 140 to 511 | 0xFF |
+//!
+//! Integers are little-endian. The signature covers the hash, and so the program.
+
+use crate::flash::Flash;
+use crate::layout::{SLOT_SIZE, Slot};
+
+/// Size of the header, bytes.
+pub const HEADER: usize = 512;
+
+/// Number of bytes that are signed, from the first.
+pub const SIGNED: usize = 76;
+
+/// Number of bytes in use; the others are those of erased flash.
+pub const USED: usize = 140;
+
+/// Longest program, bytes.
+pub const LONGEST: u32 = SLOT_SIZE - HEADER as u32;
+
+/// Shortest program, bytes: its vector table.
+pub const SHORTEST: u32 = 392;
+
+const MAGIC: [u8; 8] = *b"FOOTFALL";
+const FORMAT: u8 = 1;
+
+/// How a program came to the board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Written by a debug probe: without hash and signature. Never accepted as an update.
+    Probed,
+    /// Sent as an image, with hash and signature.
+    Signed,
+}
+
+/// Board that a program is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Board {
+    /// The reference board.
+    Reference,
+    /// Adafruit's Feather STM32F405 Express.
+    Feather,
+}
+
+impl Board {
+    /// All boards.
+    pub const ALL: [Self; 2] = [Self::Reference, Self::Feather];
+
+    /// Number in the header.
+    #[must_use]
+    pub const fn number(self) -> u16 {
+        match self {
+            Self::Reference => 1,
+            Self::Feather => 2,
+        }
+    }
+
+    /// Name, which is that of its folder and feature.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Reference => "reference",
+            Self::Feather => "feather",
+        }
+    }
+}
+
+/// Contents of a header.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Header {
+    /// How the program came to the board.
+    pub kind: Kind,
+    /// Board that the program is for.
+    pub board: Board,
+    /// Length of the program, bytes.
+    pub length: u32,
+    /// Time of the commit, s since 1970.
+    pub sequence: u32,
+    /// Version: major, minor, patch.
+    pub version: [u8; 3],
+    /// Whether the sources were those of the commit.
+    pub sources: Sources,
+    /// Commit.
+    pub commit: [u8; 20],
+    /// SHA-256 of the program.
+    pub hash: [u8; 32],
+    /// Ed25519 signature.
+    pub signature: [u8; 64],
+}
+
+/// State of the sources that a program was built from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sources {
+    /// Those of the commit.
+    Committed,
+    /// Changed after the commit.
+    Changed,
+}
+
+/// Reason why a program is refused. The number is that of [`Refusal::number`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// The header does not begin as one.
+    NotAnImage,
+    /// The header has a format that this bootloader does not know.
+    UnknownFormat,
+    /// The program is for another board.
+    OtherBoard,
+    /// The program is empty, longer than the slot, or not of whole words; or another length than announced came.
+    WrongLength,
+    /// The image has no signature.
+    Unsigned,
+    /// The signature is not that of the key in the bootloader.
+    WrongSignature,
+    /// The program is older than the running one.
+    Older,
+    /// The program does not have the hash of its header.
+    WrongHash,
+    /// The flash did not take the program.
+    FlashFailed,
+    /// The slot was not cleared.
+    NotCleared,
+    /// The program was not confirmed in its first starts.
+    NotConfirmed,
+    /// The running program has decayed.
+    Decayed,
+}
+
+impl Refusal {
+    /// All reasons, in the order of their numbers.
+    pub const ALL: [Self; 12] = [
+        Self::NotAnImage,
+        Self::UnknownFormat,
+        Self::OtherBoard,
+        Self::WrongLength,
+        Self::Unsigned,
+        Self::WrongSignature,
+        Self::Older,
+        Self::WrongHash,
+        Self::FlashFailed,
+        Self::NotCleared,
+        Self::NotConfirmed,
+        Self::Decayed,
+    ];
+
+    /// Number, from 1.
+    #[must_use]
+    pub const fn number(self) -> u8 {
+        self as u8 + 1
+    }
+
+    /// The reason with this number.
+    #[must_use]
+    pub fn from_number(number: u8) -> Option<Self> {
+        let index = usize::from(number).checked_sub(1)?;
+        Self::ALL.get(index).copied()
+    }
+
+    /// Description for a person.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Self::NotAnImage => "the file is no image of a foot's program",
+            Self::UnknownFormat => "the image has a newer format than the bootloader knows",
+            Self::OtherBoard => "the image is for another board",
+            Self::WrongLength => "the image is shorter or longer than its header says",
+            Self::Unsigned => "the image is not signed",
+            Self::WrongSignature => "the image is signed with another key than the bootloader has",
+            Self::Older => "the image is older than the program on the foot",
+            Self::WrongHash => "the image is damaged: its hash differs from its header",
+            Self::FlashFailed => "the foot's flash could not be written",
+            Self::NotCleared => "the foot's slot for a new program was not cleared",
+            Self::NotConfirmed => {
+                "the new program has not confirmed that it works: the previous one is back, if there is one"
+            }
+            Self::Decayed => {
+                "the program in the foot's flash has decayed: the previous one is back, if there is one"
+            }
+        }
+    }
+
+    /// Number of the error in CiA 302-3.
+    const fn error(self) -> u8 {
+        match self {
+            Self::NotConfirmed | Self::Decayed => 1,
+            Self::NotAnImage | Self::UnknownFormat => 2,
+            Self::WrongLength | Self::WrongHash => 3,
+            Self::NotCleared => 4,
+            Self::FlashFailed => 5,
+            Self::Unsigned | Self::WrongSignature => 7,
+            Self::OtherBoard | Self::Older => 63,
+        }
+    }
+
+    /// Value of object 0x1F57 (CiA 302-3): bit 0 in progress, bits 1 to 7 the error, bits 16 to 23 our number.
+    #[must_use]
+    pub const fn flash_status(self) -> u32 {
+        (self.error() as u32) << 1 | (self.number() as u32) << 16
+    }
+
+    /// The reason in a value of object 0x1F57.
+    #[must_use]
+    pub fn from_flash_status(status: u32) -> Option<Self> {
+        Self::from_number((status >> 16) as u8)
+    }
+}
+
+impl Header {
+    /// Number of the program for object 0x1F56: the first four bytes of its hash; 0 without a hash.
+    #[must_use]
+    pub const fn identification(&self) -> u32 {
+        match (self.kind, &self.hash) {
+            (Kind::Signed, [a, b, c, d, ..]) => u32::from_le_bytes([*a, *b, *c, *d]),
+            (Kind::Probed, _) => 0,
+        }
+    }
+
+    /// Header in these bytes.
+    ///
+    /// # Errors
+    /// The bytes are no header, or one of values outside their ranges.
+    pub fn decode(bytes: &[u8; HEADER]) -> Result<Self, Refusal> {
+        let mut rest = bytes.as_slice();
+        if take(&mut rest) != MAGIC {
+            return Err(Refusal::NotAnImage);
+        }
+        let [format, kind] = take(&mut rest);
+        if format != FORMAT {
+            return Err(Refusal::UnknownFormat);
+        }
+        let kind = match kind {
+            0 => Kind::Probed,
+            1 => Kind::Signed,
+            _ => return Err(Refusal::UnknownFormat),
+        };
+        let number = u16::from_le_bytes(take(&mut rest));
+        let board = Board::ALL
+            .into_iter()
+            .find(|board| board.number() == number)
+            .ok_or(Refusal::OtherBoard)?;
+        let length = u32::from_le_bytes(take(&mut rest));
+        let sequence = u32::from_le_bytes(take(&mut rest));
+        let version = take(&mut rest);
+        let [changed] = take(&mut rest);
+        let header = Self {
+            kind,
+            board,
+            length,
+            sequence,
+            version,
+            sources: if changed == 0 {
+                Sources::Committed
+            } else {
+                Sources::Changed
+            },
+            commit: take(&mut rest),
+            hash: take(&mut rest),
+            signature: take(&mut rest),
+        };
+        let whole = length.is_multiple_of(4) && (SHORTEST..=LONGEST).contains(&length);
+        if whole || kind == Kind::Probed {
+            Ok(header)
+        } else {
+            Err(Refusal::WrongLength)
+        }
+    }
+
+    /// Bytes of the header.
+    #[must_use]
+    pub fn encode(&self) -> [u8; HEADER] {
+        let mut bytes = [0xFF; HEADER];
+        let fields: [&[u8]; 10] = [
+            &MAGIC,
+            &[FORMAT, self.kind as u8],
+            &self.board.number().to_le_bytes(),
+            &self.length.to_le_bytes(),
+            &self.sequence.to_le_bytes(),
+            &self.version,
+            &[self.sources as u8],
+            &self.commit,
+            &self.hash,
+            &self.signature,
+        ];
+        let values = fields.into_iter().flatten();
+        for (byte, value) in bytes.iter_mut().zip(values) {
+            *byte = *value;
+        }
+        bytes
+    }
+
+    /// First bytes of the header of a program that a probe writes, evaluated by the compiler.
+    #[must_use]
+    #[allow(clippy::indexing_slicing)]
+    pub const fn probed(board: Board) -> [u8; USED] {
+        let mut bytes = [0xFF; USED];
+        let mut at = 0;
+        while at < MAGIC.len() {
+            bytes[at] = MAGIC[at];
+            at += 1;
+        }
+        bytes[8] = FORMAT;
+        bytes[9] = Kind::Probed as u8;
+        [bytes[10], bytes[11]] = board.number().to_le_bytes();
+        // Length, sequence and version are not known to the bootloader.
+        at = 12;
+        while at < 24 {
+            bytes[at] = 0;
+            at += 1;
+        }
+        bytes
+    }
+
+    /// Checks whether the program may replace the running one on `board`.
+    ///
+    /// # Errors
+    /// The reason why not. Hash and signature are not checked here.
+    pub fn check(&self, board: Board, running: Option<&Self>) -> Result<(), Refusal> {
+        if self.board != board {
+            return Err(Refusal::OtherBoard);
+        }
+        if self.kind != Kind::Signed {
+            return Err(Refusal::Unsigned);
+        }
+        match running {
+            Some(running) if self.sequence < running.sequence => Err(Refusal::Older),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Number of the program in a slot for object 0x1F56: the first four bytes of its hash; 0 of a program that a probe
+/// has written. For a slot whose program is whole, as that of the running program.
+pub fn identification(flash: &impl Flash, slot: Slot) -> u32 {
+    match flash.read(slot.start() + 8).to_le_bytes() {
+        [_, 1, ..] => flash.read(slot.start() + 44),
+        _ => 0,
+    }
+}
+
+/// Takes the first bytes of a header; zeros where there are not enough, which a header's size excludes.
+fn take<const N: usize>(bytes: &mut &[u8]) -> [u8; N] {
+    match bytes.split_first_chunk() {
+        Some((first, rest)) => {
+            *bytes = rest;
+            *first
+        }
+        None => [0; N],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn header() -> Header {
+        Header {
+            kind: Kind::Signed,
+            board: Board::Feather,
+            length: 96_000,
+            sequence: 1_800_000_000,
+            version: [0, 2, 1],
+            sources: Sources::Changed,
+            commit: core::array::from_fn(|i| i as u8),
+            hash: [7; 32],
+            signature: core::array::from_fn(|i| 200 - i as u8),
+        }
+    }
+
+    #[test]
+    fn header_survives_its_bytes() {
+        let header = header();
+        let bytes = header.encode();
+        assert_eq!(Header::decode(&bytes), Ok(header));
+        assert_eq!(&bytes[..12], b"FOOTFALL\x01\x01\x02\x00");
+        assert_eq!(bytes[SIGNED], 200);
+        assert!(bytes[140..].iter().all(|byte| *byte == 0xFF));
+        assert_eq!(header.identification(), 0x0707_0707);
+    }
+
+    #[test]
+    fn header_of_a_probe_decodes() {
+        for board in Board::ALL {
+            let mut bytes = [0xFF; HEADER];
+            bytes[..USED].copy_from_slice(&Header::probed(board));
+            let header = Header::decode(&bytes).expect("a header");
+            assert_eq!((header.kind, header.board), (Kind::Probed, board));
+            assert_eq!((header.sequence, header.identification()), (0, 0));
+        }
+    }
+
+    #[test]
+    fn damaged_header_is_refused_with_the_reason() {
+        let refused = |at: usize, byte: u8| {
+            let mut bytes = header().encode();
+            bytes[at] = byte;
+            Header::decode(&bytes)
+        };
+        assert_eq!(refused(0, b'f'), Err(Refusal::NotAnImage));
+        assert_eq!(refused(8, 2), Err(Refusal::UnknownFormat));
+        assert_eq!(refused(9, 2), Err(Refusal::UnknownFormat));
+        assert_eq!(refused(10, 9), Err(Refusal::OtherBoard));
+        assert_eq!(refused(12, 1), Err(Refusal::WrongLength));
+        assert_eq!(refused(15, 1), Err(Refusal::WrongLength));
+        assert_eq!(Header::decode(&[0xFF; HEADER]), Err(Refusal::NotAnImage));
+    }
+
+    #[test]
+    fn program_of_another_board_or_age_is_refused() {
+        let new = header();
+        let running = Header {
+            sequence: new.sequence + 1,
+            ..new
+        };
+        assert_eq!(new.check(Board::Feather, None), Ok(()));
+        assert_eq!(new.check(Board::Feather, Some(&new)), Ok(()));
+        assert_eq!(new.check(Board::Reference, None), Err(Refusal::OtherBoard));
+        assert_eq!(
+            new.check(Board::Feather, Some(&running)),
+            Err(Refusal::Older)
+        );
+        let probed = Header {
+            kind: Kind::Probed,
+            ..new
+        };
+        assert_eq!(probed.check(Board::Feather, None), Err(Refusal::Unsigned));
+    }
+
+    #[test]
+    fn refusals_are_found_by_number_and_status() {
+        for refusal in Refusal::ALL {
+            assert_eq!(Refusal::from_number(refusal.number()), Some(refusal));
+            let status = refusal.flash_status();
+            assert_eq!(Refusal::from_flash_status(status), Some(refusal));
+            assert_eq!(status & 1, 0);
+        }
+        assert_eq!(Refusal::from_flash_status(0), None);
+    }
+}

@@ -1,0 +1,203 @@
+//! Journal of updates: records of two words in one sector, appended until the sector is full.
+//!
+//! | word | contents |
+//! |---|---|
+//! | 0 | bits 0 to 7 the [event](Event), bits 8 to 15 its detail, bits 16 to 31 zero |
+//! | 1 | complement of word 0 |
+//!
+//! A record that a power cut interrupted has another complement, and does not count. The journal is erased where it
+//! is nearly full and nothing is in progress: the events that are lost then would leave the same state. Before the
+//! erase both words of the first record become zero: what an interrupted erase leaves behind it does not count.
+
+use crate::flash::{Flash, FlashFailed};
+use crate::image::Refusal;
+use crate::layout::{JOURNAL, JOURNAL_SIZE, Sector};
+
+/// Size of a record, bytes.
+const RECORD: u32 = 8;
+
+/// Number of records.
+const RECORDS: u32 = JOURNAL_SIZE / RECORD;
+
+/// First record of a journal that is being erased.
+const ERASING: (u32, u32) = (0, 0);
+
+/// Number of records that are kept free for an update when the journal is erased.
+const RESERVE: u32 = 64;
+
+/// Number of records that a trial and the next update need.
+const LEAST: u32 = 8;
+
+/// Starts of a new program without its confirmation, after which the previous one is restored.
+pub const MOST_STARTS: u8 = 3;
+
+/// An event of an update.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// The program in [`Slot::New`](crate::layout::Slot::New) is to be copied and started.
+    Install,
+    /// The new program is started, without having been confirmed.
+    Started,
+    /// The running program works.
+    Confirmed,
+    /// The previous program is to be restored, for this reason.
+    Restore(Refusal),
+    /// The update was not begun, or the previous program is restored.
+    Ended(Refusal),
+}
+
+impl Event {
+    fn encode(self) -> u32 {
+        let (number, detail) = match self {
+            Self::Install => (1, 0),
+            Self::Started => (2, 0),
+            Self::Confirmed => (3, 0),
+            Self::Restore(why) => (4, why.number()),
+            Self::Ended(why) => (5, why.number()),
+        };
+        u32::from_le_bytes([number, detail, 0, 0])
+    }
+
+    fn decode(word: u32) -> Option<Self> {
+        let [number, detail, 0, 0] = word.to_le_bytes() else {
+            return None;
+        };
+        Some(match number {
+            1 => Self::Install,
+            2 => Self::Started,
+            3 => Self::Confirmed,
+            4 => Self::Restore(Refusal::from_number(detail)?),
+            5 => Self::Ended(Refusal::from_number(detail)?),
+            _ => return None,
+        })
+    }
+}
+
+/// Progress of an update.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Progress {
+    /// The running program is confirmed, or was written by a probe.
+    #[default]
+    Settled,
+    /// The new program is being copied.
+    Installing,
+    /// The new program has been started this many times without confirmation.
+    Trial(u8),
+    /// The previous program is being copied back.
+    Restoring(Refusal),
+}
+
+/// State in a journal.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct State {
+    /// Progress of the last update.
+    pub progress: Progress,
+    /// Reason why the last update failed; `None` after one that succeeded.
+    pub refusal: Option<Refusal>,
+    /// Starts of the running program, if it was on trial when this update began: it does not replace the previous one.
+    pub trial: Option<u8>,
+    /// Number of records, damaged ones included.
+    used: u32,
+}
+
+impl State {
+    /// Reads the journal up to the first record that is blank.
+    #[must_use]
+    pub fn read(flash: &impl Flash) -> Self {
+        let mut state = Self::default();
+        for index in 0..RECORDS {
+            let at = JOURNAL + index * RECORD;
+            let (word, complement) = (flash.read(at), flash.read(at + 4));
+            if (word, complement) == (u32::MAX, u32::MAX) {
+                break;
+            }
+            if index == 0 && (word, complement) == ERASING {
+                state.used = RECORDS;
+                break;
+            }
+            state.used = index + 1;
+            if complement == !word
+                && let Some(event) = Event::decode(word)
+            {
+                state.apply(event);
+            }
+        }
+        state
+    }
+
+    fn apply(&mut self, event: Event) {
+        match event {
+            Event::Install => {
+                if let Progress::Trial(starts) = self.progress {
+                    self.trial = Some(starts);
+                }
+                self.progress = Progress::Installing;
+            }
+            Event::Started => {
+                self.trial = None;
+                self.progress = Progress::Trial(match self.progress {
+                    Progress::Trial(starts) => starts.saturating_add(1),
+                    _ => 1,
+                });
+            }
+            Event::Confirmed => (self.progress, self.refusal) = (Progress::Settled, None),
+            Event::Restore(why) => self.progress = Progress::Restoring(why),
+            Event::Ended(why) => {
+                self.refusal = Some(why);
+                self.progress = match self.trial.take() {
+                    // The new program was refused, and the running one is on trial as before.
+                    Some(starts) => Progress::Trial(starts),
+                    None => Progress::Settled,
+                };
+            }
+        }
+    }
+
+    /// Appends an event. Programs two words, and erases nothing.
+    ///
+    /// # Errors
+    /// The journal is full, or the flash failed.
+    pub fn append(&mut self, event: Event, flash: &mut impl Flash) -> Result<(), FlashFailed> {
+        let at = JOURNAL + self.used * RECORD;
+        if self.used >= RECORDS {
+            return Err(FlashFailed);
+        }
+        self.used += 1;
+        let word = event.encode();
+        flash.program(at, word)?;
+        flash.program(at + 4, !word)?;
+        self.apply(event);
+        Ok(())
+    }
+
+    /// Erases a journal that is nearly full and one whose erase was interrupted. While an update is in progress a power
+    /// cut after the erase would forget it, so that only a full journal is erased then, for a trial.
+    ///
+    /// # Errors
+    /// The flash failed.
+    pub fn tidy(&mut self, flash: &mut impl Flash) -> Result<(), FlashFailed> {
+        let behind = (JOURNAL + self.used * RECORD..JOURNAL + JOURNAL_SIZE).step_by(4);
+        let is_torn = behind.into_iter().any(|at| flash.read(at) != u32::MAX);
+        let is_due = match self.progress {
+            Progress::Settled => self.used + RESERVE > RECORDS,
+            Progress::Trial(_) => self.used + LEAST > RECORDS,
+            Progress::Installing | Progress::Restoring(_) => false,
+        };
+        if is_torn || is_due {
+            let (word, complement) = ERASING;
+            flash.program(JOURNAL, word)?;
+            flash.program(JOURNAL + 4, complement)?;
+            flash.erase(Sector::Journal)?;
+            let before = core::mem::take(self);
+            if let Some(why) = before.refusal {
+                self.append(Event::Ended(why), flash)?;
+            }
+            if let Progress::Trial(starts) = before.progress {
+                for _ in 0..starts {
+                    self.append(Event::Started, flash)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,111 @@
+//! The bootloader of a board: installs a program that was received, starts the program, or serves the bus and the serial
+//! line.
+
+#![no_std]
+#![no_main]
+
+mod chip;
+
+use bootloader::adapter::Word;
+use bootloader::node::{Node, Program, Restart};
+use bootloader::update::{Start, settle};
+use bootloader::verify::KEY;
+
+use chip::can::Can;
+use chip::flash::ChipFlash;
+use chip::serial::Serial;
+use chip::{clock, note, settings, sleep, watchdog};
+use wire::slcan::{BEL, CR};
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    watchdog::start();
+    // Both are reset states of their peripherals: a program that is started finds the chip as after a reset.
+    let mut flash = ChipFlash::new();
+    // The program has just run: it is not checked again, since a master waits for the answer.
+    if note::take_stay() {
+        serve(flash, Program::CanRun)
+    }
+    match settle(&mut flash, KEY) {
+        Ok(Start::Program) => chip::start_program(),
+        Ok(Start::Nothing(why)) => serve(flash, Program::Missing(why)),
+        Err(_) => serve(flash, Program::Unsettled),
+    }
+}
+
+/// Serves the bus and the serial line until a master asks for a start, or is silent for a minute.
+fn serve(flash: ChipFlash, program: Program) -> ! {
+    sleep::prepare();
+    let mut ticks = clock::start();
+    let (id, bit_rate, baud) = settings::read();
+    let mut can = Can::start(bit_rate, id);
+    let mut serial = Serial::start(baud);
+    let mut node = Node::new(id, flash, chip::BOARD, chip::serial(), KEY);
+    let mut waiting = node.boot(program);
+    let mut answer = match program {
+        Program::CanRun => node.answer_to_stop(),
+        Program::Missing(_) | Program::Unsettled => None,
+    };
+    loop {
+        watchdog::feed();
+        sleep::forget();
+        let mut is_idle = true;
+        if let Some(can) = &mut can
+            && let Some(frame) = can.receive()
+        {
+            is_idle = false;
+            if let Some(answer) = node.receive(&frame) {
+                can.send(&answer);
+            }
+        }
+        if let Some(serial) = &mut serial
+            && let Some(word) = serial.receive()
+        {
+            is_idle = false;
+            match word {
+                Word::Frame(frame) => {
+                    serial.send(&[CR]);
+                    if let Some(answer) = node.receive(&frame) {
+                        serial.send_frame(&answer);
+                    }
+                }
+                Word::Done => serial.send(&[CR]),
+                Word::Unknown => serial.send(&[BEL]),
+            }
+        }
+        for frame in [waiting.take(), answer.take()].into_iter().flatten() {
+            if let Some(can) = &mut can {
+                can.send(&frame);
+            }
+            if let Some(serial) = &serial {
+                serial.send_frame(&frame);
+            }
+        }
+        if ticks.has_passed() {
+            waiting = node.tick(program);
+        }
+        if let Some(restart) = node.take_restart() {
+            if let Some(can) = &mut can {
+                can.finish();
+            }
+            if let Some(serial) = &serial {
+                serial.finish();
+            }
+            if restart == Restart::AfterSilence {
+                note::resume();
+            }
+            cortex_m::peripheral::SCB::sys_reset();
+        }
+        if is_idle {
+            sleep::until_frame_or_tick();
+        }
+    }
+}
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
+    // The watchdog ends it.
+    loop {
+        cortex_m::asm::nop();
+    }
+}

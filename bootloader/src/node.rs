@@ -1,0 +1,199 @@
+//! The CANopen node of the bootloader: boot-up, heartbeat, NMT, LSS and SDO.
+
+use canopen_rs::lss::{self, LssAddress, LssSlave};
+use canopen_rs::nmt::{self, NmtCommand};
+use wire::CanFrame;
+use wire::dictionary::{Address, PRODUCT_CODE, REVISION, VENDOR_ID, index};
+use wire::domain::DomainServer;
+use wire::foot::{NodeId, cob_id};
+use wire::sdo::written;
+
+use crate::device::{Action, Device, HEARTBEAT_MS};
+use crate::flash::Flash;
+use crate::image::{Board, Refusal};
+
+/// Time without a request after which a transfer is given up, ms.
+const GIVE_UP_MS: u32 = 5_000;
+
+/// Time without a request after which a program that can run is started again, ms.
+const RETURN_MS: u32 = 60_000;
+
+/// The node.
+pub struct Node<F> {
+    id: Option<NodeId>,
+    lss: LssSlave,
+    sdo: DomainServer,
+    device: Device<F>,
+    /// Time since the last request, ms.
+    idle_ms: u32,
+    /// Time since the last heartbeat, ms.
+    heartbeat_ms: u16,
+    action: Option<Action>,
+}
+
+impl<F: Flash> Node<F> {
+    /// Creates a node; `id` is that of the settings.
+    pub fn new(
+        id: Option<NodeId>,
+        flash: F,
+        board: Board,
+        serial: u32,
+        key: &'static [u8; 32],
+    ) -> Self {
+        let address = LssAddress {
+            vendor_id: VENDOR_ID,
+            product_code: PRODUCT_CODE,
+            revision_number: REVISION,
+            serial_number: serial,
+        };
+        Self {
+            id,
+            lss: LssSlave::new(address, id.map_or(lss::UNCONFIGURED_NODE_ID, NodeId::get)),
+            sdo: DomainServer::new(),
+            device: Device::new(flash, board, serial, key),
+            idle_ms: 0,
+            heartbeat_ms: 0,
+            action: None,
+        }
+    }
+
+    /// Returns the flash.
+    pub fn release(self) -> F {
+        self.device.flash
+    }
+
+    /// The node's id.
+    #[must_use]
+    pub const fn id(&self) -> Option<NodeId> {
+        self.id
+    }
+
+    /// Prepares for a download, and returns the boot-up message.
+    pub fn boot(&mut self, program: Program) -> Option<CanFrame> {
+        // The next start may need the new program.
+        if program != Program::Unsettled {
+            self.action = Some(Action::Clear);
+        }
+        if let Program::Missing(Some(why)) = program {
+            self.device.explain(why);
+        }
+        self.boot_up()
+    }
+
+    /// The answer to the request by which a master has stopped the program.
+    #[must_use]
+    pub fn answer_to_stop(&self) -> Option<CanFrame> {
+        let answer = written(Address::new(index::PROGRAM_CONTROL, 1));
+        CanFrame::new(self.id?.cob_id(cob_id::SDO_RESPONSE), &answer)
+    }
+
+    /// Handles a received frame, and returns the answer.
+    pub fn receive(&mut self, frame: &CanFrame) -> Option<CanFrame> {
+        if frame.id() == cob_id::LSS_MASTER {
+            return self.receive_lss(frame.data8()?);
+        }
+        let id = self.id?;
+        if frame.id() == nmt::NMT_COMMAND_COB_ID {
+            let (command, target) = nmt::decode_command(frame.data().first_chunk()?).ok()?;
+            let is_own = target.raw() == 0 || target.raw() == id.get();
+            let resets = [NmtCommand::ResetNode, NmtCommand::ResetCommunication];
+            if is_own && resets.contains(&command) {
+                self.action = Some(Action::Restart);
+            }
+            return None;
+        }
+        if frame.id() != id.cob_id(cob_id::SDO_REQUEST) {
+            return None;
+        }
+        self.idle_ms = 0;
+        let answer = self.sdo.handle(frame.data8()?, &mut self.device);
+        self.action = self.device.take_action().or(self.action);
+        CanFrame::new(id.cob_id(cob_id::SDO_RESPONSE), &answer?)
+    }
+
+    fn receive_lss(&mut self, request: &[u8; 8]) -> Option<CanFrame> {
+        const CONFIGURE_BIT_TIMING: u8 = 0x13;
+        const STORE: u8 = 0x17;
+        let configuring = self.lss.state() == lss::LssState::Configuration;
+        let [service, ..] = *request;
+        // 1: not supported. Settings belong to the program.
+        let answer = if configuring && matches!(service, CONFIGURE_BIT_TIMING | STORE) {
+            [service, 1, 0, 0, 0, 0, 0, 0]
+        } else {
+            match self.lss.handle(request) {
+                Some(answer) => answer,
+                None => return self.take_id(configuring),
+            }
+        };
+        CanFrame::new(lss::LSS_SLAVE_COB_ID, &answer)
+    }
+
+    /// Takes the id that LSS has assigned, if it has left the configuration; returns the boot-up message then.
+    fn take_id(&mut self, configuring: bool) -> Option<CanFrame> {
+        let left = configuring && self.lss.state() == lss::LssState::Waiting;
+        if !left || self.id.is_some() {
+            return None;
+        }
+        self.id = NodeId::new(self.lss.pending_node_id());
+        self.boot_up()
+    }
+
+    fn boot_up(&self) -> Option<CanFrame> {
+        CanFrame::new(self.id?.cob_id(cob_id::HEARTBEAT), &nmt::BOOTUP_FRAME)
+    }
+
+    /// Advances by one millisecond; returns the heartbeat when it is due.
+    pub fn tick(&mut self, program: Program) -> Option<CanFrame> {
+        self.idle_ms = self.idle_ms.saturating_add(1);
+        if self.idle_ms == GIVE_UP_MS && self.sdo.give_up() {
+            self.action = Some(Action::Clear);
+        }
+        if self.idle_ms == RETURN_MS && !matches!(program, Program::Missing(_)) {
+            self.action = Some(Action::Restart);
+        }
+        let id = self.id?;
+        self.heartbeat_ms = self.heartbeat_ms.saturating_add(1);
+        if self.heartbeat_ms < HEARTBEAT_MS {
+            return None;
+        }
+        self.heartbeat_ms = 0;
+        CanFrame::new(
+            id.cob_id(cob_id::HEARTBEAT),
+            &nmt::encode_heartbeat(self.device.state()),
+        )
+    }
+
+    /// Takes what is to be done once the last answer has been sent. Does the erasing itself.
+    pub fn take_restart(&mut self) -> Option<Restart> {
+        match self.action.take()? {
+            Action::Clear => {
+                self.device.clear();
+                None
+            }
+            Action::Restart => Some(match self.idle_ms {
+                RETURN_MS.. => Restart::AfterSilence,
+                _ => Restart::ByMaster,
+            }),
+        }
+    }
+}
+
+/// Why the bootloader is to restart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Restart {
+    /// A master has asked for it.
+    ByMaster,
+    /// No master has sent anything for a minute.
+    AfterSilence,
+}
+
+/// Whether there is a program that can be started.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Program {
+    /// There is one.
+    CanRun,
+    /// There is none, for this reason; `None` where there has been none.
+    Missing(Option<Refusal>),
+    /// The flash has failed in the steps at the start, which the next start does again.
+    Unsettled,
+}

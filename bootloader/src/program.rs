@@ -1,0 +1,111 @@
+//! Programs in their slots: whether one is whole, whether two are equal, copies.
+
+use crate::flash::{Flash, FlashFailed};
+use crate::image::{HEADER, Header, Kind, LONGEST, Refusal};
+use crate::layout::{Sector, Slot};
+use crate::verify::Hash;
+
+/// Reads the header of a slot.
+///
+/// # Errors
+/// The slot has none.
+pub fn header(flash: &impl Flash, slot: Slot) -> Result<Header, Refusal> {
+    Header::decode(&header_bytes(flash, slot))
+}
+
+/// Reads the bytes of a slot's header, whatever they are.
+pub fn header_bytes(flash: &impl Flash, slot: Slot) -> [u8; HEADER] {
+    let mut bytes = [0; HEADER];
+    read(flash, slot.start(), &mut bytes);
+    bytes
+}
+
+/// Reads bytes from an address that is a multiple of 4.
+fn read(flash: &impl Flash, start: u32, bytes: &mut [u8]) {
+    for (at, piece) in (start..).step_by(4).zip(bytes.chunks_mut(4)) {
+        for (to, from) in piece.iter_mut().zip(flash.read(at).to_le_bytes()) {
+            *to = from;
+        }
+    }
+}
+
+/// Returns the header of the program in a slot if the program is whole: it has the hash of its header. One that a
+/// probe has written has no hash, and counts as whole: a copy of it gets its header last.
+///
+/// # Errors
+/// The reason why it is not whole.
+pub fn check(flash: &impl Flash, slot: Slot) -> Result<Header, Refusal> {
+    let header = header(flash, slot)?;
+    if header.kind == Kind::Probed {
+        return Ok(header);
+    }
+    let mut hash = Hash::new();
+    let mut bytes = [0; 64];
+    let (mut at, mut rest) = (slot.start() + HEADER as u32, header.length);
+    while rest > 0 {
+        let length = rest.min(bytes.len() as u32);
+        let piece = bytes.get_mut(..length as usize).unwrap_or_default();
+        read(flash, at, piece);
+        hash.update(piece);
+        at += length;
+        rest -= length;
+    }
+    if hash.finish() == header.hash {
+        Ok(header)
+    } else {
+        Err(Refusal::WrongHash)
+    }
+}
+
+/// Number of words of a program with its header.
+const fn words(header: &Header) -> u32 {
+    let length = match header.kind {
+        Kind::Signed => header.length,
+        // Its length is not known.
+        Kind::Probed => LONGEST,
+    };
+    (HEADER as u32 + length) / 4
+}
+
+/// Returns whether two slots hold the same program.
+pub fn same(flash: &impl Flash, one: Slot, other: Slot) -> bool {
+    let Ok(header) = header(flash, one) else {
+        return false;
+    };
+    (0..words(&header))
+        .all(|k| flash.read(one.start() + 4 * k) == flash.read(other.start() + 4 * k))
+}
+
+/// Erases a slot. Its header goes first: where the erase is interrupted, what is left is no program.
+///
+/// # Errors
+/// The flash failed.
+pub fn clear(flash: &mut impl Flash, slot: Slot) -> Result<(), FlashFailed> {
+    if flash.read(slot.start()) != u32::MAX {
+        flash.program(slot.start(), 0)?;
+    }
+    flash.erase(Sector::Slot(slot))
+}
+
+/// Copies a program to another slot, which is cleared first. Its first word comes last: a copy that was interrupted has no
+/// header.
+///
+/// # Errors
+/// The flash failed, or the program has no header.
+pub fn copy(flash: &mut impl Flash, from: Slot, to: Slot) -> Result<(), FlashFailed> {
+    let header = header(flash, from).map_err(|_| FlashFailed)?;
+    clear(flash, to)?;
+    for k in (0..words(&header)).rev() {
+        let word = flash.read(from.start() + 4 * k);
+        // Erased flash reads so already.
+        if word != u32::MAX {
+            flash.program(to.start() + 4 * k, word)?;
+        }
+    }
+    Ok(())
+}
+
+/// Returns whether a slot is erased.
+pub fn is_blank(flash: &impl Flash, slot: Slot) -> bool {
+    (0..crate::layout::SLOT_SIZE / 4).all(|k| flash.read(slot.start() + 4 * k) == u32::MAX)
+}

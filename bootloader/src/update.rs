@@ -1,0 +1,197 @@
+//! Steps of an update at the start, each of which can be interrupted by a power cut and is then done again.
+//!
+//! | in the journal | done at the start |
+//! |---|---|
+//! | nothing in progress | the running program is checked and started; if it has decayed, the previous one is restored |
+//! | [`Installing`](Progress::Installing) | the new program is checked, the running one copied to `Previous`, the new one to `Running`; its slot is cleared |
+//! | [`Trial`](Progress::Trial) | the new program is started; after three times the previous one is restored, or the bootloader stays where there is none |
+//! | [`Restoring`](Progress::Restoring) | the previous program is copied to `Running` |
+//!
+//! At every moment one of the slots holds a whole program that has worked: `Running` until its copy in `Previous` is
+//! complete, then `Previous` until the new program has confirmed itself.
+
+use crate::flash::{Flash, FlashFailed};
+use crate::image::{HEADER, Header, Refusal};
+use crate::journal::{Event, MOST_STARTS, Progress, State};
+use crate::layout::Slot;
+use crate::{program, verify};
+
+/// What to do after the start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Start {
+    /// Start the program in [`Slot::Running`].
+    Program,
+    /// No program can be started: wait for one. The reason is `None` where there has been none.
+    Nothing(Option<Refusal>),
+}
+
+/// Does the steps that the journal asks for, and says what to start.
+///
+/// # Errors
+/// The flash failed. The next start tries again.
+pub fn settle(flash: &mut impl Flash, key: &[u8; 32]) -> Result<Start, FlashFailed> {
+    let mut state = State::read(flash);
+    state.tidy(flash)?;
+    // Installing, a trial that is over, and restoring follow each other at most once.
+    for _ in 0..4 {
+        let next = match state.progress {
+            Progress::Installing => match check_new(flash, key) {
+                Ok(()) => {
+                    install(flash, &state)?;
+                    Event::Started
+                }
+                Err(why) => Event::Ended(why),
+            },
+            Progress::Restoring(why) => {
+                if program::check(flash, Slot::Previous).is_ok()
+                    && !program::same(flash, Slot::Previous, Slot::Running)
+                {
+                    program::copy(flash, Slot::Previous, Slot::Running)?;
+                }
+                Event::Ended(why)
+            }
+            Progress::Trial(starts) if is_whole(flash) => {
+                if starts < MOST_STARTS {
+                    state.append(Event::Started, flash)?;
+                    return Ok(Start::Program);
+                }
+                if program::check(flash, Slot::Previous).is_err() {
+                    return Ok(Start::Nothing(Some(Refusal::NotConfirmed)));
+                }
+                Event::Restore(Refusal::NotConfirmed)
+            }
+            Progress::Settled if is_whole(flash) => return Ok(Start::Program),
+            Progress::Trial(_) | Progress::Settled => {
+                if program::check(flash, Slot::Previous).is_err() {
+                    let was_there = !program::is_blank(flash, Slot::Running);
+                    return Ok(Start::Nothing(was_there.then_some(Refusal::Decayed)));
+                }
+                Event::Restore(Refusal::Decayed)
+            }
+        };
+        state.append(next, flash)?;
+        if next == Event::Started {
+            // The next download finds the slot cleared. The bootloader clears it otherwise.
+            let _ = program::clear(flash, Slot::New);
+            return Ok(Start::Program);
+        }
+    }
+    Ok(Start::Nothing(None))
+}
+
+fn is_whole(flash: &impl Flash) -> bool {
+    program::check(flash, Slot::Running).is_ok()
+}
+
+/// Checks the new program with its signature once more: whoever can write the slot cannot sign.
+fn check_new(flash: &impl Flash, key: &[u8; 32]) -> Result<(), Refusal> {
+    program::check(flash, Slot::New)?;
+    verify::signature(&program::header_bytes(flash, Slot::New), key)
+}
+
+/// Copies the running program to `Previous`, and the new one to `Running`, unless that is done already. A program that was
+/// on trial is never kept: with one that hangs in `Previous`, the next that fails would leave a foot that hangs for good.
+fn install(flash: &mut impl Flash, state: &State) -> Result<(), FlashFailed> {
+    if program::same(flash, Slot::New, Slot::Running) {
+        return Ok(());
+    }
+    if state.trial.is_none()
+        && is_whole(flash)
+        && !program::same(flash, Slot::Running, Slot::Previous)
+    {
+        program::copy(flash, Slot::Running, Slot::Previous)?;
+    }
+    program::copy(flash, Slot::New, Slot::Running)
+}
+
+/// Download of a program into [`Slot::New`], which was cleared. The header is checked as soon as it is complete, and
+/// written last.
+#[derive(Debug)]
+pub struct Download {
+    header: [u8; HEADER],
+    decoded: Option<Header>,
+    /// Number of bytes received.
+    received: u32,
+    /// Bytes of a word that is not complete.
+    word: [u8; 4],
+}
+
+impl Default for Download {
+    fn default() -> Self {
+        Self {
+            header: [0xFF; HEADER],
+            decoded: None,
+            received: 0,
+            word: [0xFF; 4],
+        }
+    }
+}
+
+impl Download {
+    /// Returns whether the header is not complete yet.
+    #[must_use]
+    pub const fn is_in_header(&self) -> bool {
+        self.decoded.is_none()
+    }
+
+    /// Takes the next bytes.
+    ///
+    /// # Errors
+    /// The reason why the program is refused.
+    pub fn append(
+        &mut self,
+        bytes: &[u8],
+        flash: &mut impl Flash,
+        accept: impl Fn(&Header, &[u8; HEADER]) -> Result<(), Refusal>,
+    ) -> Result<(), Refusal> {
+        for &byte in bytes {
+            if let Some(to) = self.header.get_mut(self.received as usize) {
+                *to = byte;
+                self.received += 1;
+                if self.received as usize == HEADER {
+                    let header = Header::decode(&self.header)?;
+                    accept(&header, &self.header)?;
+                    self.decoded = Some(header);
+                }
+                continue;
+            }
+            let whole = self.decoded.map_or(0, |header| header.length) + HEADER as u32;
+            if self.received >= whole {
+                return Err(Refusal::WrongLength);
+            }
+            if let Some(to) = self.word.get_mut(self.received as usize % 4) {
+                *to = byte;
+            }
+            self.received += 1;
+            if self.received.is_multiple_of(4) {
+                let at = Slot::New.start() + self.received - 4;
+                let word = u32::from_le_bytes(self.word);
+                if word != u32::MAX && flash.program(at, word).is_err() {
+                    return Err(Refusal::FlashFailed);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Ends the download: checks length and hash, and writes the header.
+    ///
+    /// # Errors
+    /// The reason why the program is refused.
+    pub fn end(&mut self, flash: &mut impl Flash) -> Result<(), Refusal> {
+        let header = self.decoded.ok_or(Refusal::WrongLength)?;
+        if self.received != HEADER as u32 + header.length {
+            return Err(Refusal::WrongLength);
+        }
+        for (at, bytes) in (Slot::New.start()..)
+            .step_by(4)
+            .zip(self.header.as_chunks::<4>().0)
+        {
+            let word = u32::from_le_bytes(*bytes);
+            if word != u32::MAX && flash.program(at, word).is_err() {
+                return Err(Refusal::FlashFailed);
+            }
+        }
+        program::check(flash, Slot::New).map(|_| ())
+    }
+}

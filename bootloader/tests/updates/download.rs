@@ -1,0 +1,389 @@
+//! Downloads over SDO into a simulated flash: whole, damaged, refused, given up, and with losses on the bus.
+
+use crate::flash::{Chip, Cut, DEVELOPMENT, header, image, program, sign};
+use bootloader::image::{Board, Header, Refusal};
+use bootloader::journal::{Event, Progress, State};
+use bootloader::layout::Slot;
+use bootloader::node::Program::{CanRun, Missing, Unsettled};
+use bootloader::node::{Node, Restart};
+use bootloader::update::{Start, settle};
+use bootloader::verify::KEY;
+use crc::{CRC_16_XMODEM, Crc};
+use wire::foot::NodeId;
+use wire::{AbortCode, CanFrame};
+
+/// A master of one node, whose frames can be lost.
+struct Master {
+    node: Node<Chip>,
+    /// Segments of block downloads, and the one in this many that is lost.
+    sent: u32,
+    lose: Option<u32>,
+    /// How often segments arrive.
+    delivery: Delivery,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Delivery {
+    Once,
+    Twice,
+}
+
+type Answer = Result<[u8; 8], AbortCode>;
+
+impl Master {
+    fn of(chip: Chip) -> Self {
+        let id = NodeId::new(5);
+        let mut node = Node::new(id, chip, Board::Reference, 77, KEY);
+        let boot = node.boot(CanRun).expect("a node with an id");
+        assert_eq!((boot.id(), boot.data()), (0x705, [0].as_slice()));
+        let stopped = node.answer_to_stop().expect("a node with an id");
+        assert_eq!(stopped.data(), [0x60, 0x51, 0x1F, 1, 0, 0, 0, 0]);
+        assert_eq!(node.take_restart(), None, "it clears the slot");
+        Self {
+            node,
+            sent: 0,
+            lose: None,
+            delivery: Delivery::Once,
+        }
+    }
+
+    fn send(&mut self, request: [u8; 8]) -> Option<[u8; 8]> {
+        let frame = CanFrame::new(0x605, &request).expect("a frame");
+        let answer = self.node.receive(&frame);
+        assert_eq!(answer.as_ref().map_or(0x585, CanFrame::id), 0x585);
+        answer.map(|frame| *frame.data8().expect("eight bytes"))
+    }
+
+    fn ask(&mut self, request: [u8; 8]) -> Answer {
+        let answer = self.send(request).expect("an answer");
+        if answer[0] != 0x80 {
+            return Ok(answer);
+        }
+        assert_eq!(self.node.take_restart(), None, "erased after a refusal");
+        let code = u32::from_le_bytes(answer[4..].try_into().expect("four"));
+        Err(AbortCode::from_code(code).expect("a known code"))
+    }
+
+    fn control(&mut self, command: u8) -> Answer {
+        self.ask([0x2F, 0x51, 0x1F, 1, command, 0, 0, 0])
+    }
+
+    fn status(&mut self) -> Option<Refusal> {
+        let answer = self
+            .ask([0x40, 0x57, 0x1F, 1, 0, 0, 0, 0])
+            .expect("it reads");
+        Refusal::from_flash_status(u32::from_le_bytes(answer[4..].try_into().expect("four")))
+    }
+
+    fn segmented(&mut self, image: &[u8]) -> Result<(), AbortCode> {
+        let [a, b, c, d] = (image.len() as u32).to_le_bytes();
+        self.ask([0x21, 0x50, 0x1F, 1, a, b, c, d])?;
+        let count = image.chunks(7).count();
+        for (k, bytes) in image.chunks(7).enumerate() {
+            let toggle = (k as u8 & 1) << 4;
+            let last = u8::from(k + 1 == count);
+            let mut request = [
+                toggle | (7 - bytes.len() as u8) << 1 | last,
+                0,
+                0,
+                0,
+                0,
+                0,
+                0,
+                0,
+            ];
+            request[1..=bytes.len()].copy_from_slice(bytes);
+            assert_eq!(self.ask(request)?[0], 0x20 | toggle);
+        }
+        Ok(())
+    }
+
+    fn block(&mut self, image: &[u8]) -> Result<(), AbortCode> {
+        let [a, b, c, d] = (image.len() as u32).to_le_bytes();
+        let answer = self.ask([0xC6, 0x50, 0x1F, 1, a, b, c, d])?;
+        assert_eq!(answer[..4], [0xA4, 0x50, 0x1F, 1]);
+        let segments: Vec<&[u8]> = image.chunks(7).collect();
+        let (mut done, mut size) = (0, usize::from(answer[4]));
+        while done < segments.len() {
+            let block = &segments[done..segments.len().min(done + size)];
+            let mut answer = None;
+            for (k, bytes) in block.iter().enumerate() {
+                let is_last = done + k + 1 == segments.len();
+                let mut request = [(k as u8 + 1) | u8::from(is_last) << 7, 0, 0, 0, 0, 0, 0, 0];
+                request[1..=bytes.len()].copy_from_slice(bytes);
+                self.sent += 1;
+                let random = self.sent.wrapping_mul(0x9E37_79B9) >> 16;
+                let is_lost = self.lose.is_some_and(|one| random.is_multiple_of(one));
+                // The last of a sub-block would be lost with the answer to it: its client has a timeout for that.
+                if !is_lost || k + 1 == block.len() {
+                    answer = self.send(request);
+                    if self.delivery == Delivery::Twice {
+                        assert_eq!(self.send(request), None, "segment {k}");
+                    }
+                }
+            }
+            let answer = answer.expect("an answer to a sub-block");
+            if answer[0] == 0x80 {
+                assert_eq!(self.node.take_restart(), None);
+                let code = u32::from_le_bytes(answer[4..].try_into().expect("four"));
+                return Err(AbortCode::from_code(code).expect("a known code"));
+            }
+            assert_eq!(answer[0], 0xA2);
+            done += usize::from(answer[1]);
+            size = usize::from(answer[2]);
+        }
+        let unused = (7 - segments.last().map_or(7, |bytes| bytes.len())) as u8;
+        let [low, high] = Crc::<u16>::new(&CRC_16_XMODEM)
+            .checksum(image)
+            .to_le_bytes();
+        let answer = self.ask([0xC1 | unused << 2, low, high, 0, 0, 0, 0, 0])?;
+        assert_eq!(answer[0], 0xA1);
+        Ok(())
+    }
+}
+
+fn chip() -> Chip {
+    Chip::blank().with(Slot::Running, &image(2, 200))
+}
+
+#[test]
+fn downloaded_program_is_installed_by_start() {
+    let new = image(3, 300);
+    for by_block in [false, true] {
+        let mut master = Master::of(chip());
+        let sent = match by_block {
+            true => master.block(&new),
+            false => master.segmented(&new),
+        };
+        assert_eq!(sent, Ok(()));
+        assert_eq!(master.status(), None);
+        assert_eq!(master.node.take_restart(), None);
+        assert!(master.control(1).is_ok());
+        assert_eq!(master.node.take_restart(), Some(Restart::ByMaster));
+        let mut chip = master.node.release();
+        assert_eq!(State::read(&chip).progress, Progress::Installing);
+        assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+        assert!(chip.holds(Slot::Running, &new));
+    }
+}
+
+#[test]
+fn lost_segments_of_a_block_are_repeated() {
+    // Long enough for some sub-blocks.
+    let program = program(5, 5_000);
+    let new = sign(header(&program, 300), &program, DEVELOPMENT);
+    for one in [2, 3, 5, 50, 127, 128, 200] {
+        let mut master = Master::of(chip());
+        master.lose = Some(one);
+        assert_eq!(master.block(&new), Ok(()), "one in {one}");
+        assert!(master.node.release().holds(Slot::New, &new), "one in {one}");
+    }
+}
+
+#[test]
+fn segments_that_arrive_twice_are_taken_once() {
+    let program = program(5, 5_000);
+    let new = sign(header(&program, 300), &program, DEVELOPMENT);
+    for lose in [None, Some(3), Some(50)] {
+        let mut master = Master::of(chip());
+        master.delivery = Delivery::Twice;
+        master.lose = lose;
+        assert_eq!(master.block(&new), Ok(()), "{lose:?}");
+        assert!(master.node.release().holds(Slot::New, &new), "{lose:?}");
+    }
+}
+
+#[test]
+fn segment_without_a_number_ends_the_download() {
+    let mut master = Master::of(chip());
+    assert!(master.ask([0xC6, 0x50, 0x1F, 1, 44, 2, 0, 0]).is_ok());
+    assert_eq!(master.send([1, 0, 0, 0, 0, 0, 0, 0]), None);
+    let answer = master.ask([0, 0, 0, 0, 0, 0, 0, 0]);
+    assert_eq!(answer, Err(AbortCode::SequenceNumber));
+    assert_eq!(master.block(&image(3, 300)), Ok(()));
+}
+
+#[test]
+fn unsuitable_images_are_refused_before_they_are_installed() {
+    let program = program(3, 412);
+    let good = header(&program, 300);
+    let signed = |header: Header| sign(header, &program, DEVELOPMENT);
+    let mut changed = signed(good);
+    changed[600] ^= 1;
+    let mut unsigned = signed(good);
+    unsigned[9] = 0;
+    let mut shortened = signed(good);
+    shortened.truncate(700);
+    let mut lengthened = signed(good);
+    lengthened.extend([0; 4]);
+    let other = Header {
+        board: Board::Feather,
+        ..good
+    };
+    let older = Header {
+        sequence: 199,
+        ..good
+    };
+    for (bytes, refusal) in [
+        (signed(other), Refusal::OtherBoard),
+        (signed(older), Refusal::Older),
+        (sign(good, &program, &[9; 32]), Refusal::WrongSignature),
+        (unsigned, Refusal::Unsigned),
+        (changed, Refusal::WrongHash),
+        (shortened, Refusal::WrongLength),
+        (lengthened, Refusal::WrongLength),
+        (vec![0x7F; 900], Refusal::NotAnImage),
+        (vec![0; 200_000], Refusal::WrongLength),
+        (vec![0; 100], Refusal::WrongLength),
+    ] {
+        for by_block in [false, true] {
+            let mut master = Master::of(chip());
+            let sent = match by_block {
+                true => master.block(&bytes),
+                false => master.segmented(&bytes),
+            };
+            assert_eq!(sent, Err(AbortCode::CannotStore), "{refusal:?}");
+            assert_eq!(master.status(), Some(refusal));
+            // Nothing to install, and the next attempt succeeds.
+            assert_eq!(master.segmented(&signed(good)), Ok(()), "{refusal:?}");
+            assert_eq!(master.status(), None);
+        }
+    }
+}
+
+#[test]
+fn start_without_a_download_keeps_the_program() {
+    let mut master = Master::of(chip());
+    assert!(master.control(1).is_ok());
+    assert_eq!(master.node.take_restart(), Some(Restart::ByMaster));
+    let mut chip = master.node.release();
+    assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+    assert!(chip.holds(Slot::Running, &image(2, 200)));
+    let mut master = Master::of(chip);
+    assert_eq!(master.control(0x80), Err(AbortCode::DeviceState));
+    assert_eq!(master.control(9), Err(AbortCode::InvalidValue));
+    assert!(master.control(0).is_ok() && master.control(3).is_ok());
+}
+
+#[test]
+fn silent_master_is_given_up() {
+    let new = image(3, 300);
+    for by_block in [false, true] {
+        let mut master = Master::of(chip());
+        let size = new.len() as u8;
+        let begin = if by_block { 0xC6 } else { 0x21 };
+        assert!(master.ask([begin, 0x50, 0x1F, 1, size, 0, 0, 0]).is_ok());
+        let mut heartbeats = 0;
+        for _ in 0..5_000 {
+            heartbeats += u32::from(master.node.tick(CanRun).is_some());
+        }
+        assert_eq!(heartbeats, 10);
+        assert_eq!(master.node.take_restart(), None);
+        assert_eq!(master.block(&new), Ok(()));
+        for ms in 1..=60_000 {
+            master.node.tick(CanRun);
+            let restart = master.node.take_restart();
+            let expected = (ms == 60_000).then_some(Restart::AfterSilence);
+            assert_eq!(restart, expected, "{ms} ms");
+        }
+        // Without a program there is nothing to return to.
+        for _ in 0..100_000 {
+            master.node.tick(Missing(None));
+        }
+        assert_eq!(master.node.take_restart(), None);
+    }
+}
+
+#[test]
+fn another_master_in_mid_transfer_is_aborted_or_aborts() {
+    let new = image(3, 300);
+    let mut master = Master::of(chip());
+    let size = new.len() as u8;
+    assert!(master.ask([0x21, 0x50, 0x1F, 1, size, 2, 0, 0]).is_ok());
+    assert!(master.ask([0, 1, 2, 3, 4, 5, 6, 7]).is_ok());
+    // A repeated segment has the wrong toggle bit.
+    assert_eq!(
+        master.ask([0, 1, 2, 3, 4, 5, 6, 7]),
+        Err(AbortCode::ToggleBit)
+    );
+    assert_eq!(
+        master.ask([0x10, 0, 0, 0, 0, 0, 0, 0]),
+        Err(AbortCode::Command)
+    );
+    // An abort within a block, and the next attempt.
+    assert!(master.ask([0xC6, 0x50, 0x1F, 1, size, 2, 0, 0]).is_ok());
+    assert_eq!(master.send([1, 0, 0, 0, 0, 0, 0, 0]), None);
+    assert_eq!(master.send([0x80, 0x50, 0x1F, 1, 0, 0, 0, 8]), None);
+    assert_eq!(master.block(&new), Ok(()));
+    // A wrong CRC.
+    let mut master = Master::of(chip());
+    assert!(master.ask([0xC6, 0x50, 0x1F, 1, 7, 0, 0, 0]).is_ok());
+    assert!(master.ask([0x81, 0, 0, 0, 0, 0, 0, 0]).is_ok());
+    assert_eq!(master.ask([0xC1, 1, 2, 0, 0, 0, 0, 0]), Err(AbortCode::Crc));
+    assert_eq!(master.block(&new), Ok(()));
+}
+
+#[test]
+fn own_image_does_not_put_a_confirmed_program_on_trial() {
+    let new = image(3, 300);
+    let mut master = Master::of(Chip::blank().with(Slot::Running, &new));
+    assert_eq!(master.block(&new), Ok(()));
+    assert!(master.control(1).is_ok());
+    let mut chip = master.node.release();
+    assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+    assert_eq!(State::read(&chip).progress, Progress::Settled);
+}
+
+#[test]
+fn failed_start_keeps_the_program_that_it_was_to_install() {
+    let new = image(3, 300);
+    let mut chip = chip().with(Slot::New, &new);
+    let mut state = State::read(&chip);
+    state.append(Event::Install, &mut chip).expect("room");
+    chip.operations = 0;
+    chip.cut = Some((5, Cut::Before));
+    assert!(settle(&mut chip, KEY).is_err());
+    chip.power_up();
+    let mut node = Node::new(NodeId::new(5), chip, Board::Reference, 77, KEY);
+    assert!(node.boot(Unsettled).is_some());
+    assert_eq!(node.take_restart(), None);
+    for _ in 0..60_000 {
+        node.tick(Unsettled);
+    }
+    assert_eq!(node.take_restart(), Some(Restart::AfterSilence));
+    let mut chip = node.release();
+    assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+    assert!(chip.holds(Slot::Running, &new));
+}
+
+#[test]
+fn clear_that_the_flash_does_not_take_is_refused() {
+    let mut chip = chip().with(Slot::New, &image(3, 300));
+    chip.cut = Some((1, Cut::Before));
+    let mut node = Node::new(NodeId::new(5), chip, Board::Reference, 77, KEY);
+    assert!(node.boot(Unsettled).is_some());
+    let mut master = Master {
+        node,
+        sent: 0,
+        lose: None,
+        delivery: Delivery::Once,
+    };
+    assert_eq!(master.control(3), Err(AbortCode::Hardware));
+    assert_eq!(master.status(), Some(Refusal::FlashFailed));
+}
+
+#[test]
+fn node_id_of_lss_is_taken_after_the_configuration() {
+    let mut node = Node::new(None, chip(), Board::Reference, 77, KEY);
+    assert_eq!(node.boot(CanRun), None);
+    let mut send = |data: [u8; 8]| {
+        let frame = CanFrame::new(0x7E5, &data).expect("a frame");
+        node.receive(&frame)
+    };
+    assert_eq!(send([4, 1, 0, 0, 0, 0, 0, 0]), None);
+    let answer = send([0x11, 0x33, 0, 0, 0, 0, 0, 0]).expect("an answer");
+    assert_eq!(answer.data()[..2], [0x11, 0]);
+    let boot = send([4, 0, 0, 0, 0, 0, 0, 0]).expect("a boot-up message");
+    assert_eq!((boot.id(), boot.data()), (0x733, [0].as_slice()));
+    assert_eq!(node.id(), NodeId::new(0x33));
+}

@@ -1,0 +1,285 @@
+//! Updates whose supply fails in each operation of the flash: the old or the new program is started, whole.
+
+use crate::flash::{CUTS, Chip, Cut, image, probed};
+use bootloader::image::Refusal;
+use bootloader::journal::{Event, MOST_STARTS, Progress, State};
+use bootloader::layout::{SLOT_SIZE, Slot};
+use bootloader::update::{Start, settle};
+use bootloader::verify::KEY;
+
+/// Starts a chip that runs `old` and has received `new`, with the supply failing in operation `at` of the start.
+/// Returns whether it failed.
+fn cut_in(chip: &mut Chip, at: u32, cut: Cut) -> bool {
+    chip.operations = 0;
+    chip.cut = Some((at, cut));
+    let _ = settle(chip, KEY);
+    chip.power_up();
+    chip.operations >= at
+}
+
+/// Asserts that a chip starts one of the programs, and returns its index.
+fn starts_one_of(chip: &mut Chip, programs: [&[u8]; 2], context: &str) -> usize {
+    assert_eq!(settle(chip, KEY), Ok(Start::Program), "{context}");
+    programs
+        .iter()
+        .position(|program| chip.holds(Slot::Running, program))
+        .unwrap_or_else(|| panic!("{context}: the running program is neither"))
+}
+
+/// Returns whether an operation is cut: all of a short program; of one of 128 KiB the first and the last, where
+/// slots change, and one in 199 between.
+fn is_tried(at: u32, operations: u32) -> bool {
+    const ENDS: u32 = 150;
+    operations < 2_000 || at < ENDS || at + ENDS > operations || at.is_multiple_of(199)
+}
+
+/// Cuts each operation of the start of a chip, and once more each of the start after it.
+fn cut_everywhere(before: &Chip, programs: [&[u8]; 2], expected: usize) {
+    cut_every(1, before, programs, expected);
+}
+
+/// Cuts one in `step` operations.
+fn cut_every(step: u32, before: &Chip, programs: [&[u8]; 2], expected: usize) {
+    let mut chip = before.clone();
+    let found = starts_one_of(&mut chip, programs, "without a cut");
+    assert_eq!(found, expected, "without a cut");
+    let operations = chip.operations;
+    assert!(operations > 100, "{operations}");
+    for cut in CUTS {
+        let tried = (1..=operations).filter(|at| is_tried(*at, operations));
+        for at in tried.step_by(step as usize) {
+            let mut chip = before.clone();
+            assert!(cut_in(&mut chip, at, cut), "{at} {cut:?}");
+            // A second cut where the first start after it does its own copying.
+            let mut twice = chip.clone();
+            if cut_in(&mut twice, at / 2 + 1, cut) {
+                let context = format!("{at} {cut:?}, then {} once more", at / 2 + 1);
+                starts_one_of(&mut twice, programs, &context);
+            }
+            let context = format!("{at} {cut:?}");
+            starts_one_of(&mut chip, programs, &context);
+            // Without confirmation the old program is back, as whole as before.
+            for _ in 0..MOST_STARTS {
+                starts_one_of(&mut chip, programs, &context);
+            }
+            assert!(chip.holds(Slot::Running, programs[0]), "{context}");
+        }
+    }
+}
+
+/// Chip that has received `new`.
+fn received(old: &[u8], previous: Option<&[u8]>, new: &[u8]) -> Chip {
+    let mut chip = Chip::blank().with(Slot::Running, old).with(Slot::New, new);
+    if let Some(previous) = previous {
+        chip = chip.with(Slot::Previous, previous);
+    }
+    let mut state = State::read(&chip);
+    state
+        .append(Event::Install, &mut chip)
+        .expect("a blank journal");
+    chip.operations = 0;
+    chip
+}
+
+#[test]
+fn update_survives_a_cut_in_any_operation() {
+    let (older, old, new) = (image(1, 1), image(2, 2), image(3, 3));
+    cut_everywhere(&received(&old, Some(&older), &new), [&old, &new], 1);
+    cut_everywhere(&received(&old, None, &new), [&old, &new], 1);
+}
+
+#[test]
+fn update_of_a_probed_program_survives_a_cut() {
+    let (old, new) = (probed(2), image(3, 3));
+    cut_everywhere(&received(&old, None, &new), [&old, &new], 1);
+}
+
+#[test]
+fn return_to_the_previous_program_survives_a_cut() {
+    let (old, new) = (image(2, 2), image(3, 3));
+    for old in [old, probed(2)] {
+        let mut chip = received(&old, None, &new);
+        for _ in 0..MOST_STARTS {
+            assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+            assert!(chip.holds(Slot::Running, &new));
+        }
+        chip.operations = 0;
+        cut_everywhere(&chip, [&old, &new], 0);
+        assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+        let state = State::read(&chip);
+        assert_eq!(state.progress, Progress::Settled);
+        assert_eq!(state.refusal, Some(Refusal::NotConfirmed));
+    }
+}
+
+#[test]
+fn confirmed_program_stays() {
+    let (old, new) = (image(2, 2), image(3, 3));
+    let mut chip = received(&old, None, &new);
+    assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+    let blank = vec![0xFF; SLOT_SIZE as usize];
+    assert!(chip.holds(Slot::New, &blank), "for the next download");
+    let mut state = State::read(&chip);
+    assert_eq!(state.progress, Progress::Trial(1));
+    state.append(Event::Confirmed, &mut chip).expect("room");
+    for _ in 0..10 {
+        chip.operations = 0;
+        assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+        assert!(chip.holds(Slot::Running, &new));
+        assert_eq!(chip.operations, 0);
+    }
+}
+
+#[test]
+fn decayed_program_is_replaced_by_the_previous() {
+    let (old, new) = (image(2, 2), image(3, 3));
+    let mut damaged = new.clone();
+    damaged[700] ^= 1;
+    let mut chip = Chip::blank()
+        .with(Slot::Running, &damaged)
+        .with(Slot::Previous, &old);
+    assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+    assert!(chip.holds(Slot::Running, &old));
+    assert_eq!(State::read(&chip).refusal, Some(Refusal::Decayed));
+    let mut alone = Chip::blank().with(Slot::Running, &damaged);
+    assert_eq!(
+        settle(&mut alone, KEY),
+        Ok(Start::Nothing(Some(Refusal::Decayed)))
+    );
+    assert_eq!(settle(&mut Chip::blank(), KEY), Ok(Start::Nothing(None)));
+}
+
+#[test]
+fn image_that_decays_before_its_install_is_refused() {
+    let (old, mut new) = (image(2, 2), image(3, 3));
+    new[650] ^= 4;
+    let mut chip = received(&old, None, &new);
+    assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+    assert!(chip.holds(Slot::Running, &old));
+    assert_eq!(chip.erases.get(), 0);
+    assert_eq!(State::read(&chip).refusal, Some(Refusal::WrongHash));
+    // The hash of the header is changed with the program, but not the signature.
+    let program = crate::flash::program(9, 400);
+    let forged = crate::flash::sign(crate::flash::header(&program, 9), &program, &[1; 32]);
+    let mut chip = received(&old, None, &forged);
+    assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+    assert!(chip.holds(Slot::Running, &old));
+    assert_eq!(State::read(&chip).refusal, Some(Refusal::WrongSignature));
+}
+
+#[test]
+fn full_journal_keeps_its_state_over_a_cut() {
+    let (old, new) = (image(2, 2), image(3, 3));
+    let mut chip = received(&old, None, &new);
+    let mut state = State::read(&chip);
+    // What an interrupted erase leaves, 64 records of 8 bytes, ends with an install.
+    for k in 1..=8_170 {
+        let event = match k % 64 {
+            63 => Event::Install,
+            _ => Event::Ended(Refusal::WrongHash),
+        };
+        state.append(event, &mut chip).expect("room");
+    }
+    for cut in CUTS {
+        for at in 1..6 {
+            let mut chip = chip.clone();
+            assert!(cut_in(&mut chip, at, cut), "{at} {cut:?}");
+            assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+            assert!(chip.holds(Slot::Running, &old), "{at} {cut:?}");
+            assert_eq!(State::read(&chip).progress, Progress::Settled);
+        }
+    }
+    assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+    assert!(chip.holds(Slot::Running, &old));
+    let mut state = State::read(&chip);
+    state.append(Event::Install, &mut chip).expect("room again");
+}
+
+#[test]
+fn copy_that_was_interrupted_is_no_program() {
+    let (old, new) = (probed(2), image(3, 3));
+    let mut chip = received(&old, None, &new);
+    // In the copy of the running program, whose header has no hash.
+    assert!(cut_in(&mut chip, 150, Cut::After));
+    chip.decay(Slot::New.start() + 600);
+    chip.decay(Slot::Running.start());
+    assert_eq!(
+        settle(&mut chip, KEY),
+        Ok(Start::Nothing(Some(Refusal::Decayed)))
+    );
+}
+
+#[test]
+fn failed_trial_without_a_previous_program_stays_in_the_bootloader() {
+    let new = image(3, 3);
+    let mut chip = Chip::blank().with(Slot::New, &new);
+    let mut state = State::read(&chip);
+    state.append(Event::Install, &mut chip).expect("room");
+    for _ in 0..MOST_STARTS {
+        assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+    }
+    chip.operations = 0;
+    for _ in 0..10 {
+        assert_eq!(
+            settle(&mut chip, KEY),
+            Ok(Start::Nothing(Some(Refusal::NotConfirmed)))
+        );
+    }
+    assert_eq!(chip.operations, 0, "the journal does not grow");
+    // Another program is installed as on a new board.
+    let mut chip = chip.with(Slot::New, &image(4, 4));
+    let mut state = State::read(&chip);
+    state.append(Event::Install, &mut chip).expect("room");
+    assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+    assert!(chip.holds(Slot::Running, &image(4, 4)));
+    // It fails, too: the first one, which has never worked, does not come back.
+    for _ in 1..MOST_STARTS {
+        assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+    }
+    assert_eq!(
+        settle(&mut chip, KEY),
+        Ok(Start::Nothing(Some(Refusal::NotConfirmed)))
+    );
+    assert!(!chip.holds(Slot::Previous, &new));
+}
+
+#[test]
+fn program_on_trial_does_not_replace_the_previous_one() {
+    let (old, trial, new) = (image(2, 2), image(3, 3), image(4, 4));
+    let mut chip = received(&old, None, &trial);
+    assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+    let mut chip = chip.with(Slot::New, &new);
+    let mut state = State::read(&chip);
+    state.append(Event::Install, &mut chip).expect("room");
+    let mut refused = chip.clone();
+    chip.operations = 0;
+    cut_every(5, &chip, [&old, &new], 1);
+    // A refused image leaves the trial as it was.
+    refused.decay(Slot::New.start() + 700);
+    assert_eq!(settle(&mut refused, KEY), Ok(Start::Program));
+    assert!(refused.holds(Slot::Running, &trial));
+    assert_eq!(State::read(&refused).progress, Progress::Trial(2));
+}
+
+#[test]
+fn journal_full_of_trials_is_erased_and_keeps_the_trial() {
+    let (old, new) = (image(2, 2), image(3, 3));
+    let mut chip = received(&old, None, &new);
+    assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+    let mut state = State::read(&chip);
+    // Updates in trials, as a master may ask for.
+    while state.append(Event::Install, &mut chip).is_ok() {
+        let _ = state.append(Event::Started, &mut chip);
+    }
+    let before = State::read(&chip).progress;
+    assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+    let state = State::read(&chip);
+    assert_eq!(
+        (before, state.progress),
+        (Progress::Trial(1), Progress::Trial(2))
+    );
+    for _ in 0..3 {
+        assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+    }
+    assert!(chip.holds(Slot::Running, &old));
+}

@@ -1,0 +1,11 @@
+//! Measures a new reference board.
+
+#![no_std]
+#![no_main]
+
+#[expect(dead_code, reason = "the foot's program uses the rest")]
+#[path = "../../board/mod.rs"]
+mod board;
+mod can;
+mod measure;
+mod supply;

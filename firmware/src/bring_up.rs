@@ -1,0 +1,264 @@
+//! Report of the bring-up program: a line for each measurement, with value, limit and verdict.
+
+use core::fmt::{self, Write};
+use core::ops::RangeInclusive;
+
+use heapless::String;
+
+/// Longest line, bytes.
+pub const LINE: usize = 200;
+
+/// A line of the report.
+pub type Line = String<LINE>;
+
+/// Judgement of a measurement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Within its limit.
+    Pass,
+    /// Beyond its limit, with what to do.
+    Fail(&'static str),
+    /// Not measured, with the reason.
+    NotTested(&'static str),
+}
+
+impl Verdict {
+    /// Judges a value; one that is not a number fails.
+    #[must_use]
+    pub fn of(value: f32, limits: &RangeInclusive<f32>, remedy: &'static str) -> Self {
+        Self::when(limits.contains(&value), remedy)
+    }
+
+    /// Passes where a condition holds.
+    #[must_use]
+    pub const fn when(holds: bool, remedy: &'static str) -> Self {
+        match holds {
+            true => Self::Pass,
+            false => Self::Fail(remedy),
+        }
+    }
+}
+
+/// Counts of the verdicts so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Report {
+    passed: u16,
+    failed: u16,
+    not_tested: u16,
+}
+
+impl Report {
+    /// Counts a measurement, and returns its line. What does not fit is left out.
+    pub fn line(
+        &mut self,
+        name: &str,
+        value: fmt::Arguments<'_>,
+        limit: &str,
+        verdict: Verdict,
+    ) -> Line {
+        let mut shown: String<40> = String::new();
+        // Here and below: a text that is too long ends early.
+        let _ = shown.write_fmt(value);
+        let mut line = Line::new();
+        let _ = write!(line, "{name:<24} {shown:<26} {limit:<20} ");
+        let _ = match verdict {
+            Verdict::Pass => {
+                self.passed += 1;
+                write!(line, "pass\r\n")
+            }
+            Verdict::Fail(remedy) => {
+                self.failed += 1;
+                write!(line, "FAIL: {remedy}\r\n")
+            }
+            Verdict::NotTested(reason) => {
+                self.not_tested += 1;
+                write!(line, "not tested: {reason}\r\n")
+            }
+        };
+        line
+    }
+
+    /// Last line of the report.
+    #[must_use]
+    pub fn summary(&self) -> Line {
+        let Self {
+            passed,
+            failed,
+            not_tested,
+        } = self;
+        let mut line = Line::new();
+        let _ = write!(
+            line,
+            "passed {passed}, failed {failed}, not tested {not_tested}; any byte received here starts again\r\n"
+        );
+        line
+    }
+}
+
+/// Permitted supply, mV. The chip takes 1.8 to 3.6 V, and writing its flash by words 2.7 V (DS8626, general operating
+/// conditions \[M\]); transceivers for 3.3 V are specified from 3.0 V on.
+pub const SUPPLY_MV: RangeInclusive<u32> = 3_000..=3_600;
+
+/// Supply at which the factory converts the chip's reference, mV (DS8626, internal reference voltage calibration
+/// values \[M\]).
+const CALIBRATION_MV: u32 = 3_300;
+
+/// Plausible codes of that conversion: 1.18 to 1.24 V of 3.3 V (DS8626, embedded internal reference voltage \[M\]), and
+/// 1 % of the converter.
+const CALIBRATION_CODES: RangeInclusive<u16> = 1_450..=1_555;
+
+/// Supply, mV, from the code of the chip's reference and that of the factory; `None` where one of them is impossible.
+#[must_use]
+pub fn supply_mv(code: u16, calibration: u16) -> Option<u32> {
+    if !CALIBRATION_CODES.contains(&calibration) {
+        return None;
+    }
+    (CALIBRATION_MV * u32::from(calibration)).checked_div(u32::from(code))
+}
+
+/// Edges of the sensor's data-ready line, tick by tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Edges {
+    ticks: u32,
+    edges: u32,
+    without: u32,
+}
+
+impl Edges {
+    /// Counts the edges of a tick.
+    pub fn take(&mut self, edges: u16) {
+        self.ticks += 1;
+        self.edges += u32::from(edges);
+        self.without += u32::from(edges == 0);
+    }
+
+    /// Mean interval of the edges, µs; infinite without any.
+    #[must_use]
+    pub fn interval_us(&self) -> f32 {
+        1000.0 * self.ticks as f32 / self.edges as f32
+    }
+
+    /// Number of ticks without an edge.
+    #[must_use]
+    pub const fn without(&self) -> u32 {
+        self.without
+    }
+}
+
+/// Jitter of the data-ready line, from the first edge of each tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jitter {
+    interval_us: f32,
+    last_us: Option<u64>,
+    largest_us: f32,
+}
+
+impl Jitter {
+    /// Starts with the mean interval of the edges.
+    #[must_use]
+    pub const fn new(interval_us: f32) -> Self {
+        Self {
+            interval_us,
+            last_us: None,
+            largest_us: f32::NAN,
+        }
+    }
+
+    /// Takes the time of an edge: from the one before, it is whole intervals away.
+    pub fn take(&mut self, at_us: u64) {
+        if let Some(last_us) = self.last_us.replace(at_us) {
+            let intervals = at_us.saturating_sub(last_us) as f32 / self.interval_us;
+            let whole = (intervals + 0.5) as u32 as f32;
+            let off_us = (intervals - whole).abs() * self.interval_us;
+            self.largest_us = self.largest_us.max(off_us);
+        }
+    }
+
+    /// Largest deviation, µs; not a number before the second edge, and without an interval.
+    #[must_use]
+    pub const fn largest_us(&self) -> f32 {
+        self.largest_us
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn supply_is_the_ratio_to_the_code_of_the_factory() {
+        assert_eq!(supply_mv(1_500, 1_500), Some(3_300));
+        assert_eq!(supply_mv(1_707, 1_500), Some(2_899));
+        assert_eq!(supply_mv(0, 1_500), None);
+        assert_eq!(supply_mv(1_500, 0xFFFF), None);
+    }
+
+    #[test]
+    fn line_has_name_value_limit_verdict_and_remedy() {
+        let mut report = Report::default();
+        let line = report.line(
+            "stack",
+            format_args!("{} B", 700),
+            "below 4096",
+            Verdict::Pass,
+        );
+        assert_eq!(
+            line.split_whitespace().collect::<Vec<_>>(),
+            ["stack", "700", "B", "below", "4096", "pass"]
+        );
+        let line = report.line(
+            "CAN",
+            format_args!("silent"),
+            "",
+            Verdict::Fail("add a node"),
+        );
+        assert!(line.ends_with("FAIL: add a node\r\n"), "{line}");
+        report.line("", format_args!(""), "", Verdict::NotTested("no sensor"));
+        assert!(
+            report
+                .summary()
+                .starts_with("passed 1, failed 1, not tested 1;")
+        );
+    }
+
+    #[test]
+    fn text_that_is_too_long_ends_early() {
+        let long = "x".repeat(300);
+        let mut report = Report::default();
+        let line = report.line(&long, format_args!("{long}"), &long, Verdict::Pass);
+        assert!(line.len() <= LINE);
+        assert_eq!(
+            report,
+            Report {
+                passed: 1,
+                ..Report::default()
+            }
+        );
+    }
+
+    #[test]
+    fn value_at_its_limit_passes_and_no_number_fails() {
+        let limits = 142.5..=157.5;
+        assert_eq!(Verdict::of(157.5, &limits, ""), Verdict::Pass);
+        for value in [157.6, f32::NAN, f32::INFINITY] {
+            assert_eq!(Verdict::of(value, &limits, "wires"), Verdict::Fail("wires"));
+        }
+    }
+
+    #[test]
+    fn interval_is_that_of_the_edges_counted() {
+        let mut edges = Edges::default();
+        assert!(edges.interval_us().is_nan());
+        [7, 6, 7, 0].into_iter().for_each(|count| edges.take(count));
+        assert_eq!((edges.interval_us(), edges.without()), (200.0, 1));
+    }
+
+    #[test]
+    fn jitter_is_the_largest_distance_from_whole_intervals() {
+        let mut jitter = Jitter::new(150.0);
+        [1_000, 1_900, 2_953, 3_850]
+            .into_iter()
+            .for_each(|at| jitter.take(at));
+        assert!((jitter.largest_us() - 3.0).abs() < 1e-3, "{jitter:?}");
+    }
+}

@@ -1,0 +1,271 @@
+//! Remedies for faults, flags and refusals: one table for `footfall explain`, the monitor and the
+//! documentation.
+
+use estimator_core::Flag;
+use wire::{AbortCode, Fault};
+
+/// A condition reported by a foot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Trouble {
+    /// Fault of the board.
+    Fault(Fault),
+    /// Flag of an estimate.
+    Flag(Flag),
+    /// Refusal of a request.
+    Refusal(AbortCode),
+}
+
+impl Trouble {
+    /// Iterates over all faults, flags and refusals.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let faults = Fault::ALL.into_iter().map(Self::Fault);
+        let flags = Flag::ALL.into_iter().map(Self::Flag);
+        let refusals = AbortCode::ALL.into_iter().map(Self::Refusal);
+        faults.chain(flags).chain(refusals)
+    }
+
+    /// Finds a condition by name, with `_`, `-` or spaces between the words, or by code, such as 0x7007.
+    #[must_use]
+    pub fn find(text: &str) -> Option<Self> {
+        let text = words(text);
+        let wanted = code(&text);
+        let is_coded = |trouble: &Self| wanted.is_some() && trouble.code() == wanted;
+        Self::all().find(|trouble| words(trouble.name()) == text || is_coded(trouble))
+    }
+
+    /// Name of the condition.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Fault(fault) => fault.name(),
+            Self::Flag(flag) => flag.name(),
+            Self::Refusal(refusal) => refusal.name(),
+        }
+    }
+
+    /// Code; `None` for a flag.
+    #[must_use]
+    pub fn code(self) -> Option<u32> {
+        match self {
+            Self::Fault(fault) => Some(u32::from(fault.code())),
+            Self::Flag(_) => None,
+            Self::Refusal(refusal) => Some(refusal.code()),
+        }
+    }
+
+    /// Code as text; empty for a flag.
+    #[must_use]
+    pub fn code_text(self) -> String {
+        match self {
+            Self::Fault(fault) => format!("0x{:04X}", fault.code()),
+            Self::Flag(_) => String::new(),
+            Self::Refusal(refusal) => format!("0x{:08X}", refusal.code()),
+        }
+    }
+
+    /// Kind in one word.
+    #[must_use]
+    pub const fn kind(self) -> &'static str {
+        match self {
+            Self::Fault(_) => "fault",
+            Self::Flag(_) => "flag",
+            Self::Refusal(_) => "refusal",
+        }
+    }
+
+    /// Effect on the probability; empty for a refusal.
+    #[must_use]
+    pub const fn consequence(self) -> &'static str {
+        match self {
+            Self::Fault(fault) if fault.voids_estimate() => {
+                "every probability is 0, and no frame says \"stable\", until it is cleared"
+            }
+            Self::Fault(_) => "the estimate goes on",
+            Self::Flag(Flag::Settling) => "the estimate goes on, with limits that fit most feet",
+            Self::Flag(Flag::TimeGap) => {
+                "up to 10 ms are bridged without a rise; after more the probability starts from near 0"
+            }
+            Self::Flag(Flag::WindowNotFull) => "the mean is over the samples there are",
+            Self::Flag(Flag::AttitudeNotInitialised) => {
+                "the probability stays at or below 0.5; with half-widths it is 0"
+            }
+            Self::Flag(_) => "the sample counts as motion",
+            Self::Refusal(_) => "",
+        }
+    }
+
+    /// Remedy, most likely cause first.
+    #[must_use]
+    pub const fn remedy(self) -> &'static str {
+        match self {
+            Self::Fault(fault) => of_fault(fault),
+            Self::Flag(flag) => of_flag(flag),
+            Self::Refusal(refusal) => of_refusal(refusal),
+        }
+    }
+}
+
+/// Normalises a name to lower case with one space between words.
+fn words(text: &str) -> String {
+    let parts = text.split([' ', '_', '-']).filter(|part| !part.is_empty());
+    parts.collect::<Vec<_>>().join(" ").to_lowercase()
+}
+
+fn code(text: &str) -> Option<u32> {
+    u32::from_str_radix(text.strip_prefix("0x")?, 16).ok()
+}
+
+const fn of_fault(fault: Fault) -> &'static str {
+    match fault {
+        Fault::SensorSilent => {
+            "check the wire of INT1 and the sensor's supply: no data-ready edge comes; if it clears by itself, look for a loose contact"
+        }
+        Fault::SensorFrozen => {
+            "check the wires of MISO and chip select; where single axes repeat, the sensor is damaged: replace it"
+        }
+        Fault::SensorWrongId => {
+            "check that the part is an LSM6DSOX and that SPI's four wires are right; the detail is what was read: 0x00 or 0xFF is a wire that is open"
+        }
+        Fault::SensorReset => {
+            "the sensor's supply dipped: check its decoupling and the wire; it is configured again by itself"
+        }
+        Fault::SensorConfigMismatch => {
+            "check SPI's wires for length and crosstalk; the board slows the bus to 2.5 MHz by itself after three failures"
+        }
+        Fault::SensorSaturated => {
+            "the foot is beyond ±16 g or ±2000 °/s for more than an impact: check for a loose mounting; a stuck reading at its limit is a damaged sensor"
+        }
+        Fault::SensorTiming => {
+            "edges come too often or too seldom: check INT1 for crosstalk, and the sensor for its data rate after a dip of the supply"
+        }
+        Fault::SensorSelfTest => {
+            "keep the foot still while it starts and start it again; if it stays, the sensor is damaged"
+        }
+        Fault::LoadSensorOpen => {
+            "check the load sensor's plug and its supply; without one, set the source of the load (0x2015:1) to none"
+        }
+        Fault::CrystalMissing => {
+            "the crystal does not start, or has another frequency than the program is built for, which the detail of the emergency and the log say in kHz: CAN is off, UART works; check the crystal and its solder joints"
+        }
+        Fault::ConfigCorrupted => {
+            "the foot runs with the defaults, and the stored settings are kept until the next store: the detail says whether they are damaged (0), do not fit each other (1), or were not read after three watchdog resets (2); check all settings and store them again; if it comes back, the flash is worn"
+        }
+        Fault::ConfigStore => {
+            "detail 1: raise the supply above 2.7 V; detail 0: the flash does not hold what is written: replace the board"
+        }
+        Fault::Panic | Fault::HardFault => {
+            "note the program counter (0x2113:2), the version and the program's number, and report them; `footfall explain` says how that address leads to its line; the board has started again by itself"
+        }
+        Fault::WatchdogReset => {
+            "the program hung and was started again; where it comes often, check the supply and report it"
+        }
+        Fault::LateTick => {
+            "send fewer frames (events of the PDOs, UART streams) or requests; while settings are stored in pre-operational state it is expected"
+        }
+        Fault::CanOverrun => {
+            "the bus brings frames faster than the foot takes them: send it fewer at once"
+        }
+        Fault::CanErrorPassive => {
+            "check the bus: 120 Ω at both ends, the same bit rate everywhere, another node that acknowledges"
+        }
+        Fault::CanBusOff => {
+            "check the bus for a short circuit, swapped wires or another bit rate; the foot tries again by itself"
+        }
+        Fault::PdoLength => "send four bytes as RPDO1: the load as REAL32",
+        Fault::UartOverrun => "send requests more slowly, and check the line's rate",
+        Fault::PdoTimeout => {
+            "the robot has stopped sending the load: check its program, or set the event timer of RPDO1 (0x1400:5) to 0"
+        }
+        Fault::GyroBias => {
+            "the foot turned while it seemed to rest, or the gyroscope is beyond its data sheet: hold the foot still and reset it; if it stays, replace the sensor"
+        }
+        Fault::Misread => {
+            "check SPI's wires for length and crosstalk: samples are not read twice, and may be wrong"
+        }
+        Fault::SensorScale => {
+            "about half of 9.8 m/s² at rest: the part is an LSM6DSO32, fit an LSM6DSOX; otherwise check bias and scale of the accelerometer (0x2017)"
+        }
+    }
+}
+
+const fn of_flag(flag: Flag) -> &'static str {
+    match flag {
+        Flag::WindowNotFull => "nothing: it ends after one window",
+        Flag::AttitudeNotInitialised => "hold the foot still for a fifth of a second",
+        Flag::Saturated => {
+            "at landings it is expected for a few samples; where it is more, check the mounting or choose a wider range"
+        }
+        Flag::Stale => {
+            "samples repeat: check the rate of the recording, and the sensor's wiring on a board"
+        }
+        Flag::InvalidSample => {
+            "check units and times of the recording; on a board the sensor could not be read"
+        }
+        Flag::TimeGap => "samples are missing: check the logger for drops",
+        Flag::Settling => {
+            "walk four or five steps, or start with what was learnt before (footfall calibrate, object 0x2018)"
+        }
+    }
+}
+
+const fn of_refusal(refusal: AbortCode) -> &'static str {
+    match refusal {
+        AbortCode::ToggleBit | AbortCode::Command | AbortCode::SequenceNumber | AbortCode::Crc => {
+            "two masters talk to this foot, or one was restarted in mid-transfer: ask again"
+        }
+        AbortCode::WriteOnly | AbortCode::ReadOnly => {
+            "see the access of the object in wire/footfall.eds"
+        }
+        AbortCode::NoObject | AbortCode::NoSubindex => {
+            "check index and sub-index; a foot of an older version lacks newer objects"
+        }
+        AbortCode::Incompatible => {
+            "set the other value first: an upper threshold must stay above its lower one"
+        }
+        AbortCode::Hardware => "see the fault: the flash or the supply",
+        AbortCode::Length | AbortCode::TooLong | AbortCode::TooShort => {
+            "send the number of bytes that the object's type has"
+        }
+        AbortCode::InvalidValue | AbortCode::TooHigh | AbortCode::TooLow => {
+            "see the object's range in wire/footfall.eds"
+        }
+        AbortCode::CannotStore => "write the signature: \"save\" to 0x1010, \"load\" to 0x1011",
+        AbortCode::Locked => "the configuration is locked: unlock it first (0x2005)",
+        AbortCode::DeviceState => {
+            "put the foot into pre-operational state first: it stops streaming while it does this"
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_condition_is_found_by_name_and_code() {
+        for trouble in Trouble::all() {
+            assert_eq!(Trouble::find(trouble.name()), Some(trouble));
+            assert_eq!(
+                Trouble::find(&trouble.name().replace(' ', "_").to_uppercase()),
+                Some(trouble)
+            );
+            if let Some(code) = trouble.code() {
+                assert_eq!(Trouble::find(&format!("0x{code:x}")), Some(trouble));
+                assert_eq!(Trouble::find(&trouble.code_text()), Some(trouble));
+            }
+        }
+        for unknown in ["", "0x", "0x7FFF", "7007", "sensor"] {
+            assert_eq!(Trouble::find(unknown), None, "{unknown:?}");
+        }
+    }
+
+    #[test]
+    fn names_are_unique() {
+        let names: Vec<_> = Trouble::all()
+            .map(|trouble| words(trouble.name()))
+            .collect();
+        let distinct: BTreeSet<_> = names.iter().collect();
+        assert_eq!(distinct.len(), names.len());
+    }
+}

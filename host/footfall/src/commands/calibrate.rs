@@ -1,0 +1,335 @@
+//! `footfall calibrate`.
+
+use std::collections::BTreeMap;
+use std::fmt::{self, Display};
+use std::io;
+use std::path::PathBuf;
+
+use analysis::calibrate::CalibrationError;
+use analysis::calibrate::learnt::{LearntCalibration, LearntFoot};
+use analysis::calibrate::mounting::{MountingReport, RestingUp};
+use analysis::calibrate::robot_file::RobotFile;
+use analysis::calibrate::sensor::SensorCalibration;
+use analysis::config::ConfigError;
+use analysis::summary::{InputReport, Source, WithInputs};
+use clap::Args;
+use clap::builder::NonEmptyStringValueParser;
+use estimator_core::Params;
+use recordings::input::{Correction, Format, Hints, Loaded};
+use recordings::plausible::{self, Finding};
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::headings::{ESTIMATOR, OUTPUT};
+use super::recording::{Configuration, RecordingArguments, check};
+use crate::error::Error;
+use crate::files::write_file;
+use crate::messages::detail;
+use crate::plot;
+use crate::progress::{self, Bars};
+use crate::report::{SummaryStyle, print, warn};
+use crate::schema::Described;
+use crate::targets::{self, Target};
+
+/// Arguments of `footfall calibrate`.
+#[derive(Debug, Args)]
+pub struct CalibrateArguments {
+    /// Recordings of one foot that walks; or with --rests of one sensor that lies still on each of
+    /// its six sides. Neither labels nor the load are used. Of a bag with several feet (--topic all), each is
+    /// calibrated by itself, and has its table [feet.NAME] in the output
+    #[arg(required = true)]
+    pub inputs: Vec<PathBuf>,
+    /// Find accelerometer bias and scale and gyroscope bias instead
+    #[arg(long, conflicts_with_all = ["plot", "axes"], help_heading = ESTIMATOR)]
+    pub rests: bool,
+    /// Write what is found as settings of this foot: the table [feet.NAME]
+    #[arg(long, value_name = "NAME", value_parser = NonEmptyStringValueParser::new(), requires = "output", help_heading = OUTPUT)]
+    pub foot: Option<String>,
+    /// How they are read, and with which parameters.
+    #[command(flatten)]
+    pub recording: RecordingArguments,
+    /// Write a file for --config: what --config set before, with what was found in its place
+    #[arg(long, value_name = "OUT.toml", help_heading = OUTPUT)]
+    pub output: Option<PathBuf>,
+    /// Draw how the amplitudes are distributed at rest and in motion, which is an SVG
+    #[arg(long, value_name = "OUT.svg", help_heading = OUTPUT)]
+    pub plot: Option<PathBuf>,
+    /// Print the report as one JSON object; `footfall schema calibrate` describes it
+    #[arg(long, help_heading = OUTPUT)]
+    pub json: bool,
+}
+
+/// Recording of a foot.
+struct Input {
+    file: String,
+    format: Format,
+    loaded: Loaded,
+}
+
+/// Calibration of each foot.
+#[derive(Debug, JsonSchema, Serialize)]
+pub struct FeetReport {
+    /// By the name of the foot.
+    feet: BTreeMap<String, WithInputs<LearntFoot>>,
+}
+
+impl Display for FeetReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (k, (foot, report)) in self.feet.iter().enumerate() {
+            let gap = if k > 0 { "\n\n" } else { "" };
+            write!(f, "{gap}foot {foot}\n{report}")?;
+        }
+        Ok(())
+    }
+}
+
+/// Sets what was learnt of the foot whose settings the file sets.
+fn set_learnt(mut file: RobotFile, report: &WithInputs<LearntFoot>) -> RobotFile {
+    file.set_learnt(&report.report);
+    file.set_mounting(report.mounting.as_ref());
+    file
+}
+
+impl CalibrateArguments {
+    pub(super) fn run(&self) -> Result<(), Error> {
+        targets::check_inputs(&self.inputs)?;
+        let configuration = self.output.iter().map(|path| Target::Configuration(path));
+        let picture = self.plot.iter().map(|path| Target::Picture(path));
+        targets::check(
+            &self.inputs,
+            &configuration.chain(picture).collect::<Vec<_>>(),
+        )?;
+        let configuration = Configuration::read(self.recording.config.as_deref())?;
+        if self.rests {
+            self.calibrate_sensor(&configuration)
+        } else {
+            self.learn(&configuration)
+        }
+    }
+
+    /// Returns the properties of the files, with the correction of the foot that is calibrated.
+    fn hints(&self, configuration: &Configuration) -> Result<Hints, Error> {
+        let mut hints = self.recording.reading.hints(configuration)?;
+        match (&self.foot, hints.foot_corrections.keys().next()) {
+            (Some(foot), _) => {
+                let foot = foot.as_str();
+                self.recording
+                    .reading
+                    .mounting
+                    .check_feet([foot].into_iter())?;
+                hints.correction = *hints.correction_of(&[foot]);
+                hints.foot_corrections.clear();
+            }
+            (None, Some(named)) => {
+                let foot = named.clone();
+                return Err(Error::WhichFoot { foot });
+            }
+            (None, None) => {}
+        }
+        Ok(hints)
+    }
+
+    fn learn(&self, configuration: &Configuration) -> Result<(), Error> {
+        if self.foot.is_none() && self.recording.reading.bag.may_be_of_several_feet() {
+            return self.learn_feet(configuration);
+        }
+        let hints = self.hints(configuration)?;
+        let inputs = self.inputs.iter().map(|input| {
+            let opened = progress::open(input, self.recording.reading.format, &Bars::default())?;
+            Ok(Input {
+                file: input.display().to_string(),
+                format: opened.format(),
+                loaded: opened.read(&hints)?,
+            })
+        });
+        let report = self.learn_foot(configuration, self.foot.as_deref(), &hints, inputs)?;
+        if let Some(path) = &self.plot {
+            write_file(path, |to| {
+                to.write_all(plot::distribution::svg(&report.report)?.as_bytes())
+            })?;
+        }
+        self.write_outputs(configuration, &report, |file| {
+            set_learnt(file.of_foot(self.foot.clone()), &report)
+        })
+    }
+
+    /// Calibrates each foot of the recordings.
+    fn learn_feet(&self, configuration: &Configuration) -> Result<(), Error> {
+        if self.plot.is_some() {
+            return Err(Error::PlotOfSeveral);
+        }
+        let hints = self.recording.reading.hints(configuration)?;
+        let mut inputs: BTreeMap<String, Vec<Input>> = BTreeMap::new();
+        for input in &self.inputs {
+            let opened = progress::open(input, self.recording.reading.format, &Bars::default())?;
+            let (file, format) = (input.display().to_string(), opened.format());
+            for stored in opened.store_all(&hints)? {
+                let foot = stored.about.foot_or_name().to_owned();
+                let loaded = stored.into_loaded();
+                let loaded = loaded.map_err(|error| Error::Replay(error.into()))?;
+                inputs.entry(foot).or_default().push(Input {
+                    file: file.clone(),
+                    format,
+                    loaded,
+                });
+            }
+        }
+        let names = || inputs.keys().map(String::as_str);
+        self.recording.reading.mounting.check_feet(names())?;
+        configuration.check_feet(names());
+        let mut feet = BTreeMap::new();
+        for (foot, inputs) in inputs {
+            let hints = Hints {
+                correction: *hints.correction_of(&[&foot]),
+                foot_corrections: BTreeMap::new(),
+                ..hints.clone()
+            };
+            let inputs = inputs.into_iter().map(Ok);
+            let report = self.learn_foot(configuration, Some(&foot), &hints, inputs);
+            let report = report.map_err(|source| Error::OfFoot {
+                foot: foot.clone(),
+                source: Box::new(source),
+            })?;
+            feet.insert(foot, report);
+        }
+        let report = FeetReport { feet };
+        self.write_outputs(configuration, &report, |file| {
+            report.feet.iter().fold(file, |file, (foot, report)| {
+                set_learnt(file.of_foot(Some(foot.clone())), report)
+            })
+        })
+    }
+
+    /// Learns from the recordings of a foot.
+    fn learn_foot(
+        &self,
+        configuration: &Configuration,
+        foot: Option<&str>,
+        hints: &Hints,
+        recordings: impl Iterator<Item = Result<Input, Error>>,
+    ) -> Result<WithInputs<LearntFoot>, Error> {
+        let mut inputs = BTreeMap::new();
+        let mut rest = RestingUp::default();
+        let mut calibration = None;
+        for input in recordings {
+            let Input {
+                file,
+                format,
+                loaded,
+            } = input?;
+            let mut params = self.recording.params(configuration, format);
+            if let Some(foot) = foot {
+                configuration.overrides.apply_foot(&[foot], &mut params);
+            }
+            let origins = configuration.origins(&file, self.recording.reading.sample_rate, None);
+            origins.check_effects(&params)?;
+            let calibration = match &mut calibration {
+                Some(calibration) => calibration,
+                none => none.insert(LearntCalibration::new(&params)?),
+            };
+            loaded.notices.iter().for_each(warn);
+            detail(format!(
+                "{file}: format {}, {} samples at {} Hz; {}",
+                format.name(),
+                loaded.recording.samples.len(),
+                loaded.recording.sample_rate,
+                self.recording.parameters_text(&params, format)
+            ));
+            let findings = check(&loaded.recording, &loaded.recording.name, hints);
+            self.recording.reading.report(&file, &findings)?;
+            let source = Source {
+                file: &file,
+                format,
+            };
+            inputs.insert(file.clone(), InputReport::of(source, &loaded, &findings));
+            rest.add(plausible::gravity_at_rest(&loaded.recording));
+            let bar = Bars::default().estimating(loaded.recording.samples.len() as u64);
+            let learnt = calibration.add_observed(&loaded.recording, || bar.inc(1));
+            bar.finish_and_clear();
+            learnt.map_err(|error| origins.explain(&error, &params))?;
+        }
+        let calibration =
+            calibration.map_or_else(|| LearntCalibration::new(&Params::default()), Ok)?;
+        let learnt = calibration.finish()?;
+        if let Some(degrees) = rest.disagreement() {
+            warn(format!(
+                "which way is up differs by {degrees:.0}° from the mean of all recordings, so no axes are found: calibrate those of one mounting together"
+            ));
+        }
+        Ok(WithInputs {
+            report: learnt,
+            mounting: MountingReport::of(&rest, &hints.correction.mounting),
+            inputs,
+        })
+    }
+
+    fn calibrate_sensor(&self, configuration: &Configuration) -> Result<(), Error> {
+        let mut hints = self.hints(configuration)?;
+        // Previous results are replaced, not added to.
+        hints.correction = Correction::NONE;
+        let loaded: Result<Vec<(Format, Loaded)>, Error> = self
+            .inputs
+            .iter()
+            .map(|input| {
+                let opened =
+                    progress::open(input, self.recording.reading.format, &Bars::default())?;
+                Ok((opened.format(), opened.read(&hints)?))
+            })
+            .collect();
+        let loaded = loaded?;
+        loaded
+            .iter()
+            .flat_map(|(_, loaded)| &loaded.notices)
+            .for_each(warn);
+        let mut inputs = BTreeMap::new();
+        for (input, (format, loaded)) in self.inputs.iter().zip(&loaded) {
+            let mut findings = check(&loaded.recording, &loaded.recording.name, &hints);
+            // In this calibration the sensor lies on each of its sides in turn.
+            findings.retain(|finding| !matches!(finding, Finding::GravityNotAlongZ { .. }));
+            let file = input.display().to_string();
+            self.recording.reading.report(&file, &findings)?;
+            let source = Source {
+                file: &file,
+                format: *format,
+            };
+            let report = InputReport::of(source, loaded, &findings);
+            inputs.insert(file, report);
+        }
+        let sensor = SensorCalibration::of(loaded.iter().map(|(_, loaded)| &loaded.recording))
+            .map_err(CalibrationError::from)?;
+        let report = WithInputs {
+            report: sensor,
+            mounting: None,
+            inputs,
+        };
+        self.write_outputs(configuration, &report, |file| {
+            let mut file = file.of_foot(self.foot.clone());
+            file.set_sensor(&report.report);
+            file
+        })
+    }
+
+    fn write_outputs(
+        &self,
+        configuration: &Configuration,
+        report: &(impl Described + Display),
+        set: impl FnOnce(RobotFile) -> RobotFile,
+    ) -> Result<(), Error> {
+        if let Some(path) = &self.output {
+            let file = RobotFile::keeping(&configuration.text).map_err(|error| {
+                ConfigError::Unreadable {
+                    file: configuration.name.clone().unwrap_or_default(),
+                    source: io::Error::other(error),
+                }
+            })?;
+            let text = set(file).text();
+            write_file(path, |to| to.write_all(text.as_bytes()))?;
+        }
+        let style = if self.json {
+            SummaryStyle::Json
+        } else {
+            SummaryStyle::Text
+        };
+        print(report, style, self.output.iter().chain(&self.plot)).map_err(Error::Print)
+    }
+}

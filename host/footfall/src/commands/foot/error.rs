@@ -1,0 +1,98 @@
+//! Errors of requests to a foot.
+
+use decode::remedy::Trouble;
+use estimator_core::Axis;
+use live::foot::client::RequestError;
+use live::foot::name::NameError;
+use live::foot::position::PositionError;
+use live::foot::self_test::SelfTestError;
+use live::foot::settings::SettingsError;
+use live::foot::sync::SyncError;
+use live::link::LinkError;
+use thiserror::Error;
+use wire::{Fault, NodeId};
+
+/// Reason a request to a foot failed.
+#[derive(Debug, Error)]
+pub enum FootError {
+    /// A request failed.
+    #[error(transparent)]
+    Request(#[from] RequestError),
+    /// The name is unknown, or the value is not accepted.
+    #[error(transparent)]
+    Name(#[from] NameError),
+    /// Settings were rejected.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// The board cannot take this position.
+    #[error(transparent)]
+    Position(#[from] PositionError),
+    /// The self-test gave no verdict.
+    #[error(transparent)]
+    SelfTest(#[from] SelfTestError),
+    /// The sensor has failed its self-test.
+    #[error("the sensor's self-test has failed{}: {}", failed_axes(axes.as_deref()), Trouble::Fault(Fault::SensorSelfTest).remedy())]
+    TestFailed {
+        /// Failed axes; `None` if the foot does not report them.
+        axes: Option<Vec<Axis>>,
+    },
+    /// Learning is disabled by the settings of the foot.
+    #[error("the foot learns nothing with its settings: set method=self_calibrating learning=on")]
+    LearnsNothing,
+    /// The foot has not learnt enough in the given time.
+    #[error(
+        "the foot has not learnt enough in {seconds} s ({seen}): let it walk a few steps; nothing was kept"
+    )]
+    NotSettled {
+        /// Timeout, s.
+        seconds: f64,
+        /// Observed stillness and motion.
+        seen: String,
+    },
+    /// Another node already sends SYNCs.
+    #[error("this bus has SYNCs already: leave out --send")]
+    HasSync,
+    /// The clocks cannot be compared.
+    #[error(transparent)]
+    Clocks(#[from] SyncError),
+    /// An argument does not have the form of a setting.
+    #[error("{0:?} is no setting: write NAME=VALUE, such as decision.threshold=0.6")]
+    NoSetting(String),
+    /// The named entry is not writable.
+    #[error("{0} is no setting: it cannot be written")]
+    NotWritable(String),
+    /// A setting is given two values.
+    #[error("{0} is named twice")]
+    NamedTwice(String),
+    /// The foot runs its bootloader, which has no settings.
+    #[error("{} runs its bootloader: it has no program, or waits for one; footfall foot SOURCE update FILE sends it", .0.map_or_else(|| "the foot".to_owned(), |node| format!("node {}", node.get())))]
+    InBootloader(Option<NodeId>),
+    /// Figures of a board are out of their limits.
+    #[error("not accepted: {0}")]
+    NotAccepted(String),
+    /// Some feet were not updated.
+    #[error("{0}")]
+    NotUpdated(String),
+    /// The line does not work.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// Standard output cannot be written.
+    #[error(transparent)]
+    Print(std::io::Error),
+    /// A file of settings cannot be used.
+    #[error("{file}: {message}")]
+    File {
+        /// Name of the file.
+        file: String,
+        /// Error message.
+        message: String,
+    },
+}
+
+fn failed_axes(axes: Option<&[Axis]>) -> String {
+    let Some(axes) = axes else {
+        return String::new();
+    };
+    let names: Vec<_> = axes.iter().map(|axis| axis.name()).collect();
+    format!(" on {}", names.join(", "))
+}

@@ -1,0 +1,356 @@
+//! `footfall foot`: requests to one foot over its line.
+//!
+//! | content | file |
+//! |---|---|
+//! | actions and arguments | this one |
+//! | output as text and as JSON | `show` |
+//! | calibration learnt by the foot | `calibrate` |
+//! | clocks of several feet | `sync` |
+//! | update of the program | `update` |
+//! | errors | `error` |
+
+mod calibrate;
+mod error;
+mod show;
+mod sync;
+mod update;
+
+use std::fs::File;
+use std::io::{self, Read as _};
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Subcommand};
+use decode::live::Listener;
+use live::Source;
+use live::foot::Named;
+use live::foot::calibration;
+use live::foot::client::{Client, RequestError};
+use live::foot::position;
+use live::foot::scan;
+use live::foot::self_test::{self, Verdict};
+use live::foot::settings::{self, Lasting, Values};
+use live::link::{self, pace::Speed};
+use wire::dictionary::index;
+use wire::node::Calibration;
+use wire::{Address, NodeId};
+
+use super::feet::parse_node;
+use super::monitor::SOURCES;
+use crate::error::Error;
+use crate::files::{STANDARD, finish_when_interrupted, write_file};
+use crate::report::print_text;
+use crate::targets::{self, Target};
+
+pub use error::FootError;
+pub use show::{FootChanges, FootInfo, FootScan, FootValues, to_json};
+pub use update::FootUpdates;
+use update::Which;
+
+/// Arguments of `footfall foot`.
+#[derive(Debug, Args)]
+pub struct FootArguments {
+    /// Where the foot is.
+    #[arg(help = SOURCES)]
+    pub source: Source,
+    /// Which node of a CAN bus, 1 to 127; may be left out where there is only one foot
+    #[arg(long, value_name = "ID", value_parser = parse_node, global = true)]
+    pub node: Option<NodeId>,
+    /// Print JSON
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Action on the foot.
+    #[command(subcommand)]
+    pub action: Action,
+}
+
+/// Actions on a foot.
+#[derive(Debug, Subcommand)]
+pub enum Action {
+    /// List the feet that are heard
+    Scan,
+    /// Show which foot it is, its program, its stage and its faults
+    Info,
+    /// Show objects by name or by address, such as 0x2012:1; all settings where none is named
+    Get {
+        /// The objects
+        #[arg(value_name = "decision.threshold")]
+        names: Vec<String>,
+    },
+    /// Change settings, such as decision.threshold=0.6, all or none; they are lost at a reset unless
+    /// they are saved. The foot does not stream meanwhile
+    Set {
+        /// The settings
+        #[arg(required = true, value_name = "NAME=VALUE")]
+        settings: Vec<String>,
+        /// Store all settings afterwards
+        #[arg(long)]
+        save: bool,
+    },
+    /// Store all settings, so that they outlast power-off
+    Save,
+    /// Forget the stored settings and reset the foot: it has its defaults then
+    Restore,
+    /// Show how the settings differ from the defaults, or from those in a file
+    Diff {
+        /// The file
+        file: Option<PathBuf>,
+    },
+    /// Write all settings to a file
+    Export {
+        /// The file, .txt; - is standard output
+        file: PathBuf,
+    },
+    /// Write the settings of a file to the foot, all or none, read them back, and store them
+    Import {
+        /// The file, or - for standard input
+        file: PathBuf,
+    },
+    /// Make the board this foot, such as FL, with that foot's node id, and store it. Connect one new
+    /// board at a time: all of them are FL
+    Id {
+        /// The foot: FL, FR, RL, RR, L or R
+        #[arg(value_parser = parse_position)]
+        foot: wire::Foot,
+    },
+    /// Let the foot walk until it has learnt its limits of stillness, show them, and have it keep them
+    Calibrate {
+        /// How long it may take, s
+        #[arg(long, value_name = "S", default_value_t = 120.0, value_parser = parse_seconds, conflicts_with = "forget")]
+        seconds: f64,
+        /// Forget what was learnt instead: the foot starts as if it had learnt nothing
+        #[arg(long)]
+        forget: bool,
+    },
+    /// Run the sensor's self-test, for which the foot is reset and must not move: settings that are not
+    /// stored are lost
+    Selftest,
+    /// Show the offset and the drift of the clocks of all feet on a bus, by its SYNCs
+    Sync {
+        /// How long to listen, s
+        #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = parse_seconds)]
+        seconds: f64,
+        /// Send SYNCs, 100 a second, on a bus that has no master
+        #[arg(long)]
+        send: bool,
+    },
+    /// Replace the foot's program over CAN or the serial line, check that it runs, and wait until it has confirmed itself; the foot is
+    /// silent for some seconds
+    Update {
+        /// The image, .img
+        image: PathBuf,
+        /// Update all feet of the bus
+        #[arg(long, conflicts_with = "node")]
+        all: bool,
+    },
+    /// Reset the foot, as if it were switched on again: it streams then, also where it did not before
+    Reset,
+}
+
+impl Action {
+    /// Returns whether interrupting the action would leave the foot in an intermediate state.
+    const fn is_whole(&self) -> bool {
+        match self {
+            Self::Set { .. }
+            | Self::Import { .. }
+            | Self::Save
+            | Self::Restore
+            | Self::Id { .. }
+            | Self::Selftest
+            | Self::Reset
+            | Self::Update { .. }
+            | Self::Calibrate { forget: true, .. } => true,
+            Self::Scan
+            | Self::Info
+            | Self::Get { .. }
+            | Self::Diff { .. }
+            | Self::Export { .. }
+            | Self::Calibrate { .. }
+            | Self::Sync { .. } => false,
+        }
+    }
+}
+
+/// Longest time accepted, s: one hour.
+const MOST_SECONDS: f64 = 3600.0;
+
+fn parse_seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok();
+    let seconds = seconds.filter(|seconds| *seconds > 0.0 && *seconds <= MOST_SECONDS);
+    seconds.ok_or_else(|| format!("write seconds above 0 and up to {MOST_SECONDS}"))
+}
+
+fn parse_position(text: &str) -> Result<wire::Foot, String> {
+    let foot = wire::Foot::ALL
+        .into_iter()
+        .find(|foot| foot.name().eq_ignore_ascii_case(text));
+    foot.ok_or_else(|| {
+        let names: Vec<_> = wire::Foot::ALL.iter().map(|foot| foot.name()).collect();
+        format!("write one of {}", names.join(", "))
+    })
+}
+
+impl FootArguments {
+    pub(super) fn run(self) -> Result<(), Error> {
+        if let Action::Export { file } = &self.action {
+            targets::check(&[], &[Target::Settings(file)])?;
+        }
+        let mut link = link::open(&self.source.clone().at_speed(Speed::REAL))?;
+        if let Action::Scan = self.action {
+            let mut listener = Listener::default();
+            let feet = scan::feet(link.as_mut(), &mut listener, scan::SCAN)?;
+            if feet.is_empty() {
+                return Err(FootError::from(RequestError::NoFoot).into());
+            }
+            return print_text(&self.feet(feet.iter(), &listener)).map_err(Error::Print);
+        }
+        if let Action::Sync { seconds, send } = self.action {
+            let text = self.sync(link.as_mut(), seconds, send)?;
+            return print_text(&text).map_err(Error::Print);
+        }
+        if let Action::Update { image, all } = &self.action {
+            // A foot that is left in its bootloader is silent.
+            finish_when_interrupted();
+            let which = if *all { Which::All } else { Which::One };
+            let text = self.update(link, image, which)?;
+            return print_text(&text).map_err(Error::Print);
+        }
+        let mut client = Client::new(link, self.node).map_err(FootError::from)?;
+        let text = self.act(&mut client)?;
+        print_text(&text).map_err(Error::Print)
+    }
+
+    fn act(&self, client: &mut Client) -> Result<String, Error> {
+        let node = client.node();
+        if self.action.is_whole() {
+            // An interruption would leave the foot with mixed settings and not streaming.
+            finish_when_interrupted();
+        }
+        Ok(match &self.action {
+            // Handled before.
+            Action::Scan | Action::Sync { .. } | Action::Update { .. } => String::new(),
+            Action::Info => self.info(client)?,
+            Action::Get { names } => self.get(client, names)?,
+            Action::Set { settings, save } => {
+                let mut values = Values::new();
+                for setting in settings {
+                    let (name, value) = setting
+                        .split_once('=')
+                        .filter(|(name, _)| !name.trim().is_empty())
+                        .ok_or_else(|| FootError::NoSetting(setting.clone()))?;
+                    let named = Named::find(name).map_err(FootError::from)?;
+                    if !named.entry.is_setting() {
+                        return Err(FootError::NotWritable(named.name()).into());
+                    }
+                    let value = named.parse(value, node).map_err(FootError::from)?;
+                    if values.insert(named.address, value).is_some() {
+                        return Err(FootError::NamedTwice(named.name()).into());
+                    }
+                }
+                let lasting = if *save {
+                    Lasting::Stored
+                } else {
+                    Lasting::UntilReset
+                };
+                self.write(client, &values, lasting)?
+            }
+            Action::Save => {
+                settings::while_paused(client, settings::store).map_err(FootError::from)?;
+                "stored\n".to_owned()
+            }
+            Action::Restore => {
+                settings::restore(client).map_err(FootError::from)?;
+                "stored settings forgotten; the foot has started again with its defaults\n"
+                    .to_owned()
+            }
+            Action::Id { foot } => {
+                position::set(client, *foot).map_err(FootError::from)?;
+                self.info(client)?
+            }
+            Action::Calibrate { forget: true, .. } => {
+                calibration::store(client, Calibration::Forget).map_err(FootError::from)?;
+                "what was learnt is forgotten\n".to_owned()
+            }
+            Action::Calibrate { seconds, .. } => self.calibrate(client, *seconds)?,
+            Action::Selftest => match self_test::run(client).map_err(FootError::from)? {
+                Verdict::Passed => "the sensor has passed its self-test\n".to_owned(),
+                Verdict::Failed(axes) => return Err(FootError::TestFailed { axes }.into()),
+            },
+            Action::Diff { file } => {
+                let own = settings::read(client).map_err(FootError::from)?;
+                let other = match file {
+                    None => settings::defaults(node),
+                    Some(file) => read_file(file, node)?,
+                };
+                self.changes(&settings::differences(&other, &own))
+            }
+            Action::Export { file } => {
+                let own = settings::read(client).map_err(FootError::from)?;
+                let version = client.read_text(Address::new(index::SOFTWARE_VERSION, 0));
+                let version = version.map_err(FootError::from)?;
+                let about = format!(
+                    "settings of a foot, version {version}; footfall foot … import writes them"
+                );
+                let text = settings::to_text(&own, &about);
+                write_file(file, |to| to.write_all(text.as_bytes()))?;
+                String::new()
+            }
+            Action::Import { file } => {
+                let values = read_file(file, node)?;
+                self.write(client, &values, Lasting::Stored)?
+            }
+            Action::Reset => {
+                client.start_again().map_err(FootError::from)?;
+                "the foot has started again\n".to_owned()
+            }
+        })
+    }
+
+    /// Writes settings and stores them if `lasting` requires it.
+    fn write(
+        &self,
+        client: &mut Client,
+        values: &Values,
+        lasting: Lasting,
+    ) -> Result<String, Error> {
+        let changes = settings::write(client, values, lasting).map_err(FootError::from)?;
+        let mut text = self.changes(&changes);
+        if !self.json {
+            text.push_str(match (changes.is_empty(), lasting) {
+                (true, Lasting::UntilReset) => "nothing to change\n",
+                (true, Lasting::Stored) => "nothing to change; stored\n",
+                (false, Lasting::Stored) => "stored\n",
+                (false, Lasting::UntilReset) => {
+                    "not stored: footfall foot … save keeps them over a reset\n"
+                }
+            });
+        }
+        Ok(text)
+    }
+}
+
+/// Maximum size of a settings file, bytes; an export has 5 kB.
+const MOST_BYTES: u64 = 1 << 20;
+
+/// Reads a file or standard input, up to one byte beyond the maximum size.
+fn read_text(path: &Path) -> io::Result<String> {
+    if path == Path::new(STANDARD) {
+        return io::read_to_string(io::stdin().take(MOST_BYTES + 1));
+    }
+    io::read_to_string(File::open(path)?.take(MOST_BYTES + 1))
+}
+
+fn read_file(path: &Path, node: Option<NodeId>) -> Result<Values, FootError> {
+    let error = |message: String| FootError::File {
+        file: path.display().to_string(),
+        message,
+    };
+    let text = read_text(path).map_err(|e| error(e.to_string()))?;
+    if text.len() as u64 > MOST_BYTES {
+        return Err(error(format!("settings are {MOST_BYTES} bytes at most")));
+    }
+    let values = settings::from_text(&text, node).map_err(|e| error(e.to_string()))?;
+    if values.is_empty() {
+        return Err(error("it holds no setting".to_owned()));
+    }
+    Ok(values)
+}

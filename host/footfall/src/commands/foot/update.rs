@@ -1,0 +1,177 @@
+//! `footfall foot … update`: sends the image of a program to one foot or to all on a line.
+
+use std::fs;
+use std::mem::discriminant;
+use std::path::Path;
+
+use decode::live::Listener;
+use indicatif::ProgressBar;
+use live::foot::client::{Client, RequestError};
+use live::foot::scan;
+use live::foot::update::{self, Image, Program, Step, Updated};
+use live::link::Link;
+use schemars::JsonSchema;
+use serde::Serialize;
+use wire::NodeId;
+
+use super::show::to_json;
+use super::{FootArguments, FootError};
+use crate::messages;
+use crate::progress::Bars;
+
+/// Feet that are to be updated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Which {
+    One,
+    All,
+}
+
+/// Results of an update, for each foot.
+#[derive(Debug, JsonSchema, Serialize)]
+#[serde(transparent)]
+pub struct FootUpdates(Vec<FootUpdate>);
+
+/// Result of the update of a foot.
+#[derive(Debug, JsonSchema, Serialize)]
+struct FootUpdate {
+    /// Its node id, 1 to 127; null on a serial line.
+    node: Option<u8>,
+    /// Its serial number (object 0x1018); null where the update failed.
+    serial: Option<u32>,
+    /// Version of the program before; null where the foot ran its bootloader, or the update failed.
+    from_version: Option<String>,
+    /// Number of the program before (object 0x1F56), hexadecimal; 00000000 is one that a probe has written.
+    from_program: Option<String>,
+    /// Version of the new program, which is confirmed; null where nothing was sent, or the update failed.
+    to_version: Option<String>,
+    /// Number of the new program, hexadecimal.
+    to_program: Option<String>,
+    /// Reason why the foot was not updated.
+    error: Option<String>,
+}
+
+impl FootArguments {
+    /// Updates the feet, and returns what changed.
+    pub(super) fn update(
+        &self,
+        mut link: Box<dyn Link>,
+        file: &Path,
+        which: Which,
+    ) -> Result<String, FootError> {
+        let error = |message: String| FootError::File {
+            file: file.display().to_string(),
+            message,
+        };
+        let bytes = fs::read(file).map_err(|e| error(e.to_string()))?;
+        let image = Image::new(bytes).map_err(|why| error(why.words().to_owned()))?;
+        let (mut client, feet) = match which {
+            // There is one foot on a serial line.
+            Which::All if link.as_serial_line().is_none() => {
+                let heard = scan::feet(link.as_mut(), &mut Listener::default(), scan::SCAN)?;
+                let nodes = heard.iter().filter_map(|foot| foot.node);
+                let nodes: Vec<_> = nodes.filter_map(NodeId::new).map(Some).collect();
+                let first = *nodes.first().ok_or(RequestError::NoFoot)?;
+                (Client::new(link, first)?, nodes)
+            }
+            Which::One | Which::All => {
+                let client = Client::new(link, self.node)?;
+                let foot = client.node();
+                (client, vec![foot])
+            }
+        };
+        let mut shown = Progress::default();
+        let results = update::update(&mut client, &feet, &image, &mut |foot, step| {
+            shown.show(foot, step);
+        });
+        shown.end_bar();
+        let failed: Vec<String> = results
+            .iter()
+            .filter_map(|result| result.as_ref().err().map(ToString::to_string))
+            .collect();
+        let text = if self.json {
+            let updates = feet.iter().zip(&results);
+            let updates = updates.map(|(node, result)| FootUpdate::of(*node, result));
+            to_json(&FootUpdates(updates.collect()))
+        } else {
+            results.iter().flatten().map(line).collect()
+        };
+        if failed.is_empty() {
+            return Ok(text);
+        }
+        // What was done is printed as well.
+        crate::report::print_text(&text).map_err(FootError::Print)?;
+        Err(FootError::NotUpdated(failed.join("\n")))
+    }
+}
+
+impl FootUpdate {
+    fn of<E: ToString>(node: Option<NodeId>, result: &Result<Updated, E>) -> Self {
+        let number = |program: &Program| format!("{:08X}", program.identification);
+        let done = result.as_ref().ok();
+        let after = done.and_then(|done| done.after.as_ref());
+        Self {
+            node: node.map(NodeId::get),
+            serial: done.map(|done| done.serial),
+            from_version: done.and_then(|done| done.before.version.clone()),
+            from_program: done.map(|done| number(&done.before)),
+            to_version: after.and_then(|after| after.version.clone()),
+            to_program: after.map(number),
+            error: result.as_ref().err().map(ToString::to_string),
+        }
+    }
+}
+
+fn line(updated: &Updated) -> String {
+    let foot = &updated.foot;
+    let before = name(&updated.before);
+    match &updated.after {
+        Some(after) => format!("{foot}: {before} → {}, confirmed\n", name(after)),
+        None => format!("{foot}: {before} runs already, confirmed\n"),
+    }
+}
+
+fn name(program: &Program) -> String {
+    let version = program.version.as_deref().unwrap_or("no program");
+    match program.identification {
+        0 => version.to_owned(),
+        number => format!("{version} ({number:08X})"),
+    }
+}
+
+/// Progress on standard error: a line for each step, and a bar while an image is sent.
+#[derive(Default)]
+struct Progress {
+    last: Option<(String, Step)>,
+    bar: Option<ProgressBar>,
+}
+
+impl Progress {
+    fn show(&mut self, foot: &str, step: Step) {
+        let last = self.last.replace((foot.to_owned(), step));
+        let is_same =
+            last.is_some_and(|(of, last)| of == foot && discriminant(&last) == discriminant(&step));
+        if !is_same {
+            self.end_bar();
+            messages::aside(format!("{foot}: {}", words(step)));
+        }
+        if let Step::Sending { percent } = step {
+            let bar = self.bar.get_or_insert_with(|| Bars::default().sending());
+            bar.set_position(percent.into());
+        }
+    }
+
+    fn end_bar(&mut self) {
+        if let Some(bar) = self.bar.take() {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+const fn words(step: Step) -> &'static str {
+    match step {
+        Step::Stopping => "restarting into its bootloader",
+        Step::Sending { .. } => "sending",
+        Step::Installing => "installing",
+        Step::Confirming => "running the program, until it has confirmed itself",
+    }
+}

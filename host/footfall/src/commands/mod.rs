@@ -1,0 +1,215 @@
+//! Command line: one file per command; `footfall demo` is the default command.
+//!
+//! | command | file |
+//! |---|---|
+//! | `replay` | [`replay`] |
+//! | `batch` | `batch` |
+//! | `convert` | [`convert`] |
+//! | `demo` | [`demo`] |
+//! | `decode` | [`decode`] |
+//! | `monitor` | [`monitor`] |
+//! | `record` | [`record`] |
+//! | `view` | [`view`] |
+//! | `ros2` | `ros2` |
+//! | `attitude` | [`attitude`] |
+//! | `calibrate` | [`calibrate`] |
+//! | `config` | [`config`] |
+//! | `explain` | [`explain`] |
+//! | `foot` | [`foot`] |
+//! | `schema` | [`schema`] |
+//! | `completions`, `man` | [`shell`] |
+//! | headings of option groups, examples | [`headings`] |
+//! | nodes and names of feet | [`feet`] |
+//! | options shared by commands that read recordings | [`recording`] |
+//! | stubs of `batch` and `ros2` if not built | `absent` |
+//! | functions shared by `record`, `view` and `ros2` | [`stream`](crate::stream) |
+
+#[cfg(not(all(feature = "parquet", feature = "ros2")))]
+pub mod absent;
+pub mod accept;
+pub mod attitude;
+#[cfg(feature = "parquet")]
+pub mod batch;
+pub mod calibrate;
+pub mod config;
+pub mod convert;
+pub mod decode;
+pub mod demo;
+pub mod explain;
+pub mod feet;
+pub mod foot;
+pub mod headings;
+pub mod monitor;
+pub mod played;
+pub mod published;
+pub mod record;
+pub mod recording;
+pub mod replay;
+#[cfg(feature = "ros2")]
+pub mod ros2;
+pub mod schema;
+pub mod shell;
+pub mod view;
+
+use clap::{ArgAction, Parser, Subcommand};
+use decode::DecodeArguments;
+
+use crate::error::Error;
+use crate::messages::{Verbosity, set_verbosity};
+#[cfg(not(feature = "parquet"))]
+use absent::BatchArguments;
+#[cfg(not(feature = "ros2"))]
+use absent::Ros2Arguments;
+use accept::AcceptArguments;
+use attitude::AttitudeArguments;
+#[cfg(feature = "parquet")]
+use batch::BatchArguments;
+use calibrate::CalibrateArguments;
+use config::ConfigArguments;
+use convert::ConvertArguments;
+use demo::DemoArguments;
+use explain::ExplainArguments;
+use foot::FootArguments;
+use headings::{
+    BATCH_EXAMPLES, CALIBRATE_EXAMPLES, COMPLETIONS_EXAMPLES, CONFIG_EXAMPLES, CONVERT_EXAMPLES,
+    EXAMPLES, EXIT_CODES, MAN_EXAMPLES, REPLAY_EXAMPLES, VIEW_EXAMPLES,
+};
+use monitor::MonitorArguments;
+use record::RecordArguments;
+use replay::ReplayArguments;
+#[cfg(feature = "ros2")]
+use ros2::Ros2Arguments;
+use schema::SchemaArguments;
+use shell::{CompletionsArguments, ManArguments};
+use view::ViewArguments;
+
+/// How probable it is that a robot's foot stands firmly, from the IMU on it
+#[derive(Debug, Parser)]
+#[command(
+    version = crate::feature::version(),
+    arg_required_else_help = false,
+    max_term_width = 100,
+    after_help = format!("{EXAMPLES}\n\n{EXIT_CODES}")
+)]
+pub struct Arguments {
+    /// Say nothing on standard error but errors
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub quiet: bool,
+    /// Say on standard error what was recognised, which parameters differ from the preset, and how long
+    /// it took
+    #[arg(short, long, global = true, action = ArgAction::SetTrue)]
+    pub verbose: bool,
+    /// Command; `demo` by default.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+}
+
+/// Commands of the program.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Replay a recording: probabilities to a table, a picture and a summary
+    #[command(after_help = REPLAY_EXAMPLES)]
+    Replay(ReplayArguments),
+    /// Estimate all recordings of folders: samples, events and summaries as Parquet, partitioned by robot,
+    /// foot and day. A second run does only what is missing or has changed
+    #[command(after_help = BATCH_EXAMPLES)]
+    Batch(BatchArguments),
+    /// Convert a recording: any format that replay reads to CSV, Parquet, MCAP or rosbag2
+    #[command(after_help = CONVERT_EXAMPLES)]
+    Convert(ConvertArguments),
+    /// Make a walking foot with a simulated LSM6DSOX, estimate, and write that and what the foot
+    /// sends of it; needs no files
+    Demo(DemoArguments),
+    /// Turn what a foot has sent, a log of its CAN frames or a recording of its serial line, into
+    /// rows, and report what is missing or damaged
+    Decode(DecodeArguments),
+    /// Watch feet that stream: probability, state, faults, rate and losses of each
+    Monitor(MonitorArguments),
+    /// Record feet that stream as MCAP for ROS 2: contacts, IMU, diagnostics
+    Record(RecordArguments),
+    /// Show feet that stream in viewers of others.
+    #[command(
+        about = "Show feet that stream in Foxglove and PlotJuggler, and print layouts for them",
+        after_help = VIEW_EXAMPLES
+    )]
+    View(ViewArguments),
+    /// Publish feet that stream as a node of ROS 2, without ROS: contacts, IMU, diagnostics
+    Ros2(Ros2Arguments),
+    /// Score the orientation against the truth in the columns qw,qx,qy,qz of recordings
+    Attitude(AttitudeArguments),
+    /// Let the estimator learn a foot from recordings, for a warm start; or with --rests find what is
+    /// wrong with the sensor
+    #[command(after_help = CALIBRATE_EXAMPLES)]
+    Calibrate(CalibrateArguments),
+    /// Show, check or explain what a configuration file may set
+    #[command(after_help = CONFIG_EXAMPLES)]
+    Config(ConfigArguments),
+    /// Ask and set one foot: scan, info, get, set, save, restore, diff, export, import, reset
+    Foot(FootArguments),
+    /// Measure a board with your help, step by step, and judge each figure by its limits
+    Accept(AcceptArguments),
+    /// Say what a fault, a flag or a refusal means, and what to do about it
+    Explain(ExplainArguments),
+    /// Print the JSON Schema of what a command prints with --json
+    Schema(SchemaArguments),
+    /// Print a script that completes commands and options in a shell
+    #[command(after_help = COMPLETIONS_EXAMPLES)]
+    Completions(CompletionsArguments),
+    /// Print the manual page, or write one for each command
+    #[command(after_help = MAN_EXAMPLES)]
+    Man(ManArguments),
+}
+
+impl Arguments {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// The first error.
+    pub fn run(self) -> Result<(), Error> {
+        set_verbosity(match (self.quiet, self.verbose) {
+            (true, _) => Verbosity::Quiet,
+            (false, true) => Verbosity::Verbose,
+            (false, false) => Verbosity::Normal,
+        });
+        let command = self
+            .command
+            .unwrap_or_else(|| Command::Demo(DemoArguments::default()));
+        match command {
+            Command::Replay(arguments) => arguments.run(),
+            Command::Batch(arguments) => arguments.run(),
+            Command::Convert(arguments) => arguments.run(),
+            Command::Demo(arguments) => arguments.run(),
+            Command::Decode(arguments) => arguments.run(),
+            Command::Monitor(arguments) => arguments.run(),
+            Command::Record(arguments) => arguments.run(),
+            Command::View(arguments) => arguments.run(),
+            Command::Ros2(arguments) => arguments.run(),
+            Command::Attitude(arguments) => arguments.run(),
+            Command::Calibrate(arguments) => arguments.run(),
+            Command::Config(arguments) => arguments.run(),
+            Command::Foot(arguments) => arguments.run(),
+            Command::Accept(arguments) => arguments.run(),
+            Command::Explain(arguments) => arguments.run(),
+            Command::Schema(arguments) => arguments.run(),
+            Command::Completions(arguments) => arguments.run(),
+            Command::Man(arguments) => arguments.run(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn command_line_definition_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn demo_is_the_default_command() {
+        let arguments = Arguments::parse_from(["footfall"]);
+        assert!(arguments.command.is_none());
+    }
+}

@@ -1,0 +1,47 @@
+//! Frames of messages, and messages of other programs, for all commands that publish streaming feet.
+
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use ros::{Bridge, Compat};
+
+/// Frames of messages, and messages of other programs.
+#[derive(Clone, Debug, Args)]
+pub struct PublishedArguments {
+    /// Publish the decisions of all four feet in messages of other programs, too; several are separated
+    /// by commas
+    #[arg(long, value_name = "WHOSE,...", value_delimiter = ',', value_parser = compat_parser())]
+    pub compat: Vec<Compat>,
+    /// Frames of the messages; {foot} stands for the foot's name
+    #[arg(long, value_name = "FRAME", default_value = ros::topics::FRAME)]
+    pub frame_id: String,
+    /// Before the frames of all messages, such as spot/
+    #[arg(
+        long,
+        value_name = "PREFIX",
+        default_value = "",
+        hide_default_value = true
+    )]
+    pub frame_prefix: String,
+}
+
+impl PublishedArguments {
+    /// Pattern of the frames.
+    pub(super) fn frame(&self) -> String {
+        format!("{}{}", self.frame_prefix, self.frame_id)
+    }
+
+    /// Returns the conversion to messages.
+    pub(super) fn bridge(&self) -> Bridge {
+        Bridge::new(&self.frame()).with_compat(&self.compat)
+    }
+}
+
+/// Parser of a program's name; the help lists its message and topic.
+fn compat_parser() -> impl TypedValueParser<Value = Compat> {
+    let names = Compat::ALL.map(|compat| PossibleValue::new(compat.name()).help(compat.about()));
+    PossibleValuesParser::new(names).try_map(|name| {
+        let mut all = Compat::ALL.into_iter();
+        all.find(|compat| compat.name() == name)
+            .ok_or("not in the list")
+    })
+}

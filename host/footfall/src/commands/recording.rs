@@ -1,0 +1,400 @@
+//! Options and configuration file shared by the commands that estimate from recordings.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use analysis::config::{
+    ConfigError, FootAxes, GRAVITIES, Origins, Overrides, Preset, RateOrigin, Refusal,
+    parse_gravity, parse_sample_rate,
+};
+use analysis::parameters::differences;
+use analysis::replay::span::Span;
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use estimator_core::{Gravity, Mounting, Params, WindowLength};
+use recordings::input::{
+    BagOptions, Correction, Decimal, Format, Hints, LoadTopic, Mapping, Scale, TableOptions,
+    TimeUnit, Times, Topics, Units, is_among,
+};
+use recordings::plausible::{self, Finding};
+use recordings::recording::Recording;
+
+use super::headings::{ESTIMATOR, INPUT};
+use crate::error::Error;
+use crate::messages::{error, warn};
+
+/// How recordings are read and which parameters they are estimated with. Later wins: preset,
+/// configuration file, options.
+#[derive(Debug, Args)]
+pub struct RecordingArguments {
+    /// How they are read.
+    #[command(flatten)]
+    pub reading: ReadingArguments,
+    /// Where the parameters start from
+    #[arg(long, value_parser = preset_parser(), default_value = Preset::default().name(), help_heading = ESTIMATOR)]
+    pub preset: Preset,
+    /// A TOML file with parameters that differ from the preset
+    #[arg(long, value_name = "FILE.toml", help_heading = ESTIMATOR)]
+    pub config: Option<PathBuf>,
+}
+
+/// How recordings are read.
+#[derive(Debug, Args)]
+pub struct ReadingArguments {
+    /// How the input is laid out; may be left out where a header names the columns (csv) or the first
+    /// bytes show it (parquet, mcap, rosbag2)
+    #[arg(long, value_parser = format_parser(), help_heading = INPUT)]
+    pub format: Option<Format>,
+    /// Sample rate, where the input does not tell or its nominal rate is wrong
+    #[arg(long, value_name = "HZ", value_parser = parse_sample_rate, help_heading = INPUT)]
+    pub sample_rate: Option<f32>,
+    /// Whether the accelerations contain gravity
+    #[arg(long, value_parser = word_parser(GRAVITIES.map(|(word, _)| word), parse_gravity), help_heading = INPUT)]
+    pub gravity: Option<Gravity>,
+    /// How the sensor lies.
+    #[command(flatten)]
+    pub mounting: MountingArguments,
+    /// How tables of others are read.
+    #[command(flatten)]
+    pub table: TableArguments,
+    /// Which topics of a bag are read.
+    #[command(flatten)]
+    pub bag: BagArguments,
+    /// Fail where a recording is not plausible: wrong units, gravity that is there or not, a clock
+    /// that jumps
+    #[arg(long, help_heading = INPUT)]
+    pub strict: bool,
+}
+
+/// How the sensor lies in the foot.
+#[derive(Clone, Debug, Default, Args)]
+pub struct MountingArguments {
+    /// The mounting, where it was given.
+    #[arg(
+        long,
+        value_name = "[FOOT=]x,-z,y|w,x,y,z",
+        help_heading = INPUT,
+        allow_hyphen_values = true,
+        help = "The sensor's axes along the foot's x, y and z, which is up; or a unit quaternion from \
+                the sensor's frame to the foot's; or one for each foot: FL=x,y,z,FR=-x,-y,z. footfall \
+                calibrate finds it"
+    )]
+    pub axes: Option<FootAxes>,
+}
+
+/// How tables of others are read; docs/formats.md lists what is recognised without.
+#[derive(Clone, Debug, Default, Args)]
+pub struct TableArguments {
+    /// Which columns stand for ours.
+    #[arg(
+        long,
+        value_name = "OURS=THEIRS,...",
+        help_heading = INPUT,
+        help = "Columns that stand for ours, by their name or its last parts, such as \
+                t=stamp,ax=linear_acceleration.x; those of ROS, PlotJuggler and Unitree are known"
+    )]
+    pub map: Option<Mapping>,
+    /// Units of the six axes where they are not m/s2,rad/s: g or mg, dps or mdps
+    #[arg(long, value_name = "g,dps", help_heading = INPUT)]
+    pub units: Option<Units>,
+    /// Factors of the readings of accelerometer and gyroscope, which --units then apply to, such as
+    /// 0.000122,0.07 for counts
+    #[arg(long, value_name = "A,W", help_heading = INPUT, allow_hyphen_values = true)]
+    pub scale: Option<Scale>,
+    /// Mark before the fractions of a table's numbers: a comma as in 1,5
+    #[arg(long, value_name = "MARK", value_parser = word_parser([".", ","], str::parse::<Decimal>), hide_possible_values = true, help_heading = INPUT)]
+    pub decimal: Option<Decimal>,
+    /// Unit of the times, where it is not that of the column's name or s
+    #[arg(long, value_parser = word_parser(TimeUnit::ALL.map(TimeUnit::name), str::parse::<TimeUnit>), help_heading = INPUT)]
+    pub time_unit: Option<TimeUnit>,
+    /// Times that are not in order: keep (an error), drop-bad (leave those rows out) or rate (space
+    /// all rows by the sample rate)
+    #[arg(long, value_parser = word_parser(["keep", "drop-bad", "rate"], str::parse::<Times>), hide_possible_values = true, help_heading = INPUT)]
+    pub times: Option<Times>,
+}
+
+impl TableArguments {
+    pub(super) fn options(&self) -> TableOptions {
+        TableOptions {
+            mapping: self.map.clone().unwrap_or_default(),
+            units: self.units.unwrap_or_default(),
+            scale: self.scale.unwrap_or_default(),
+            decimal: self.decimal.unwrap_or_default(),
+            time_unit: self.time_unit,
+            times: self.times.unwrap_or_default(),
+        }
+    }
+}
+
+/// Which topics of a bag of ROS 2 are read.
+#[derive(Clone, Debug, Default, Args)]
+pub struct BagArguments {
+    /// The topics of the feet.
+    #[arg(
+        long,
+        value_name = "TOPIC|all",
+        help_heading = INPUT,
+        help = "The topic of a foot, of sensor_msgs/msg/Imu; several for several feet, or all. May be \
+                left out where there is only one"
+    )]
+    pub topic: Vec<String>,
+    /// Topics that are left out.
+    #[arg(
+        long,
+        value_name = "TOPIC",
+        help_heading = INPUT,
+        help = "A topic to leave out, such as /trunk/imu with --topic all; * stands for any text"
+    )]
+    pub not_topic: Vec<String>,
+    /// The frames of the feet.
+    #[arg(
+        long,
+        value_name = "FRAME",
+        help_heading = INPUT,
+        help = "The frame (header.frame_id) of a foot whose topic has those of several; several for \
+                several feet. Without it each is a foot"
+    )]
+    pub frame: Vec<String>,
+    /// The topics of the loads.
+    #[arg(
+        long,
+        value_name = "TOPIC[:FIELD]",
+        help_heading = INPUT,
+        help = "The load of a foot: Float32, Float64, one of their MultiArrays, Wrench or \
+                WrenchStamped, such as /foot/wrench:force.z, or a number of any message, such as \
+                /lowstate:foot_force[0]; once for each foot, in their order, or once with {foot} in the place of its name"
+    )]
+    pub load_topic: Vec<LoadTopic>,
+}
+
+impl BagArguments {
+    /// Returns whether the feet of several topics or frames may be read.
+    pub(super) fn may_be_of_several_feet(&self) -> bool {
+        self.topic.len() > 1
+            || self.frame.len() > 1
+            || Topics::from_names(&self.topic) == Topics::All
+    }
+
+    pub(super) fn options(&self) -> BagOptions {
+        BagOptions {
+            topics: Topics::from_names(&self.topic),
+            excluded: self.not_topic.clone(),
+            frames: self.frame.clone(),
+            loads: self.load_topic.clone(),
+        }
+    }
+}
+
+/// Returns the span from `--from` to `--to`, s on the recording's clock.
+///
+/// # Errors
+/// The span ends before it begins.
+pub(super) fn span(from: Option<f64>, to: Option<f64>) -> Result<Span, Error> {
+    let span = Span::new(from, to);
+    if span.is_empty() {
+        return Err(Error::EmptySpan {
+            from: from.unwrap_or(0.0),
+            to: to.unwrap_or(0.0),
+        });
+    }
+    Ok(span)
+}
+
+/// A configuration file, or an empty one. It is read once, so it may be a pipe.
+#[derive(Default)]
+pub(super) struct Configuration {
+    /// File as given.
+    pub name: Option<String>,
+    pub text: String,
+    pub overrides: Overrides,
+}
+
+/// Parser of a format name; the help lists all formats.
+fn format_parser() -> impl TypedValueParser<Value = Format> {
+    let names = Format::ALL.map(|format| PossibleValue::new(format.name()).help(format.help()));
+    PossibleValuesParser::new(names).try_map(|name| name.parse::<Format>())
+}
+
+/// Parser of a preset name; the help lists all presets.
+pub(super) fn preset_parser() -> impl TypedValueParser<Value = Preset> {
+    let names = Preset::ALL.map(|preset| PossibleValue::new(preset.name()).help(preset.help()));
+    PossibleValuesParser::new(names).try_map(|name| name.parse::<Preset>())
+}
+
+/// Parser of one of several words; an error suggests the nearest word.
+fn word_parser<T: Clone + Send + Sync + 'static, const N: usize>(
+    words: [&'static str; N],
+    parse: fn(&str) -> Result<T, String>,
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(words).try_map(move |word| parse(&word))
+}
+
+/// Adjusts findings of a recording that was read with this mounting: suggested axes replace it.
+pub(super) fn with_mounting(findings: Vec<Finding>, mounting: &Mounting) -> Vec<Finding> {
+    let findings = findings.into_iter();
+    findings
+        .map(|finding| finding.with_mounting(mounting))
+        .collect()
+}
+
+/// Returns the findings of a recording read with `hints` as that of `foot`.
+pub(super) fn check(recording: &Recording, foot: &str, hints: &Hints) -> Vec<Finding> {
+    let findings = plausible::check_read_in(recording, hints.table.units);
+    with_mounting(findings, &hints.correction_of(&[foot]).mounting)
+}
+
+impl MountingArguments {
+    /// Checks that each foot that is named is among `feet`.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub(super) fn check_feet<'a>(&self, feet: impl Iterator<Item = &'a str>) -> Result<(), Error> {
+        let feet: Vec<&str> = feet.collect();
+        let axes = self.axes.as_ref();
+        match axes.and_then(|axes| axes.absent(&feet)) {
+            None => Ok(()),
+            Some(foot) => Err(Error::NoSuchFoot {
+                foot: foot.to_owned(),
+                feet: feet.into_iter().map(str::to_owned).collect(),
+            }),
+        }
+    }
+}
+
+impl ReadingArguments {
+    /// Reports the findings of a recording.
+    ///
+    /// # Errors
+    /// There are findings, and `--strict` is given.
+    pub(super) fn report(&self, file: &str, findings: &[Finding]) -> Result<(), Error> {
+        for finding in findings {
+            let message = format!("{file}: {finding}");
+            // With `--strict` findings are errors, as the failure refers to them.
+            if self.strict {
+                error(message);
+            } else {
+                warn(message);
+            }
+        }
+        if self.strict && !findings.is_empty() {
+            return Err(Error::Implausible {
+                file: file.to_owned(),
+                count: findings.len(),
+            });
+        }
+        Ok(())
+    }
+
+    /// Returns the properties of the files that their format does not define.
+    pub(super) fn hints(&self, configuration: &Configuration) -> Result<Hints, Error> {
+        let hints = configuration.hints(self.sample_rate, self.gravity, &self.mounting)?;
+        Ok(Hints {
+            table: self.table.options(),
+            bag: self.bag.options(),
+            ..hints
+        })
+    }
+}
+
+impl RecordingArguments {
+    /// Returns the preset for recordings of a format, with the settings of the configuration.
+    pub(super) fn params(&self, configuration: &Configuration, format: Format) -> Params {
+        let mut params = self.preset.params(format);
+        configuration.overrides.apply(&mut params);
+        params
+    }
+
+    /// Returns the preset and the parameters that differ from it, in one line.
+    pub(super) fn parameters_text(&self, params: &Params, format: Format) -> String {
+        let preset = self.preset.name();
+        match differences(params, self.preset, format).as_str() {
+            "" => format!("all parameters are those of the preset {preset}"),
+            differences => format!("preset {preset}, but {differences}"),
+        }
+    }
+}
+
+impl Configuration {
+    pub(super) fn read(path: Option<&Path>) -> Result<Self, Error> {
+        let Some(path) = path else {
+            return Ok(Self::default());
+        };
+        let file = path.display().to_string();
+        match fs::read_to_string(path) {
+            Ok(text) => Ok(Self {
+                overrides: Overrides::parse(&text, &file)?,
+                name: Some(file),
+                text,
+            }),
+            Err(source) => Err(ConfigError::Unreadable { file, source }.into()),
+        }
+    }
+
+    /// Returns the sensor correction set by the file, and those of single feet.
+    pub(super) fn corrections(
+        &self,
+    ) -> Result<(Correction, BTreeMap<String, Correction>), Refusal> {
+        let file = self.name.as_deref().unwrap_or_default();
+        let located = |refusal: Refusal| refusal.located(file, &self.text);
+        let all = self.overrides.correction(file).map_err(located)?;
+        Ok((all, self.overrides.foot_corrections(file).map_err(located)?))
+    }
+
+    /// Warns if the file has settings of feet, and none of them is among `feet`.
+    pub(super) fn check_feet<'a>(&self, feet: impl Iterator<Item = &'a str>) {
+        let settings = &self.overrides.feet;
+        let feet: Vec<&str> = feet.collect();
+        if !settings.is_empty() && !settings.keys().any(|name| is_among(name, &feet)) {
+            let names: Vec<&str> = settings.keys().map(String::as_str).collect();
+            warn(format!(
+                "{} has settings of {}, but there is {}",
+                self.name.as_deref().unwrap_or_default(),
+                names.join(", "),
+                feet.join(", ")
+            ));
+        }
+    }
+
+    /// Returns the properties of a file that its format does not define; options override the configuration.
+    pub(super) fn hints(
+        &self,
+        sample_rate: Option<f32>,
+        gravity: Option<Gravity>,
+        MountingArguments { axes }: &MountingArguments,
+    ) -> Result<Hints, Error> {
+        let (mut correction, mut foot_corrections) = self.corrections()?;
+        if let Some(axes) = axes {
+            axes.set(&mut correction, &mut foot_corrections);
+        }
+        Ok(Hints {
+            sample_rate: sample_rate.or(self.overrides.sample_rate_hz),
+            gravity: gravity.or(self.overrides.gravity),
+            correction,
+            foot_corrections,
+            table: TableOptions::default(),
+            bag: BagOptions::default(),
+        })
+    }
+
+    /// Returns the origins of the parameters, for errors; `sample_rate` and `window` are those of the options.
+    pub(super) fn origins<'a>(
+        &'a self,
+        recording: &'a str,
+        sample_rate: Option<f32>,
+        window: Option<WindowLength>,
+    ) -> Origins<'a> {
+        Origins {
+            file: self.name.as_deref(),
+            text: &self.text,
+            overrides: &self.overrides,
+            window,
+            recording,
+            sample_rate: match (sample_rate, self.overrides.sample_rate_hz) {
+                (Some(_), _) => RateOrigin::Option,
+                (None, Some(_)) => RateOrigin::Configuration,
+                (None, None) => RateOrigin::Recording,
+            },
+        }
+    }
+}

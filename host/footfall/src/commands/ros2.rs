@@ -1,0 +1,188 @@
+//! `footfall ros2`: publishes streaming feet as a ROS 2 node.
+
+use std::env;
+use std::fmt::Write;
+use std::net::{IpAddr, Ipv4Addr};
+
+use clap::{Args, ValueEnum};
+use live::link::pace::Speed;
+use live::{LinkError, Source};
+use ros::Published;
+use ros_node::{FootNode, Options, Reliability};
+
+use super::feet::FeetArguments;
+use super::monitor::SOURCES;
+use super::played::PlayedArguments;
+use super::published::PublishedArguments;
+use crate::error::Error;
+use crate::files::finish_when_interrupted;
+use crate::messages::warn;
+use crate::report::print_text;
+use crate::stream::{Sink, Stream, deadline};
+
+/// Arguments of `footfall ros2`.
+#[derive(Debug, Args)]
+pub struct Ros2Arguments {
+    /// Where the feet stream from.
+    #[arg(help = SOURCES)]
+    pub source: Source,
+    /// Which nodes are feet.
+    #[command(flatten)]
+    pub feet: FeetArguments,
+    /// How a recording of an IMU is read.
+    #[command(flatten)]
+    pub played: PlayedArguments,
+    /// Frames, and messages of other programs.
+    #[command(flatten)]
+    pub published: PublishedArguments,
+    /// Whether messages that are lost on the network are sent again; subscribers that ask for reliable
+    /// messages get no others
+    #[arg(long, value_name = "QOS", default_value = "reliable")]
+    pub reliability: ReliabilityOption,
+    /// Messages of a topic that are kept for a subscriber
+    #[arg(long, value_name = "MESSAGES", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..))]
+    pub depth: u16,
+    /// Before the names of the node and of all topics but /diagnostics
+    #[arg(long, value_name = "NAMESPACE", default_value = "/")]
+    pub namespace: String,
+    /// Name of the node
+    #[arg(long, value_name = "NAME", default_value = "footfall")]
+    pub node_name: String,
+    /// Domain of DDS, 0 to 232.
+    #[arg(
+        long,
+        value_name = "ID",
+        value_parser = parse_domain,
+        help = "Domain of DDS, 0 to 232; that of the variable ROS_DOMAIN_ID where it is not given, or 0"
+    )]
+    pub domain_id: Option<u16>,
+    /// The addresses of the interfaces that are used.
+    #[arg(
+        long,
+        value_name = "ADDRESS",
+        help = "Use the interface with this address alone, such as 127.0.0.1; may be given several times. \
+                ROS_LOCALHOST_ONLY=1 and ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST mean 127.0.0.1"
+    )]
+    pub network: Vec<IpAddr>,
+    /// Stop after this time; Ctrl-C stops it, too
+    #[arg(long, value_name = "SECONDS", value_parser = crate::stream::parse_seconds)]
+    pub seconds: Option<f64>,
+}
+
+/// Highest domain: higher ones would use ports above 65535.
+const LAST_DOMAIN: u16 = 232;
+
+/// Parses a domain. Scripts set `ROS_DOMAIN_ID` to an empty text for the default.
+fn parse_domain(text: &str) -> Result<u16, String> {
+    match text.parse() {
+        _ if text.is_empty() => Ok(0),
+        Ok(domain @ 0..=LAST_DOMAIN) => Ok(domain),
+        _ => Err(format!("{text} is not in 0..={LAST_DOMAIN}")),
+    }
+}
+
+/// Variable of ROS with the domain.
+const DOMAIN: &str = "ROS_DOMAIN_ID";
+
+/// Returns the domain: the one given, else that of the ROS variable.
+///
+/// # Errors
+/// The variable has no domain.
+fn domain(given: Option<u16>) -> Result<u16, Error> {
+    match (given, env::var_os(DOMAIN)) {
+        (Some(domain), _) => Ok(domain),
+        (None, None) => Ok(0),
+        (None, Some(text)) => {
+            parse_domain(&text.to_string_lossy()).map_err(|reason| Error::Variable {
+                name: DOMAIN,
+                reason,
+            })
+        }
+    }
+}
+
+/// Returns the interfaces to use: those given, else those in the ROS variables.
+fn networks(named: Vec<IpAddr>) -> Vec<IpAddr> {
+    let is = |variable, value| env::var(variable).is_ok_and(|text| text == value);
+    let stays_here =
+        is("ROS_LOCALHOST_ONLY", "1") || is("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST");
+    if named.is_empty() && stays_here {
+        return vec![Ipv4Addr::LOCALHOST.into()];
+    }
+    named
+}
+
+/// Whether lost messages are sent again.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum ReliabilityOption {
+    /// They are
+    Reliable,
+    /// They are not
+    BestEffort,
+}
+
+impl Ros2Arguments {
+    pub(super) fn run(self) -> Result<(), Error> {
+        let bridge = self.published.bridge();
+        let options = Options {
+            domain_id: domain(self.domain_id)?,
+            networks: networks(self.network),
+            namespace: self.namespace,
+            name: self.node_name,
+            reliability: match self.reliability {
+                ReliabilityOption::Reliable => Reliability::Reliable,
+                ReliabilityOption::BestEffort => Reliability::BestEffort,
+            },
+            depth: self.depth.into(),
+            source: self.source.to_string(),
+            frame_id: self.published.frame(),
+            compat: self.published.compat.clone(),
+        };
+        finish_when_interrupted();
+        let feet = self.feet.feet()?;
+        let mut stream = Stream::open(
+            self.played.read(self.source)?.at_speed(Speed::REAL),
+            feet,
+            bridge,
+        );
+        stream.wait_until_open()?;
+        let mut node = FootNode::new(options)?;
+        let ended = stream.run(deadline(self.seconds), &mut node)?;
+        // Subscribers must not keep the last contacts as current.
+        stream.end(&mut node)?;
+        stream.report();
+        finish(node)?;
+        match ended {
+            None | Some(LinkError::Ended(_)) => Ok(()),
+            Some(error) => Err(error.into()),
+        }
+    }
+}
+
+impl Sink for FootNode {
+    fn publish(&mut self, published: Published) -> Result<(), Error> {
+        Ok(Self::publish(self, published)?)
+    }
+
+    fn idle(&mut self) -> Result<(), Error> {
+        Ok(())
+    }
+}
+
+/// Shuts down the node and prints the counts of sent and unsent messages.
+fn finish(node: FootNode) -> Result<(), Error> {
+    let counts = node.counts();
+    let mut text = String::new();
+    for (topic, count) in &counts {
+        // Writing to memory does not fail.
+        let _ = writeln!(text, "{:>9} {topic}", count.sent);
+    }
+    for (topic, count) in counts.iter().filter(|(_, count)| count.not_sent > 0) {
+        warn(format!(
+            "{topic}: {} messages were not sent: a reliable subscriber did not keep up",
+            count.not_sent
+        ));
+    }
+    node.finish();
+    print_text(&text).map_err(Error::Print)
+}

@@ -1,0 +1,210 @@
+//! Errors that end a command, each reported as one sentence.
+
+use std::io;
+
+#[cfg(feature = "parquet")]
+use analysis::batch::{BatchError, sources::NoSource};
+use analysis::calibrate::CalibrationError;
+use analysis::config::{ConfigError, Refusal};
+use analysis::replay::foot::ReplayError;
+use decode::DecodeError;
+use decode::feet::NamedTwice;
+use estimator_core::ParamsError;
+use recordings::input::{ContainerError, InputError};
+use thiserror::Error;
+
+use crate::feature::{Feature, NotBuilt};
+use crate::files::OutputError;
+
+/// Reason a command failed.
+#[derive(Debug, Error)]
+pub enum Error {
+    /// A feature required by the command is not built.
+    #[error(transparent)]
+    NotBuilt(#[from] NotBuilt),
+    /// The recording cannot be used.
+    #[error(transparent)]
+    Input(InputError),
+    /// The input of a decoding cannot be used.
+    #[error(transparent)]
+    Decode(#[from] DecodeError),
+    /// Names of feet contradict each other.
+    #[error(transparent)]
+    Names(#[from] NamedTwice),
+    /// The configuration file cannot be used.
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    /// The configuration file has no key of this name.
+    #[error("there is no key {key}: {hint}")]
+    UnknownKey {
+        /// Key as given.
+        key: String,
+        /// Suggestion of similar keys.
+        hint: String,
+    },
+    /// No fault, flag or refusal has this name.
+    #[error("nothing is called {wanted:?}; footfall explain lists all faults, flags and refusals")]
+    NothingToExplain {
+        /// Name as given.
+        wanted: String,
+    },
+    /// The parameters are invalid; described by the estimator.
+    #[error("parameter {0}")]
+    Params(#[from] ParamsError),
+    /// The parameters are invalid; described by the option or key that sets them.
+    #[error(transparent)]
+    Refused(#[from] Refusal),
+    /// The recordings do not contain the data a calibration needs.
+    #[error(transparent)]
+    Calibration(#[from] CalibrationError),
+    /// A recording is implausible and `--strict` is given.
+    #[error("{file}: --strict does not let {count} of the above pass")]
+    Implausible {
+        /// Recording as given.
+        file: String,
+        /// Number of findings.
+        count: usize,
+    },
+    /// The requested span ends before it begins.
+    #[error("--to {to} does not come after --from {from}")]
+    EmptySpan {
+        /// Start of the span, s.
+        from: f64,
+        /// End of the span, s.
+        to: f64,
+    },
+    /// The requested span begins after the end of the recording.
+    #[error("{file}: --from {from} is beyond its end: it lasts {duration:.3} s")]
+    BeyondTheEnd {
+        /// Recording as given.
+        file: String,
+        /// Requested start, s since the first sample.
+        from: f64,
+        /// Duration from the first to the last sample, s.
+        duration: f64,
+    },
+    /// The requested span lies in a gap of the recording.
+    #[error("{file}: there is no sample from --from to --to")]
+    NothingInSpan {
+        /// Recording as given.
+        file: String,
+    },
+    /// The samples or rows cannot be stored temporarily.
+    #[error(transparent)]
+    Replay(#[from] ReplayError),
+    /// The results or temporary files of a batch cannot be written.
+    #[cfg(feature = "parquet")]
+    #[error(transparent)]
+    Batch(#[from] BatchError),
+    /// A source of a batch does not exist.
+    #[cfg(feature = "parquet")]
+    #[error(transparent)]
+    NoSource(#[from] NoSource),
+    /// Recordings of a batch have failed; each was reported.
+    #[error("{failed} of {recordings} recordings failed")]
+    Failed {
+        /// Number of failed recordings.
+        failed: usize,
+        /// Total number of recordings.
+        recordings: usize,
+    },
+    /// A result cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// A request to a foot failed.
+    #[error(transparent)]
+    Foot(#[from] crate::commands::foot::FootError),
+    /// The ROS 2 node failed.
+    #[cfg(feature = "ros2")]
+    #[error("ROS 2: {0}")]
+    Ros2(#[from] ros_node::NodeError),
+    /// The source failed.
+    #[error(transparent)]
+    Source(#[from] live::LinkError),
+    /// Several feet cannot be written to one table.
+    #[error(
+        "{file} has several feet, and a table has one: {}; choose one with --topic, or write .mcap",
+        feet.join(", ")
+    )]
+    OneFootOnly {
+        /// Recording as given.
+        file: String,
+        /// Names of the feet.
+        feet: Vec<String>,
+    },
+    /// Results may be removed, and there is no terminal for the confirmation.
+    #[error(
+        "--prune asks for confirmation, but there is no terminal: --dry-run -v lists what would be removed, \
+         --yes confirms"
+    )]
+    NoTerminal,
+    /// A foot is calibrated where there are settings of single feet, and it is not named.
+    #[error("there are settings of the foot {foot} alone: --foot names the one that is calibrated")]
+    WhichFoot {
+        /// A foot that has settings.
+        foot: String,
+    },
+    /// One of several feet cannot be calibrated.
+    #[error("foot {foot}: {source}")]
+    OfFoot {
+        /// Name of the foot.
+        foot: String,
+        /// Reason.
+        source: Box<Error>,
+    },
+    /// A picture of one foot is wanted of several.
+    #[error("--plot draws the amplitudes of one foot: choose it by --topic")]
+    PlotOfSeveral,
+    /// A variable of the environment has no valid value.
+    #[error("the variable {name} is wrong: {reason}")]
+    Variable {
+        /// Name of the variable.
+        name: &'static str,
+        /// Reason, with the value.
+        reason: String,
+    },
+    /// Options about recordings of an IMU are given for feet that stream.
+    #[error(
+        "{source_text} has no recording of an IMU: --topic, --load-topic, --axes, --units and their like are for file:"
+    )]
+    NotPlayed {
+        /// Source as given.
+        source_text: String,
+    },
+    /// A bag has a topic that contacts are written to.
+    #[error("{file} has the topic {topic} already: its contacts are those of an earlier estimate")]
+    TopicTaken {
+        /// Bag as given.
+        file: String,
+        /// Topic of the contacts of a foot.
+        topic: String,
+    },
+    /// Axes are given for a foot that is not in the recordings.
+    #[error("--axes names the foot {foot}, but there is {}", feet.join(", "))]
+    NoSuchFoot {
+        /// Name of the foot, as given.
+        foot: String,
+        /// Names of the feet in the recordings.
+        feet: Vec<String>,
+    },
+    /// The viewer server failed.
+    #[cfg(feature = "foxglove")]
+    #[error(transparent)]
+    View(#[from] crate::view::ViewError),
+    /// The summary cannot be printed.
+    #[error("the summary cannot be printed: {0}")]
+    Print(#[source] io::Error),
+}
+
+/// An unsupported format is reported as a missing feature.
+impl From<InputError> for Error {
+    fn from(error: InputError) -> Self {
+        if let InputError::Container(ContainerError::NotBuilt { file, feature, .. }) = &error
+            && let Some(feature) = Feature::named(feature)
+        {
+            Self::NotBuilt(feature.missing_for(file))
+        } else {
+            Self::Input(error)
+        }
+    }
+}

@@ -1,0 +1,305 @@
+//! JSON Schemas (draft 2020-12) of the commands' JSON output, one per kind of object.
+//!
+//! Each object names its schema under `schema`, except objects keyed by setting, and lists. The number at the end
+//! of the name is increased when a field is removed or changes its meaning; adding a field is compatible.
+//! `docs/schemas` keeps the schemas as files.
+
+use analysis::calibrate::learnt::LearntFoot;
+use analysis::calibrate::sensor::SensorCalibration;
+use analysis::summary::{Summaries, WithInputs};
+use clap::ValueEnum;
+use schemars::generate::SchemaSettings;
+use schemars::transform::{RecursiveTransform, Transform};
+use schemars::{JsonSchema, Schema};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use crate::attitude::AttitudeReport;
+use crate::commands::accept::AcceptReport;
+#[cfg(feature = "parquet")]
+use crate::commands::batch::BatchReport;
+use crate::commands::calibrate::FeetReport;
+use crate::commands::foot::{FootChanges, FootInfo, FootScan, FootUpdates, FootValues};
+#[cfg(not(feature = "parquet"))]
+use crate::feature::Feature;
+use crate::feature::NotBuilt;
+use crate::monitor::lines::{EventLine, FootLine};
+
+/// The kinds of objects that are printed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Kind {
+    /// Of `footfall replay --json`
+    Replay,
+    /// Of `footfall batch --json`
+    Batch,
+    /// Of `footfall calibrate --json`
+    Calibrate,
+    /// Of `footfall calibrate --json` of a bag with several feet
+    CalibrateFeet,
+    /// Of `footfall calibrate --rests --json`
+    CalibrateRests,
+    /// Of `footfall decode --json`
+    Decode,
+    /// Of `footfall attitude --json`
+    Attitude,
+    /// Of the lines of `footfall monitor --json` that show a foot
+    Monitor,
+    /// Of the lines of `footfall monitor --json` that show an event
+    MonitorEvent,
+    /// Of `footfall foot SOURCE scan --json`, which does not name its schema
+    FootScan,
+    /// Of `footfall foot SOURCE info --json`
+    FootInfo,
+    /// Of `footfall foot SOURCE get --json`, which does not name its schema
+    FootGet,
+    /// Of `set`, `diff` and `import` of `footfall foot SOURCE --json`, which do not name it
+    FootChanges,
+    /// Of `footfall foot SOURCE update --json`, which does not name its schema
+    FootUpdate,
+    /// Of `footfall accept --json`
+    Accept,
+}
+
+impl Kind {
+    /// All kinds.
+    pub const ALL: [Self; 15] = [
+        Self::Replay,
+        Self::Batch,
+        Self::Calibrate,
+        Self::CalibrateFeet,
+        Self::CalibrateRests,
+        Self::Decode,
+        Self::Attitude,
+        Self::Monitor,
+        Self::MonitorEvent,
+        Self::FootScan,
+        Self::FootInfo,
+        Self::FootGet,
+        Self::FootChanges,
+        Self::FootUpdate,
+        Self::Accept,
+    ];
+
+    /// Returns the name used by `footfall schema`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Replay => "replay",
+            Self::Batch => "batch",
+            Self::Calibrate => "calibrate",
+            Self::CalibrateFeet => "calibrate-feet",
+            Self::CalibrateRests => "calibrate-rests",
+            Self::Decode => "decode",
+            Self::Attitude => "attitude",
+            Self::Monitor => "monitor",
+            Self::MonitorEvent => "monitor-event",
+            Self::FootScan => "foot-scan",
+            Self::FootInfo => "foot-info",
+            Self::FootGet => "foot-get",
+            Self::FootChanges => "foot-changes",
+            Self::FootUpdate => "foot-update",
+            Self::Accept => "accept",
+        }
+    }
+
+    /// Returns the id of the schema, with its version number.
+    #[must_use]
+    pub const fn id(self) -> &'static str {
+        match self {
+            Self::Replay => "urn:footfall:replay:1",
+            Self::Batch => "urn:footfall:batch:1",
+            Self::Calibrate => "urn:footfall:calibrate:1",
+            Self::CalibrateFeet => "urn:footfall:calibrate-feet:1",
+            Self::CalibrateRests => "urn:footfall:calibrate-rests:1",
+            Self::Decode => "urn:footfall:decode:1",
+            Self::Attitude => "urn:footfall:attitude:1",
+            Self::Monitor => "urn:footfall:monitor:1",
+            Self::MonitorEvent => "urn:footfall:monitor-event:1",
+            Self::FootScan => "urn:footfall:foot-scan:1",
+            Self::FootInfo => "urn:footfall:foot-info:1",
+            Self::FootGet => "urn:footfall:foot-get:1",
+            Self::FootChanges => "urn:footfall:foot-changes:1",
+            Self::FootUpdate => "urn:footfall:foot-update:1",
+            Self::Accept => "urn:footfall:accept:1",
+        }
+    }
+
+    /// Returns the schema as text with a final newline.
+    ///
+    /// # Errors
+    /// The command is not built.
+    pub fn text(self) -> Result<String, NotBuilt> {
+        let schema = match self {
+            Self::Replay => self.schema::<Document<'_, Summaries>>(),
+            #[cfg(not(feature = "parquet"))]
+            Self::Batch => {
+                return Err(Feature::Parquet.missing_for("the schema of footfall batch"));
+            }
+            #[cfg(feature = "parquet")]
+            Self::Batch => self.schema::<Document<'_, BatchReport>>(),
+            Self::Calibrate => self.schema::<Document<'_, WithInputs<LearntFoot>>>(),
+            Self::CalibrateFeet => self.schema::<Document<'_, FeetReport>>(),
+            Self::CalibrateRests => self.schema::<Document<'_, WithInputs<SensorCalibration>>>(),
+            Self::Decode => self.schema::<Document<'_, decode::Report>>(),
+            Self::Attitude => self.schema::<Document<'_, AttitudeReport>>(),
+            Self::Monitor => self.schema::<Line<'_, FootLine<'_>>>(),
+            Self::MonitorEvent => self.schema::<Line<'_, EventLine<'_>>>(),
+            Self::FootScan => self.schema::<FootScan>(),
+            Self::FootInfo => self.schema::<Line<'_, FootInfo>>(),
+            Self::FootGet => self.schema::<FootValues>(),
+            Self::FootChanges => self.schema::<FootChanges>(),
+            Self::FootUpdate => self.schema::<FootUpdates>(),
+            Self::Accept => self.schema::<Line<'_, AcceptReport>>(),
+        };
+        Ok(format!("{:#}\n", schema.as_value()))
+    }
+
+    /// Returns the schema of a `T` as printed.
+    fn schema<T: JsonSchema>(self) -> Schema {
+        let settings = SchemaSettings::draft2020_12().for_serialize();
+        let mut schema = settings.into_generator().into_root_schema_for::<T>();
+        RecursiveTransform(for_readers_of_json).transform(&mut schema);
+        schema.insert("$id".to_owned(), json!(self.id()));
+        schema.insert(
+            "title".to_owned(),
+            json!(format!("JSON of footfall: {}", self.name())),
+        );
+        if let Some(id) = schema.pointer_mut("/properties/schema") {
+            id["const"] = json!(self.id());
+        }
+        schema
+    }
+}
+
+/// A report that can be printed as JSON.
+pub trait Described: Serialize + JsonSchema {
+    /// Kind of the report.
+    const KIND: Kind;
+}
+
+impl Described for Summaries {
+    const KIND: Kind = Kind::Replay;
+}
+
+#[cfg(feature = "parquet")]
+impl Described for BatchReport {
+    const KIND: Kind = Kind::Batch;
+}
+
+impl Described for WithInputs<LearntFoot> {
+    const KIND: Kind = Kind::Calibrate;
+}
+
+impl Described for FeetReport {
+    const KIND: Kind = Kind::CalibrateFeet;
+}
+
+impl Described for WithInputs<SensorCalibration> {
+    const KIND: Kind = Kind::CalibrateRests;
+}
+
+impl Described for decode::Report {
+    const KIND: Kind = Kind::Decode;
+}
+
+impl Described for AttitudeReport {
+    const KIND: Kind = Kind::Attitude;
+}
+
+impl Described for FootLine<'_> {
+    const KIND: Kind = Kind::Monitor;
+}
+
+impl Described for EventLine<'_> {
+    const KIND: Kind = Kind::MonitorEvent;
+}
+
+impl Described for AcceptReport {
+    const KIND: Kind = Kind::Accept;
+}
+
+impl Described for FootInfo {
+    const KIND: Kind = Kind::FootInfo;
+}
+
+/// An object as it is printed.
+#[derive(Debug, JsonSchema, Serialize)]
+pub struct Document<'a, R> {
+    /// Identifier of the schema that describes this object.
+    schema: &'static str,
+    /// The version of the program.
+    version: &'static str,
+    #[serde(flatten)]
+    report: &'a R,
+}
+
+impl<'a, R: Described> Document<'a, R> {
+    /// Wraps a report for printing.
+    pub const fn of(report: &'a R) -> Self {
+        Self {
+            schema: R::KIND.id(),
+            version: env!("CARGO_PKG_VERSION"),
+            report,
+        }
+    }
+}
+
+/// An object about feet as it is printed: without the version of the program, which would stand in
+/// every line, or beside that of a foot.
+#[derive(Debug, JsonSchema, Serialize)]
+pub struct Line<'a, R> {
+    /// Identifier of the schema that describes this object.
+    schema: &'static str,
+    #[serde(flatten)]
+    line: &'a R,
+}
+
+impl<'a, R: Described> Line<'a, R> {
+    /// Wraps the state of a foot for printing.
+    pub const fn of(line: &'a R) -> Self {
+        Self {
+            schema: R::KIND.id(),
+            line,
+        }
+    }
+}
+
+/// Removes details for readers of the code: links, and the restriction that a type read from a file accepts no
+/// unknown fields.
+fn for_readers_of_json(schema: &mut Schema) {
+    if let Some(Value::String(text)) = schema.get_mut("description") {
+        *text = text.replace("[`", "").replace("`]", "").replace('`', "");
+    }
+    if schema.get("additionalProperties") == Some(&Value::Bool(false)) {
+        schema.remove("additionalProperties");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn kind_names_match_the_option_and_the_schema() {
+        for kind in Kind::ALL {
+            let value = kind.to_possible_value().expect("none is hidden");
+            assert_eq!(value.get_name(), kind.name());
+            assert_eq!(kind.id(), format!("urn:footfall:{}:1", kind.name()));
+        }
+        assert_eq!(Kind::ALL, Kind::value_variants());
+    }
+
+    #[test]
+    fn non_finite_number_is_null() {
+        let report = AttitudeReport {
+            recordings: Vec::new(),
+            mean_rms_deg: f64::NAN,
+            worst_rms_deg: f64::INFINITY,
+            mean_p95_deg: -0.0,
+        };
+        let text = serde_json::to_string(&Document::of(&report)).expect("JSON");
+        let json: Value = serde_json::from_str(&text).expect("valid JSON");
+        assert!(json["mean_rms_deg"].is_null() && json["worst_rms_deg"].is_null());
+        assert_eq!(json["schema"], "urn:footfall:attitude:1");
+    }
+}

@@ -1,0 +1,293 @@
+//! Tests of `footfall foot` and `footfall accept` as a program, on a simulated foot that runs the board's firmware.
+
+mod common;
+
+use common::feet::image;
+use common::{Bench, read, text};
+
+/// Returns stdout and stderr of a command.
+fn foot(bench: &Bench, arguments: &str) -> (String, String) {
+    let output = bench.run(&format!("foot {arguments}"));
+    (text(&output.stdout), text(&output.stderr))
+}
+
+#[test]
+fn foot_is_scanned_described_and_read() {
+    let bench = Bench::new();
+    let (scan, _) = foot(&bench, "demo:feet=4,speed=10 scan");
+    assert_eq!(
+        scan,
+        "can0  node 17  FL\ncan0  node 18  FR\ncan0  node 19  RL\ncan0  node 20  RR\n"
+    );
+    let (info, error) = foot(&bench, "demo:speed=10 info");
+    assert!(info.starts_with("foot     FL, node 17\n"), "{info}{error}");
+    assert!(info.contains("faults   none\n"), "{info}");
+    let (info, _) = foot(&bench, "demo:feet=4,speed=10 --node 0x13 info --json");
+    let json: serde_json::Value = serde_json::from_str(&info).expect("JSON");
+    assert_eq!((&json["foot"], &json["node"]), (&"RL".into(), &19.into()));
+    let (one, _) = foot(&bench, "demo:speed=10,line=uart get decision.threshold");
+    assert!(one.starts_with("decision.threshold = 0.5   # "), "{one}");
+    let (all, _) = foot(&bench, "demo:speed=10 get --json");
+    let all: serde_json::Value = serde_json::from_str(&all).expect("JSON");
+    assert!(all.as_object().expect("an object").len() > 60);
+}
+
+#[test]
+fn settings_are_exported_and_imported() {
+    let bench = Bench::new();
+    let (_, error) = foot(&bench, "demo:speed=10 export foot.txt");
+    assert_eq!(error, "");
+    let exported = read(&bench.path("foot.txt"));
+    assert!(
+        exported.contains("\ndecision.threshold = 0.5 # "),
+        "{exported}"
+    );
+    let changed = exported.replace("decision.threshold = 0.5 ", "decision.threshold = 0.625 ");
+    std::fs::write(bench.path("foot.txt"), changed).expect("a file");
+    for line in ["can", "uart"] {
+        let (diff, _) = foot(&bench, &format!("demo:speed=10,line={line} diff foot.txt"));
+        assert!(
+            diff.contains("decision.threshold: 0.625 → 0.5\n"),
+            "{line}: {diff}"
+        );
+        let (imported, error) = foot(
+            &bench,
+            &format!("demo:speed=10,line={line} import foot.txt"),
+        );
+        assert!(
+            imported.contains("decision.threshold: 0.5 → 0.625\n"),
+            "{imported}{error}"
+        );
+        assert!(imported.ends_with("stored\n"), "{imported}");
+    }
+    let (diff, _) = foot(&bench, "demo:speed=10 diff");
+    assert_eq!(diff, "load_input.source: 0 → 2\n");
+}
+
+#[test]
+fn invalid_setting_error_gives_name_and_range() {
+    let bench = Bench::new();
+    for (arguments, expected) in [
+        (
+            "set decision.threshold=2",
+            "decision.threshold is \"2\", but 0",
+        ),
+        ("set threshold=0.5", "did you mean decision.threshold or "),
+        ("set decision.threshold", "write NAME=VALUE"),
+        ("set stage=1", "stage is no setting"),
+        ("get nothing", "no object is called \"nothing\""),
+        ("import none.txt", "none.txt: "),
+        ("export settings.csv", ".txt"),
+    ] {
+        let (_, error) = foot(&bench, &format!("demo:speed=10 {arguments}"));
+        assert!(error.contains(expected), "{arguments}: {error}");
+    }
+    let (set, _) = foot(&bench, "demo:speed=10 set decision.threshold=0.75 --save");
+    assert_eq!(set, "decision.threshold: 0.5 → 0.75\nstored\n");
+}
+
+#[test]
+fn id_command_changes_the_foot_of_a_board() {
+    let bench = Bench::new();
+    let (info, error) = foot(&bench, "demo:speed=10 id rr");
+    assert!(info.starts_with("foot     RR, node 20\n"), "{info}{error}");
+    let (info, _) = foot(&bench, "demo:speed=10,line=uart id FR");
+    assert!(info.starts_with("foot     FR, serial line\n"), "{info}");
+    for (arguments, expected) in [
+        (
+            "demo:feet=4,speed=10 --node 17 id FR",
+            "would become node 18, which is on the bus already",
+        ),
+        ("demo:speed=10 id XY", "write one of FL, FR, RL, RR, L, R"),
+    ] {
+        let (_, error) = foot(&bench, arguments);
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
+#[test]
+fn calibration_needs_a_walking_and_learning_foot() {
+    let bench = Bench::new();
+    let (text, error) = foot(&bench, "demo:speed=5 --node 17 calibrate");
+    for expected in [
+        "kept and stored\n",
+        "acceleration.still ",
+        "rate.moving ",
+        "gyroscope_bias_z ",
+        "accelerometer.scale.ax ",
+    ] {
+        assert!(text.contains(expected), "{expected}: {text}{error}");
+    }
+    assert!(error.contains("let the foot walk: "), "{error}");
+    let (json, _) = foot(&bench, "demo:speed=20,line=uart calibrate --json");
+    let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    let still = json["learnt"]["acceleration.still"].as_f64();
+    let moving = json["learnt"]["acceleration.moving"].as_f64();
+    assert!(still < moving, "{json}");
+    assert_eq!(
+        json["gyroscope_bias_rad_s"].as_array().map(Vec::len),
+        Some(3)
+    );
+    let (_, error) = foot(&bench, "demo:speed=1 calibrate --seconds 0.5");
+    assert!(
+        error.contains("has not learnt enough in 0.5 s ("),
+        "{error}"
+    );
+    let (forgotten, _) = foot(&bench, "demo:speed=10 calibrate --forget");
+    assert_eq!(forgotten, "what was learnt is forgotten\n");
+}
+
+#[test]
+fn sensor_self_test_passes() {
+    let bench = Bench::new();
+    let (text, error) = foot(&bench, "demo selftest");
+    assert_eq!(text, "the sensor has passed its self-test\n", "{error}");
+}
+
+#[test]
+fn clocks_of_four_feet_are_compared_with_errors() {
+    let bench = Bench::new();
+    let (text, error) = foot(&bench, "demo:feet=4 sync --seconds 3");
+    let lines: Vec<_> = text.lines().collect();
+    assert_eq!(lines.len(), 3, "{text}{error}");
+    assert!(lines[0].starts_with("FR − FL: +137.0"), "{text}");
+    let (json, _) = foot(&bench, "demo:feet=2 sync --seconds 3 --json");
+    let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    assert_eq!(
+        (&json["reference"], &json["feet"][0]["foot"]),
+        (&"L".into(), &"R".into())
+    );
+    for (arguments, expected) in [
+        (
+            "demo:feet=1 sync --seconds 1",
+            "feet that reported a SYNC: 1",
+        ),
+        ("demo:feet=2 sync --seconds 1 --send", "leave out --send"),
+        ("demo:feet=2,line=uart sync --seconds 1", "no SYNCs"),
+    ] {
+        let (_, error) = foot(&bench, arguments);
+        assert!(error.contains(expected), "{arguments}: {error}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn interrupted_id_change_is_completed() {
+    use std::process::{Command, Stdio};
+    // SIGINT is ignored if a shell without job control started the test.
+    let child = Command::new("env")
+        .args(["--default-signal", env!("CARGO_BIN_EXE_footfall")])
+        .args(["foot", "demo", "id", "FR"])
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("the command that was just built");
+    // The command scans for feet for 1.2 s and then for boards with the id; 2 s is in between.
+    std::thread::sleep(std::time::Duration::from_millis(2000));
+    let id = child.id().to_string();
+    let kill = Command::new("kill").args(["-s", "INT", &id]).status();
+    assert!(kill.expect("kill runs").success());
+    let output = child.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(0));
+    let info = text(&output.stdout);
+    assert!(info.starts_with("foot     FR, node 18\n"), "{info}");
+}
+
+#[test]
+fn empty_file_and_duplicate_setting_are_rejected() {
+    let bench = Bench::with("foot.txt", "# settings of a foot\n");
+    for action in ["import", "diff"] {
+        let (output, error) = foot(&bench, &format!("demo:speed=10 {action} foot.txt"));
+        assert_eq!(output, "");
+        assert!(error.contains("foot.txt: it holds no setting"), "{error}");
+    }
+    let (output, error) = foot(&bench, "demo:speed=10 set window=40ms window=50ms");
+    assert_eq!(output, "");
+    assert!(error.contains("is named twice"), "{error}");
+}
+
+#[test]
+fn settings_are_read_from_stdin_with_a_size_limit() {
+    let bench = Bench::with("zeros.txt", vec![0; 2 << 20]);
+    let output = bench.piped(
+        "foot demo:speed=10 import -",
+        "decision.threshold = 0.625\n",
+    );
+    assert_eq!(
+        text(&output.stdout),
+        "decision.threshold: 0.5 → 0.625\nstored\n"
+    );
+    let (output, error) = foot(&bench, "demo:speed=10 import zeros.txt");
+    assert_eq!(output, "");
+    assert_eq!(
+        error,
+        "footfall: zeros.txt: settings are 1048576 bytes at most\n"
+    );
+}
+
+#[test]
+fn images_are_checked_before_anything_is_sent() {
+    let bench = Bench::new();
+    let image = image();
+    let mut unsigned = image.clone();
+    unsigned[9] = 0;
+    for (name, bytes, expected) in [
+        ("empty.img", &image[..0], "empty.img: the file is no image"),
+        ("elf.img", &[0x7F; 2000], "elf.img: the file is no image"),
+        (
+            "unsigned.img",
+            &unsigned,
+            "unsigned.img: the image is not signed",
+        ),
+        (
+            "short.img",
+            &image[..600],
+            "short.img: the image is shorter",
+        ),
+    ] {
+        std::fs::write(bench.path(name), bytes).expect("a file");
+        let (_, error) = foot(&bench, &format!("demo:speed=10 update {name}"));
+        assert!(error.contains(expected), "{error}");
+    }
+    std::fs::write(bench.path("foot.img"), &image).expect("a file");
+    let (same, error) = foot(&bench, "demo:speed=10,line=uart update foot.img");
+    assert_eq!(same, "the foot: 0.1.0 runs already, confirmed\n", "{error}");
+    let (same, error) = foot(&bench, "demo:speed=10,feet=2 update foot.img --all");
+    let line = |node| format!("node {node}: 0.1.0 runs already, confirmed\n");
+    assert_eq!(same, line(21) + &line(22), "{error}");
+}
+
+#[test]
+fn acceptance_ends_with_what_was_not_seen_or_is_out() {
+    let bench = Bench::new();
+    let accept = |options: &str| {
+        let output = bench.run(&format!(
+            "accept demo:speed=10 --seconds 1 --json {options}"
+        ));
+        let report: serde_json::Value = serde_json::from_str(&text(&output.stdout)).expect("JSON");
+        (report, text(&output.stderr), output.status.code())
+    };
+    let (report, said, code) = accept("--only board,unplug --page foot.html");
+    assert_eq!((code, &report["foot"]), (Some(0), &"FL".into()), "{said}");
+    assert_eq!(report["schema"], "urn:footfall:accept:1");
+    assert_eq!(
+        (&report["passed"], &report["not_tested"]),
+        (&4.into(), &3.into()),
+        "{said}"
+    );
+    assert!(said.contains("not tested: no fault within 1 s"), "{said}");
+    let page = read(&bench.path("foot.html"));
+    assert!(page.contains("no fault within 1 s"), "{page}");
+    // The simulated foot walks.
+    let (report, said, code) = accept("--only steps");
+    assert_eq!(
+        (code, &report["accepted"]),
+        (Some(1), &false.into()),
+        "{said}"
+    );
+    assert!(said.contains("not accepted: steps seen"), "{said}");
+    let said = text(&bench.run("accept demo --only steps,hop").stderr);
+    assert!(
+        said.contains("write some of board, self-test, still"),
+        "{said}"
+    );
+}

@@ -1,0 +1,141 @@
+//! Tests of `footfall monitor` and `footfall explain` as programs.
+
+mod common;
+
+use std::process::{Command, Stdio};
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_footfall");
+
+fn monitor(arguments: &[&str]) -> (String, String, Option<i32>) {
+    let output = Command::new(PROGRAM)
+        .arg("monitor")
+        .args(arguments)
+        .stdin(Stdio::null())
+        .output()
+        .expect("the program runs");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
+    (
+        text(output.stdout),
+        text(output.stderr),
+        output.status.code(),
+    )
+}
+
+#[test]
+fn output_without_terminal_is_one_line_per_foot_and_second() {
+    let (lines, warnings, code) = monitor(&["demo:feet=4,seconds=2.5"]);
+    assert_eq!((warnings.as_str(), code), ("", Some(0)));
+    for foot in ["FL", "FR", "RL", "RR"] {
+        let of_foot = lines
+            .lines()
+            .filter(|line| line.contains(&format!("s  {foot}  ")));
+        let with_p = of_foot.filter(|line| line.contains("  P ")).count();
+        assert_eq!(with_p, 3, "{foot}:\n{lines}");
+    }
+    assert!(lines.contains("missing 0, dropped 0"), "{lines}");
+    assert!(lines.contains("the demo has ended"), "{lines}");
+}
+
+#[test]
+fn json_output_has_one_object_per_line() {
+    let (lines, _, code) = monitor(&["demo:feet=2,speed=max,seconds=3", "--json"]);
+    assert_eq!(code, Some(0));
+    let objects: Vec<serde_json::Value> = lines
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap_or_else(|error| panic!("{error}: {line}")))
+        .collect();
+    let feet: Vec<_> = objects
+        .iter()
+        .filter(|o| o["p_stable"].is_number())
+        .collect();
+    assert_eq!(feet.len(), 2);
+    assert_eq!(
+        (&feet[0]["foot"], &feet[1]["foot"]),
+        (&"L".into(), &"R".into())
+    );
+    assert_eq!(feet[0]["missing"], 0);
+    assert!(
+        objects
+            .iter()
+            .any(|object| object["event"] == "has started")
+    );
+}
+
+#[test]
+fn invalid_source_is_a_command_line_error() {
+    let (_, error, code) = monitor(&["ttyACM0"]);
+    assert_eq!(code, Some(2));
+    assert!(error.contains("sources are uart:PORT[@BAUD]"), "{error}");
+}
+
+#[test]
+fn demo_log_and_recording_are_played() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let demo = Command::new(PROGRAM)
+        .args(["demo", "--out"])
+        .arg(folder.path())
+        .output()
+        .expect("the program runs");
+    assert!(demo.status.success());
+    for file in ["can.log", "uart.bin", "samples.csv"] {
+        let path = folder.path().join(file);
+        let source = format!("file:{}@max", path.display());
+        let (lines, warnings, code) = monitor(&[&source]);
+        assert_eq!((warnings.as_str(), code), ("", Some(0)), "{file}: {lines}");
+        assert!(lines.contains("  P "), "{file}: {lines}");
+    }
+}
+
+#[test]
+fn unplayable_source_is_an_error() {
+    let (lines, error, code) = monitor(&["file:there-is-none.log"]);
+    assert_eq!(code, Some(1), "{lines}");
+    assert!(error.contains("there-is-none.log"), "{error}");
+}
+
+#[test]
+fn address_of_a_crash_is_explained_by_its_place() {
+    for (address, place) in [
+        ("0x08024f6a", "the foot's program"),
+        ("0x08000100", "the bootloader"),
+        ("0x08008000", "settings"),
+        ("0x08040000", "does not run from there"),
+        ("0x20000010", "RAM"),
+    ] {
+        let output = Command::new(PROGRAM).args(["explain", address]).output();
+        let said = String::from_utf8(output.expect("the program runs").stdout).expect("text");
+        assert!(said.contains(place), "{said}");
+        assert_eq!(said.contains("addr2line"), place == "the foot's program");
+    }
+}
+
+#[test]
+fn faults_flags_and_refusals_are_explained() {
+    let explain = |arguments: &[&str]| {
+        let output = Command::new(PROGRAM)
+            .arg("explain")
+            .args(arguments)
+            .output();
+        let output = output.expect("the program runs");
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        (
+            text(&output.stdout),
+            text(&output.stderr),
+            output.status.code(),
+        )
+    };
+    let (text, _, code) = explain(&["0x7007"]);
+    assert_eq!(code, Some(0));
+    assert!(
+        text.starts_with("fault 0x7007 sensor out of step\n"),
+        "{text}"
+    );
+    assert!(text.contains("what to do: "), "{text}");
+    assert!(explain(&["sensor", "frozen"]).0.starts_with("fault 0x7002"));
+    assert!(explain(&["settling"]).0.contains("walk four or five steps"));
+    assert!(explain(&["0x06090031"]).0.contains("value too high"));
+    assert!(explain(&[]).0.lines().count() > 40);
+    let (_, error, code) = explain(&["0x1234"]);
+    assert_eq!(code, Some(1));
+    assert!(error.contains("footfall explain lists all"), "{error}");
+}

@@ -1,0 +1,345 @@
+"""Subscribes with CycloneDDS to what `footfall ros2` publishes, and compares every message with a
+recording of the same feet by `footfall record`. The interface package is read by the parsers of others.
+
+Usage: ros2.py WHOSE RELIABILITY FOOTFALL REC.mcap ROS2-ARGUMENT...
+"""
+
+import functools
+import subprocess
+import sys
+import time
+from bisect import bisect_left, bisect_right
+from collections import defaultdict
+from dataclasses import dataclass
+from pathlib import Path
+
+from catkin_pkg.package import parse_package
+from cyclonedds.core import Policy, Qos
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.idl import IdlStruct
+from cyclonedds.idl.types import array, float32, float64, int32, sequence, uint8, uint16, uint32
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+from mcap_ros2.reader import read_ros2_messages
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+PACKAGE = Path(__file__).parents[4] / "ros2/footfall_msgs"
+FEET = ["FL", "FR", "RL", "RR"]
+# The feet walk two seconds longer than what is asked of each topic: subscribers find it meanwhile.
+CONTACTS = 10_000
+
+# Values of feet in messages of all feet that may be swing because the machine stalled, of some 50 000.
+SILENT = 100
+LEAST = {
+    "contact": CONTACTS,
+    "contact/probability": CONTACTS,
+    "velocity": CONTACTS,
+    "imu": 450,
+    "load": 450,
+}
+
+
+# The types as their definitions say; nothing of footfall's own encoding is used.
+@dataclass
+class Time(IdlStruct, typename="builtin_interfaces::msg::dds_::Time_"):
+    sec: int32
+    nanosec: uint32
+
+
+@dataclass
+class Header(IdlStruct, typename="std_msgs::msg::dds_::Header_"):
+    stamp: Time
+    frame_id: str
+
+
+@dataclass
+class Contact(IdlStruct, typename="footfall_msgs::msg::dds_::Contact_"):
+    header: Header
+    foot: str
+    node: uint8
+    p_stable: float32
+    p_tangential: float32
+    p_vertical: float32
+    p_axes: array[float32, 6]
+    decision: bool
+    state: uint8
+    valid: bool
+    flags: uint8
+    sequence: uint16
+
+
+@dataclass
+class Float64(IdlStruct, typename="std_msgs::msg::dds_::Float64_"):
+    data: float64
+
+
+@dataclass
+class Quaternion(IdlStruct, typename="geometry_msgs::msg::dds_::Quaternion_"):
+    x: float64
+    y: float64
+    z: float64
+    w: float64
+
+
+@dataclass
+class Vector3(IdlStruct, typename="geometry_msgs::msg::dds_::Vector3_"):
+    x: float64
+    y: float64
+    z: float64
+
+
+@dataclass
+class Twist(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
+    linear: Vector3
+    angular: Vector3
+
+
+@dataclass
+class TwistWithCovariance(IdlStruct, typename="geometry_msgs::msg::dds_::TwistWithCovariance_"):
+    twist: Twist
+    covariance: array[float64, 36]
+
+
+@dataclass
+class TwistWithCovarianceStamped(
+    IdlStruct, typename="geometry_msgs::msg::dds_::TwistWithCovarianceStamped_"
+):
+    header: Header
+    twist: TwistWithCovariance
+
+
+@dataclass
+class Imu(IdlStruct, typename="sensor_msgs::msg::dds_::Imu_"):
+    header: Header
+    orientation: Quaternion
+    orientation_covariance: array[float64, 9]
+    angular_velocity: Vector3
+    angular_velocity_covariance: array[float64, 9]
+    linear_acceleration: Vector3
+    linear_acceleration_covariance: array[float64, 9]
+
+
+@dataclass
+class KeyValue(IdlStruct, typename="diagnostic_msgs::msg::dds_::KeyValue_"):
+    key: str
+    value: str
+
+
+@dataclass
+class DiagnosticStatus(IdlStruct, typename="diagnostic_msgs::msg::dds_::DiagnosticStatus_"):
+    level: uint8
+    name: str
+    message: str
+    hardware_id: str
+    values: sequence[KeyValue]
+
+
+@dataclass
+class DiagnosticArray(IdlStruct, typename="diagnostic_msgs::msg::dds_::DiagnosticArray_"):
+    header: Header
+    status: sequence[DiagnosticStatus]
+
+
+@dataclass
+class ContactsStamped(IdlStruct, typename="champ_msgs::msg::dds_::ContactsStamped_"):
+    header: Header
+    contacts: sequence[bool]
+
+
+@dataclass
+class QuadrupedStance(IdlStruct, typename="pronto_msgs::msg::dds_::QuadrupedStance_"):
+    header: Header
+    lf: float32
+    rf: float32
+    lh: float32
+    rh: float32
+
+
+# Discovery message about nodes, since ROS 2 Iron.
+@dataclass
+class Gid(IdlStruct, typename="rmw_dds_common::msg::dds_::Gid_"):
+    data: array[uint8, 16]
+
+
+@dataclass
+class NodeEntitiesInfo(IdlStruct, typename="rmw_dds_common::msg::dds_::NodeEntitiesInfo_"):
+    node_namespace: str
+    node_name: str
+    reader_gid_seq: sequence[Gid]
+    writer_gid_seq: sequence[Gid]
+
+
+@dataclass
+class ParticipantEntitiesInfo(
+    IdlStruct, typename="rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_"
+):
+    gid: Gid
+    node_entities_info_seq: sequence[NodeEntitiesInfo]
+
+
+WHOSE = {
+    "champ": ("/foot_contacts", ContactsStamped, lambda m: [float(c) for c in m.contacts]),
+    "pronto": ("/footfall/stance", QuadrupedStance, lambda m: [m.lf, m.rf, m.lh, m.rh]),
+}
+
+
+@functools.cache
+def fields_of(kind):
+    """Names of the fields of a class of messages of any library."""
+    return getattr(kind, "__slots__", None) or list(kind.__annotations__)
+
+
+def number(value):
+    return "nan" if value != value else float(value)
+
+
+def plain(value):
+    """A message of any library as nested tuples; NaNs are equal."""
+    kind = type(value)
+    if kind in (str, bool):
+        return value
+    if kind in (int, float):
+        return number(value)
+    if kind in (list, tuple) or kind.__name__ in ("ndarray", "array"):
+        # Of numbers alone, as a covariance is.
+        if set(map(type, value)) == {float}:
+            return tuple(map(number, value))
+        return tuple(plain(item) for item in value)
+    if isinstance(value, bytes):
+        [value] = value
+        return number(value)
+    if isinstance(value, (str, bool)):
+        return value
+    if isinstance(value, (int, float)):
+        return number(value)
+    return tuple(plain(getattr(value, field)) for field in fields_of(kind))
+
+
+def nanoseconds(stamp):
+    return stamp.sec * 1_000_000_000 + stamp.nanosec
+
+
+def check_package():
+    package = parse_package(str(PACKAGE))
+    assert package.name == "footfall_msgs", package.name
+    assert package.get_build_type() == "ament_cmake"
+    assert [group.name for group in package.member_of_groups] == ["rosidl_interface_packages"]
+    lists = (PACKAGE / "CMakeLists.txt").read_text()
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    for path in sorted(PACKAGE.glob("msg/*.msg")):
+        types = get_types_from_msg(path.read_text(), f"footfall_msgs/msg/{path.stem}")
+        store.register(types)
+        assert f'"msg/{path.name}"' in lists, path
+    names = [name for name, _ in store.get_msgdef("footfall_msgs/msg/Contact").fields]
+    assert names == list(Contact.__annotations__), names
+
+
+def recorded(path):
+    """Messages of a recording, by topic."""
+    messages = defaultdict(list)
+    # In the order of the file, which is that of each topic.
+    for message in read_ros2_messages(path, log_time_order=False):
+        messages[message.channel.topic].append(message.ros_msg)
+    return messages
+
+
+def compare(topic, received, published, least):
+    """The last messages, `least` of them, without a gap and value for value. Those before came while the
+    subscriber was found: what DDS promises of them is their order."""
+    assert len(received) >= least, f"{topic}: {len(received)} messages, not {least}"
+    pairs = zip(received[-least:], published[-least:])
+    for index, (one, other) in enumerate(pairs, start=len(received) - least):
+        assert plain(one) == plain(other), f"{topic}, message {index}:\n{one}\n{other}"
+    earlier = map(plain, published[:-least])
+    for index, one in enumerate(received[:-least]):
+        assert plain(one) in earlier, f"{topic}, message {index} is not of these feet, or late:\n{one}"
+
+
+def take_last_words(received, other_topic, other_values):
+    """Takes what is said at the end off the messages: that all feet are silent, and none stands."""
+    for foot in FEET:
+        assert received[f"/footfall/{foot}/contact/probability"].pop().data == 0.0, foot
+    silent = [received["/diagnostics"].pop().status[0] for _ in FEET]
+    assert {status.name for status in silent} == {f"footfall: {foot}" for foot in FEET}, silent
+    assert all(status.level == 3 and status.message.startswith("silent") for status in silent), silent
+    assert other_values(received[other_topic].pop()) == [0.0] * len(FEET)
+
+
+def main(whose, reliability, footfall, recording, *arguments):
+    check_package()
+    reliable = reliability == "reliable"
+    policy = Policy.Reliability.Reliable(0) if reliable else Policy.Reliability.BestEffort
+    qos = Qos(policy, Policy.Durability.Volatile, Policy.History.KeepAll)
+    participant = DomainParticipant(int(arguments[arguments.index("--domain-id") + 1]))
+    other_topic, other_type, other_values = WHOSE[whose]
+    types = {other_topic: other_type, "/diagnostics": DiagnosticArray}
+    for foot in FEET:
+        types[f"/footfall/{foot}/contact"] = Contact
+        types[f"/footfall/{foot}/contact/probability"] = Float64
+        types[f"/footfall/{foot}/velocity"] = TwistWithCovarianceStamped
+        types[f"/footfall/{foot}/load"] = Float64
+        types[f"/footfall/{foot}/imu"] = Imu
+    readers = {}
+    for topic, kind in types.items():
+        readers[topic] = DataReader(participant, Topic(participant, f"rt{topic}", kind), qos=qos)
+    about_nodes = Qos(Policy.Reliability.Reliable(0), Policy.Durability.TransientLocal)
+    nodes = Topic(participant, "ros_discovery_info", ParticipantEntitiesInfo)
+    nodes = DataReader(participant, nodes, qos=about_nodes)
+
+    program = subprocess.Popen([footfall, "ros2", *arguments])
+    info = None
+    while program.poll() is None:
+        time.sleep(0.2)
+        for sample in nodes.take(100):
+            # The last one says that the node has gone.
+            if isinstance(sample, ParticipantEntitiesInfo) and sample.node_entities_info_seq:
+                info = sample
+    assert program.returncode == 0, program.returncode
+    received = {}
+    for topic, reader in readers.items():
+        samples = reader.take(200_000)
+        received[topic] = [sample for sample in samples if isinstance(sample, types[topic])]
+
+    [node] = info.node_entities_info_seq
+    assert (node.node_namespace, node.node_name) == ("/", "footfall"), node
+    # The topics', and the node's own.
+    assert len(node.writer_gid_seq) > len(types), len(node.writer_gid_seq)
+    published = recorded(recording)
+    expected = {f"/footfall/{foot}/{topic}": least for foot in FEET for topic, least in LEAST.items()}
+    expected["/diagnostics"] = 40
+    if reliable:
+        take_last_words(received, other_topic, other_values)
+    for topic, least in expected.items():
+        if reliable:
+            compare(topic, received[topic], published[topic], least)
+        else:
+            assert len(received[topic]) > least // 2, f"{topic}: {len(received[topic])}"
+    check_other(received[other_topic], published, other_values, whose)
+    print(sum(len(messages) for messages in received.values()))
+
+
+def check_other(messages, published, values, whose):
+    """Messages of all feet have what a contact of each foot has said, or swing for a foot that was silent for
+    20 ms, as the source is where this machine stalls: rarely."""
+    assert len(messages) > CONTACTS // 2, f"{whose}: {len(messages)}"
+    said = []
+    for foot in FEET:
+        of_foot = published[f"/footfall/{foot}/contact"]
+        stamps = [nanoseconds(contact.header.stamp) for contact in of_foot]
+        assert stamps == sorted(stamps), f"{foot} goes back in time"
+        said.append((stamps, [float(contact.valid and contact.decision) for contact in of_foot]))
+    silent = []
+    for message in messages[1000:-1000]:
+        newest = nanoseconds(message.header.stamp)
+        for (stamps, values_of_foot), value in zip(said, values(message)):
+            # Stance to its reader: true for champ, beyond 0.01 for pronto.
+            value = float(abs(value) > 0.01)
+            begin, end = bisect_left(stamps, newest - 3_000_000), bisect_right(stamps, newest)
+            near = values_of_foot[begin:end]
+            if value not in near:
+                silent.append(f"{newest}: {value}, not one of {near}")
+                assert value == 0.0, f"{whose} at {silent[-1]}"
+    assert len(silent) <= SILENT, f"{whose}, {len(silent)} values, the first at {silent[0]}"
+
+
+main(*sys.argv[1:])

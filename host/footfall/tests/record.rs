@@ -1,0 +1,304 @@
+//! Tests of `footfall record` as a program.
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::Duration;
+
+use common::{AXES, Bench, read, text};
+use live::feed::Fed;
+use live::{Arrival, Feed};
+use wire::Foot as Position;
+
+/// Returns the reported message count of a topic.
+fn count(report: &str, topic: &str) -> u64 {
+    let line = report
+        .lines()
+        .find(|line| line.ends_with(&format!(" {topic}")));
+    let count = line.and_then(|line| line.split_whitespace().next());
+    count.and_then(|count| count.parse().ok()).unwrap_or(0)
+}
+
+#[test]
+fn recording_of_four_feet_is_complete_and_replayable() {
+    let bench = Bench::new();
+    let output = bench.run("record demo:feet=4,line=uart,seconds=10 -o walk.mcap");
+    let report = text(&output.stdout);
+    assert_eq!(
+        (text(&output.stderr).as_str(), output.status.code()),
+        ("", Some(0))
+    );
+    for foot in ["FL", "FR", "RL", "RR"] {
+        for topic in ["contact", "contact/probability", "velocity", "imu"] {
+            let topic = format!("/footfall/{foot}/{topic}");
+            assert_eq!(count(&report, &topic), 10_000, "{topic}\n{report}");
+        }
+    }
+    assert!(count(&report, "/diagnostics") >= 40, "{report}");
+    let output = bench.run("replay walk.mcap --topic all --json");
+    let said = text(&output.stderr);
+    assert!(
+        said.contains("walk.mcap has contacts on /footfall/FL/contact, /footfall/FR/contact,"),
+        "{said}"
+    );
+    assert!(
+        said.contains("which are not read: the estimate is computed again from the samples"),
+        "{said}"
+    );
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let recordings = json["recordings"].as_array().expect("recordings");
+    assert_eq!(recordings.len(), 4);
+    assert!(
+        recordings
+            .iter()
+            .all(|recording| recording["samples"] == 10_000)
+    );
+}
+
+#[test]
+fn truncated_recording_loses_only_its_end() {
+    let bench = Bench::new();
+    bench.run("record demo:feet=1,line=uart,seconds=6 -o whole.mcap");
+    let whole = fs::read(bench.path("whole.mcap")).expect("a recording");
+    let mut last = 0;
+    for part in 1..=40 {
+        let bytes = whole.len() * part / 40;
+        fs::write(bench.path("cut.mcap"), &whole[..bytes]).expect("a file");
+        let output = bench.run("replay cut.mcap --json");
+        let samples = if output.status.success() {
+            let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+            json["recordings"][0]["samples"].as_u64().expect("a count")
+        } else {
+            // Only the data before the first chunk is present.
+            assert_eq!(last, 0, "{}", text(&output.stderr));
+            0
+        };
+        assert!(samples >= last, "{samples} after {last} at {bytes} bytes");
+        let share = 6000 * part as u64 / 40;
+        assert!(
+            samples + 1500 >= share,
+            "{samples} of {share} at {bytes} bytes"
+        );
+        last = samples;
+    }
+    assert_eq!(last, 6000);
+}
+
+#[cfg(unix)]
+#[test]
+fn interrupted_and_killed_recordings_are_readable() {
+    for signal in ["INT", "KILL"] {
+        let bench = Bench::new();
+        // SIGINT is ignored if a shell without job control started the test.
+        let mut child = Command::new("env")
+            .args(["--default-signal", env!("CARGO_BIN_EXE_footfall")])
+            .args(["record", "demo:feet=2,speed=1", "-o", "walk.mcap"])
+            .current_dir(&bench.directory)
+            .stdout(Stdio::null())
+            .spawn()
+            .expect("the command that was just built");
+        bench.wait_for("walk.mcap");
+        thread::sleep(Duration::from_secs(4));
+        let id = child.id().to_string();
+        let kill = Command::new("kill").args(["-s", signal, &id]).status();
+        assert!(kill.expect("kill runs").success());
+        let code = child.wait().expect("it ends").code();
+        assert_eq!(code, (signal == "INT").then_some(0), "{signal}");
+        let output = bench.run("replay walk.mcap --topic /footfall/L/imu --json");
+        assert!(
+            output.status.success(),
+            "{signal}: {}",
+            text(&output.stderr)
+        );
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        // On CAN, each motion message carries an IMU sample, 50 times a second.
+        let samples = json["recordings"][0]["samples"].as_u64().expect("a count");
+        assert!(samples > 75, "{signal}: {samples}");
+    }
+}
+
+/// Returns three seconds of output of two boards with the id of FL, in the format of `candump -L`.
+fn log_of_two_boards_with_one_id() -> String {
+    let source = "demo:feet=2,speed=max,seconds=3".parse();
+    let feed = Feed::open(source.expect("a source"));
+    let [own, left] = [Position::Right, Position::Left].map(|foot| foot.default_node_id().get());
+    let mut log = String::new();
+    loop {
+        match feed.next(Duration::from_secs(60)).expect("it ends") {
+            Fed::Arrived((at, Arrival::Frame { frame, .. })) => {
+                let is_right = frame.id() & 0x7F == u16::from(own);
+                let id = frame.id() - if is_right { u16::from(own - left) } else { 0 };
+                let (s, us) = (at.as_micros() / 1_000_000, at.as_micros() % 1_000_000);
+                let data: String = frame
+                    .data()
+                    .iter()
+                    .map(|byte| format!("{byte:02X}"))
+                    .collect();
+                log.push_str(&format!("({s}.{us:06}) can0 {id:03X}#{data}\n"));
+            }
+            Fed::Ended(_) => return log,
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn contacts_of_boards_sharing_an_id_are_invalid() {
+    let bench = Bench::with("two.log", log_of_two_boards_with_one_id());
+    let output = bench.run("record file:two.log@max -o two.mcap");
+    assert!(output.status.success());
+    let said = text(&output.stderr);
+    assert!(
+        said.starts_with("footfall: L: several boards with this id, no contact of it is valid; "),
+        "{said}"
+    );
+    assert_eq!(said.matches("several boards").count(), 1, "{said}");
+    assert!(!said.contains("missing"), "{said}");
+    assert!(count(&text(&output.stdout), "/footfall/L/contact") > 5000);
+}
+
+#[test]
+fn foot_with_custom_id_is_recorded_when_named() {
+    // One contact of node 34 per millisecond: probabilities, time in steps of 10 µs, sequence number, status.
+    let contact = |ms: u16| {
+        let [low, high] = (100 * ms).to_le_bytes();
+        format!("(1.{ms:03}000) can0 1A2#00000000{low:02X}{high:02X}{ms:02X}80\n")
+    };
+    let bench = Bench::with("own.log", (0..100).map(contact).collect::<String>());
+    let output = bench.run("record file:own.log@max -o none.mcap");
+    let said = text(&output.stderr);
+    assert!(
+        said.contains("no foot was heard, but node 34 may be one: --node 34"),
+        "{said}"
+    );
+    for (option, name) in [("--node 34", "node_34"), ("--names 34=FL", "FL")] {
+        let report = bench.stdout(&format!("record file:own.log@max {option} -o {name}.mcap"));
+        assert_eq!(
+            count(&report, &format!("/footfall/{name}/contact")),
+            100,
+            "{report}"
+        );
+    }
+}
+
+#[test]
+fn existing_file_needs_overwrite_option() {
+    let bench = Bench::with("walk.mcap", "precious");
+    let output = bench.run("record demo:seconds=1 -o walk.mcap");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).contains("walk.mcap is there already"));
+    let read = |path: &Path| fs::read(path).expect("a file");
+    assert_eq!(read(&bench.path("walk.mcap")), b"precious");
+    let output = bench.run("record demo:seconds=1 -o walk.mcap --overwrite");
+    assert!(output.status.success());
+    assert!(read(&bench.path("walk.mcap")).starts_with(b"\x89MCAP0"));
+    let output = bench.run("record demo:seconds=1 -o -");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(!bench.path("-").exists());
+    let output = bench.run("record demo:seconds=1 -o walk.bag");
+    assert!(
+        text(&output.stderr).contains(".mcap"),
+        "{}",
+        text(&output.stderr)
+    );
+    let output = bench.run("record file:none.log -o other.mcap");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).starts_with("footfall: none.log "));
+    assert!(!bench.path("other.mcap").exists());
+}
+
+#[test]
+fn invalid_source_never_replaces_a_file() {
+    let bench = Bench::with("walk.mcap", "precious");
+    for (source, says) in [
+        ("walk.mcap", "it is the recording itself"),
+        ("none.log", "none.log cannot be read"),
+    ] {
+        let output = bench.run(&format!("record file:{source} -o walk.mcap --overwrite"));
+        assert_eq!(output.status.code(), Some(1));
+        let said = text(&output.stderr);
+        assert!(said.contains(says), "{said}");
+        let kept = fs::read(bench.path("walk.mcap")).expect("a file");
+        assert_eq!(kept, b"precious", "{source}");
+    }
+}
+
+/// Cells of the six axes in each row of a table of ours with times, without trailing columns.
+fn axes(table: &str) -> Vec<String> {
+    let cells = |line: &str| {
+        line.split(',')
+            .skip(1)
+            .take(6)
+            .collect::<Vec<_>>()
+            .join(",")
+    };
+    table.lines().skip(1).map(cells).collect()
+}
+
+#[test]
+fn recorded_samples_are_recorded_as_they_were() {
+    let row = |k: u32| {
+        let t = f64::from(k) * 0.005;
+        let part = (k % 32) as f32 / 16.0;
+        format!("{t:.3},{part},-0.25,9.75,0.5,{part},-0.125\n")
+    };
+    let rows: String = (0..600).map(row).collect();
+    let original = format!("t,{AXES}\n{rows}");
+    let bench = Bench::with("walk.csv", &original);
+    let output = bench.run("record file:walk.csv -o walk.mcap");
+    assert_eq!(
+        (text(&output.stderr).as_str(), output.status.success()),
+        ("", true)
+    );
+    bench.stdout("convert walk.mcap back.csv --topic /footfall/walk/imu");
+    assert_eq!(axes(&read(&bench.path("back.csv"))), axes(&original));
+}
+
+#[test]
+fn implausible_unit_is_remarked_in_live_sources() {
+    let row = |k: u32| format!("{:.3},0,0,1.0,0,0,0\n", f64::from(k) * 0.005);
+    let rows: String = (0..600).map(row).collect();
+    let bench = Bench::with("g.csv", format!("t,{AXES}\n{rows}"));
+    let remark = "g: the acceleration is 1.00 m/s² at rest, which looks like g: --units g, in footfall convert";
+    let output = bench.run("record file:g.csv -o g.mcap");
+    assert!(text(&output.stderr).contains(remark), "{output:?}");
+    let shown = bench.stdout("monitor --plain file:g.csv@max");
+    assert!(shown.contains(remark), "{shown}");
+}
+
+#[test]
+fn feet_of_a_bag_are_calibrated_each_by_itself() {
+    let bench = Bench::new();
+    bench.stdout("record demo:feet=2,line=uart,seconds=20,speed=max -o feet.mcap");
+    let said = bench.stdout("calibrate feet.mcap --topic all --output robot.toml");
+    assert!(said.contains("foot L\nlearnt from"), "{said}");
+    assert!(said.ends_with("written  robot.toml\n"), "{said}");
+    let file = read(&bench.path("robot.toml"));
+    for foot in ["L", "R"] {
+        let alone = format!("--topic /footfall/{foot}/imu --foot {foot}");
+        let alone = format!("calibrate feet.mcap {alone} --output {foot}.toml");
+        bench.stdout(&alone);
+        let table = read(&bench.path(&format!("{foot}.toml")));
+        let table = table.split_once("[feet").expect("a table").1;
+        assert!(file.contains(&format!("[feet{table}")), "{file}{table}");
+    }
+    let json = bench.stdout("calibrate feet.mcap --topic all --json --config robot.toml");
+    let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    let feet = json["feet"].as_object().expect("feet");
+    assert_eq!(feet.keys().collect::<Vec<_>>(), ["L", "R"]);
+    bench.stdout("replay feet.mcap --topic all --config robot.toml");
+    let said = bench.error("calibrate feet.mcap --topic all --plot all.svg");
+    assert!(
+        said.contains("--plot draws the amplitudes of one foot"),
+        "{said}"
+    );
+    fs::write(bench.path("paper.toml"), "method = 'half_widths'\n").expect("a file");
+    let said = bench.error("calibrate feet.mcap --topic all --config paper.toml");
+    assert!(
+        said.contains("foot L: method = \"half_widths\" learns nothing"),
+        "{said}"
+    );
+}

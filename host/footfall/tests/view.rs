@@ -1,0 +1,269 @@
+//! Tests of `footfall view` as a program: a third-party client, and the layouts.
+
+mod common;
+#[path = "../../../wire/tests/python/environment.rs"]
+mod environment;
+#[path = "../../../host-tests/tests/python/packages.rs"]
+mod packages;
+
+use std::collections::BTreeMap;
+use std::env;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use common::{Bench, text, unmet};
+use footfall::commands::view::Viewer;
+use ros::Topics;
+use ros::definition::Definition;
+use serde_json::Value;
+
+const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/view.py");
+const REQUIREMENTS: &str = include_str!("python/view.txt");
+const PROGRAM: &str = env!("CARGO_BIN_EXE_footfall");
+
+/// Names of the feet of a robot.
+const FEET: [&str; 4] = ["FL", "FR", "RL", "RR"];
+
+/// Returns the output of the client; `None` if Python is unavailable for it.
+fn client(arguments: &[&str]) -> Option<String> {
+    let packages = match packages::install("python-view", REQUIREMENTS) {
+        Ok(packages) => packages,
+        Err(missing) => {
+            unmet(&missing);
+            return None;
+        }
+    };
+    let output = Command::new(packages.interpreter)
+        .arg(SCRIPT)
+        .args(arguments)
+        .env("PYTHONPATH", packages.folder)
+        .output()
+        .expect("Python runs");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    Some(text(&output.stdout))
+}
+
+#[test]
+fn third_party_client_receives_every_recorded_message() {
+    let bench = Bench::new();
+    let demo = "demo:feet=4,seed=7,seconds=12";
+    bench.stdout(&format!("record {demo} -o walk.mcap"));
+    let recording = bench.path("walk.mcap").display().to_string();
+    let Some(counts) = client(&["compare", PROGRAM, demo, &recording]) else {
+        return;
+    };
+    let counts: BTreeMap<String, usize> = serde_json::from_str(&counts).expect("counts");
+    let topics = FEET.map(Topics::of);
+    for topics in &topics {
+        for (topic, _) in topics.all() {
+            assert!(counts.contains_key(topic), "{topic}: {counts:?}");
+        }
+        // At least ten of the twelve seconds: the client connects as soon as the server is up.
+        let contacts = counts[topics.contact.as_ref()];
+        assert!((10_000..=12_000).contains(&contacts), "{counts:?}");
+    }
+}
+
+#[test]
+fn stalled_client_is_reported_and_delays_no_other() {
+    // Half a million messages, produced at full speed.
+    client(&["slow", PROGRAM, "demo:feet=4,speed=max,seconds=60"]);
+}
+
+#[test]
+fn used_port_is_named() {
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    let port = taken.local_addr().expect("an address").port();
+    let bench = Bench::new();
+    let said = bench.error(&format!("view demo --port {port}"));
+    assert!(
+        said.starts_with(&format!("footfall: port {port} of 127.0.0.1 is in use; ")),
+        "{said}"
+    );
+    assert!(said.contains("--port 0"), "{said}");
+    assert_eq!(bench.run("view").status.code(), Some(2), "no source");
+    let missing = bench.error("view file:absent.mcap --port 0");
+    // Nothing about feet or serving is printed.
+    assert!(missing.starts_with("footfall: absent.mcap "), "{missing}");
+    let nowhere = bench.error("view demo --host nowhere.invalid");
+    assert!(
+        nowhere.starts_with("footfall: --host nowhere.invalid: "),
+        "{nowhere}"
+    );
+}
+
+#[test]
+fn host_may_be_a_name_or_all_addresses() {
+    let bench = Bench::new();
+    for (host, says) in [
+        ("localhost", " at ws://127.0.0.1:"),
+        ("0.0.0.0", ", and at all other addresses of this machine\n"),
+    ] {
+        let output = bench.run(&format!("view demo --host {host} --port 0 --seconds 0.1"));
+        let said = text(&output.stderr);
+        assert!(said.contains(says), "{said}");
+        assert!(
+            !said.contains("0.0.0.0:"),
+            "a link that leads nowhere: {said}"
+        );
+    }
+}
+
+#[test]
+fn view_ends_after_the_given_time() {
+    let bench = Bench::new();
+    let output = bench.run("view demo:feet=2 --port 0 --seconds 1");
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    assert!(output.stdout.is_empty());
+}
+
+/// Returns the type of a message field by its path, with nested fields separated by points.
+fn type_of(definition: Definition, path: &str) -> Option<String> {
+    let text = definition.text();
+    let mut sections = text.split("MSG: ");
+    let mut fields = sections.next()?.to_owned();
+    let others: BTreeMap<&str, &str> = sections.filter_map(|part| part.split_once('\n')).collect();
+    let mut found = None;
+    for part in path.split('.') {
+        let mut lines = fields.lines().map(|line| line.split_whitespace());
+        let kind = lines.find_map(|mut words| {
+            let kind = words.next()?;
+            (words.next() == Some(part)).then(|| kind.to_owned())
+        })?;
+        fields = others.get(kind.as_str()).copied().unwrap_or("").to_owned();
+        found = Some(kind);
+    }
+    found
+}
+
+/// Checks that a numeric field named by a layout is published.
+fn assert_published(topic: &str, field: &str) {
+    let published = FEET.map(Topics::of);
+    let definition = published
+        .iter()
+        .flat_map(Topics::all)
+        .find(|(name, _)| *name == topic)
+        .map(|(_, definition)| definition);
+    let definition = definition.unwrap_or_else(|| panic!("nothing is published on {topic}"));
+    let kind = type_of(definition, field);
+    assert!(
+        matches!(
+            kind.as_deref(),
+            Some("float32" | "float64" | "uint8" | "bool")
+        ),
+        "{topic} has no number {field}: {kind:?}"
+    );
+}
+
+#[test]
+fn fields_are_found_by_definition() {
+    let kind = |definition, path| type_of(definition, path);
+    assert_eq!(
+        kind(Definition::CONTACT, "p_stable").as_deref(),
+        Some("float32")
+    );
+    assert_eq!(
+        kind(Definition::IMU, "angular_velocity.z").as_deref(),
+        Some("float64")
+    );
+    assert_eq!(
+        kind(Definition::IMU, "header.stamp.sec").as_deref(),
+        Some("int32")
+    );
+    for path in ["angular_velocity.w", "p_stable", "angular_velocity.x.y"] {
+        assert_eq!(kind(Definition::IMU, path), None, "{path}");
+    }
+}
+
+#[test]
+fn foxglove_layout_uses_published_fields() {
+    let layout: Value =
+        serde_json::from_str(&Viewer::Foxglove.layout(&FEET.map(str::to_owned))).expect("JSON");
+    let panels = layout["configById"].as_object().expect("panels");
+    let mut shown = BTreeMap::new();
+    for (name, panel) in panels {
+        for path in panel["paths"].as_array().into_iter().flatten() {
+            let path = path["value"].as_str().expect("a path");
+            let (topic, field) = path.split_once('.').expect("a field");
+            assert_published(topic, field);
+            *shown.entry(topic.to_owned()).or_insert(0) += 1;
+        }
+        let diagnostics = panel.get("topicToRender").and_then(Value::as_str);
+        if name.starts_with("DiagnosticSummary!") {
+            assert_eq!(diagnostics, Some(ros::topics::DIAGNOSTICS));
+        }
+    }
+    for topics in FEET.map(Topics::of) {
+        // P three times and once for all feet; decision; state, and once for all feet; the load twice.
+        for (topic, times) in [(topics.contact, 7), (topics.load, 2), (topics.imu, 6)] {
+            assert_eq!(shown.get(topic.as_ref()), Some(&times), "{topic}");
+        }
+    }
+    // Every panel has its place in the layout.
+    let mut placed = vec![&layout["layout"]];
+    let tabs = layout["configById"]["Tab!pages"]["tabs"].as_array();
+    placed.extend(tabs.expect("tabs").iter().map(|tab| &tab["layout"]));
+    let mut names = Vec::new();
+    while let Some(node) = placed.pop() {
+        match node {
+            Value::String(name) => names.push(name.as_str()),
+            node => placed.extend([&node["first"], &node["second"]]),
+        }
+    }
+    names.sort_unstable();
+    assert!(names.iter().copied().eq(panels.keys().map(String::as_str)));
+}
+
+#[test]
+fn plotjuggler_layout_uses_published_fields() {
+    let layout = Viewer::Plotjuggler.layout(&FEET.map(str::to_owned));
+    let mut curves = 0;
+    for line in layout.lines() {
+        let Some(name) = line.trim().strip_prefix("<curve name=\"") else {
+            continue;
+        };
+        let name = name.split('"').next().expect("a name");
+        // One topic name may be the prefix of another: the longest match is used.
+        let mut topics: Vec<String> = FEET
+            .map(Topics::of)
+            .iter()
+            .flat_map(|topics| topics.all().map(|(topic, _)| format!("{topic}/")))
+            .filter(|topic| name.starts_with(topic.as_str()))
+            .collect();
+        topics.sort_by_key(String::len);
+        let topic = topics.pop().unwrap_or_else(|| panic!("no topic: {name}"));
+        let field = name[topic.len()..].replace('/', ".");
+        assert_published(topic.trim_end_matches('/'), &field);
+        curves += 1;
+    }
+    assert_eq!(curves, 4 * (3 + 2 + 1 + 6) + 4 * 3);
+    assert_eq!(
+        layout.matches("<Tab ").count(),
+        layout.matches("</Tab>").count()
+    );
+}
+
+#[test]
+fn committed_layouts_match_the_printed_ones() {
+    let bench = Bench::new();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/layouts");
+    for (viewer, file) in [
+        ("foxglove", "foxglove.json"),
+        ("plotjuggler", "plotjuggler.xml"),
+    ] {
+        let printed = bench.stdout(&format!("view --layout {viewer}"));
+        let path = folder.join(file);
+        if env::var_os("FOOTFALL_UPDATE").is_some_and(|value| value == "1") {
+            fs::write(&path, &printed).expect("a file");
+        }
+        let committed = fs::read_to_string(&path).unwrap_or_default();
+        assert!(
+            committed == printed,
+            "{file} is not current: FOOTFALL_UPDATE=1 in the environment writes it again"
+        );
+    }
+    let biped = bench.stdout("view --layout foxglove --feet L,R");
+    assert!(biped.contains("/footfall/R/imu.") && !biped.contains("/footfall/FL/"));
+    assert_eq!(bench.run("view demo --feet L,R").status.code(), Some(2));
+}

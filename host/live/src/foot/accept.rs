@@ -1,0 +1,199 @@
+//! Acceptance of a board by a person with a foot in the hand: what is measured in which step, and its limits.
+//!
+//! | item | file |
+//! |---|---|
+//! | quantities with limits, their sources and remedies; measured figures | [`figure`] |
+//! | contacts and motions of one foot, over CAN and over the serial line | `moments` |
+//! | rest, from motions | `rest` |
+//! | board and sensor, without hands | `board` |
+//! | a foot that lies still | `still` |
+//! | six sides, and the turns between them | `turns` |
+//! | taps, steps, loads, and a sensor that is unplugged | `contacts` |
+
+mod board;
+mod contacts;
+pub mod figure;
+mod moments;
+mod rest;
+mod still;
+mod turns;
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use wire::dictionary::index;
+use wire::{Address, Value};
+
+use super::client::{Client, RequestError};
+use super::self_test::SelfTestError;
+use super::settings::{self, Lasting, SettingsError, Values};
+pub use figure::{Figure, Limit, Outcome, Verdict};
+use thiserror::Error;
+
+/// Error that ends the acceptance.
+#[derive(Debug, Error)]
+pub enum AcceptError {
+    /// A request has failed.
+    #[error(transparent)]
+    Request(#[from] RequestError),
+    /// The raw samples of a serial line could not be switched on or off.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// The setting of the self-test could not be put back.
+    #[error(transparent)]
+    SelfTest(SelfTestError),
+}
+
+/// A step of the acceptance, in the order in which they are done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Step {
+    /// Faults, supply and temperature, as the board reports them.
+    Board,
+    /// Self-test of the sensor, which resets the board.
+    SelfTest,
+    /// The foot lies still.
+    Still,
+    /// The foot is put on each of its six sides.
+    Sides,
+    /// The sole is tapped.
+    Taps,
+    /// The foot takes steps.
+    Steps,
+    /// The foot is loaded and unloaded.
+    Load,
+    /// The sensor is unplugged and plugged in again.
+    Unplug,
+}
+
+impl Step {
+    /// All steps.
+    pub const ALL: [Self; 8] = [
+        Self::Board,
+        Self::SelfTest,
+        Self::Still,
+        Self::Sides,
+        Self::Taps,
+        Self::Steps,
+        Self::Load,
+        Self::Unplug,
+    ];
+
+    /// Name, as on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Board => "board",
+            Self::SelfTest => "self-test",
+            Self::Still => "still",
+            Self::Sides => "sides",
+            Self::Taps => "taps",
+            Self::Steps => "steps",
+            Self::Load => "load",
+            Self::Unplug => "unplug",
+        }
+    }
+
+    /// Quantities measured in this step.
+    pub fn limits(self) -> impl Iterator<Item = &'static Limit> {
+        figure::LIMITS
+            .iter()
+            .copied()
+            .filter(move |limit| limit.step == self)
+    }
+
+    /// Figures of this step where there was nothing to measure, for a reason.
+    #[must_use]
+    pub fn not_tested(self, reason: &str) -> Vec<Figure> {
+        self.limits()
+            .map(|limit| limit.not_tested(reason))
+            .collect()
+    }
+
+    /// Figures of this step where the measurement failed.
+    fn failed(self, reason: &str) -> Vec<Figure> {
+        self.limits().map(|limit| limit.failed(reason)).collect()
+    }
+}
+
+/// The person with the foot in the hand.
+pub struct Person<'a> {
+    /// Longest wait for the person in a step.
+    pub patience: Duration,
+    /// Shows a text to the person.
+    pub tell: &'a mut dyn FnMut(&str),
+    /// Returns whether the person has ended the acceptance.
+    pub has_left: &'a dyn Fn() -> bool,
+}
+
+/// Measures the foot in these steps, in order.
+///
+/// Figures are passed to `found` step by step; those of a step in which the person has left are not. On a serial line,
+/// raw samples are switched on meanwhile. A step in which the foot stops to respond has failed, and the next one is
+/// tried.
+///
+/// # Errors
+/// The line does not work, or the foot's settings could not be put back.
+pub fn run(
+    client: &mut Client,
+    steps: &[Step],
+    person: &mut Person,
+    found: &mut dyn FnMut(Figure),
+) -> Result<(), AcceptError> {
+    let mut streams = None;
+    for step in steps {
+        if *step > Step::SelfTest && streams.is_none() {
+            // The self-test resets the foot, which would end the streams.
+            streams = Some(Streams::switch_on(client)?);
+        }
+        let figures = match step {
+            Step::Board => board::measure(client),
+            Step::SelfTest => match board::test_sensor(client, person) {
+                Ok(figures) => Ok(figures),
+                Err(SelfTestError::Request(error)) => Err(error),
+                Err(error @ SelfTestError::StaysOn(_)) => return Err(AcceptError::SelfTest(error)),
+                Err(error) => Ok(step.failed(&error.to_string())),
+            },
+            Step::Still => still::measure(client, person),
+            Step::Sides => turns::measure(client, person),
+            Step::Taps => contacts::taps(client, person),
+            Step::Steps => contacts::steps(client, person),
+            Step::Load => contacts::load(client, person),
+            Step::Unplug => contacts::unplug(client, person),
+        };
+        let figures = match figures {
+            Ok(figures) => figures,
+            Err(error @ RequestError::Link(_)) => return Err(error.into()),
+            Err(error) => step.failed(&error.to_string()),
+        };
+        if (person.has_left)() {
+            break;
+        }
+        figures.into_iter().for_each(&mut *found);
+    }
+    streams.map_or(Ok(()), |streams| streams.put_back(client))
+}
+
+/// Settings of the streams of a serial line, as they were.
+struct Streams(Values);
+
+impl Streams {
+    /// Streams each contact and each raw sample, where the foot is on a serial line.
+    fn switch_on(client: &mut Client) -> Result<Self, AcceptError> {
+        if client.node().is_some() {
+            return Ok(Self(BTreeMap::new()));
+        }
+        let [contacts, raw] = [1, 2].map(|sub| Address::new(index::UART_STREAMS, sub));
+        let wanted = Values::from([(contacts, Value::U16(1)), (raw, Value::U16(1))]);
+        let changed = settings::write(client, &wanted, Lasting::UntilReset)?;
+        let before = changed.into_iter();
+        let before = before.map(|(named, before, _)| (named.address, before));
+        Ok(Self(before.collect()))
+    }
+
+    fn put_back(self, client: &mut Client) -> Result<(), AcceptError> {
+        if !self.0.is_empty() {
+            settings::write(client, &self.0, Lasting::UntilReset)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,77 @@
+//! Board and sensor, without hands.
+
+use std::time::Duration;
+
+use wire::dictionary::index;
+use wire::pdo::{Quantity, TEMPERATURE_STEP};
+use wire::{Address, DataType, Fault, Faults, Value};
+
+use super::figure::{self, Figure};
+use super::{Person, Step};
+use crate::foot::client::{Client, RequestError};
+use crate::foot::self_test::{self, SelfTestError, Verdict};
+
+/// Polling interval of a temperature, and number of attempts.
+const LOOK: Duration = Duration::from_millis(100);
+const LOOKS: u32 = 30;
+
+/// Reads faults, the last crash, the brown-out level and the temperature.
+pub(super) fn measure(client: &mut Client) -> Result<Vec<Figure>, RequestError> {
+    let mut read =
+        |index, subindex, data_type| client.read(Address::new(index, subindex), data_type);
+    let faults = Faults::from_bits(read(index::FAULTS, 0, DataType::Unsigned32)?.to_raw());
+    let crash = read(index::LAST_CRASH, 1, DataType::Unsigned16)?.to_raw();
+    let level = read(index::SUPPLY, 1, DataType::Unsigned8)?.to_raw();
+    let temperature = temperature_celsius(client)?;
+    let names: Vec<_> = faults.iter().map(Fault::name).collect();
+    let crash_name = match crash {
+        0 => String::new(),
+        code => format!("0x{code:04X}"),
+    };
+    Ok(vec![
+        figure::FAULTS.counted(names.len()).with(names.join(", ")),
+        figure::CRASH.measured(f64::from(crash)).with(crash_name),
+        figure::BROWN_OUT.measured(f64::from(level)),
+        match temperature {
+            Some(celsius) => figure::TEMPERATURE.measured(celsius),
+            None => figure::TEMPERATURE.failed("the foot has none: its sensor is faulty"),
+        },
+    ])
+}
+
+/// Reads the temperature of the sensor, °C, which has no value while up is not yet known; `None` if it stays so.
+fn temperature_celsius(client: &mut Client) -> Result<Option<f64>, RequestError> {
+    for _ in 0..LOOKS {
+        let read = client.read(Address::new(index::TEMPERATURE, 0), DataType::Integer16)?;
+        if let Value::I16(code) = read {
+            let celsius = Quantity(code).value(TEMPERATURE_STEP);
+            if celsius.is_finite() {
+                return Ok(Some(celsius.into()));
+            }
+        }
+        client.wait(LOOK)?;
+    }
+    Ok(None)
+}
+
+/// Runs the sensor's self-test.
+pub(super) fn test_sensor(
+    client: &mut Client,
+    person: &mut Person,
+) -> Result<Vec<Figure>, SelfTestError> {
+    (person.tell)(
+        "put the foot down, and do not touch it: the sensor tests itself, and the board starts again",
+    );
+    let figure = match self_test::run(client)? {
+        Verdict::Passed => figure::SELF_TEST.measured(0.0),
+        Verdict::Failed(Some(axes)) => {
+            let names: Vec<_> = axes.iter().map(|axis| axis.name()).collect();
+            figure::SELF_TEST.counted(axes.len()).with(names.join(", "))
+        }
+        Verdict::Failed(None) => figure::SELF_TEST
+            .measured(f64::NAN)
+            .with("which axes is said over CAN only".to_owned()),
+    };
+    debug_assert_eq!(figure.limit.step, Step::SelfTest);
+    Ok(vec![figure])
+}

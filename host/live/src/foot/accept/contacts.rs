@@ -1,0 +1,380 @@
+//! Taps, steps, loads, and a sensor that is unplugged: what the foot says of them.
+
+use std::time::Duration;
+
+use decode::Row;
+use estimator_core::{Decision, Phase, Timestamp};
+use wire::dictionary::index;
+use wire::node::CalibrationState;
+use wire::{Address, DataType, Fault, Faults};
+
+use super::figure::{self, Figure};
+use super::moments::{Moment, watch};
+use super::{Person, Step};
+use crate::foot::calibration;
+use crate::foot::client::{Client, RequestError};
+
+/// Number of taps, steps and loads that are asked for.
+const TAPS: usize = 5;
+const STEPS: usize = 10;
+const LOADS: usize = 3;
+
+/// Probability below which a tap is seen: the sample counts as motion.
+const MOTION: f32 = 0.5;
+
+/// Shortest contact and shortest lift of a step, µs.
+const STEP_US: u64 = 100_000;
+
+/// Time for which a foot without a sensor is watched.
+const UNPLUGGED: Duration = Duration::from_secs(2);
+
+/// Time of valid contacts after which a sensor that was plugged in again counts as recovered, µs.
+const RECOVERED_US: u64 = 500_000;
+
+/// Listens to the contacts of the foot until `is_complete`, at most `patience`.
+fn listen(
+    client: &mut Client,
+    has_left: &dyn Fn() -> bool,
+    patience: Duration,
+    mut is_complete: impl FnMut(&Row) -> bool,
+) -> Result<(), RequestError> {
+    watch(client, has_left, patience, |moment| match moment {
+        Moment::Contact(row) => is_complete(row).then_some(()),
+        _ => None,
+    })?;
+    Ok(())
+}
+
+/// Taps, seen by their contacts.
+#[derive(Default)]
+struct Taps {
+    /// Start of a tap from which the foot has not recovered, µs.
+    since: Option<u64>,
+    count: usize,
+    longest_us: u64,
+    clipped: usize,
+}
+
+impl Taps {
+    fn take(&mut self, row: &Row) {
+        let at = row.timestamp.as_micros();
+        self.clipped += usize::from(row.status.is_saturated());
+        let is_stable = row.status.decision() == Decision::Stable && row.stable >= MOTION;
+        match self.since {
+            None if row.stable < MOTION => self.since = Some(at),
+            Some(since) if is_stable => {
+                self.count += 1;
+                self.longest_us = self.longest_us.max(at.saturating_sub(since));
+                self.since = None;
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Measures taps on the sole.
+pub(super) fn taps(client: &mut Client, person: &mut Person) -> Result<Vec<Figure>, RequestError> {
+    let Person {
+        patience,
+        ref mut tell,
+        has_left,
+    } = *person;
+    tell("put the foot down, let it rest, then tap its sole five times, two seconds apart");
+    let mut is_ready = false;
+    listen(client, has_left, patience, |row| {
+        is_ready = row.status.decision() == Decision::Stable;
+        is_ready
+    })?;
+    if !is_ready {
+        return Ok(Step::Taps.failed("the foot was not stable before the first tap"));
+    }
+    tell("now");
+    let mut taps = Taps::default();
+    listen(client, has_left, patience, |row| {
+        let count = taps.count;
+        taps.take(row);
+        if taps.count > count {
+            tell(&format!("tap {} of {TAPS}", taps.count));
+        }
+        taps.count >= TAPS
+    })?;
+    let recovery = match taps.count {
+        0 => figure::TAP_RECOVERY.failed("no tap was seen"),
+        _ => figure::TAP_RECOVERY.measured(taps.longest_us as f64 / 1000.0),
+    };
+    Ok(vec![
+        figure::TAPS.counted(taps.count),
+        recovery,
+        figure::CLIPPED.counted(taps.clipped),
+    ])
+}
+
+/// Contacts that follow a lift.
+#[derive(Default)]
+struct Steps {
+    /// Decision of the newest contact, and since when, µs.
+    now: Option<(Decision, u64)>,
+    was_lifted: bool,
+    count: usize,
+}
+
+impl Steps {
+    fn take(&mut self, row: &Row) {
+        let (decision, at) = (row.status.decision(), row.timestamp.as_micros());
+        let since = match self.now {
+            Some((last, since)) if last == decision => since,
+            _ => {
+                self.now = Some((decision, at));
+                at
+            }
+        };
+        if at.saturating_sub(since) < STEP_US {
+            return;
+        }
+        if decision == Decision::NotStable {
+            self.was_lifted = true;
+        } else if self.was_lifted {
+            self.was_lifted = false;
+            self.count += 1;
+        }
+    }
+}
+
+/// Measures ten steps.
+pub(super) fn steps(client: &mut Client, person: &mut Person) -> Result<Vec<Figure>, RequestError> {
+    let Person {
+        patience,
+        ref mut tell,
+        has_left,
+    } = *person;
+    tell(
+        "let the foot take ten steps: lift it, swing it, put it down and leave it for half a second",
+    );
+    let mut steps = Steps::default();
+    let (mut contacts, mut valid) = (0, 0);
+    listen(client, has_left, patience, |row| {
+        contacts += 1;
+        valid += usize::from(row.status.is_valid());
+        let count = steps.count;
+        steps.take(row);
+        if steps.count > count {
+            tell(&format!("step {} of {STEPS}", steps.count));
+        }
+        steps.count >= STEPS
+    })?;
+    let settled = match calibration::state(client)? {
+        CalibrationState::Settling => 0.0,
+        CalibrationState::Settled => 1.0,
+        CalibrationState::Frozen => 2.0,
+    };
+    let percent = 100.0 * f64::from(u32::try_from(valid).unwrap_or(u32::MAX)) / f64::from(contacts);
+    Ok(vec![
+        figure::STEPS.counted(steps.count),
+        figure::STEPS_VALID.measured(percent),
+        figure::SETTLED.measured(settled),
+    ])
+}
+
+/// Measures loads, where the foot has a source of them.
+pub(super) fn load(client: &mut Client, person: &mut Person) -> Result<Vec<Figure>, RequestError> {
+    let Person {
+        patience,
+        ref mut tell,
+        has_left,
+    } = *person;
+    let source = Address::new(index::LOAD_INPUT, 1);
+    if client.read(source, DataType::Unsigned8)?.to_raw() == 0 {
+        return Ok(Step::Load.not_tested("the foot has no load input (load_input.source)"));
+    }
+    tell("load and unload the foot three times, a second each");
+    let (mut contacts, mut known, mut loads) = (0_usize, 0_usize, 0);
+    let mut was_loaded = None;
+    listen(client, has_left, patience, |row| {
+        contacts += 1;
+        let is_loaded = match row.status.phase() {
+            Phase::Stance | Phase::Slip => Some(true),
+            Phase::Swing | Phase::QuietSwing => Some(false),
+            Phase::Unknown => None,
+        };
+        known += usize::from(is_loaded.is_some());
+        if is_loaded == Some(true) && was_loaded == Some(false) {
+            loads += 1;
+            tell(&format!("load {loads} of {LOADS}"));
+        }
+        was_loaded = is_loaded.or(was_loaded);
+        loads >= LOADS
+    })?;
+    Ok(vec![
+        figure::LOADS.counted(loads),
+        figure::LOAD_KNOWN.measured(100.0 * known as f64 / contacts as f64),
+    ])
+}
+
+/// What a foot says while its sensor is unplugged and plugged in again.
+#[derive(Default)]
+struct Unplugged {
+    last_valid: Option<Timestamp>,
+    first_fault: Option<Timestamp>,
+    /// Contacts that say "stable" without a sensor.
+    stable: usize,
+    valid_since: Option<u64>,
+    faults: Faults,
+}
+
+impl Unplugged {
+    /// Takes a contact; returns whether the foot has recovered.
+    fn take(&mut self, row: &Row) -> bool {
+        let (is_valid, at) = (row.status.is_valid(), row.timestamp);
+        if self.first_fault.is_none() {
+            if row.status.has_fault() {
+                self.first_fault = Some(at);
+            } else if is_valid {
+                self.last_valid = Some(at);
+            }
+            return false;
+        }
+        if !is_valid {
+            self.valid_since = None;
+            return false;
+        }
+        let since = *self.valid_since.get_or_insert(at.as_micros());
+        at.as_micros().saturating_sub(since) >= RECOVERED_US
+    }
+}
+
+/// Returns whether a contact of a foot without a sensor says "stable".
+fn says_stable(row: &Row) -> bool {
+    let is_doubtful = !row.status.is_valid() && !row.status.has_fault();
+    row.status.decision() == Decision::Stable || row.stable > MOTION && !is_doubtful
+}
+
+/// Measures a foot whose sensor is unplugged and plugged in again.
+pub(super) fn unplug(
+    client: &mut Client,
+    person: &mut Person,
+) -> Result<Vec<Figure>, RequestError> {
+    let Person {
+        patience,
+        ref mut tell,
+        has_left,
+    } = *person;
+    tell("unplug the sensor while the board runs, or pull its wire INT1");
+    let mut unplugged = Unplugged::default();
+    listen(client, has_left, patience, |row| {
+        unplugged.take(row);
+        unplugged.first_fault.is_some()
+    })?;
+    let (last, first) = match (unplugged.last_valid, unplugged.first_fault) {
+        (Some(last), Some(first)) => (last, first),
+        (None, Some(_)) => {
+            return Ok(Step::Unplug.failed("the foot had a fault before the sensor was unplugged"));
+        }
+        (_, None) => {
+            let reason = format!("no fault within {} s", patience.as_secs());
+            return Ok(Step::Unplug.not_tested(&reason));
+        }
+    };
+    tell("the foot has noticed; leave it so for two seconds");
+    listen(client, has_left, UNPLUGGED, |row| {
+        unplugged.stable += usize::from(says_stable(row));
+        false
+    })?;
+    tell("plug it in again");
+    let recovered = watch(client, has_left, patience, |moment| match moment {
+        Moment::Contact(row) => unplugged.take(row).then_some(()),
+        Moment::Faults(faults) => {
+            faults
+                .iter()
+                .for_each(|fault| unplugged.faults = unplugged.faults.with(fault));
+            None
+        }
+        Moment::Motion(_) => None,
+    })?;
+    let names: Vec<_> = unplugged.faults.iter().map(Fault::name).collect();
+    let delay_us = first.as_micros().saturating_sub(last.as_micros());
+    Ok(vec![
+        figure::DETECTED
+            .measured(delay_us as f64 / 1000.0)
+            .with(names.join(", ")),
+        figure::STABLE_UNPLUGGED.counted(unplugged.stable),
+        figure::RECOVERED.counted(usize::from(recovered.is_some())),
+    ])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use estimator_core::{Flag, Flags};
+    use wire::pdo::Status;
+
+    fn row(ms: u64, decision: Decision, faults: Faults) -> Row {
+        Row {
+            timestamp: Timestamp::from_micros(1000 * ms),
+            stable: if decision == Decision::Stable {
+                0.9
+            } else {
+                0.1
+            },
+            status: Status::new(decision, Phase::Unknown, Flags::NONE, faults),
+            ..Row::default()
+        }
+    }
+
+    fn alternating(stable_ms: u64, not_ms: u64, rounds: u64) -> impl Iterator<Item = Row> {
+        let period = stable_ms + not_ms;
+        (0..rounds * period).map(move |ms| {
+            let is_stable = ms % period >= not_ms;
+            let decision = if is_stable {
+                Decision::Stable
+            } else {
+                Decision::NotStable
+            };
+            row(ms, decision, Faults::NONE)
+        })
+    }
+
+    #[test]
+    fn steps_count_where_lift_and_contact_last_long_enough() {
+        for (stable_ms, not_ms, expected) in [(500, 300, 8), (90, 300, 0), (500, 90, 0)] {
+            let mut steps = Steps::default();
+            alternating(stable_ms, not_ms, 8).for_each(|row| steps.take(&row));
+            assert_eq!(steps.count, expected, "{stable_ms} {not_ms}");
+        }
+    }
+
+    #[test]
+    fn tap_lasts_until_the_foot_is_stable_again() {
+        let mut taps = Taps::default();
+        alternating(800, 200, 5).for_each(|row| taps.take(&row));
+        assert_eq!((taps.count, taps.longest_us), (5, 200_000));
+    }
+
+    #[test]
+    fn unplugged_foot_has_recovered_after_valid_contacts() {
+        let fault = Faults::NONE.with(Fault::SensorSilent);
+        let mut unplugged = Unplugged::default();
+        unplugged.take(&row(1, Decision::Stable, Faults::NONE));
+        unplugged.take(&row(5, Decision::NotStable, fault));
+        assert_eq!(unplugged.first_fault, Some(Timestamp::from_micros(5000)));
+        let recovered =
+            (7..1000).find(|ms| unplugged.take(&row(*ms, Decision::Stable, Faults::NONE)));
+        assert_eq!(recovered, Some(507));
+    }
+
+    #[test]
+    fn contact_says_stable_unless_it_is_flagged() {
+        let fault = Faults::NONE.with(Fault::SensorSilent);
+        let mut believed = row(6, Decision::NotStable, fault);
+        assert!(!says_stable(&believed));
+        believed.stable = 0.9;
+        assert!(says_stable(&believed));
+        believed.status = Status::new(
+            Decision::NotStable,
+            Phase::Unknown,
+            Flags::NONE.with(Flag::WindowNotFull),
+            Faults::NONE,
+        );
+        assert!(!says_stable(&believed));
+        assert!(says_stable(&row(7, Decision::Stable, Faults::NONE)));
+    }
+}

@@ -1,0 +1,532 @@
+//! Quantities that are measured, with their limits, and the figures found.
+
+use super::Step;
+
+/// A quantity, its limits, and what to do where it is out.
+#[derive(Debug, PartialEq)]
+pub struct Limit {
+    /// Step in which it is measured.
+    pub step: Step,
+    /// Name.
+    pub name: &'static str,
+    /// Unit; empty for counts and codes.
+    pub unit: &'static str,
+    /// Least accepted value; −∞ without one.
+    pub lowest: f64,
+    /// Greatest accepted value; ∞ without one.
+    pub highest: f64,
+    /// Origin of the limits.
+    pub source: &'static str,
+    /// Remedy where a value is out.
+    pub remedy: &'static str,
+}
+
+/// Value of a quantity, or why there is none.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Outcome {
+    /// Measured value, in the unit of its [`Limit`].
+    Measured(f64),
+    /// Reason why the measurement failed, which is the board's fault until it is repeated.
+    Failed(String),
+    /// Reason why there was nothing to measure.
+    NotTested(String),
+}
+
+/// A quantity with its outcome.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figure {
+    /// The quantity.
+    pub limit: &'static Limit,
+    /// The outcome.
+    pub outcome: Outcome,
+    /// Parts of the value, such as the names of faults; empty without any.
+    pub detail: String,
+}
+
+/// Judgement of a figure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Within the limits.
+    Pass,
+    /// Out of the limits, or not measurable.
+    Out,
+    /// Nothing to measure.
+    NotTested,
+}
+
+impl Verdict {
+    /// Name in reports.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Out => "OUT",
+            Self::NotTested => "not tested",
+        }
+    }
+}
+
+impl Limit {
+    pub(super) fn measured(&'static self, value: f64) -> Figure {
+        Figure {
+            limit: self,
+            outcome: Outcome::Measured(value),
+            detail: String::new(),
+        }
+    }
+
+    pub(super) fn counted(&'static self, count: usize) -> Figure {
+        self.measured(count as f64)
+    }
+
+    pub(super) fn failed(&'static self, reason: &str) -> Figure {
+        self.without_value(Outcome::Failed(reason.to_owned()))
+    }
+
+    pub(super) fn not_tested(&'static self, reason: &str) -> Figure {
+        self.without_value(Outcome::NotTested(reason.to_owned()))
+    }
+
+    const fn without_value(&'static self, outcome: Outcome) -> Figure {
+        Figure {
+            limit: self,
+            outcome,
+            detail: String::new(),
+        }
+    }
+
+    /// Limits as text, such as `9.3 to 10.3`.
+    #[must_use]
+    pub fn range(&self) -> String {
+        let (lowest, highest) = (self.lowest, self.highest);
+        match (lowest.is_finite(), highest.is_finite()) {
+            (true, true) if lowest == highest => format!("{lowest}"),
+            (true, true) => format!("{lowest} to {highest}"),
+            (true, false) => format!("at least {lowest}"),
+            (false, true) => format!("at most {highest}"),
+            (false, false) => String::new(),
+        }
+    }
+}
+
+impl Figure {
+    /// Adds what the value consists of.
+    pub(super) fn with(mut self, detail: String) -> Self {
+        self.detail = detail;
+        self
+    }
+
+    /// Judges the figure; a value that is not a number is out.
+    #[must_use]
+    pub fn verdict(&self) -> Verdict {
+        match self.outcome {
+            Outcome::Measured(value)
+                if (self.limit.lowest..=self.limit.highest).contains(&value) =>
+            {
+                Verdict::Pass
+            }
+            Outcome::Measured(_) | Outcome::Failed(_) => Verdict::Out,
+            Outcome::NotTested(_) => Verdict::NotTested,
+        }
+    }
+}
+
+/// Creates a row of the table.
+macro_rules! limit {
+    ($step:ident, $name:literal, $unit:literal, $lowest:expr, $highest:expr, $source:literal, $remedy:literal) => {
+        Limit {
+            step: Step::$step,
+            name: $name,
+            unit: $unit,
+            lowest: $lowest,
+            highest: $highest,
+            source: $source,
+            remedy: $remedy,
+        }
+    };
+}
+
+const NONE: f64 = f64::NEG_INFINITY;
+const ANY: f64 = f64::INFINITY;
+
+pub(super) static FAULTS: Limit = limit!(
+    Board,
+    "active faults",
+    "",
+    0.0,
+    0.0,
+    "a board without faults",
+    "footfall explain says for each what to do"
+);
+pub(super) static CRASH: Limit = limit!(
+    Board,
+    "last crash",
+    "",
+    0.0,
+    0.0,
+    "code of the emergency; 0 is none",
+    "footfall explain names the code; switch the board off and on, and repeat"
+);
+pub(super) static BROWN_OUT: Limit = limit!(
+    Board,
+    "brown-out level",
+    "",
+    3.0,
+    3.0,
+    "the chip's clock needs 2.7 V (DS8626)",
+    "switch the board off and on once: the first start sets the level"
+);
+pub(super) static TEMPERATURE: Limit = limit!(
+    Board,
+    "sensor temperature",
+    "°C",
+    0.0,
+    60.0,
+    "a room, and the part's own heat; the part takes −40 to 85 °C (DS12814)",
+    "let the board come to the temperature of the room"
+);
+pub(super) static SELF_TEST: Limit = limit!(
+    SelfTest,
+    "axes that failed",
+    "",
+    0.0,
+    0.0,
+    "self-test of the sensor (DS12814)",
+    "repeat it with the foot still; if it fails again, replace the sensor"
+);
+pub(super) static CONTACT_RATE: Limit = limit!(
+    Still,
+    "contact rate",
+    "%",
+    99.9,
+    100.1,
+    "of the set rate, on the foot's clock",
+    "look at late ticks and missing contacts"
+);
+pub(super) static MISSING: Limit = limit!(
+    Still,
+    "missing contacts",
+    "%",
+    0.0,
+    0.1,
+    "contacts are numbered",
+    "check termination and ground of the bus, the adapter, and what else this machine does"
+);
+pub(super) static VALID: Limit = limit!(
+    Still,
+    "valid contacts",
+    "%",
+    99.9,
+    100.0,
+    "no fault and no doubt",
+    "footfall monitor names the flag or fault"
+);
+pub(super) static STABLE: Limit = limit!(
+    Still,
+    "stable contacts",
+    "%",
+    99.0,
+    100.0,
+    "a foot at rest",
+    "let nothing shake the table; then compare noise and bias"
+);
+pub(super) static FORCE: Limit = limit!(
+    Still,
+    "specific force at rest",
+    "m/s²",
+    9.32,
+    10.30,
+    "gravity ± 5 %: offset 20 mg, sensitivity 1 % (DS12814), and soldering",
+    "half or twice as much is another part, such as an LSM6DSO32; otherwise footfall calibrate --rests"
+);
+pub(super) static FORCE_NOISE: Limit = limit!(
+    Still,
+    "noise of the accelerometer",
+    "m/s²",
+    0.002,
+    0.1,
+    "above a code of 0.005 m/s² by half, or the sensor counts as frozen; 110 µg/√Hz (DS12814) is some 0.025",
+    "too much: vibration or supply; too little: a filter is set wrongly"
+);
+pub(super) static RATE_NOISE: Limit = limit!(
+    Still,
+    "noise of the gyroscope",
+    "°/s",
+    0.02,
+    0.5,
+    "above a code of 0.07 °/s by half, or it counts as frozen; 3.8 mdps/√Hz (DS12814) is some 0.09",
+    "too much: vibration or supply; too little: a filter is set wrongly"
+);
+pub(super) static BIAS: Limit = limit!(
+    Still,
+    "bias of the gyroscope",
+    "°/s",
+    0.0,
+    10.0,
+    "zero-rate level 1 °/s (DS12814); more than 10 is a fault",
+    "replace the sensor"
+);
+pub(super) static MISSED: Limit = limit!(
+    Still,
+    "missed samples",
+    "",
+    0.0,
+    0.0,
+    "counter of the board",
+    "check the wires of SPI and INT1, and their length"
+);
+pub(super) static RESTARTS: Limit = limit!(
+    Still,
+    "sensor restarts",
+    "",
+    0.0,
+    0.0,
+    "counter of the board",
+    "check the supply of the sensor and the wires of SPI and INT1"
+);
+pub(super) static LATE: Limit = limit!(
+    Still,
+    "late ticks",
+    "",
+    0.0,
+    0.0,
+    "counter of the board",
+    "the clock is not that of the board, or the program is not this one"
+);
+pub(super) static DROPPED: Limit = limit!(
+    Still,
+    "dropped frames",
+    "",
+    0.0,
+    0.0,
+    "counters of the board, CAN and UART",
+    "too much other traffic, or no acknowledgement: check the bus"
+);
+pub(super) static SIDES: Limit = limit!(
+    Sides,
+    "sides",
+    "",
+    6.0,
+    6.0,
+    "six sides",
+    "an axis that has no side is stuck, or wired to another"
+);
+pub(super) static SIDE_LEAST: Limit = limit!(
+    Sides,
+    "least force on a side",
+    "m/s²",
+    9.32,
+    10.30,
+    "as at rest",
+    "footfall calibrate --rests finds bias and scale"
+);
+pub(super) static SIDE_MOST: Limit = limit!(
+    Sides,
+    "greatest force on a side",
+    "m/s²",
+    9.32,
+    10.30,
+    "as at rest",
+    "footfall calibrate --rests finds bias and scale"
+);
+pub(super) static TURN_X: Limit = limit!(
+    Sides,
+    "error of a turn about x",
+    "°",
+    0.0,
+    5.0,
+    "gyroscope against gravity: sensitivity 1 % (DS12814), bias, and the hand",
+    "turn it slower; more than 20: an axis has the wrong sign or scale, see mounting"
+);
+pub(super) static TURN_Y: Limit = limit!(
+    Sides,
+    "error of a turn about y",
+    "°",
+    0.0,
+    5.0,
+    "gyroscope against gravity: sensitivity 1 % (DS12814), bias, and the hand",
+    "turn it slower; more than 20: an axis has the wrong sign or scale, see mounting"
+);
+pub(super) static TURN_Z: Limit = limit!(
+    Sides,
+    "error of a turn about z",
+    "°",
+    0.0,
+    5.0,
+    "gyroscope against gravity: sensitivity 1 % (DS12814), bias, and the hand",
+    "turn it slower; more than 20: an axis has the wrong sign or scale, see mounting"
+);
+pub(super) static TAPS: Limit = limit!(
+    Taps,
+    "taps seen",
+    "",
+    5.0,
+    ANY,
+    "five taps",
+    "tap harder; is the sensor's board fixed to the foot?"
+);
+pub(super) static TAP_RECOVERY: Limit = limit!(
+    Taps,
+    "longest time back to stable",
+    "ms",
+    NONE,
+    1000.0,
+    "window and debouncing",
+    "something still moves after a tap: fix the sensor's board and its wires"
+);
+pub(super) static CLIPPED: Limit = limit!(
+    Taps,
+    "clipped contacts",
+    "",
+    0.0,
+    50.0,
+    "10 ms for each tap at ± 16 g",
+    "tap softer; the sensor's board may ring"
+);
+pub(super) static STEPS: Limit = limit!(
+    Steps,
+    "steps seen",
+    "",
+    10.0,
+    ANY,
+    "ten steps",
+    "leave the foot on the ground for half a second in each step"
+);
+pub(super) static STEPS_VALID: Limit = limit!(
+    Steps,
+    "valid contacts in steps",
+    "%",
+    95.0,
+    100.0,
+    "impacts of 10 ms may clip",
+    "footfall monitor names the flag or fault"
+);
+pub(super) static SETTLED: Limit = limit!(
+    Steps,
+    "calibration settled",
+    "",
+    1.0,
+    1.0,
+    "1: what the foot has learnt has settled",
+    "take more steps; 2: learning is off"
+);
+pub(super) static LOADS: Limit = limit!(
+    Load,
+    "loads seen",
+    "",
+    3.0,
+    ANY,
+    "three loads",
+    "check source, scale and thresholds of the load input"
+);
+pub(super) static LOAD_KNOWN: Limit = limit!(
+    Load,
+    "contacts with a known load",
+    "%",
+    99.0,
+    100.0,
+    "a load a second at least over CAN",
+    "the robot has to send RPDO1"
+);
+pub(super) static DETECTED: Limit = limit!(
+    Unplug,
+    "time to a fault",
+    "ms",
+    0.0,
+    100.0,
+    "fault matrix of the virtual board",
+    "the board believes a sensor that is not there: report it"
+);
+pub(super) static STABLE_UNPLUGGED: Limit = limit!(
+    Unplug,
+    "stable contacts without a sensor",
+    "",
+    0.0,
+    0.0,
+    "with doubtful data the board never says \"stable\"",
+    "do not use this board: report it"
+);
+pub(super) static RECOVERED: Limit = limit!(
+    Unplug,
+    "recovered",
+    "",
+    1.0,
+    1.0,
+    "1: contacts are valid again",
+    "switch the board off and on"
+);
+
+/// All quantities, in the order of their steps.
+pub static LIMITS: [&Limit; 34] = [
+    &FAULTS,
+    &CRASH,
+    &BROWN_OUT,
+    &TEMPERATURE,
+    &SELF_TEST,
+    &CONTACT_RATE,
+    &MISSING,
+    &VALID,
+    &STABLE,
+    &FORCE,
+    &FORCE_NOISE,
+    &RATE_NOISE,
+    &BIAS,
+    &MISSED,
+    &RESTARTS,
+    &LATE,
+    &DROPPED,
+    &SIDES,
+    &SIDE_LEAST,
+    &SIDE_MOST,
+    &TURN_X,
+    &TURN_Y,
+    &TURN_Z,
+    &TAPS,
+    &TAP_RECOVERY,
+    &CLIPPED,
+    &STEPS,
+    &STEPS_VALID,
+    &SETTLED,
+    &LOADS,
+    &LOAD_KNOWN,
+    &DETECTED,
+    &STABLE_UNPLUGGED,
+    &RECOVERED,
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figure_at_a_limit_passes_and_beyond_it_is_out() {
+        for (value, expected) in [
+            (9.31, Verdict::Out),
+            (9.32, Verdict::Pass),
+            (10.30, Verdict::Pass),
+            (10.31, Verdict::Out),
+            (f64::NAN, Verdict::Out),
+        ] {
+            assert_eq!(FORCE.measured(value).verdict(), expected, "{value}");
+        }
+        assert_eq!(FORCE.not_tested("").verdict(), Verdict::NotTested);
+    }
+
+    #[test]
+    fn quantities_have_unique_names_within_their_ordered_steps() {
+        assert!(LIMITS.is_sorted_by_key(|limit| limit.step));
+        for (index, limit) in LIMITS.iter().enumerate() {
+            let is_same = |other: &&Limit| (other.step, other.name) == (limit.step, limit.name);
+            assert!(!LIMITS[..index].iter().any(is_same), "{}", limit.name);
+            assert!(limit.lowest <= limit.highest && !limit.remedy.is_empty());
+        }
+    }
+
+    #[test]
+    fn range_is_worded_by_the_limits_there_are() {
+        assert_eq!(FORCE.range(), "9.32 to 10.3");
+        assert_eq!(SIDES.range(), "6");
+        assert_eq!(TAPS.range(), "at least 5");
+        assert_eq!(TAP_RECOVERY.range(), "at most 1000");
+    }
+}

@@ -1,0 +1,167 @@
+//! A foot that lies still: rate, validity, noise, bias, and the counters of the board meanwhile.
+
+use std::time::Duration;
+
+use estimator_core::Decision;
+use wire::dictionary::index;
+use wire::{Address, Counter, Counters, DataType};
+
+use super::figure::{self, Figure};
+use super::moments::{Moment, Motion, Source, watch};
+use super::rest::{Statistics, Stillness};
+use super::{Person, Step};
+use crate::foot::client::{Client, RequestError};
+
+/// Time from rest to the measurement, in which the probability rises, and duration of the measurement.
+const RISE: Duration = Duration::from_secs(1);
+const MEASURE: Duration = Duration::from_secs(5);
+
+/// Contacts of a foot.
+#[derive(Default)]
+struct Contacts {
+    count: usize,
+    /// Times of the first and the newest, µs.
+    span_us: Option<(u64, u64)>,
+    missing: i64,
+    valid: usize,
+    stable: usize,
+}
+
+/// Measures a foot that lies still.
+pub(super) fn measure(
+    client: &mut Client,
+    person: &mut Person,
+) -> Result<Vec<Figure>, RequestError> {
+    let Person {
+        patience,
+        ref mut tell,
+        has_left,
+    } = *person;
+    tell("put the foot down level, and do not touch it for ten seconds");
+    let period_us = contact_period_us(client)?;
+    let mut stillness = Stillness::default();
+    let rest = watch(client, has_left, patience, |moment| match moment {
+        Moment::Motion(motion) => stillness.take(motion),
+        _ => None,
+    })?;
+    if rest.is_none() {
+        let reason = format!("the foot was not at rest within {} s", patience.as_secs());
+        return Ok(Step::Still.failed(&reason));
+    }
+    client.wait(RISE)?;
+    let before = counters(client)?;
+    let mut contacts = Contacts::default();
+    let mut motions: Vec<Motion> = Vec::new();
+    watch(client, has_left, MEASURE, |moment| {
+        match moment {
+            Moment::Contact(row) => {
+                let at = row.timestamp.as_micros();
+                let (first, _) = contacts.span_us.unwrap_or((at, at));
+                contacts.missing += if contacts.count > 0 { row.missing } else { 0 };
+                contacts.span_us = Some((first, at));
+                contacts.count += 1;
+                contacts.valid += usize::from(row.status.is_valid());
+                contacts.stable += usize::from(row.status.decision() == Decision::Stable);
+            }
+            Moment::Motion(motion) => motions.push(motion),
+            Moment::Faults(_) => {}
+        }
+        None::<()>
+    })?;
+    let after = counters(client)?;
+    let mut figures = of_contacts(&contacts, period_us);
+    figures.extend(of_motions(client, &motions)?);
+    let grown = |counter| {
+        let (before, after) = (before.get(counter), after.get(counter));
+        f64::from(after.wrapping_sub(before))
+    };
+    let dropped = grown(Counter::CanDropped) + grown(Counter::UartDropped);
+    figures.extend([
+        figure::MISSED.measured(grown(Counter::MissedSamples)),
+        figure::RESTARTS.measured(grown(Counter::SensorRestarts)),
+        figure::LATE.measured(grown(Counter::LateTicks)),
+        figure::DROPPED.measured(dropped),
+    ]);
+    Ok(figures)
+}
+
+/// Reads the period at which the foot sends contacts, µs; 0 where they are tied to SYNCs.
+fn contact_period_us(client: &mut Client) -> Result<u64, RequestError> {
+    // The transmission type of the contact's PDO; its timer counts without SYNCs alone.
+    let transmission = Address::new(index::TPDO, 2);
+    if client.node().is_some()
+        && (1..=240).contains(&client.read(transmission, DataType::Unsigned8)?.to_raw())
+    {
+        return Ok(0);
+    }
+    let period = match client.node() {
+        Some(_) => Address::new(index::TPDO, 5),
+        None => Address::new(index::UART_STREAMS, 1),
+    };
+    let ms = client.read(period, DataType::Unsigned16)?.to_raw();
+    Ok(u64::from(ms) * 1000)
+}
+
+fn counters(client: &mut Client) -> Result<Counters, RequestError> {
+    let mut values = Counters::default().to_array();
+    for (subindex, value) in (1..).zip(&mut values) {
+        let address = Address::new(index::COUNTERS, subindex);
+        *value = client.read(address, DataType::Unsigned32)?.to_raw();
+    }
+    Ok(Counters::from_array(values))
+}
+
+fn of_contacts(contacts: &Contacts, period_us: u64) -> Vec<Figure> {
+    let percent = |count: f64, of: f64| 100.0 * count / of;
+    let count = contacts.count as f64;
+    let (first, last) = contacts.span_us.unwrap_or_default();
+    let missing = contacts.missing.max(0) as f64;
+    let expected = last.saturating_sub(first) as f64 / period_us as f64;
+    let rate = match period_us {
+        0 => figure::CONTACT_RATE.not_tested("contacts are not sent by time"),
+        _ => figure::CONTACT_RATE.measured(percent(count + missing - 1.0, expected)),
+    };
+    vec![
+        rate,
+        figure::MISSING.measured(percent(missing, count + missing)),
+        figure::VALID.measured(percent(contacts.valid as f64, count)),
+        figure::STABLE.measured(percent(contacts.stable as f64, count)),
+    ]
+}
+
+fn of_motions(client: &mut Client, motions: &[Motion]) -> Result<Vec<Figure>, RequestError> {
+    let statistics = Statistics::of(motions.iter());
+    let mut figures = vec![figure::FORCE.measured(statistics.force.length())];
+    let is_raw = motions.iter().all(|motion| motion.source == Source::Raw);
+    if motions.is_empty() {
+        let missing = "no acceleration, attitude or rate was received";
+        figures[0] = figure::FORCE.failed(missing);
+        for limit in [&figure::FORCE_NOISE, &figure::RATE_NOISE, &figure::BIAS] {
+            figures.push(limit.failed(missing));
+        }
+        return Ok(figures);
+    }
+    figures.extend([
+        figure::FORCE_NOISE.measured(statistics.force_noise),
+        figure::RATE_NOISE.measured(statistics.rate_noise.to_degrees()),
+    ]);
+    let bias = match is_raw {
+        true => Some(statistics.rate.to_array()),
+        // Frames of a bus have no bias left.
+        false => {
+            let known = crate::foot::calibration::gyroscope_bias_rad_s(client)?;
+            match known {
+                [Some(x), Some(y), Some(z)] => Some([x, y, z].map(f64::from)),
+                _ => None,
+            }
+        }
+    };
+    figures.push(match bias {
+        Some(axes) => {
+            let largest = axes.into_iter().map(f64::abs).fold(0.0, f64::max);
+            figure::BIAS.measured(largest.to_degrees())
+        }
+        None => figure::BIAS.not_tested("the foot does not know it yet"),
+    });
+    Ok(figures)
+}

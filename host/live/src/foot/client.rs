@@ -1,0 +1,441 @@
+//! Requests to a foot, one at a time: SDOs over CAN, configuration messages over the serial line. Other
+//! messages that arrive meanwhile are ignored.
+
+mod bootloader;
+mod download;
+mod error;
+mod requests;
+
+use std::collections::{BTreeSet, VecDeque};
+use std::time::{Duration, Instant};
+
+use decode::live::{Heard, Listener, Said};
+use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
+use wire::node::{Command, State};
+use wire::uart::{Message, NmtRequest};
+use wire::{Address, CanFrame, DataType, Emergency, NodeId, Value};
+
+use super::scan::{self, SCAN};
+use crate::link::{Link, Sending};
+pub use error::RequestError;
+use requests::Came;
+
+/// Response timeout; a foot responds in the tick that receives the request.
+const ANSWER: Duration = Duration::from_millis(500);
+
+/// Response timeout of a store, which may erase a page.
+const STORE: Duration = Duration::from_secs(3);
+
+/// Maximum number of attempts per request, because frames may be lost.
+pub(super) const TRIES: u32 = 3;
+
+/// Timeout of one receive.
+pub(super) const LISTEN: Duration = Duration::from_millis(5);
+
+/// Tolerance for messages out of order on a serial line, µs; if the clock goes back by more, the foot has
+/// restarted.
+const DISORDER_US: u64 = 20_000;
+
+/// Maximum number of emergencies kept.
+const MOST_EMERGENCIES: usize = 16;
+
+/// Addressing of the foot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Way {
+    /// Node with this id, by SDO.
+    Can(NodeId),
+    /// The foot at the other end of the serial line.
+    Serial,
+}
+
+/// Client of one foot.
+pub struct Client {
+    link: Box<dyn Link>,
+    listener: Listener,
+    way: Way,
+    sequence: u16,
+    /// Newest emergencies of the foot, which arrive between responses.
+    emergencies: VecDeque<Emergency>,
+    /// Newest time on the foot's clock, µs; serial line only.
+    clock_us: Option<u64>,
+    starts: u32,
+    /// Nodes that have started, and the number of them that were taken.
+    booted: Vec<NodeId>,
+    taken: usize,
+}
+
+impl Client {
+    /// Creates the client of a foot: on a bus, the given node, or the only foot.
+    ///
+    /// # Errors
+    /// There is no foot, or there are several and no node is given.
+    pub fn new(mut link: Box<dyn Link>, node: Option<NodeId>) -> Result<Self, RequestError> {
+        let mut listener = Listener::default();
+        let way = match node {
+            Some(node) => {
+                listener.add(node);
+                Way::Can(node)
+            }
+            None => {
+                let heard = scan::feet(link.as_mut(), &mut listener, SCAN)?;
+                let nodes: BTreeSet<_> = heard.iter().filter_map(|key| key.node).collect();
+                let is_serial = heard.iter().any(|key| key.node.is_none());
+                match (is_serial, nodes.len(), nodes.first()) {
+                    (true, ..) => Way::Serial,
+                    (false, 1, Some(node)) => NodeId::new(*node).map_or(Way::Serial, Way::Can),
+                    // A foot on a serial line may wait in its bootloader for a program.
+                    (false, 0, _) => match bootloader::node(link.as_mut(), &mut listener)? {
+                        Some(node) => Way::Can(node),
+                        None => return Err(RequestError::NoFoot),
+                    },
+                    (false, ..) => {
+                        let names: Vec<_> = nodes.iter().map(ToString::to_string).collect();
+                        return Err(RequestError::Several(names.join(", ")));
+                    }
+                }
+            }
+        };
+        Ok(Self {
+            link,
+            listener,
+            way,
+            sequence: 0,
+            emergencies: VecDeque::new(),
+            clock_us: None,
+            starts: 0,
+            booted: Vec::new(),
+            taken: 0,
+        })
+    }
+
+    /// Node id of the foot, if it is connected over CAN.
+    #[must_use]
+    pub const fn node(&self) -> Option<NodeId> {
+        match self.way {
+            Way::Can(node) => Some(node),
+            Way::Serial => None,
+        }
+    }
+
+    /// Changes the node id of the foot, if it is connected over CAN.
+    pub(super) fn follow(&mut self, node: NodeId) {
+        if let Way::Can(_) = self.way {
+            self.way = Way::Can(node);
+            self.hear(node);
+        }
+    }
+
+    /// Adds a node to those whose messages are decoded.
+    pub(super) fn hear(&mut self, node: NodeId) {
+        self.listener.add(node);
+    }
+
+    pub(super) fn foot(&self) -> String {
+        match self.way {
+            Way::Can(node) => format!("node {}", node.get()),
+            Way::Serial => "the foot".to_owned(),
+        }
+    }
+
+    /// Reads the bytes of an object.
+    ///
+    /// # Errors
+    /// The request is refused, or there is no response.
+    pub fn read_bytes(&mut self, address: Address) -> Result<Vec<u8>, RequestError> {
+        let what = || format!("reading {}", named(address));
+        match self.request(address, None, ANSWER, &what)? {
+            Came::Bytes(bytes) => Ok(bytes),
+            Came::Done => Ok(Vec::new()),
+            Came::Refused(code) => Err(RequestError::refused(what(), code)),
+        }
+    }
+
+    /// Reads a number.
+    ///
+    /// # Errors
+    /// The request is refused, there is no response, or the object has another type.
+    pub fn read(&mut self, address: Address, data_type: DataType) -> Result<Value, RequestError> {
+        let bytes = self.read_bytes(address)?;
+        Value::from_bytes(data_type, &bytes).ok_or_else(|| RequestError::Type {
+            what: named(address),
+            length: bytes.len(),
+            data_type,
+        })
+    }
+
+    /// Reads a text.
+    ///
+    /// # Errors
+    /// The request is refused, or there is no response.
+    pub fn read_text(&mut self, address: Address) -> Result<String, RequestError> {
+        let bytes = self.read_bytes(address)?;
+        Ok(String::from_utf8_lossy(&bytes).into_owned())
+    }
+
+    /// Writes an object.
+    ///
+    /// # Errors
+    /// The request is refused, or there is no response.
+    pub fn write(&mut self, address: Address, value: Value) -> Result<(), RequestError> {
+        self.write_within(address, value, ANSWER)
+    }
+
+    /// Stores all settings in flash. The caller checks that the foot still had the settings that were written.
+    ///
+    /// # Errors
+    /// The request is refused, or there is no response.
+    pub(super) fn store(&mut self) -> Result<(), RequestError> {
+        let all = Address::new(index::STORE, 1);
+        self.write_within(all, Value::U32(SIGNATURE_STORE), STORE)
+    }
+
+    /// Erases the stored settings; the defaults apply from the next reset on.
+    ///
+    /// # Errors
+    /// The request is refused, or there is no response.
+    pub fn restore(&mut self) -> Result<(), RequestError> {
+        let all = Address::new(index::RESTORE, 1);
+        self.write_within(all, Value::U32(SIGNATURE_RESTORE), STORE)
+    }
+
+    /// Sends a command, which has no response.
+    ///
+    /// # Errors
+    /// The line does not work.
+    pub fn command(&mut self, command: Command) -> Result<(), RequestError> {
+        match self.way {
+            Way::Can(node) => {
+                if let Some(frame) = CanFrame::new(0, &[command as u8, node.get()]) {
+                    self.link.send(&Sending::Frame(frame))?;
+                }
+            }
+            Way::Serial => self.send_message(&Message::Nmt(NmtRequest(command)))?,
+        }
+        Ok(())
+    }
+
+    /// Returns the foot to this state. The command to stream is repeated until the foot does: commands have no
+    /// response, and frames may be lost.
+    ///
+    /// # Errors
+    /// The foot does not stream.
+    pub fn bring_to(&mut self, state: State) -> Result<(), RequestError> {
+        let command = match state {
+            State::Operational => Command::StartRemoteNode,
+            State::Stopped => Command::StopRemoteNode,
+            State::Initialising | State::PreOperational => Command::EnterPreOperational,
+        };
+        if state != State::Operational {
+            return self.command(command);
+        }
+        let id = self.node().map(NodeId::get);
+        for _ in 0..TRIES {
+            self.command(command)?;
+            let streams = self.listen(SCAN, |heard| {
+                let streams = match &heard.said {
+                    // On a serial line, a foot streams in the pre-operational state as well.
+                    Said::Board(board) => id.is_none() && board.state == State::Operational,
+                    Said::Contact(_) => id.is_some() && heard.foot.node == id,
+                    Said::Heartbeat(state) => heard.foot.node == id && *state == State::Operational,
+                    _ => false,
+                };
+                streams.then_some(())
+            })?;
+            if streams.is_some() {
+                return Ok(());
+            }
+        }
+        Err(RequestError::NoAnswer {
+            foot: self.foot(),
+            what: "the command to start".to_owned(),
+        })
+    }
+
+    /// Returns the state that the foot reports next, in a heartbeat or a health message. A foot whose heartbeats
+    /// are disabled is operational if it sends contacts.
+    ///
+    /// # Errors
+    /// The foot reports no state.
+    pub fn state(&mut self) -> Result<State, RequestError> {
+        let id = self.node().map(NodeId::get);
+        let mut streams = false;
+        let state = self.listen(SCAN, |heard| match &heard.said {
+            Said::Heartbeat(state) if heard.foot.node == id => Some(*state),
+            Said::Board(board) if id.is_none() => Some(board.state),
+            Said::Contact(_) if id.is_some() && heard.foot.node == id => {
+                streams = true;
+                None
+            }
+            _ => None,
+        })?;
+        let state = state.or(streams.then_some(State::Operational));
+        state.ok_or_else(|| RequestError::NoAnswer {
+            foot: self.foot(),
+            what: "its state, in a heartbeat or health message,".to_owned(),
+        })
+    }
+
+    /// Writes an object, and waits this long for the response.
+    ///
+    /// # Errors
+    /// The request is refused, or there is no response.
+    pub(super) fn write_within(
+        &mut self,
+        address: Address,
+        value: Value,
+        answer: Duration,
+    ) -> Result<(), RequestError> {
+        let what = || format!("writing {}", named(address));
+        match self.request(address, Some(value), answer, &what)? {
+            Came::Done | Came::Bytes(_) => Ok(()),
+            Came::Refused(code) => Err(RequestError::refused(what(), code)),
+        }
+    }
+
+    /// Checks that exactly one board responds.
+    ///
+    /// # Errors
+    /// There is no response, or several boards have the same id.
+    pub fn is_alone(&mut self) -> Result<(), RequestError> {
+        let serial = Address::new(index::IDENTITY, 4);
+        let Way::Can(node) = self.way else {
+            return self.read(serial, DataType::Unsigned32).map(|_| ());
+        };
+        let [low, high] = serial.index.to_le_bytes();
+        let head = [low, high, serial.subindex];
+        let request = [0x40, low, high, serial.subindex, 0, 0, 0, 0];
+        let mut count = 0;
+        // All responses within the timeout are counted.
+        self.exchange(node, request, ANSWER, |response| {
+            count += usize::from(response[1..4] == head);
+            false
+        })?;
+        match count {
+            // A frame was lost: repeat as a normal request.
+            0 => self.read(serial, DataType::Unsigned32).map(|_| ()),
+            1 => Ok(()),
+            count => Err(RequestError::SameId {
+                foot: self.foot(),
+                count,
+            }),
+        }
+    }
+
+    /// Checks that no other board on the bus has the new id of this one; on a serial line, nothing is checked.
+    ///
+    /// # Errors
+    /// Another board has the id.
+    pub(super) fn is_free(&mut self, node: NodeId) -> Result<(), RequestError> {
+        if self.node().is_none_or(|own| own == node) {
+            return Ok(());
+        }
+        self.hear(node);
+        let taken = self.listen(SCAN, |heard| {
+            // A robot reports loads to absent feet as well.
+            let is_load = matches!(heard.said, Said::Load(_));
+            (heard.foot.node == Some(node.get()) && !is_load).then_some(())
+        })?;
+        if taken.is_none() {
+            return Ok(());
+        }
+        Err(RequestError::Taken {
+            foot: self.foot(),
+            node,
+        })
+    }
+
+    /// Waits, and receives meanwhile, so that the buffers of the line do not overflow.
+    ///
+    /// # Errors
+    /// The line does not work.
+    pub fn wait(&mut self, time: Duration) -> Result<(), RequestError> {
+        self.listen(time, |_| None::<()>).map(|_| ())
+    }
+
+    /// Listens until `find` returns a value, at most `longest`.
+    pub(super) fn listen<T>(
+        &mut self,
+        longest: Duration,
+        mut find: impl FnMut(&Heard) -> Option<T>,
+    ) -> Result<Option<T>, RequestError> {
+        let end = Instant::now() + longest;
+        while Instant::now() < end {
+            if let Some((at, arrival)) = self.link.receive(LISTEN)? {
+                self.booted.extend(scan::boot_up(&arrival));
+                // Unreadable arrivals are ignored.
+                arrival.hand_to(&mut self.listener, at);
+            }
+            while let Some(heard) = self.listener.next_heard() {
+                self.keep_emergency(&heard);
+                self.keep_clock(&heard);
+                if let Some(found) = find(&heard) {
+                    return Ok(Some(found));
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    fn keep_emergency(&mut self, heard: &Heard) {
+        if let Said::Emergency(emergency) = &heard.said
+            && self.node().map(NodeId::get) == heard.foot.node
+        {
+            self.emergencies.truncate(MOST_EMERGENCIES - 1);
+            self.emergencies.push_front(*emergency);
+        }
+    }
+
+    /// Counts restarts of the foot: boot-ups over CAN, jumps back of its clock on a serial line.
+    fn keep_clock(&mut self, heard: &Heard) {
+        if self.way != Way::Serial {
+            let is_own = self.node().map(NodeId::get) == heard.foot.node;
+            self.starts += u32::from(is_own && matches!(heard.said, Said::BootUp(_)));
+            return;
+        }
+        let time = match &heard.said {
+            Said::Contact(row) => row.timestamp,
+            Said::Board(board) => board.timestamp,
+            Said::Raw(raw) => raw.timestamp,
+            _ => return,
+        };
+        let now_us = time.as_micros();
+        let newest_us = self.clock_us.replace(now_us).unwrap_or(now_us);
+        if newest_us > now_us.saturating_add(DISORDER_US) {
+            self.starts += 1;
+        } else {
+            self.clock_us = Some(newest_us.max(now_us));
+        }
+    }
+
+    /// Number of restarts of the foot since it was first heard.
+    pub(super) const fn starts(&self) -> u32 {
+        self.starts
+    }
+
+    /// Returns the ids of the nodes that have started since the last call.
+    pub(super) fn take_booted(&mut self) -> Vec<NodeId> {
+        let new = self.booted.get(self.taken..).unwrap_or_default().to_vec();
+        self.taken = self.booted.len();
+        new
+    }
+
+    /// Number of starts of the foot since it was first heard.
+    pub(super) fn starts_of_foot(&self) -> usize {
+        match self.way {
+            Way::Can(node) => self.booted.iter().filter(|booted| **booted == node).count(),
+            Way::Serial => self.starts as usize,
+        }
+    }
+
+    /// Returns the emergencies of the foot since the last call, newest first.
+    pub(super) fn take_emergencies(&mut self) -> VecDeque<Emergency> {
+        std::mem::take(&mut self.emergencies)
+    }
+}
+
+/// Formats an object as its name and address.
+fn named(address: Address) -> String {
+    let Address { index, subindex } = address;
+    let name = super::name::Named::at(address).map(|named| format!("{} ", named.name()));
+    format!("{}(0x{index:04X}:{subindex})", name.unwrap_or_default())
+}

@@ -1,0 +1,131 @@
+//! Block download of `CiA` 301 (7.2.4.3.9): bytes of any length into an object, with a CRC.
+
+use std::time::Duration;
+
+use crc::{CRC_16_XMODEM, Crc};
+use wire::{Address, NodeId};
+
+use super::{Client, RequestError, TRIES, named};
+
+/// Response timeout of a sub-block and of the end, before which the bytes are stored and checked.
+const STORED: Duration = Duration::from_secs(3);
+
+/// Data bytes of a segment.
+const SEGMENT: usize = 7;
+
+/// Largest number of segments in a sub-block.
+const LARGEST_BLOCK: u8 = 127;
+
+/// End of an attempt that did not transfer all bytes.
+enum Ended {
+    /// A response is missing, or not one of the protocol.
+    Silent,
+    /// Aborted by the node, with this code.
+    Aborted(u32),
+    Failed(RequestError),
+}
+
+impl From<RequestError> for Ended {
+    fn from(error: RequestError) -> Self {
+        Self::Failed(error)
+    }
+}
+
+impl Client {
+    /// Writes bytes to an object of a node by block download. `sent` is called with the number of bytes that have
+    /// arrived.
+    ///
+    /// # Errors
+    /// The download is refused, or a response is missing: the download is aborted then.
+    pub(in crate::foot) fn download(
+        &mut self,
+        node: NodeId,
+        address: Address,
+        bytes: &[u8],
+        sent: &mut dyn FnMut(usize),
+    ) -> Result<(), RequestError> {
+        let what = format!("sending {} bytes to {}", bytes.len(), named(address));
+        match self.blocks(node, address, bytes, sent) {
+            Ok(()) => Ok(()),
+            Err(Ended::Aborted(code)) => Err(RequestError::refused(what, code)),
+            Err(Ended::Failed(error)) => Err(error),
+            Err(Ended::Silent) => {
+                self.abort(node, address)?;
+                let foot = self.foot();
+                Err(RequestError::NoAnswer { foot, what })
+            }
+        }
+    }
+
+    fn blocks(
+        &mut self,
+        node: NodeId,
+        address: Address,
+        bytes: &[u8],
+        sent: &mut dyn FnMut(usize),
+    ) -> Result<(), Ended> {
+        let [low, high] = address.index.to_le_bytes();
+        let [a, b, c, d] = (bytes.len() as u32).to_le_bytes();
+        // With CRC, and the size.
+        let begin = [0xC6, low, high, address.subindex, a, b, c, d];
+        let answer = self.response(node, begin, |head| head >> 5 == 5)?;
+        let [head, _, _, _, mut size, ..] = answer;
+        let has_crc = head & 0b100 != 0;
+        let segments: Vec<&[u8]> = bytes.chunks(SEGMENT).collect();
+        let (mut done, mut fruitless) = (0, 0);
+        while done < segments.len() {
+            if size == 0 || size > LARGEST_BLOCK || fruitless == TRIES {
+                return Err(Ended::Silent);
+            }
+            let block = segments.iter().enumerate().skip(done);
+            let mut last = None;
+            for ((index, segment), number) in block.zip(1..=size) {
+                if let Some(request) = last.take() {
+                    self.send_sdo(node, request)?;
+                }
+                let is_last = index + 1 == segments.len();
+                let mut request = [number | u8::from(is_last) << 7, 0, 0, 0, 0, 0, 0, 0];
+                for (to, byte) in request.iter_mut().skip(1).zip(*segment) {
+                    *to = *byte;
+                }
+                last = Some(request);
+            }
+            let last = last.ok_or(Ended::Silent)?;
+            let answer = self.response(node, last, |head| head == 0xA2)?;
+            let [_, taken, next, ..] = answer;
+            if taken > size {
+                return Err(Ended::Silent);
+            }
+            fruitless = if taken == 0 { fruitless + 1 } else { 0 };
+            done += usize::from(taken);
+            size = next;
+            sent((done * SEGMENT).min(bytes.len()));
+        }
+        let unused = segments.last().map_or(0, |last| SEGMENT - last.len()) as u8;
+        let crc = if has_crc {
+            Crc::<u16>::new(&CRC_16_XMODEM).checksum(bytes)
+        } else {
+            0
+        };
+        let [low, high] = crc.to_le_bytes();
+        let end = [0xC1 | unused << 2, low, high, 0, 0, 0, 0, 0];
+        self.response(node, end, |head| head == 0xA1).map(|_| ())
+    }
+
+    /// Sends a request and returns its response, whose first byte satisfies `is_expected`.
+    fn response(
+        &mut self,
+        node: NodeId,
+        request: [u8; 8],
+        is_expected: fn(u8) -> bool,
+    ) -> Result<[u8; 8], Ended> {
+        const ABORT: u8 = 0x80;
+        let answer = self.exchange(node, request, STORED, |[head, ..]| {
+            *head == ABORT || is_expected(*head)
+        })?;
+        match answer.ok_or(Ended::Silent)? {
+            [ABORT, _, _, _, code @ ..] => Err(Ended::Aborted(u32::from_le_bytes(code))),
+            answer => Ok(answer),
+        }
+    }
+}

@@ -1,0 +1,265 @@
+//! Adapter that speaks slcan: CAN frames as lines of text over a serial port.
+//!
+//! | line, ended by CR | meaning |
+//! |---|---|
+//! | `t1118AABBCCDDEEFF0011` | a data frame with an 11-bit identifier: three digits, its length, its bytes |
+//! | `T`, `r`, `R`, `d`, `D`, `b`, `B` … | a frame with a 29-bit identifier, a remote frame or one of CAN FD, none of which feet send |
+//! | `C`, `S0` … `S8`, `O` | close, the rate of the bus, open |
+//!
+//! The adapter acknowledges each with CR, or with BEL if it fails. Source: the protocol of Lawicel's CAN232,
+//! as implemented by can-utils' `slcand` and python-can's `slcan`.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use wire::CanFrame;
+use wire::slcan::{self, BEL, CR};
+
+use super::serial::Port;
+use super::{Arrival, Arrived, Link, LinkError, Sending, now};
+use crate::source::SLCAN_RATES_KBIT;
+
+/// Rate of the serial port, Bd; USB adapters, which most are, ignore it.
+const BAUD: u32 = 921_600;
+
+/// Maximum length of a line: an extended CAN FD frame with a time stamp.
+const LONGEST_LINE: usize = 256;
+
+/// Response timeout of an adapter.
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(1);
+
+/// Command to an adapter, or response from it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Word {
+    /// A frame.
+    Frame(CanFrame),
+    /// A frame of a kind that feet do not send.
+    OtherFrame,
+    /// A command has succeeded.
+    Done,
+    /// A command has failed.
+    Failed,
+    /// Any other line, such as a command or a version.
+    Line(String),
+}
+
+/// Parser of the byte stream of an adapter.
+#[derive(Clone, Debug, Default)]
+pub struct Words {
+    line: Vec<u8>,
+    is_too_long: bool,
+}
+
+impl Words {
+    /// Parses a byte; returns a word when it is complete.
+    pub fn push(&mut self, byte: u8) -> Option<Word> {
+        match byte {
+            CR => {
+                let line = std::mem::take(&mut self.line);
+                if std::mem::take(&mut self.is_too_long) {
+                    return Some(Word::Line(String::from_utf8_lossy(&line).into_owned()));
+                }
+                Some(word(&line))
+            }
+            BEL => {
+                self.line.clear();
+                self.is_too_long = false;
+                Some(Word::Failed)
+            }
+            b'\n' => None,
+            _ if self.line.len() == LONGEST_LINE => {
+                self.is_too_long = true;
+                None
+            }
+            _ => {
+                self.line.push(byte);
+                None
+            }
+        }
+    }
+}
+
+fn word(line: &[u8]) -> Word {
+    match line {
+        // z and Z acknowledge a sent frame, Z an extended one.
+        [] | [b'z' | b'Z'] => Word::Done,
+        [b't', ..] => match slcan::decode(line) {
+            Some(frame) => Word::Frame(frame),
+            None => Word::Line(String::from_utf8_lossy(line).into_owned()),
+        },
+        [b'T' | b'r' | b'R' | b'd' | b'D' | b'b' | b'B', _, ..] => Word::OtherFrame,
+        _ => Word::Line(String::from_utf8_lossy(line).into_owned()),
+    }
+}
+
+/// Adapter.
+pub struct Adapter {
+    pub(super) port: Port,
+    interface: Arc<str>,
+    words: Words,
+    waiting: VecDeque<Arrived>,
+    is_open: bool,
+}
+
+impl Adapter {
+    /// Opens the adapter at `port`, and the bus at `kbit` kbit/s.
+    ///
+    /// # Errors
+    /// The port cannot be used, or the device does not respond as an adapter.
+    pub fn open(port: &str, kbit: u32) -> Result<Self, LinkError> {
+        let mut adapter = Self::at(Port::open(port, BAUD)?);
+        adapter.join(kbit)?;
+        Ok(adapter)
+    }
+
+    /// Creates the adapter at a port, with its bus closed.
+    pub(super) fn at(port: Port) -> Self {
+        Self {
+            interface: port.name(),
+            port,
+            words: Words::default(),
+            waiting: VecDeque::new(),
+            is_open: false,
+        }
+    }
+
+    /// Opens the bus at `kbit` kbit/s.
+    pub(super) fn join(&mut self, kbit: u32) -> Result<(), LinkError> {
+        let rate = SLCAN_RATES_KBIT.iter().position(|known| *known == kbit);
+        // The leading CRs end partial lines. C fails if the bus is closed already, so its response is discarded.
+        self.port.write(b"\r\r\rC\r")?;
+        self.drain(Duration::from_millis(50))?;
+        self.command(&format!("S{}", rate.unwrap_or(SLCAN_RATES_KBIT.len() - 1)))?;
+        self.command("O")?;
+        self.is_open = true;
+        Ok(())
+    }
+
+    /// Closes the bus, if it is open.
+    pub(super) fn leave(&mut self) {
+        if std::mem::take(&mut self.is_open) {
+            // The adapter may be unplugged already.
+            let _ = self.port.write(b"C\r");
+        }
+    }
+
+    /// Discards received bytes until none arrive for `quiet`.
+    fn drain(&mut self, quiet: Duration) -> Result<(), LinkError> {
+        let end = Instant::now() + ANSWER_TIMEOUT;
+        while Instant::now() < end && !self.port.read(quiet)?.is_empty() {}
+        self.words = Words::default();
+        Ok(())
+    }
+
+    /// Sends a command and waits for its response.
+    fn command(&mut self, command: &str) -> Result<(), LinkError> {
+        self.port.write(format!("{command}\r").as_bytes())?;
+        let error = |what| LinkError::Adapter {
+            device: self.interface.to_string(),
+            what,
+        };
+        let end = Instant::now() + ANSWER_TIMEOUT;
+        loop {
+            let left = end.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return Err(error("no answer within a second"));
+            }
+            for byte in self.port.read(left)? {
+                match self.words.push(byte) {
+                    Some(Word::Done) => return Ok(()),
+                    Some(Word::Failed) => return Err(error("it refused a command")),
+                    Some(Word::Frame(frame)) => self.waiting.push_back(self.arrived(frame)),
+                    Some(Word::OtherFrame | Word::Line(_)) | None => {}
+                }
+            }
+        }
+    }
+
+    fn arrived(&self, frame: CanFrame) -> Arrived {
+        let interface = Arc::clone(&self.interface);
+        (now(), Arrival::Frame { interface, frame })
+    }
+}
+
+impl Link for Adapter {
+    fn receive(&mut self, longest: Duration) -> Result<Option<Arrived>, LinkError> {
+        let end = Instant::now() + longest;
+        while self.waiting.is_empty() {
+            let left = end.saturating_duration_since(Instant::now());
+            let bytes = self.port.read(left)?;
+            for byte in &bytes {
+                match self.words.push(*byte) {
+                    Some(Word::Frame(frame)) => self.waiting.push_back(self.arrived(frame)),
+                    Some(Word::Line(line)) => {
+                        self.waiting.push_back((now(), Arrival::Unreadable(line)));
+                    }
+                    Some(Word::Done | Word::Failed | Word::OtherFrame) | None => {}
+                }
+            }
+            if bytes.is_empty() || left.is_zero() {
+                break;
+            }
+        }
+        Ok(self.waiting.pop_front())
+    }
+
+    fn send(&mut self, sending: &Sending) -> Result<(), LinkError> {
+        match sending {
+            Sending::Frame(frame) => self.port.write(slcan::encode(frame).as_bytes()),
+            Sending::Bytes { .. } => Err(LinkError::WrongKind {
+                device: self.interface.to_string(),
+                takes: "CAN frames",
+            }),
+        }
+    }
+}
+
+impl Drop for Adapter {
+    fn drop(&mut self) {
+        self.leave();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn words(bytes: &[u8]) -> Vec<Word> {
+        let mut words = Words::default();
+        bytes.iter().filter_map(|byte| words.push(*byte)).collect()
+    }
+
+    #[test]
+    fn other_lines_are_not_parsed_as_data_frames() {
+        let line = |text: &str| Word::Line(text.to_owned());
+        for (text, word) in [
+            ("t19\r", line("t19")),
+            ("t1919\r", line("t1919")),
+            (
+                "t0800\r",
+                Word::Frame(CanFrame::new(0x080, &[]).expect("a frame")),
+            ),
+            ("t19\u{e4}1AB\r", line("t19\u{e4}1AB")),
+            ("T000001911AB\r", Word::OtherFrame),
+            ("r1910\r", Word::OtherFrame),
+            ("V1013\r", line("V1013")),
+            ("\r", Word::Done),
+            ("z\r", Word::Done),
+            ("garbage\u{7}", Word::Failed),
+        ] {
+            assert_eq!(words(text.as_bytes()), [word], "{text:?}");
+        }
+    }
+
+    #[test]
+    fn endless_line_is_limited_in_length() {
+        let mut words = Words::default();
+        for _ in 0..100_000 {
+            assert_eq!(words.push(b't'), None);
+        }
+        assert!(words.line.len() <= LONGEST_LINE);
+        assert!(matches!(words.push(CR), Some(Word::Line(_))));
+        assert_eq!(words.push(CR), Some(Word::Done));
+    }
+}

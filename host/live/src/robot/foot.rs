@@ -1,0 +1,315 @@
+//! Simulated foot: its walk and its sensor, and the board's program around [`firmware::Foot`].
+
+use std::pin::pin;
+use std::task::{Context, Waker};
+
+use estimator_core::{Timestamp, Validity};
+use firmware::commands::UartReceiver;
+use firmware::ports::{Input, Reloaded, Request};
+use firmware::sampling::{Activity, Measurement, SensorFault, Tick};
+use firmware::{Foot, Ports, Start};
+use gait::control::MOST_FEET;
+use gait::record::TICK_US;
+use gait::{Plan, SensorParams, Walked, Walking};
+use storage::{Erase, Origin, Storage};
+use wire::dictionary::index;
+use wire::node::BootCause;
+use wire::{Address, CanFrame, Fault, Foot as Position, NodeId, Settings, Value};
+
+use super::board;
+use super::flash::{Flash, SIZE};
+use crate::source::DemoLine;
+
+/// Duration of the sensor's self-test, ticks; shorter than on the board, whose waits are longer.
+const SELF_TEST_TICKS: u32 = 300;
+
+/// Rate error of the feet's clocks against the robot's, ppm; the tolerance of a crystal is 30 ppm.
+const CLOCKS_PPM: [f64; MOST_FEET] = [0.0, 18.0, -11.0, 25.0, -27.0, 7.0];
+
+/// Interval by which each foot was switched on before the preceding one, µs.
+const SWITCHED_ON_US: i64 = 137_000;
+
+/// Duration of a plan, after which the next begins, s.
+const PLAN_S: f64 = 1800.0;
+
+/// Simulated foot.
+pub(super) struct SimulatedFoot {
+    position: Position,
+    walk: Walk,
+    program: Program,
+    storage: Storage<Flash>,
+    clock: OwnClock,
+    serial: u32,
+    receiver: UartReceiver,
+    /// Axes that fail the sensor's self-test, as the detail of the fault.
+    failing_axes: u32,
+}
+
+/// Clock of a foot, which starts at 0 with each start of the board and has its own rate error.
+struct OwnClock {
+    /// Start time on the robot's clock, µs; negative if the foot was switched on before the robot.
+    began_us: i64,
+    ppm: f64,
+}
+
+impl OwnClock {
+    /// Converts a time of the robot to this clock.
+    fn time(&self, robot: Timestamp) -> Timestamp {
+        let since_us = robot.as_micros() as i64 - self.began_us;
+        let gained_us = since_us as f64 * self.ppm * 1.0e-6;
+        Timestamp::from_micros((since_us + gained_us as i64).max(0) as u64)
+    }
+}
+
+/// State between two resets of the board.
+struct Program {
+    foot: Foot,
+    ports: Ports,
+    /// Remaining ticks of the sensor's self-test, and whether its result is pending.
+    self_test_ticks: u32,
+    is_tested: bool,
+}
+
+/// Endless walk: one plan after the other, with the same sensor.
+struct Walk {
+    walking: Walking,
+    ticks_left: u64,
+    seed: u64,
+    rounds: u64,
+    phase_s: f64,
+    /// Start of the current plan, µs.
+    begun_us: u64,
+    ticks: u64,
+}
+
+impl Walk {
+    fn new(seed: u64, phase_s: f64) -> Self {
+        let (walking, ticks_left) = walking(seed, 0, phase_s);
+        Self {
+            walking,
+            ticks_left,
+            seed,
+            rounds: 0,
+            phase_s,
+            begun_us: 0,
+            ticks: 0,
+        }
+    }
+
+    fn tick(&mut self) -> Walked {
+        if self.ticks_left == 0 {
+            self.rounds += 1;
+            (self.walking, self.ticks_left) = walking(self.seed, self.rounds, self.phase_s);
+            self.begun_us = self.ticks * TICK_US;
+        }
+        self.ticks_left -= 1;
+        self.ticks += 1;
+        let mut walked = self.walking.tick();
+        let time = walked.imu.timestamp.as_micros() + self.begun_us;
+        walked.imu.timestamp = Timestamp::from_micros(time);
+        walked
+    }
+}
+
+/// Plan with steps from `seed` and `round` and the sensor from `seed`, and its duration in ticks.
+fn walking(seed: u64, round: u64, phase_s: f64) -> (Walking, u64) {
+    let mut plan = Plan::rounds(PLAN_S, seed.wrapping_add(round << 32));
+    plan.standing += phase_s;
+    let ticks = (plan.duration * 1.0e6) as u64 / TICK_US;
+    (Walking::new(&plan, &SensorParams::LSM6DSOX, seed), ticks)
+}
+
+impl SimulatedFoot {
+    /// Creates a foot that has just been switched on, with settings for its position and line. `index` counts
+    /// the feet of a robot from 0.
+    pub(super) fn new(
+        index: usize,
+        position: Position,
+        line: DemoLine,
+        seed: u64,
+        phase_s: f64,
+    ) -> Self {
+        let mut storage = Storage::new(Flash::blank(), &(0..SIZE as u32))
+            .unwrap_or_else(|_| unreachable!("there are two whole pages"));
+        let mut settings = board::settings();
+        let mut set = |object, sub, value| {
+            let set = settings.set(Address::new(object, sub), value);
+            debug_assert_eq!(set, Ok(()), "the dictionary has this value");
+        };
+        set(index::FOOT, 0, Value::U8(position.code()));
+        if line == DemoLine::Uart {
+            set(index::UART_STREAMS, 2, Value::U16(1));
+        }
+        let stored = storage.store(&settings, Erase::Allowed);
+        debug_assert_eq!(stored, Ok(()), "blank flash takes a record");
+        let serial = 0xF007_0000 + u32::from(position.code());
+        let clock = OwnClock {
+            began_us: -(index as i64) * SWITCHED_ON_US,
+            ppm: CLOCKS_PPM.get(index).copied().unwrap_or_default(),
+        };
+        Self {
+            clock,
+            failing_axes: 0,
+            position,
+            walk: Walk::new(seed, phase_s),
+            program: Program::start(settings, serial, BootCause::PowerUp),
+            storage,
+            serial,
+            receiver: UartReceiver::new(),
+        }
+    }
+
+    pub(super) const fn position(&self) -> Position {
+        self.position
+    }
+
+    /// Node id, if there is one.
+    pub(super) fn node_id(&self) -> Option<NodeId> {
+        self.program.foot.settings().node_id()
+    }
+
+    /// Simulates the walk and the sensor for the next millisecond.
+    pub(super) fn walk(&mut self) -> Walked {
+        self.walk.tick()
+    }
+
+    /// Receives a frame by the CAN controller.
+    pub(super) fn receive(&mut self, frame: CanFrame, at: Timestamp) {
+        let at = self.clock.time(at);
+        self.put(Input::Can(frame, at), Input::CanLost(1));
+    }
+
+    /// Receives bytes on the serial line.
+    pub(super) fn receive_serial(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            if let Some(request) = self.receiver.push(*byte) {
+                self.put(request, Input::UartRefused(1));
+            }
+        }
+        if let Some(refused) = self.receiver.refused() {
+            self.put(refused, Input::UartRefused(1));
+        }
+    }
+
+    /// Queues an input; if the queue is full, it is discarded, and `lost` is queued if possible.
+    fn put(&mut self, input: Input, lost: Input) {
+        if !self.program.ports.try_put(input) {
+            self.program.ports.try_put(lost);
+        }
+    }
+
+    /// Makes these axes fail from the next self-test on: bit *i* is axis *i*.
+    pub(super) const fn fail_self_test(&mut self, axes: u32) {
+        self.failing_axes = axes;
+    }
+
+    /// Runs the program for the millisecond that begins at `now`.
+    pub(super) fn tick(&mut self, now: Timestamp, walked: &Walked) {
+        let edge = self.clock.time(walked.imu.timestamp);
+        let tick = Tick {
+            time: self.clock.time(now),
+            edge: Some(edge),
+            ..Tick::default()
+        };
+        let measurement = self.measure(edge, walked);
+        let Program { foot, ports, .. } = &mut self.program;
+        foot.tick(&tick, &measurement, None, ports);
+        while let Some(request) = self.program.ports.try_next_request() {
+            self.serve(request, now);
+        }
+    }
+
+    fn measure(&mut self, edge: Timestamp, walked: &Walked) -> Measurement {
+        let Program {
+            self_test_ticks,
+            is_tested,
+            ..
+        } = &mut self.program;
+        let mut sample = walked.imu;
+        sample.timestamp = edge;
+        if *self_test_ticks > 0 {
+            *self_test_ticks -= 1;
+            sample.validity = Validity::Invalid;
+            return Measurement {
+                activity: Activity::SelfTest,
+                ..board::measurement(sample, None)
+            };
+        }
+        let mut measurement = board::measurement(sample, walked.raw);
+        if std::mem::take(is_tested) && self.failing_axes != 0 {
+            measurement.fault = Some(SensorFault {
+                fault: Fault::SensorSelfTest,
+                detail: self.failing_axes,
+            });
+        }
+        measurement
+    }
+
+    /// Serves a request as the board's thread level does.
+    fn serve(&mut self, request: Request, now: Timestamp) {
+        let ports = &self.program.ports;
+        match request {
+            Request::Store(settings, erase) => {
+                let stored = self.storage.store(&settings, erase);
+                ports.try_put(Input::Stored(stored));
+            }
+            Request::Restore(erase) => {
+                let forgotten = self.storage.restore(erase);
+                ports.try_put(Input::Stored(forgotten));
+            }
+            // Its program is that of the host, which cannot be replaced.
+            Request::StopProgram => {}
+            // The highest brown-out level is set from the start.
+            Request::ProtectSupply | Request::ConfirmProgram => {
+                ports.try_put(Input::Protected(Ok(())));
+            }
+            Request::Reload => {
+                let (settings, origin) = self.storage.load();
+                // A foot repeats the request only after the response, so there is room and the future is ready.
+                let mut reload = pin!(ports.reload(Reloaded { settings, origin }));
+                let polled = reload
+                    .as_mut()
+                    .poll(&mut Context::from_waker(Waker::noop()));
+                debug_assert!(polled.is_ready(), "there is room for one");
+            }
+            Request::Reset => {
+                let (settings, origin) = self.storage.load();
+                self.receiver = UartReceiver::new();
+                self.clock.began_us = now.as_micros() as i64;
+                self.program = Program::start(settings, self.serial, BootCause::Commanded);
+                debug_assert_ne!(origin, Origin::Corrupted, "its flash keeps what is written");
+            }
+        }
+    }
+
+    /// Returns the pending frames for the bus.
+    pub(super) fn take_frames(&mut self) -> impl Iterator<Item = CanFrame> + '_ {
+        std::iter::from_fn(|| self.program.ports.try_next_can())
+    }
+
+    /// Returns the pending bytes for the serial line.
+    pub(super) fn take_serial(&mut self) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        while let Some(frame) = self.program.ports.try_next_uart() {
+            bytes.extend_from_slice(frame.as_bytes());
+        }
+        bytes
+    }
+}
+
+impl Program {
+    fn start(settings: Settings, serial: u32, cause: BootCause) -> Self {
+        let start = Start {
+            cause,
+            ..board::switched_on(serial)
+        };
+        let is_tested = settings.self_test();
+        let foot = Foot::new(settings, start);
+        Self {
+            foot: foot.unwrap_or_else(|_| unreachable!("stored settings fit each other")),
+            ports: Ports::new(),
+            self_test_ticks: if is_tested { SELF_TEST_TICKS } else { 0 },
+            is_tested,
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! Messages of a bag, independent of its storage.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use super::super::error::InputError;
+use super::super::format::Format;
+use super::super::open::Part;
+use super::{mcap, rosbag2};
+
+/// A topic as declared in a bag.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Channel {
+    /// Name of the topic.
+    pub topic: String,
+    /// Type of its messages, such as `sensor_msgs/msg/Imu`.
+    pub message: String,
+    /// Serialisation of its messages: `cdr`.
+    pub encoding: String,
+    /// Definition of the type, if the bag has one.
+    pub schema: Option<Rc<Schema>>,
+    /// Further properties, such as the quality of service.
+    pub metadata: BTreeMap<String, String>,
+}
+
+/// Definition of a type.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Schema {
+    /// Its language, such as `ros2msg`.
+    pub encoding: String,
+    /// Its text.
+    pub text: Vec<u8>,
+}
+
+impl Channel {
+    /// Definition of the type as `ros2msg`.
+    pub(super) fn definition(&self) -> Option<Cow<'_, str>> {
+        let schema = self
+            .schema
+            .as_ref()
+            .filter(|schema| schema.encoding == "ros2msg")?;
+        Some(String::from_utf8_lossy(&schema.text))
+    }
+}
+
+/// When a message was written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Written {
+    /// Time at which it was written, ns.
+    pub log_ns: i64,
+    /// Time at which it was sent, ns; that of writing where the storage keeps one time.
+    pub publish_ns: i64,
+    /// Number given by its sender, where the storage keeps it.
+    pub sequence: Option<u32>,
+}
+
+/// Whether the messages of a topic are needed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Interest {
+    Wanted,
+    Unwanted,
+}
+
+/// Receives the topics and messages of a bag.
+pub(super) trait Visitor {
+    /// Declares a topic before its messages. A topic may be declared more than once.
+    fn channel(&mut self, channel: &Channel) -> Interest;
+
+    /// Passes a message of a topic that is needed.
+    fn message(
+        &mut self,
+        channel: &Channel,
+        written: Written,
+        payload: &[u8],
+    ) -> Result<(), InputError>;
+}
+
+/// End of a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum End {
+    Complete,
+    /// The file ends early, for this reason.
+    Early(String),
+}
+
+/// Passes all messages to a visitor in stored order, and reports each part that ends early.
+pub(super) fn visit(
+    parts: &mut [Part],
+    file: &str,
+    visitor: &mut dyn Visitor,
+) -> Result<Vec<String>, InputError> {
+    let mut notices = Vec::new();
+    let is_alone = parts.len() == 1;
+    for part in parts {
+        let name = if is_alone {
+            file.to_owned()
+        } else {
+            part.path.display().to_string()
+        };
+        let end = match part.format {
+            Format::Mcap => mcap::visit(part, &name, visitor)?,
+            _ => rosbag2::visit(part, &name, visitor)?,
+        };
+        if let End::Early(why) = end {
+            notices.push(format!(
+                "{name} ends early ({why}): what is there is read; for readers that refuse such a file, \
+                 footfall convert writes a whole one"
+            ));
+        }
+    }
+    Ok(notices)
+}
+
+/// Converts a time from ns to µs, rounded.
+pub(super) fn micros(nanoseconds: i64) -> i64 {
+    let rest = nanoseconds.rem_euclid(1000);
+    nanoseconds.div_euclid(1000) + i64::from(rest >= 500)
+}

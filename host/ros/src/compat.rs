@@ -1,0 +1,431 @@
+//! Contacts of four feet in one message, for programs that do not accept footfall's messages.
+//!
+//! | name | program | topic | message | content |
+//! |---|---|---|---|---|
+//! | `champ` | [champ](https://github.com/chvmp/champ) | `/foot_contacts`, read by its state estimation | `champ_msgs/msg/ContactsStamped` | the decisions |
+//! | `pronto` | [pronto](https://github.com/ori-drs/pronto) | `/footfall/stance` | `pronto_msgs/msg/QuadrupedStance` | the decisions, as 0 or 1: its `legodo_handler_ros.cpp` treats any number above 0.01 as stance |
+//! | `inekf` | [InEKF](https://github.com/RossHartley/invariant-ekf-ros) | `/contact`, the default of its `settings/contact_topic` | `inekf_msgs/msg/ContactArray` | the decisions, with the ids 0 to 3 |
+//! | `drift` | [DRIFT](https://github.com/UMich-CURLY/drift) | `/footfall/drift/contacts` | `custom_sensor_msgs/msg/ContactArray` | the decisions in the order of its `enum Leg`: right front, left front, right hind, left hind |
+//! | `muse` | [MUSE](https://github.com/iit-DLSLab/muse) | `/footfall/contact_detection` | `state_estimator_msgs/msg/ContactDetection` | the decisions |
+//! | `bool` | any, such as one that sets the contact flags of [legged_control](https://github.com/qiayuanl/legged_control) | `/footfall/FL/contact/decision` of each foot | `std_msgs/msg/Bool` | the decision |
+//! | `unitree` | any that compares the forces of a GO1 or Go2 with a threshold | `/footfall/lowstate` | `unitree_go/msg/LowState` | `foot_force` and `foot_force_est`: [`STANDS`] of a foot that stands, 0 of others, in Unitree's order, right front, left front, right hind, left hind; all else is 0 |
+//!
+//! Where nothing else is said, the order is left front, right front, left hind, right hind. A message is created as
+//! soon as each of the four feet has a new contact; after 20 ms it is created without the silent feet, even if all
+//! are silent. Invalid and silent feet are reported in swing: false, 0.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use estimator_core::Timestamp;
+use live::silence::COMPLETION_WAIT_US;
+
+use crate::bridge::Published;
+use crate::message::{
+    Bool, Contact, ContactArray, ContactDetection, ContactsStamped, Header, LowState, Message,
+    NumberedContact, QuadrupedStance, Time,
+};
+
+/// Names of the feet, in the order of the messages.
+pub const FEET: [[&str; 2]; 4] = [["FL", "LF"], ["FR", "RF"], ["RL", "LH"], ["RR", "RH"]];
+
+/// The feet in the order right front, left front, right hind, left hind.
+const RIGHT_FIRST: [usize; 4] = [1, 0, 3, 2];
+
+/// `foot_force` of a foot that stands: above the thresholds of those who read it, most of them 20 to 60.
+pub const STANDS: i16 = 100;
+
+/// Program whose messages are created.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Compat {
+    /// Decisions as 0 or 1, for pronto.
+    Pronto,
+    /// Decisions, for champ.
+    Champ,
+    /// Numbered decisions, for `InEKF`.
+    Inekf,
+    /// Numbered decisions, right feet first, for DRIFT.
+    Drift,
+    /// Decisions, for MUSE.
+    Muse,
+    /// A decision on a topic of each foot.
+    Bool,
+    /// Decisions as the forces of Unitree's state.
+    Unitree,
+}
+
+impl Compat {
+    /// All programs, in the order of the help.
+    pub const ALL: [Self; 7] = [
+        Self::Pronto,
+        Self::Champ,
+        Self::Inekf,
+        Self::Drift,
+        Self::Muse,
+        Self::Bool,
+        Self::Unitree,
+    ];
+
+    /// Type and topic of its messages, for the help.
+    #[must_use]
+    pub const fn about(self) -> &'static str {
+        match self {
+            Self::Pronto => "`pronto_msgs/msg/QuadrupedStance` on /footfall/stance",
+            Self::Champ => "`champ_msgs/msg/ContactsStamped` on `/foot_contacts`",
+            Self::Inekf => "`inekf_msgs/msg/ContactArray` on /contact",
+            Self::Drift => "`custom_sensor_msgs/msg/ContactArray` on /footfall/drift/contacts",
+            Self::Muse => {
+                "`state_estimator_msgs/msg/ContactDetection` on `/footfall/contact_detection`"
+            }
+            Self::Bool => {
+                "`std_msgs/msg/Bool` on /footfall/FL/contact/decision and those of the other feet"
+            }
+            Self::Unitree => {
+                "`unitree_go/msg/LowState` on /footfall/lowstate, whose forces are 100 or 0"
+            }
+        }
+    }
+
+    /// Name in options.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Pronto => "pronto",
+            Self::Champ => "champ",
+            Self::Inekf => "inekf",
+            Self::Drift => "drift",
+            Self::Muse => "muse",
+            Self::Bool => "bool",
+            Self::Unitree => "unitree",
+        }
+    }
+
+    /// Messages with their topics: whether the feet stand, in the order of [`FEET`].
+    fn messages(self, header: &Header, stands: [bool; 4]) -> Vec<(String, Message)> {
+        let header = header.clone();
+        let (topic, message) = match self {
+            Self::Champ => {
+                let contacts = stands.to_vec();
+                let message = Message::Champ(ContactsStamped { header, contacts });
+                ("/foot_contacts", message)
+            }
+            Self::Pronto => {
+                let [lf, rf, lh, rh] = stands.map(|stands| f32::from(u8::from(stands)));
+                let stance = QuadrupedStance {
+                    header,
+                    lf,
+                    rf,
+                    lh,
+                    rh,
+                };
+                ("/footfall/stance", Message::Pronto(stance))
+            }
+            Self::Inekf => {
+                let contacts = numbered(stands);
+                (
+                    "/contact",
+                    Message::Inekf(ContactArray { header, contacts }),
+                )
+            }
+            Self::Drift => {
+                let contacts = numbered(RIGHT_FIRST.map(|foot| stands[foot]));
+                let message = Message::Drift(ContactArray { header, contacts });
+                ("/footfall/drift/contacts", message)
+            }
+            Self::Muse => {
+                let detection = ContactDetection {
+                    header,
+                    stance: stands,
+                };
+                ("/footfall/contact_detection", Message::Muse(detection))
+            }
+            Self::Unitree => {
+                let forces = RIGHT_FIRST.map(|foot| if stands[foot] { STANDS } else { 0 });
+                let state = Box::new(LowState::with_forces(forces));
+                ("/footfall/lowstate", Message::Unitree(state))
+            }
+            Self::Bool => {
+                let feet = FEET.iter().zip(stands);
+                let of_foot = feet.map(|([name, _], data)| {
+                    let topic = format!("/footfall/{name}/contact/decision");
+                    (topic, Message::Bool(Bool { data }))
+                });
+                return of_foot.collect();
+            }
+        };
+        vec![(topic.to_owned(), message)]
+    }
+}
+
+fn numbered(stands: [bool; 4]) -> Vec<NumberedContact> {
+    let contacts = (0..).zip(stands);
+    contacts
+        .map(|(id, indicator)| NumberedContact { id, indicator })
+        .collect()
+}
+
+/// Newest contacts of four feet.
+#[derive(Debug)]
+pub struct AllFeet {
+    compats: Vec<Compat>,
+    feet: [Option<Stance>; 4],
+    /// Listening time of the newest message, or of the first contact, µs.
+    made_us: Option<u64>,
+    /// Names of feet outside [`FEET`].
+    others: BTreeSet<String>,
+}
+
+/// Decision of a foot since the newest message.
+#[derive(Clone, Copy, Debug)]
+struct Stance {
+    stands: bool,
+    stamp: Time,
+}
+
+impl AllFeet {
+    /// Creates an empty state.
+    #[must_use]
+    pub fn new(compats: &[Compat]) -> Self {
+        let mut compats = compats.to_vec();
+        compats.sort_unstable();
+        compats.dedup();
+        Self {
+            compats,
+            feet: [None; 4],
+            made_us: None,
+            others: BTreeSet::new(),
+        }
+    }
+
+    /// Names of feet outside [`FEET`], whose contacts are in no message.
+    #[must_use]
+    pub const fn others(&self) -> &BTreeSet<String> {
+        &self.others
+    }
+
+    /// Processes a contact received at `at` and `listened_us` of the listening time; returns the messages that it completes.
+    pub fn take(&mut self, contact: &Contact, at: Timestamp, listened_us: u64) -> Vec<Published> {
+        let name = contact.foot.as_str();
+        let is = |names: &[&str; 2]| names.iter().any(|own| own.eq_ignore_ascii_case(name));
+        let Some(place) = FEET.iter().position(is) else {
+            if !self.others.contains(name) {
+                self.others.insert(name.to_owned());
+            }
+            return Vec::new();
+        };
+        self.feet[place] = Some(Stance {
+            stands: contact.valid && contact.decision,
+            stamp: contact.header.stamp,
+        });
+        self.made_us.get_or_insert(listened_us);
+        if self.feet.iter().all(Option::is_some) {
+            return self.make(at, listened_us);
+        }
+        self.advance(at, listened_us)
+    }
+
+    /// Advances the time to `at`; returns the messages due, if there were contacts before.
+    pub fn advance(&mut self, at: Timestamp, listened_us: u64) -> Vec<Published> {
+        match self.made_us {
+            Some(made_us) if listened_us - made_us >= COMPLETION_WAIT_US => {
+                self.make(at, listened_us)
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// Ends reception; returns messages with all feet in swing, if there were contacts before.
+    pub fn end(&mut self, now: Timestamp) -> Vec<Published> {
+        self.feet = [None; 4];
+        self.made_us
+            .map(|made_us| self.make(now, made_us))
+            .unwrap_or_default()
+    }
+
+    /// Creates messages of the known contacts at `at`.
+    fn make(&mut self, at: Timestamp, listened_us: u64) -> Vec<Published> {
+        self.made_us = Some(listened_us);
+        let feet = std::mem::take(&mut self.feet);
+        let newest = feet.iter().flatten().map(|foot| foot.stamp).max();
+        let header = Header {
+            // If all feet are silent, the state applies now.
+            stamp: newest.unwrap_or_else(|| at.into()),
+            // The feet have no common frame.
+            frame_id: String::new(),
+        };
+        let stands = feet.map(|foot| foot.is_some_and(|foot| foot.stands));
+        let compats = self.compats.iter();
+        let messages = compats.flat_map(|compat| compat.messages(&header, stands));
+        messages
+            .map(|(topic, message)| Published {
+                topic: Arc::from(topic),
+                at,
+                message,
+            })
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use live::silence::Listening;
+
+    fn contact(foot: &str, p_stable: f32, us: u64) -> (Contact, Timestamp) {
+        let at = Timestamp::from_micros(us);
+        let header = Header {
+            stamp: at.into(),
+            frame_id: "ignored".to_owned(),
+        };
+        let contact = Contact {
+            header,
+            foot: foot.to_owned(),
+            p_stable,
+            decision: p_stable > 0.5,
+            valid: p_stable < 0.95,
+            ..Contact::default()
+        };
+        (contact, at)
+    }
+
+    fn one(mut published: Vec<Published>) -> Option<Published> {
+        assert!(published.len() < 2);
+        published.pop()
+    }
+
+    /// All feet with the listening time that a session keeps.
+    struct Listened {
+        all: AllFeet,
+        listening: Listening,
+    }
+
+    impl Listened {
+        fn new(compat: Compat) -> Self {
+            let (all, listening) = (AllFeet::new(&[compat]), Listening::default());
+            Self { all, listening }
+        }
+
+        fn take(&mut self, contact: &Contact, at: Timestamp) -> Option<Published> {
+            self.listening.arrive(at);
+            one(self.all.take(contact, at, self.listening.us()))
+        }
+
+        fn hear(&mut self, at: Timestamp) -> Option<Published> {
+            self.listening.arrive(at);
+            one(self.all.advance(at, self.listening.us()))
+        }
+
+        fn idle(&mut self, now: Timestamp) -> Option<Published> {
+            self.listening.idle(now);
+            one(self.all.advance(now, self.listening.us()))
+        }
+
+        fn end(&mut self) -> Option<Published> {
+            one(self.all.end(self.listening.now()))
+        }
+    }
+
+    /// Messages created from `contacts`: times in µs and the four numbers.
+    fn made(compat: Compat, contacts: &[(&str, f32, u64)]) -> Vec<(u32, [f32; 4])> {
+        let mut all = Listened::new(compat);
+        let contacts = contacts.iter();
+        let messages = contacts.filter_map(|(foot, p, us)| {
+            let (contact, at) = contact(foot, *p, *us);
+            all.take(&contact, at)
+        });
+        let micros = |header: Header| header.stamp.nanosec / 1000;
+        messages
+            .map(|published| match published.message {
+                Message::Pronto(m) => (micros(m.header), [m.lf, m.rf, m.lh, m.rh]),
+                Message::Champ(m) => {
+                    let numbers = m.contacts.iter().map(|stands| f32::from(u8::from(*stands)));
+                    let numbers: Vec<_> = numbers.collect();
+                    (micros(m.header), numbers.try_into().expect("four feet"))
+                }
+                other => panic!("{other:?}"),
+            })
+            .collect()
+    }
+
+    #[test]
+    fn newest_contact_of_each_foot_is_used_in_its_place() {
+        let contacts = [
+            ("RR", 0.1, 400),
+            ("FL", 0.9, 100),
+            ("FL", 0.6, 1100),
+            ("tail", 0.8, 1200),
+            ("RF", 0.2, 200),
+            ("LH", 0.99, 300),
+            ("FL", 0.7, 2100),
+        ];
+        // Pronto would treat a probability of 0.2 as stance.
+        let pronto = [(1100, [1.0, 0.0, 0.0, 0.0])];
+        assert_eq!(made(Compat::Pronto, &contacts), pronto);
+        let champ = [(1100, [1.0, 0.0, 0.0, 0.0])];
+        assert_eq!(made(Compat::Champ, &contacts), champ);
+    }
+
+    #[test]
+    fn silent_foot_is_skipped_and_reported_in_swing() {
+        let contacts: Vec<_> = (0..60)
+            .flat_map(|ms| ["FL", "FR", "RL"].map(|foot| (foot, 0.9, ms * 1000)))
+            .collect();
+        let times = [20_000, 40_000].map(|us| (us, [1.0, 1.0, 1.0, 0.0]));
+        assert_eq!(made(Compat::Pronto, &contacts), times);
+    }
+
+    #[test]
+    fn silent_feet_are_reported_in_swing() {
+        let mut all = Listened::new(Compat::Champ);
+        let micros = Timestamp::from_micros;
+        assert_eq!((all.idle(micros(5)), all.end()), (None, None));
+        let of = |published: Option<Published>| match published?.message {
+            Message::Champ(message) => Some((message.header.stamp, message.contacts)),
+            other => panic!("{other:?}"),
+        };
+        for foot in ["FL", "FR", "RL", "RR"] {
+            let (contact, at) = contact(foot, 0.9, 10_000);
+            let stands = of(all.take(&contact, at)).map(|(_, contacts)| contacts);
+            assert_eq!(stands, (foot == "RR").then(|| vec![true; 4]));
+        }
+        assert_eq!(all.idle(micros(29_000)), None);
+        let none = |us| Some((micros(us).into(), vec![false; 4]));
+        assert_eq!(of(all.idle(micros(30_000))), none(30_000));
+        assert_eq!(all.idle(micros(49_000)), None);
+        assert_eq!(of(all.idle(micros(51_000))), none(51_000));
+        all.take(&contact("FL", 0.9, 60_000).0, micros(60_000));
+        // Loads and heartbeats continue.
+        let mut others = (0..20).filter_map(|ms| of(all.hear(micros(61_000 + 1000 * ms))));
+        let (_, contacts) = others.next().expect("one is due");
+        assert_eq!(
+            (contacts, others.next()),
+            (vec![true, false, false, false], None)
+        );
+        assert_eq!(of(all.end()), none(80_000));
+    }
+
+    #[test]
+    fn host_stall_does_not_make_feet_silent() {
+        let contacts: Vec<_> = [0, 1000, 901_000, 902_000]
+            .into_iter()
+            .flat_map(|us| ["FL", "FR", "RL", "RR"].map(|foot| (foot, 0.9, us)))
+            .collect();
+        let messages = made(Compat::Pronto, &contacts);
+        assert_eq!(messages.len(), 4);
+        assert!(messages.iter().all(|(_, stands)| *stands == [1.0; 4]));
+    }
+
+    #[test]
+    fn feet_of_other_names_are_in_no_message() {
+        let mut all = AllFeet::new(&[Compat::Bool, Compat::Bool]);
+        for (k, name) in ["L", "fl", "L", "node_33"].into_iter().enumerate() {
+            let (contact, at) = contact(name, 0.9, 1000 * k as u64);
+            assert!(all.take(&contact, at, 1000 * k as u64).is_empty());
+        }
+        assert!(all.others().iter().eq(["L", "node_33"]));
+        let published = all.end(Timestamp::from_micros(5000));
+        let topics: Vec<&str> = published.iter().map(|p| p.topic.as_ref()).collect();
+        assert_eq!(topics.len(), 4);
+        assert_eq!(topics[3], "/footfall/RR/contact/decision");
+    }
+}

@@ -1,0 +1,245 @@
+//! Message definitions as stored in recordings: the definition of the message, then those of nested messages,
+//! each after a line of `=` and its name.
+//!
+//! Definitions other than footfall's are interfaces of ROS 2, with names, types and order of their fields.
+
+use crate::message::Message;
+
+/// Separator between definitions.
+const BETWEEN: &str =
+    "\n================================================================================\nMSG: ";
+
+const TIME: &str = "int32 sec\nuint32 nanosec\n";
+const HEADER: &str = "builtin_interfaces/Time stamp\nstring frame_id\n";
+const QUATERNION: &str = "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n";
+const VECTOR3: &str = "float64 x\nfloat64 y\nfloat64 z\n";
+const IMU: &str = "std_msgs/Header header
+geometry_msgs/Quaternion orientation
+float64[9] orientation_covariance
+geometry_msgs/Vector3 angular_velocity
+float64[9] angular_velocity_covariance
+geometry_msgs/Vector3 linear_acceleration
+float64[9] linear_acceleration_covariance
+";
+const TWIST: &str = "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n";
+const TWIST_WITH_COVARIANCE: &str = "geometry_msgs/Twist twist\nfloat64[36] covariance\n";
+const TWIST_WITH_COVARIANCE_STAMPED: &str =
+    "std_msgs/Header header\ngeometry_msgs/TwistWithCovariance twist\n";
+const FLOAT64: &str = "float64 data\n";
+const STRING: &str = "string data\n";
+const BOOL: &str = "bool data\n";
+const KEY_VALUE: &str = "string key\nstring value\n";
+const STATUS: &str = "byte OK=0
+byte WARN=1
+byte ERROR=2
+byte STALE=3
+byte level
+string name
+string message
+string hardware_id
+diagnostic_msgs/KeyValue[] values
+";
+const DIAGNOSTICS: &str = "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status\n";
+
+const CONTACTS_STAMPED: &str = "std_msgs/Header header\nbool[] contacts\n";
+const QUADRUPED_STANCE: &str =
+    "std_msgs/Header header\nfloat32 lf\nfloat32 rf\nfloat32 lh\nfloat32 rh\n";
+
+const NUMBERED_CONTACT: &str = "int32 id\nbool indicator\n";
+const CONTACT_DETECTION: &str =
+    "std_msgs/Header header\nbool stance_lf\nbool stance_rf\nbool stance_lh\nbool stance_rh\n";
+
+/// `unitree_go/msg/LowState` with the types in it.
+const LOW_STATE: &str = include_str!("../../recordings/src/input/bag/definition/low_state.msg");
+
+/// Definition of a contact, from the interface package.
+pub const CONTACT: &str = include_str!("../../../ros2/footfall_msgs/msg/Contact.msg");
+
+/// Definition of a message type.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Definition {
+    /// Name of the type: `package/msg/Name`.
+    pub name: &'static str,
+    /// Fields of the message.
+    own: &'static str,
+    /// Names and fields of nested messages.
+    others: &'static [(&'static str, &'static str)],
+}
+
+const IN_HEADER: [(&str, &str); 2] = [
+    ("std_msgs/Header", HEADER),
+    ("builtin_interfaces/Time", TIME),
+];
+
+impl Definition {
+    /// Contact.
+    pub const CONTACT: Self = Self {
+        name: "footfall_msgs/msg/Contact",
+        own: CONTACT,
+        others: &IN_HEADER,
+    };
+    /// IMU sample.
+    pub const IMU: Self = Self {
+        name: "sensor_msgs/msg/Imu",
+        own: IMU,
+        others: &[
+            IN_HEADER[0],
+            IN_HEADER[1],
+            ("geometry_msgs/Quaternion", QUATERNION),
+            ("geometry_msgs/Vector3", VECTOR3),
+        ],
+    };
+    /// Velocity.
+    pub const VELOCITY: Self = Self {
+        name: "geometry_msgs/msg/TwistWithCovarianceStamped",
+        own: TWIST_WITH_COVARIANCE_STAMPED,
+        others: &[
+            IN_HEADER[0],
+            IN_HEADER[1],
+            ("geometry_msgs/TwistWithCovariance", TWIST_WITH_COVARIANCE),
+            ("geometry_msgs/Twist", TWIST),
+            ("geometry_msgs/Vector3", VECTOR3),
+        ],
+    };
+    /// Number.
+    pub const FLOAT64: Self = Self {
+        name: "std_msgs/msg/Float64",
+        own: FLOAT64,
+        others: &[],
+    };
+    /// Text.
+    pub const STRING: Self = Self {
+        name: "std_msgs/msg/String",
+        own: STRING,
+        others: &[],
+    };
+    /// Truth value.
+    pub const BOOL: Self = Self {
+        name: "std_msgs/msg/Bool",
+        own: BOOL,
+        others: &[],
+    };
+    /// Diagnostics.
+    pub const DIAGNOSTICS: Self = Self {
+        name: "diagnostic_msgs/msg/DiagnosticArray",
+        own: DIAGNOSTICS,
+        others: &[
+            IN_HEADER[0],
+            IN_HEADER[1],
+            ("diagnostic_msgs/DiagnosticStatus", STATUS),
+            ("diagnostic_msgs/KeyValue", KEY_VALUE),
+        ],
+    };
+
+    /// All feet, for champ.
+    pub const CHAMP: Self = Self {
+        name: "champ_msgs/msg/ContactsStamped",
+        own: CONTACTS_STAMPED,
+        others: &IN_HEADER,
+    };
+    /// All feet, for pronto.
+    pub const PRONTO: Self = Self {
+        name: "pronto_msgs/msg/QuadrupedStance",
+        own: QUADRUPED_STANCE,
+        others: &IN_HEADER,
+    };
+
+    /// All feet, for `InEKF`.
+    pub const INEKF: Self = Self {
+        name: "inekf_msgs/msg/ContactArray",
+        own: "std_msgs/Header header\ninekf_msgs/Contact[] contacts\n",
+        others: &[
+            IN_HEADER[0],
+            IN_HEADER[1],
+            ("inekf_msgs/Contact", NUMBERED_CONTACT),
+        ],
+    };
+    /// All feet, for DRIFT.
+    pub const DRIFT: Self = Self {
+        name: "custom_sensor_msgs/msg/ContactArray",
+        own: "std_msgs/Header header\ncustom_sensor_msgs/Contact[] contacts\n",
+        others: &[
+            IN_HEADER[0],
+            IN_HEADER[1],
+            ("custom_sensor_msgs/Contact", NUMBERED_CONTACT),
+        ],
+    };
+    /// All feet, for MUSE.
+    pub const MUSE: Self = Self {
+        name: "state_estimator_msgs/msg/ContactDetection",
+        own: CONTACT_DETECTION,
+        others: &IN_HEADER,
+    };
+    /// All feet, as Unitree has them.
+    pub const UNITREE: Self = Self {
+        name: "unitree_go/msg/LowState",
+        own: LOW_STATE,
+        others: &[],
+    };
+
+    /// Returns the definition of a message.
+    #[must_use]
+    pub const fn of(message: &Message) -> Self {
+        match message {
+            Message::Contact(_) => Self::CONTACT,
+            Message::Imu(_) => Self::IMU,
+            Message::Velocity(_) => Self::VELOCITY,
+            Message::Number(_) => Self::FLOAT64,
+            Message::Text(_) => Self::STRING,
+            Message::Bool(_) => Self::BOOL,
+            Message::Diagnostics(_) => Self::DIAGNOSTICS,
+            Message::Champ(_) => Self::CHAMP,
+            Message::Pronto(_) => Self::PRONTO,
+            Message::Inekf(_) => Self::INEKF,
+            Message::Drift(_) => Self::DRIFT,
+            Message::Muse(_) => Self::MUSE,
+            Message::Unitree(_) => Self::UNITREE,
+        }
+    }
+
+    /// Package, such as `std_msgs`, and name in it, such as `Float64`.
+    #[must_use]
+    pub fn package_and_name(self) -> (&'static str, &'static str) {
+        self.name.split_once("/msg/").unwrap_or_default()
+    }
+
+    /// Complete text, with nested definitions.
+    #[must_use]
+    pub fn text(self) -> String {
+        let others = self.others.iter();
+        let others: String = others
+            .map(|(name, text)| format!("{BETWEEN}{name}\n{text}"))
+            .collect();
+        format!("{}{others}", self.own)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use estimator_core::{Flag, Flags, Phase};
+
+    /// Value of a constant of [`CONTACT`].
+    fn constant(name: &str) -> Option<u8> {
+        let line = CONTACT
+            .lines()
+            .find_map(|line| line.strip_prefix(&format!("uint8 {name}=")));
+        line.and_then(|value| value.parse().ok())
+    }
+
+    #[test]
+    fn definition_contains_every_phase_and_flag() {
+        for phase in Phase::ALL {
+            let name = format!("STATE_{}", phase.name().to_uppercase());
+            assert_eq!(constant(&name), Some(crate::foot::state(phase)), "{name}");
+        }
+        for flag in Flag::ALL {
+            let name = format!("FLAG_{}", flag.name().to_uppercase());
+            assert_eq!(
+                constant(&name),
+                Some(Flags::NONE.with(flag).bits()),
+                "{name}"
+            );
+        }
+    }
+}

@@ -1,0 +1,31 @@
+//! The ELF to boot: the named file, or the firmware of this workspace for a board, built now.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use virtual_board::wiring::Wiring;
+
+/// Reads the named ELF, or builds the firmware for the board.
+pub fn read(named: Option<&Path>, board: &Wiring) -> Result<Vec<u8>, String> {
+    let path = named.map_or_else(|| build(board), |path| Ok(path.to_owned()))?;
+    std::fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// Builds the firmware and returns its path.
+fn build(board: &Wiring) -> Result<PathBuf, String> {
+    const TARGET: &str = "thumbv7em-none-eabihf";
+    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let directory = workspace.join("target");
+    let status = Command::new("cargo")
+        .current_dir(&workspace)
+        .args(["build", "--profile", "firmware", "--locked"])
+        .args(board.cargo_arguments())
+        .args(["--target", TARGET, "--target-dir"])
+        .arg(&directory)
+        .status()
+        .map_err(|error| format!("cargo does not start: {error}"))?;
+    if !status.success() {
+        return Err("the firmware does not build".into());
+    }
+    Ok(directory.join(TARGET).join("firmware").join(board.program))
+}

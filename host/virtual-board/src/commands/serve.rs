@@ -1,0 +1,160 @@
+//! `virtual-board serve`: an ELF at the speed of real time behind pseudo-terminals.
+
+use std::io::{self, BufRead as _, IsTerminal as _, Write as _};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread;
+
+use clap::Args;
+use gait::GaitName;
+use gait::control::MOST_FEET;
+use rustix::process::getpgrp;
+use rustix::termios::tcgetpgrp;
+use virtual_board::corner::Corner;
+
+use virtual_board::serve::pace::Speed;
+use virtual_board::serve::robot::{ControlNode, RobotOptions};
+use virtual_board::serve::{self, Note, Planned, Programs, Summary};
+use virtual_board::wiring::Wiring;
+
+use super::elf;
+use super::options::duration;
+
+/// The options of `serve`.
+#[derive(Args)]
+pub struct Arguments {
+    /// The ELF; without it the firmware is built first.
+    #[arg(long)]
+    elf: Option<PathBuf>,
+    /// The board whose firmware is built: reference or feather. An ELF names its board.
+    #[arg(long, default_value = "reference", value_parser = Wiring::named, conflicts_with = "elf")]
+    board: &'static Wiring,
+    /// The bootloader's ELF, as `.ci/bootloader BOARD` builds it; without it the program starts at once, and cannot be
+    /// replaced. A power cycle brings the first program back.
+    #[arg(long, value_name = "ELF")]
+    bootloader: Option<PathBuf>,
+    /// How many feet share the bus, 1 to 6; two are those of a biped.
+    #[arg(long, default_value_t = 1, value_parser = feet)]
+    feet: usize,
+    /// How they walk: stand, walk, trot or run.
+    #[arg(long, default_value = "walk")]
+    gait: GaitName,
+    /// Seed of the steps and of the noise of the sensors.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// The specimen of the chip: fast, typical or slow, within what the data sheet allows.
+    #[arg(long, default_value = "typical")]
+    corner: Corner,
+    /// A fault to inject, and when in ms: [FOOT:]NAME[:VARIANT]@MS. Others can be typed while it runs.
+    #[arg(long = "fault", value_parser = serve::fault_at)]
+    faults: Vec<Planned>,
+    /// Nothing but the feet on the bus: no control that sends loads and SYNCs.
+    #[arg(long)]
+    no_control: bool,
+    /// A directory for links to the terminals: FL.uart …, bus.slcan.
+    #[arg(long, value_name = "DIR")]
+    links: Option<PathBuf>,
+    /// Virtual time to run for; without it until `quit`, or Ctrl-C.
+    #[arg(long, value_parser = duration, allow_negative_numbers = true)]
+    seconds: Option<f64>,
+    /// How many times as fast as real time, or max.
+    #[arg(long, default_value = "1")]
+    speed: Speed,
+}
+
+fn feet(text: &str) -> Result<usize, String> {
+    let feet = text
+        .parse()
+        .ok()
+        .filter(|feet| (1..=MOST_FEET).contains(feet));
+    feet.ok_or_else(|| format!("write a number from 1 to {MOST_FEET}"))
+}
+
+/// Serves feet until the end is requested.
+pub fn serve(arguments: &Arguments) -> Result<(), Box<dyn core::error::Error>> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let stopped = Arc::clone(&stop);
+    ctrlc::set_handler(move || stopped.store(true, Ordering::Relaxed))?;
+    let elf = elf::read(arguments.elf.as_deref(), arguments.board)?;
+    let bootloader = match &arguments.bootloader {
+        Some(path) => Some(elf::read(Some(path), arguments.board)?.into()),
+        None => None,
+    };
+    let programs = Programs {
+        program: elf.into(),
+        bootloader,
+    };
+    let control = match arguments.no_control {
+        true => ControlNode::Absent,
+        false => ControlNode::Present,
+    };
+    let options = serve::Options {
+        robot: RobotOptions {
+            feet: arguments.feet,
+            gait: arguments.gait,
+            seed: arguments.seed,
+            corner: arguments.corner,
+            control,
+            settings: Vec::new(),
+        },
+        links: arguments.links.clone(),
+        faults: arguments.faults.clone(),
+        ms: arguments.seconds.map(|seconds| (seconds * 1e3) as u64),
+        speed: arguments.speed,
+    };
+    let mut tell = |note: Note| match note {
+        // A reader that has gone is not an error.
+        Note::Source(name, source) => drop(writeln!(io::stdout(), "{name:<4} {source}")),
+        Note::Ready => drop(io::stdout().flush()),
+        Note::Words(words) => eprintln!("{words}"),
+    };
+    let summary = serve::serve(programs, &options, &typed(), &stop, &mut tell)?;
+    print(&summary);
+    Ok(())
+}
+
+/// Lines of standard input, read by a separate thread. A background process that reads from its terminal is
+/// stopped: then there are no lines.
+fn typed() -> Receiver<String> {
+    let (to, lines) = channel();
+    let stdin = io::stdin();
+    let is_in_background =
+        stdin.is_terminal() && tcgetpgrp(&stdin).is_ok_and(|group| group != getpgrp());
+    if !is_in_background {
+        thread::spawn(move || {
+            // A line that is not valid text is reported as an unknown command, and reading continues.
+            for line in stdin.lock().split(b'\n') {
+                let Ok(line) = line else { return };
+                let line = String::from_utf8_lossy(&line).into_owned();
+                if to.send(line).is_err() {
+                    return;
+                }
+            }
+        });
+    }
+    lines
+}
+
+fn print(summary: &Summary) {
+    let seconds = summary.ms as f64 * 1e-3;
+    let took = summary.took.as_secs_f64();
+    eprintln!(
+        "{seconds:.1} s in {took:.1} s: {:.2} times real time",
+        seconds / took
+    );
+    let behind = summary.behind.as_secs_f64();
+    if behind > 0.0 {
+        eprintln!("slower than real time: {behind:.1} s lost");
+    }
+    for (name, bytes) in summary.lost.iter().filter(|(_, bytes)| *bytes > 0) {
+        eprintln!("{name}: {bytes} bytes lost, since their reader was too slow");
+    }
+    if summary.lost_on_bus > 0 {
+        eprintln!(
+            "bus: {} frames lost, since it was full",
+            summary.lost_on_bus
+        );
+    }
+}

@@ -1,0 +1,150 @@
+//! The program that measures a new board: it passes on a healthy one, and names what is wrong with others.
+
+mod common;
+
+use common::{build_bring_up, options, run};
+use lsm6dsox::sim::{PartFault, Stimulus};
+use virtual_board::board::{Board, BoardOptions, Injection};
+use virtual_board::chip::Crystal;
+use virtual_board::part::can::BusFault;
+use virtual_board::part::rcc::ResetCause;
+use virtual_board::wiring::Wiring;
+
+/// Longest time of a report, ms.
+const REPORT_MS: u64 = 12_000;
+
+/// Report of a board after a change, as its lines.
+fn report(wiring: &Wiring, change: impl FnOnce(&mut Board)) -> Vec<String> {
+    let mut board = boot(wiring, options());
+    change(&mut board);
+    lines(&mut board)
+}
+
+fn boot(wiring: &Wiring, options: BoardOptions) -> Board {
+    let elf = std::fs::read(build_bring_up(wiring)).expect("it was built");
+    Board::with_motion(&elf, options, |_| Stimulus::REST).expect("it fits")
+}
+
+/// Lines of the serial line until the last of a report.
+fn lines(board: &mut Board) -> Vec<String> {
+    let mut text = String::new();
+    for _ in 0..REPORT_MS / 100 {
+        run(board, 100);
+        text.extend(board.take_uart().iter().map(|timed| char::from(timed.byte)));
+        if text.contains("starts again") {
+            break;
+        }
+    }
+    text.lines().map(str::to_owned).collect()
+}
+
+/// Lines that do not pass, each with its name and verdict.
+fn troubles(lines: &[String]) -> Vec<&str> {
+    let lines = lines.iter().map(String::as_str);
+    lines
+        .filter(|line| line.contains("FAIL") || line.contains("not tested:"))
+        .collect()
+}
+
+/// Asserts that exactly these lines do not pass: the beginning of each, and a part of its verdict.
+fn assert_troubles(lines: &[String], expected: &[[&str; 2]]) {
+    let found = troubles(lines);
+    assert_eq!(found.len(), expected.len(), "{lines:#?}");
+    for (line, [name, part]) in found.iter().zip(expected) {
+        assert!(line.starts_with(name) && line.contains(part), "{lines:#?}");
+    }
+}
+
+#[test]
+fn healthy_board_passes_every_measurement() {
+    for wiring in Wiring::all() {
+        let lines = report(wiring, |_| ());
+        assert_troubles(&lines, &[]);
+        let last = lines.last().expect("a summary");
+        assert!(
+            last.starts_with("passed 19, failed 0, not tested 0"),
+            "{last}"
+        );
+    }
+}
+
+#[test]
+fn any_byte_starts_the_measurements_again() {
+    let mut board = boot(Wiring::reference(), options());
+    assert_eq!(lines(&mut board).len(), 20);
+    board.push_uart(b"x");
+    assert_eq!(lines(&mut board).len(), 20);
+    let causes: Vec<_> = board.resets().iter().map(|(_, cause)| *cause).collect();
+    assert_eq!(causes, [ResetCause::Software]);
+}
+
+#[test]
+fn chip_from_the_factory_has_no_brown_out_level() {
+    let mut options = options();
+    options.chip.brown_out_level = 0;
+    let lines = lines(&mut boot(Wiring::reference(), options));
+    assert_troubles(&lines, &[["brown-out level", "not tested"]]);
+}
+
+#[test]
+fn wrong_and_missing_crystals_are_named() {
+    for (crystal, part) in [
+        (Crystal::Hertz(12_000_000), "FAIL: another crystal"),
+        (Crystal::Missing, "FAIL: it does not start"),
+    ] {
+        let mut options = options();
+        options.chip.crystal = crystal;
+        let mut board = boot(Wiring::reference(), options);
+        let lines = lines(&mut board);
+        let can = ["CAN", "not tested: it needs the crystal"];
+        assert_troubles(&lines, &[["crystal", part], can]);
+    }
+}
+
+#[test]
+fn faults_of_sensor_and_bus_are_named() {
+    let inject = |injection: Injection| move |board: &mut Board| board.inject(injection);
+    let sensor = |fault| inject(Injection::Sensor(fault));
+    let wiring = Wiring::reference();
+    let dead = report(wiring, sensor(PartFault::MisoStuckLow));
+    assert_troubles(
+        &dead,
+        &[
+            ["sensor's bus, 2.5 MHz", "1000 of 1000 wrong"],
+            ["sensor's bus, 5 MHz", "FAIL: shorter wires"],
+            ["sensor's bus, 10 MHz", "not tested"],
+            ["sensor ", "FAIL: see the lines of the bus"],
+        ],
+    );
+    let late = report(wiring, sensor(PartFault::SdoDelay { ns: 60 }));
+    assert_troubles(&late, &[["sensor's bus, 10 MHz", "1000 of 1000 wrong"]]);
+    let no_edges = report(wiring, sensor(PartFault::DataReadyLost));
+    assert_troubles(
+        &no_edges,
+        &[
+            ["interval of INT1", "FAIL: the wire from INT1"],
+            ["jitter of INT1", "FAIL"],
+            ["ticks without INT1", "1000 of 1000"],
+        ],
+    );
+    let weak = report(wiring, inject(Injection::Supply(2_900)));
+    assert_troubles(&weak, &[["supply", "2.90 V"]]);
+    // The loop inside the chip disregards the bus, even one that is never idle.
+    for fault in [BusFault::NoAcknowledge, BusFault::Shorted] {
+        let alone = report(wiring, inject(Injection::Bus(fault)));
+        let expected = ["CAN with another node", "FAIL: one node at 1 Mbit/s"];
+        assert_troubles(&alone, &[expected]);
+    }
+}
+
+#[test]
+fn part_with_another_scale_is_named() {
+    let elf = std::fs::read(build_bring_up(Wiring::reference())).expect("it was built");
+    let half = Stimulus {
+        specific_force: Stimulus::REST.specific_force.map(|force| force / 2.0),
+        ..Stimulus::REST
+    };
+    let mut board = Board::with_motion(&elf, options(), move |_| half).expect("it fits");
+    let expected = ["force at rest", " 4.9"];
+    assert_troubles(&lines(&mut board), &[expected]);
+}

@@ -1,0 +1,210 @@
+//! Budgets of the product, measured on the ELF that is flashed.
+
+mod common;
+
+use common::{directory, is_built_here, product, products};
+use host_tests::committed::assert_block;
+use serde_json::Value;
+use virtual_board::board::{Board, BoardOptions};
+use virtual_board::part::can::Frame;
+use virtual_board::report::{self, Run};
+use virtual_board::traffic::Traffic;
+use virtual_board::{motion, streams, time};
+
+/// Duration of a measurement, ms; the first half second is for settling.
+const MEASURED: u64 = 3_500;
+
+/// A budget: its name, the measured quantity, its place in the report, and the limit.
+struct Budget {
+    what: &'static str,
+    value: fn(&Value) -> Option<f64>,
+    most: f64,
+    unit: &'static str,
+}
+
+const BUDGETS: [Budget; 6] = [
+    Budget {
+        what: "tick, median",
+        value: |report| report["instructions_per_tick"]["median"].as_f64(),
+        most: 8_000.0,
+        unit: "instructions",
+    },
+    Budget {
+        what: "estimator alone, median",
+        value: |report| report["estimator_instructions"]["median"].as_f64(),
+        most: 2_500.0,
+        unit: "instructions",
+    },
+    Budget {
+        what: "data-ready edge to CAN mailbox, median",
+        value: |report| report["drdy_to_can_us"]["median"].as_f64(),
+        most: 80.0,
+        unit: "µs, estimated",
+    },
+    Budget {
+        what: "data-ready edge to CAN mailbox, longest",
+        value: |report| report["drdy_to_can_us"]["max"].as_f64(),
+        most: 80.0,
+        unit: "µs, estimated",
+    },
+    Budget {
+        what: "processor load",
+        value: |report| report["cpu_load_percent"].as_f64(),
+        most: 12.0,
+        unit: "%, estimated",
+    },
+    Budget {
+        what: "late ticks",
+        value: |report| report["late_ticks"].as_f64(),
+        most: 0.0,
+        unit: "",
+    },
+];
+
+/// Duration of a measurement under full load, ms: long enough for rare actions of the board.
+const MEASURED_UNDER_FULL_LOAD: u64 = 20_000;
+
+/// Limits of the worst ticks under full load ([`Traffic::Full`]).
+const WORST: [Budget; 3] = [
+    Budget {
+        what: "tick, longest",
+        value: |report| report["instructions_per_tick"]["max"].as_f64(),
+        most: 20_000.0,
+        unit: "instructions",
+    },
+    Budget {
+        what: "data-ready edge to CAN mailbox, longest",
+        value: |report| report["drdy_to_can_us"]["max"].as_f64(),
+        most: 95.0,
+        unit: "µs, estimated",
+    },
+    Budget {
+        what: "late ticks",
+        value: |report| report["late_ticks"].as_f64(),
+        most: 0.0,
+        unit: "",
+    },
+];
+
+/// Runs a walk with all messages enabled: on CAN all seven process data objects, the contact each tick,
+/// acceleration, rate, attitude and axes each 20 ms, health each 100 ms, bias each second, and the heartbeat; over
+/// the serial line at 1 Mbaud contact and raw sample each tick and health each 10 ms, which takes 89 % of it.
+fn with_all_streams(elf: &[u8], name: &str) -> Value {
+    let gait = motion::gait(gait::GaitName::Walk, 4.0, 1);
+    let mut board = Board::with_motion(elf, BoardOptions::default(), gait).expect("it fits");
+    streams::turn_all_on(&mut board).expect("it runs");
+    let run = Run {
+        milliseconds: MEASURED,
+        ..Run::default()
+    };
+    report::run(&mut board, &run, &directory(&format!("budgets-{name}"))).expect("it runs")
+}
+
+/// The same walk with the messages and requests of other nodes.
+fn under_full_load(elf: &[u8], name: &str) -> Value {
+    let seconds = MEASURED_UNDER_FULL_LOAD as f64 / 1.0e3;
+    let gait = motion::gait(gait::GaitName::Walk, seconds, 1);
+    let mut board = Board::with_motion(elf, BoardOptions::default(), gait).expect("it fits");
+    let run = Run {
+        milliseconds: MEASURED_UNDER_FULL_LOAD,
+        traffic: Traffic::Full,
+        ..Run::default()
+    };
+    report::run(&mut board, &run, &directory(&format!("full-load-{name}"))).expect("it runs")
+}
+
+fn table(when: &str, budgets: &[Budget], report: &Value) -> String {
+    let mut table = format!("| {when} | measured | budget | |\n|---|---|---|---|\n");
+    for budget in budgets {
+        let measured = (budget.value)(report).expect("it is measured");
+        // Counts are exact, all other values are estimates.
+        let digits = usize::from(measured.fract() != 0.0);
+        table += &format!(
+            "| {} | {measured:.digits$} | {} | {} |\n",
+            budget.what, budget.most, budget.unit
+        );
+    }
+    table
+}
+
+/// Asserts that nothing is lost, the bits are the host's, and every budget is kept.
+fn assert_kept(budgets: &[Budget], report: &Value) {
+    for line in ["uart", "can"] {
+        assert_eq!(report["drops"][line], 0, "{report:#}");
+    }
+    assert_eq!(report["parity_mismatches"], 0, "{report:#}");
+    for budget in budgets {
+        let measured = (budget.value)(report).expect("it is measured");
+        assert!(
+            measured <= budget.most,
+            "{}: {measured} {}, {} are allowed",
+            budget.what,
+            budget.unit,
+            budget.most
+        );
+    }
+}
+
+#[test]
+fn budgets_hold_with_all_streams_and_the_readme_shows_them() {
+    for (board, elf) in products() {
+        let report = with_all_streams(&elf, board.name);
+        let head = format!("{}, with all streams on", board.name);
+        let table = table(&head, &BUDGETS, &report);
+        println!("{table}");
+        // Asserts that all streams are on and are transmitted.
+        let frames = report["uart_frames"].as_u64().expect("a count");
+        assert!(frames > 2 * MEASURED + MEASURED / 10, "{report:#}");
+        assert_kept(&BUDGETS, &report);
+        if is_built_here() {
+            let block = format!("budgets-{}", board.name);
+            assert_block("host/virtual-board/README.md", &block, &table);
+        }
+    }
+}
+
+#[test]
+fn full_load_causes_no_long_tick_and_no_late_estimate() {
+    for (board, elf) in products() {
+        let report = under_full_load(&elf, board.name);
+        let head = format!("{}, under full load", board.name);
+        let table = table(&head, &WORST, &report);
+        println!("{table}");
+        assert_kept(&WORST, &report);
+        if is_built_here() {
+            let block = format!("full-load-{}", board.name);
+            assert_block("host/virtual-board/README.md", &block, &table);
+        }
+    }
+}
+
+#[test]
+fn request_floods_delay_an_estimate_by_three_frames_at_most() {
+    const MILLISECOND: u64 = time::PER_SECOND / 1000;
+    const ESTIMATE: u32 = 0x191;
+    let Some(elf) = product() else { return };
+    let mut board = Board::from_elf(&elf).expect("it fits");
+    board.run_for(1_000 * MILLISECOND).expect("it runs");
+    board.take_can();
+    // A SYNC and an identity request, repeated without a pause.
+    for _ in 0..3_000 {
+        board.push_can(Frame::new(0x080, &[]));
+        board.push_can(Frame::new(0x611, &[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]));
+    }
+    board.run_for(300 * MILLISECOND).expect("it runs");
+    let sent = board.take_can();
+    let answers = sent.iter().filter(|sent| sent.frame.id == 0x591).count();
+    assert!(answers > 500, "{answers} answers are too few for a flood");
+    let times: Vec<u64> = sent
+        .iter()
+        .filter(|sent| sent.frame.id == ESTIMATE)
+        .map(|sent| sent.time)
+        .collect();
+    assert!(times.len() >= 299, "{} estimates in 300 ms", times.len());
+    // The frame on the bus, a SYNC, and its own: at most 135 bits each.
+    let longest = times.windows(2).map(|pair| pair[1] - pair[0]).max();
+    let longest = time::to_us(longest.expect("estimates"));
+    println!("{answers} answers; at most {longest:.0} µs from an estimate to the next");
+    assert!(longest < 1_000.0 + 3.0 * 135.0, "{longest} µs");
+    assert_eq!(board.resets(), []);
+}

@@ -1,0 +1,192 @@
+//! Builds programs for the target and boots them.
+
+// Every test uses a part of this module.
+#![allow(dead_code)]
+
+pub mod rig;
+
+use std::path::PathBuf;
+use std::process::Command;
+use std::sync::Mutex;
+
+use host_tests::committed::workspace;
+use host_tests::requirements::unmet;
+use lsm6dsox::sim::Stimulus;
+use virtual_board::board::{Board, BoardOptions};
+use virtual_board::chip::Chip;
+use virtual_board::core::cpu::Cpu;
+use virtual_board::elf::Image;
+use virtual_board::machine::Machine;
+use virtual_board::time::PER_SECOND;
+use virtual_board::wiring::Wiring;
+use wire::Emergency;
+
+/// Millisecond of virtual time.
+pub const MILLISECOND: u64 = PER_SECOND / 1000;
+
+pub const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// Creates a directory for output.
+pub fn directory(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name)
+}
+
+/// Returns whether tests that take many minutes are to be run as well.
+pub fn everything() -> bool {
+    std::env::var_os("FOOTFALL_HOUR").is_some_and(|value| value == "1")
+}
+
+/// Builds a release ELF for the target and returns its path.
+pub fn build(package: &str, program: &str) -> PathBuf {
+    build_with(&["-p", package, "--bin", program], program)
+}
+
+/// Builds the firmware of a board and returns its path.
+pub fn build_board(board: &Wiring) -> PathBuf {
+    build_with(&board.cargo_arguments(), board.program)
+}
+
+/// Builds the program that measures a new board, and returns its path.
+pub fn build_bring_up(board: &Wiring) -> PathBuf {
+    let program = match board.name {
+        "reference" => "bring-up".to_owned(),
+        name => format!("bring-up-{name}"),
+    };
+    let mut chosen = board.cargo_arguments();
+    if let Some(last) = chosen.last_mut() {
+        *last = &program;
+    }
+    build_with(&chosen, &program)
+}
+
+/// Builds the bootloader of a board and returns its path, which is not that of another board's.
+pub fn build_bootloader(board: &Wiring) -> PathBuf {
+    static ONE_BOARD_AT_A_TIME: Mutex<()> = Mutex::new(());
+    let _guard = ONE_BOARD_AT_A_TIME.lock();
+    let features = format!("program,{}", board.name);
+    let chosen = [
+        "-p",
+        "bootloader",
+        "--bin",
+        "bootloader",
+        "--features",
+        &features,
+    ];
+    let built = build_with(&chosen, "bootloader");
+    let named = built.with_file_name(format!("bootloader-{}", board.name));
+    std::fs::copy(&built, &named).expect("copied");
+    named
+}
+
+fn build_with(chosen: &[&str], program: &str) -> PathBuf {
+    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+    let _guard = ONE_AT_A_TIME.lock();
+    let directory = workspace().join("target");
+    let status = Command::new(env!("CARGO"))
+        .current_dir(workspace())
+        .args(["build", "--profile", "firmware", "--locked"])
+        .args(chosen)
+        .args(["--target", TARGET, "--target-dir"])
+        .arg(&directory)
+        .env_remove("RUSTFLAGS")
+        .status()
+        .expect("cargo starts");
+    assert!(status.success(), "{program} does not build");
+    directory.join(TARGET).join("firmware").join(program)
+}
+
+/// Parsed ELF of a program.
+pub fn image(package: &str, program: &str) -> Image {
+    let elf = std::fs::read(build(package, program)).expect("the ELF was built");
+    Image::parse(&elf).expect("it is an ELF")
+}
+
+/// Boots a core with a program in flash.
+pub fn boot(image: &Image) -> Cpu {
+    Cpu::new(
+        Machine::new(Chip::default()),
+        &image.segments,
+        image.vectors(),
+    )
+    .expect("it fits the flash")
+}
+
+/// Returns whether the product is built here: an ELF from elsewhere has numbers that differ from those of the
+/// README.
+pub fn is_built_here() -> bool {
+    std::env::var_os("FOOTFALL_ELF").is_none()
+}
+
+/// Path of the product: the ELF that `FOOTFALL_ELF` names, or a fresh build if its source is present. `None` if
+/// neither is available, which is a failure if everything is required.
+pub fn product_file() -> Option<PathBuf> {
+    match std::env::var_os("FOOTFALL_ELF") {
+        Some(path) => Some(PathBuf::from(path)),
+        None if workspace().join("firmware/src/main.rs").exists() => {
+            Some(build_board(Wiring::reference()))
+        }
+        None => {
+            unmet("there is no product to boot");
+            None
+        }
+    }
+}
+
+/// ELFs of the boards: that of the reference board is [`product`], the others are built where their source is
+/// present.
+pub fn products() -> Vec<(&'static Wiring, Vec<u8>)> {
+    let all = Wiring::all().iter();
+    let read = |board: &'static Wiring| -> Option<(&'static Wiring, Vec<u8>)> {
+        if board.name == Wiring::reference().name {
+            return Some((board, product()?));
+        }
+        let source = workspace().join("firmware/src/board").join(board.name);
+        source.join("mod.rs").exists().then(|| {
+            let elf = std::fs::read(build_board(board)).expect("the ELF was built");
+            (board, elf)
+        })
+    };
+    all.filter_map(read).collect()
+}
+
+/// Content of [`product_file`].
+pub fn product() -> Option<Vec<u8>> {
+    Some(std::fs::read(product_file()?).expect("the ELF was built"))
+}
+
+/// Options with the specimen that `FOOTFALL_CORNER` names, or a typical one.
+pub fn options() -> BoardOptions {
+    let name = std::env::var("FOOTFALL_CORNER").unwrap_or_else(|_| "typical".into());
+    let mut options = BoardOptions::default();
+    options.set_corner(name.parse().unwrap_or_else(|problem| panic!("{problem}")));
+    options
+}
+
+/// Boots a board at rest with the product in its flash.
+pub fn boot_product(elf: &[u8]) -> Board {
+    let at_rest = |_| Stimulus::REST;
+    Board::with_motion(elf, options(), at_rest).expect("it fits the flash")
+}
+
+/// Runs the board for `ms`.
+pub fn run(board: &mut Board, ms: u64) {
+    if let Err(failure) = board.run_for(ms * MILLISECOND) {
+        panic!("{failure}");
+    }
+}
+
+/// Runs the board for `ms`. Returns the codes of emergency messages and the number of contacts.
+pub fn watch(board: &mut Board, ms: u64) -> (Vec<u16>, usize) {
+    board.take_can();
+    run(board, ms);
+    let frames = board.take_can();
+    let codes = frames
+        .iter()
+        .filter(|sent| sent.frame.id == 0x091)
+        .filter_map(|sent| <[u8; 8]>::try_from(sent.frame.data.as_slice()).ok())
+        .map(|data| Emergency::decode(&data).code)
+        .filter(|code| *code != 0)
+        .collect();
+    let contacts = frames.iter().filter(|sent| sent.frame.id == 0x191);
+    (codes, contacts.count())
+}

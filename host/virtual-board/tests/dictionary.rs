@@ -1,0 +1,199 @@
+//! Reads and writes every entry of the dictionary with its boundary values, over CAN, in every state of the node:
+//! each request is answered, a rejected value is rejected with the reason, an accepted value reads back, and the
+//! board continues.
+
+mod common;
+
+use common::{boot_product, product};
+use virtual_board::board::Board;
+use virtual_board::part::can::Frame;
+use virtual_board::time;
+use wire::dictionary::{self, Access, Entry, Limits, Role, index};
+use wire::{Address, Value};
+
+const MILLISECOND: u64 = time::PER_SECOND / 1000;
+
+const REQUEST: u16 = 0x611;
+const ANSWER: u32 = 0x591;
+const ESTIMATE: u32 = 0x191;
+
+/// Time limit of an answer, and of an answer to an action, ms.
+const PROMPT_MS: u64 = 20;
+const DONE_MS: u64 = 5_000;
+
+/// Commands of the master to one node.
+const START: u8 = 0x01;
+const STOP: u8 = 0x02;
+const PRE_OPERATIONAL: u8 = 0x80;
+
+/// Values at the ends of a range and beyond them, as bytes.
+fn values(entry: &Entry) -> Vec<Vec<u8>> {
+    let width = bytes(entry.default).len();
+    let near = |value: Value| {
+        let raw = value.to_raw();
+        [raw, raw.wrapping_sub(1), raw.wrapping_add(1)]
+    };
+    let mut raws = vec![
+        0,
+        1,
+        u32::MAX,
+        0x7F,
+        0x80,
+        0x7FFF,
+        0x8000,
+        1 << 31,
+        i32::MAX as u32,
+    ];
+    raws.extend(near(entry.default));
+    // Floats: NaN, both infinities, the smallest.
+    raws.extend([0x7FC0_0000, 0x7F80_0000, 0xFF80_0000, 1]);
+    match entry.limits() {
+        Limits::Any => {}
+        Limits::Range(low, high) => raws.extend([low, high].into_iter().flat_map(near)),
+        Limits::RangeWithout(ends) => raws.extend(ends.iter().copied().flat_map(near)),
+        Limits::OneOf(all) => raws.extend(all.iter().copied().flat_map(near)),
+    }
+    let mut all: Vec<Vec<u8>> = raws
+        .into_iter()
+        .map(|raw| raw.to_le_bytes()[..width].to_vec())
+        .collect();
+    // Values of another length.
+    all.extend([1, 2, 3, 4].map(|length| vec![1; length]));
+    all.retain(|data| !data.is_empty());
+    all.sort();
+    all.dedup();
+    all
+}
+
+fn bytes(value: Value) -> Vec<u8> {
+    let size = value.data_type().size().unwrap_or(0);
+    value.to_raw().to_le_bytes()[..size].to_vec()
+}
+
+/// Sends a request. Returns the answer, if it arrives in time.
+fn ask(board: &mut Board, request: [u8; 8], deadline_ms: u64) -> Option<[u8; 8]> {
+    board.take_can();
+    board.push_can(Frame::new(REQUEST, &request));
+    for _ in 0..4 * deadline_ms {
+        board.run_for(MILLISECOND / 4).expect("nothing is misused");
+        let mut answers = board.take_can().into_iter();
+        if let Some(sent) = answers.find(|sent| sent.frame.id == ANSWER) {
+            return sent.frame.data.try_into().ok();
+        }
+    }
+    None
+}
+
+fn request(command: u8, address: Address, data: &[u8]) -> [u8; 8] {
+    let [low, high] = address.index.to_le_bytes();
+    let mut request = [command, low, high, address.subindex, 0, 0, 0, 0];
+    for (to, from) in request[4..].iter_mut().zip(data) {
+        *to = *from;
+    }
+    request
+}
+
+fn write(address: Address, data: &[u8]) -> [u8; 8] {
+    let unused = 4 - data.len().min(4) as u8;
+    request(0x23 | unused << 2, address, data)
+}
+
+fn command(board: &mut Board, command: u8) {
+    board.push_can(Frame::new(0x000, &[command, 0x11]));
+    board.run_for(5 * MILLISECOND).expect("it runs");
+}
+
+const fn is_abort(answer: &[u8; 8]) -> bool {
+    answer[0] == 0x80
+}
+
+/// Returns whether writing the entry starts an action by a signature that is not tested here, or ends a
+/// precondition of the test.
+fn is_left_out(address: Address, data: &[u8]) -> bool {
+    let signatures = [dictionary::SIGNATURE_STORE, dictionary::SIGNATURE_RESTORE];
+    signatures.iter().any(|word| data == word.to_le_bytes())
+        || address.index == index::LOCK
+        // Stops or resets the program: `tests/update`.
+        || matches!((address.index, data), (index::PROGRAM_CONTROL, [0 | 2]))
+}
+
+/// Tests all entries in the current state of the node. Returns the number of requests.
+fn walk(board: &mut Board, may_set: bool) -> usize {
+    let mut requests = 0;
+    for (address, entry) in dictionary::entries() {
+        let name = format!("{:04X}:{}", address.index, address.subindex);
+        let read = request(0x40, address, &[]);
+        let answer = ask(board, read, PROMPT_MS).unwrap_or_else(|| panic!("{name}: no answer"));
+        assert_eq!(
+            is_abort(&answer),
+            entry.access == Access::Wo,
+            "{name}: read {answer:02x?}"
+        );
+        let deadline_ms = match entry.role {
+            Role::Command => DONE_MS,
+            _ => PROMPT_MS,
+        };
+        for data in values(entry) {
+            if is_left_out(address, &data) {
+                continue;
+            }
+            requests += 1;
+            let answer = ask(board, write(address, &data), deadline_ms)
+                .unwrap_or_else(|| panic!("{name}: no answer to {data:02x?}"));
+            let taken = !is_abort(&answer);
+            assert!(answer[0] == 0x60 || !taken, "{name}: {answer:02x?}");
+            let value = Value::from_bytes(entry.data_type(), &data);
+            let allowed = value.is_some_and(|value| entry.limits().check(value).is_ok());
+            let is_writable = matches!(entry.access, Access::Wo | Access::Rw);
+            assert!(
+                !taken || allowed && is_writable,
+                "{name}: {data:02x?} was taken"
+            );
+            let is_setting = matches!(entry.role, Role::Setting(_) | Role::PdoCobId);
+            assert!(
+                !taken || !is_setting || may_set,
+                "{name}: a setting changed while process data flow"
+            );
+            if taken && matches!(entry.role, Role::Setting(_)) {
+                let answer = ask(board, read, PROMPT_MS).expect("an answer");
+                assert_eq!(answer[4..4 + data.len()], data[..], "{name} reads back");
+                let back = ask(board, write(address, &bytes(entry.default)), PROMPT_MS);
+                assert!(
+                    back.is_some_and(|answer| !is_abort(&answer)),
+                    "{name}: default"
+                );
+            }
+        }
+    }
+    requests
+}
+
+#[test]
+fn boundary_values_of_all_entries_are_answered_in_every_state() {
+    let Some(elf) = product() else { return };
+    let mut board = boot_product(&elf);
+    board.run_for(1_000 * MILLISECOND).expect("it runs");
+    let operational = walk(&mut board, false);
+    command(&mut board, PRE_OPERATIONAL);
+    let pre_operational = walk(&mut board, true);
+    println!("{operational} and {pre_operational} requests");
+    command(&mut board, STOP);
+    for (address, entry) in dictionary::entries() {
+        let silent = [
+            request(0x40, address, &[]),
+            write(address, &bytes(entry.default)),
+        ];
+        for request in silent {
+            assert_eq!(ask(&mut board, request, 2), None, "{address:?} in stopped");
+        }
+    }
+    command(&mut board, START);
+    board.run_for(500 * MILLISECOND).expect("it runs");
+    board.take_can();
+    board.run_for(1_000 * MILLISECOND).expect("it runs");
+    let frames = board.take_can();
+    let estimates = frames.iter().filter(|sent| sent.frame.id == ESTIMATE);
+    assert!(estimates.count() > 990, "estimates go on");
+    assert_eq!(board.resets(), []);
+    assert_eq!(board.faults(), []);
+}

@@ -1,0 +1,129 @@
+//! An hour of virtual time with everything enabled, run with `FOOTFALL_HOUR=1`; with `FOOTFALL_UPDATE=1` the
+//! result is written to the README.
+
+mod common;
+
+use std::process::Command;
+use std::time::Instant;
+
+use common::{directory, everything, product};
+use gait::GaitName;
+use host_tests::committed::{assert_block, workspace};
+use serde_json::Value;
+use virtual_board::board::{Board, BoardOptions};
+use virtual_board::motion;
+use virtual_board::report::{self, Run};
+use virtual_board::traffic::Traffic;
+
+const SECONDS: u64 = 3600;
+
+/// Ticks without a sample while the sensor starts.
+const STARTING: u64 = 100;
+
+/// Output of a program, without its last line break.
+fn said_by(program: &str, arguments: &[&str]) -> String {
+    let output = Command::new(program)
+        .current_dir(workspace())
+        .args(arguments)
+        .output();
+    let text = output.map(|output| String::from_utf8_lossy(&output.stdout).trim().to_owned());
+    text.unwrap_or_else(|_| "?".into())
+}
+
+#[test]
+fn an_hour_has_no_late_tick_no_drop_and_the_hosts_bits() {
+    if !everything() {
+        eprintln!("skipped: an hour is run where FOOTFALL_HOUR=1 asks for it");
+        return;
+    }
+    let Some(elf) = product() else { return };
+    let gait = motion::gait(GaitName::Walk, SECONDS as f64, 1);
+    let mut board =
+        Board::with_motion(&elf, BoardOptions::default(), gait).expect("it fits the flash");
+    let run = Run {
+        milliseconds: SECONDS * 1000,
+        traffic: Traffic::Full,
+        ..Run::default()
+    };
+    let out = directory("hour");
+    let began = Instant::now();
+    let report = report::run(&mut board, &run, &out).expect("it runs");
+    let factor = SECONDS as f64 / began.elapsed().as_secs_f64();
+    println!("{report:#}\n{factor:.1} times real time");
+    for never in ["late_ticks", "parity_mismatches"] {
+        assert_eq!(report[never], 0, "{never}");
+    }
+    for line in ["can", "uart"] {
+        assert_eq!(report["drops"][line], 0, "{line}");
+    }
+    let count = |value: &Value| value.as_u64().unwrap_or(0);
+    let ticks = SECONDS * 1000 - STARTING;
+    assert!(count(&report["ticks"]) >= ticks);
+    assert!(count(&report["missed_ticks"]) < STARTING);
+    for line in ["can", "uart"] {
+        assert!(count(&report["parity_compared"][line]) >= ticks, "{line}");
+    }
+    std::fs::remove_dir_all(&out).expect("what was written can be removed");
+    if std::env::var_os("FOOTFALL_UPDATE").is_some_and(|value| value == "1") {
+        let table = table(&report, factor);
+        assert_block("host/virtual-board/README.md", "hour", &table);
+    }
+}
+
+fn table(report: &Value, factor: f64) -> String {
+    let spread = |name: &str, unit: &str| {
+        let of = |part: &str| report[name][part].as_f64().unwrap_or(0.0);
+        format!("{:.0} median, {:.0} at most{unit}", of("median"), of("max"))
+    };
+    let rows = [
+        ("when", said_by("date", &["+%F"])),
+        ("commit", said_by("git", &["rev-parse", "--short", "HEAD"])),
+        ("ticks", report["ticks"].to_string()),
+        ("late ticks", report["late_ticks"].to_string()),
+        (
+            "frames: serial line, CAN",
+            format!("{}, {}", report["uart_frames"], report["can_frames"]),
+        ),
+        (
+            "drops: serial line, CAN",
+            format!("{}, {}", report["drops"]["uart"], report["drops"]["can"]),
+        ),
+        (
+            "estimates compared with the host: serial line, CAN",
+            format!(
+                "{}, {}",
+                report["parity_compared"]["uart"], report["parity_compared"]["can"]
+            ),
+        ),
+        (
+            "of which differ in a bit",
+            report["parity_mismatches"].to_string(),
+        ),
+        (
+            "instructions in a tick",
+            spread("instructions_per_tick", ""),
+        ),
+        (
+            "estimated cycles in a tick",
+            spread("estimated_cycles_per_tick", ""),
+        ),
+        (
+            "estimated load of the processor",
+            format!(
+                "{:.1} %",
+                report["cpu_load_percent"].as_f64().unwrap_or(0.0)
+            ),
+        ),
+        (
+            "data-ready edge to CAN mailbox",
+            spread("drdy_to_can_us", " µs"),
+        ),
+        (
+            "deepest stack",
+            format!("{} bytes", report["stack_high_water_bytes"]),
+        ),
+        ("speed on one core", format!("{factor:.1} times real time")),
+    ];
+    let rows = rows.map(|(name, value)| format!("| {name} | {value} |\n"));
+    format!("| | |\n|---|---|\n{}", rows.concat())
+}

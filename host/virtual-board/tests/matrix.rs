@@ -1,0 +1,117 @@
+//! The fault matrix: runs each row on the product's ELF, judges it, and generates the table of the README.
+
+mod common;
+
+use common::{is_built_here, product, products};
+use host_tests::committed::assert_block;
+use virtual_board::corner::Corner;
+use virtual_board::scenario::{self, Scenario};
+
+/// Rows to run: those that `FOOTFALL_ROWS` names, separated by commas, or all.
+fn chosen() -> Vec<&'static Scenario> {
+    let names = std::env::var("FOOTFALL_ROWS").unwrap_or_default();
+    let is_chosen =
+        |row: &&Scenario| names.is_empty() || names.split(',').any(|name| name == row.name);
+    scenario::ALL.iter().filter(is_chosen).collect()
+}
+
+#[test]
+fn every_fault_is_reported_and_recovered_from() {
+    let Some(elf) = product() else { return };
+    let chosen = chosen();
+    let rows = scenario::matrix(&elf, Corner::Typical, &chosen);
+    let mut table = String::from(scenario::HEAD);
+    let mut wrong = Vec::new();
+    for (scenario, outcome) in &rows {
+        table += &scenario::row(scenario, outcome);
+        wrong.extend(outcome.violations.iter().cloned());
+    }
+    assert!(wrong.is_empty(), "{table}\n{wrong:#?}");
+    println!("{table}");
+    if chosen.len() < scenario::ALL.len() {
+        return;
+    }
+    assert!(rows.len() >= 55, "{} rows", rows.len());
+    if is_built_here() {
+        assert_block("host/virtual-board/README.md", "faults", &table);
+    }
+}
+
+/// Rows for boards other than the reference board: those that depend on pins, crystal, timer or streams, and one of
+/// each other kind. What the rest depend on is the same on every board.
+const OF_OTHER_BOARDS: [&str; 24] = [
+    "miso-low",
+    "miso-high",
+    "spi-dma-error",
+    "spi-hung",
+    "sensor-reset",
+    "no-sensor",
+    "data-ready-lost",
+    "data-ready-storm",
+    "edge-glitches",
+    "clock-fast",
+    "data-line-late-at-start",
+    "bus-shorted",
+    "bus-saturated",
+    "uart-break",
+    "uart-dma-error",
+    "uart-receive-dma-error",
+    "load-open",
+    "time-wrap",
+    "no-crystal",
+    "crystal-lost",
+    "hard-fault",
+    "hang",
+    "power-cut",
+    "debugger-halt",
+];
+
+#[test]
+fn other_boards_recover_from_faults_of_their_pins() {
+    let chosen = chosen();
+    let is_of_all = |row: &&Scenario| OF_OTHER_BOARDS.contains(&row.name);
+    let rows: Vec<&Scenario> = chosen.into_iter().filter(is_of_all).collect();
+    for (board, elf) in products().into_iter().skip(1) {
+        let mut wrong = Vec::new();
+        for (_, outcome) in scenario::matrix(&elf, Corner::Typical, &rows) {
+            wrong.extend(outcome.violations);
+        }
+        assert!(wrong.is_empty(), "{}: {wrong:#?}", board.name);
+    }
+}
+
+/// Runs the matrix in the other corners of the chip, with `FOOTFALL_CORNERS=1` in the environment.
+#[test]
+fn every_fault_is_survived_in_every_corner_of_the_chip() {
+    if std::env::var_os("FOOTFALL_CORNERS").is_none_or(|value| value != "1") {
+        return;
+    }
+    let Some(elf) = product() else { return };
+    let mut table = String::from("| corner | rows | beyond their bounds |\n|---|---|---|\n");
+    let mut wrong = Vec::new();
+    for corner in [Corner::Fast, Corner::Slow] {
+        let rows = scenario::matrix(&elf, corner, &chosen());
+        let violations = rows.iter().flat_map(|(_, outcome)| &outcome.violations);
+        let violations: Vec<String> = violations
+            .map(|text| format!("{}: {text}", corner.name()))
+            .collect();
+        let count = violations.len();
+        table += &format!("| {} | {} | {count} |\n", corner.name(), rows.len());
+        wrong.extend(violations);
+    }
+    assert!(wrong.is_empty(), "{table}\n{wrong:#?}");
+    if is_built_here() && chosen().len() == scenario::ALL.len() {
+        assert_block("host/virtual-board/README.md", "corners", &table);
+    }
+}
+
+#[test]
+fn fault_names_are_unique() {
+    let mut names: Vec<&str> = scenario::ALL.iter().map(|found| found.name).collect();
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), scenario::ALL.len());
+    for name in OF_OTHER_BOARDS {
+        assert!(names.contains(&name), "{name} is no row");
+    }
+}

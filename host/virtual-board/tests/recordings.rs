@@ -1,0 +1,146 @@
+//! Sensor input of real and simulated robots, fed to the product's ELF: every probability that it sends equals the
+//! host's to the bit.
+
+mod common;
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+use common::{directory, everything, is_built_here, product};
+use host_tests::committed::assert_block;
+use host_tests::datasets::recorded;
+use recordings::input::Format;
+use virtual_board::board::{Board, BoardOptions};
+use virtual_board::recorded;
+use virtual_board::report::{self, Run};
+
+/// A recording, and the start of its playback, s: those of `broad` rest for half a minute.
+struct Recorded {
+    file: &'static str,
+    format: Format,
+    skip: f64,
+}
+
+const fn all_of(file: &'static str, format: Format) -> Recorded {
+    from(file, format, 0.0)
+}
+
+const fn from(file: &'static str, format: Format, skip: f64) -> Recorded {
+    Recorded { file, format, skip }
+}
+
+const RECORDINGS: [Recorded; 14] = [
+    all_of("pce/ATLAS_01ground.csv", Format::PceAtlas),
+    all_of("pce/ATLAS_01ground_3steps.csv", Format::PceAtlas),
+    all_of("pce/ATLAS_01ground_003slip.csv", Format::PceAtlas),
+    all_of("pce/GO1_matress.csv", Format::PceGo1),
+    all_of("pce/GO1_normal_surface.csv", Format::PceGo1),
+    all_of("pce/GO1_slippery_surface.csv", Format::PceGo1),
+    all_of("lcd/ATLAS_7k_04ground.csv", Format::Lcd),
+    all_of("lcd/NAO_05ground.csv", Format::Lcd),
+    from(
+        "broad/02_undisturbed_slow_rotation_B.csv",
+        Format::Csv,
+        32.0,
+    ),
+    from(
+        "broad/07_undisturbed_fast_rotation_B.csv",
+        Format::Csv,
+        18.0,
+    ),
+    from(
+        "broad/11_undisturbed_slow_translation_B.csv",
+        Format::Csv,
+        24.0,
+    ),
+    from(
+        "broad/15_undisturbed_fast_translation_A.csv",
+        Format::Csv,
+        32.0,
+    ),
+    from("broad/24_disturbed_tapping_A.csv", Format::Csv, 36.0),
+    from(
+        "broad/27_disturbed_phone_vibration_B.csv",
+        Format::Csv,
+        37.0,
+    ),
+];
+
+/// Maximum duration of each recording, s, unless everything is requested.
+const LONGEST: f64 = 20.0;
+
+/// Estimates before the first sample, while board and sensor start, are compared as well.
+const START_MS: u64 = 100;
+
+/// Plays a recording and returns a row of the table; `None` if the file is absent.
+fn play(elf: &[u8], which: &Recorded) -> Option<String> {
+    let path = recorded(which.file)?;
+    let skip = if everything() { 0.0 } else { which.skip };
+    let motion = recorded::read(&path, Some(which.format), skip).expect("a recording");
+    let whole = motion.duration();
+    let seconds = if everything() {
+        whole
+    } else {
+        whole.min(LONGEST)
+    };
+    let run = Run {
+        milliseconds: (seconds * 1000.0) as u64,
+        ..Run::default()
+    };
+    let mut board =
+        Board::with_motion(elf, BoardOptions::default(), motion).expect("it fits the flash");
+    let out = directory(&format!("recording-{}", which.file.replace('/', "-")));
+    let report = report::run(&mut board, &run, &out).expect("it runs");
+    std::fs::remove_dir_all(&out).expect("what was written can be removed");
+    let name = which.file;
+    assert_eq!(report["parity_mismatches"], 0, "{name}: {report:#}");
+    let compared = ["uart", "can"].map(|line| {
+        let compared = report["parity_compared"][line].as_u64().unwrap_or(0);
+        assert!(compared + START_MS > run.milliseconds, "{name}: {report:#}");
+        compared
+    });
+    Some(format!(
+        "| `{name}` | {skip:.0} s | {seconds:.1} s | {} | {} | {} |\n",
+        compared[0], compared[1], report["parity_mismatches"]
+    ))
+}
+
+#[test]
+fn every_estimate_of_every_recording_has_the_bits_of_the_host() {
+    let Some(elf) = product() else { return };
+    let next = AtomicUsize::new(0);
+    let rows: Mutex<Vec<(usize, Option<String>)>> = Mutex::default();
+    thread::scope(|scope| {
+        for _ in 0..thread::available_parallelism().map_or(1, usize::from) {
+            scope.spawn(|| {
+                loop {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(which) = RECORDINGS.get(index) else {
+                        break;
+                    };
+                    let row = play(&elf, which);
+                    rows.lock()
+                        .expect("no thread has failed")
+                        .push((index, row));
+                }
+            });
+        }
+    });
+    let mut rows = rows.into_inner().expect("no thread has failed");
+    rows.sort();
+    let table: Option<String> = rows.into_iter().map(|(_, row)| row).collect();
+    // Absent files, or files played in full, give another table.
+    let (Some(rows), false, true) = (table, everything(), is_built_here()) else {
+        return;
+    };
+    let head = "\
+| recording | from | for | compared over the serial line | over CAN | that differ in a bit |
+|---|---|---|---|---|---|
+";
+    assert_block(
+        "host/virtual-board/README.md",
+        "recordings",
+        &format!("{head}{rows}"),
+    );
+}

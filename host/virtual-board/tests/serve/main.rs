@@ -1,0 +1,17 @@
+//! `virtual-board serve` as seen by programs: the ELF that is flashed behind a serial port and an slcan adapter,
+//! in real time.
+
+#![cfg(unix)]
+
+mod accepting;
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "../../../../wire/tests/python/environment.rs"]
+mod environment;
+mod feet;
+mod footfall;
+mod python;
+mod server;
+mod setting_up;
+mod updating;
+mod wiring;

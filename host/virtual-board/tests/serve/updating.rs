@@ -1,0 +1,183 @@
+//! Other masters replace the program of a foot.
+
+use std::fs;
+use std::io::{BufRead as _, BufReader};
+use std::process::{Command, Stdio};
+
+use bootloader::image::Sources;
+use host_tests::committed::workspace;
+use host_tests::requirements::unmet;
+use images::{DEVELOPMENT_KEY, Origin, image};
+use serde_json::Value as Json;
+use virtual_board::wiring::Wiring;
+
+use crate::common::{build_bootloader, product};
+use crate::environment;
+use crate::server::{Server, footfall, program};
+
+/// Image of a program with another hash than that of the server's boards, which a probe has written.
+fn new_image(elf: &[u8]) -> Vec<u8> {
+    let origin = Origin {
+        version: [0, 1, 1],
+        commit: [1; 20],
+        sources: Sources::Committed,
+        sequence: 1,
+    };
+    image(elf, &origin, DEVELOPMENT_KEY).expect("a program")
+}
+
+/// The program with another version in its texts.
+fn other_version(elf: &[u8]) -> Vec<u8> {
+    let mut changed = elf.to_vec();
+    let version = changed.windows(5).position(|at| at == b"0.1.0");
+    changed[version.expect("the version") + 4] = b'9';
+    changed
+}
+
+/// Number of an image, as object 0x1F56 shows it.
+fn identification(image: &[u8]) -> u32 {
+    u32::from_le_bytes(image[44..48].try_into().expect("four"))
+}
+
+/// Starts feet with a bootloader.
+fn with_bootloader(name: &str, options: [&str; 2]) -> Option<Server> {
+    let bootloader = build_bootloader(Wiring::reference());
+    let bootloader = bootloader.to_str().expect("a path of text");
+    let [option, value] = options;
+    Server::start(name, &[option, value, "--bootloader", bootloader])
+}
+
+/// Begins an update, and kills the program while it sends.
+fn vanish_while_sending(server: &Server, arguments: &[&str]) {
+    let mut sender = Command::new(program())
+        .args(arguments)
+        .current_dir(&server.folder)
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program runs");
+    let mut lines = BufReader::new(sender.stderr.take().expect("piped")).lines();
+    assert!(lines.any(|line| line.expect("text").ends_with("sending")));
+    sender.kill().expect("it runs");
+    sender.wait().expect("it ends");
+}
+
+#[test]
+fn python_canopen_updates_a_foot() {
+    let python = match environment::make() {
+        Ok(python) => python,
+        Err(missing) => return unmet(&missing),
+    };
+    let Some(elf) = product() else { return };
+    let Some(server) = with_bootloader("updating", ["--gait", "stand"]) else {
+        return;
+    };
+    for (file, elf) in [("foot.img", &elf), ("second.img", &other_version(&elf))] {
+        fs::write(server.path(file), new_image(elf)).expect("written");
+    }
+    let output = Command::new(&python)
+        .arg(workspace().join("host/virtual-board/tests/python/update.py"))
+        .arg(server.path("bus.slcan"))
+        .arg(server.path("FL.uart"))
+        .arg(workspace().join("wire/footfall.eds"))
+        .arg(server.path("foot.img"))
+        .arg(server.path("second.img"))
+        .output()
+        .expect("the interpreter starts");
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let (printed, words) = (text(&output.stdout), text(&output.stderr));
+    assert!(output.status.success(), "{printed}{words}{}", server.said());
+    let (said, status) = server.end();
+    assert!(status.success(), "{said}");
+}
+
+#[test]
+fn footfall_updates_a_foot_over_its_serial_line() {
+    let Some(elf) = product() else { return };
+    let Some(server) = with_bootloader("updating-line", ["--gait", "stand"]) else {
+        return;
+    };
+    let image = new_image(&elf);
+    let number = identification(&image);
+    fs::write(server.path("foot.img"), &image).expect("written");
+    let serial = server.serial("FL");
+    // A master that vanishes while it sends.
+    vanish_while_sending(&server, &["foot", &serial, "update", "foot.img"]);
+    let refused = Command::new(program())
+        .args(["foot", &serial, "info"])
+        .output()
+        .expect("the program runs");
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(said.contains("runs its bootloader"), "{said}");
+    let updated = server.foot(&serial, &["update", "foot.img"]);
+    let expected = format!("no program → 0.1.0 ({number:08X}), confirmed\n");
+    assert!(updated.ends_with(&expected), "{updated}");
+    let again = server.foot(&serial, &["update", "foot.img", "--all"]);
+    assert!(again.starts_with("the foot: 0.1.0 (") && again.contains("runs already"));
+    // From program to program, and back to streaming.
+    fs::write(server.path("second.img"), new_image(&other_version(&elf))).expect("written");
+    let updated = server.foot(&serial, &["update", "second.img"]);
+    assert!(
+        updated.starts_with(&format!("the foot: 0.1.0 ({number:08X}) → 0.1.9 (")),
+        "{updated}"
+    );
+    let info = server.foot(&serial, &["info"]);
+    assert!(info.contains("version  0.1.9"), "{info}");
+    // It is said where a foot does not stream.
+    assert!(!info.contains("state "), "{info}");
+    let (said, status) = server.end();
+    assert!(status.success(), "{said}");
+}
+
+#[test]
+fn footfall_updates_all_feet_of_a_bus() {
+    let Some(elf) = product() else { return };
+    let Some(server) = with_bootloader("updating-all", ["--feet", "2"]) else {
+        return;
+    };
+    let good = new_image(&elf);
+    let number = identification(&good);
+    let mut damaged = good.clone();
+    damaged[1000] ^= 1;
+    fs::write(server.path("foot.img"), &good).expect("written");
+    fs::write(server.path("damaged.img"), &damaged).expect("written");
+    fs::write(server.path("short.img"), &good[..5000]).expect("written");
+    let bus = server.bus();
+    let refused = |arguments: &[&str]| {
+        let output = Command::new(program())
+            .args([&["foot", &bus, "--node", "22"], arguments].concat())
+            .current_dir(&server.folder)
+            .output()
+            .expect("the program runs");
+        assert_eq!(output.status.code(), Some(1));
+        String::from_utf8(output.stderr).expect("text")
+    };
+    let said = refused(&["update", "short.img"]);
+    assert!(said.contains("short.img: the image is shorter"), "{said}");
+    let said = refused(&["update", "damaged.img"]);
+    assert!(
+        said.contains("node 22 has refused the image: the image is damaged"),
+        "{said}"
+    );
+    assert!(said.contains("goes on with its program"), "{said}");
+    // A master that vanishes while it sends.
+    vanish_while_sending(
+        &server,
+        &["foot", &bus, "--node", "22", "update", "foot.img"],
+    );
+    let (updated, _) = footfall(
+        &server.folder,
+        &["foot", &bus, "update", "foot.img", "--all"],
+    );
+    let expected =
+        |node, before| format!("node {node}: {before} → 0.1.0 ({number:08X}), confirmed\n");
+    assert_eq!(updated, expected(21, "0.1.0") + &expected(22, "no program"));
+    let again = server.foot(&bus, &["--node", "21", "update", "foot.img", "--json"]);
+    let again: Json = serde_json::from_str(&again).expect("JSON");
+    let number = format!("{number:08X}");
+    assert_eq!(again[0]["from_program"], number.as_str());
+    assert!(again[0]["to_program"].is_null());
+    let info = server.foot(&bus, &["--node", "21", "info"]);
+    assert!(info.contains(&format!("0.1.0, program {number}")), "{info}");
+    let (said, status) = server.end();
+    assert!(status.success(), "{said}");
+}

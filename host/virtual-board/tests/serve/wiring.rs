@@ -1,0 +1,144 @@
+//! Load of a bus with the feet of each wiring that the guide describes.
+
+use std::collections::BTreeMap;
+
+use host_tests::committed::assert_block;
+use virtual_board::corner::Corner;
+use virtual_board::serve::robot::{ControlNode, Robot, RobotOptions};
+use virtual_board::time::{PER_SECOND, cycle};
+use wire::dictionary::index;
+use wire::{Address, Foot, Pdo, Value, pdo};
+
+use crate::common::{is_built_here, product};
+
+/// Feet on one bus.
+struct Profile {
+    wiring: &'static str,
+    feet: usize,
+    kbit_s: u16,
+    period_ms: u16,
+}
+
+const PROFILES: [Profile; 3] = [
+    Profile {
+        wiring: "one line past all feet",
+        feet: 4,
+        kbit_s: 1000,
+        period_ms: 1,
+    },
+    Profile {
+        wiring: "two lines, two feet on each",
+        feet: 2,
+        kbit_s: 1000,
+        period_ms: 1,
+    },
+    Profile {
+        wiring: "a star",
+        feet: 4,
+        kbit_s: 500,
+        period_ms: 2,
+    },
+];
+
+/// Time from the start to the measurement, and its end, ms.
+const FROM_MS: u64 = 1_000;
+const UNTIL_MS: u64 = 3_500;
+
+/// Share of the bus, %, up to which frames of low rank still get through.
+const MOST_PERCENT: f64 = 80.0;
+
+/// Frames that a bus has carried.
+#[derive(Default)]
+struct Carried {
+    busy: u64,
+    /// Times and sequence numbers of the contacts of each foot.
+    contacts: BTreeMap<u32, Vec<(u64, u8)>>,
+    dropped: u32,
+}
+
+fn carry(profile: &Profile, elf: &[u8]) -> Carried {
+    let options = RobotOptions {
+        feet: profile.feet,
+        gait: gait::GaitName::Walk,
+        seed: 1,
+        corner: Corner::Typical,
+        control: ControlNode::Present,
+        settings: vec![
+            (
+                Address::new(index::CAN_BIT_RATE, 0),
+                Value::U16(profile.kbit_s),
+            ),
+            (Address::new(index::TPDO, 5), Value::U16(profile.period_ms)),
+        ],
+    };
+    let robot = Robot::start(elf.to_vec(), &options);
+    let mut robot = robot.unwrap_or_else(|error| panic!("{error}"));
+    let positions: Vec<Foot> = robot.positions().collect();
+    let mut all = Carried::default();
+    while robot.ms() < UNTIL_MS {
+        let is_measured = robot.ms() >= FROM_MS;
+        let happened = robot.step().unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(happened.resets, []);
+        for carried in happened.carried.iter().filter(|_| is_measured) {
+            assert_eq!(carried.bit_rate, u32::from(profile.kbit_s) * 1000);
+            let length = carried.frame.bits() * cycle(carried.bit_rate);
+            all.busy += length;
+            let Ok(data) = <[u8; 8]>::try_from(carried.frame.data.as_slice()) else {
+                continue;
+            };
+            for foot in &positions {
+                let node = foot.default_node_id();
+                if carried.frame.id == u32::from(Pdo::Contact.cob_id(node)) {
+                    let contact = pdo::Contact::decode(&data);
+                    let contacts = all.contacts.entry(carried.frame.id).or_default();
+                    contacts.push((carried.start + length, contact.sequence));
+                } else if carried.frame.id == u32::from(Pdo::Health.cob_id(node)) {
+                    all.dropped += u32::from(pdo::Health::decode(&data).dropped);
+                }
+            }
+        }
+    }
+    assert_eq!((robot.lost_on_bus(), all.contacts.len()), (0, profile.feet));
+    all
+}
+
+#[test]
+fn bus_of_each_wiring_carries_all_contacts() {
+    let Some(elf) = product() else { return };
+    let mut table = String::from(
+        "| wiring | feet | bit rate | a contact each | load of the bus | longest time between two contacts of a foot |\n|---|---|---|---|---|---|\n",
+    );
+    for profile in &PROFILES {
+        let all = carry(profile, &elf);
+        let wiring = profile.wiring;
+        let measured = (UNTIL_MS - FROM_MS) * PER_SECOND / 1000;
+        let percent = 100.0 * all.busy as f64 / measured as f64;
+        assert!(percent < MOST_PERCENT, "{wiring}: {percent} %");
+        assert_eq!(all.dropped, 0, "{wiring}");
+        let mut longest = 0;
+        for contacts in all.contacts.values() {
+            let expected = (UNTIL_MS - FROM_MS) / u64::from(profile.period_ms);
+            assert!(expected.abs_diff(contacts.len() as u64) <= 2, "{wiring}");
+            for pair in contacts.windows(2) {
+                let [(before, first), (after, second)] = pair else {
+                    continue;
+                };
+                assert_eq!(first.wrapping_add(1), *second, "{wiring}");
+                longest = longest.max(after - before);
+            }
+        }
+        let longest_ms = longest as f64 * 1e3 / PER_SECOND as f64;
+        let Profile {
+            feet,
+            kbit_s,
+            period_ms,
+            ..
+        } = profile;
+        table += &format!(
+            "| {wiring} | {feet} | {kbit_s} kbit/s | {period_ms} ms | {percent:.0} % | {longest_ms:.2} ms |\n"
+        );
+    }
+    if is_built_here() {
+        assert_block("docs/wiring.md", "profiles", &table);
+    }
+}

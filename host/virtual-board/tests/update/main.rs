@@ -1,0 +1,156 @@
+//! The bootloader and the foot's program, as they are flashed: starts, updates over CAN, and returns to the previous
+//! program.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod master;
+mod matrix;
+
+use bootloader::image::{Header, Refusal};
+use common::{options, product};
+use lsm6dsox::sim::Stimulus;
+use master::{
+    CLEAR, CONFIRM, INSTALLED_MS, Master, NEW, OLD, START, boot, boot_without_program,
+    changed_image, new_image,
+};
+use virtual_board::board::{Board, Injection};
+use virtual_board::chip::Crystal;
+use virtual_board::corner::Corner;
+use virtual_board::part::can::Frame;
+use virtual_board::wiring::Wiring;
+use wire::dictionary::{SIGNATURE_STORE, index};
+
+use crate::common::build_bootloader;
+
+#[test]
+fn bootloader_starts_the_program_at_once() {
+    let Some(elf) = product() else { return };
+    let mut master = Master::new(boot(Corner::Typical, &elf));
+    let boot_up = master.boot_up(500);
+    let mut alone = Master::new(common::boot_product(&elf));
+    let without = alone.boot_up(500);
+    assert!(boot_up <= without + 60, "{boot_up} ms, {without} without");
+    assert_eq!(master.number(index::PROGRAM_ID), 0);
+    assert_eq!(master.status(), None);
+}
+
+#[test]
+fn bootloader_of_each_board_joins_its_bus_and_serial_line() {
+    for wiring in Wiring::all() {
+        let elf = std::fs::read(build_bootloader(wiring)).expect("it was built");
+        let mut options = options();
+        options.wiring = Some(wiring);
+        let board = Board::with_bootloader(None, &elf, options, |_| Stimulus::REST);
+        let mut master = Master::new(board.expect("it fits"));
+        master.boot_up(1_000);
+        assert_eq!(
+            master.board.can_bit_rate(),
+            Some(1_000_000),
+            "{}",
+            wiring.name
+        );
+        master.open_serial_line();
+        assert_eq!(master.number(index::PROGRAM_ID), 0, "{}", wiring.name);
+    }
+}
+
+#[test]
+fn bootloader_without_a_crystal_answers_on_its_serial_line() {
+    for wiring in Wiring::all() {
+        let elf = std::fs::read(build_bootloader(wiring)).expect("it was built");
+        let mut options = options();
+        options.wiring = Some(wiring);
+        options.chip.crystal = Crystal::Missing;
+        let board = Board::with_bootloader(None, &elf, options, |_| Stimulus::REST);
+        let mut master = Master::new(board.expect("it fits"));
+        master.run(1_000);
+        assert_eq!(master.board.can_bit_rate(), None, "{}", wiring.name);
+        master.open_serial_line();
+        assert_eq!(master.number(index::PROGRAM_ID), 0, "{}", wiring.name);
+    }
+}
+
+#[test]
+fn foot_is_updated_over_can() {
+    let Some(elf) = product() else { return };
+    let mut master = Master::new(boot(Corner::Typical, &elf));
+    master.run(1_000);
+    assert_eq!(master.version(), OLD);
+    // Settings survive.
+    master.pause();
+    let scale = 77.0_f32.to_le_bytes();
+    let [a, b, c, d] = scale;
+    assert_eq!(master.ask(&[0x23, 0x15, 0x20, 2, a, b, c, d])[0], 0x60);
+    let [a, b, c, d] = SIGNATURE_STORE.to_le_bytes();
+    assert_eq!(
+        master
+            .ask_within(&[0x23, 0x10, 0x10, 1, a, b, c, d], 2_000)
+            .map(|a| a[0]),
+        Some(0x60)
+    );
+    master.stop();
+    // Zephyr's script and Lely's master clear without a pause.
+    assert_eq!(master.control(CLEAR)[0], 0x60);
+    let image = new_image(&elf);
+    let begin = master.board.now();
+    let answer = master.send(&image);
+    assert_eq!(answer[0], 0xA1, "{answer:02x?}");
+    assert_eq!(master.status(), None);
+    // Lely's master compares it before the start.
+    let sent = Header::decode(image.first_chunk().expect("a header")).expect("a header");
+    assert_eq!(master.number(index::PROGRAM_ID), sent.identification());
+    assert_eq!(master.control(START)[0], 0x60);
+    master.boot_up(INSTALLED_MS);
+    let seconds = (master.board.now() - begin) / virtual_board::time::PER_SECOND;
+    assert!(seconds < 30, "{seconds} s");
+    assert_eq!(master.version(), NEW);
+    assert_eq!(master.number(index::PROGRAM_ID), sent.identification());
+    assert!(master.ask(&[0x40, 0x15, 0x20, 2, 0, 0, 0, 0])[4..] == scale);
+    // It confirms itself after ten seconds, and stays.
+    master.operate();
+    assert!(master.contacts(10_500) > 9_000);
+    for _ in 0..5 {
+        master.board.inject(Injection::Reset);
+        master.boot_up(1_000);
+    }
+    assert_eq!(master.version(), NEW);
+    assert_eq!(master.status(), None);
+    // The same file, and one that was changed. The slot is clear.
+    master.stop();
+    assert_eq!(master.control(CLEAR)[0], 0x60);
+    let mut changed = image.clone();
+    changed[5_000] ^= 1;
+    for (file, refusal) in [(changed, Some(Refusal::WrongHash)), (image, None)] {
+        master.send(&file);
+        assert_eq!(master.status(), refusal);
+    }
+}
+
+#[test]
+fn foot_without_a_program_is_updated() {
+    let Some(elf) = product() else { return };
+    let mut master = Master::new(boot_without_program(Corner::Typical));
+    master.boot_up(1_000);
+    assert_eq!(master.number(index::PROGRAM_ID), 0);
+    // LSS: identify, by its vendor id.
+    master
+        .board
+        .push_can(Frame::new(0x7E5, &[0x04, 1, 0, 0, 0, 0, 0, 0]));
+    master
+        .board
+        .push_can(Frame::new(0x7E5, &[0x5B, 0, 0, 0, 0, 0, 0, 0]));
+    master.run(5);
+    let frames = master.board.take_can();
+    let lss = frames.iter().find(|sent| sent.frame.id == 0x7E4);
+    let lss = lss.expect("an answer of LSS");
+    assert_eq!(lss.frame.data[..5], *b"\x5Btoof");
+    master
+        .board
+        .push_can(Frame::new(0x7E5, &[0x04, 0, 0, 0, 0, 0, 0, 0]));
+    let image = changed_image(&elf, |_| ());
+    assert_eq!(master.send(&image)[0], 0xA1);
+    assert_eq!(master.control(START)[0], 0x60);
+    master.boot_up(INSTALLED_MS);
+    assert!(master.contacts(2_000) > 900);
+    assert_eq!(master.control(CONFIRM)[0], 0x60);
+}

@@ -1,0 +1,362 @@
+//! A master that updates a foot, with its board and images.
+
+use bootloader::image::{Refusal, Sources};
+use images::{DEVELOPMENT_KEY, Origin, image};
+use lsm6dsox::sim::Stimulus;
+use virtual_board::board::Board;
+use virtual_board::corner::Corner;
+use virtual_board::part::can::{Frame, TimedFrame};
+use virtual_board::serve::lawicel;
+use virtual_board::time::PER_SECOND;
+use virtual_board::wiring::Wiring;
+use wire::dictionary::{Address, index};
+use wire::node::Command;
+use wire::uart::{ConfigSet, Message, NmtRequest, encode};
+use wire::value::Value;
+
+use crate::common::{build_bootloader, options, run};
+
+const PRE_OPERATIONAL: u8 = 0x80;
+const OPERATIONAL: u8 = 0x01;
+const NODE: u8 = 0x11;
+
+/// Commands of object 0x1F51.
+pub const STOP: u8 = 0;
+pub const START: u8 = 1;
+pub const CLEAR: u8 = 3;
+pub const CONFIRM: u8 = 0x80;
+
+/// Longest time from the start of an update to the boot-up of the new program, ms: three sectors erased, and two
+/// programs copied.
+pub const INSTALLED_MS: u32 = 15_000;
+
+/// Timeout of an answer, ms: the shortest of the masters that update feet is Lely's, 100 ms for each of its attempts
+/// (`LELY_CO_NMT_TIMEOUT`); that of Zephyr's script is 1 s.
+const ANSWER_MS: u32 = 100;
+
+/// Version of the product, and of its image with another version in its texts.
+pub const OLD: &str = "0.1.0";
+pub const NEW: &str = "0.1.9";
+
+pub fn bootloader() -> Vec<u8> {
+    std::fs::read(build_bootloader(Wiring::reference())).expect("it was built")
+}
+
+/// Board with bootloader and program, at rest.
+pub fn boot(corner: Corner, program: &[u8]) -> Board {
+    let at_rest = |_| Stimulus::REST;
+    let mut options = options();
+    options.set_corner(corner);
+    Board::with_bootloader(Some(&bootloader()), program, options, at_rest).expect("it fits")
+}
+
+/// Board with a bootloader alone.
+pub fn boot_without_program(corner: Corner) -> Board {
+    let at_rest = |_| Stimulus::REST;
+    let mut options = options();
+    options.set_corner(corner);
+    Board::with_bootloader(None, &bootloader(), options, at_rest).expect("it fits")
+}
+
+/// Origin of an image, with this sequence.
+pub const fn origin(sequence: u32) -> Origin {
+    Origin {
+        version: [0, 1, 1],
+        commit: [1; 20],
+        sources: Sources::Committed,
+        sequence,
+    }
+}
+
+/// Image of the product after a change.
+pub fn changed_image(elf: &[u8], change: impl FnOnce(&mut [u8])) -> Vec<u8> {
+    let mut elf = elf.to_vec();
+    change(&mut elf);
+    image(&elf, &origin(100), DEVELOPMENT_KEY).expect("a program")
+}
+
+/// Image of the product with another version.
+pub fn new_image(elf: &[u8]) -> Vec<u8> {
+    changed_image(elf, other_version)
+}
+
+pub fn find(bytes: &[u8], wanted: &[u8]) -> usize {
+    let mut places = bytes.windows(wanted.len());
+    places.position(|at| at == wanted).expect("it is there")
+}
+
+/// Changes the version that object 0x100A shows.
+pub fn other_version(elf: &mut [u8]) {
+    let at = find(elf, OLD.as_bytes());
+    elf[at..at + NEW.len()].copy_from_slice(NEW.as_bytes());
+}
+
+/// Image of a program whose first instruction is this one.
+pub fn image_beginning_with(elf: &[u8], instruction: [u8; 2]) -> Vec<u8> {
+    changed_image(elf, |elf| {
+        let parsed = virtual_board::elf::Image::parse(elf).expect("an ELF");
+        let reset = parsed.symbol("Reset").expect("a handler") & !1;
+        let holds_it = |(start, bytes): &&(u32, Vec<u8>)| {
+            (*start..*start + bytes.len() as u32).contains(&reset)
+        };
+        let (start, bytes) = parsed.segments.iter().find(holds_it).expect("its segment");
+        let at = find(elf, bytes) + (reset - start) as usize;
+        elf[at..at + 2].copy_from_slice(&instruction);
+    })
+}
+
+/// Segment of a block.
+pub fn segment(number: u8, bytes: &[u8], is_last: bool) -> [u8; 8] {
+    let mut request = [0; 8];
+    request[0] = number | u8::from(is_last) << 7;
+    request[1..=bytes.len()].copy_from_slice(bytes);
+    request
+}
+
+/// Where the master and the bootloader talk.
+enum Way {
+    Bus,
+    /// In lines of text on the serial line, of which this one is not complete.
+    Serial(String),
+}
+
+/// A master of the foot.
+pub struct Master {
+    pub board: Board,
+    way: Way,
+    /// Frames of other nodes in each millisecond.
+    pub traffic: u16,
+}
+
+impl Master {
+    pub fn new(board: Board) -> Self {
+        Self {
+            board,
+            way: Way::Bus,
+            traffic: 0,
+        }
+    }
+
+    /// Stops the program over its serial line, and opens that of the bootloader.
+    pub fn stop_over_serial_line(&mut self) {
+        let stop = Message::ConfigSet(ConfigSet {
+            address: Address::new(index::PROGRAM_CONTROL, 1),
+            value: Value::U8(STOP).into(),
+        });
+        let pause = Message::Nmt(NmtRequest(Command::EnterPreOperational));
+        for (sequence, message) in [pause, stop].iter().enumerate() {
+            let bytes = encode(sequence as u16, message);
+            self.board.push_uart(bytes.as_bytes());
+            self.run(20);
+        }
+        self.run(500);
+        self.open_serial_line();
+    }
+
+    /// Opens the serial line of the bootloader.
+    pub fn open_serial_line(&mut self) {
+        self.board.take_uart();
+        self.board.push_uart(b"\r\r\rC\rS8\rO\r");
+        // An erase comes first.
+        self.run(2_500);
+        let answers: Vec<u8> = self
+            .board
+            .take_uart()
+            .iter()
+            .map(|sent| sent.byte)
+            .collect();
+        // A line that was broken off is refused before them.
+        let are_done = answers.windows(3).any(|three| three == b"\r\r\r");
+        assert!(are_done, "{answers:02x?}");
+        self.way = Way::Serial(String::new());
+    }
+
+    /// Returns to the bus.
+    pub fn turn_to_bus(&mut self) {
+        self.way = Way::Bus;
+        self.board.take_can();
+    }
+
+    /// Takes the frames that the foot has sent.
+    fn take(&mut self) -> Vec<Frame> {
+        let Way::Serial(text) = &mut self.way else {
+            let sent = self.board.take_can().into_iter();
+            return sent.map(|sent| sent.frame).collect();
+        };
+        let bytes = self.board.take_uart();
+        text.extend(bytes.iter().map(|sent| char::from(sent.byte)));
+        let Some((lines, rest)) = text.rsplit_once('\r') else {
+            return Vec::new();
+        };
+        let frames = lines.split('\r').filter_map(lawicel::frame).collect();
+        *text = rest.to_owned();
+        frames
+    }
+
+    /// Runs for some milliseconds, with the traffic of other nodes.
+    pub fn run(&mut self, ms: u32) {
+        for _ in 0..ms {
+            for k in 0..self.traffic {
+                // Process data and SDOs of another node.
+                let id = [0x192, 0x612, 0x592, 0x212][usize::from(k % 4)];
+                self.board.push_can(Frame::new(id, &[k as u8; 8]));
+            }
+            run(&mut self.board, 1);
+        }
+    }
+
+    pub fn push(&mut self, request: &[u8; 8]) {
+        let frame = Frame::new(0x600 + u16::from(NODE), request);
+        match self.way {
+            Way::Bus => self.board.push_can(frame),
+            Way::Serial(_) => {
+                let line = lawicel::line(&frame) + "\r";
+                self.board.push_uart(line.as_bytes());
+            }
+        }
+    }
+
+    /// Sends a request, and returns the answer within `ms`.
+    pub fn ask_within(&mut self, request: &[u8; 8], ms: u32) -> Option<[u8; 8]> {
+        self.take();
+        self.push(request);
+        self.answer(ms)
+    }
+
+    pub fn answer(&mut self, ms: u32) -> Option<[u8; 8]> {
+        for _ in 0..ms {
+            self.run(1);
+            let frames = self.take();
+            let answer = frames.iter().find(|frame| frame.id == 0x591);
+            if let Some(frame) = answer {
+                return frame.data.as_slice().try_into().ok();
+            }
+        }
+        None
+    }
+
+    pub fn ask(&mut self, request: &[u8; 8]) -> [u8; 8] {
+        self.ask_within(request, ANSWER_MS).expect("an answer")
+    }
+
+    pub fn control(&mut self, command: u8) -> [u8; 8] {
+        self.ask(&[0x2F, 0x51, 0x1F, 1, command, 0, 0, 0])
+    }
+
+    pub fn number(&mut self, index: u16) -> u32 {
+        let [low, high] = index.to_le_bytes();
+        let [kind, .., a, b, c, d] = self.ask(&[0x40, low, high, 1, 0, 0, 0, 0]);
+        assert_eq!(kind, 0x43, "{index:#06x}");
+        u32::from_le_bytes([a, b, c, d])
+    }
+
+    pub fn status(&mut self) -> Option<Refusal> {
+        Refusal::from_flash_status(self.number(index::FLASH_STATUS))
+    }
+
+    fn nmt(&mut self, command: u8) {
+        self.board.push_can(Frame::new(0, &[command, NODE]));
+        self.run(5);
+    }
+
+    pub fn pause(&mut self) {
+        self.nmt(PRE_OPERATIONAL);
+    }
+
+    pub fn operate(&mut self) {
+        self.nmt(OPERATIONAL);
+    }
+
+    /// Waits for the boot-up message, and returns the time until it, ms.
+    pub fn boot_up(&mut self, ms: u32) -> u32 {
+        let boots = |sent: &TimedFrame| sent.frame.id == 0x711 && sent.frame.data == [0];
+        for passed in 0..ms {
+            self.run(1);
+            if self.board.take_can().iter().any(boots) {
+                return passed;
+            }
+        }
+        panic!("no boot-up message within {ms} ms");
+    }
+
+    /// Waits for a contact, and returns the time since `since`, ms.
+    pub fn contact(&mut self, since: u64, ms: u32) -> u64 {
+        self.board.take_can();
+        for _ in 0..ms {
+            self.run(1);
+            let frames = self.board.take_can();
+            if frames.iter().any(|sent| sent.frame.id == 0x191) {
+                return (self.board.now() - since) * 1000 / PER_SECOND;
+            }
+        }
+        panic!("no contact within {ms} ms");
+    }
+
+    /// Stops the program.
+    pub fn stop(&mut self) {
+        self.pause();
+        assert_eq!(self.control(STOP)[0], 0x60);
+    }
+
+    /// Begins a block download of this many bytes. Returns the number of segments in a block, or an abort.
+    pub fn begin(&mut self, size: usize) -> Result<usize, [u8; 8]> {
+        let [a, b, c, d] = (size as u32).to_le_bytes();
+        let answer = self.ask(&[0xC2, 0x50, 0x1F, 1, a, b, c, d]);
+        match answer[0] {
+            0x80 => Err(answer),
+            _ => Ok(usize::from(answer[4])),
+        }
+    }
+
+    /// Sends the segments of a block, the last of which may be the last of all.
+    pub fn block<'a>(&mut self, segments: impl Iterator<Item = (&'a [u8], bool)>) -> [u8; 8] {
+        self.take();
+        for (k, (bytes, is_last)) in segments.enumerate() {
+            self.push(&segment(k as u8 + 1, bytes, is_last));
+        }
+        self.answer(500).expect("an answer to a block")
+    }
+
+    /// Sends an image by block download.
+    pub fn send(&mut self, image: &[u8]) -> [u8; 8] {
+        let size = match self.begin(image.len()) {
+            Ok(size) => size,
+            Err(abort) => return abort,
+        };
+        let segments: Vec<&[u8]> = image.chunks(7).collect();
+        let mut done = 0;
+        while done < segments.len() {
+            let until = segments.len().min(done + size);
+            let block = (done..until).map(|k| (segments[k], k + 1 == segments.len()));
+            let answer = self.block(block);
+            if answer[0] == 0x80 {
+                return answer;
+            }
+            assert_eq!((answer[0], usize::from(answer[1])), (0xA2, until - done));
+            done = until;
+        }
+        self.end(segments.last().map_or(7, |bytes| bytes.len()))
+    }
+
+    /// Ends a block download whose last segment has this many bytes.
+    pub fn end(&mut self, last: usize) -> [u8; 8] {
+        let unused = (7 - last) as u8;
+        // A hash and a signature are taken before the answer.
+        self.ask_within(&[0xC1 | unused << 2, 0, 0, 0, 0, 0, 0, 0], 1_000)
+            .expect("an answer to the end")
+    }
+
+    /// Text of object 0x100A.
+    pub fn version(&mut self) -> String {
+        let size = self.ask(&[0x40, 0x0A, 0x10, 0, 0, 0, 0, 0])[4];
+        let answer = self.ask(&[0x60, 0, 0, 0, 0, 0, 0, 0]);
+        String::from_utf8_lossy(&answer[1..=usize::from(size)]).into_owned()
+    }
+
+    pub fn contacts(&mut self, ms: u32) -> usize {
+        self.board.take_can();
+        self.run(ms);
+        let frames = self.board.take_can();
+        frames.iter().filter(|sent| sent.frame.id == 0x191).count()
+    }
+}

@@ -1,0 +1,713 @@
+//! What an update does when something goes wrong: each row on the ELFs that are flashed, and the table made of them.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+use bootloader::image::Refusal;
+use bootloader::layout::{SLOT_SIZE, Slot};
+use host_tests::committed::assert_block;
+use images::{DEVELOPMENT_KEY, image};
+use virtual_board::board::Injection;
+use virtual_board::corner::Corner;
+use virtual_board::part::can::BusFault;
+use virtual_board::part::rcc::ResetCause;
+use virtual_board::part::usart::LineFault;
+
+use crate::common::{is_built_here, products};
+use crate::master::{
+    CLEAR, INSTALLED_MS, Master, NEW, OLD, START, boot, boot_without_program, image_beginning_with,
+    new_image, origin, segment,
+};
+
+/// A row: its name in the table, what happens, and how it is run.
+struct Row {
+    name: &'static str,
+    disturbance: &'static str,
+    /// Version that is to run afterwards, and reason that is to be reported.
+    version: &'static str,
+    status: Option<Refusal>,
+    run: fn(&Run) -> Outcome,
+}
+
+/// What the rows share.
+struct Run<'a> {
+    corner: Corner,
+    elf: &'a [u8],
+    /// The product with another version.
+    new: &'a [u8],
+    /// Program of another board.
+    other_board: &'a [u8],
+}
+
+/// State of the foot after a row.
+#[derive(Debug)]
+struct Outcome {
+    /// Version that runs after the disturbance.
+    version: String,
+    /// Reason in object 0x1F57.
+    status: Option<Refusal>,
+    /// Time without contacts, ms; `None` if the bootloader waits for an update.
+    silent_ms: Option<u64>,
+}
+
+impl Run<'_> {
+    /// Foot that runs the product, stopped for an update; and the time of the stop.
+    fn stopped(&self) -> (Master, u64) {
+        let mut master = Master::new(boot(self.corner, self.elf));
+        master.run(500);
+        let at = master.board.now();
+        master.stop();
+        (master, at)
+    }
+
+    /// Foot to which the new program was sent.
+    fn sent(&self) -> (Master, u64) {
+        let (mut master, at) = self.stopped();
+        assert_eq!(master.control(CLEAR)[0], 0x60);
+        assert_eq!(master.send(self.new)[0], 0xA1);
+        assert_eq!(master.status(), None);
+        (master, at)
+    }
+
+    /// Sends an image that is refused, and starts the old program.
+    fn refused(&self, image: &[u8]) -> Outcome {
+        let (mut master, at) = self.stopped();
+        master.send(image);
+        let status = master.status();
+        assert_eq!(master.control(START)[0], 0x60);
+        let mut outcome = started(&mut master, at);
+        outcome.status = status;
+        outcome
+    }
+}
+
+/// Waits until the foot streams, and asks it what it runs.
+fn started(master: &mut Master, since: u64) -> Outcome {
+    master.boot_up(INSTALLED_MS + 10_000);
+    master.operate();
+    let silent_ms = master.contact(since, 2_000);
+    Outcome {
+        version: master.version(),
+        status: master.status(),
+        silent_ms: Some(silent_ms),
+    }
+}
+
+/// Requires that a second attempt installs the new program.
+fn next_attempt(master: &mut Master, new: &[u8]) {
+    assert_eq!(master.control(CLEAR)[0], 0x60);
+    assert_eq!(master.send(new)[0], 0xA1);
+    assert_eq!(master.control(START)[0], 0x60);
+    master.boot_up(INSTALLED_MS);
+    assert_eq!(master.version(), NEW);
+}
+
+/// The same while the old program runs again.
+fn next_update(master: &mut Master, new: &[u8]) {
+    master.stop();
+    next_attempt(master, new);
+}
+
+fn undisturbed(run: &Run) -> Outcome {
+    let (mut master, at) = run.sent();
+    assert_eq!(master.control(START)[0], 0x60);
+    let outcome = started(&mut master, at);
+    // It confirms itself after ten seconds: four starts do not end it.
+    assert!(master.contacts(10_500) > 9_000);
+    for _ in 0..4 {
+        master.board.inject(Injection::Reset);
+        master.boot_up(1_000);
+    }
+    assert_eq!((master.version().as_str(), master.status()), (NEW, None));
+    // An older image is refused from now on.
+    master.stop();
+    let older = image(run.elf, &origin(50), DEVELOPMENT_KEY).expect("a program");
+    master.send(&older);
+    assert_eq!(master.status(), Some(Refusal::Older));
+    outcome
+}
+
+fn beside_traffic(run: &Run) -> Outcome {
+    let mut master = Master::new(boot(run.corner, run.elf));
+    master.traffic = 3;
+    master.run(500);
+    let at = master.board.now();
+    master.stop();
+    assert_eq!(master.control(CLEAR)[0], 0x60);
+    assert_eq!(master.send(run.new)[0], 0xA1);
+    assert_eq!(master.control(START)[0], 0x60);
+    started(&mut master, at)
+}
+
+/// Cuts the supply at an operation of the flash that a command to a foot with a new program begins.
+fn cut(run: &Run, operation: u64, command: u8) -> Outcome {
+    let (mut master, at) = run.sent();
+    master.board.inject(Injection::CutInFlash(operation));
+    master.board.take_can();
+    master.push(&[0x2F, 0x51, 0x1F, 1, command, 0, 0, 0]);
+    let outcome = started(&mut master, at);
+    let resets = master.board.resets();
+    let cuts = resets
+        .iter()
+        .filter(|(_, cause)| *cause == ResetCause::PowerOn);
+    assert_eq!(cuts.count(), 1, "operation {operation}");
+    let slot = master
+        .board
+        .memory(Slot::Running.start(), SLOT_SIZE as usize);
+    assert!(outcome.version == OLD || slot.expect("flash").starts_with(run.new));
+    outcome
+}
+
+/// Cuts the supply while the image is received; the next attempt succeeds.
+fn cut_in_download(run: &Run) -> Outcome {
+    let (mut master, at) = run.stopped();
+    assert_eq!(master.control(CLEAR)[0], 0x60);
+    master.board.inject(Injection::CutInFlash(5_000));
+    let size = master.begin(run.new.len()).expect("a block");
+    let segments: Vec<&[u8]> = run.new.chunks(7).collect();
+    for block in segments.chunks(size).take(30) {
+        master.board.take_can();
+        for (k, bytes) in block.iter().enumerate() {
+            let mut request = [k as u8 + 1, 0, 0, 0, 0, 0, 0, 0];
+            request[1..=bytes.len()].copy_from_slice(bytes);
+            master.push(&request);
+        }
+        if master.answer(500).is_none() {
+            break;
+        }
+    }
+    let cut = master.board.resets();
+    assert_eq!(
+        cut.last().map(|(_, cause)| *cause),
+        Some(ResetCause::PowerOn)
+    );
+    master.operate();
+    let outcome = Outcome {
+        silent_ms: Some(master.contact(at, 5_000)),
+        version: master.version(),
+        status: master.status(),
+    };
+    next_update(&mut master, run.new);
+    outcome
+}
+
+/// Sends a program that does not come to its end, and waits for the previous one.
+fn never_confirmed(run: &Run, instruction: [u8; 2]) -> Outcome {
+    let (mut master, at) = run.stopped();
+    assert_eq!(master.control(CLEAR)[0], 0x60);
+    let dead = image_beginning_with(run.elf, instruction);
+    assert_eq!(master.send(&dead)[0], 0xA1);
+    assert_eq!(master.control(START)[0], 0x60);
+    // Three periods of the bootloader's watchdog, two installs.
+    master.boot_up(90_000);
+    master.operate();
+    let outcome = Outcome {
+        silent_ms: Some(master.contact(at, 2_000)),
+        version: master.version(),
+        status: master.status(),
+    };
+    next_update(&mut master, run.new);
+    outcome
+}
+
+/// Switches the new program off three times before it is confirmed.
+fn switched_off(run: &Run) -> Outcome {
+    let (mut master, at) = run.sent();
+    assert_eq!(master.control(START)[0], 0x60);
+    master.boot_up(INSTALLED_MS);
+    for _ in 0..2 {
+        assert_eq!(master.version(), NEW);
+        master.board.inject(Injection::Reset);
+        master.boot_up(1_000);
+    }
+    master.board.inject(Injection::Reset);
+    started(&mut master, at)
+}
+
+/// The master vanishes in the middle of the transfer.
+fn vanished(run: &Run) -> Outcome {
+    let (mut master, at) = run.stopped();
+    let size = master.begin(run.new.len()).expect("a block");
+    let segments: Vec<&[u8]> = run.new.chunks(7).take(size - 10).collect();
+    master.board.take_can();
+    for (k, bytes) in segments.iter().enumerate() {
+        let mut request = [k as u8 + 1, 0, 0, 0, 0, 0, 0, 0];
+        request[1..=bytes.len()].copy_from_slice(bytes);
+        master.push(&request);
+    }
+    // The bootloader waits a minute.
+    master.boot_up(80_000);
+    let outcome = Outcome {
+        silent_ms: Some(master.contact(at, 2_000)),
+        version: master.version(),
+        status: master.status(),
+    };
+    next_update(&mut master, run.new);
+    outcome
+}
+
+/// The master aborts a block; the next attempt succeeds.
+fn aborted(run: &Run) -> Outcome {
+    let (mut master, at) = run.stopped();
+    let size = master.begin(run.new.len()).expect("a block");
+    let block = run.new.chunks(7).take(size).map(|bytes| (bytes, false));
+    assert_eq!(master.block(block)[0], 0xA2);
+    master.push(&[0x80, 0x50, 0x1F, 1, 0, 0, 0, 0x08]);
+    master.run(5);
+    next_attempt(&mut master, run.new);
+    streaming(&mut master, at)
+}
+
+fn streaming(master: &mut Master, since: u64) -> Outcome {
+    master.operate();
+    Outcome {
+        silent_ms: Some(master.contact(since, 2_000)),
+        version: master.version(),
+        status: master.status(),
+    }
+}
+
+/// Without a bus; the line is broken in the middle of a block.
+fn over_serial_line(run: &Run) -> Outcome {
+    let no_bus = Injection::Bus(BusFault::NoAcknowledge);
+    let mut master = Master::new(boot(run.corner, run.elf));
+    master.run(500);
+    master.board.inject(no_bus);
+    let at = master.board.now();
+    master.stop_over_serial_line();
+    master.begin(run.new.len()).expect("a block");
+    for (bytes, number) in run.new.chunks(7).zip(1..=20) {
+        master.push(&segment(number, bytes, false));
+    }
+    master.run(2);
+    master.board.inject(Injection::Line(LineFault::Open));
+    master.run(20);
+    master.board.inject(Injection::Clear);
+    master.board.inject(no_bus);
+    master.open_serial_line();
+    master.push(&[0x80, 0x50, 0x1F, 1, 0, 0, 4, 5]);
+    assert_eq!(master.control(CLEAR)[0], 0x60);
+    assert_eq!(master.send(run.new)[0], 0xA1);
+    assert_eq!(master.status(), None);
+    assert_eq!(master.control(START)[0], 0x60);
+    // The bootloader's own boot-up message, which the bus has not taken, ends with its restart.
+    master.run(50);
+    master.board.inject(Injection::Clear);
+    master.turn_to_bus();
+    started(&mut master, at)
+}
+
+/// Of each block, a segment comes twice and one is lost, and is sent again.
+fn disturbed_segments(run: &Run) -> Outcome {
+    let (mut master, at) = run.stopped();
+    assert_eq!(master.control(CLEAR)[0], 0x60);
+    let size = master.begin(run.new.len()).expect("a block");
+    let segments: Vec<&[u8]> = run.new.chunks(7).collect();
+    let (mut done, mut is_lossy) = (0, true);
+    while done < segments.len() {
+        let until = segments.len().min(done + size);
+        master.board.take_can();
+        for (k, bytes) in segments[done..until].iter().enumerate() {
+            let is_last = done + k + 1 == segments.len();
+            let request = segment(k as u8 + 1, bytes, is_last);
+            let is_lost = is_lossy && k == size / 2;
+            let copies = if is_lost { 0 } else { 1 + u32::from(k == 1) };
+            (0..copies).for_each(|_| master.push(&request));
+        }
+        is_lossy = !is_lossy;
+        let answer = master.answer(1_000).expect("an answer to a block");
+        assert_eq!(answer[0], 0xA2, "{answer:02x?}");
+        done += usize::from(answer[1]);
+    }
+    assert_eq!(
+        master.end(segments.last().map_or(7, |bytes| bytes.len()))[0],
+        0xA1
+    );
+    assert_eq!(master.status(), None);
+    assert_eq!(master.control(START)[0], 0x60);
+    started(&mut master, at)
+}
+
+/// A second master begins its own transfer in the middle of the first; the next attempt succeeds.
+fn two_masters(run: &Run) -> Outcome {
+    let (mut master, at) = run.stopped();
+    let size = master.begin(run.new.len()).expect("a block");
+    let block = run.new.chunks(7).take(size).map(|bytes| (bytes, false));
+    assert_eq!(master.block(block)[0], 0xA2);
+    // Its request is a segment out of order to the foot, which asks for the block again: no answer to a request, so that
+    // it aborts. The next segment of the first master is answered by an abort, too.
+    let answer = master.ask(&[0xC2, 0x50, 0x1F, 1, 0, 0, 1, 0]);
+    assert_eq!(answer[0], 0xA2, "{answer:02x?}");
+    master.push(&[0x80, 0x50, 0x1F, 1, 0, 0, 0, 0x08]);
+    let answer = master.ask(&[1, 0, 0, 0, 0, 0, 0, 0]);
+    assert_eq!(answer[0], 0x80, "{answer:02x?}");
+    next_attempt(&mut master, run.new);
+    streaming(&mut master, at)
+}
+
+/// A board without a program.
+fn without_program(run: &Run) -> Outcome {
+    let mut master = Master::new(boot_without_program(run.corner));
+    master.boot_up(1_000);
+    let at = master.board.now();
+    assert_eq!(master.send(run.new)[0], 0xA1);
+    assert_eq!(master.control(START)[0], 0x60);
+    started(&mut master, at)
+}
+
+/// Foot whose new program has confirmed itself, after which one of its bits flips; and the time of that.
+fn decay(mut master: Master) -> (Master, u64) {
+    master.boot_up(INSTALLED_MS);
+    master.operate();
+    assert!(master.contacts(10_500) > 9_000);
+    let at = Slot::Running.start() + 1_000;
+    let [byte, ..] = master.board.memory(at, 1).expect("flash")[..] else {
+        panic!("no flash");
+    };
+    master.board.cpu().memory().write(at, &[byte ^ 4]);
+    let since = master.board.now();
+    master.board.inject(Injection::Reset);
+    (master, since)
+}
+
+fn decayed(run: &Run) -> Outcome {
+    let (mut master, _) = run.sent();
+    assert_eq!(master.control(START)[0], 0x60);
+    let (mut master, at) = decay(master);
+    started(&mut master, at)
+}
+
+/// A foot that waits in its bootloader, with the reason, and takes the next program.
+fn in_bootloader(mut master: Master, new: &[u8]) -> Outcome {
+    let status = master.status();
+    next_attempt(&mut master, new);
+    Outcome {
+        version: NO_PROGRAM.to_owned(),
+        status,
+        silent_ms: None,
+    }
+}
+
+fn decayed_alone(run: &Run) -> Outcome {
+    let mut master = Master::new(boot_without_program(run.corner));
+    master.boot_up(1_000);
+    assert_eq!(master.send(run.new)[0], 0xA1);
+    assert_eq!(master.control(START)[0], 0x60);
+    let (mut master, _) = decay(master);
+    master.boot_up(1_000);
+    assert_eq!(master.contacts(1_000), 0);
+    in_bootloader(master, run.new)
+}
+
+/// Two programs that do not come to their end, on a board without another one.
+fn dead_alone(run: &Run) -> Outcome {
+    let mut master = Master::new(boot_without_program(run.corner));
+    master.boot_up(1_000);
+    for instruction in [BRANCH_TO_ITSELF, UNDEFINED] {
+        assert_eq!(master.control(CLEAR)[0], 0x60);
+        let dead = image_beginning_with(run.elf, instruction);
+        assert_eq!(master.send(&dead)[0], 0xA1);
+        assert_eq!(master.control(START)[0], 0x60);
+        // The bootloader's own, after three starts.
+        master.boot_up(90_000);
+        assert_eq!(master.contacts(1_000), 0);
+    }
+    in_bootloader(master, run.new)
+}
+
+fn changed_byte(image: &[u8], at: usize, bits: u8) -> Vec<u8> {
+    let mut changed = image.to_vec();
+    changed[at] ^= bits;
+    changed
+}
+
+fn forged(run: &Run) -> Vec<u8> {
+    image(run.elf, &origin(100), &[9; 32]).expect("a program")
+}
+
+/// A branch to itself, and an undefined instruction.
+const BRANCH_TO_ITSELF: [u8; 2] = [0xFE, 0xE7];
+const UNDEFINED: [u8; 2] = [0x00, 0xDE];
+
+/// Shown where the bootloader waits for a program.
+const NO_PROGRAM: &str = "none";
+
+const ROWS: [Row; 26] = [
+    Row {
+        name: "none",
+        disturbance: "nothing; then four more starts, and an older image, which is refused",
+        version: NEW,
+        status: None,
+        run: undisturbed,
+    },
+    Row {
+        name: "traffic",
+        disturbance: "three frames of other nodes in each millisecond",
+        version: NEW,
+        status: None,
+        run: beside_traffic,
+    },
+    Row {
+        name: "serial-line",
+        disturbance: "no bus; the serial line breaks in the middle of a block",
+        version: NEW,
+        status: None,
+        run: over_serial_line,
+    },
+    Row {
+        name: "power-cut-clear",
+        disturbance: "power cut in the erase for the image",
+        version: OLD,
+        status: None,
+        run: |run| cut(run, 1, CLEAR),
+    },
+    Row {
+        name: "power-cut-download",
+        disturbance: "power cut while the image is received",
+        version: OLD,
+        status: None,
+        run: cut_in_download,
+    },
+    Row {
+        name: "power-cut:2",
+        disturbance: "power cut in the first record of the install",
+        version: OLD,
+        status: None,
+        run: |run| cut(run, 2, START),
+    },
+    Row {
+        name: "power-cut:3",
+        disturbance: "power cut in the erase for the previous program",
+        version: NEW,
+        status: None,
+        run: |run| cut(run, 3, START),
+    },
+    Row {
+        name: "power-cut:1000",
+        disturbance: "power cut in the copy of the previous program",
+        version: NEW,
+        status: None,
+        run: |run| cut(run, 1_000, START),
+    },
+    Row {
+        name: "power-cut:30000",
+        disturbance: "power cut in the copy of the new program",
+        version: NEW,
+        status: None,
+        run: |run| cut(run, 30_000, START),
+    },
+    Row {
+        name: "hangs",
+        disturbance: "the new program hangs",
+        version: OLD,
+        status: Some(Refusal::NotConfirmed),
+        run: |run| never_confirmed(run, BRANCH_TO_ITSELF),
+    },
+    Row {
+        name: "crashes",
+        disturbance: "the new program crashes in its first instruction",
+        version: OLD,
+        status: Some(Refusal::NotConfirmed),
+        run: |run| never_confirmed(run, UNDEFINED),
+    },
+    Row {
+        name: "dead-alone",
+        disturbance: "a program hangs, and the next crashes, on a board that has no other",
+        version: NO_PROGRAM,
+        status: Some(Refusal::NotConfirmed),
+        run: dead_alone,
+    },
+    Row {
+        name: "switched-off",
+        disturbance: "the new program is reset three times before it is confirmed",
+        version: OLD,
+        status: Some(Refusal::NotConfirmed),
+        run: switched_off,
+    },
+    Row {
+        name: "master-gone",
+        disturbance: "the master vanishes in the middle of the transfer",
+        version: OLD,
+        status: None,
+        run: vanished,
+    },
+    Row {
+        name: "aborted",
+        disturbance: "the master aborts a block, and tries again",
+        version: NEW,
+        status: None,
+        run: aborted,
+    },
+    Row {
+        name: "segments",
+        disturbance: "a segment of every second block is lost, one of each comes twice",
+        version: NEW,
+        status: None,
+        run: disturbed_segments,
+    },
+    Row {
+        name: "two-masters",
+        disturbance: "a second master begins a transfer in the middle of the first, which tries again",
+        version: NEW,
+        status: None,
+        run: two_masters,
+    },
+    Row {
+        name: "no-program",
+        disturbance: "the board has a bootloader alone",
+        version: NEW,
+        status: None,
+        run: without_program,
+    },
+    Row {
+        name: "decayed",
+        disturbance: "a bit of the running program flips",
+        version: OLD,
+        status: Some(Refusal::Decayed),
+        run: decayed,
+    },
+    Row {
+        name: "decayed-alone",
+        disturbance: "the same without a previous program",
+        version: NO_PROGRAM,
+        status: Some(Refusal::Decayed),
+        run: decayed_alone,
+    },
+    Row {
+        name: "other-board",
+        disturbance: "image for another board",
+        version: OLD,
+        status: Some(Refusal::OtherBoard),
+        run: |run| run.refused(run.other_board),
+    },
+    Row {
+        name: "short",
+        disturbance: "image cut off",
+        version: OLD,
+        status: Some(Refusal::WrongLength),
+        run: |run| run.refused(&run.new[..5_000]),
+    },
+    Row {
+        name: "changed",
+        disturbance: "image with one changed bit",
+        version: OLD,
+        status: Some(Refusal::WrongHash),
+        run: |run| run.refused(&changed_byte(run.new, 5_000, 1)),
+    },
+    Row {
+        name: "unsigned",
+        disturbance: "image without a signature",
+        version: OLD,
+        status: Some(Refusal::Unsigned),
+        run: |run| run.refused(&changed_byte(run.new, 9, run.new[9])),
+    },
+    Row {
+        name: "forged",
+        disturbance: "image signed with another key",
+        version: OLD,
+        status: Some(Refusal::WrongSignature),
+        run: |run| run.refused(&forged(run)),
+    },
+    Row {
+        name: "no-image",
+        disturbance: "a file that is no image",
+        version: OLD,
+        status: Some(Refusal::NotAnImage),
+        run: |run| run.refused(&[0x7F; 900]),
+    },
+];
+
+/// Longest time without contacts, ms, in any row: the bootloader waits a minute for a master, and a program that
+/// hangs is given three periods of the watchdog, between two installs.
+const SILENT_MS: u64 = 90_000;
+
+/// Runs all rows in a corner, and returns the table; rows that are not as promised are added to `wrong`.
+fn table(corner: Corner, wrong: &Mutex<Vec<String>>) -> Option<String> {
+    let [elf, other, ..] = &products()[..] else {
+        return None;
+    };
+    let (elf, other_board) = (&elf.1[..], image(&other.1, &origin(100), DEVELOPMENT_KEY));
+    let run = Run {
+        corner,
+        elf,
+        new: &new_image(elf),
+        other_board: &other_board.expect("a program"),
+    };
+    let (next, lines) = (
+        AtomicUsize::new(0),
+        Mutex::new(vec![String::new(); ROWS.len()]),
+    );
+    let work = || {
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(row) = ROWS.get(index) else {
+                return;
+            };
+            let outcome = (row.run)(&run);
+            if (outcome.version.as_str(), outcome.status) != (row.version, row.status)
+                || outcome.silent_ms > Some(SILENT_MS)
+            {
+                let text = format!("{} {}: {outcome:?}", corner.name(), row.name);
+                wrong.lock().expect("no panic").push(text);
+            }
+            lines.lock().expect("no panic")[index] = line(row, &outcome);
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(work);
+        }
+    });
+    let head = "| | disturbance | runs afterwards | reason in 0x1F57 | without contacts for |\n|---|---|---|---|---|\n";
+    Some(head.to_owned() + &lines.into_inner().expect("no panic").concat())
+}
+
+fn line(row: &Row, outcome: &Outcome) -> String {
+    let version = match outcome.version.as_str() {
+        OLD => "the old program",
+        NEW => "the new program",
+        _ => "the bootloader; the next update succeeds",
+    };
+    let reason = outcome.status.map_or("—", Refusal::words);
+    let silent = outcome.silent_ms.map_or_else(
+        || "—".to_owned(),
+        |ms| format!("{:.1} s", ms as f64 / 1000.0),
+    );
+    let (name, disturbance) = (row.name, row.disturbance);
+    format!("| `{name}` | {disturbance} | {version} | {reason} | {silent} |\n")
+}
+
+#[test]
+fn foot_runs_a_whole_program_after_any_update() {
+    let wrong = Mutex::default();
+    let Some(table) = table(Corner::Typical, &wrong) else {
+        return;
+    };
+    let wrong = wrong.into_inner().expect("no panic");
+    assert!(wrong.is_empty(), "{table}\n{wrong:#?}");
+    if is_built_here() {
+        assert_block("host/virtual-board/README.md", "updates", &table);
+    }
+}
+
+/// Runs the rows in the other corners of the chip, with `FOOTFALL_CORNERS=1` in the environment.
+#[test]
+fn foot_runs_a_whole_program_in_every_corner_of_the_chip() {
+    if std::env::var_os("FOOTFALL_CORNERS").is_none_or(|value| value != "1") {
+        return;
+    }
+    let mut block = String::from("| corner | rows | not as promised |\n|---|---|---|\n");
+    for corner in [Corner::Fast, Corner::Slow] {
+        let wrong = Mutex::default();
+        let Some(table) = table(corner, &wrong) else {
+            return;
+        };
+        let wrong = wrong.into_inner().expect("no panic");
+        assert!(wrong.is_empty(), "{table}\n{wrong:#?}");
+        block += &format!("| {} | {} | 0 |\n", corner.name(), ROWS.len());
+    }
+    if is_built_here() {
+        assert_block("host/virtual-board/README.md", "update-corners", &block);
+    }
+}

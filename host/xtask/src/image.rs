@@ -1,0 +1,119 @@
+//! Makes the image of a board's program, which an update sends.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use bootloader::image::Sources;
+use images::{DEVELOPMENT_KEY, Origin, image};
+
+use crate::boards;
+use crate::command::{Step, root};
+
+/// Target of the firmware.
+pub const FOOT_TARGET: &str = "thumbv7em-none-eabihf";
+
+/// Builds the program of a board and writes its image, signed with the key in a file of 32 bytes, or with the
+/// development key.
+///
+/// # Errors
+/// There is no such board, the program does not build, or a file cannot be read or written.
+pub fn run(
+    board: &str,
+    key: Option<&Path>,
+    sequence: Option<u32>,
+    output: Option<PathBuf>,
+) -> Result<()> {
+    let all = boards::all()?;
+    let Some(board) = all.iter().find(|other| other.name == board) else {
+        let names: Vec<&str> = all.iter().map(|board| board.name.as_str()).collect();
+        bail!("no board {board:?}: there are {}", names.join(", "));
+    };
+    let elf = build(board, &[])?;
+    let output = output.unwrap_or_else(|| elf.with_extension("img"));
+    write(&elf, key, sequence, &output)
+}
+
+/// Builds the program of a board, with more arguments for cargo, and returns the path of its ELF.
+///
+/// # Errors
+/// It does not build.
+pub fn build(board: &boards::Board, arguments: &[String]) -> Result<PathBuf> {
+    Step::cargo(&["build", "--locked", "--profile", "firmware"])
+        .with(["--package", "firmware", "--no-default-features"])
+        .with(["--features", &board.name, "--bin", &board.program])
+        .with(["--target", FOOT_TARGET])
+        .with(arguments)
+        .run()?;
+    let folder = root().join("target").join(FOOT_TARGET).join("firmware");
+    Ok(folder.join(&board.program))
+}
+
+/// Writes the image of an ELF.
+///
+/// # Errors
+/// A file cannot be read or written, or the ELF is no program.
+pub fn write(elf: &Path, key: Option<&Path>, sequence: Option<u32>, output: &Path) -> Result<()> {
+    let read = |path: &Path| fs::read(path).with_context(|| path.display().to_string());
+    let key = match key {
+        None => *DEVELOPMENT_KEY,
+        Some(path) => {
+            let bytes = read(path)?;
+            let length = bytes.len();
+            let key = <[u8; 32]>::try_from(bytes).ok();
+            key.with_context(|| {
+                format!("{}: a key of {length} bytes, expected 32", path.display())
+            })?
+        }
+    };
+    let mut origin = origin()?;
+    if let Some(sequence) = sequence {
+        origin.sequence = sequence;
+    }
+    let image = image(&read(elf)?, &origin, &key).with_context(|| elf.display().to_string())?;
+    fs::write(output, &image).with_context(|| output.display().to_string())?;
+    let hash = image.get(44..48).and_then(|bytes| bytes.try_into().ok());
+    let number = u32::from_le_bytes(hash.unwrap_or_default());
+    println!(
+        "{}: {} bytes, 0x1F56 = {number:#010x}, sequence {}",
+        output.display(),
+        image.len(),
+        origin.sequence
+    );
+    keep(elf, number)
+}
+
+/// Keeps an ELF under the number that object 0x1F56 of its foot shows: a crash address needs the very ELF.
+fn keep(elf: &Path, number: u32) -> Result<()> {
+    let folder = root().join("target/elf");
+    fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    let kept = folder.join(format!("{number:08X}.elf"));
+    fs::copy(elf, &kept).with_context(|| kept.display().to_string())?;
+    Ok(())
+}
+
+/// The commit that is checked out.
+fn origin() -> Result<Origin> {
+    let git = |arguments: &[&str]| Step::program("git").with(arguments).output();
+    let shown = git(&["log", "-1", "--format=%H %ct"])?;
+    let (hash, time) = shown.trim().split_once(' ').context("git shows a commit")?;
+    let mut commit = [0; 20];
+    for (byte, digits) in commit.iter_mut().zip(hash.as_bytes().chunks(2)) {
+        *byte = u8::from_str_radix(std::str::from_utf8(digits)?, 16)?;
+    }
+    let changed = !git(&["status", "--porcelain"])?.is_empty();
+    let number = |text: &str| text.parse().context("a version of numbers");
+    Ok(Origin {
+        version: [
+            number(env!("CARGO_PKG_VERSION_MAJOR"))?,
+            number(env!("CARGO_PKG_VERSION_MINOR"))?,
+            number(env!("CARGO_PKG_VERSION_PATCH"))?,
+        ],
+        commit,
+        sources: match changed {
+            true => Sources::Changed,
+            false => Sources::Committed,
+        },
+        sequence: time.parse().context("the time of a commit")?,
+    })
+}

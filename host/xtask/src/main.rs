@@ -1,0 +1,103 @@
+//! Entry point of the tasks on the repository: `cargo xtask quick | gate | update | image | release | mutants`.
+
+mod boards;
+mod changes;
+mod command;
+mod image;
+mod mutants;
+mod packages;
+mod quick;
+mod release;
+mod update;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+
+use crate::command::Step;
+
+#[derive(Parser)]
+#[command(about = "What is done to the repository", version)]
+struct Arguments {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Format, lints and unit tests of the packages that a change can have touched.
+    Quick {
+        /// The commit that the change began at.
+        #[arg(long, default_value = "HEAD")]
+        since: String,
+    },
+    /// Everything: the same as `.ci/run`.
+    Gate,
+    /// Writes all generated files and tables again.
+    Update,
+    /// Builds the image of a board's program, which an update sends.
+    Image {
+        /// The board.
+        #[arg(long, default_value = "reference")]
+        board: String,
+        /// File with the private key, 32 bytes; the development key without it.
+        #[arg(long, value_name = "FILE")]
+        key: Option<PathBuf>,
+        /// Sequence number, instead of the time of the commit: a foot refuses one lower than that of its program.
+        #[arg(long, value_name = "N")]
+        sequence: Option<u32>,
+        /// The file to write, instead of one beside the ELF.
+        #[arg(long, value_name = "FILE")]
+        output: Option<PathBuf>,
+    },
+    /// Builds what is used without a compiler, in `dist`: programs and wheels for Linux, the firmware,
+    /// descriptions of the wire, checksums.
+    Release {
+        /// This part alone.
+        #[arg(long, value_enum, value_name = "PART")]
+        only: Option<release::Part>,
+    },
+    /// Whether the tests would fail if the code broke (cargo-mutants).
+    Mutants {
+        /// The packages to break; without one, all those that are listed.
+        packages: Vec<String>,
+        /// Breaks one of N places, evenly over the code.
+        #[arg(long, value_name = "N", default_value_t = 1)]
+        one_in: u32,
+        /// Which of the N: another number takes other places.
+        #[arg(long, value_name = "K", default_value_t = 0)]
+        nth: u32,
+    },
+}
+
+fn main() -> ExitCode {
+    match run(Arguments::parse().task) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(task: Task) -> Result<()> {
+    match task {
+        Task::Quick { since } => quick::run(&since),
+        Task::Gate => Step::program(".ci/run").run(),
+        Task::Update => update::run(),
+        Task::Image {
+            board,
+            key,
+            sequence,
+            output,
+        } => image::run(&board, key.as_deref(), sequence, output),
+        Task::Release { only } => release::run(only),
+        Task::Mutants {
+            packages,
+            one_in,
+            nth,
+        } => mutants::run(&packages, one_in, nth),
+    }
+}

@@ -1,0 +1,130 @@
+//! Packages of the workspace and their dependencies.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use anyhow::{Context, Result};
+use cargo_metadata::{CargoOpt, MetadataCommand};
+
+use crate::command::root;
+
+/// Packages of the workspace.
+pub struct Packages {
+    /// By name: the folder, relative to the root, and the packages of the workspace that it depends on.
+    all: BTreeMap<String, (String, BTreeSet<String>)>,
+}
+
+impl Packages {
+    /// Reads the packages from cargo's metadata.
+    ///
+    /// # Errors
+    /// A manifest cannot be read.
+    pub fn read() -> Result<Self> {
+        let metadata = MetadataCommand::new()
+            .current_dir(root())
+            .features(CargoOpt::AllFeatures)
+            .no_deps()
+            .exec()?;
+        let names: BTreeSet<&str> = metadata
+            .packages
+            .iter()
+            .map(|package| package.name.as_str())
+            .collect();
+        let mut all = BTreeMap::new();
+        for package in &metadata.packages {
+            let folder = package.manifest_path.parent();
+            let folder = folder.and_then(|path| path.strip_prefix(&metadata.workspace_root).ok());
+            let folder = folder.with_context(|| format!("{} is elsewhere", package.name))?;
+            let needs = package.dependencies.iter();
+            let needs = needs.filter(|needed| names.contains(needed.name.as_str()));
+            let needs = needs.map(|needed| needed.name.clone()).collect();
+            all.insert(package.name.to_string(), (folder.to_string(), needs));
+        }
+        Ok(Self { all })
+    }
+
+    /// Package of a file: the one with the longest folder that contains it.
+    fn owner(&self, path: &str) -> Option<&str> {
+        let owns = |folder: &str| {
+            path.strip_prefix(folder)
+                .is_some_and(|rest| rest.starts_with('/'))
+        };
+        let owners = self.all.iter().filter(|(_, (folder, _))| owns(folder));
+        let owner = owners.max_by_key(|(_, (folder, _))| folder.len());
+        owner.map(|(name, _)| name.as_str())
+    }
+
+    /// Packages with these files, and those that depend on them, directly or indirectly. A manifest at the
+    /// root affects all packages.
+    pub fn touched(&self, paths: &BTreeSet<String>) -> BTreeSet<String> {
+        let of_all = ["Cargo.toml", "Cargo.lock", "rust-toolchain.toml"];
+        if of_all.iter().any(|path| paths.contains(*path)) {
+            return self.all.keys().cloned().collect();
+        }
+        let owners = paths.iter().filter_map(|path| self.owner(path));
+        let mut touched: BTreeSet<String> = owners.map(str::to_owned).collect();
+        loop {
+            let depends = |needs: &BTreeSet<String>| !needs.is_disjoint(&touched);
+            let users: Vec<String> = self
+                .all
+                .iter()
+                .filter(|(name, (_, needs))| !touched.contains(*name) && depends(needs))
+                .map(|(name, _)| name.clone())
+                .collect();
+            if users.is_empty() {
+                return touched;
+            }
+            touched.extend(users);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn packages() -> Packages {
+        let package = |folder: &str, needs: &[&str]| {
+            let needs = needs.iter().map(|name| (*name).to_owned()).collect();
+            (folder.to_owned(), needs)
+        };
+        let all = [
+            ("core", package("core", &[])),
+            ("wire", package("wire", &["core"])),
+            ("board", package("board", &["wire"])),
+            ("proofs", package("board/proofs", &[])),
+        ];
+        let all = all.map(|(name, package)| (name.to_owned(), package));
+        Packages { all: all.into() }
+    }
+
+    fn touched(path: &str) -> Vec<String> {
+        let paths = BTreeSet::from([path.to_owned()]);
+        packages().touched(&paths).into_iter().collect()
+    }
+
+    #[test]
+    fn file_touches_its_package_and_dependents() {
+        assert_eq!(touched("wire/src/lib.rs"), ["board", "wire"]);
+        assert_eq!(touched("core/src/lib.rs"), ["board", "core", "wire"]);
+    }
+
+    #[test]
+    fn nested_package_owns_its_files() {
+        assert_eq!(touched("board/proofs/src/main.rs"), ["proofs"]);
+    }
+
+    #[test]
+    fn root_manifest_touches_all_packages_and_a_document_none() {
+        assert!(touched("docs/choosing.md").is_empty());
+        assert!(touched("wires/src/lib.rs").is_empty());
+        assert_eq!(touched("Cargo.lock").len(), 4);
+    }
+
+    #[test]
+    fn workspace_packages_are_found() {
+        let packages = Packages::read().expect("the manifests are sound");
+        let (folder, _) = &packages.all["xtask"];
+        assert_eq!(folder, "host/xtask");
+        assert!(packages.all["wire"].1.contains("estimator-core"));
+    }
+}

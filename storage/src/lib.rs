@@ -1,0 +1,329 @@
+//! Settings in flash: two pages, one record, the newest complete one is valid.
+//!
+//! A record is appended to a page with a checksum, read back, and only then reported as stored; if
+//! it does not read back it is written once more, behind the first. Whichever byte a power cut interrupts,
+//! the next load gives the settings from before or from after the write, never a mixture. If
+//! the newest record has decayed, the previous one is used, and that is reported. A load writes
+//! nothing. The pages themselves are described in `pages`.
+//!
+//! **Cost of a store.** If code runs from the flash that is written, as on the board, each of
+//! some 160 words stalls the processor for 16 µs, 100 µs at most: no tick is lost. About one
+//! store in 25 finds its page full and must erase the other, which stops everything for 0.25 to
+//! 0.5 s. That is done only where it is [allowed](Erase): the foot allows it in pre-operational and in
+//! stopped state, where no process data go out, and refuses a store in operational state that would
+//! need it, with the abort code "only in pre-operational state". A restore appends an empty record, so
+//! it costs no more than a store.
+//!
+//! The record:
+//!
+//! | bytes | field |
+//! |---|---|
+//! | 0 | version of the record: 1 |
+//! | then 7 for each setting: 0, 1 | index |
+//! | 2 | sub-index |
+//! | 3 to 6 | the value, zero-extended |
+//!
+//! Settings are found by address, and a record may be of any length, so another version of the
+//! dictionary reads the settings it knows: new ones have their defaults, unknown or no longer allowed ones
+//! are left out and reported. Later versions of the record, up to 15, may append entries of the same
+//! form; an older program reads those it knows. An address is never reused.
+
+#![no_std]
+#![forbid(unsafe_code)]
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::indexing_slicing,
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unreachable
+    )
+)]
+
+#[cfg(test)]
+extern crate std;
+
+mod pages;
+
+use core::ops::Range;
+
+use embedded_storage::nor_flash::NorFlash;
+use wire::dictionary::{self, Place, SETTINGS, index};
+use wire::{AbortCode, Address, Settings, Value};
+
+use pages::{Item, KEY, Pages};
+
+/// Version of the record.
+const VERSION: u8 = 1;
+
+/// Versions with a known form of the entries.
+const READABLE: core::ops::RangeInclusive<u8> = 1..=15;
+
+/// Size of a setting in the record, bytes.
+const ENTRY: usize = 7;
+
+/// Size of key and version, bytes.
+const HEAD: usize = 2;
+
+/// Size of the longest record, with one entry repeated, bytes.
+const RECORD: usize = HEAD + (SETTINGS + 1) * ENTRY;
+
+/// A record with this address was written by an earlier program, for which index 0x2016 was another object: its
+/// sub-index 2 was the slide speed, and now switches learning.
+const OLD_DETECTORS: Address = Address::new(index::ESTIMATION, 5);
+
+/// Origin of loaded settings.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Origin {
+    /// The flash.
+    Stored,
+    /// Defaults: none were stored, or the defaults were restored.
+    #[default]
+    Blank,
+    /// Stored settings cannot be read, or only some of them: older ones or defaults replace the rest.
+    Corrupted,
+    /// Defaults: the stored settings are incompatible with each other.
+    Incompatible,
+    /// Defaults: the stored settings were not read, after [`MOST_WATCHDOG_RESETS`] in a row.
+    NotRead,
+}
+
+/// Resets by the watchdog in a row after which the stored settings are not read: they may be the cause.
+pub const MOST_WATCHDOG_RESETS: u32 = 3;
+
+impl Origin {
+    /// Detail of [`Fault::ConfigCorrupted`](wire::Fault::ConfigCorrupted), if the settings in use are not
+    /// those stored.
+    #[must_use]
+    pub const fn fault_detail(self) -> Option<u32> {
+        match self {
+            Self::Stored | Self::Blank => None,
+            Self::Corrupted => Some(0),
+            Self::Incompatible => Some(1),
+            Self::NotRead => Some(2),
+        }
+    }
+}
+
+/// Whether a page of flash may be erased. Meanwhile, for half a second at most, the foot does
+/// nothing else.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Erase {
+    /// The erase is allowed.
+    Allowed,
+    /// The erase is refused: the foot is streaming.
+    Refused,
+}
+
+/// Reason why the settings, or the brown-out level, could not be written. The previous ones are unchanged.
+/// The number is the detail of [`Fault::ConfigStore`](wire::Fault::ConfigStore).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StoreFailed {
+    /// The flash refused the write, or its contents do not read back.
+    Flash,
+    /// The supply is too low to write flash.
+    SupplyLow,
+    /// A page must be erased first, which was not allowed.
+    NeedsErase,
+}
+
+impl StoreFailed {
+    /// Abort code of the request.
+    #[must_use]
+    pub const fn abort_code(self) -> AbortCode {
+        match self {
+            Self::Flash | Self::SupplyLow => AbortCode::Hardware,
+            Self::NeedsErase => AbortCode::DeviceState,
+        }
+    }
+}
+
+/// Settings in flash.
+pub struct Storage<F: NorFlash> {
+    pages: Pages<F>,
+}
+
+/// The range does not fit the flash: it must be at least two whole pages.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WrongRange;
+
+impl<F: NorFlash> Storage<F>
+where
+    StoreFailed: From<F::Error>,
+{
+    /// Opens the settings in the first two pages of `range`, in bytes from the beginning of `flash`.
+    ///
+    /// # Errors
+    /// The range is less than two pages.
+    pub fn new(flash: F, range: &Range<u32>) -> Result<Self, WrongRange> {
+        let pages = Pages::new(flash, range).ok_or(WrongRange)?;
+        Ok(Self { pages })
+    }
+
+    /// Loads the stored settings, or defaults. Writes nothing.
+    pub fn load(&mut self) -> (Settings, Origin) {
+        let Ok(latest) = self.pages.newest() else {
+            return (Settings::default(), Origin::Corrupted);
+        };
+        let Some(item) = latest.item else {
+            let origin = match self.pages.are_blank() {
+                Ok(true) => Origin::Blank,
+                _ => Origin::Corrupted,
+            };
+            return (Settings::default(), origin);
+        };
+        let (settings, origin) = self.decode(item);
+        if latest.damaged {
+            (settings, Origin::Corrupted)
+        } else {
+            (settings, origin)
+        }
+    }
+
+    /// Returns the stored value of a setting, zero-extended, without knowing the dictionary: for the bootloader, which
+    /// has no room for it. `None` if the setting is not stored or the record cannot be read.
+    pub fn raw_value(&mut self, wanted: Address) -> Option<u32> {
+        let item = self.pages.newest().ok()?.item?;
+        let entries = usize::from(item.length).checked_sub(HEAD)? / ENTRY;
+        let first = item.data + HEAD as u32;
+        let entries = (first..).step_by(ENTRY).take(entries);
+        let mut values = entries.filter_map(|at| {
+            let entry = self.pages.read::<ENTRY>(at).ok()?;
+            let &[.., v0, v1, v2, v3] = &entry;
+            (address_of(&entry) == wanted).then_some(u32::from_le_bytes([v0, v1, v2, v3]))
+        });
+        values.next()
+    }
+
+    /// Stores settings. The previous ones are the older record, and are erased later.
+    ///
+    /// # Errors
+    /// See [`StoreFailed`]; the previous record is unchanged.
+    pub fn store(&mut self, settings: &Settings, erase: Erase) -> Result<(), StoreFailed> {
+        let mut record = [0; RECORD];
+        let length = encode(settings, &mut record);
+        let record = record.get(..length).ok_or(StoreFailed::Flash)?;
+        self.pages.append(record, erase)
+    }
+
+    /// Deletes the stored settings: the next load returns the defaults.
+    ///
+    /// # Errors
+    /// As [`store`](Self::store).
+    pub fn restore(&mut self, erase: Erase) -> Result<(), StoreFailed> {
+        self.pages.append(&[KEY, VERSION], erase)
+    }
+
+    /// Flash with the settings.
+    pub const fn flash(&mut self) -> &mut F {
+        self.pages.flash()
+    }
+
+    /// Returns the flash.
+    pub fn release(self) -> F {
+        self.pages.release()
+    }
+
+    fn decode(&mut self, item: Item) -> (Settings, Origin) {
+        let Ok([_, version]) = self.pages.read::<HEAD>(item.data) else {
+            return (Settings::default(), Origin::Corrupted);
+        };
+        let entries = usize::from(item.length).saturating_sub(HEAD);
+        if !READABLE.contains(&version) || usize::from(item.length) < HEAD {
+            return (Settings::default(), Origin::Corrupted);
+        }
+        if entries == 0 {
+            return (Settings::default(), Origin::Blank);
+        }
+        let first = item.data + HEAD as u32;
+        let entries_at = (first..first + entries as u32).step_by(ENTRY);
+        let entries_at = entries_at.take(entries / ENTRY);
+        let is_old = entries_at.clone().any(|at| {
+            let entry = self.pages.read(at);
+            entry.is_ok_and(|entry| address_of(&entry) == OLD_DETECTORS)
+        });
+        let mut unknown = entries % ENTRY;
+        let values = entries_at.filter_map(|at| {
+            let entry = self.pages.read(at).ok();
+            let value = entry.and_then(|entry| setting(&entry)).filter(|value| {
+                let (address, _) = value;
+                !(is_old && address.index == OLD_DETECTORS.index)
+            });
+            unknown += usize::from(value.is_none());
+            value
+        });
+        let (settings, refused) = Settings::set_all(values);
+        let origin = if refused == 0 && unknown == 0 {
+            Origin::Stored
+        } else {
+            Origin::Corrupted
+        };
+        (settings, origin)
+    }
+}
+
+impl<F: NorFlash> core::fmt::Debug for Storage<F>
+where
+    StoreFailed: From<F::Error>,
+{
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Storage")
+            .field("start", &self.pages.start())
+            .finish_non_exhaustive()
+    }
+}
+
+/// Writes key and record; returns their length.
+fn encode(settings: &Settings, record: &mut [u8; RECORD]) -> usize {
+    let Some((head, entries)) = record.split_first_chunk_mut::<HEAD>() else {
+        return 0;
+    };
+    *head = [KEY, VERSION];
+    let (entries, _) = entries.as_chunks_mut::<ENTRY>();
+    // If the record would fill its last word, its first entry is repeated: the byte behind
+    // a record distinguishes one that has decayed from one that a power cut interrupted.
+    let again = (HEAD + SETTINGS * ENTRY).is_multiple_of(4);
+    let values = settings.iter();
+    let values = values.chain(settings.iter().take(usize::from(again)));
+    let mut length = HEAD;
+    for (entry, (address, value)) in entries.iter_mut().zip(values) {
+        let [i0, i1] = address.index.to_le_bytes();
+        let [v0, v1, v2, v3] = value.to_raw().to_le_bytes();
+        *entry = [i0, i1, address.subindex, v0, v1, v2, v3];
+        length += ENTRY;
+    }
+    length
+}
+
+const fn address_of(&[i0, i1, subindex, ..]: &[u8; ENTRY]) -> Address {
+    Address::new(u16::from_le_bytes([i0, i1]), subindex)
+}
+
+/// Setting in an entry, if this program has it with a matching type.
+fn setting(entry: &[u8; ENTRY]) -> Option<(Address, Value)> {
+    let (address, &[.., v0, v1, v2, v3]) = (address_of(entry), entry);
+    let Ok(Place::Entry(known, Some(_))) = dictionary::find(address) else {
+        return None;
+    };
+    let raw = u32::from_le_bytes([v0, v1, v2, v3]);
+    let value = Value::from_raw(known.data_type(), raw)?;
+    (value.to_raw() == raw).then_some((address, value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_store_failure_has_its_abort_code_and_detail() {
+        for (failed, code, detail) in [
+            (StoreFailed::Flash, AbortCode::Hardware, 0),
+            (StoreFailed::SupplyLow, AbortCode::Hardware, 1),
+            (StoreFailed::NeedsErase, AbortCode::DeviceState, 2),
+        ] {
+            assert_eq!(failed.abort_code(), code);
+            assert_eq!(failed as u32, detail);
+        }
+    }
+}
