@@ -46,6 +46,9 @@ fn accepted(
 /// What a person does who follows the text: the foot stands, z up, and then is turned so that each axis has a turn.
 fn follow(server: &mut Server, line: &str) {
     let says = |words| line.contains(words);
+    if line == "now" {
+        return server.say("tap");
+    }
     let next = [
         ("z up:", "hold x"),
         ("x up:", "hold y"),
@@ -53,7 +56,6 @@ fn follow(server: &mut Server, line: &str) {
         ("x down:", "hold -z"),
         ("z down:", "hold -y"),
         ("tap its sole", "hold z"),
-        ("now", "tap"),
         ("ten steps", "gait walk"),
         ("unplug the sensor", "fault data-ready-lost"),
         ("plug it in", "fault clear"),

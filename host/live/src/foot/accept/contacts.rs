@@ -25,6 +25,9 @@ const MOTION: f32 = 0.5;
 /// Shortest contact and shortest lift of a step, µs.
 const STEP_US: u64 = 100_000;
 
+/// Time within which a foot with a sensor says something valid.
+const HEALTHY: Duration = Duration::from_secs(2);
+
 /// Time for which a foot without a sensor is watched.
 const UNPLUGGED: Duration = Duration::from_secs(2);
 
@@ -211,9 +214,8 @@ pub(super) fn load(client: &mut Client, person: &mut Person) -> Result<Vec<Figur
 }
 
 /// What a foot says while its sensor is unplugged and plugged in again.
-#[derive(Default)]
 struct Unplugged {
-    last_valid: Option<Timestamp>,
+    last_valid: Timestamp,
     first_fault: Option<Timestamp>,
     /// Contacts that say "stable" without a sensor.
     stable: usize,
@@ -222,6 +224,17 @@ struct Unplugged {
 }
 
 impl Unplugged {
+    /// Begins after a contact of a foot with a sensor.
+    const fn after(last_valid: Timestamp) -> Self {
+        Self {
+            last_valid,
+            first_fault: None,
+            stable: 0,
+            valid_since: None,
+            faults: Faults::NONE,
+        }
+    }
+
     /// Takes a contact; returns whether the foot has recovered.
     fn take(&mut self, row: &Row) -> bool {
         let (is_valid, at) = (row.status.is_valid(), row.timestamp);
@@ -229,7 +242,7 @@ impl Unplugged {
             if row.status.has_fault() {
                 self.first_fault = Some(at);
             } else if is_valid {
-                self.last_valid = Some(at);
+                self.last_valid = at;
             }
             return false;
         }
@@ -258,21 +271,27 @@ pub(super) fn unplug(
         ref mut tell,
         has_left,
     } = *person;
+    // A foot without a sensor sends no contact until it reports the fault, so the last one with a sensor is known
+    // only if it came before the person was told.
+    let mut last_valid = None;
+    listen(client, has_left, HEALTHY, |row| {
+        if row.status.is_valid() && !row.status.has_fault() {
+            last_valid = Some(row.timestamp);
+        }
+        last_valid.is_some()
+    })?;
+    let Some(last_valid) = last_valid else {
+        return Ok(Step::Unplug.failed("the foot had a fault before the sensor was unplugged"));
+    };
     tell("unplug the sensor while the board runs, or pull its wire INT1");
-    let mut unplugged = Unplugged::default();
+    let mut unplugged = Unplugged::after(last_valid);
     listen(client, has_left, patience, |row| {
         unplugged.take(row);
         unplugged.first_fault.is_some()
     })?;
-    let (last, first) = match (unplugged.last_valid, unplugged.first_fault) {
-        (Some(last), Some(first)) => (last, first),
-        (None, Some(_)) => {
-            return Ok(Step::Unplug.failed("the foot had a fault before the sensor was unplugged"));
-        }
-        (_, None) => {
-            let reason = format!("no fault within {} s", patience.as_secs());
-            return Ok(Step::Unplug.not_tested(&reason));
-        }
+    let Some(first) = unplugged.first_fault else {
+        let reason = format!("no fault within {} s", patience.as_secs());
+        return Ok(Step::Unplug.not_tested(&reason));
     };
     tell("the foot has noticed; leave it so for two seconds");
     listen(client, has_left, UNPLUGGED, |row| {
@@ -291,7 +310,9 @@ pub(super) fn unplug(
         Moment::Motion(_) => None,
     })?;
     let names: Vec<_> = unplugged.faults.iter().map(Fault::name).collect();
-    let delay_us = first.as_micros().saturating_sub(last.as_micros());
+    let delay_us = first
+        .as_micros()
+        .saturating_sub(unplugged.last_valid.as_micros());
     Ok(vec![
         figure::DETECTED
             .measured(delay_us as f64 / 1000.0)
@@ -352,9 +373,10 @@ mod tests {
     #[test]
     fn unplugged_foot_has_recovered_after_valid_contacts() {
         let fault = Faults::NONE.with(Fault::SensorSilent);
-        let mut unplugged = Unplugged::default();
+        let mut unplugged = Unplugged::after(Timestamp::default());
         unplugged.take(&row(1, Decision::Stable, Faults::NONE));
         unplugged.take(&row(5, Decision::NotStable, fault));
+        assert_eq!(unplugged.last_valid, Timestamp::from_micros(1000));
         assert_eq!(unplugged.first_fault, Some(Timestamp::from_micros(5000)));
         let recovered =
             (7..1000).find(|ms| unplugged.take(&row(*ms, Decision::Stable, Faults::NONE)));
