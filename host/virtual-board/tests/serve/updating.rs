@@ -3,6 +3,7 @@
 use std::fs;
 use std::io::{BufRead as _, BufReader};
 use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 use bootloader::image::Sources;
 use host_tests::committed::workspace;
@@ -178,6 +179,29 @@ fn footfall_updates_all_feet_of_a_bus() {
     assert!(again[0]["to_program"].is_null());
     let info = server.foot(&bus, &["--node", "21", "info"]);
     assert!(info.contains(&format!("0.1.0, program {number}")), "{info}");
+    let (said, status) = server.end();
+    assert!(status.success(), "{said}");
+}
+
+/// The two minutes of `docs/update.md`, with `FOOTFALL_CORNERS=1` in the environment: emulated in real time at most, four
+/// feet take longer than they would.
+#[test]
+fn footfall_updates_four_feet_within_two_minutes() {
+    if std::env::var_os("FOOTFALL_CORNERS").is_none_or(|value| value != "1") {
+        return;
+    }
+    let Some(elf) = product() else { return };
+    let Some(server) = with_bootloader("updating-four", ["--feet", "4"]) else {
+        return;
+    };
+    fs::write(server.path("foot.img"), new_image(&elf)).expect("written");
+    let begin = Instant::now();
+    let bus = server.bus();
+    let arguments = ["foot", &bus, "update", "foot.img", "--all"];
+    let (updated, _) = footfall(&server.folder, &arguments);
+    let took = begin.elapsed();
+    assert_eq!(updated.matches(", confirmed\n").count(), 4, "{updated}");
+    assert!(took < Duration::from_secs(120), "{took:?}");
     let (said, status) = server.end();
     assert!(status.success(), "{said}");
 }
