@@ -13,6 +13,7 @@ use crate::flash::Flash;
 use crate::image::{Board, HEADER, Header, Refusal, identification};
 use crate::journal::{Event, Progress, State};
 use crate::layout::Slot;
+use crate::node::Program;
 use crate::update::Download;
 use crate::{program, verify};
 
@@ -41,6 +42,8 @@ pub struct Device<F> {
     board: Board,
     serial: u32,
     key: &'static [u8; 32],
+    /// Header of the running program; `None` where it is not whole.
+    running: Option<Header>,
     download: Download,
     buffer: Vec<u8, BUFFER>,
     /// Reason why the last program was refused.
@@ -48,6 +51,8 @@ pub struct Device<F> {
     /// Whether the slot for a new program holds one that is complete.
     is_complete: bool,
     action: Option<Action>,
+    /// Whether a master has controlled or sent a program since [`Self::take_use`].
+    is_used: bool,
 }
 
 impl<F: Flash> Device<F> {
@@ -59,12 +64,29 @@ impl<F: Flash> Device<F> {
             board,
             serial,
             key,
+            running: None,
             download: Download::default(),
             buffer: Vec::new(),
             refusal,
             is_complete: false,
             action: None,
+            is_used: false,
         }
+    }
+
+    /// Finds the running program, once: its hash takes longer than masters wait for an answer. One that has run until
+    /// now is whole.
+    pub fn find_running(&mut self, program: Program) {
+        self.running = match program {
+            Program::CanRun => program::header(&self.flash, Slot::Running),
+            Program::Missing(_) | Program::Unsettled => program::check(&self.flash, Slot::Running),
+        }
+        .ok();
+    }
+
+    /// Returns whether a master has controlled or sent a program since the last call.
+    pub const fn take_use(&mut self) -> bool {
+        core::mem::replace(&mut self.is_used, false)
     }
 
     /// Takes what is to be done after the answer.
@@ -98,6 +120,10 @@ impl<F: Flash> Device<F> {
                     let is_confirmed = state.progress == Progress::Settled
                         && program::same(&self.flash, Slot::New, Slot::Running);
                     if !is_confirmed {
+                        // The starts that follow need room for their records.
+                        state
+                            .tidy(&mut self.flash)
+                            .map_err(|_| AbortCode::Hardware)?;
                         state
                             .append(Event::Install, &mut self.flash)
                             .map_err(|_| AbortCode::Hardware)?;
@@ -134,10 +160,6 @@ impl<F: Flash> Device<F> {
             _ => AbortCode::CannotStore,
         }
     }
-
-    fn running(&self) -> Option<Header> {
-        program::check(&self.flash, Slot::Running).ok()
-    }
 }
 
 impl<F: Flash> Objects for Device<F> {
@@ -164,7 +186,7 @@ impl<F: Flash> Objects for Device<F> {
                 // Of a new program, which has been checked, before it is started: masters compare it then.
                 Value::U32(match self.is_complete {
                     true => identification(&self.flash, Slot::New),
-                    false => self.running().map_or(0, |header| header.identification()),
+                    false => self.running.map_or(0, |header| header.identification()),
                 })
             }
             (index::FLASH_STATUS, 1) => Value::U32(self.refusal.map_or(0, Refusal::flash_status)),
@@ -191,7 +213,9 @@ impl<F: Flash> Objects for Device<F> {
 
     fn write(&mut self, _: Address, bytes: &[u8]) -> Result<Written, AbortCode> {
         let command = bytes.first().copied().ok_or(AbortCode::TooShort)?;
-        self.control(command).map(|()| Written::Done)
+        self.control(command)?;
+        self.is_used = true;
+        Ok(Written::Done)
     }
 }
 
@@ -212,6 +236,7 @@ impl<F: Flash> Domains for Device<F> {
             return Err(self.refuse(Refusal::WrongLength));
         }
         if program::is_blank(&self.flash, Slot::New) {
+            self.is_used = true;
             Ok(())
         } else {
             Err(self.refuse(Refusal::NotCleared))
@@ -219,14 +244,14 @@ impl<F: Flash> Domains for Device<F> {
     }
 
     fn append(&mut self, bytes: &[u8]) -> Result<(), AbortCode> {
+        self.is_used = true;
         self.buffer
             .extend_from_slice(bytes)
             .map_err(|_| AbortCode::Hardware)
     }
 
     fn flush(&mut self) -> Result<(), AbortCode> {
-        let running = self.running_at_begin();
-        let (board, key) = (self.board, self.key);
+        let (board, key, running) = (self.board, self.key, self.running);
         let accept = |header: &Header, bytes: &[u8; HEADER]| {
             header.check(board, running.as_ref())?;
             verify::signature(bytes, key)
@@ -243,17 +268,6 @@ impl<F: Flash> Domains for Device<F> {
                 Ok(())
             }
             Err(why) => Err(self.refuse(why)),
-        }
-    }
-}
-
-impl<F: Flash> Device<F> {
-    /// Header of the running program, read where the new one's is about to be checked.
-    fn running_at_begin(&self) -> Option<Header> {
-        if self.download.is_in_header() {
-            self.running()
-        } else {
-            None
         }
     }
 }

@@ -271,6 +271,11 @@ impl Header {
             hash: take(&mut rest),
             signature: take(&mut rest),
         };
+        // What is not signed must not differ between two images of one program.
+        let is_padded = bytes.iter().skip(USED).all(|byte| *byte == 0xFF);
+        if kind == Kind::Signed && !is_padded {
+            return Err(Refusal::NotAnImage);
+        }
         let whole = length.is_multiple_of(4) && (SHORTEST..=LONGEST).contains(&length);
         if whole || kind == Kind::Probed {
             Ok(header)
@@ -415,6 +420,8 @@ mod tests {
         assert_eq!(refused(10, 9), Err(Refusal::OtherBoard));
         assert_eq!(refused(12, 1), Err(Refusal::WrongLength));
         assert_eq!(refused(15, 1), Err(Refusal::WrongLength));
+        assert_eq!(refused(USED, 0), Err(Refusal::NotAnImage));
+        assert_eq!(refused(HEADER - 1, 0), Err(Refusal::NotAnImage));
         assert_eq!(Header::decode(&[0xFF; HEADER]), Err(Refusal::NotAnImage));
     }
 

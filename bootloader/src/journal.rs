@@ -128,8 +128,11 @@ impl State {
     fn apply(&mut self, event: Event) {
         match event {
             Event::Install => {
-                if let Progress::Trial(starts) = self.progress {
-                    self.trial = Some(starts);
+                match self.progress {
+                    Progress::Trial(starts) => self.trial = Some(starts),
+                    // Its trial is over: it is not the one to return to.
+                    Progress::Restoring(_) => self.trial = Some(MOST_STARTS),
+                    Progress::Settled | Progress::Installing => {}
                 }
                 self.progress = Progress::Installing;
             }

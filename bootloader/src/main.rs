@@ -7,7 +7,7 @@
 mod chip;
 
 use bootloader::adapter::Word;
-use bootloader::node::{Node, Program, Restart};
+use bootloader::node::{Line, Message, Node, Program, Restart};
 use bootloader::update::{Start, settle};
 use bootloader::verify::KEY;
 
@@ -41,9 +41,10 @@ fn serve(flash: ChipFlash, program: Program) -> ! {
     let mut can = Can::start(bit_rate, id);
     let mut serial = Serial::start(baud);
     let mut node = Node::new(id, flash, chip::BOARD, chip::serial(), KEY);
-    let mut waiting = node.boot(program);
+    node.boot(program);
+    let mut waiting = Some(Message::BootUp);
     let mut answer = match program {
-        Program::CanRun => node.answer_to_stop(),
+        Program::CanRun => Some(Message::Stopped),
         Program::Missing(_) | Program::Unsettled => None,
     };
     loop {
@@ -54,7 +55,7 @@ fn serve(flash: ChipFlash, program: Program) -> ! {
             && let Some(frame) = can.receive()
         {
             is_idle = false;
-            if let Some(answer) = node.receive(&frame) {
+            if let Some(answer) = node.receive(&frame, Line::Can) {
                 can.send(&answer);
             }
         }
@@ -65,7 +66,7 @@ fn serve(flash: ChipFlash, program: Program) -> ! {
             match word {
                 Word::Frame(frame) => {
                     serial.send(&[CR]);
-                    if let Some(answer) = node.receive(&frame) {
+                    if let Some(answer) = node.receive(&frame, Line::Serial) {
                         serial.send_frame(&answer);
                     }
                 }
@@ -73,11 +74,11 @@ fn serve(flash: ChipFlash, program: Program) -> ! {
                 Word::Unknown => serial.send(&[BEL]),
             }
         }
-        for frame in [waiting.take(), answer.take()].into_iter().flatten() {
-            if let Some(can) = &mut can {
+        for message in [waiting.take(), answer.take()].into_iter().flatten() {
+            if let (Some(can), Some(frame)) = (&mut can, node.frame(message, Line::Can)) {
                 can.send(&frame);
             }
-            if let Some(serial) = &serial {
+            if let (Some(serial), Some(frame)) = (&serial, node.frame(message, Line::Serial)) {
                 serial.send_frame(&frame);
             }
         }

@@ -5,7 +5,7 @@ use canopen_rs::nmt::{self, NmtCommand};
 use wire::CanFrame;
 use wire::dictionary::{Address, PRODUCT_CODE, REVISION, VENDOR_ID, index};
 use wire::domain::DomainServer;
-use wire::foot::{NodeId, cob_id};
+use wire::foot::{Foot, NodeId, cob_id};
 use wire::sdo::written;
 
 use crate::device::{Action, Device, HEARTBEAT_MS};
@@ -15,8 +15,28 @@ use crate::image::{Board, Refusal};
 /// Time without a request after which a transfer is given up, ms.
 const GIVE_UP_MS: u32 = 5_000;
 
-/// Time without a request after which a program that can run is started again, ms.
+/// Time without a program control or data after which a program that can run is started again, ms.
 const RETURN_MS: u32 = 60_000;
+
+/// A line of the board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Line {
+    /// The bus.
+    Can,
+    /// The serial line, whose only node this is.
+    Serial,
+}
+
+/// A frame that no request asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Message {
+    /// The boot-up message.
+    BootUp,
+    /// The heartbeat.
+    Heartbeat,
+    /// The answer to the request by which a master has stopped the program.
+    Stopped,
+}
 
 /// The node.
 pub struct Node<F> {
@@ -26,6 +46,8 @@ pub struct Node<F> {
     device: Device<F>,
     /// Time since the last request, ms.
     idle_ms: u32,
+    /// Time since a master has controlled or sent a program, ms.
+    unused_ms: u32,
     /// Time since the last heartbeat, ms.
     heartbeat_ms: u16,
     action: Option<Action>,
@@ -52,6 +74,7 @@ impl<F: Flash> Node<F> {
             sdo: DomainServer::new(),
             device: Device::new(flash, board, serial, key),
             idle_ms: 0,
+            unused_ms: 0,
             heartbeat_ms: 0,
             action: None,
         }
@@ -62,14 +85,18 @@ impl<F: Flash> Node<F> {
         self.device.flash
     }
 
-    /// The node's id.
+    /// Id of the node on a line; `None` on a bus until LSS has assigned one. Alone on a serial line it always has one.
     #[must_use]
-    pub const fn id(&self) -> Option<NodeId> {
-        self.id
+    pub fn id(&self, line: Line) -> Option<NodeId> {
+        self.id.or(match line {
+            Line::Can => None,
+            Line::Serial => Some(Foot::default().default_node_id()),
+        })
     }
 
-    /// Prepares for a download, and returns the boot-up message.
-    pub fn boot(&mut self, program: Program) -> Option<CanFrame> {
+    /// Prepares for a download.
+    pub fn boot(&mut self, program: Program) {
+        self.device.find_running(program);
         // The next start may need the new program.
         if program != Program::Unsettled {
             self.action = Some(Action::Clear);
@@ -77,22 +104,31 @@ impl<F: Flash> Node<F> {
         if let Program::Missing(Some(why)) = program {
             self.device.explain(why);
         }
-        self.boot_up()
     }
 
-    /// The answer to the request by which a master has stopped the program.
+    /// Returns the frame of a message on a line; `None` where the node has no id.
     #[must_use]
-    pub fn answer_to_stop(&self) -> Option<CanFrame> {
-        let answer = written(Address::new(index::PROGRAM_CONTROL, 1));
-        CanFrame::new(self.id?.cob_id(cob_id::SDO_RESPONSE), &answer)
+    pub fn frame(&self, message: Message, line: Line) -> Option<CanFrame> {
+        let id = self.id(line)?;
+        let heartbeat = id.cob_id(cob_id::HEARTBEAT);
+        match message {
+            Message::BootUp => CanFrame::new(heartbeat, &nmt::BOOTUP_FRAME),
+            Message::Heartbeat => {
+                CanFrame::new(heartbeat, &nmt::encode_heartbeat(self.device.state()))
+            }
+            Message::Stopped => CanFrame::new(
+                id.cob_id(cob_id::SDO_RESPONSE),
+                &written(Address::new(index::PROGRAM_CONTROL, 1)),
+            ),
+        }
     }
 
-    /// Handles a received frame, and returns the answer.
-    pub fn receive(&mut self, frame: &CanFrame) -> Option<CanFrame> {
+    /// Handles a frame that was received on a line, and returns the answer.
+    pub fn receive(&mut self, frame: &CanFrame, line: Line) -> Option<CanFrame> {
         if frame.id() == cob_id::LSS_MASTER {
-            return self.receive_lss(frame.data8()?);
+            return self.receive_lss(frame.data8()?, line);
         }
-        let id = self.id?;
+        let id = self.id(line)?;
         if frame.id() == nmt::NMT_COMMAND_COB_ID {
             let (command, target) = nmt::decode_command(frame.data().first_chunk()?).ok()?;
             let is_own = target.raw() == 0 || target.raw() == id.get();
@@ -107,11 +143,18 @@ impl<F: Flash> Node<F> {
         }
         self.idle_ms = 0;
         let answer = self.sdo.handle(frame.data8()?, &mut self.device);
-        self.action = self.device.take_action().or(self.action);
+        if self.device.take_use() {
+            self.unused_ms = 0;
+        }
+        let action = self.device.take_action();
+        // A restart that has been answered is not taken back by the other line.
+        if self.action != Some(Action::Restart) {
+            self.action = action.or(self.action);
+        }
         CanFrame::new(id.cob_id(cob_id::SDO_RESPONSE), &answer?)
     }
 
-    fn receive_lss(&mut self, request: &[u8; 8]) -> Option<CanFrame> {
+    fn receive_lss(&mut self, request: &[u8; 8], line: Line) -> Option<CanFrame> {
         const CONFIGURE_BIT_TIMING: u8 = 0x13;
         const STORE: u8 = 0x17;
         let configuring = self.lss.state() == lss::LssState::Configuration;
@@ -122,45 +165,40 @@ impl<F: Flash> Node<F> {
         } else {
             match self.lss.handle(request) {
                 Some(answer) => answer,
-                None => return self.take_id(configuring),
+                None => return self.take_id(configuring, line),
             }
         };
         CanFrame::new(lss::LSS_SLAVE_COB_ID, &answer)
     }
 
     /// Takes the id that LSS has assigned, if it has left the configuration; returns the boot-up message then.
-    fn take_id(&mut self, configuring: bool) -> Option<CanFrame> {
+    fn take_id(&mut self, configuring: bool, line: Line) -> Option<CanFrame> {
         let left = configuring && self.lss.state() == lss::LssState::Waiting;
         if !left || self.id.is_some() {
             return None;
         }
-        self.id = NodeId::new(self.lss.pending_node_id());
-        self.boot_up()
-    }
-
-    fn boot_up(&self) -> Option<CanFrame> {
-        CanFrame::new(self.id?.cob_id(cob_id::HEARTBEAT), &nmt::BOOTUP_FRAME)
+        self.id = Some(NodeId::new(self.lss.pending_node_id())?);
+        // Masters that look for nodes without an id do not find this one again.
+        self.lss.adopt_pending();
+        self.frame(Message::BootUp, line)
     }
 
     /// Advances by one millisecond; returns the heartbeat when it is due.
-    pub fn tick(&mut self, program: Program) -> Option<CanFrame> {
+    pub fn tick(&mut self, program: Program) -> Option<Message> {
         self.idle_ms = self.idle_ms.saturating_add(1);
         if self.idle_ms == GIVE_UP_MS && self.sdo.give_up() {
             self.action = Some(Action::Clear);
         }
-        if self.idle_ms == RETURN_MS && !matches!(program, Program::Missing(_)) {
+        self.unused_ms = self.unused_ms.saturating_add(1);
+        if self.unused_ms == RETURN_MS && !matches!(program, Program::Missing(_)) {
             self.action = Some(Action::Restart);
         }
-        let id = self.id?;
         self.heartbeat_ms = self.heartbeat_ms.saturating_add(1);
         if self.heartbeat_ms < HEARTBEAT_MS {
             return None;
         }
         self.heartbeat_ms = 0;
-        CanFrame::new(
-            id.cob_id(cob_id::HEARTBEAT),
-            &nmt::encode_heartbeat(self.device.state()),
-        )
+        Some(Message::Heartbeat)
     }
 
     /// Takes what is to be done once the last answer has been sent. Does the erasing itself.
@@ -170,7 +208,7 @@ impl<F: Flash> Node<F> {
                 self.device.clear();
                 None
             }
-            Action::Restart => Some(match self.idle_ms {
+            Action::Restart => Some(match self.unused_ms {
                 RETURN_MS.. => Restart::AfterSilence,
                 _ => Restart::ByMaster,
             }),
@@ -183,7 +221,7 @@ impl<F: Flash> Node<F> {
 pub enum Restart {
     /// A master has asked for it.
     ByMaster,
-    /// No master has sent anything for a minute.
+    /// No master has controlled or sent a program for a minute.
     AfterSilence,
 }
 

@@ -4,14 +4,14 @@
 //! |---|---|
 //! | nothing in progress | the running program is checked and started; if it has decayed, the previous one is restored |
 //! | [`Installing`](Progress::Installing) | the new program is checked, the running one copied to `Previous`, the new one to `Running`; its slot is cleared |
-//! | [`Trial`](Progress::Trial) | the new program is started; after three times the previous one is restored, or the bootloader stays where there is none |
+//! | [`Trial`](Progress::Trial) | the new program is started; after three times the previous one is restored, or the bootloader stays where there is none; one that a probe has written since then is started |
 //! | [`Restoring`](Progress::Restoring) | the previous program is copied to `Running` |
 //!
 //! At every moment one of the slots holds a whole program that has worked: `Running` until its copy in `Previous` is
 //! complete, then `Previous` until the new program has confirmed itself.
 
 use crate::flash::{Flash, FlashFailed};
-use crate::image::{HEADER, Header, Refusal};
+use crate::image::{HEADER, Header, Kind, Refusal};
 use crate::journal::{Event, MOST_STARTS, Progress, State};
 use crate::layout::Slot;
 use crate::{program, verify};
@@ -50,6 +50,8 @@ pub fn settle(flash: &mut impl Flash, key: &[u8; 32]) -> Result<Start, FlashFail
                 }
                 Event::Ended(why)
             }
+            // Only a program that was sent is on trial: a probe has replaced it.
+            Progress::Trial(_) if is_probed(flash) => Event::Confirmed,
             Progress::Trial(starts) if is_whole(flash) => {
                 if starts < MOST_STARTS {
                     state.append(Event::Started, flash)?;
@@ -81,6 +83,10 @@ pub fn settle(flash: &mut impl Flash, key: &[u8; 32]) -> Result<Start, FlashFail
 
 fn is_whole(flash: &impl Flash) -> bool {
     program::check(flash, Slot::Running).is_ok()
+}
+
+fn is_probed(flash: &impl Flash) -> bool {
+    program::header(flash, Slot::Running).is_ok_and(|header| header.kind == Kind::Probed)
 }
 
 /// Checks the new program with its signature once more: whoever can write the slot cannot sign.
@@ -128,12 +134,6 @@ impl Default for Download {
 }
 
 impl Download {
-    /// Returns whether the header is not complete yet.
-    #[must_use]
-    pub const fn is_in_header(&self) -> bool {
-        self.decoded.is_none()
-    }
-
     /// Takes the next bytes.
     ///
     /// # Errors

@@ -5,7 +5,7 @@ use bootloader::image::{Board, Header, Refusal};
 use bootloader::journal::{Event, Progress, State};
 use bootloader::layout::Slot;
 use bootloader::node::Program::{CanRun, Missing, Unsettled};
-use bootloader::node::{Node, Restart};
+use bootloader::node::{Line, Message, Node, Restart};
 use bootloader::update::{Start, settle};
 use bootloader::verify::KEY;
 use crc::{CRC_16_XMODEM, Crc};
@@ -34,9 +34,11 @@ impl Master {
     fn of(chip: Chip) -> Self {
         let id = NodeId::new(5);
         let mut node = Node::new(id, chip, Board::Reference, 77, KEY);
-        let boot = node.boot(CanRun).expect("a node with an id");
+        node.boot(CanRun);
+        let frame = |message| node.frame(message, Line::Can).expect("a node with an id");
+        let boot = frame(Message::BootUp);
         assert_eq!((boot.id(), boot.data()), (0x705, [0].as_slice()));
-        let stopped = node.answer_to_stop().expect("a node with an id");
+        let stopped = frame(Message::Stopped);
         assert_eq!(stopped.data(), [0x60, 0x51, 0x1F, 1, 0, 0, 0, 0]);
         assert_eq!(node.take_restart(), None, "it clears the slot");
         Self {
@@ -49,7 +51,7 @@ impl Master {
 
     fn send(&mut self, request: [u8; 8]) -> Option<[u8; 8]> {
         let frame = CanFrame::new(0x605, &request).expect("a frame");
-        let answer = self.node.receive(&frame);
+        let answer = self.node.receive(&frame, Line::Can);
         assert_eq!(answer.as_ref().map_or(0x585, CanFrame::id), 0x585);
         answer.map(|frame| *frame.data8().expect("eight bytes"))
     }
@@ -345,7 +347,7 @@ fn failed_start_keeps_the_program_that_it_was_to_install() {
     assert!(settle(&mut chip, KEY).is_err());
     chip.power_up();
     let mut node = Node::new(NodeId::new(5), chip, Board::Reference, 77, KEY);
-    assert!(node.boot(Unsettled).is_some());
+    node.boot(Unsettled);
     assert_eq!(node.take_restart(), None);
     for _ in 0..60_000 {
         node.tick(Unsettled);
@@ -361,7 +363,7 @@ fn clear_that_the_flash_does_not_take_is_refused() {
     let mut chip = chip().with(Slot::New, &image(3, 300));
     chip.cut = Some((1, Cut::Before));
     let mut node = Node::new(NodeId::new(5), chip, Board::Reference, 77, KEY);
-    assert!(node.boot(Unsettled).is_some());
+    node.boot(Unsettled);
     let mut master = Master {
         node,
         sent: 0,
@@ -375,15 +377,85 @@ fn clear_that_the_flash_does_not_take_is_refused() {
 #[test]
 fn node_id_of_lss_is_taken_after_the_configuration() {
     let mut node = Node::new(None, chip(), Board::Reference, 77, KEY);
-    assert_eq!(node.boot(CanRun), None);
+    node.boot(CanRun);
+    assert_eq!(node.frame(Message::BootUp, Line::Can), None);
     let mut send = |data: [u8; 8]| {
         let frame = CanFrame::new(0x7E5, &data).expect("a frame");
-        node.receive(&frame)
+        node.receive(&frame, Line::Can)
     };
     assert_eq!(send([4, 1, 0, 0, 0, 0, 0, 0]), None);
     let answer = send([0x11, 0x33, 0, 0, 0, 0, 0, 0]).expect("an answer");
     assert_eq!(answer.data()[..2], [0x11, 0]);
     let boot = send([4, 0, 0, 0, 0, 0, 0, 0]).expect("a boot-up message");
     assert_eq!((boot.id(), boot.data()), (0x733, [0].as_slice()));
-    assert_eq!(node.id(), NodeId::new(0x33));
+    // A master that scans for nodes without an id finds none.
+    assert_eq!(send([0x51, 0, 0, 0, 0, 32, 0, 0]), None);
+    assert_eq!(node.id(Line::Can), NodeId::new(0x33));
+}
+
+#[test]
+fn serial_line_is_answered_without_a_node_id() {
+    let mut node = Node::new(None, chip(), Board::Reference, 77, KEY);
+    node.boot(CanRun);
+    let boot = node.frame(Message::BootUp, Line::Serial).expect("an id");
+    assert_eq!(boot.id(), 0x711);
+    let request = CanFrame::new(0x611, &[0x40, 0x18, 0x10, 4, 0, 0, 0, 0]).expect("a frame");
+    assert_eq!(node.receive(&request, Line::Can), None);
+    let answer = node.receive(&request, Line::Serial).expect("an answer");
+    assert_eq!((answer.id(), answer.data()[4]), (0x591, 77));
+}
+
+#[test]
+fn requests_that_only_read_do_not_keep_the_bootloader() {
+    let mut master = Master::of(chip());
+    for ms in 1..=60_000 {
+        if ms % 1_000 == 0 {
+            assert!(master.ask([0x40, 0x18, 0x10, 4, 0, 0, 0, 0]).is_ok());
+        }
+        master.node.tick(CanRun);
+    }
+    let restart = master.node.take_restart();
+    assert_eq!(restart, Some(Restart::AfterSilence));
+}
+
+#[test]
+fn refused_request_of_the_other_line_does_not_take_a_start_back() {
+    let mut master = Master::of(chip().with(Slot::New, &image(3, 300)));
+    assert_eq!(master.control(3).map(|answer| answer[0]), Ok(0x60));
+    assert_eq!(master.block(&image(3, 300)), Ok(()));
+    assert!(master.control(1).is_ok());
+    let begin = CanFrame::new(0x605, &[0x21, 0x50, 0x1F, 1, 0, 0, 0, 0]).expect("a frame");
+    let answer = master
+        .node
+        .receive(&begin, Line::Serial)
+        .expect("an answer");
+    assert_eq!(answer.data()[0], 0x80);
+    assert_eq!(master.node.take_restart(), Some(Restart::ByMaster));
+    let mut chip = master.node.release();
+    assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+    assert!(chip.holds(Slot::Running, &image(3, 300)));
+}
+
+#[test]
+fn journal_filled_by_updates_without_a_power_cycle_is_erased() {
+    // An update has three records: the last that fits is its install, its start or its confirmation.
+    for filled in 8_000..8_003 {
+        let mut chip = chip();
+        let mut state = State::read(&chip);
+        for _ in 0..filled {
+            state.append(Event::Confirmed, &mut chip).expect("room");
+        }
+        for update in 0..70 {
+            let new = image(3 + update % 2, 300);
+            let mut master = Master::of(chip);
+            assert_eq!(master.block(&new), Ok(()));
+            assert!(master.control(1).is_ok());
+            chip = master.node.release();
+            assert_eq!(settle(&mut chip, KEY), Ok(Start::Program), "{update}");
+            assert!(chip.holds(Slot::Running, &new), "{update}");
+            // The program confirms itself, and is stopped: no start has seen the journal with nothing in progress.
+            let mut state = State::read(&chip);
+            state.append(Event::Confirmed, &mut chip).expect("room");
+        }
+    }
 }

@@ -244,6 +244,39 @@ fn failed_trial_without_a_previous_program_stays_in_the_bootloader() {
 }
 
 #[test]
+fn program_of_a_probe_replaces_one_on_trial() {
+    for previous in [None, Some(image(1, 1))] {
+        let mut chip = received(&image(2, 2), previous.as_deref(), &image(3, 3));
+        for _ in 0..MOST_STARTS {
+            assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+        }
+        let mut chip = chip.with(Slot::Running, &probed(4));
+        for _ in 0..5 {
+            assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+            assert!(chip.holds(Slot::Running, &probed(4)));
+        }
+        assert_eq!(State::read(&chip).progress, Progress::Settled);
+    }
+}
+
+#[test]
+fn program_whose_return_failed_is_not_kept_as_the_previous_one() {
+    let (old, bad, new) = (image(2, 2), image(3, 3), image(4, 4));
+    let mut chip = received(&old, None, &bad);
+    for _ in 0..MOST_STARTS {
+        assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+    }
+    let mut state = State::read(&chip);
+    let restore = Event::Restore(Refusal::NotConfirmed);
+    state.append(restore, &mut chip).expect("room");
+    // The flash does not take the copy, and a master sends another image.
+    let mut chip = chip.with(Slot::New, &new);
+    state.append(Event::Install, &mut chip).expect("room");
+    assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+    assert!(chip.holds(Slot::Running, &new) && chip.holds(Slot::Previous, &old));
+}
+
+#[test]
 fn program_on_trial_does_not_replace_the_previous_one() {
     let (old, trial, new) = (image(2, 2), image(3, 3), image(4, 4));
     let mut chip = received(&old, None, &trial);

@@ -71,6 +71,8 @@ pub(super) async fn feed_watchdog() {
             feedings += 1;
             if feedings == CONFIRMED && board::update::confirm().is_err() {
                 defmt::error!("the new program could not be confirmed");
+                // The supply may be low now: again in ten seconds.
+                feedings = 0;
             }
         }
         if let Some(used) = stack.look() {

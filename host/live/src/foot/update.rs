@@ -113,6 +113,14 @@ pub enum UpdateError {
         /// Reason.
         why: Refusal,
     },
+    /// The foot has refused the image, and no program of it has started since.
+    #[error("{foot} has refused the image: {}; it waits in its bootloader for another", why.words())]
+    RefusedWithoutProgram {
+        /// The foot.
+        foot: String,
+        /// Reason.
+        why: Refusal,
+    },
     /// The foot did not reach the next step in time.
     #[error("{foot} has not started {what} within {} s{}", within.as_secs(), reason(*why))]
     NotStarted {
@@ -224,7 +232,7 @@ fn install(
         client.turn_to_bootloader(STOP)?;
         wait_for(client, serial, Runs::Bootloader, STOP)?;
     }
-    let sent = send(client, image, &mut |step| report(&foot, step));
+    let sent = send(client, &foot, image, &mut |step| report(&foot, step));
     if sent.is_err() {
         // The image may have arrived, and only the last answer not.
         let _ = control(client, control::CLEAR);
@@ -241,10 +249,16 @@ fn install(
     client.turn_to_program()?;
     let runs = wait_for(client, serial, Runs::Program, INSTALL);
     if let Some(why) = why {
-        if runs.is_ok() {
-            client.bring_to(state)?;
-        }
-        return Err(why);
+        return Err(match (runs, why) {
+            (Err(_), UpdateError::Refused { foot, why }) => {
+                UpdateError::RefusedWithoutProgram { foot, why }
+            }
+            (Err(_), why) => why,
+            (Ok(()), why) => {
+                client.bring_to(state)?;
+                why
+            }
+        });
     }
     runs?;
     let after = program(client, Runs::Program)?;
@@ -264,6 +278,7 @@ fn install(
 /// Clears the slot and sends the image, again if the transfer is disturbed.
 fn send(
     client: &mut Client,
+    foot: &str,
     image: &Image,
     report: &mut dyn FnMut(Step),
 ) -> Result<(), UpdateError> {
@@ -293,7 +308,7 @@ fn send(
             }
         };
         if let Some(why) = why {
-            let foot = client.foot();
+            let foot = foot.to_owned();
             return Err(UpdateError::Refused { foot, why });
         }
         tries -= 1;
