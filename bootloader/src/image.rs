@@ -271,7 +271,7 @@ impl Header {
             hash: take(&mut rest),
             signature: take(&mut rest),
         };
-        // What is not signed must not differ between two images of one program.
+        // Bytes that the signature does not cover must be alike in all images of one program.
         let is_padded = bytes.iter().skip(USED).all(|byte| *byte == 0xFF);
         if kind == Kind::Signed && !is_padded {
             return Err(Refusal::NotAnImage);
