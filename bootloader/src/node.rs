@@ -141,10 +141,14 @@ impl<F: Flash> Node<F> {
         if frame.id() != id.cob_id(cob_id::SDO_REQUEST) {
             return None;
         }
-        self.idle_ms = 0;
         let answer = self.sdo.handle(frame.data8()?, &mut self.device);
-        if self.device.take_use() {
+        let is_used = self.device.take_use();
+        if is_used {
             self.unused_ms = 0;
+        }
+        // What is neither answered nor taken does not keep a transfer whose master has gone.
+        if is_used || answer.is_some() {
+            self.idle_ms = 0;
         }
         let action = self.device.take_action();
         // A restart that has been answered is not taken back by the other line.

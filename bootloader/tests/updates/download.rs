@@ -419,6 +419,20 @@ fn requests_that_only_read_do_not_keep_the_bootloader() {
 }
 
 #[test]
+fn reads_do_not_keep_a_block_transfer_without_its_master() {
+    let mut master = Master::of(chip());
+    assert!(master.ask([0xC6, 0x50, 0x1F, 1, 44, 2, 0, 0]).is_ok());
+    let read = [0x40, 0x18, 0x10, 4, 0, 0, 0, 0];
+    let answered = (0..5).any(|_| {
+        for _ in 0..2_000 {
+            master.node.tick(Missing(None));
+        }
+        master.send(read).is_some()
+    });
+    assert!(answered);
+}
+
+#[test]
 fn refused_request_of_the_other_line_does_not_take_a_start_back() {
     let mut master = Master::of(chip().with(Slot::New, &image(3, 300)));
     assert_eq!(master.control(3).map(|answer| answer[0]), Ok(0x60));
