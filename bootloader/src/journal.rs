@@ -36,6 +36,9 @@ pub const MOST_STARTS: u8 = 3;
 pub enum Event {
     /// The program in [`Slot::New`](crate::layout::Slot::New) is to be copied and started.
     Install,
+    /// The program to return to is whole in [`Slot::Previous`](crate::layout::Slot::Previous), if there is one: the new
+    /// one takes its place.
+    Kept,
     /// The new program is started, without having been confirmed.
     Started,
     /// The running program works.
@@ -54,6 +57,7 @@ impl Event {
             Self::Confirmed => (3, 0),
             Self::Restore(why) => (4, why.number()),
             Self::Ended(why) => (5, why.number()),
+            Self::Kept => (6, 0),
         };
         u32::from_le_bytes([number, detail, 0, 0])
     }
@@ -68,6 +72,7 @@ impl Event {
             3 => Self::Confirmed,
             4 => Self::Restore(Refusal::from_number(detail)?),
             5 => Self::Ended(Refusal::from_number(detail)?),
+            6 => Self::Kept,
             _ => return None,
         })
     }
@@ -79,8 +84,10 @@ pub enum Progress {
     /// The running program is confirmed, or was written by a probe.
     #[default]
     Settled,
-    /// The new program is being copied.
+    /// The new program is to be checked, and the running one is being copied.
     Installing,
+    /// The new program is being copied: what the running slot holds has not been tried.
+    Replacing,
     /// The new program has been started this many times without confirmation.
     Trial(u8),
     /// The previous program is being copied back.
@@ -132,10 +139,11 @@ impl State {
                     Progress::Trial(starts) => self.trial = Some(starts),
                     // Its trial is over: it is not the one to return to.
                     Progress::Restoring(_) => self.trial = Some(MOST_STARTS),
-                    Progress::Settled | Progress::Installing => {}
+                    Progress::Settled | Progress::Installing | Progress::Replacing => {}
                 }
                 self.progress = Progress::Installing;
             }
+            Event::Kept => (self.progress, self.trial) = (Progress::Replacing, Some(MOST_STARTS)),
             Event::Started => {
                 self.trial = None;
                 self.progress = Progress::Trial(match self.progress {
@@ -144,7 +152,9 @@ impl State {
                 });
             }
             Event::Confirmed => (self.progress, self.refusal) = (Progress::Settled, None),
-            Event::Restore(why) => self.progress = Progress::Restoring(why),
+            Event::Restore(why) => {
+                (self.progress, self.trial) = (Progress::Restoring(why), None);
+            }
             Event::Ended(why) => {
                 self.refusal = Some(why);
                 self.progress = match self.trial.take() {
@@ -184,7 +194,7 @@ impl State {
         let is_due = match self.progress {
             Progress::Settled => self.used + RESERVE > RECORDS,
             Progress::Trial(_) => self.used + LEAST > RECORDS,
-            Progress::Installing | Progress::Restoring(_) => false,
+            Progress::Installing | Progress::Replacing | Progress::Restoring(_) => false,
         };
         if is_torn || is_due {
             let (word, complement) = ERASING;
@@ -195,10 +205,14 @@ impl State {
             if let Some(why) = before.refusal {
                 self.append(Event::Ended(why), flash)?;
             }
-            if let Progress::Trial(starts) = before.progress {
-                for _ in 0..starts {
-                    self.append(Event::Started, flash)?;
+            match before.progress {
+                Progress::Replacing => self.append(Event::Kept, flash)?,
+                Progress::Trial(starts) => {
+                    for _ in 0..starts {
+                        self.append(Event::Started, flash)?;
+                    }
                 }
+                Progress::Settled | Progress::Installing | Progress::Restoring(_) => {}
             }
         }
         Ok(())

@@ -3,7 +3,8 @@
 //! | in the journal | done at the start |
 //! |---|---|
 //! | nothing in progress | the running program is checked and started; if it has decayed, the previous one is restored |
-//! | [`Installing`](Progress::Installing) | the new program is checked, the running one copied to `Previous`, the new one to `Running`; its slot is cleared |
+//! | [`Installing`](Progress::Installing) | the new program is checked, and the running one copied to `Previous`; the own image of a program that has worked ends it |
+//! | [`Replacing`](Progress::Replacing) | the new program is checked once more, copied to `Running` and started, and its slot is cleared; where it is lost, the previous one is restored |
 //! | [`Trial`](Progress::Trial) | the new program is started; after three times the previous one is restored, or the bootloader stays where there is none; one that a probe has written since then is started |
 //! | [`Restoring`](Progress::Restoring) | the previous program is copied to `Running` |
 //!
@@ -32,14 +33,21 @@ pub enum Start {
 pub fn settle(flash: &mut impl Flash, key: &[u8; 32]) -> Result<Start, FlashFailed> {
     let mut state = State::read(flash);
     state.tidy(flash)?;
-    // Installing, a trial that is over, and restoring follow each other at most once.
-    for _ in 0..4 {
+    // Installing, replacing, a trial that is over, and restoring follow each other at most once.
+    for _ in 0..5 {
         let next = match state.progress {
             Progress::Installing => match check_new(flash, key) {
+                Ok(()) => keep(flash, &state)?,
+                Err(why) => Event::Ended(why),
+            },
+            Progress::Replacing => match check_new(flash, key) {
                 Ok(()) => {
-                    install(flash, &state)?;
+                    if !program::same(flash, Slot::New, Slot::Running) {
+                        program::copy(flash, Slot::New, Slot::Running)?;
+                    }
                     Event::Started
                 }
+                Err(why) if program::check(flash, Slot::Previous).is_ok() => Event::Restore(why),
                 Err(why) => Event::Ended(why),
             },
             Progress::Restoring(why) => {
@@ -95,19 +103,20 @@ fn check_new(flash: &impl Flash, key: &[u8; 32]) -> Result<(), Refusal> {
     verify::signature(&program::header_bytes(flash, Slot::New), key)
 }
 
-/// Copies the running program to `Previous`, and the new one to `Running`, unless that is done already. A program that was
-/// on trial is never kept: with one that hangs in `Previous`, the next that fails would leave a foot that hangs for good.
-fn install(flash: &mut impl Flash, state: &State) -> Result<(), FlashFailed> {
-    if program::same(flash, Slot::New, Slot::Running) {
-        return Ok(());
+/// Copies the running program to `Previous`, unless that is done already, and says what follows. A program that was on
+/// trial is never kept: with one that hangs in `Previous`, the next that fails would leave a foot that hangs for good.
+fn keep(flash: &mut impl Flash, state: &State) -> Result<Event, FlashFailed> {
+    let is_own = program::same(flash, Slot::New, Slot::Running);
+    if state.trial.is_some() {
+        return Ok(if is_own { Event::Started } else { Event::Kept });
     }
-    if state.trial.is_none()
-        && is_whole(flash)
-        && !program::same(flash, Slot::Running, Slot::Previous)
-    {
+    if is_own {
+        return Ok(Event::Confirmed);
+    }
+    if is_whole(flash) && !program::same(flash, Slot::Running, Slot::Previous) {
         program::copy(flash, Slot::Running, Slot::Previous)?;
     }
-    program::copy(flash, Slot::New, Slot::Running)
+    Ok(Event::Kept)
 }
 
 /// Download of a program into [`Slot::New`], which was cleared. The header is checked as soon as it is complete, and

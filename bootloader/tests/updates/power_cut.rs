@@ -276,6 +276,73 @@ fn program_whose_return_failed_is_not_kept_as_the_previous_one() {
     assert!(chip.holds(Slot::Running, &new) && chip.holds(Slot::Previous, &old));
 }
 
+/// Chip whose flash reports an error in each operation of the install of `new` in turn, without a power cut.
+fn failed(old: &[u8], new: &[u8]) -> impl Iterator<Item = (u32, Chip)> {
+    let before = received(old, None, new);
+    let mut whole = before.clone();
+    assert_eq!(settle(&mut whole, KEY), Ok(Start::Program));
+    (1..=whole.operations).filter_map(move |at| {
+        let mut chip = before.clone();
+        chip.cut = Some((at, Cut::Before));
+        let is_error = settle(&mut chip, KEY).is_err();
+        chip.power_up();
+        is_error.then_some((at, chip))
+    })
+}
+
+#[test]
+fn program_of_a_failed_start_is_not_kept_as_the_previous_one() {
+    let (old, untried, new) = (image(2, 2), image(3, 3), image(4, 4));
+    let mut count = 0;
+    for (at, mut chip) in failed(&old, &untried) {
+        bootloader::program::clear(&mut chip, Slot::New).expect("a flash that works");
+        let mut chip = chip.with(Slot::New, &new);
+        let mut state = State::read(&chip);
+        state.append(Event::Install, &mut chip).expect("room");
+        assert_eq!(settle(&mut chip, KEY), Ok(Start::Program), "{at}");
+        assert!(chip.holds(Slot::Running, &new), "{at}");
+        assert!(chip.holds(Slot::Previous, &old), "{at}");
+        count += 1;
+    }
+    assert!(count > 100, "{count}");
+}
+
+#[test]
+fn program_of_a_failed_start_does_not_run_without_a_trial() {
+    let (old, untried) = (image(2, 2), image(3, 3));
+    for (at, mut chip) in failed(&old, &untried) {
+        bootloader::program::clear(&mut chip, Slot::New).expect("a flash that works");
+        assert_eq!(settle(&mut chip, KEY), Ok(Start::Program), "{at}");
+        assert!(chip.holds(Slot::Running, &old), "{at}");
+        assert_eq!(State::read(&chip).progress, Progress::Settled, "{at}");
+    }
+    // Without a program to return to, the bootloader stays.
+    let mut chip = Chip::blank().with(Slot::New, &untried);
+    let mut state = State::read(&chip);
+    for event in [Event::Install, Event::Kept] {
+        state.append(event, &mut chip).expect("room");
+    }
+    let mut chip = chip.with(Slot::Running, &untried);
+    bootloader::program::clear(&mut chip, Slot::New).expect("a flash that works");
+    let stays = Ok(Start::Nothing(Some(Refusal::NotConfirmed)));
+    assert_eq!(settle(&mut chip, KEY), stays);
+}
+
+#[test]
+fn own_image_after_a_failed_start_keeps_the_confirmed_program() {
+    let (old, new) = (image(2, 2), image(3, 3));
+    let mut chip = received(&old, None, &new);
+    chip.cut = Some((1, Cut::Before));
+    assert!(settle(&mut chip, KEY).is_err());
+    chip.power_up();
+    bootloader::program::clear(&mut chip, Slot::New).expect("a flash that works");
+    let mut chip = chip.with(Slot::New, &old);
+    let mut state = State::read(&chip);
+    state.append(Event::Install, &mut chip).expect("room");
+    assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+    assert_eq!(State::read(&chip).progress, Progress::Settled);
+}
+
 #[test]
 fn program_on_trial_does_not_replace_the_previous_one() {
     let (old, trial, new) = (image(2, 2), image(3, 3), image(4, 4));
@@ -300,7 +367,8 @@ fn journal_full_of_trials_is_erased_and_keeps_the_trial() {
     let mut chip = received(&old, None, &new);
     assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
     let mut state = State::read(&chip);
-    // Updates in trials, as a master may ask for.
+    // Updates in trials, as a master may ask for; the last record that fits is a start.
+    state.append(Event::Started, &mut chip).expect("room");
     while state.append(Event::Install, &mut chip).is_ok() {
         let _ = state.append(Event::Started, &mut chip);
     }

@@ -53,7 +53,9 @@ pub fn confirm() -> Result<(), StoreFailed> {
         Progress::Trial(_) => state
             .append(Event::Confirmed, &mut Words)
             .map_err(|FlashFailed| StoreFailed::Flash),
-        Progress::Settled | Progress::Installing | Progress::Restoring(_) => Ok(()),
+        Progress::Settled | Progress::Installing | Progress::Replacing | Progress::Restoring(_) => {
+            Ok(())
+        }
     }
 }
 
