@@ -4,7 +4,7 @@
 //! |---|---|
 //! | nothing in progress | the running program is checked and started; if it has decayed, the previous one is restored |
 //! | [`Installing`](Progress::Installing) | the new program is checked, and the running one copied to `Previous`; the own image of a program that has worked ends it |
-//! | [`Replacing`](Progress::Replacing) | the new program is checked once more, copied to `Running` and started, and its slot is cleared; where it is lost, the previous one is restored |
+//! | [`Replacing`](Progress::Replacing) | the new program is checked, copied to `Running` and started, and its slot is cleared; where it is lost, the previous one is restored |
 //! | [`Trial`](Progress::Trial) | the new program is started; after three times the previous one is restored, or the bootloader stays where there is none; one that a probe has written since then is started |
 //! | [`Restoring`](Progress::Restoring) | the previous program is copied to `Running` |
 //!
@@ -34,13 +34,18 @@ pub fn settle(flash: &mut impl Flash, key: &[u8; 32]) -> Result<Start, FlashFail
     let mut state = State::read(flash);
     state.tidy(flash)?;
     // Installing, replacing, a trial that is over, and restoring follow each other at most once.
+    let mut checked = None;
     for _ in 0..5 {
         let next = match state.progress {
             Progress::Installing => match check_new(flash, key) {
-                Ok(()) => keep(flash, &state)?,
+                Ok(()) => {
+                    checked = Some(());
+                    keep(flash, &state)?
+                }
                 Err(why) => Event::Ended(why),
             },
-            Progress::Replacing => match check_new(flash, key) {
+            // Once in a start: it takes a second.
+            Progress::Replacing => match checked.map_or_else(|| check_new(flash, key), Ok) {
                 Ok(()) => {
                     if !program::same(flash, Slot::New, Slot::Running) {
                         program::copy(flash, Slot::New, Slot::Running)?;
