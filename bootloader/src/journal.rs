@@ -101,7 +101,7 @@ pub struct State {
     pub progress: Progress,
     /// Reason why the last update failed; `None` after one that succeeded.
     pub refusal: Option<Refusal>,
-    /// Starts of the running program, if it was on trial when this update began: it does not replace the previous one.
+    /// Starts of a running program that is not confirmed while an update is in progress: it is never kept.
     pub trial: Option<u8>,
     /// Number of records, damaged ones included.
     used: u32,

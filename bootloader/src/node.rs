@@ -146,7 +146,7 @@ impl<F: Flash> Node<F> {
         if is_used {
             self.unused_ms = 0;
         }
-        // What is neither answered nor taken does not keep a transfer whose master has gone.
+        // A read by another client during a block is ignored: it does not prolong a transfer whose master has gone.
         if is_used || answer.is_some() {
             self.idle_ms = 0;
         }

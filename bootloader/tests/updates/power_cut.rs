@@ -312,6 +312,10 @@ fn program_of_a_failed_start_does_not_run_without_a_trial() {
     let (old, untried) = (image(2, 2), image(3, 3));
     for (at, mut chip) in failed(&old, &untried) {
         bootloader::program::clear(&mut chip, Slot::New).expect("a flash that works");
+        // The supply fails in the return, too.
+        for cut in CUTS {
+            cut_in(&mut chip, at / 2 + 1, cut);
+        }
         assert_eq!(settle(&mut chip, KEY), Ok(Start::Program), "{at}");
         assert!(chip.holds(Slot::Running, &old), "{at}");
         assert_eq!(State::read(&chip).progress, Progress::Settled, "{at}");
