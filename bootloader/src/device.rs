@@ -13,7 +13,7 @@ use crate::flash::Flash;
 use crate::image::{Board, HEADER, Header, Refusal, identification};
 use crate::journal::{Event, Progress, State};
 use crate::layout::Slot;
-use crate::node::Program;
+use crate::node::{Program, Restart};
 use crate::update::Download;
 use crate::{program, verify};
 
@@ -30,7 +30,7 @@ const BUFFER: usize = BLOCK as usize * 7;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
     /// Restart, which installs a complete new program.
-    Restart,
+    Restart(Restart),
     /// Erase what a refused download has left, so that the next one can begin.
     Clear,
 }
@@ -129,7 +129,7 @@ impl<F: Flash> Device<F> {
                             .map_err(|_| AbortCode::Hardware)?;
                     }
                 }
-                self.action = Some(Action::Restart);
+                self.action = Some(Action::Restart(Restart::ByMaster));
             }
             3 => {
                 self.refusal = None;

@@ -7,7 +7,7 @@
 mod chip;
 
 use bootloader::adapter::Word;
-use bootloader::node::{Line, Message, Node, Program, Restart};
+use bootloader::node::{Line, Message, Node, Program};
 use bootloader::update::{Start, settle};
 use bootloader::verify::KEY;
 
@@ -92,9 +92,7 @@ fn serve(flash: ChipFlash, program: Program) -> ! {
             if let Some(serial) = &serial {
                 serial.finish();
             }
-            if restart == Restart::AfterSilence {
-                note::resume();
-            }
+            note::tell(restart);
             cortex_m::peripheral::SCB::sys_reset();
         }
         if is_idle {

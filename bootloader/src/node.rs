@@ -134,7 +134,7 @@ impl<F: Flash> Node<F> {
             let is_own = target.raw() == 0 || target.raw() == id.get();
             let resets = [NmtCommand::ResetNode, NmtCommand::ResetCommunication];
             if is_own && resets.contains(&command) {
-                self.action = Some(Action::Restart);
+                self.plan(Action::Restart(Restart::ByMaster));
             }
             return None;
         }
@@ -150,12 +150,17 @@ impl<F: Flash> Node<F> {
         if is_used || answer.is_some() {
             self.idle_ms = 0;
         }
-        let action = self.device.take_action();
-        // A restart that has been answered is not taken back by the other line.
-        if self.action != Some(Action::Restart) {
-            self.action = action.or(self.action);
+        if let Some(action) = self.device.take_action() {
+            self.plan(action);
         }
         CanFrame::new(id.cob_id(cob_id::SDO_RESPONSE), &answer?)
+    }
+
+    /// Plans an action. A restart that has been answered is not taken back, nor is its reason.
+    const fn plan(&mut self, action: Action) {
+        if !matches!(self.action, Some(Action::Restart(_))) {
+            self.action = Some(action);
+        }
     }
 
     fn receive_lss(&mut self, request: &[u8; 8], line: Line) -> Option<CanFrame> {
@@ -191,11 +196,11 @@ impl<F: Flash> Node<F> {
     pub fn tick(&mut self, program: Program) -> Option<Message> {
         self.idle_ms = self.idle_ms.saturating_add(1);
         if self.idle_ms == GIVE_UP_MS && self.sdo.give_up() {
-            self.action = Some(Action::Clear);
+            self.plan(Action::Clear);
         }
         self.unused_ms = self.unused_ms.saturating_add(1);
         if self.unused_ms == RETURN_MS && !matches!(program, Program::Missing(_)) {
-            self.action = Some(Action::Restart);
+            self.plan(Action::Restart(Restart::AfterSilence));
         }
         self.heartbeat_ms = self.heartbeat_ms.saturating_add(1);
         if self.heartbeat_ms < HEARTBEAT_MS {
@@ -212,10 +217,7 @@ impl<F: Flash> Node<F> {
                 self.device.clear();
                 None
             }
-            Action::Restart => Some(match self.unused_ms {
-                RETURN_MS.. => Restart::AfterSilence,
-                _ => Restart::ByMaster,
-            }),
+            Action::Restart(restart) => Some(restart),
         }
     }
 }

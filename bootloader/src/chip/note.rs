@@ -1,5 +1,6 @@
 //! Access to the note.
 
+use bootloader::node::Restart;
 use bootloader::note::{ADDRESS, RESUME, STAY};
 
 const NOTE: *mut [u32; 2] = core::ptr::with_exposed_provenance_mut(ADDRESS);
@@ -14,9 +15,12 @@ pub fn take_stay() -> bool {
     stays
 }
 
-/// Tells the program that no master has asked for its start.
-pub fn resume() {
-    write(RESUME);
+/// Tells the program who has asked for its start. A note that no program has taken does not outlast the next restart.
+pub fn tell(restart: Restart) {
+    write(match restart {
+        Restart::AfterSilence => RESUME,
+        Restart::ByMaster => [0; 2],
+    });
 }
 
 fn write(note: [u32; 2]) {

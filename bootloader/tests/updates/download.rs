@@ -406,6 +406,21 @@ fn serial_line_is_answered_without_a_node_id() {
 }
 
 #[test]
+fn restart_by_nmt_is_by_a_master_after_any_silence() {
+    for (program, silence_ms) in [(CanRun, 59_999), (Missing(None), 100_000)] {
+        let mut master = Master::of(chip());
+        for _ in 0..silence_ms {
+            master.node.tick(program);
+        }
+        assert_eq!(master.node.take_restart(), None);
+        let reset = CanFrame::new(0, &[0x81, 5]).expect("a frame");
+        assert_eq!(master.node.receive(&reset, Line::Can), None);
+        master.node.tick(program);
+        assert_eq!(master.node.take_restart(), Some(Restart::ByMaster));
+    }
+}
+
+#[test]
 fn requests_that_only_read_do_not_keep_the_bootloader() {
     let mut master = Master::of(chip());
     for ms in 1..=60_000 {
