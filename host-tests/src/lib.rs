@@ -4,6 +4,7 @@
 
 pub mod changed;
 pub mod committed;
+pub mod constants;
 pub mod datasets;
 pub mod oracle;
 pub mod qemu;

@@ -12,6 +12,7 @@ use gait::Simulation;
 use gait::slips::profiles;
 use host_tests::changed::stood;
 use host_tests::committed::assert_block;
+use host_tests::constants::CONSTANTS;
 use host_tests::slips::Score;
 use labelled::{averaged, rmse_by_set};
 use recordings::recording::Recording;
@@ -173,92 +174,6 @@ fn each_part_of_the_default_preset_earns_its_place() {
     }
     assert_block(DOCUMENT, "parts", &table);
 }
-
-/// Name of a constant, and its field.
-type Constant = (&'static str, fn(&mut StillnessParams) -> &mut f32);
-
-macro_rules! constants {
-    ($($($part:ident).+),+ $(,)?) => {
-        [$((stringify!($($part).+), |s| &mut s.$($part).+)),+]
-    };
-}
-
-const CONSTANTS: [Constant; 74] = constants![
-    acceleration.floor,
-    acceleration.still,
-    acceleration.moving,
-    acceleration.width,
-    acceleration.edge,
-    acceleration.inflation,
-    acceleration.bandwidth,
-    acceleration.indifference,
-    acceleration.separation,
-    rate.floor,
-    rate.still,
-    rate.moving,
-    rate.width,
-    rate.edge,
-    rate.inflation,
-    rate.bandwidth,
-    rate.indifference,
-    rate.separation,
-    velocity.floor,
-    velocity.still,
-    velocity.moving,
-    velocity.width,
-    velocity.edge,
-    velocity.inflation,
-    velocity.bandwidth,
-    velocity.indifference,
-    velocity.separation,
-    window,
-    leak,
-    impact,
-    part_of_the_way,
-    least_bandwidth,
-    least_width,
-    largest_width,
-    prior,
-    memory,
-    stance,
-    motion,
-    relaxation,
-    slide.speed,
-    slide.spread,
-    slide.lever,
-    slide.rate,
-    slide.largest_rate,
-    slide.turn_time_constant,
-    slide.impact,
-    slide.time_constant,
-    slide.moving_time_constant,
-    slide.limit,
-    slide.moving_limit,
-    slide.below,
-    slide.usual,
-    slide.quantile,
-    slide.gain,
-    slide.prior,
-    slide.memory,
-    slide.learn_from,
-    slide.learn_until,
-    evidence.rest,
-    evidence.lasts,
-    evidence.fading,
-    evidence.widths,
-    evidence.least_width,
-    evidence.swing,
-    evidence.first_swing,
-    evidence.calm,
-    evidence.calm_time_constant,
-    evidence.stride,
-    evidence.learns,
-    gravity_error.quiet,
-    gravity_error.start,
-    gravity_error.memory,
-    gravity_error.forgetting,
-    gravity_error.limit,
-];
 
 #[test]
 fn neighbours_gain_little_and_sensitivities_are_as_documented() {
