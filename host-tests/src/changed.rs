@@ -1,7 +1,12 @@
 //! Modified recordings: lost samples, jitter, biases, earlier motion of the foot.
 
+use std::f32::consts::PI;
+
 use estimator_core::{AngularRate, Gravity, ImuSample, SpecificForce, Timestamp, Validity, Vec3};
 use recordings::recording::{RecordedSample, Recording};
+
+/// Bias of the gyroscope after a minute of drift, rad/s: 0.05 °/s/K over 40 K.
+const DRIFT: f32 = 2.0 * PI / 180.0;
 
 /// Noise of a sensor at rest, m/s² and rad/s: about that of an LSM6DSOX.
 const NOISE: (f32, f32) = (0.02, 0.0012);
@@ -103,6 +108,33 @@ pub fn with_rate_bias(recording: &Recording, bias: Vec3) -> Recording {
         let rate = sample.imu.angular_rate.0;
         sample.imu.angular_rate = AngularRate(rate + bias);
     })
+}
+
+/// Lets the gyroscope's bias about x, about y and about z grow from 5 s on, by 2 °/s in a minute.
+#[must_use]
+pub fn with_rate_drifts(recording: &Recording) -> [Recording; 3] {
+    let axes = [
+        Vec3::new(1.0, 0.0, 0.0),
+        Vec3::new(0.0, 1.0, 0.0),
+        Vec3::new(0.0, 0.0, 1.0),
+    ];
+    axes.map(|axis| {
+        changed(recording, |sample| {
+            let share = ((sample.time_s() as f32 - 5.0) / 60.0).clamp(0.0, 1.0);
+            let rate = sample.imu.angular_rate.0;
+            sample.imu.angular_rate = AngularRate(rate + axis * (share * DRIFT));
+        })
+    })
+}
+
+/// Leaves the first seconds out.
+#[must_use]
+pub fn starting_later(recording: &Recording, seconds: f64) -> Recording {
+    let mut later = recording.clone();
+    let start = recording.samples[0].time_s();
+    let kept = |sample: &RecordedSample| sample.time_s() >= start + seconds;
+    later.samples.retain(kept);
+    later
 }
 
 /// Applies a change to every sample.

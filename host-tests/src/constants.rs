@@ -92,7 +92,7 @@ pub const CONSTANTS: [Constant; 74] = constants![
 /// The default preset with other constants, given as `name=value` with spaces between.
 ///
 /// # Errors
-/// A pair without `=`, a name that is no constant, a value that is no number or out of its range, in words.
+/// The first pair without `=`, unknown name or value that is not a number; else the first value out of its range.
 pub fn with_constants(text: &str) -> Result<Params, String> {
     let mut stillness = StillnessParams::DEFAULT;
     for pair in text.split_whitespace() {

@@ -14,6 +14,10 @@ use recordings::recording::Label;
 use recordings::replay::replay;
 use recordings::space::Vector;
 
+/// Stride of [`sample`] through the profiles. It is coprime with every dimension of the grid, so all values of each
+/// occur.
+const PROFILE_STEP: usize = 7;
+
 /// Minimum duration of a rest under load that is to be found, s. A foot in stick-slip motion has shorter rests
 /// repeatedly.
 const SHORTEST_REST: f64 = 0.1;
@@ -171,6 +175,15 @@ impl Score {
     pub fn false_per_thousand(&self) -> f64 {
         1e3 * self.false_slips as f64 / self.good_stances.max(1) as f64
     }
+}
+
+/// Walks of 14 s with every seventh profile of the grid.
+#[must_use]
+pub fn sample() -> Vec<Simulation> {
+    let seeded = (2000..).zip(profiles().step_by(PROFILE_STEP));
+    seeded
+        .map(|(seed, profile)| profile.simulate(14.0, seed))
+        .collect()
 }
 
 /// Returns whether the foot is between the end of the landing and the beginning of the peel.

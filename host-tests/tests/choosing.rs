@@ -9,19 +9,14 @@ use estimator_core::stillness::{QuantityParams, StillnessParams};
 use estimator_core::{Learning, Params};
 use evaluate::sets::Set;
 use gait::Simulation;
-use gait::slips::profiles;
 use host_tests::changed::stood;
 use host_tests::committed::assert_block;
 use host_tests::constants::CONSTANTS;
-use host_tests::slips::Score;
+use host_tests::slips::{self, Score};
 use labelled::{averaged, rmse_by_set};
 use recordings::recording::Recording;
 
 const DOCUMENT: &str = "docs/choosing.md";
-
-/// Stride through the profiles of the grid of slips. It is coprime with every dimension of the grid, so all values
-/// of each occur.
-const PROFILE_STEP: usize = 7;
 
 /// Duration of standing still before every recording, in one column, s.
 const STANDING: f64 = 60.0;
@@ -95,10 +90,7 @@ fn each_part_of_the_default_preset_earns_its_place() {
         .iter()
         .map(|(set, recording)| (*set, stood(recording, STANDING, 1)))
         .collect();
-    let walks: Vec<Simulation> = (2000..)
-        .zip(profiles().step_by(PROFILE_STEP))
-        .map(|(seed, profile)| profile.simulate(14.0, seed))
-        .collect();
+    let walks = slips::sample();
     let rows = [
         ("**default preset**", Params::DEFAULT),
         (

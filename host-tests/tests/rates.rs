@@ -12,6 +12,7 @@ use evaluate::labelled::Labelled;
 use evaluate::rates::{SampleRate, at_rate};
 use evaluate::score::Scores;
 use evaluate::sets::{Pool, Set};
+use host_tests::changed::starting_later;
 use labelled::of_sets;
 use recordings::recording::Recording;
 use recordings::replay::replay;
@@ -208,10 +209,7 @@ fn a_later_start_keeps_rmse_once_settled() {
         let was = rmse_of(&recordings, set, SETTLED, Recording::clone);
         for cut_s in [0.1, 0.3, 1.0, 2.5, 5.0] {
             let is = rmse_of(&recordings, set, SETTLED, |recording| {
-                let mut cut = recording.clone();
-                let start = recording.samples[0].time_s();
-                cut.samples.retain(|s| s.time_s() >= start + cut_s);
-                cut
+                starting_later(recording, cut_s)
             });
             outside.check(&format!("{} from {cut_s} s", set.name()), was, is, CUT);
         }

@@ -4,7 +4,7 @@
 use estimator_core::Params;
 use evaluate::labelled::Labelled;
 use evaluate::sets::{Set, files};
-use recordings::recording::Recording;
+use recordings::recording::{Label, Recording};
 use recordings::replay::replay;
 use scoring::metrics::brier_score;
 use scoring::scored::Scored;
@@ -53,6 +53,22 @@ pub fn rmse_by_set(recordings: &[(Set, Recording)], params: &Params) -> [f64; 7]
         let of_set = recordings.iter().filter(|(of, _)| *of == set);
         pooled(of_set.map(|(_, recording)| recording), params)
     })
+}
+
+/// Share of the stable samples of the last half of a recording with P > 0.5.
+///
+/// # Panics
+/// If the parameters are invalid.
+#[must_use]
+pub fn stances_found(recording: &Recording, params: &Params) -> f64 {
+    let estimates = replay(recording, params).expect("valid parameters");
+    let half = recording.samples.len() / 2;
+    let pairs = recording.samples.iter().zip(&estimates).skip(half);
+    let stable: Vec<bool> = pairs
+        .filter(|(sample, _)| sample.label == Some(Label::Stable))
+        .map(|(_, estimate)| estimate.probabilities.stable > 0.5)
+        .collect();
+    stable.iter().filter(|found| **found).count() as f64 / stable.len() as f64
 }
 
 fn pooled<'a>(recordings: impl IntoIterator<Item = &'a Recording>, params: &Params) -> f64 {
