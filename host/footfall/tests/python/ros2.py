@@ -4,6 +4,7 @@ recording of the same feet by `footfall record`. The interface package is read b
 Usage: ros2.py WHOSE RELIABILITY FOOTFALL REC.mcap ROS2-ARGUMENT...
 """
 
+import faulthandler
 import functools
 import subprocess
 import sys
@@ -27,6 +28,8 @@ PACKAGE = Path(__file__).parents[4] / "ros2/footfall_msgs"
 FEET = ["FL", "FR", "RL", "RR"]
 # The feet walk two seconds longer than what is asked of each topic: subscribers find it meanwhile.
 CONTACTS = 10_000
+# A script that takes longer hangs, and ends with the place where it does.
+HANGS_S = 600.0
 
 # Values of feet in messages of all feet that may be swing because the machine stalled, of some 50 000.
 SILENT = 100
@@ -342,4 +345,5 @@ def check_other(messages, published, values, whose):
     assert len(silent) <= SILENT, f"{whose}, {len(silent)} values, the first at {silent[0]}"
 
 
+faulthandler.dump_traceback_later(HANGS_S, exit=True)
 main(*sys.argv[1:])

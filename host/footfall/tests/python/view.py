@@ -11,8 +11,10 @@ is missing, or has another value. Prints how many messages each topic had.
 `slow` subscribes to everything and takes nothing, until the server says so.
 """
 
+import contextlib
 import copy
 import dataclasses
+import faulthandler
 import functools
 import json
 import math
@@ -35,14 +37,29 @@ ENDED = "has ended"
 SLOW = "takes less than is sent: its oldest messages are dropped"
 # Nothing for as long, and the source has ended: that was all.
 QUIET_S = 2.0
+# A script that takes longer hangs, and ends with the place where it does.
+HANGS_S = 600.0
+
+
+@contextlib.contextmanager
+def served(program, source):
+    """`footfall view` for as long as this lasts: it does not end by itself."""
+    command = [program, "view", source, "--port", "0"]
+    # Without this script's standard output: whoever reads that waits for all who hold it.
+    with subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+    ) as process:
+        try:
+            yield Server(process)
+        finally:
+            process.kill()
 
 
 class Server:
     """`footfall view`, and what it says."""
 
-    def __init__(self, program, source):
-        command = [program, "view", source, "--port", "0"]
-        self.process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    def __init__(self, process):
+        self.process = process
         first = self.process.stderr.readline()
         self.url = re.search(r"ws://127\.0\.0\.1:[1-9]\d*$", first.strip()).group()
         app = self.process.stderr.readline()
@@ -73,10 +90,21 @@ def subscribe(client, channels, subscriptions):
     client.send(json.dumps({"op": "subscribe", "subscriptions": new}))
 
 
+def connected(server, max_queue):
+    # No pings: a client that is slow, or on a busy machine, is not gone.
+    return connect(
+        server.url,
+        subprotocols=[PROTOCOL],
+        compression=None,
+        max_queue=max_queue,
+        ping_interval=None,
+    )
+
+
 def collect(server):
     """All messages of all channels, as they come: times and bytes by topic; the channels by topic."""
     subscriptions, messages = {}, defaultdict(list)
-    with connect(server.url, subprotocols=[PROTOCOL], compression=None, max_queue=None) as client:
+    with connected(server, max_queue=None) as client:
         assert client.subprotocol == PROTOCOL
         info = json.loads(client.recv())
         assert info["op"] == "serverInfo" and info["name"].startswith("footfall "), info
@@ -210,9 +238,9 @@ def one_differs(messages):
 
 
 def main_compare(program, source, recording):
-    server = Server(program, source)
-    messages, channels = collect(server)
-    assert SLOW not in server.stop()
+    with served(program, source) as server:
+        messages, channels = collect(server)
+        assert SLOW not in server.stop()
     received, expected = decoded(messages, channels), recorded(recording)
     compare(received, expected)
     for change in (one_is_missing, the_last_is_missing, one_differs):
@@ -221,8 +249,7 @@ def main_compare(program, source, recording):
 
 
 def main_slow(program, source):
-    server = Server(program, source)
-    with connect(server.url, subprotocols=[PROTOCOL], compression=None, max_queue=1) as client:
+    with served(program, source) as server, connected(server, max_queue=1) as client:
         subscriptions = {}
         # Channels announced in the first second.
         end = time.monotonic() + 1.0
@@ -235,4 +262,5 @@ def main_slow(program, source):
         server.stop()
 
 
+faulthandler.dump_traceback_later(HANGS_S, exit=True)
 {"compare": main_compare, "slow": main_slow}[sys.argv[1]](*sys.argv[2:])
