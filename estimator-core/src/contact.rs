@@ -57,8 +57,8 @@ pub struct ContactEstimator<const CAPACITY: usize> {
     model: Model<CAPACITY>,
 }
 
-/// Longest gap that is bridged, µs: the probability is held, no higher than it was. The
-/// self-calibrating estimate's window has the same length.
+/// Longest gap that is bridged, µs: the probability is held, no higher than it was. Shorter than the
+/// self-calibrating estimate's window.
 pub const BRIDGED_US: u64 = 10_000;
 
 /// Time between two samples.
@@ -274,7 +274,7 @@ mod tests {
     use super::*;
     use crate::params::{Method, Params};
     use crate::sample::{Saturation, SpecificForce};
-    use crate::stillness::Stillness;
+    use crate::stillness::{Stillness, StillnessParams};
     use crate::units::STANDARD_GRAVITY;
     use crate::vector::Vec3;
     use std::vec::Vec;
@@ -367,7 +367,9 @@ mod tests {
         ] {
             let mut estimator = rested(&GRAVITY_FREE, 60);
             let mut previous = 1.0;
-            for ms in 60..160 {
+            // Each window of doubt leaves 1/e.
+            let windows = (8.0e3 * StillnessParams::DEFAULT.window) as u64;
+            for ms in 60..60 + windows {
                 let sample = ImuSample {
                     validity,
                     ..at_rest(ms * 1000)

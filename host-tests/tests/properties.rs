@@ -136,18 +136,17 @@ prop_compose! {
 
 prop_compose! {
     fn any_slide()(
-        (speed, spread, lever) in (scale(1.1e-4, 0.9), 0.0_f32..=100.0, 0.0_f32..=10.0),
+        (speed, spread, shaking, lever) in (scale(1.1e-4, 0.9), 0.0_f32..=100.0, scale(1.1e-5, 0.9), 0.0_f32..=10.0),
         (rate, largest_rate, turn_time_constant) in (0.0_f32..=10.0, 0.0_f32..=10.0, scale(1.1e-4, 0.9)),
-        (impact, below) in (scale(0.11, 9.0e2), 0.0_f32..=1.0),
-        (time_constant, moving_time_constant) in (scale(1.1e-3, 9.0), scale(1.1e-3, 9.0)),
-        (limit, moving_limit) in (1.0_f32..=10.0, 1.0_f32..=10.0),
+        (impact, limit) in (scale(0.11, 9.0e2), 1.0_f32..=10.0),
+        (time_constant, moving_time_constant, shake_time_constant) in (scale(1.1e-3, 9.0), scale(1.1e-3, 9.0), scale(1.1e-3, 9.0)),
         (usual, quantile, gain) in (scale(1.1e-4, 0.19), 0.0_f32..=1.0, 0.0_f32..=10.0),
         (prior, memory) in (scale(1.1e-3, 90.0), scale(0.011, 9.0e2)),
         (learn_from, learn_until) in (0.0_f32..=10.0, scale(0.011, 90.0)),
     ) -> SlideParams {
         SlideParams {
-            speed, spread, lever, rate, largest_rate, turn_time_constant, impact, time_constant,
-            moving_time_constant, limit, moving_limit, below, usual, quantile, gain, prior, memory,
+            speed, spread, shaking, lever, rate, largest_rate, turn_time_constant, impact, time_constant,
+            moving_time_constant, shake_time_constant, limit, usual, quantile, gain, prior, memory,
             learn_from, learn_until,
         }
     }

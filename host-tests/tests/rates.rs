@@ -1,7 +1,7 @@
 //! Invariances of the estimate: the sample rate, the amplitude of the motion, and the start of the recording.
 //! `mounting.rs` tests the invariance to the 24 mountings.
 //!
-//! At 300 Hz and above every set is judged alike. Against its own, lower rate a set may change by more: below 300
+//! At 250 Hz and above every set is judged alike. Against its own, lower rate a set may change by more: below 250
 //! Hz the slide counts less and less. Failing tests are kept with their results, and run with `--ignored`;
 //! `docs/evaluation.md` has the figures at each rate.
 
@@ -22,14 +22,10 @@ use scoring::scored::Scored;
 /// Limit of the change of a set's RMSE between rates from 390 to 1660 Hz.
 const AMONG_HIGH_RATES: f64 = 0.02;
 
-/// Limit of the change of a set's RMSE by interpolation to a higher rate: measured is 0.0352. The goal is 0.02.
-const INTERPOLATED: f64 = 0.037;
+/// Limit of the change of a set's RMSE by interpolation to a higher rate: measured is 0.0192.
+const INTERPOLATED: f64 = 0.02;
 
-/// The same limit for ATLAS 7k, whose stances end with 2 to 4 m/s² along the ground: a slide to a foot without a
-/// load signal.
-const INTERPOLATED_7K: f64 = 0.14;
-
-/// Limit of the change of the RMSE on ATLAS by decimation to 100 Hz.
+/// Limit of the change of the RMSE on ATLAS by decimation.
 const DECIMATED: f64 = 0.04;
 
 /// Limit of the change of a set's RMSE by half or twice the amplitude.
@@ -117,26 +113,21 @@ fn interpolation_to_a_higher_rate_changes_rmse_little() {
         for ((set, was), (_, is)) in native.iter().zip(&scores_at(&recordings, rate)) {
             if is_interpolated(&recordings, *set, hz) {
                 let name = format!("{} at {hz} Hz", set.name());
-                let limit = match *set {
-                    Set::Atlas7k => INTERPOLATED_7K,
-                    _ => INTERPOLATED,
-                };
-                outside.check(&name, was.rmse, is.rmse, limit);
+                outside.check(&name, was.rmse, is.rmse, INTERPOLATED);
             }
         }
     }
     outside.assert_none();
 }
 
-#[test]
-#[ignore = "fails: 0.08 at 250 Hz, 0.34 at 100 Hz, where the slide does not count"]
-fn decimation_keeps_rmse_on_atlas() {
+/// Checks the RMSE on ATLAS as recorded and decimated to these rates, Hz.
+fn check_decimated(rates_hz: &[f32]) {
     let Some(recordings) = of_sets(Pool::Atlas.sets()) else {
         return;
     };
     let mut outside = Outside::default();
     let native = scores_at(&recordings, SampleRate::Native);
-    for hz in [500.0, 250.0, 100.0] {
+    for &hz in rates_hz {
         let scores = scores_at(&recordings, SampleRate::Hz(hz));
         for ((set, was), (_, is)) in native.iter().zip(&scores) {
             let name = format!("{} at {hz} Hz", set.name());
@@ -144,6 +135,17 @@ fn decimation_keeps_rmse_on_atlas() {
         }
     }
     outside.assert_none();
+}
+
+#[test]
+fn decimation_to_250_hz_keeps_rmse_on_atlas() {
+    check_decimated(&[500.0, 250.0]);
+}
+
+#[test]
+#[ignore = "fails: 0.34, where the slide does not count"]
+fn decimation_to_100_hz_keeps_rmse_on_atlas() {
+    check_decimated(&[100.0]);
 }
 
 /// RMSE over the recordings of a set, from a time after the first sample on, s, for copies modified by `change`.
@@ -169,7 +171,7 @@ fn rmse_of(
 }
 
 #[test]
-#[ignore = "fails: 0.07 on the slippery floor, 0.039 on the pushed NAO"]
+#[ignore = "fails: 0.17 on the slippery floor, 0.1 on the NAO, 0.05 on ATLAS 7k"]
 fn half_and_twice_the_motion_keep_rmse() {
     let Some(recordings) = recordings() else {
         return;
@@ -199,7 +201,7 @@ fn half_and_twice_the_motion_keep_rmse() {
 }
 
 #[test]
-#[ignore = "fails: ATLAS that starts in a step, 0.14"]
+#[ignore = "fails: ATLAS on the slippery floor, 0.24"]
 fn a_later_start_keeps_rmse_once_settled() {
     let Some(recordings) = recordings() else {
         return;

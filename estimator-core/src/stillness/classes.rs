@@ -37,15 +37,14 @@ use super::learnt::{Classes, Learnt, OLDEST, SETTLED_AFTER};
 use super::params::{Constants, EvidenceParams};
 use super::quantity::{Edge, PerQuantity, QuantityCoefficients};
 use super::stride::{Stride, StrideCoefficients};
-use crate::logarithm::exp;
+use crate::logarithm::{exp, ln};
 use crate::order::Order;
 
 /// Largest distance above the prior of the classes of a foot that finds hardly any motion, of
 /// the logarithm: a factor of 1.5.
 const MARGIN: f32 = 0.4;
 
-/// Time without swing or rest, s, after which the learnt state is doubted: the classes return to near
-/// the prior.
+/// Time without swing or rest, s, after which the classes return to near the prior.
 const SHOWS_NOTHING: f32 = 5.0;
 
 /// Least distance between the classes, of the logarithm.
@@ -83,6 +82,12 @@ impl Classes {
             moving: self.moving.greater(self.still + LEAST_DISTANCE),
             ..self
         }
+    }
+
+    /// Learnt classes as a start: no amplitude lies below the floor, so no still class may wait there.
+    fn as_start(self, floor: f32) -> Self {
+        let still = self.still.greater(ln(floor));
+        Self { still, ..self }.apart()
     }
 }
 
@@ -181,8 +186,7 @@ enum Stretch {
     Moving(u32),
 }
 
-/// Longest period, s, at which the edges of the three quantities are updated in turn: classes hardly change
-/// in a few milliseconds.
+/// Longest period, s, at which the edges are updated in turn: classes hardly change in a few milliseconds.
 const SLOWEST_BY_TURNS: f32 = 0.0021;
 
 /// Quantity whose edge is updated next.
@@ -236,14 +240,15 @@ const STILL: f32 = 0.5;
 impl Learner {
     /// Creates a learner from the constants alone, or with the state learnt before.
     pub fn new(coefficients: &LearnerCoefficients, learnt: Option<Learnt>) -> Self {
-        let prior = coefficients.quantities.map(|quantity| quantity.prior);
+        let quantities = &coefficients.quantities;
+        let prior = quantities.map(|quantity| quantity.prior);
         let (classes, seconds, idle_before) = match learnt {
             None => (prior, (0.0, 0.0), 0.0),
             Some(learnt) => (
                 PerQuantity {
-                    acceleration: learnt.acceleration.apart(),
-                    rate: learnt.rate.apart(),
-                    velocity: learnt.velocity.apart(),
+                    acceleration: learnt.acceleration.as_start(quantities.acceleration.floor),
+                    rate: learnt.rate.as_start(quantities.rate.floor),
+                    velocity: learnt.velocity.as_start(quantities.velocity.floor),
                 },
                 (
                     learnt.still_seconds.lesser(BEFORE_THE_START),
@@ -466,15 +471,11 @@ impl Learner {
     fn relax(&mut self, coefficients: &LearnerCoefficients, relaxation: Relaxation) {
         let share = coefficients.relax;
         let prior = coefficients.quantities.map(|quantity| quantity.prior);
-        let PerQuantity {
-            acceleration,
-            rate,
-            velocity,
-        } = &mut self.classes;
+        let classes = &mut self.classes;
         for (classes, prior) in [
-            (acceleration, prior.acceleration),
-            (rate, prior.rate),
-            (velocity, prior.velocity),
+            (&mut classes.acceleration, prior.acceleration),
+            (&mut classes.rate, prior.rate),
+            (&mut classes.velocity, prior.velocity),
         ] {
             classes.relax(&prior, share, relaxation);
         }
@@ -529,6 +530,27 @@ mod tests {
     fn edges(mut learner: Learner) -> PerQuantity<Edge> {
         (0..3).for_each(|_| learner.follow(&coefficients()));
         *learner.edges()
+    }
+
+    #[test]
+    fn a_start_below_the_floor_begins_there() {
+        let below = Classes {
+            still: -9.0,
+            moving: -9.0,
+            width: 1.0,
+        };
+        let learnt = Learnt {
+            velocity: below,
+            ..Learnt::default()
+        };
+        let start = Learner::new(&coefficients(), Some(learnt)).classes;
+        let floor = ln(StillnessParams::DEFAULT.velocity.floor);
+        let expected = Classes {
+            still: floor,
+            moving: floor + LEAST_DISTANCE,
+            ..below
+        };
+        assert_eq!(start.velocity, expected);
     }
 
     fn walked(steps: usize, still: f32, moving: f32) -> Learner {
@@ -658,7 +680,7 @@ mod tests {
     #[test]
     fn warm_start_restores_the_learnt_numbers() {
         let coefficients = coefficients();
-        let learnt = walked(5, -2.0, 1.5).learnt(&coefficients);
+        let learnt = walked(5, -1.0, 1.5).learnt(&coefficients);
         assert_eq!(Learnt::from_array(learnt.to_array()), learnt);
         let warm = Learner::new(&coefficients, Some(learnt)).learnt(&coefficients);
         assert_eq!(warm.to_array()[..9], learnt.to_array()[..9]);

@@ -5,15 +5,17 @@
 //! that decays:
 //!
 //! ```text
-//! v ← v + clip(a)·dt − v·dt/τ
-//! P(no slide) = 1 / (1 + w (b r + (1 − b) r²)),  r = (|v|/limit)²
-//! limit² = speed² + (spread·usual)² + (lever·turn)²
+//! v ← v + clip(a)·dt − v·dt/τ                    speed
+//! s ← s + clip(a)·dt − s·dt/τₛ                   the same over a shorter time: shaking
+//! P(no slide) = 1 / (1 + w r²),  r = (|v|/limit)²
+//! limit² = speed² + (usual·min(usual/shaking, spread))² + (lever·turn)²
 //! ```
 //!
-//! The limit is the foot's own. *usual* is a quantile of the speed in the foot's stances: 0.5 mm/s on a
-//! noise-free simulated robot, 10 mm/s on a NAO. It is learnt from samples that count as stable, so it
-//! grows where speeds are continuous from rest upwards, and stays where a gap lies between the stances
-//! and the slides. *turn* is the rate at which the foot rolls: an IMU at the heel of a foot that rolls
+//! The limit is the foot's own. *usual* is a quantile of |s| in the foot's stances: 0.5 mm/s on a
+//! noise-free simulated robot, 10 mm/s on a NAO. A foot that shakes more drifts more, too, so the limit grows
+//! faster than *usual*. It is learnt from samples that count as stable, so it grows where speeds are continuous from
+//! rest upwards, and stays where a gap lies between the stances and the slides; the shorter sum lets slides
+//! count for less. *turn* is the rate at which the foot rolls: an IMU at the heel of a foot that rolls
 //! over its toe moves, and slides nowhere.
 //!
 //! No constant depends on a sample rate, so a foot is judged alike at every rate from [`FULL_RATE`] on.
@@ -33,9 +35,9 @@ use crate::vector::Vec3;
 const SLOWEST_RATE: f32 = 200.0;
 
 /// Rate from which the speed counts in full, Hz; in between its weight is interpolated linearly.
-pub const FULL_RATE: f32 = 300.0;
+pub const FULL_RATE: f32 = 250.0;
 
-/// Weight of the slide at a sample rate in Hz: 0 up to 200 Hz, where samples do not give a speed, 1 from 300 Hz on.
+/// Weight of the slide at a sample rate in Hz: 0 up to 200 Hz, where samples do not give a speed, 1 from 250 Hz on.
 #[must_use]
 pub fn slide_weight(sample_rate: f32) -> f32 {
     ((sample_rate - SLOWEST_RATE) / (FULL_RATE - SLOWEST_RATE))
@@ -59,16 +61,16 @@ struct Coefficients {
     forget_still: f32,
     /// The same while the foot moves.
     forget_moving: f32,
+    /// Share of the shaking that decays with each sample.
+    forget_shaking: f32,
     /// Share of the newest rate in its mean.
     newest_turn: f32,
-    /// Factors of the squared and of the fourth power of the speed over the limit; less at low sample rates.
-    doubt: [f32; 2],
+    /// Weight of the slide at this sample rate.
+    weight: f32,
     /// Square of the limit of an acceleration in the sum, m²/s⁴.
     impact_squared: f32,
-    /// Square of the largest speed over the limit while the foot is still by the other quantities.
-    still_most: f32,
-    /// The same while the foot moves.
-    moving_most: f32,
+    /// Square of the largest speed over the limit.
+    most: f32,
 }
 
 /// Speed along the ground, and the usual speed in a stance.
@@ -77,6 +79,8 @@ pub(super) struct Slide {
     coefficients: Coefficients,
     /// Speed along the ground, m/s, sensor frame.
     speed: Vec3,
+    /// The same over a shorter time, m/s, sensor frame.
+    shaking: Vec3,
     /// Mean rate beyond [`SlideParams::rate`], rad/s.
     turn: f32,
     /// Usual speed in a stance, m/s.
@@ -96,20 +100,20 @@ impl Slide {
     pub fn new(params: SlideParams, sample_rate: f32) -> Self {
         let period = 1.0 / sample_rate;
         let share = |time_constant: f32| 1.0 - exp(-period / time_constant);
-        let weight = slide_weight(sample_rate);
         let mut slide = Self {
             coefficients: Coefficients {
                 params,
                 period,
                 forget_still: share(params.time_constant),
                 forget_moving: share(params.moving_time_constant),
+                forget_shaking: share(params.shake_time_constant),
                 newest_turn: share(params.turn_time_constant),
-                doubt: [weight * params.below, weight * (1.0 - params.below)],
+                weight: slide_weight(sample_rate),
                 impact_squared: params.impact * params.impact,
-                still_most: params.limit * params.limit,
-                moving_most: params.moving_limit * params.moving_limit,
+                most: params.limit * params.limit,
             },
             speed: Vec3::ZERO,
+            shaking: Vec3::ZERO,
             turn: 0.0,
             usual: params.usual,
             learnt: 0.0,
@@ -125,11 +129,13 @@ impl Slide {
         let SlideParams {
             speed,
             spread,
+            shaking,
             lever,
             ..
         } = self.coefficients.params;
-        let (spread, turn) = (spread * self.usual, lever * self.turn);
-        self.standing_squared = speed * speed + spread * spread;
+        let usual = self.usual * (self.usual / shaking).lesser(spread);
+        let turn = lever * self.turn;
+        self.standing_squared = speed * speed + usual * usual;
         self.limit_squared = self.standing_squared + turn * turn;
     }
 
@@ -142,10 +148,10 @@ impl Slide {
             period,
             forget_still,
             forget_moving,
-            doubt: [by_square, by_fourth],
+            forget_shaking,
+            weight,
             impact_squared,
-            still_most,
-            moving_most,
+            most,
             ..
         } = self.coefficients;
         let square = level_acceleration.dot(level_acceleration);
@@ -153,22 +159,20 @@ impl Slide {
             true => level_acceleration * (params.impact / sqrt(square)),
             false => level_acceleration,
         };
+        let gained = clipped * period;
+        self.shaking = self.shaking * (1.0 - forget_shaking) + gained;
         // The sum left by a swing carries no information about the stance after it.
         let forget = forget_moving + (forget_still - forget_moving) * still;
         let left = self.speed * (1.0 - forget);
-        let next = left + clipped * period;
-        let most = match still > STILL {
-            true => still_most,
-            false => moving_most,
-        };
-        let mut ratio = next.dot(next) / self.limit_squared;
+        let next = left + gained;
+        let ratio = next.dot(next) / self.limit_squared;
         // An increment beyond the largest speed is not added: no root on the way to the probability.
         self.speed = match ratio > most {
             true => left,
             false => next,
         };
-        ratio = ratio.lesser(most);
-        1.0 / (1.0 + ratio * (by_square + by_fourth * ratio))
+        let ratio = ratio.lesser(most);
+        1.0 / (1.0 + weight * ratio * ratio)
     }
 
     /// Returns whether the foot is no faster than a standing one.
@@ -206,8 +210,8 @@ impl Slide {
         self.learnt = (self.learnt + period).lesser(params.memory);
         let gain = params.gain * period / (self.learnt + params.prior);
         // Up by the quantile, down by its complement, and in between near the usual speed, so that the learnt
-        // value does not depend on the last bit of a speed.
-        let ratio = self.speed.dot(self.speed) / (self.usual * self.usual);
+        // value does not depend on the last bit of a sum.
+        let ratio = self.shaking.dot(self.shaking) / (self.usual * self.usual);
         let square = ratio * ratio;
         let step = square / (1.0 + square) - (1.0 - params.quantile);
         let (least, most) = USUAL;

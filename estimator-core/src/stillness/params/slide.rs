@@ -8,8 +8,10 @@ use crate::range::ParamsError;
 pub struct SlideParams {
     /// Least speed along the ground that counts, m/s. 1e-4 to 1.
     pub speed: f32,
-    /// Factor of the usual speed in the limit. 0 to 100.
+    /// Largest factor of the usual speed in the limit. 0 to 100.
     pub spread: f32,
+    /// Usual speed at which the factor is 1, m/s; it grows with the usual speed up to `spread`. 1e-5 to 1.
+    pub shaking: f32,
     /// Lever of a rate beyond `rate` in the limit, m/s per rad/s. 0 to 10.
     pub lever: f32,
     /// Rate up to which the foot does not roll: noise and trembling, rad/s. 0 to 10.
@@ -24,13 +26,10 @@ pub struct SlideParams {
     pub time_constant: f32,
     /// The same while the foot moves according to the other quantities, s. 1e-3 to 10.
     pub moving_time_constant: f32,
+    /// Time constant of the sum from which the usual speed is learnt, s. 1e-3 to 10.
+    pub shake_time_constant: f32,
     /// Limit of the speed, as a multiple of the slide's limit. 1 to 10.
     pub limit: f32,
-    /// The same while the foot moves according to the other quantities. 1 to 10.
-    pub moving_limit: f32,
-    /// Share of the doubt that grows with the square of the speed, and so begins below the limit; the
-    /// rest grows with its fourth power. 0 to 1.
-    pub below: f32,
     /// Speed that is usual in a stance, before anything is learnt, m/s. 1e-4 to 0.2.
     pub usual: f32,
     /// Quantile of the speeds in stances that counts as usual. 0 to 1.
@@ -52,6 +51,7 @@ impl SlideParams {
         all_in_range(&[
             ("stillness.slide.speed", self.speed, 1.0e-4, 1.0),
             ("stillness.slide.spread", self.spread, 0.0, 100.0),
+            ("stillness.slide.shaking", self.shaking, 1.0e-5, 1.0),
             ("stillness.slide.lever", self.lever, 0.0, 10.0),
             ("stillness.slide.rate", self.rate, 0.0, 10.0),
             ("stillness.slide.largest_rate", self.largest_rate, 0.0, 10.0),
@@ -74,9 +74,13 @@ impl SlideParams {
                 1.0e-3,
                 10.0,
             ),
+            (
+                "stillness.slide.shake_time_constant",
+                self.shake_time_constant,
+                1.0e-3,
+                10.0,
+            ),
             ("stillness.slide.limit", self.limit, 1.0, 10.0),
-            ("stillness.slide.moving_limit", self.moving_limit, 1.0, 10.0),
-            ("stillness.slide.below", self.below, 0.0, 1.0),
             ("stillness.slide.usual", self.usual, 1.0e-4, 0.2),
             ("stillness.slide.quantile", self.quantile, 0.0, 1.0),
             ("stillness.slide.gain", self.gain, 0.0, 10.0),
