@@ -1,9 +1,25 @@
-//! Links the product with the section in which defmt interns its strings.
+//! Links the product with the section in which defmt interns its strings, and names the commit of its sources.
+
+use std::process::Command;
+
+/// What a program is built from, besides this package.
+const SOURCES: [&str; 9] = [
+    ".",
+    "../bootloader",
+    "../estimator-core",
+    "../lsm6dsox",
+    "../storage",
+    "../wire",
+    "../Cargo.lock",
+    "../Cargo.toml",
+    "../memory.x",
+];
 
 fn main() {
-    println!("cargo:rerun-if-changed=build.rs");
-    println!("cargo:rerun-if-changed=header.x");
-    println!("cargo:rerun-if-changed=../memory.x");
+    println!("cargo:rustc-env=FOOTFALL_COMMIT={}", commit());
+    for source in SOURCES {
+        println!("cargo:rerun-if-changed={source}");
+    }
     if std::env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "none") {
         for program in ["foot", "foot-feather", "bring-up", "bring-up-feather"] {
             println!("cargo:rustc-link-arg-bin={program}=-Tdefmt.x");
@@ -16,4 +32,23 @@ fn main() {
             println!("cargo:rustc-link-arg-bin={program}=--defsym=_board_feather=1");
         }
     }
+}
+
+/// Commit of the sources, hexadecimal; empty if none has them, as after a change or outside of a repository.
+fn commit() -> String {
+    let Some(log) = git(&["rev-parse", "--git-path", "logs/HEAD"]) else {
+        return String::new();
+    };
+    println!("cargo:rerun-if-changed={log}");
+    let changes = git(&[&["status", "--porcelain", "--"], &SOURCES[..]].concat());
+    match changes.as_deref() {
+        Some("") => git(&["rev-parse", "HEAD"]).unwrap_or_default(),
+        _ => String::new(),
+    }
+}
+
+fn git(arguments: &[&str]) -> Option<String> {
+    let output = Command::new("git").args(arguments).output().ok()?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    output.status.success().then(|| text.trim().to_owned())
 }

@@ -29,6 +29,9 @@ pub const SIGNED: usize = 76;
 /// Number of bytes in use; the others are those of erased flash.
 pub const USED: usize = 140;
 
+/// Bytes of a commit's hash.
+pub const COMMIT: usize = 20;
+
 /// Longest program, bytes.
 pub const LONGEST: u32 = SLOT_SIZE - HEADER as u32;
 
@@ -95,7 +98,7 @@ pub struct Header {
     /// Whether the sources were those of the commit.
     pub sources: Sources,
     /// Commit.
-    pub commit: [u8; 20],
+    pub commit: [u8; COMMIT],
     /// SHA-256 of the program.
     pub hash: [u8; 32],
     /// Ed25519 signature.
@@ -220,12 +223,15 @@ impl Refusal {
 }
 
 impl Header {
-    /// Number of the program for object 0x1F56: the first four bytes of its hash; 0 without a hash.
+    /// Number of the program for object 0x1F56: the first four bytes of its hash; without a hash those of its commit,
+    /// whose first eight digits it shows, or 0 where no commit has its sources.
     #[must_use]
     pub const fn identification(&self) -> u32 {
-        match (self.kind, &self.hash) {
-            (Kind::Signed, [a, b, c, d, ..]) => u32::from_le_bytes([*a, *b, *c, *d]),
-            (Kind::Probed, _) => 0,
+        let ([a, b, c, d, ..], [e, f, g, h, ..]) = (&self.hash, &self.commit);
+        match (self.kind, self.sources) {
+            (Kind::Signed, _) => u32::from_le_bytes([*a, *b, *c, *d]),
+            (Kind::Probed, Sources::Committed) => u32::from_be_bytes([*e, *f, *g, *h]),
+            (Kind::Probed, Sources::Changed) => 0,
         }
     }
 
@@ -307,10 +313,11 @@ impl Header {
         bytes
     }
 
-    /// First bytes of the header of a program that a probe writes, evaluated by the compiler.
+    /// First bytes of the header of a program that a probe writes, evaluated by the compiler. `commit` is that of its
+    /// sources, hexadecimal, and empty where no commit has them.
     #[must_use]
     #[allow(clippy::indexing_slicing)]
-    pub const fn probed(board: Board) -> [u8; USED] {
+    pub const fn probed(board: Board, commit: &str) -> [u8; USED] {
         let mut bytes = [0xFF; USED];
         let mut at = 0;
         while at < MAGIC.len() {
@@ -322,8 +329,16 @@ impl Header {
         [bytes[10], bytes[11]] = board.number().to_le_bytes();
         // Length, sequence and version are not known to the bootloader.
         at = 12;
-        while at < 24 {
+        while at < 23 {
             bytes[at] = 0;
+            at += 1;
+        }
+        let digits = commit.as_bytes();
+        let is_known = digits.len() == 2 * COMMIT;
+        bytes[23] = if is_known { 0 } else { 1 };
+        at = 0;
+        while is_known && at < COMMIT {
+            bytes[24 + at] = hexadecimal(digits[2 * at]) << 4 | hexadecimal(digits[2 * at + 1]);
             at += 1;
         }
         bytes
@@ -347,11 +362,22 @@ impl Header {
     }
 }
 
-/// Number of the program in a slot for object 0x1F56: the first four bytes of its hash; 0 of a program that a probe
-/// has written. For a slot whose program is whole, as that of the running program.
+/// Value of a hexadecimal digit; 0 of another character.
+const fn hexadecimal(digit: u8) -> u8 {
+    match digit {
+        b'0'..=b'9' => digit - b'0',
+        b'a'..=b'f' => digit - b'a' + 10,
+        _ => 0,
+    }
+}
+
+/// Number of the program in a slot for object 0x1F56, as [`Header::identification`]. For a slot whose program is whole,
+/// as that of the running program.
 pub fn identification(flash: &impl Flash, slot: Slot) -> u32 {
-    match flash.read(slot.start() + 8).to_le_bytes() {
-        [_, 1, ..] => flash.read(slot.start() + 44),
+    let word = |at: u32| flash.read(slot.start() + at);
+    match (word(8).to_le_bytes(), word(20).to_le_bytes()) {
+        ([_, 1, ..], _) => word(44),
+        ([_, 0, ..], [.., 0]) => word(24).swap_bytes(),
         _ => 0,
     }
 }
@@ -398,12 +424,18 @@ mod tests {
 
     #[test]
     fn header_of_a_probe_decodes() {
-        for board in Board::ALL {
-            let mut bytes = [0xFF; HEADER];
-            bytes[..USED].copy_from_slice(&Header::probed(board));
-            let header = Header::decode(&bytes).expect("a header");
-            assert_eq!((header.kind, header.board), (Kind::Probed, board));
-            assert_eq!((header.sequence, header.identification()), (0, 0));
+        for (commit, number) in [
+            ("37048bdeaf0f5f4d2a9c1b7e3d5566778899aabb", 0x3704_8BDE),
+            ("", 0),
+            ("37048bde", 0),
+        ] {
+            for board in Board::ALL {
+                let mut bytes = [0xFF; HEADER];
+                bytes[..USED].copy_from_slice(&Header::probed(board, commit));
+                let header = Header::decode(&bytes).expect("a header");
+                assert_eq!((header.kind, header.board), (Kind::Probed, board));
+                assert_eq!((header.sequence, header.identification()), (0, number));
+            }
         }
     }
 

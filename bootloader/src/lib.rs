@@ -10,9 +10,10 @@
 //! | the steps at a start, and a download | [`update`] |
 //! | the objects that a master sees, and their node | [`device`], [`node`] |
 //! | the serial line to that node | [`adapter`] |
+//! | the crystal: its start and measurement; a supply too low for the flash; both on the target | `crystal`, `supply` |
 //!
-//! No allocation, no `unsafe`, no panic on any bytes. The parts that touch the chip are those of the program, in
-//! `src/main.rs` and `src/chip`.
+//! No allocation, no `unsafe`, no panic on any bytes. The other parts that touch the chip are those of the program,
+//! in `src/main.rs` and `src/chip`.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -35,6 +36,8 @@ pub const DEVICE_NAME: &str = "footfall bootloader";
 
 #[cfg(feature = "verify")]
 pub mod adapter;
+#[cfg(target_os = "none")]
+pub mod crystal;
 #[cfg(feature = "verify")]
 pub mod device;
 pub mod flash;
@@ -46,6 +49,8 @@ pub mod node;
 pub mod note;
 #[cfg(feature = "verify")]
 pub mod program;
+#[cfg(target_os = "none")]
+pub mod supply;
 #[cfg(feature = "verify")]
 pub mod update;
 #[cfg(feature = "verify")]

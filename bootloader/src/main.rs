@@ -20,13 +20,15 @@ use wire::slcan::{BEL, CR};
 #[cortex_m_rt::entry]
 fn main() -> ! {
     watchdog::start();
-    // Both are reset states of their peripherals: a program that is started finds the chip as after a reset.
     let mut flash = ChipFlash::new();
     // The program has just run: it is not checked again, since a master waits for the answer.
     if note::take_stay() {
         serve(flash, Program::CanRun)
     }
-    match settle(&mut flash, KEY) {
+    clock::hurry();
+    let settled = settle(&mut flash, KEY);
+    clock::calm();
+    match settled {
         Ok(Start::Program) => chip::start_program(),
         Ok(Start::Nothing(why)) => serve(flash, Program::Missing(why)),
         Err(_) => serve(flash, Program::Unsettled),

@@ -129,9 +129,11 @@ impl Ports {
         self.inputs.try_send(input).is_ok()
     }
 
-    /// Answers [`Request::Reload`].
-    pub async fn reload(&self, reloaded: Reloaded) {
-        self.reloaded.send(reloaded).await;
+    /// Answers [`Request::Reload`], in the place of an answer that the foot has not taken yet.
+    pub fn reload(&self, reloaded: Reloaded) {
+        self.reloaded.clear();
+        // There is room now.
+        let _ = self.reloaded.try_send(reloaded);
     }
 
     pub(crate) fn push_can(&self, lane: Lane, frame: &CanFrame) -> u32 {

@@ -37,10 +37,18 @@ const DATA_READY_POLLS: u32 = 100;
 #[derive(Debug)]
 pub struct Lsm6dsox<SPI> {
     pub(crate) spi: SPI,
+    /// Configuration to write; the scale of codes while the part holds it.
     config: Config,
-    /// Configuration that the part was last read to hold; `None` from before the first write that changes
-    /// it until all of it has been read back. The only source of the scale of codes.
-    held: Option<Config>,
+    holding: Holding,
+}
+
+/// Whether the part holds the driver's configuration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Holding {
+    /// It was last read to hold it.
+    Config,
+    /// Not known: from before the first write that changes it until all of it has been read back.
+    Unknown,
 }
 
 impl<SPI: SpiDevice> Lsm6dsox<SPI> {
@@ -49,7 +57,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         Self {
             spi,
             config,
-            held: None,
+            holding: Holding::Unknown,
         }
     }
 
@@ -76,7 +84,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// # Errors
     /// The first register that does not hold the expected value.
     pub async fn init(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<SPI::Error>> {
-        self.held = None;
+        self.holding = Holding::Unknown;
         delay.delay_us(BOOT_MICROS).await;
         self.make_readable().await?;
         self.check_identity().await?;
@@ -84,7 +92,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         let config = self.config;
         self.apply(&config).await?;
         delay.delay_us(TURN_ON_MICROS).await;
-        self.held = Some(config);
+        self.holding = Holding::Config;
         Ok(())
     }
 
@@ -138,9 +146,9 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// [`init`](Self::init) has succeeded.
     pub async fn verify(&mut self) -> Result<(), Error<SPI::Error>> {
         let config = self.config;
-        let held = self.held.take();
+        let holding = core::mem::replace(&mut self.holding, Holding::Unknown);
         self.verify_as(&config).await?;
-        self.held = held;
+        self.holding = holding;
         Ok(())
     }
 
@@ -160,15 +168,12 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// [`Error::Status`] if the bytes read cannot be a sample, [`Error::Unconfigured`] if
     /// the part is not known to hold the configuration.
     pub async fn sample(&mut self) -> Result<RawSample, Error<SPI::Error>> {
-        if self.held.is_none() {
-            return Err(Error::Unconfigured);
-        }
+        self.scale()?;
         let mut frame = BURST;
         // Straight to the bus: this runs at each tick, and each future in between has a cost.
         let mut operations = [Operation::TransferInPlace(&mut frame)];
         self.spi.transaction(&mut operations).await?;
-        let config = self.held.as_ref().ok_or(Error::Unconfigured)?;
-        decode(&frame, config)
+        decode(&frame, self.scale()?)
     }
 
     /// Reads `STATUS_REG` alone.
@@ -234,7 +239,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         &mut self,
         buffer: &'a mut [WordBytes],
     ) -> Result<FifoBatch<'a>, Error<SPI::Error>> {
-        let config = self.held.ok_or(Error::Unconfigured)?;
+        let config = *self.scale()?;
         let status = self.fifo_status().await?;
         let count = buffer.len().min(usize::from(status.level));
         let bytes = buffer
@@ -261,7 +266,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     /// # Errors
     /// [`Error::ReadBack`] with the data rate that was not accepted.
     pub async fn power_down(&mut self) -> Result<(), Error<SPI::Error>> {
-        self.held = None;
+        self.holding = Holding::Unknown;
         const OFF: [Write; 2] = [
             Write {
                 register: &register::CTRL1_XL,
@@ -291,7 +296,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     ) -> Result<SelfTest, Error<SPI::Error>> {
         let accel = ctrl5_c::ST_XL.place(self_test::ST_XL_NEGATIVE);
         let gyro = ctrl5_c::ST_G.place(self_test::ST_G_POSITIVE);
-        self.held = None;
+        self.holding = Holding::Unknown;
         self.check_identity().await?;
         let (off, on) = self
             .test_signal(&Config::ACCEL_SELF_TEST, accel, delay)
@@ -364,7 +369,11 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
             .await
     }
 
+    /// Resets the registers with the gyroscope off and the accelerometer in high-performance mode, which is ST's order for
+    /// this family \[S\].
     async fn reset(&mut self, delay: &mut impl DelayNs) -> Result<(), Error<SPI::Error>> {
+        self.write(register::CTRL2_G.address, 0).await?;
+        self.write(register::CTRL6_C.address, 0).await?;
         let written = register::CTRL3_C.reset | ctrl3_c::SW_RESET.mask();
         self.write(register::CTRL3_C.address, written).await?;
         let mut read = written;
@@ -396,6 +405,14 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         let mut frame = BURST;
         self.transfer(&mut frame).await?;
         decode(&frame, config)
+    }
+
+    /// Returns the configuration that gives codes their scale, if the part holds it.
+    fn scale(&self) -> Result<&Config, Error<SPI::Error>> {
+        match self.holding {
+            Holding::Config => Ok(&self.config),
+            Holding::Unknown => Err(Error::Unconfigured),
+        }
     }
 
     async fn read(&mut self, address: u8) -> Result<u8, Error<SPI::Error>> {

@@ -85,12 +85,15 @@ pub struct Params {
 }
 
 impl Params {
-    /// A fresh sample without aliases at each tick of a 1 kHz timer.
+    /// A fresh sample at each tick of a 1 kHz timer.
     ///
     /// The part has no 1 kHz rate and a clock of its own. So both sensors run at 6667 Hz behind
     /// low-pass filters of matching cut-off (gyroscope 335 Hz, accelerometer 333 Hz), both below
     /// the 500 Hz that a 1 kHz timer can carry, and at each tick the next data-ready edge is at
     /// most 150 µs away. 833 Hz would repeat samples; 1667 Hz leaves the gyroscope 1108 Hz wide.
+    ///
+    /// The filters are of second order: motion above 500 Hz is folded down, attenuated by 12 dB at 667 Hz, 17 dB
+    /// at 900 Hz and 19 dB at 1 kHz. `docs/evaluation.md` compares settings that attenuate more, on a leg that rings.
     pub const FRESH_KILOHERTZ: Self = Self {
         accel: AccelParams {
             odr: Odr::Hz6667,

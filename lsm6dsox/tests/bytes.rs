@@ -57,9 +57,14 @@ fn identity(id: u8) -> Vec<Transaction<u8>> {
     [write(0x01, 0x00), write(0x12, 0x44), read(0x0F, id)].concat()
 }
 
+/// Begin of a reset: gyroscope off, accelerometer in high-performance mode, `SW_RESET`.
+fn reset() -> Vec<Transaction<u8>> {
+    [write(0x11, 0x00), write(0x15, 0x00), write(0x12, 0x05)].concat()
+}
+
 fn init_until_written() -> Vec<Transaction<u8>> {
     let mut bytes = identity(0x6C);
-    bytes.extend(write(0x12, 0x05));
+    bytes.extend(reset());
     bytes.extend(read(0x12, 0x05));
     bytes.extend(read(0x12, 0x04));
     bytes.extend(PRESET.into_iter().flat_map(|(a, v)| write(a, v)));
@@ -111,7 +116,7 @@ fn test_signal(changes: &[(u8, u8)], signal: u8, change: i16) -> Vec<Transaction
         let other = changes.iter().find(|(changed, _)| *changed == address);
         (address, other.map_or(value, |(_, other)| *other))
     });
-    let mut bytes = write(0x12, 0x05);
+    let mut bytes = reset();
     bytes.extend(read(0x12, 0x04));
     bytes.extend(configuration.into_iter().flat_map(|(a, v)| write(a, v)));
     bytes.extend(configuration.into_iter().flat_map(|(a, v)| read(a, v)));
@@ -217,7 +222,7 @@ fn part_with_another_identity_is_not_configured() {
 #[test]
 fn endless_reset_times_out() {
     let mut bytes = identity(0x6C);
-    bytes.extend(write(0x12, 0x05));
+    bytes.extend(reset());
     bytes.extend((0..100).flat_map(|_| read(0x12, 0x05)));
     let mut spi = Mock::new(&bytes);
     let mut sensor = Lsm6dsox::new(spi.clone(), Config::FRESH_KILOHERTZ);

@@ -1,5 +1,9 @@
-//! 80 MHz from the crystal, and ticks of 1 ms. Without the crystal the chip stays at 16 MHz, and the bus is not joined.
+//! 80 MHz from the crystal, and ticks of 1 ms. Without the board's crystal the chip stays at 16 MHz, and the bus is not
+//! joined.
 
+use bootloader::crystal;
+use stm32_metapac::flash::regs::Acr;
+use stm32_metapac::rcc::regs::{Cfgr, Pllcfgr};
 use stm32_metapac::rcc::vals::{Hpre, Pllm, Plln, Pllp, Pllq, Pllsrc, Ppre, Sw};
 use stm32_metapac::{FLASH, RCC};
 
@@ -12,7 +16,7 @@ const PROCESSOR_HZ: u32 = 80_000_000;
 pub const CAN_HZ: u32 = PROCESSOR_HZ / 2;
 
 /// Clock of the internal oscillator, Hz.
-const INTERNAL_HZ: u32 = 16_000_000;
+const INTERNAL_HZ: u32 = crystal::HSI_MHZ * 1_000_000;
 
 /// Input of the PLL, MHz.
 const INPUT_MHZ: u32 = 2;
@@ -20,8 +24,11 @@ const INPUT_MHZ: u32 = 2;
 /// Oscillator of the PLL, MHz.
 const PLL_MHZ: u32 = 160;
 
-/// Polls of the crystal: at least 20 ms of 16 MHz.
+/// Polls of the PLL: at least 20 ms of 16 MHz.
 const POLLS: u32 = 64_000;
+
+/// `RCC_PLLCFGR` after a reset (RM0090, 7.3.2).
+const PLLCFGR_AFTER_RESET: u32 = 0x2400_3010;
 
 /// Millisecond ticks.
 pub struct Ticks(());
@@ -44,15 +51,31 @@ pub fn start() -> Ticks {
     Ticks(())
 }
 
-/// Returns whether the crystal runs, and the processor from it.
+/// Returns whether the board's crystal runs, and the processor from it.
 fn start_crystal() -> bool {
-    RCC.cr().modify(|w| w.set_hseon(true));
-    if !(0..POLLS).any(|_| RCC.cr().read().hserdy()) {
-        return false;
-    }
+    crystal::start(CRYSTAL_MHZ).is_ok() && start_pll(Pllsrc::HSE, CRYSTAL_MHZ)
+}
+
+/// Runs the processor at 80 MHz from the internal oscillator: a program is hashed in a fifth of the time.
+pub fn hurry() {
+    start_pll(Pllsrc::HSI, crystal::HSI_MHZ);
+}
+
+/// Undoes [`hurry`]: a program finds the clocks as after a reset.
+pub fn calm() {
+    RCC.cfgr().modify(|w| w.set_sw(Sw::HSI));
+    while RCC.cfgr().read().sws() != Sw::HSI {}
+    RCC.cr().modify(|w| w.set_pllon(false));
+    RCC.cfgr().write_value(Cfgr(0));
+    RCC.pllcfgr().write_value(Pllcfgr(PLLCFGR_AFTER_RESET));
+    FLASH.acr().write_value(Acr(0));
+}
+
+/// Returns whether the processor runs at 80 MHz from an oscillator of this frequency.
+fn start_pll(source: Pllsrc, mhz: u32) -> bool {
     RCC.pllcfgr().write(|w| {
-        w.set_pllsrc(Pllsrc::HSE);
-        w.set_pllm(Pllm::from_bits((CRYSTAL_MHZ / INPUT_MHZ) as u8));
+        w.set_pllsrc(source);
+        w.set_pllm(Pllm::from_bits((mhz / INPUT_MHZ) as u8));
         w.set_plln(Plln::from_bits((PLL_MHZ / INPUT_MHZ) as u16));
         w.set_pllp(Pllp::DIV2);
         // Not used, but 0 is forbidden.

@@ -1,8 +1,9 @@
-//! The flash by words of 32 bits, which requires a supply of 2.7 to 3.6 V (RM0090, 3.6). The program sets the
-//! brown-out level to 2.7 V at its first start.
+//! The flash by words of 32 bits, which requires a supply of 2.7 to 3.6 V (RM0090, 3.6). Below it nothing is written or
+//! erased. The program sets the brown-out level to 2.7 V at its first start, in force from the next power-up on.
 
 use bootloader::flash::{Flash, FlashFailed};
 use bootloader::layout::Sector;
+use bootloader::supply;
 use stm32_metapac::FLASH;
 use stm32_metapac::flash::vals::Psize;
 
@@ -17,8 +18,9 @@ const ERRORS: u32 = 0xF2;
 pub struct ChipFlash(());
 
 impl ChipFlash {
-    /// Takes the flash.
-    pub const fn new() -> Self {
+    /// Takes the flash, and watches the supply.
+    pub fn new() -> Self {
+        supply::watch();
         Self(())
     }
 }
@@ -30,8 +32,7 @@ impl Flash for ChipFlash {
     }
 
     fn program(&mut self, address: u32, word: u32) -> Result<(), FlashFailed> {
-        watchdog::feed();
-        unlock();
+        prepare()?;
         FLASH.cr().write(|w| {
             w.set_psize(Psize::PSIZE32);
             w.set_pg(true);
@@ -49,8 +50,7 @@ impl Flash for ChipFlash {
     }
 
     fn erase(&mut self, sector: Sector) -> Result<(), FlashFailed> {
-        watchdog::feed();
-        unlock();
+        prepare()?;
         FLASH.cr().write(|w| {
             w.set_psize(Psize::PSIZE32);
             w.set_ser(true);
@@ -61,7 +61,12 @@ impl Flash for ChipFlash {
     }
 }
 
-fn unlock() {
+/// Unlocks the flash, if the supply suffices.
+fn prepare() -> Result<(), FlashFailed> {
+    watchdog::feed();
+    if supply::is_low() {
+        return Err(FlashFailed);
+    }
     // Keys written to unlocked flash would lock it until the next reset.
     if FLASH.cr().read().lock() {
         for key in KEYS {
@@ -70,6 +75,7 @@ fn unlock() {
     }
     // Flags are cleared by writing ones.
     FLASH.sr().modify(|_| {});
+    Ok(())
 }
 
 fn finish() -> Result<(), FlashFailed> {

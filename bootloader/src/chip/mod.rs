@@ -11,6 +11,7 @@ pub mod watchdog;
 
 use bootloader::image::{Board, HEADER};
 use bootloader::layout::Slot;
+use bootloader::supply;
 
 #[cfg(any(
     all(feature = "feather", feature = "reference"),
@@ -31,8 +32,9 @@ pub const CRYSTAL_MHZ: u32 = match BOARD {
     Board::Feather => 12,
 };
 
-/// Starts the program in [`Slot::Running`].
+/// Starts the program in [`Slot::Running`], which finds the chip as after a reset, but for the watchdog.
 pub fn start_program() -> ! {
+    supply::forget();
     let vectors = Slot::Running.start() + HEADER as u32;
     // SAFETY: no interrupt is enabled, and nothing else uses the register.
     unsafe { (*cortex_m::peripheral::SCB::PTR).vtor.write(vectors) };

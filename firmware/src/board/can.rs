@@ -3,7 +3,7 @@
 use core::future::{pending, poll_fn};
 use core::mem;
 use core::ops::Range;
-use core::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
 use core::task::Poll;
 
 use embassy_futures::select::select3;
@@ -17,12 +17,13 @@ use embassy_stm32::pac::{CAN1, can::regs, gpio::vals::Pupdr};
 use embassy_stm32::{Peri, bind_interrupts, peripherals};
 use embassy_sync::waitqueue::AtomicWaker;
 use embassy_time::{Duration, Timer};
+use estimator_core::Timestamp;
 use firmware::ports::BusState;
 use wire::CanFrame;
 use wire::foot::cob_id;
 use wire::pdo::{Load, Pdo};
 
-use super::{Barrier, COMMUNICATION_PRIORITY, wiring};
+use super::{Barrier, COMMUNICATION_PRIORITY, URGENT_PRIORITY, timebase, wiring};
 
 bind_interrupts!(struct Irqs {
     CAN1_TX => TxInterruptHandler<peripherals::CAN1>, Barrier;
@@ -35,11 +36,15 @@ bind_interrupts!(struct Irqs {
 /// Task that waits for a frame.
 static FRAME_CAME: AtomicWaker = AtomicWaker::new();
 
+/// Count of the timer when the frame came.
+static FRAME_CAME_AT: AtomicU32 = AtomicU32::new(0);
+
 /// Handler of a received frame.
 struct Came;
 
 impl typelevel::Handler<typelevel::CAN1_RX0> for Came {
     unsafe fn on_interrupt() {
+        FRAME_CAME_AT.store(timebase::count(), Ordering::Relaxed);
         // The interrupt is enabled again when a task waits for the next frame.
         CAN1.ier().modify(|w| w.set_fmpie(0, false));
         FRAME_CAME.wake();
@@ -89,6 +94,8 @@ impl Parts {
         ] {
             irq.set_priority(COMMUNICATION_PRIORITY);
         }
+        // A SYNC has the time at which it came, also in the middle of a tick.
+        interrupt::CAN1_RX0.set_priority(URGENT_PRIORITY);
         // Enabled only while [`Sender::freed`] waits for it.
         set_mailbox_empty_interrupt(Enable::Off);
         let (sender, receiver) = can.split();
@@ -344,14 +351,22 @@ const fn mailboxes() -> [Mailbox; 3] {
 }
 
 impl Receiver {
-    /// Returns the next frame for this foot; the filters reject remote and extended frames.
-    pub async fn receive(&mut self) -> CanFrame {
+    /// Returns the next frame for this foot, with the time at its end; the filters reject remote and extended frames.
+    ///
+    /// A frame that came while the one before it was processed has the time at which it is taken.
+    pub async fn receive(&mut self) -> (CanFrame, Timestamp) {
+        let mut has_waited = false;
         poll_fn(|context| {
             FRAME_CAME.register(context.waker());
             self.overrun |= was_overrun();
             if let Some(frame) = take_frame() {
-                return Poll::Ready(frame);
+                let at = match has_waited {
+                    true => timebase::extend(FRAME_CAME_AT.load(Ordering::Relaxed)),
+                    false => timebase::now(),
+                };
+                return Poll::Ready((frame, at));
             }
+            has_waited = true;
             critical_section::with(|_| CAN1.ier().modify(|w| w.set_fmpie(0, true)));
             Poll::Pending
         })

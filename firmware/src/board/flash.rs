@@ -16,6 +16,7 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
+use bootloader::supply;
 use embassy_stm32::pac::FLASH;
 use embassy_stm32::pac::flash::vals::Psize;
 use embassy_stm32::{Peri, peripherals};
@@ -25,7 +26,7 @@ use embedded_storage::nor_flash::{
 };
 use storage::StoreFailed;
 
-use super::{supply, uart, watchdog};
+use super::{uart, watchdog};
 
 /// Size of a sector, bytes.
 pub const PAGE: u32 = 16 * 1024;

@@ -33,13 +33,13 @@ pub mod flash;
 pub mod load;
 pub mod sensor;
 pub mod stack;
-pub mod supply;
 mod table;
 pub mod timebase;
 pub mod uart;
 pub mod update;
 pub mod watchdog;
 
+use bootloader::supply;
 use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority, typelevel};
 

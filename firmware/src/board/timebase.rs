@@ -183,8 +183,13 @@ impl Drop for Deadline {
     }
 }
 
+/// Count of the timer, µs.
+pub fn count() -> u32 {
+    TIM2.cnt().read()
+}
+
 /// Time at which the counter was at `count`, less than a wrap ago.
-fn extend(count: u32) -> Timestamp {
+pub fn extend(count: u32) -> Timestamp {
     let now = now_micros();
     Timestamp::from_micros(now - u64::from((now as u32).wrapping_sub(count)))
 }

@@ -138,8 +138,14 @@ impl Foot {
                 .hold_for(Fault::CanBusOff, EVENT_TICKS);
         }
         match state {
-            BusState::Active => self.clear(Fault::CanErrorPassive, ports),
+            // Kept for a while: a bus that flickers would send an emergency each time.
+            BusState::Active if before != BusState::Active => self
+                .fault_state
+                .latch
+                .hold_for(Fault::CanErrorPassive, EVENT_TICKS),
+            BusState::Active => {}
             BusState::Passive(receive, transmit) => {
+                self.fault_state.latch.keep(Fault::CanErrorPassive);
                 let detail = u32::from_le_bytes([receive, transmit, 0, 0]);
                 self.raise(Fault::CanErrorPassive, detail, ports);
             }

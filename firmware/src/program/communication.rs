@@ -38,12 +38,11 @@ pub(super) async fn send_can(mut can: board::can::Sender) {
 #[embassy_executor::task]
 pub(super) async fn receive_can(mut can: board::can::Receiver) {
     loop {
-        let frame = can.receive().await;
-        let now = board::timebase::now();
+        let (frame, at) = can.receive().await;
         if can.take_overrun() {
             PORTS.put(Input::CanLost(1)).await;
         }
-        PORTS.put(Input::Can(frame, now)).await;
+        PORTS.put(Input::Can(frame, at)).await;
     }
 }
 

@@ -41,7 +41,7 @@ use thread::{blink, feed_watchdog, serve_requests};
 /// Header in front of the program, as a debug probe writes it. An image for an update gets one with hash and signature.
 #[used]
 #[unsafe(link_section = ".header")]
-static HEADER: [u8; image::USED] = Header::probed(board::BOARD);
+static HEADER: [u8; image::USED] = Header::probed(board::BOARD, env!("FOOTFALL_COMMIT"));
 
 /// State shared between the interrupt levels.
 static PORTS: Ports = Ports::new();

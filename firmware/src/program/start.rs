@@ -30,8 +30,9 @@ pub(super) fn reason_for_start(crash: Option<board::crash::Crash>, reset: Reset)
 
 pub(super) fn log_boot(start: &Start) {
     defmt::info!(
-        "footfall {=str}, serial {=u32:08x}, {=str} settings, {=str} oscillator",
+        "footfall {=str}, program {=u32:08x}, serial {=u32:08x}, {=str} settings, {=str} oscillator",
         env!("CARGO_PKG_VERSION"),
+        start.program.identification,
         start.serial,
         match start.origin {
             Origin::Stored => "stored",

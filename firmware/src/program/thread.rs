@@ -50,7 +50,7 @@ pub(super) async fn serve_requests(mut storage: Store, mut can: Option<board::ca
                     can.set_bit_rate(settings.can_bit_rate());
                 }
                 UART_RATE.signal(settings.uart_rate());
-                PORTS.reload(Reloaded { settings, origin }).await;
+                PORTS.reload(Reloaded { settings, origin });
             }
             Request::Reset => cortex_m::peripheral::SCB::sys_reset(),
         }

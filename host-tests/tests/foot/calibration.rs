@@ -3,10 +3,10 @@
 
 use std::cell::RefCell;
 
-use crate::bench::{Bench, MS, Run, at_once, run, standing};
+use crate::bench::{Bench, MS, Run, run, standing};
 use crate::storage::{Flash, load, stored};
 use ::storage::Origin;
-use estimator_core::{ContactEstimate, Flag, Learning, Learnt, Method};
+use estimator_core::{ContactEstimate, Flag, Learning, Learnt, Method, StillnessParams};
 use firmware::ports::{Input, Reloaded, Request};
 use gait::{Activity, GaitName, Ground, Plan, SensorParams, Track};
 use lsm6dsox::sim::SharedPart;
@@ -208,11 +208,19 @@ fn assert_starts_with(learnt: Learnt, kept: Learnt) {
     assert!(learnt.is_settled() && learnt.still_seconds <= kept.still_seconds);
 }
 
-/// Asserts that an estimator continues from `before`: with its classes, except for one learnt sample.
+/// Asserts that an estimator continues from `before`: with its classes, except for one learnt sample. A width is
+/// learnt in units of its inflation.
 fn assert_goes_on(learnt: Learnt, before: Learnt) {
-    let classes = |learnt: Learnt| learnt.to_array().into_iter().take(9);
-    for (now, before) in classes(learnt).zip(classes(before)) {
-        assert!((now - before).abs() < 5.0e-3, "{now} after {before}");
+    let StillnessParams {
+        acceleration,
+        rate,
+        velocity,
+        ..
+    } = StillnessParams::DEFAULT;
+    let units = [acceleration, rate, velocity].map(|quantity| [1.0, 1.0, quantity.inflation]);
+    let pairs = learnt.to_array().into_iter().zip(before.to_array());
+    for ((now, before), unit) in pairs.zip(units.into_iter().flatten()) {
+        assert!((now - before).abs() < 5.0e-3 * unit, "{now} after {before}");
     }
 }
 
@@ -407,10 +415,10 @@ fn a_communication_reset_applies_only_changed_learnt_values() {
         let before = RefCell::new(Learnt::default());
         let reload = |bench: &mut Bench| {
             *before.borrow_mut() = bench.foot.learnt();
-            at_once(bench.ports.reload(Reloaded {
+            bench.ports.reload(Reloaded {
                 settings: settings.clone(),
                 origin: Origin::Stored,
-            }));
+            });
         };
         let there = |bench: &mut Bench| {
             let expected = starts_with.unwrap_or(*before.borrow());

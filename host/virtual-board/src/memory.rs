@@ -83,6 +83,34 @@ pub const RAM: Region = Region {
     size: 0x2_0000,
 };
 
+/// Accesses that a region permits to the program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rights {
+    /// Reads.
+    Read,
+    /// Reads and writes.
+    Write,
+    /// Reads and execution.
+    Execute,
+}
+
+/// All memory: its access rights, and the value of each byte at power-up.
+pub const MEMORIES: [(Region, Rights, u8); 5] = [
+    (FLASH, Rights::Execute, 0xFF),
+    (CCM, Rights::Write, UNTOUCHED),
+    (FACTORY, Rights::Read, 0xFF),
+    (RAM, Rights::Write, UNTOUCHED),
+    (OPTIONS, Rights::Read, 0xFF),
+];
+
+/// Returns whether there is memory behind all of `length` bytes.
+#[must_use]
+pub fn is_memory(address: u32, length: usize) -> bool {
+    MEMORIES
+        .iter()
+        .any(|(region, ..)| region.holds(address, length))
+}
+
 /// Value of each byte of RAM before the first write to it.
 pub const UNTOUCHED: u8 = 0xA5;
 

@@ -429,3 +429,29 @@ fn a_three_second_debugger_halt_leaves_nothing_stable() {
         assert!(!rig.emergencies().is_empty());
     }
 }
+
+/// Largest number of emergencies of a flickering bus in [`FLICKER_S`]: each fault on it is reported once.
+const FLICKER_EMERGENCIES: usize = 4;
+const FLICKER_S: u32 = 4;
+
+#[test]
+fn a_flickering_bus_gets_few_emergencies() {
+    let Some(elf) = product() else { return };
+    let mut rig = Rig::new(&elf);
+    rig.run(500);
+    rig.forget();
+    for _ in 0..FLICKER_S * 250 {
+        rig.board.inject(Injection::Bus(BusFault::NoAcknowledge));
+        rig.run(2);
+        rig.board.inject(Injection::Bus(BusFault::None));
+        rig.run(2);
+    }
+    let emergencies = rig.emergencies();
+    let passive = wire::Fault::CanErrorPassive.code();
+    assert!(emergencies.contains(&passive), "{emergencies:#x?}");
+    assert!(
+        emergencies.len() <= FLICKER_EMERGENCIES,
+        "{emergencies:#x?}"
+    );
+    assert_eq!(rig.resets(), []);
+}

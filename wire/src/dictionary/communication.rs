@@ -284,7 +284,7 @@ pub(super) const OBJECTS: &[Object] = &[
         index: index::PROGRAM_ID,
         name: Text::new("Program software identification"),
         shape: Shape::Array,
-        doc: Text::new("the first four bytes of the program's hash; 0: written by a debug probe"),
+        doc: Text::new("the first four bytes of the program's hash; of one that a debug probe has written the first eight digits of its commit, or 0"),
         entries: &[Entry::live(
             1,
             "Program software identification 1",

@@ -32,7 +32,7 @@ use crate::{can, supply};
 /// Header in front of the program, which the bootloader starts.
 #[used]
 #[unsafe(link_section = ".header")]
-static HEADER: [u8; image::USED] = Header::probed(board::BOARD);
+static HEADER: [u8; image::USED] = Header::probed(board::BOARD, env!("FOOTFALL_COMMIT"));
 
 /// Rate of the serial line: that of a foot without stored settings.
 const UART_RATE: u32 = 1_000_000;

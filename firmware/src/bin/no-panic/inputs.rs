@@ -103,6 +103,7 @@ fn any_stillness() -> StillnessParams {
         slide: SlideParams {
             speed: any(),
             spread: any(),
+            shaking: any(),
             lever: any(),
             rate: any(),
             largest_rate: any(),
@@ -110,9 +111,8 @@ fn any_stillness() -> StillnessParams {
             impact: any(),
             time_constant: any(),
             moving_time_constant: any(),
+            shake_time_constant: any(),
             limit: any(),
-            moving_limit: any(),
-            below: any(),
             usual: any(),
             quantile: any(),
             gain: any(),

@@ -1,8 +1,5 @@
 //! Simulated foot: its walk and its sensor, and the board's program around [`firmware::Foot`].
 
-use std::pin::pin;
-use std::task::{Context, Waker};
-
 use estimator_core::{Timestamp, Validity};
 use firmware::commands::UartReceiver;
 use firmware::ports::{Input, Reloaded, Request};
@@ -265,12 +262,7 @@ impl SimulatedFoot {
             }
             Request::Reload => {
                 let (settings, origin) = self.storage.load();
-                // A foot repeats the request only after the response, so there is room and the future is ready.
-                let mut reload = pin!(ports.reload(Reloaded { settings, origin }));
-                let polled = reload
-                    .as_mut()
-                    .poll(&mut Context::from_waker(Waker::noop()));
-                debug_assert!(polled.is_ready(), "there is room for one");
+                ports.reload(Reloaded { settings, origin });
             }
             Request::Reset => {
                 let (settings, origin) = self.storage.load();

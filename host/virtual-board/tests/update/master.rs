@@ -1,6 +1,7 @@
 //! A master that updates a foot, with its board and images.
 
-use bootloader::image::{Refusal, Sources};
+use bootloader::image::{HEADER, Header, Refusal, Sources, USED};
+use bootloader::layout::Slot;
 use images::{DEVELOPMENT_KEY, Origin, image};
 use lsm6dsox::sim::Stimulus;
 use virtual_board::board::Board;
@@ -38,24 +39,39 @@ const ANSWER_MS: u32 = 100;
 pub const OLD: &str = "0.1.0";
 pub const NEW: &str = "0.1.9";
 
-pub fn bootloader() -> Vec<u8> {
-    std::fs::read(build_bootloader(Wiring::reference())).expect("it was built")
+pub fn bootloader(wiring: &Wiring) -> Vec<u8> {
+    std::fs::read(build_bootloader(wiring)).expect("it was built")
 }
 
 /// Board with bootloader and program, at rest.
-pub fn boot(corner: Corner, program: &[u8]) -> Board {
+pub fn boot(wiring: &'static Wiring, corner: Corner, program: &[u8]) -> Board {
     let at_rest = |_| Stimulus::REST;
     let mut options = options();
+    options.wiring = Some(wiring);
     options.set_corner(corner);
-    Board::with_bootloader(Some(&bootloader()), program, options, at_rest).expect("it fits")
+    Board::with_bootloader(Some(&bootloader(wiring)), program, options, at_rest).expect("it fits")
 }
 
 /// Board with a bootloader alone.
-pub fn boot_without_program(corner: Corner) -> Board {
+pub fn boot_without_program(wiring: &'static Wiring, corner: Corner) -> Board {
     let at_rest = |_| Stimulus::REST;
     let mut options = options();
+    options.wiring = Some(wiring);
     options.set_corner(corner);
-    Board::with_bootloader(None, &bootloader(), options, at_rest).expect("it fits")
+    Board::with_bootloader(None, &bootloader(wiring), options, at_rest).expect("it fits")
+}
+
+/// Number of a program that a probe has written, by the header in its ELF.
+pub fn number_of(elf: &[u8]) -> u32 {
+    let parsed = virtual_board::elf::Image::parse(elf).expect("an ELF");
+    let header = parsed
+        .segments
+        .iter()
+        .find_map(|(start, bytes)| (*start == Slot::Running.start()).then_some(bytes));
+    let mut bytes = [0xFF; HEADER];
+    bytes[..USED].copy_from_slice(&header.expect("a header")[..USED]);
+    let header = Header::decode(&bytes).expect("a header");
+    header.identification()
 }
 
 /// Origin of an image, with this sequence.
@@ -124,6 +140,8 @@ enum Way {
 pub struct Master {
     pub board: Board,
     way: Way,
+    /// Node id of the foot.
+    pub node: u8,
     /// Frames of other nodes in each millisecond.
     pub traffic: u16,
 }
@@ -133,6 +151,7 @@ impl Master {
         Self {
             board,
             way: Way::Bus,
+            node: NODE,
             traffic: 0,
         }
     }
@@ -206,7 +225,7 @@ impl Master {
     }
 
     pub fn push(&mut self, request: &[u8; 8]) {
-        let frame = Frame::new(0x600 + u16::from(NODE), request);
+        let frame = Frame::new(0x600 + u16::from(self.node), request);
         match self.way {
             Way::Bus => self.board.push_can(frame),
             Way::Serial(_) => {
@@ -227,7 +246,9 @@ impl Master {
         for _ in 0..ms {
             self.run(1);
             let frames = self.take();
-            let answer = frames.iter().find(|frame| frame.id == 0x591);
+            let answer = frames
+                .iter()
+                .find(|frame| frame.id == 0x580 + u32::from(self.node));
             if let Some(frame) = answer {
                 return frame.data.as_slice().try_into().ok();
             }
@@ -255,7 +276,7 @@ impl Master {
     }
 
     fn nmt(&mut self, command: u8) {
-        self.board.push_can(Frame::new(0, &[command, NODE]));
+        self.board.push_can(Frame::new(0, &[command, self.node]));
         self.run(5);
     }
 
@@ -269,7 +290,8 @@ impl Master {
 
     /// Waits for the boot-up message, and returns the time until it, ms.
     pub fn boot_up(&mut self, ms: u32) -> u32 {
-        let boots = |sent: &TimedFrame| sent.frame.id == 0x711 && sent.frame.data == [0];
+        let id = 0x700 + u32::from(self.node);
+        let boots = |sent: &TimedFrame| sent.frame.id == id && sent.frame.data == [0];
         for passed in 0..ms {
             self.run(1);
             if self.board.take_can().iter().any(boots) {
@@ -285,7 +307,10 @@ impl Master {
         for _ in 0..ms {
             self.run(1);
             let frames = self.board.take_can();
-            if frames.iter().any(|sent| sent.frame.id == 0x191) {
+            if frames
+                .iter()
+                .any(|sent| sent.frame.id == 0x180 + u32::from(self.node))
+            {
                 return (self.board.now() - since) * 1000 / PER_SECOND;
             }
         }
@@ -357,6 +382,7 @@ impl Master {
         self.board.take_can();
         self.run(ms);
         let frames = self.board.take_can();
-        frames.iter().filter(|sent| sent.frame.id == 0x191).count()
+        let id = 0x180 + u32::from(self.node);
+        frames.iter().filter(|sent| sent.frame.id == id).count()
     }
 }

@@ -13,7 +13,7 @@ use super::exceptions::masked_below;
 use super::late::InHook;
 use crate::chip::NOMINAL_MV;
 use crate::machine::{Access, Stop};
-use crate::memory::{CCM, FACTORY, FLASH, Memory, OPTIONS, RAM, Region, UNIQUE_NUMBER, UNTOUCHED};
+use crate::memory::{CCM, MEMORIES, Memory, RAM, Rights, UNIQUE_NUMBER, UNTOUCHED, is_memory};
 use crate::part::adc::reference_code;
 
 pub(super) type Engine = Unicorn<'static, ()>;
@@ -24,15 +24,6 @@ const WINDOWS: [(u64, u64); 4] = [
     (0x4200_0000, 0x0100_0000),
     (0x5000_0000, 0x0006_1000),
     (0xE000_0000, 0x0010_0000),
-];
-
-/// Memory: its access rights, and the value of each byte at power-up.
-const MEMORIES: [(Region, Prot, u8); 5] = [
-    (FLASH, Prot(1 | 4), 0xFF),
-    (CCM, Prot(1 | 2), UNTOUCHED),
-    (FACTORY, Prot(1), 0xFF),
-    (RAM, Prot(1 | 2), UNTOUCHED),
-    (OPTIONS, Prot(1), 0xFF),
 ];
 
 /// Factory bytes: a serial number, the size of flash in KiB, and the code of the reference at 3.3 V.
@@ -64,11 +55,13 @@ impl Memory for Unicorn<'_, ()> {
     }
 }
 
-/// Returns whether there is memory behind all of `length` bytes.
-pub(super) fn is_memory(address: u32, length: usize) -> bool {
-    MEMORIES
-        .iter()
-        .any(|(region, ..)| region.holds(address, length))
+/// Returns the engine's form of access rights.
+const fn prot(rights: Rights) -> Prot {
+    match rights {
+        Rights::Read => Prot(1),
+        Rights::Write => Prot(1 | 2),
+        Rights::Execute => Prot(1 | 4),
+    }
 }
 
 /// Creates an engine with memory that holds `segments`.
@@ -82,7 +75,7 @@ pub(super) fn with_memory(segments: &[(u32, Vec<u8>)]) -> Result<Engine, String>
     for (region, rights, byte) in MEMORIES {
         let start = u64::from(region.start);
         engine
-            .mem_map(start, region.size as u64, rights)
+            .mem_map(start, region.size as u64, prot(rights))
             .map_err(text)?;
         engine
             .mem_write(start, &vec![byte; region.size])

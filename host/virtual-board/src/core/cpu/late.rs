@@ -4,8 +4,7 @@
 
 use unicorn_engine::Unicorn;
 
-use super::engine::{Engine, is_memory};
-use crate::memory::{CCM, Memory, RAM};
+use crate::memory::{CCM, Memory, RAM, is_memory};
 
 /// Writes that wait, oldest first.
 #[derive(Debug, Default)]
@@ -17,10 +16,10 @@ impl LateWrites {
         self.0.is_empty()
     }
 
-    /// Writes to the memory of an engine that has stopped.
-    pub(super) fn apply(&mut self, engine: &mut Engine) {
+    /// Passes the pending writes to `write`, once the engine has stopped.
+    pub(super) fn apply(&mut self, mut write: impl FnMut(u32, &[u8])) {
         for (address, bytes) in self.0.drain(..) {
-            engine.write(address, &bytes);
+            write(address, &bytes);
         }
     }
 }
@@ -87,7 +86,7 @@ mod tests {
         assert_eq!(engine.byte(FLASH.start + 2), Some(0xFF));
         assert_eq!(engine.byte(RAM.start), Some(6));
         assert!(!late.is_empty());
-        late.apply(&mut engine);
+        late.apply(|address, bytes| assert!(engine.write(address, bytes)));
         assert!(late.is_empty());
         assert!(engine.read(FLASH.start, &mut bytes));
         assert_eq!(bytes, expected);

@@ -25,7 +25,7 @@ impl Cpu {
         }
         let start = self.get(RegisterARM::PC);
         let result = self.engine.emu_start(u64::from(start | 1), 0, 0, 0);
-        self.late.borrow_mut().apply(&mut self.engine);
+        self.write_deferred();
         let pc = self.get(RegisterARM::PC);
         let stop = self.machine.borrow_mut().stop.take();
         // The current block, up to where it stopped.
@@ -122,6 +122,14 @@ impl Cpu {
         Some((block.address, block.block.size))
     }
 
+    /// Applies the writes that hooks have deferred; the engine has stopped.
+    fn write_deferred(&mut self) {
+        let engine = &mut self.engine;
+        self.late.borrow_mut().apply(|address, bytes| {
+            engine.write(address, bytes);
+        });
+    }
+
     /// Handles a floating-point instruction while the unit is off: runs up to it, then faults.
     fn without_float(&mut self, instructions: u32, offset: u32) -> Result<(), Failure> {
         let start = self.get(RegisterARM::PC);
@@ -131,7 +139,7 @@ impl Cpu {
             let result = self
                 .engine
                 .emu_start(u64::from(start | 1), 0, 0, instructions as usize);
-            self.late.borrow_mut().apply(&mut self.engine);
+            self.write_deferred();
             let mut machine = self.machine.borrow_mut();
             machine.allow_float = false;
             machine.stop = None;

@@ -1,0 +1,92 @@
+//! Settings of every kind over an update, over CAN and over the serial line.
+
+use virtual_board::board::Board;
+use virtual_board::corner::Corner;
+use virtual_board::part::can::Frame;
+use virtual_board::wiring::Wiring;
+use wire::dictionary::{SIGNATURE_STORE, index};
+
+use crate::common::product;
+use crate::master::{CLEAR, CONFIRM, INSTALLED_MS, Master, NEW, START, boot, new_image};
+
+/// Node id that is not the default of any foot.
+const NODE: u8 = 0x2A;
+
+/// Settings: object, subindex, bytes. What was learnt takes effect with its last two.
+fn settings() -> Vec<(u16, u8, Vec<u8>)> {
+    let learnt = |subindex: u8, value: f32| (index::LEARNT, subindex, value.to_le_bytes().into());
+    let seconds = [10, 11];
+    let mut settings = vec![
+        (index::NODE_ID, 0, vec![NODE]),
+        (index::CAN_BIT_RATE, 0, 500_u16.to_le_bytes().into()),
+        (index::UART_RATE, 0, 115_200_u32.to_le_bytes().into()),
+        (index::BANDWIDTH, 2, 0.5_f32.to_le_bytes().into()),
+    ];
+    settings.extend(seconds.map(|subindex| learnt(subindex, 0.0)));
+    settings.extend((1..=9).map(|subindex| learnt(subindex, 0.125 * f32::from(subindex))));
+    settings.extend(seconds.map(|subindex| learnt(subindex, 4.0)));
+    settings
+}
+
+/// Asserts that the foot has the settings, and uses the rate of the bus.
+fn assert_kept(master: &mut Master, when: &str) {
+    assert_eq!(master.board.can_bit_rate(), Some(500_000), "{when}");
+    for (index, subindex, bytes) in settings() {
+        let [low, high] = index.to_le_bytes();
+        let answer = master.ask(&[0x40, low, high, subindex, 0, 0, 0, 0]);
+        // Zeros of what was learnt are written before its values.
+        let is_overwritten = index == index::LEARNT && bytes == [0; 4];
+        assert!(
+            is_overwritten || answer[4..4 + bytes.len()] == bytes[..],
+            "{when}: {index:#06x}:{subindex} is {answer:02x?}"
+        );
+    }
+}
+
+#[test]
+fn settings_of_every_kind_survive_updates() {
+    let Some(elf) = product() else { return };
+    let mut master = Master::new(boot(Wiring::reference(), Corner::Typical, &elf));
+    master.run(500);
+    master.pause();
+    for (index, subindex, bytes) in settings() {
+        let command = [0x2F, 0x2B, 0, 0x23][bytes.len() - 1];
+        let [low, high] = index.to_le_bytes();
+        let mut request = [command, low, high, subindex, 0, 0, 0, 0];
+        request[4..4 + bytes.len()].copy_from_slice(&bytes);
+        let answer = master.ask(&request);
+        assert_eq!(answer[0], 0x60, "{index:#06x}:{subindex}: {answer:02x?}");
+    }
+    let [a, b, c, d] = SIGNATURE_STORE.to_le_bytes();
+    let stored = master.ask_within(&[0x23, 0x10, 0x10, 1, a, b, c, d], 2_000);
+    assert_eq!(stored.map(|answer| answer[0]), Some(0x60));
+    reset(&mut master.board);
+    master.node = NODE;
+    master.boot_up(1_000);
+    assert_kept(&mut master, "before");
+    let image = new_image(&elf);
+    master.stop();
+    send(&mut master, &image);
+    master.boot_up(INSTALLED_MS);
+    assert_eq!(master.version(), NEW);
+    assert_kept(&mut master, "after an update over CAN");
+    assert_eq!(master.control(CONFIRM)[0], 0x60);
+    master.stop_over_serial_line();
+    send(&mut master, &image);
+    master.turn_to_bus();
+    master.boot_up(INSTALLED_MS);
+    assert_kept(&mut master, "after an update over the serial line");
+}
+
+/// Resets the node.
+fn reset(board: &mut Board) {
+    board.push_can(Frame::new(0, &[0x81, 0]));
+}
+
+/// Sends an image to the bootloader, and starts it.
+fn send(master: &mut Master, image: &[u8]) {
+    assert_eq!(master.control(CLEAR)[0], 0x60);
+    assert_eq!(master.send(image)[0], 0xA1);
+    assert_eq!(master.status(), None);
+    assert_eq!(master.control(START)[0], 0x60);
+}
