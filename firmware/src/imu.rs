@@ -1,23 +1,15 @@
 //! Conversion of the sensor's samples to those of the estimator.
 //!
 //! Sensor and estimator are independent; they meet here, on the foot and in every program
-//! on a host. Units are SI on both sides, so this module adds time and validity, and the
-//! bandwidths that follow from the sensor's setting.
+//! on a host. Units are SI on both sides, so this module adds time and validity.
 
 use estimator_core::{
-    AngularRate, ImuSample, Params, PerAxis, Saturation, SpecificForce, Timestamp, Validity, Vec3,
+    AngularRate, ImuSample, Saturation, SpecificForce, Timestamp, Validity, Vec3,
 };
-use lsm6dsox::{Config, Noise, RawSample, Sample};
+use lsm6dsox::{Config, RawSample, Sample};
 
 /// Configuration of the foot's sensor.
 pub const SENSOR: Config = Config::FRESH_KILOHERTZ;
-
-/// Default parameters of the estimator for this sensor: its own defaults, with the bandwidths of
-/// [`SENSOR`].
-#[must_use]
-pub fn default_params() -> Params {
-    with_bandwidth_of(&SENSOR.noise(), Params::DEFAULT)
-}
 
 /// Converts the sample read at the data-ready edge at `timestamp`.
 #[must_use]
@@ -39,19 +31,6 @@ pub fn missing_sample(timestamp: Timestamp) -> ImuSample {
         timestamp,
         validity: Validity::Invalid,
         ..ImuSample::default()
-    }
-}
-
-/// Sets the bandwidths of the parameters to the noise of the sensor's setting. If that is unknown,
-/// they are unchanged.
-#[must_use]
-pub fn with_bandwidth_of(noise: &Noise, params: Params) -> Params {
-    Params {
-        bandwidth: PerAxis::by_sensor(
-            noise.specific_force.unwrap_or(params.bandwidth.ax),
-            noise.angular_rate.unwrap_or(params.bandwidth.wx),
-        ),
-        ..params
     }
 }
 
@@ -128,17 +107,5 @@ mod tests {
             (sample.timestamp.as_micros(), sample.validity),
             (7, Validity::Invalid)
         );
-    }
-
-    #[test]
-    fn bandwidths_follow_the_noise_if_it_is_known() {
-        let noise = Noise {
-            specific_force: Some(0.5),
-            angular_rate: None,
-        };
-        let params = with_bandwidth_of(&noise, Params::DEFAULT);
-        assert_eq!((params.bandwidth.ax, params.bandwidth.az), (0.5, 0.5));
-        assert_eq!(params.bandwidth.wz, Params::DEFAULT.bandwidth.wz);
-        assert_eq!(params.half_width, Params::DEFAULT.half_width);
     }
 }

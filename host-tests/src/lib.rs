@@ -6,6 +6,7 @@ pub mod changed;
 pub mod committed;
 pub mod constants;
 pub mod datasets;
+pub mod imports;
 pub mod oracle;
 pub mod qemu;
 pub mod requirements;

@@ -9,12 +9,12 @@ use estimator_core::{ContactEstimate, Decision, Flag, Saturation, Timestamp, Val
 use firmware::foot::SOUND_TICKS;
 use firmware::sampling::{Measurement, SensorFault};
 use footfall::files::write_file;
-use footfall::walking_foot::{Transmission, walk_with};
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, Simulation, simulate};
 use host_tests::committed::{assert_block, workspace};
 use host_tests::requirements::unmet;
 use live::robot::board::settings;
+use live::robot::walk::{Transmission, walk_with};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::Index;

@@ -1,7 +1,7 @@
 //! The README's picture, and the figures of the demo.
 
+use analysis::config::default_params;
 use estimator_core::{ContactEstimate, Flag};
-use firmware::imu::default_params;
 use footfall::plot;
 use gait::plan::DEMO_SEED;
 use gait::{Activity, Plan, SensorParams, record, simulate};

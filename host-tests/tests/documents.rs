@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use host_tests::committed::workspace;
+use host_tests::imports::Imports;
 
 const README_LINES: usize = 160;
 
@@ -178,4 +179,36 @@ fn no_source_file_exceeds_500_lines_without_its_tests() {
         .map(|(path, text)| format!("{}: {}", path.display(), lines_without_tests(&text)))
         .collect();
     assert!(long.is_empty(), "{long:#?}");
+}
+
+/// Crates whose files form no circle of imports.
+const WITHOUT_CIRCLES: [&str; 14] = [
+    "host/analysis",
+    "host/decode",
+    "host/evaluate",
+    "host/footfall",
+    "host/gait",
+    "host/images",
+    "host/live",
+    "host/recordings",
+    "host/ros",
+    "host/samples",
+    "host/scoring",
+    "host/virtual-board",
+    "host/xtask",
+    "python",
+];
+
+#[test]
+fn source_files_form_no_circle_of_imports() {
+    let mut circles = Vec::new();
+    for folder in WITHOUT_CIRCLES {
+        let found = Imports::read(&workspace().join(folder).join("src")).circles();
+        circles.extend(
+            found
+                .into_iter()
+                .map(|line| format!("{folder}/src: {line}")),
+        );
+    }
+    assert!(circles.is_empty(), "{circles:#?}");
 }

@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 use evaluate::evaluation::Evaluation;
 use evaluate::method::{Causality, Method};
 use evaluate::peers::Detector;
-use evaluate::report::{brief_table, full_tables, histogram, reliability, table::Style};
+use evaluate::report::{brief_table, cells::Style, full_tables, histogram, reliability};
 use evaluate::score::Scores;
 use evaluate::sets::{Pool, Set, files};
 use evaluate::teaching::Teachers;

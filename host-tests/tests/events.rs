@@ -3,9 +3,9 @@
 mod labelled;
 
 use analysis::config::Preset;
+use analysis::config::default_params;
 use estimator_core::{Params, Timestamp};
 use evaluate::sets::Set;
-use firmware::imu::default_params;
 use gait::slips::{SENSOR, profiles};
 use gait::{Activity, FootState, GaitName, Ground, Plan, Simulation, Track, simulate};
 use host_tests::datasets::recorded;

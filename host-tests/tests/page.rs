@@ -6,8 +6,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use analysis::config::default_params;
 use estimator_core::{ContactEstimate, Decision, Load, Phase};
-use firmware::imu::default_params;
 use footfall::plot::page::{self, PageFoot};
 use gait::{Plan, SensorParams, simulate};
 use host_tests::requirements::unmet;

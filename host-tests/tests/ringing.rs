@@ -4,7 +4,7 @@
 //! The simulated foot has springs of its own up to 80 Hz; a decaying sine at each impact is added to what its sensor
 //! feels.
 
-use firmware::imu::default_params;
+use analysis::config::default_params;
 use estimator_core::{AngularRate, ImuSample, SpecificForce, Timestamp, Vec3};
 use firmware::imu::{SENSOR, imu_sample, missing_sample};
 use gait::sensor::felt_by;

@@ -1,8 +1,8 @@
 //! Detection time of a slip, slip distance at detection, and rate of false slips in good stances: over a grid of
 //! slips of a simulated foot, against the goals.
 
+use analysis::config::default_params;
 use estimator_core::{Method, Params};
-use firmware::imu::default_params;
 use gait::{GaitName, Ground, Plan, SensorParams, Simulation, simulate};
 use host_tests::committed::assert_block;
 use host_tests::slips::{Profile, SPEEDS, Score, profiles};

@@ -76,11 +76,11 @@ impl<'py> Numbers<'py, Ix1> {
 }
 
 impl View<'_, Ix2> {
-    /// The three readings of a sample, rounded to f32 as the program rounds those of a file.
-    pub(crate) fn at(&self, sample: usize) -> [f32; 3] {
+    /// Returns the three readings of a sample.
+    pub(crate) fn at(&self, sample: usize) -> [f64; 3] {
         match self {
-            Self::Single(array) => [0, 1, 2].map(|axis| array[[sample, axis]]),
-            Self::Double(array) => [0, 1, 2].map(|axis| array[[sample, axis]] as f32),
+            Self::Single(array) => [0, 1, 2].map(|axis| f64::from(array[[sample, axis]])),
+            Self::Double(array) => [0, 1, 2].map(|axis| array[[sample, axis]]),
         }
     }
 }

@@ -7,15 +7,15 @@ use std::sync::{Mutex, PoisonError};
 use analysis::batch::pattern::PathPattern;
 use analysis::batch::run::{Outcome, Reason, Results, Watch};
 use analysis::batch::sources::Recording;
-use analysis::batch::{FeetWanted, Identity, Plausibility, Settings, estimate_recording};
-use analysis::config::parse_window;
+use analysis::batch::{FeetWanted, Identity, Plausibility, Row, Settings, estimate_recording};
+use analysis::config::{Resolved, parse_window};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use recordings::input::{Hints, Opened, Topics};
+use recordings::input::{Opened, Topics};
 
-use crate::parameters::SettingsArguments;
-use crate::reading::{Options, named, parsed};
+use crate::parameters::{SettingsArguments, named, value_error};
+use crate::reading::{Options, parsed};
 
 /// Identity of a recording.
 #[derive(FromPyObject)]
@@ -59,21 +59,16 @@ fn all_settings(
     settings: &SettingsArguments,
     batch: BatchArguments,
 ) -> PyResult<Settings> {
-    let (hints, format) = options.read()?;
+    let (table, bag, format) = options.read()?;
     let settings = settings.read()?;
     let window = batch.window.map(|window| parse_window(&window));
-    Ok(Settings {
-        preset: settings.preset,
-        config: settings.config,
-        hints: Hints {
-            sample_rate: settings.rate,
-            gravity: settings.gravity,
-            correction: settings.correction,
-            foot_corrections: settings.foot_corrections,
-            ..hints
-        },
-        overrides: settings.overrides,
+    let resolved = Resolved {
         window: window.transpose().map_err(named("window"))?,
+        ..settings.resolved
+    };
+    Ok(Settings {
+        hints: resolved.hints(table, bag).map_err(value_error)?,
+        resolved,
         format,
         plausibility: if batch.strict {
             Plausibility::Required
@@ -101,7 +96,12 @@ pub(crate) fn batch_recording(
     let rows = py
         .detach(|| estimate_recording(&path, &identity, &settings, &out))
         .map_err(|error| PyOSError::new_err(error.to_string()))?;
-    serde_json::to_string(&rows).map_err(|error| PyValueError::new_err(error.to_string()))
+    json(&rows)
+}
+
+/// Returns rows as JSON.
+fn json(rows: &[Row]) -> PyResult<String> {
+    serde_json::to_string(rows).map_err(value_error)
 }
 
 /// The name of the files of a recording, without extension.
@@ -165,9 +165,7 @@ pub(crate) fn batch_plan(
         }
         None => return Ok((Some(Reason::Missing.sentence()), "[]".to_owned())),
     };
-    let json = serde_json::to_string(&rows);
-    let json = json.map_err(|error| PyValueError::new_err(error.to_string()))?;
-    Ok((None, json))
+    Ok((None, json(&rows)?))
 }
 
 /// The names of the feet in a recording that has several; none of one that has one, or that cannot be

@@ -2,15 +2,13 @@
 
 use analysis::calibrate::learnt::LearntCalibration;
 use analysis::calibrate::robot_file::RobotFile;
-use estimator_core::{
-    AngularRate, Gravity, ImuSample, Load, SpecificForce, Timestamp, Validity, Vec3,
-};
+use estimator_core::{Gravity, Timestamp, Validity};
 use numpy::ndarray::{Ix1, Ix2};
 use numpy::{PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use recordings::input::rate_of_times;
+use recordings::input::{Correction, finite_load, imu_sample, rate_of_times, steady_time};
 use recordings::recording::{RecordedSample, Recording};
 use recordings::validity::VALIDITIES;
 
@@ -35,64 +33,33 @@ impl Recorded<'_> {
     fn timestamp(&self, sample: usize) -> Timestamp {
         match &self.times_us {
             Some(times) => Timestamp::from_micros(times[sample]),
-            None => {
-                let micros = sample as f64 * 1.0e6 / f64::from(self.rate);
-                Timestamp::from_micros(micros.round() as u64)
-            }
+            None => steady_time(sample, self.rate),
         }
     }
 
-    fn sample(&self, index: usize, settings: &Settings) -> RecordedSample {
+    fn sample(&self, index: usize, correction: &Correction) -> RecordedSample {
         let validity = self.validity.map_or(Validity::Valid, |places| {
             validity_at(places[index]).unwrap_or(Validity::Invalid)
         });
+        let readings = readings(self.acc.at(index), self.gyr.at(index));
+        let load = self.load.as_ref();
         RecordedSample {
-            imu: ImuSample {
-                validity,
-                ..imu_sample(
-                    self.timestamp(index),
-                    self.acc.at(index),
-                    self.gyr.at(index),
-                    settings,
-                )
-            },
-            load: self
-                .load
-                .as_ref()
-                .and_then(|load| known_load(load.at(index))),
+            imu: imu_sample(self.timestamp(index), readings, validity, correction),
+            load: load.and_then(|load| finite_load(load.at(index))),
             label: None,
         }
     }
+}
+
+/// Joins the readings of both sensors.
+pub(crate) const fn readings([ax, ay, az]: [f64; 3], [wx, wy, wz]: [f64; 3]) -> [f64; 6] {
+    [ax, ay, az, wx, wy, wz]
 }
 
 /// The validity of this number: its place in [`VALIDITIES`].
 pub(crate) fn validity_at(place: u8) -> Option<Validity> {
     let known = VALIDITIES.get(usize::from(place));
     known.map(|(_, validity)| *validity)
-}
-
-/// A sample with what is known to be wrong with the sensor put right.
-pub(crate) fn imu_sample(
-    timestamp: Timestamp,
-    [ax, ay, az]: [f32; 3],
-    [wx, wy, wz]: [f32; 3],
-    settings: &Settings,
-) -> ImuSample {
-    let (specific_force, angular_rate) = settings.correction.apply(
-        SpecificForce(Vec3::new(ax, ay, az)),
-        AngularRate(Vec3::new(wx, wy, wz)),
-    );
-    ImuSample {
-        timestamp,
-        specific_force,
-        angular_rate,
-        validity: Validity::Valid,
-    }
-}
-
-/// A load in N; `None` where it is not known, which is not a number.
-pub(crate) fn known_load(load: f64) -> Option<Load> {
-    load.is_finite().then_some(Load(load as f32))
 }
 
 /// The times in µs, rounded as the program rounds those of a file.
@@ -237,14 +204,15 @@ pub(crate) fn estimate<'py>(
     let recorded = arrays.recorded()?;
     let about = run::Recorded {
         rate: arrays.rate,
-        gravity: settings.gravity.unwrap_or(Gravity::Included),
+        gravity: settings.hints.gravity.unwrap_or(Gravity::Included),
         start_us,
         samples: recorded.samples,
-        mounting: settings.correction.mounting,
+        mounting: settings.hints.correction.mounting,
     };
-    let params = settings.params(settings.format);
+    let params = settings.params();
     let estimated = py.detach(|| {
-        let samples = (0..recorded.samples).map(|index| Ok(recorded.sample(index, &settings)));
+        let samples = (0..recorded.samples)
+            .map(|index| Ok(recorded.sample(index, &settings.hints.correction)));
         run(samples, about, &params)
     });
     estimated?.into_dict(py)
@@ -260,18 +228,17 @@ pub(crate) fn calibrate<'py>(
 ) -> PyResult<(String, String)> {
     let settings = settings.read()?.of_unnamed_foot()?;
     let error = |error: &dyn std::fmt::Display| PyValueError::new_err(error.to_string());
-    let mut calibration =
-        LearntCalibration::new(&settings.params(settings.format)).map_err(|e| error(&e))?;
+    let mut calibration = LearntCalibration::new(&settings.params()).map_err(|e| error(&e))?;
     for (place, arguments) in recordings.into_iter().enumerate() {
         let arrays = Arrays::of(arguments, &settings)?;
         let recorded = arrays.recorded()?;
         let recording = Recording {
             name: format!("recording {place}"),
             sample_rate: recorded.rate,
-            gravity: settings.gravity.unwrap_or(Gravity::Included),
+            gravity: settings.hints.gravity.unwrap_or(Gravity::Included),
             load_title: String::new(),
             samples: (0..recorded.samples)
-                .map(|index| recorded.sample(index, &settings))
+                .map(|index| recorded.sample(index, &settings.hints.correction))
                 .collect(),
         };
         py.detach(|| calibration.add(&recording))
@@ -290,8 +257,8 @@ pub(crate) fn calibrate<'py>(
 fn rate_of(times_us: Option<&[i64]>, settings: &Settings) -> PyResult<f32> {
     let error = |error: recordings::input::InputError| PyValueError::new_err(error.to_string());
     match times_us {
-        Some(times) => rate_of_times(times, settings.rate).map_err(error),
-        None => settings.rate.ok_or_else(|| {
+        Some(times) => rate_of_times(times, settings.hints.sample_rate).map_err(error),
+        None => settings.hints.sample_rate.ok_or_else(|| {
             PyValueError::new_err("give the times t in s, or the sample rate in Hz as rate")
         }),
     }

@@ -1,36 +1,23 @@
 //! Preset and configuration become parameters, as those of the program do; the load trigger of a preset
 //! depends on the format of the recording, as its load does.
 
-use std::collections::BTreeMap;
+use std::fmt::Display;
 
-use analysis::config::{FootAxes, Overrides, Preset};
+use analysis::config::{ConfigFile, FootAxes, Preset, Resolved};
 use estimator_core::{Gravity, Params};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use recordings::input::{Correction, Format};
+use recordings::input::{BagOptions, Format, Hints, TableOptions};
 
-/// Settings of the estimator, and facts about the sensor.
+/// Settings of the estimator, and properties of the recording.
 #[derive(Clone)]
 pub(crate) struct Settings {
-    pub(crate) preset: Preset,
-    /// The configuration file's name and text.
-    #[cfg_attr(
-        not(feature = "parquet"),
-        expect(dead_code, reason = "batches alone ask")
-    )]
-    pub(crate) config: Option<(String, String)>,
-    pub(crate) overrides: Overrides,
-    /// The format of the recording that is in arrays.
+    /// Settings of preset, configuration and arguments.
+    pub(crate) resolved: Resolved,
+    /// Format of the recording that is in arrays.
     pub(crate) format: Format,
-    /// Mountings that win over those of the configuration.
-    axes: Option<FootAxes>,
-    pub(crate) correction: Correction,
-    /// Corrections of single feet, by name.
-    pub(crate) foot_corrections: BTreeMap<String, Correction>,
-    /// Whether the accelerations contain gravity, where it is given.
-    pub(crate) gravity: Option<Gravity>,
-    /// The sample rate in Hz, where it is given.
-    pub(crate) rate: Option<f32>,
+    /// Properties of a recording that is in arrays: sample rate, gravity and corrections.
+    pub(crate) hints: Hints,
 }
 
 /// The arguments that set the estimator.
@@ -56,26 +43,20 @@ pub(crate) struct SettingsArguments {
 impl SettingsArguments {
     /// Reads and checks them.
     pub(crate) fn read(&self) -> PyResult<Settings> {
-        let preset: Preset = self.preset.parse().map_err(PyValueError::new_err)?;
-        let overrides = match &self.config {
-            None => Overrides::default(),
-            Some((file, text)) => Overrides::parse(text, file)
-                .map_err(|error| PyValueError::new_err(error.to_string()))?,
-        };
-        let mut correction = overrides
-            .correction("config")
-            .map_err(|error| PyValueError::new_err(error.to_string()))?;
-        let mut foot_corrections = overrides
-            .foot_corrections("config")
-            .map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let preset: Preset = self.preset.parse().map_err(value_error)?;
+        let file = self
+            .config
+            .clone()
+            .map(|(name, text)| ConfigFile { name, text });
+        let of_file = file
+            .map(Resolved::of_file)
+            .transpose()
+            .map_err(value_error)?;
         let axes = self.axes.as_deref().map(str::parse::<FootAxes>).transpose();
-        let axes = axes.map_err(|error| PyValueError::new_err(format!("axes: {error}")))?;
-        if let Some(axes) = &axes {
-            axes.set(&mut correction, &mut foot_corrections);
-        }
+        let axes = axes.map_err(named("axes"))?;
         let format = match &self.format {
             None => Format::Csv,
-            Some(name) => name.parse().map_err(PyValueError::new_err)?,
+            Some(name) => name.parse().map_err(value_error)?,
         };
         if let Some(rate) = self.rate
             && !(rate > 0.0 && rate.is_finite())
@@ -84,19 +65,18 @@ impl SettingsArguments {
                 "rate is {rate}, but a sample rate in Hz above 0 is expected"
             )));
         }
-        Ok(Settings {
+        let resolved = Resolved {
             preset,
-            config: self.config.clone(),
-            format,
+            sample_rate: self.rate.map(|rate| rate as f32),
+            gravity: gravity(self.gravity.as_deref())?,
             axes,
-            correction,
-            foot_corrections,
-            gravity: gravity(self.gravity.as_deref())?.or(overrides.gravity),
-            rate: self
-                .rate
-                .map(|rate| rate as f32)
-                .or(overrides.sample_rate_hz),
-            overrides,
+            ..of_file.unwrap_or_default()
+        };
+        let hints = resolved.hints(TableOptions::default(), BagOptions::default());
+        Ok(Settings {
+            hints: hints.map_err(value_error)?,
+            resolved,
+            format,
         })
     }
 }
@@ -104,7 +84,7 @@ impl SettingsArguments {
 impl Settings {
     /// Checks that nothing is set for single feet: samples in arrays do not name theirs.
     pub(crate) fn of_unnamed_foot(self) -> PyResult<Self> {
-        let mut feet = self.foot_corrections.keys();
+        let mut feet = self.hints.foot_corrections.keys();
         match feet.next() {
             None => Ok(self),
             Some(foot) => Err(PyValueError::new_err(format!(
@@ -114,17 +94,9 @@ impl Settings {
         }
     }
 
-    /// Parameters of a foot with these names in recordings of a format.
-    pub(crate) fn params_of(&self, names: &[&str], format: Format) -> Params {
-        let mut params = self.params(format);
-        self.overrides.apply_foot(names, &mut params);
-        params
-    }
-
     /// Checks that each foot with axes of its own has one of these names.
     pub(crate) fn check_feet(&self, names: &[&str]) -> PyResult<()> {
-        let axes = self.axes.as_ref();
-        match axes.and_then(|axes| axes.absent(names)) {
+        match self.resolved.absent_foot(names) {
             None => Ok(()),
             Some(foot) => Err(PyValueError::new_err(format!(
                 "axes name the foot {foot}, but there is {}",
@@ -133,18 +105,27 @@ impl Settings {
         }
     }
 
-    /// The preset for recordings of a format, with what the configuration sets.
-    pub(crate) fn params(&self, format: Format) -> Params {
-        let mut params = self.preset.params(format);
-        self.overrides.apply(&mut params);
-        params
+    /// Returns the parameters for the recording that is in arrays.
+    pub(crate) fn params(&self) -> Params {
+        self.resolved.params(self.format)
     }
 
-    /// That the window of the preset lasts longer or shorter than the paper's.
+    /// Returns a notice if the window of the preset lasts longer or shorter than the paper's.
     pub(crate) fn window_notice(&self, format: Format, name: &str, rate: f32) -> Option<String> {
-        let params = self.params(format);
-        self.preset.window_notice(format, &params, name, rate)
+        let params = self.resolved.params(format);
+        let preset = self.resolved.preset;
+        preset.window_notice(format, &params, name, rate)
     }
+}
+
+/// Returns an error with this text.
+pub(crate) fn value_error(error: impl Display) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+/// Returns an error about an argument.
+pub(crate) fn named<E: Display>(name: &str) -> impl Fn(E) -> PyErr {
+    move |error| value_error(format!("{name}: {error}"))
 }
 
 /// Reads whether accelerations contain gravity.
@@ -162,9 +143,8 @@ pub(crate) fn gravity(name: Option<&str>) -> PyResult<Option<Gravity>> {
 /// The TOML of a dict that Python gave as JSON.
 #[pyfunction]
 pub(crate) fn toml_of(json: &str) -> PyResult<String> {
-    let error = |error: &dyn std::fmt::Display| {
-        PyValueError::new_err(format!("config cannot be read: {error}"))
-    };
+    let error =
+        |error: &dyn Display| PyValueError::new_err(format!("config cannot be read: {error}"));
     let value: toml::Value = serde_json::from_str(json).map_err(|e| error(&e))?;
     toml::to_string(&value).map_err(|e| error(&e))
 }

@@ -22,7 +22,7 @@ use recordings::output::seconds;
 use recordings::recording::Label;
 use recordings::validity::VALIDITIES;
 
-use crate::parameters::{Settings, SettingsArguments, gravity};
+use crate::parameters::{Settings, SettingsArguments, gravity, named, value_error};
 use crate::run::{Estimated, Failure, Recorded, run};
 
 /// Columns of a recording while no Python code runs.
@@ -78,37 +78,27 @@ where
 }
 
 impl Options {
-    /// Returns the hints about the file, and its format where that is given.
-    pub(crate) fn read(&self) -> PyResult<(Hints, Option<Format>)> {
-        let loads = self.load_topic.iter();
-        let hints = Hints {
-            sample_rate: self.rate.map(|rate| rate as f32),
-            gravity: gravity(self.gravity.as_deref())?,
-            table: TableOptions {
-                mapping: parsed("map", self.map.as_ref())?.unwrap_or_default(),
-                units: parsed("units", self.units.as_ref())?.unwrap_or_default(),
-                time_unit: parsed("time_unit", self.time_unit.as_ref())?,
-                times: parsed("times", self.times.as_ref())?.unwrap_or_default(),
-                scale: parsed("scale", self.scale.as_ref())?.unwrap_or_default(),
-                decimal: parsed("decimal", self.decimal.as_ref())?.unwrap_or_default(),
-            },
-            bag: BagOptions {
-                topics: Topics::from_names(&self.topic),
-                excluded: self.not_topic.clone(),
-                frames: self.frame.clone(),
-                loads: loads
-                    .map(|topic| topic.parse().map_err(named("load_topic")))
-                    .collect::<PyResult<Vec<LoadTopic>>>()?,
-            },
-            ..Hints::default()
+    /// Returns how tables and bags are read, and the format of the file where that is given.
+    pub(crate) fn read(&self) -> PyResult<(TableOptions, BagOptions, Option<Format>)> {
+        let table = TableOptions {
+            mapping: parsed("map", self.map.as_ref())?.unwrap_or_default(),
+            units: parsed("units", self.units.as_ref())?.unwrap_or_default(),
+            time_unit: parsed("time_unit", self.time_unit.as_ref())?,
+            times: parsed("times", self.times.as_ref())?.unwrap_or_default(),
+            scale: parsed("scale", self.scale.as_ref())?.unwrap_or_default(),
+            decimal: parsed("decimal", self.decimal.as_ref())?.unwrap_or_default(),
         };
-        Ok((hints, parsed("format", self.format.as_ref())?))
+        let loads = self.load_topic.iter();
+        let bag = BagOptions {
+            topics: Topics::from_names(&self.topic),
+            excluded: self.not_topic.clone(),
+            frames: self.frame.clone(),
+            loads: loads
+                .map(|topic| topic.parse().map_err(named("load_topic")))
+                .collect::<PyResult<Vec<LoadTopic>>>()?,
+        };
+        Ok((table, bag, parsed("format", self.format.as_ref())?))
     }
-}
-
-/// An error about an argument.
-pub(crate) fn named<E: Display>(name: &str) -> impl Fn(E) -> PyErr {
-    move |error| PyValueError::new_err(format!("{name}: {error}"))
 }
 
 /// Files that cannot be read are one kind of error, what is wrong with them is another.
@@ -140,7 +130,14 @@ pub(crate) fn read<'py>(
     path: PathBuf,
     options: Options,
 ) -> PyResult<Vec<Bound<'py, PyDict>>> {
-    let (hints, format) = options.read()?;
+    let (table, bag, format) = options.read()?;
+    let hints = Hints {
+        sample_rate: options.rate.map(|rate| rate as f32),
+        gravity: gravity(options.gravity.as_deref())?,
+        table,
+        bag,
+        ..Hints::default()
+    };
     let read = py.detach(|| {
         let opened = Opened::new(&path, format)?;
         let format = opened.format();
@@ -166,14 +163,8 @@ pub(crate) fn estimate_file<'py>(
     settings: SettingsArguments,
 ) -> PyResult<Vec<Bound<'py, PyDict>>> {
     let settings = settings.read()?;
-    let (hints, format) = options.read()?;
-    let hints = Hints {
-        sample_rate: settings.rate,
-        gravity: settings.gravity,
-        correction: settings.correction,
-        foot_corrections: settings.foot_corrections.clone(),
-        ..hints
-    };
+    let (table, bag, format) = options.read()?;
+    let hints = settings.resolved.hints(table, bag).map_err(value_error)?;
     let feet = py.detach(|| {
         let opened = Opened::new(&path, format).map_err(input_error)?;
         let format = opened.format();
@@ -211,7 +202,7 @@ fn estimate_stored(
         mounting: about.correction.mounting,
     };
     let samples = stored.samples().map_err(Failure::Samples)?;
-    let params = settings.params_of(&about.names(), format);
+    let params = settings.resolved.params_of(&about.names(), format);
     let estimated = run(samples, recorded, &params)?;
     Ok((about, estimated))
 }

@@ -1,16 +1,16 @@
 //! Sample by sample, as a robot has them.
 
 use estimator_core::{
-    AngularRate, ContactEstimate, Decision, Flag, Gravity, ImuSample, Phase, Quaternion, Timestamp,
-    Vec3,
+    AngularRate, ContactEstimate, Decision, Flag, Gravity, Phase, Quaternion, Timestamp, Vec3,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use recordings::events::{Event, Events};
+use recordings::input::{finite_load, imu_sample, steady_time};
 use recordings::recording::RecordedSample;
 use recordings::replay::Replay;
 
-use crate::estimate::{imu_sample, known_load, validity_at};
+use crate::estimate::{readings, validity_at};
 use crate::parameters::{Settings, SettingsArguments};
 use crate::run::{EventRow, event_row};
 
@@ -25,7 +25,7 @@ pub(crate) struct Estimator {
     start_us: Option<i64>,
     /// The newest time, µs on the caller's clock.
     newest_us: i64,
-    samples: u64,
+    samples: usize,
     rate: f32,
 }
 
@@ -46,10 +46,11 @@ impl Estimator {
     fn new(settings: SettingsArguments) -> PyResult<Self> {
         let settings = settings.read()?.of_unnamed_foot()?;
         let rate = settings
-            .rate
+            .hints
+            .sample_rate
             .ok_or_else(|| PyValueError::new_err("give the sample rate in Hz as rate"))?;
-        let gravity = settings.gravity.unwrap_or(Gravity::Included);
-        let replay = Replay::new(rate, gravity, &settings.params(settings.format))
+        let gravity = settings.hints.gravity.unwrap_or(Gravity::Included);
+        let replay = Replay::new(rate, gravity, &settings.params())
             .map_err(|error| PyValueError::new_err(format!("parameter {error}")))?;
         Ok(Self {
             settings,
@@ -82,8 +83,8 @@ impl Estimator {
                 )));
             }
             None => {
-                let steady = self.samples as f64 * 1.0e6 / f64::from(self.rate);
-                self.start_us.unwrap_or(0) + steady.round() as i64
+                let steady = steady_time(self.samples, self.rate).as_micros();
+                self.start_us.unwrap_or(0).saturating_add_unsigned(steady)
             }
         };
         if self.samples > 0 && now_us <= self.newest_us {
@@ -96,14 +97,11 @@ impl Estimator {
         let start_us = *self.start_us.get_or_insert(now_us);
         self.newest_us = now_us;
         self.samples += 1;
-        let single = |values: [f64; 3]| values.map(|value| value as f32);
         let timestamp = Timestamp::from_micros(now_us.abs_diff(start_us));
+        let correction = &self.settings.hints.correction;
         let sample = RecordedSample {
-            imu: ImuSample {
-                validity,
-                ..imu_sample(timestamp, single(acc), single(gyr), &self.settings)
-            },
-            load: load.and_then(known_load),
+            imu: imu_sample(timestamp, readings(acc, gyr), validity, correction),
+            load: load.and_then(finite_load),
             label: None,
         };
         let estimate = self.replay.update(&sample);

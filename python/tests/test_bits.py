@@ -178,6 +178,43 @@ def test_datetimes_are_seconds_since_1970(walk: footfall.Recording) -> None:
         footfall.estimate(walk.acc, walk.gyr, missing)
 
 
+def test_missing_values_of_pandas_are_not_a_number(walk: footfall.Recording) -> None:
+    pandas = pytest.importorskip("pandas")
+    n = 500
+    acc = walk.acc[:n].astype(np.float64)
+    acc[100:110, 1] = np.nan
+    load = np.full(n, 50.0)
+    load[200:220] = np.nan
+    expected = footfall.estimate(acc, walk.gyr[:n], walk.t[:n], load=load)
+    # Nullable numbers, and objects among which pandas.NA stands.
+    nullable = pandas.DataFrame(acc, columns=["ax", "ay", "az"]).convert_dtypes()
+    assert str(nullable["ay"].dtype) == "Float64" and nullable["ay"][100] is pandas.NA
+    objects = nullable.astype(object)
+    assert objects["ay"][100] is pandas.NA
+    loads = pandas.Series(load, dtype="Float64")
+    assert loads[200] is pandas.NA
+    for other in (nullable, objects):
+        for of_foot in (loads, loads.astype(object)):
+            result = footfall.estimate(other, walk.gyr[:n], walk.t[:n], load=of_foot)
+            assert_equal(result, expected)
+
+
+@pytest.mark.parametrize("zone", ["UTC", "Europe/Athens"])
+@pytest.mark.parametrize("unit", ["ms", "us", "ns"])
+def test_datetime_index_with_a_time_zone_counts_from_1970(
+    walk: footfall.Recording, zone: str, unit: str
+) -> None:
+    pandas = pytest.importorskip("pandas")
+    # Whole milliseconds, which every unit has.
+    millis = 1_600_000_000_000 + np.arange(len(walk), dtype=np.int64)
+    expected = footfall.estimate(walk.acc, walk.gyr, millis / 1e3)
+    index = pandas.DatetimeIndex(millis.astype("datetime64[ms]")).as_unit(unit)
+    index = index.tz_localize("UTC").tz_convert(zone)
+    assert str(index.dtype) == f"datetime64[{unit}, {zone}]"
+    for times in (index, index.to_series(), index.to_series().reset_index(drop=True)):
+        assert_equal(footfall.estimate(walk.acc, walk.gyr, times), expected)
+
+
 def write(recording: footfall.Recording, path: Path) -> None:
     """Writes a recording as the program's table: numbers read back as the same float32."""
     assert recording.load is not None

@@ -4,7 +4,8 @@ usage: roads.py walk.csv folder
 
 walk.csv is a table of ours. Into folder/same go bags and Parquet files of that walk, into
 folder/feet bags in which it is the left of two feet, into folder/states bags with messages of robots that
-have its numbers as fields, into folder/other files that are no recordings.
+have its numbers as fields, into folder/robots bags of a Unitree robot with an IMU in each foot, into folder/frames bags with four feet on one topic by their frames, into folder/tables the table that PlotJuggler exports of two feet, into folder/other files
+that are no recordings.
 Each name is printed. Bags have the load on /ft, or /ft/fl and /ft/fr.
 """
 
@@ -51,10 +52,10 @@ def vector(x, y, z):
     return TYPES["geometry_msgs/msg/Vector3"](x=float(x), y=float(y), z=float(z))
 
 
-def imu(stamp_ns, row):
+def imu(stamp_ns, row, frame="foot"):
     unknown = numpy.array([-1.0] + 8 * [0.0])
     return TYPES[IMU](
-        header=header(stamp_ns, "foot"),
+        header=header(stamp_ns, frame),
         orientation=TYPES["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=0.0, w=1.0),
         orientation_covariance=unknown,
         angular_velocity=vector(row.wx, row.wy, row.wz),
@@ -203,6 +204,23 @@ def parquets(folder, walk):
     write(by_struct, folder / "structs.parquet")
 
 
+# Frames of the feet on one topic, with the factors of their x and y.
+FRAMES = {"fl_foot": 1.0, "fr_foot": -1.0, "rl_foot": 0.5, "rr_foot": 0.25}
+
+
+def frames(folder, walk):
+    """Four feet on one topic, by their frames: the first is that of the walk."""
+    for plugin in (StoragePlugin.SQLITE3, StoragePlugin.MCAP):
+        with Rosbag2Writer(folder / plugin.name.lower(), version=9, storage_plugin=plugin) as writer:
+            connection = writer.add_connection("/foot_imus", IMU, typestore=STORE)
+            for row in walk.itertuples():
+                stamp_ns = START_NS + round(row.t * 1e6) * 1000
+                for frame, factor in FRAMES.items():
+                    sample = row._replace(ax=factor * row.ax, ay=factor * row.ay)
+                    data = STORE.serialize_cdr(imu(stamp_ns, sample, frame), IMU)
+                    writer.write(connection, stamp_ns + LATE_NS, data)
+
+
 LOW_STATE = "unitree_go/msg/LowState"
 FEET = "test_msgs/msg/Feet"
 JOINTS = "sensor_msgs/msg/JointState"
@@ -285,6 +303,68 @@ def states(folder, walk):
     database.close()
 
 
+def robot_messages(store, walk):
+    """Four feet that walk at different times, and the state of a robot with their forces every two samples: topic, type,
+    time of writing, message."""
+    shifted = {foot: walk.iloc[numpy.roll(numpy.arange(len(walk)), 400 * k)] for k, foot in enumerate(("fl", "fr", "rl", "rr"))}
+    rows = {foot: list(table.itertuples()) for foot, table in shifted.items()}
+    for k, t in enumerate(walk["t"]):
+        stamp_ns = START_NS + round(t * 1e6) * 1000
+        if k % 2 == 0:
+            forces = [round(rows[foot][k].force) for foot in ("fr", "fl", "rr", "rl")]
+            motors = [typed(store, "unitree_go/msg/MotorState", {"q": 0.1 * k + motor}) for motor in range(20)]
+            fields = {
+                "motor_state": motors,
+                "foot_force": numpy.array(forces, dtype=numpy.int16),
+                "foot_force_est": numpy.array([1, -2, 3, -4], dtype=numpy.int16),
+                "tick": k,
+                "crc": 0xDEADBEEF - k,
+            }
+            yield "/lowstate", LOW_STATE, stamp_ns + LATE_NS - 400_000, typed(store, LOW_STATE, fields)
+        for foot, of_foot in rows.items():
+            yield f"/imu/{foot}", IMU, stamp_ns + LATE_NS, imu(stamp_ns, of_foot[k])
+
+
+def robots(folder, walk):
+    store = get_typestore(Stores.ROS2_JAZZY)
+    for name, text in DEFINITIONS.items():
+        store.register(get_types_from_msg(text, name))
+    messages = list(robot_messages(store, walk))
+    for version, plugin in ((8, StoragePlugin.SQLITE3), (9, StoragePlugin.MCAP)):
+        with Rosbag2Writer(folder / f"{plugin.name}_{version}".lower(), version=version, storage_plugin=plugin) as writer:
+            connections = {}
+            for topic, name, log_ns, message in messages:
+                if topic not in connections:
+                    connections[topic] = writer.add_connection(topic, name, typestore=store)
+                writer.write(connections[topic], log_ns, store.serialize_cdr(message, name))
+    with (folder / "big_endian.mcap").open("wb") as file:
+        writer = McapWriter(file, compression=CompressionType.ZSTD)
+        writer.start(profile="ros2", library="roads")
+        channels = {}
+        for topic, name, log_ns, message in messages:
+            if topic not in channels:
+                text, _ = store.generate_msgdef(name, ros_version=2)
+                schema = writer.register_schema(name, "ros2msg", text.encode())
+                channels[topic] = writer.register_channel(topic, "cdr", schema)
+            data = bytes(store.serialize_cdr(message, name, little_endian=False))
+            writer.add_message(channels[topic], log_ns, data, log_ns)
+        writer.finish()
+
+
+def by_plotjuggler(path, walk):
+    """Two feet and the load of the left one as PlotJuggler exports them: a row for each message, whose columns of other
+    topics are blank. A load is 1 µs before its sample."""
+    time = (START_NS + (walk["t"] * 1e6).round() * 1000) / 1e9
+    fields = [f"linear_acceleration/{axis}" for axis in "xyz"] + [f"angular_velocity/{axis}" for axis in "xyz"]
+    topics = [pandas.DataFrame({"__time": time - 1e-6, "/ft/fl/wrench/force/z": walk["force"]})]
+    for foot, turn in (("fl", 1.0), ("fr", -1.0)):
+        axes = walk[AXES] * [turn, turn, 1.0, 1.0, 1.0, 1.0]
+        axes.columns = [f"/imu/{foot}/{field}" for field in fields]
+        topics.append(axes.assign(__time=time + (1e-5 if foot == "fr" else 0.0)))
+    table = pandas.concat(topics).sort_values("__time", kind="stable")
+    table.to_csv(path, index=False)
+
+
 def others(folder, walk):
     few = walk.head(20)
     # A server's answer in the place of a file is saved under the name of the file.
@@ -310,12 +390,15 @@ def others(folder, walk):
 def main():
     walk = pandas.read_csv(sys.argv[1], usecols=["t", *AXES, "force"])
     folder = Path(sys.argv[2])
-    for name in ("same", "feet", "states", "other"):
+    for name in ("same", "feet", "frames", "states", "robots", "tables", "other"):
         (folder / name).mkdir(parents=True)
     bags(folder / "same", walk, {"": False})
     parquets(folder / "same", walk)
     bags(folder / "feet", walk.head(2000), {"/fl": False, "/fr": True})
+    frames(folder / "frames", walk.head(2000))
     states(folder / "states", walk.head(2000))
+    robots(folder / "robots", walk.iloc[1000:4000].assign(t=walk["t"][:3000].to_numpy()))
+    by_plotjuggler(folder / "tables" / "plotjuggler.csv", walk.head(2000))
     others(folder / "other", walk)
 
 

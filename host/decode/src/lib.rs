@@ -29,8 +29,9 @@ use std::fs::File;
 use std::io::{self, BufReader, Cursor, Read};
 use std::path::Path;
 
-use recordings::input::compressed::decompressed;
-use recordings::input::{Foreign, no_log};
+use samples::compressed::decompressed;
+use samples::foreign::Foreign;
+use samples::magic::no_log;
 use thiserror::Error;
 
 pub use feet::Feet;

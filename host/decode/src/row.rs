@@ -21,7 +21,7 @@ use wire::pdo::Status;
 /// | `node` | node id of the foot; on the serial line known from the first health message on | |
 /// | `segment` | number of restarts of the foot so far; each resets `t` and `sequence` | |
 /// | `sequence` | sequence number of the frame, modulo 2⁸ on CAN, 2¹⁶ on the serial line | |
-/// | `p_stable` … `p_wz`, `qw` … `qz`, `lax` … `laz`, `bwx` … `bwz`, `state` | as in [`HEADER`](recordings::output::HEADER) | |
+/// | `p_stable` … `p_wz`, `qw` … `qz`, `lax` … `laz`, `bwx` … `bwz`, `state` | as in the rows of estimates (`recordings::output`) | |
 /// | `uwx`, `uwy`, `uwz` | angular rate without bias | rad/s |
 /// | `temperature` | temperature of the sensor | °C |
 /// | `decision` | debounced decision: 1 stable, 0 not stable | 0 or 1 |

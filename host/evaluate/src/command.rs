@@ -9,7 +9,7 @@ use footfall::report::print_text;
 use footfall::targets::{self, Target};
 
 use crate::error::Error;
-use crate::report::{full_tables, histogram, odometry_tables, reliability, table::Style};
+use crate::report::{cells::Style, full_tables, histogram, odometry_tables, reliability};
 use crate::{Evaluation, Odometry, sets};
 
 /// Default folder of datasets.

@@ -6,6 +6,8 @@ use schemars::JsonSchema;
 use scoring::inclination::InclinationScore;
 use serde::Serialize;
 
+use crate::schema::{Described, Kind};
+
 /// The scores of several recordings. `Display` is the report for the terminal.
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
 pub struct AttitudeReport {
@@ -56,6 +58,10 @@ impl AttitudeReport {
             .map(|score| (score.recording.as_str(), score.rms_deg, score.p95_deg));
         each.chain([("mean", self.mean_rms_deg, self.mean_p95_deg)])
     }
+}
+
+impl Described for AttitudeReport {
+    const KIND: Kind = Kind::Attitude;
 }
 
 impl fmt::Display for AttitudeReport {

@@ -1,22 +1,35 @@
-//! A copy of a bag with the contacts of its feet beside the messages of others, for `footfall replay --output`.
+//! A copy of a bag with the contacts and events of its feet beside the messages of others, for `footfall replay --output`.
+//!
+//! | part | file |
+//! |---|---|
+//! | contacts and events of a foot | `stream` |
+//! | states of a Unitree robot with other forces | `low_state` |
+
+mod low_state;
+mod stream;
 
 use std::io::{self, Write};
-use std::iter::Peekable;
 use std::path::Path;
 
 use analysis::replay::span::Span;
-use estimator_core::{ContactEstimate, Params, Timestamp};
+use estimator_core::Params;
 use mcap::write::NoSeek;
+use recordings::events::Event;
+use recordings::input::Stored;
 use recordings::input::bag::{Channel, Receiver, Written, copy};
-use recordings::input::{About, Stored};
-use recordings::replay::Replay;
+use ros::compat::{FEET, LOW_STATE_TOPIC, place};
 use ros::mcap_file::{Declared, Times};
-use ros::{Estimates, McapFile};
+use ros::{AllFeet, Compat, McapFile, Message};
 
 use crate::error::Error;
 use crate::files::write_file;
 use crate::foot_names::unlike;
 use crate::mcap_recording::io_error;
+use crate::messages::warn;
+use low_state::LowState;
+use stream::{Due, Stream};
+
+pub use low_state::LowStates;
 
 /// A foot of the bag.
 pub struct Foot {
@@ -28,15 +41,67 @@ pub struct Foot {
     pub params: Params,
     /// Part of the recording whose contacts are written.
     pub span: Span,
+    /// Events in that part.
+    pub events: Vec<Event>,
 }
 
-/// Copies the messages of the bag `input`, with the contacts of its feet, to the MCAP file `path`. A contact is
-/// written when its sample was, to a millisecond; its stamp is that of the sample. Returns a sentence about each part that ends early.
+/// Messages of all feet in the copy.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OfAllFeet {
+    /// Programs whose messages are written.
+    pub compats: Vec<Compat>,
+    /// States of the robot that are written again with the forces of the estimates.
+    pub low_states: Option<LowStates>,
+}
+
+impl OfAllFeet {
+    /// Topics of the messages.
+    fn topics(&self) -> impl Iterator<Item = String> {
+        let compats = self.compats.iter().flat_map(|compat| compat.topics());
+        let low_states = self.low_states.iter();
+        compats.chain(low_states.map(|_| LOW_STATE_TOPIC.to_owned()))
+    }
+
+    /// Warns about feet that have no place in the messages, and about places without a foot.
+    fn warn_of_places(&self, names: &[String]) {
+        if *self == Self::default() {
+            return;
+        }
+        let all: Vec<&str> = FEET.iter().map(|[name, _]| *name).collect();
+        for name in names.iter().filter(|name| place(name).is_none()) {
+            let all = all.join(", ");
+            warn(format!(
+                "{name} is in no message of all feet, which has the feet {all}"
+            ));
+        }
+        let is_absent = |at: &usize| names.iter().all(|name| place(name) != Some(*at));
+        let absent: Vec<&str> = (0..FEET.len())
+            .filter(is_absent)
+            .map(|at| all[at])
+            .collect();
+        if !absent.is_empty() {
+            warn(format!(
+                "the bag has no foot {}: in messages of all feet each counts as in swing",
+                absent.join(", ")
+            ));
+        }
+    }
+}
+
+/// Copies the messages of the bag `input`, with the contacts and events of its feet, to the MCAP file `path`. A contact is
+/// written when its sample was, to a millisecond, and an event at its time; stamps are those of the samples. Returns a
+/// sentence about each part that ends early.
 ///
 /// # Errors
-/// The bag has a topic of a contact, or cannot be read or written.
-pub fn write(input: &Path, feet: &mut [Foot], path: &Path) -> Result<Vec<String>, Error> {
+/// The bag has a topic of the copy, lacks the robot's states, or cannot be read or written.
+pub fn write(
+    input: &Path,
+    feet: &mut [Foot],
+    of_all_feet: &OfAllFeet,
+    path: &Path,
+) -> Result<Vec<String>, Error> {
     let mut outcome = Ok(Vec::new());
+    let file = || input.display().to_string();
     let written = write_file(path, |to| {
         let mut bag = McapFile::new(NoSeek::new(to)).map_err(io_error)?;
         let mut streams = Vec::new();
@@ -46,19 +111,32 @@ pub fn write(input: &Path, feet: &mut [Foot], path: &Path) -> Result<Vec<String>
             streams.push(Stream::of(foot, &name)?);
             names.push(name);
         }
-        let topics = streams.iter().flat_map(|stream| stream.messages.topics());
-        let topics: Vec<String> = topics.map(ToString::to_string).collect();
+        of_all_feet.warn_of_places(&names);
+        let topics = streams.iter().flat_map(Stream::topics);
+        let topics = topics.chain(of_all_feet.topics()).collect();
+        let compats = &of_all_feet.compats;
         let mut merging = Merging {
             bag: &mut bag,
             streams: &mut streams,
             topics,
-            taken: None,
+            places: names.iter().map(|name| place(name)).collect(),
+            all_feet: (!compats.is_empty()).then(|| AllFeet::new(compats)),
+            low_state: of_all_feet.low_states.as_ref().map(LowState::new),
+            refused: None,
         };
         let copied = copy(input, &mut merging);
-        if let Some(topic) = merging.taken {
-            let file = input.display().to_string();
-            outcome = Err(Error::TopicTaken { file, topic });
-            return Err(io::ErrorKind::InvalidInput.into());
+        match merging.refused.take() {
+            None => {}
+            Some(Refused::Taken(topic)) => {
+                let file = file();
+                outcome = Err(Error::TopicTaken { file, topic });
+                return Err(io::ErrorKind::InvalidInput.into());
+            }
+            Some(Refused::NoForces(topic, what)) => {
+                let file = file();
+                outcome = Err(Error::NoForces { file, topic, what });
+                return Err(io::ErrorKind::InvalidInput.into());
+            }
         }
         let notices = match copied {
             Ok(copied) => copied?,
@@ -67,7 +145,21 @@ pub fn write(input: &Path, feet: &mut [Foot], path: &Path) -> Result<Vec<String>
                 return Err(io::ErrorKind::InvalidData.into());
             }
         };
-        merging.contacts_until(i64::MAX)?;
+        merging.messages_until(i64::MAX)?;
+        if let (
+            Some(LowStates { topic, .. }),
+            Some(LowState {
+                is_found: false, ..
+            }),
+        ) = (&of_all_feet.low_states, &merging.low_state)
+        {
+            outcome = Err(Error::NoForces {
+                file: file(),
+                topic: topic.clone(),
+                what: "the bag has no message on it".to_owned(),
+            });
+            return Err(io::ErrorKind::InvalidInput.into());
+        }
         outcome = Ok(notices);
         bag.finish().map_err(io_error)
     });
@@ -78,80 +170,59 @@ pub fn write(input: &Path, feet: &mut [Foot], path: &Path) -> Result<Vec<String>
     }
 }
 
-/// Estimates of a foot, sample by sample.
-struct Stream<'a> {
-    about: About,
-    messages: Estimates,
-    estimates: Peekable<Box<dyn Iterator<Item = io::Result<ContactEstimate>> + 'a>>,
+/// Reason why a bag is not copied.
+enum Refused {
+    /// Topic of the copy that the bag has already.
+    Taken(String),
+    /// Topic of states without forces, and half a sentence on them.
+    NoForces(String, String),
 }
 
-impl<'a> Stream<'a> {
-    fn of(foot: &'a mut Foot, name: &str) -> io::Result<Self> {
-        let about = foot.stored.about.clone();
-        let replay = Replay::new(about.sample_rate, about.gravity, &foot.params);
-        let mut replay = replay.map_err(io::Error::other)?;
-        let samples = foot.stored.samples()?;
-        let span = foot.span;
-        let estimates = samples.map(move |sample| Ok(replay.update(&sample?)));
-        let estimates = estimates.filter(move |estimate: &io::Result<ContactEstimate>| {
-            estimate
-                .as_ref()
-                .map_or(true, |estimate| span.contains(estimate.timestamp))
-        });
-        let estimates: Box<dyn Iterator<Item = _>> = Box::new(estimates);
-        Ok(Self {
-            messages: Estimates::new(name),
-            about,
-            estimates: estimates.peekable(),
-        })
-    }
-
-    /// Times of the next contact, µs: of its sample, and of writing.
-    fn next_us(&mut self) -> Option<(i64, i64)> {
-        let estimate = self.estimates.peek()?.as_ref().ok()?;
-        let since = i64::try_from(estimate.timestamp.as_micros()).unwrap_or(i64::MAX);
-        let time_us = self.about.start_us.saturating_add(since);
-        Some((time_us, self.about.written_us(time_us)))
-    }
-}
-
-/// Receiver that puts contacts between the messages of others.
+/// Receiver that puts messages of the feet between those of others.
 struct Merging<'a, 'b, W: Write + io::Seek> {
     bag: &'a mut McapFile<W>,
     streams: &'a mut [Stream<'b>],
-    /// Topics of the contacts.
+    /// Topics of the feet.
     topics: Vec<String>,
-    /// Topic of a contact that the bag has already.
-    taken: Option<String>,
+    /// Place of each foot in messages of all feet, if it has one.
+    places: Vec<Option<usize>>,
+    all_feet: Option<AllFeet>,
+    low_state: Option<LowState>,
+    refused: Option<Refused>,
 }
 
 impl<W: Write + io::Seek> Merging<'_, '_, W> {
-    /// Writes the contacts up to a time of writing, µs.
-    fn contacts_until(&mut self, until_us: i64) -> io::Result<()> {
+    /// Writes the messages of the feet up to a time of writing, µs.
+    fn messages_until(&mut self, until_us: i64) -> io::Result<()> {
         loop {
-            let mut first: Option<(i64, i64, usize)> = None;
+            let mut first: Option<(Due, usize)> = None;
             for (index, stream) in self.streams.iter_mut().enumerate() {
-                if let Some(Err(error)) = stream.estimates.next_if(Result::is_err) {
-                    return Err(error);
-                }
-                if let Some((time_us, written_us)) = stream.next_us()
-                    && written_us <= until_us
-                    && first.is_none_or(|(_, before, _)| written_us < before)
+                if let Some(due) = stream.due()?
+                    && due.written_us <= until_us
+                    && first.is_none_or(|(before, _)| due.written_us < before.written_us)
                 {
-                    first = Some((time_us, written_us, index));
+                    first = Some((due, index));
                 }
             }
-            let Some((time_us, written_us, index)) = first else {
+            let Some((due, index)) = first else {
                 return Ok(());
             };
-            let stream = &mut self.streams[index];
-            let Some(Ok(estimate)) = stream.estimates.next() else {
-                return Ok(());
-            };
-            let [stamp, at] = [time_us, written_us]
-                .map(|us| Timestamp::from_micros(u64::try_from(us).unwrap_or_default()));
-            for published in stream.messages.messages(&estimate, stamp, at) {
+            let (messages, load) = self.streams[index].take(due);
+            for published in messages {
                 self.bag.write(&published).map_err(io_error)?;
+                let Message::Contact(contact) = published.message else {
+                    continue;
+                };
+                let stands = contact.valid && contact.decision;
+                if let (Some(low_state), Some(place)) = (&mut self.low_state, self.places[index]) {
+                    low_state.set(place, stands, load);
+                }
+                if let Some(all_feet) = &mut self.all_feet {
+                    let at = published.at;
+                    for published in all_feet.take(&contact, at, at.as_micros()) {
+                        self.bag.write(&published).map_err(io_error)?;
+                    }
+                }
             }
         }
     }
@@ -160,7 +231,7 @@ impl<W: Write + io::Seek> Merging<'_, '_, W> {
 impl<W: Write + io::Seek> Receiver for Merging<'_, '_, W> {
     fn message(&mut self, channel: &Channel, written: Written, payload: &[u8]) -> io::Result<()> {
         if self.topics.contains(&channel.topic) {
-            self.taken = Some(channel.topic.clone());
+            self.refused = Some(Refused::Taken(channel.topic.clone()));
             return Err(io::ErrorKind::InvalidInput.into());
         }
         let schema = channel.schema.as_deref();
@@ -172,7 +243,7 @@ impl<W: Write + io::Seek> Receiver for Merging<'_, '_, W> {
             metadata: &channel.metadata,
         };
         // A contact follows its sample, whose log time is rounded to µs.
-        self.contacts_until((written.log_ns.saturating_sub(1000)).div_euclid(1000))?;
+        self.messages_until((written.log_ns.saturating_sub(1000)).div_euclid(1000))?;
         let [log_ns, publish_ns] = [written.log_ns, written.publish_ns]
             .map(|nanos| u64::try_from(nanos).unwrap_or_default());
         let times = Times {
@@ -180,7 +251,21 @@ impl<W: Write + io::Seek> Receiver for Merging<'_, '_, W> {
             publish_ns,
             sequence: written.sequence,
         };
-        self.bag.copy(&declared, times, payload).map_err(io_error)
+        self.bag.copy(&declared, times, payload).map_err(io_error)?;
+        let low_state = self.low_state.as_mut();
+        let replaced = low_state.map(|low_state| low_state.replaced(channel, payload));
+        match replaced.transpose() {
+            Ok(None | Some(None)) => Ok(()),
+            Ok(Some(Some(message))) => {
+                let topic = LOW_STATE_TOPIC;
+                let declared = Declared { topic, ..declared };
+                self.bag.copy(&declared, times, &message).map_err(io_error)
+            }
+            Err(what) => {
+                self.refused = Some(Refused::NoForces(channel.topic.clone(), what));
+                Err(io::ErrorKind::InvalidInput.into())
+            }
+        }
     }
 }
 
@@ -225,10 +310,18 @@ mod tests {
                 stored: stored.remove(0),
                 params: Params::default(),
                 span: Span::default(),
+                events: Vec::new(),
             }
         };
         let mut feet = ["front left", "front_left"].map(foot);
-        write(&path("walk.mcap"), &mut feet, &path("contacts.mcap")).unwrap();
+        let of_all_feet = OfAllFeet::default();
+        write(
+            &path("walk.mcap"),
+            &mut feet,
+            &of_all_feet,
+            &path("contacts.mcap"),
+        )
+        .unwrap();
         let bytes = std::fs::read(path("contacts.mcap")).unwrap();
         let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
         let counts = summary.stats.unwrap().channel_message_counts;

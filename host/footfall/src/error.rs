@@ -15,6 +15,7 @@ use thiserror::Error;
 
 use crate::feature::{Feature, NotBuilt};
 use crate::files::OutputError;
+use crate::foot_error::FootError;
 
 /// Reason a command failed.
 #[derive(Debug, Error)]
@@ -113,11 +114,11 @@ pub enum Error {
     Output(#[from] OutputError),
     /// A request to a foot failed.
     #[error(transparent)]
-    Foot(#[from] crate::commands::foot::FootError),
+    Foot(#[from] FootError),
     /// The ROS 2 node failed.
     #[cfg(feature = "ros2")]
     #[error("ROS 2: {0}")]
-    Ros2(#[from] ros_node::NodeError),
+    Ros2(#[from] ros::node::NodeError),
     /// The source failed.
     #[error(transparent)]
     Source(#[from] live::LinkError),
@@ -172,12 +173,24 @@ pub enum Error {
         source_text: String,
     },
     /// A bag has a topic that contacts are written to.
-    #[error("{file} has the topic {topic} already: its contacts are those of an earlier estimate")]
+    #[error(
+        "{file} has the topic {topic} already: its messages are those of an earlier estimate, or of another program"
+    )]
     TopicTaken {
         /// Bag as given.
         file: String,
-        /// Topic of the contacts of a foot.
+        /// Topic of the contacts of a foot, or of messages of all feet.
         topic: String,
+    },
+    /// Messages whose forces are to be replaced have none.
+    #[error("{file}, topic {topic}: no forces of four feet to replace: {what}")]
+    NoForces {
+        /// Bag as given.
+        file: String,
+        /// Topic of the robot's states.
+        topic: String,
+        /// Half a sentence on the cause.
+        what: String,
     },
     /// Axes are given for a foot that is not in the recordings.
     #[error("--axes names the foot {foot}, but there is {}", feet.join(", "))]

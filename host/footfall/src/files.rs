@@ -27,6 +27,15 @@ pub enum OutputError {
         /// Output as given.
         file: String,
     },
+    /// There are options for a copy of a bag, and none is written.
+    #[error("{option} is for a copy of a bag: --output copy.mcap")]
+    NoCopy {
+        /// Option as given.
+        option: &'static str,
+    },
+    /// Two options write one topic.
+    #[error("--compat unitree and --lowstate both write /footfall/lowstate: give one of them")]
+    LowStateTwice,
     /// Contacts go into a copy of a bag, and the input is not a file on disk.
     #[error(
         "{file} becomes a copy of the recording, which is read twice: a bag on disk, not standard input or a pipe. \

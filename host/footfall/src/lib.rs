@@ -13,7 +13,7 @@
 //! | or calibrating: learning a foot in advance, or finding sensor errors | [`analysis::calibrate`] |
 //! | or converting to another format | [`convert`] |
 //! | scoring the estimates | [`scoring`]; as a report [`attitude`] |
-//! | simulating and decoding the output of a foot | [`walking_foot`], [`mod@decode`] |
+//! | simulating and decoding the output of a foot | [`live::robot::walk`], [`mod@decode`] |
 //! | streaming feet | [`monitor`], [`mod@live`], [`mod@ros`]; as messages [`stream`], in viewers [`view`] |
 //! | writing the results | [`recordings::output`], [`plot`], [`analysis::summary`], combined by [`report`] |
 //! | writing files, and removing unfinished ones on interruption | [`files`], [`interruption`] |
@@ -29,6 +29,7 @@ pub mod convert;
 pub mod error;
 pub mod feature;
 pub mod files;
+pub mod foot_error;
 pub mod foot_names;
 pub mod interruption;
 pub mod mcap_recording;
@@ -43,6 +44,5 @@ pub mod schema;
 pub mod stream;
 pub mod targets;
 pub mod view;
-pub mod walking_foot;
 
 pub use error::Error;

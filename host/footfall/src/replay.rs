@@ -43,6 +43,8 @@ pub struct Watched {
     pub bar: ProgressBar,
     /// Picture of the foot, if drawn.
     pub picture: Option<Picture>,
+    /// Events of the foot, if kept.
+    pub events: Option<Vec<Event>>,
 }
 
 impl Observer for Watched {
@@ -59,6 +61,9 @@ impl Observer for Watched {
     }
 
     fn add_event(&mut self, event: &Event) {
+        if let Some(events) = &mut self.events {
+            events.push(*event);
+        }
         if let Some(Picture::Page(page)) = &mut self.picture {
             page.add_event(event);
         }

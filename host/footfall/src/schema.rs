@@ -8,22 +8,8 @@ use analysis::calibrate::learnt::LearntFoot;
 use analysis::calibrate::sensor::SensorCalibration;
 use analysis::summary::{Summaries, WithInputs};
 use clap::ValueEnum;
-use schemars::generate::SchemaSettings;
-use schemars::transform::{RecursiveTransform, Transform};
-use schemars::{JsonSchema, Schema};
+use schemars::JsonSchema;
 use serde::Serialize;
-use serde_json::{Value, json};
-
-use crate::attitude::AttitudeReport;
-use crate::commands::accept::AcceptReport;
-#[cfg(feature = "parquet")]
-use crate::commands::batch::BatchReport;
-use crate::commands::calibrate::FeetReport;
-use crate::commands::foot::{FootChanges, FootInfo, FootScan, FootUpdates, FootValues};
-#[cfg(not(feature = "parquet"))]
-use crate::feature::Feature;
-use crate::feature::NotBuilt;
-use crate::monitor::lines::{EventLine, FootLine};
 
 /// The kinds of objects that are printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -123,52 +109,6 @@ impl Kind {
             Self::Accept => "urn:footfall:accept:1",
         }
     }
-
-    /// Returns the schema as text with a final newline.
-    ///
-    /// # Errors
-    /// The command is not built.
-    pub fn text(self) -> Result<String, NotBuilt> {
-        let schema = match self {
-            Self::Replay => self.schema::<Document<'_, Summaries>>(),
-            #[cfg(not(feature = "parquet"))]
-            Self::Batch => {
-                return Err(Feature::Parquet.missing_for("the schema of footfall batch"));
-            }
-            #[cfg(feature = "parquet")]
-            Self::Batch => self.schema::<Document<'_, BatchReport>>(),
-            Self::Calibrate => self.schema::<Document<'_, WithInputs<LearntFoot>>>(),
-            Self::CalibrateFeet => self.schema::<Document<'_, FeetReport>>(),
-            Self::CalibrateRests => self.schema::<Document<'_, WithInputs<SensorCalibration>>>(),
-            Self::Decode => self.schema::<Document<'_, decode::Report>>(),
-            Self::Attitude => self.schema::<Document<'_, AttitudeReport>>(),
-            Self::Monitor => self.schema::<Line<'_, FootLine<'_>>>(),
-            Self::MonitorEvent => self.schema::<Line<'_, EventLine<'_>>>(),
-            Self::FootScan => self.schema::<FootScan>(),
-            Self::FootInfo => self.schema::<Line<'_, FootInfo>>(),
-            Self::FootGet => self.schema::<FootValues>(),
-            Self::FootChanges => self.schema::<FootChanges>(),
-            Self::FootUpdate => self.schema::<FootUpdates>(),
-            Self::Accept => self.schema::<Line<'_, AcceptReport>>(),
-        };
-        Ok(format!("{:#}\n", schema.as_value()))
-    }
-
-    /// Returns the schema of a `T` as printed.
-    fn schema<T: JsonSchema>(self) -> Schema {
-        let settings = SchemaSettings::draft2020_12().for_serialize();
-        let mut schema = settings.into_generator().into_root_schema_for::<T>();
-        RecursiveTransform(for_readers_of_json).transform(&mut schema);
-        schema.insert("$id".to_owned(), json!(self.id()));
-        schema.insert(
-            "title".to_owned(),
-            json!(format!("JSON of footfall: {}", self.name())),
-        );
-        if let Some(id) = schema.pointer_mut("/properties/schema") {
-            id["const"] = json!(self.id());
-        }
-        schema
-    }
 }
 
 /// A report that can be printed as JSON.
@@ -181,17 +121,8 @@ impl Described for Summaries {
     const KIND: Kind = Kind::Replay;
 }
 
-#[cfg(feature = "parquet")]
-impl Described for BatchReport {
-    const KIND: Kind = Kind::Batch;
-}
-
 impl Described for WithInputs<LearntFoot> {
     const KIND: Kind = Kind::Calibrate;
-}
-
-impl Described for FeetReport {
-    const KIND: Kind = Kind::CalibrateFeet;
 }
 
 impl Described for WithInputs<SensorCalibration> {
@@ -200,26 +131,6 @@ impl Described for WithInputs<SensorCalibration> {
 
 impl Described for decode::Report {
     const KIND: Kind = Kind::Decode;
-}
-
-impl Described for AttitudeReport {
-    const KIND: Kind = Kind::Attitude;
-}
-
-impl Described for FootLine<'_> {
-    const KIND: Kind = Kind::Monitor;
-}
-
-impl Described for EventLine<'_> {
-    const KIND: Kind = Kind::MonitorEvent;
-}
-
-impl Described for AcceptReport {
-    const KIND: Kind = Kind::Accept;
-}
-
-impl Described for FootInfo {
-    const KIND: Kind = Kind::FootInfo;
 }
 
 /// An object as it is printed.
@@ -264,20 +175,12 @@ impl<'a, R: Described> Line<'a, R> {
     }
 }
 
-/// Removes details for readers of the code: links, and the restriction that a type read from a file accepts no
-/// unknown fields.
-fn for_readers_of_json(schema: &mut Schema) {
-    if let Some(Value::String(text)) = schema.get_mut("description") {
-        *text = text.replace("[`", "").replace("`]", "").replace('`', "");
-    }
-    if schema.get("additionalProperties") == Some(&Value::Bool(false)) {
-        schema.remove("additionalProperties");
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use serde_json::Value;
+
     use super::*;
+    use crate::attitude::AttitudeReport;
 
     #[test]
     fn kind_names_match_the_option_and_the_schema() {

@@ -79,6 +79,8 @@ pub struct Stream {
     shared: BTreeSet<usize>,
     /// Feet that messages of all feet do not have, as reported.
     without_place: BTreeSet<String>,
+    /// Whether feet that messages of all feet lack were reported.
+    warned_of_absent: bool,
     /// Whether any id was shared; sequence numbers then do not show losses.
     was_shared: bool,
 }
@@ -93,6 +95,7 @@ impl Stream {
             bridge,
             shared: BTreeSet::new(),
             without_place: BTreeSet::new(),
+            warned_of_absent: false,
             was_shared: false,
         }
     }
@@ -152,6 +155,7 @@ impl Stream {
                 sink.publish(published)?;
             }
             self.warn_of_feet_without_place();
+            self.warn_of_absent_feet();
             match update {
                 Update::Message(foot, _) => self.warn_of_shared_id(foot),
                 Update::Quiet(_) if self.session.quiet_for() >= QUIET => sink.idle()?,
@@ -176,6 +180,21 @@ impl Stream {
                     names.join(", ")
                 ));
             }
+        }
+    }
+
+    /// Warns once about feet of the messages of all feet that have sent nothing.
+    fn warn_of_absent_feet(&mut self) {
+        if self.warned_of_absent {
+            return;
+        }
+        let absent = self.bridge.absent(&self.session);
+        if !absent.is_empty() {
+            self.warned_of_absent = true;
+            warn(format!(
+                "no contact of {}: in the messages of --compat they count as in swing",
+                absent.join(", ")
+            ));
         }
     }
 

@@ -4,7 +4,7 @@ mod common;
 
 use std::fs;
 
-use common::{AXES, Bench, read};
+use common::{AXES, Bench, read, text};
 use gait::{GaitName, Ground, Plan, SensorParams, record};
 use recordings::output::write_recording;
 use recordings::recording::Recording;
@@ -99,7 +99,7 @@ fn finding_suggests_the_axes() {
     let row = |k: u32| format!("{:.3},0,9.81,0,0,0,0\n", f64::from(k) * 1e-3);
     let rows: String = (0..1000).map(row).collect();
     let bench = Bench::with("side.csv", format!("t,{AXES}\n{rows}"));
-    let stderr = |arguments: &str| common::text(&bench.run(arguments).stderr);
+    let stderr = |arguments: &str| text(&bench.run(arguments).stderr);
     assert_eq!(
         stderr("replay side.csv"),
         "footfall: side.csv: y is up at rest, where the foot has z: --axes x,-z,y\n"
@@ -323,4 +323,25 @@ fn calibration_of_a_foot_keeps_those_of_others() {
     let [walk, side] = ["walk.csv", "side.csv"].map(summary);
     assert_eq!(side["correction"]["axes"], "x,-z,y");
     assert_ne!(walk["parameters"], side["parameters"]);
+}
+
+#[test]
+fn warning_about_axes_names_its_foot() {
+    let bench = Bench::new();
+    bench.stdout("record demo:feet=2,line=uart,seconds=12 -o walk.mcap");
+    let lying = "--topic all --axes L=x,-z,y";
+    for command in [
+        format!("replay walk.mcap {lying}"),
+        format!("calibrate walk.mcap {lying}"),
+        format!("convert walk.mcap out.mcap {lying}"),
+        "calibrate walk.mcap --topic /footfall/L/imu --foot L --axes x,-z,y --output l.toml"
+            .to_owned(),
+    ] {
+        let said = text(&bench.run(&command).stderr);
+        let warnings = said.lines().filter(|line| line.contains("is up at rest"));
+        let warnings: Vec<&str> = warnings.collect();
+        assert_eq!(warnings.len(), 1, "{command}:\n{said}");
+        let place = "footfall: walk.mcap, foot L: ";
+        assert!(warnings[0].starts_with(place), "{command}:\n{said}");
+    }
 }

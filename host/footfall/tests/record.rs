@@ -59,6 +59,66 @@ fn recording_of_four_feet_is_complete_and_replayable() {
 }
 
 #[test]
+fn absent_feet_of_compat_are_reported_as_in_swing() {
+    let absent =
+        "footfall: no contact of RL, RR: in the messages of --compat they count as in swing\n";
+    let no_place = "is in no message of --compat, which has the feet FL, FR, RL, RR: --names gives it such a name";
+    for (compat, topic) in [("pronto", "/footfall/stance"), ("champ", "/foot_contacts")] {
+        let bench = Bench::new();
+        let record = |options: &str| {
+            let output = bench.run(&format!(
+                "record {options} --compat {compat} -o walk.mcap --overwrite"
+            ));
+            let report = text(&output.stdout);
+            (text(&output.stderr), count(&report, topic))
+        };
+        let (said, messages) = record("demo:feet=2,seconds=3 --names 0x15=FL,0x16=FR");
+        assert_eq!(said, absent, "{compat}");
+        assert!(messages > 100, "{compat}: {messages}");
+        // Feet of a biped have other names than the four.
+        let (said, messages) = record("demo:feet=2,seconds=3");
+        let lines: Vec<&str> = said.lines().collect();
+        assert_eq!(lines.len(), 2, "{compat}: {said}");
+        for (line, foot) in lines.into_iter().zip(["L", "R"]) {
+            assert_eq!(line, format!("footfall: {foot} {no_place}"), "{compat}");
+        }
+        assert_eq!(messages, 0, "{compat}");
+        let (said, messages) = record("demo:feet=4,seconds=3");
+        assert_eq!(said, "", "{compat}");
+        assert!(messages > 1000, "{compat}: {messages}");
+    }
+}
+
+#[test]
+fn copy_of_a_bag_warns_about_feet_that_messages_lack() {
+    let bench = Bench::new();
+    let names = "--names 0x15=FL,0x16=R";
+    bench.stdout(&format!(
+        "record demo:feet=2,line=uart,seconds=3 {names} -o walk.mcap"
+    ));
+    // Copy without the contacts of the recording.
+    bench.stdout("convert walk.mcap imu.mcap --topic all");
+    let copy = "replay imu.mcap --topic all --output copy.mcap";
+    let output = bench.run(&format!("{copy} --compat champ"));
+    let said = text(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    for warning in [
+        "footfall: R is in no message of all feet, which has the feet FL, FR, RL, RR\n",
+        "footfall: the bag has no foot FR, RL, RR: in messages of all feet each counts as in swing\n",
+    ] {
+        assert!(said.contains(warning), "{said}");
+    }
+    let said = text(&bench.run(copy).stderr);
+    assert!(!said.contains("of all feet"), "{said}");
+    for options in ["--compat champ", "--lowstate /lowstate"] {
+        let said = bench.error(&format!("replay imu.mcap --topic all {options}"));
+        let option = options.split(' ').next().expect("an option");
+        let expected = format!("footfall: {option} is for a copy of a bag: --output copy.mcap\n");
+        assert_eq!(said, expected);
+    }
+}
+
+#[test]
 fn truncated_recording_loses_only_its_end() {
     let bench = Bench::new();
     bench.run("record demo:feet=1,line=uart,seconds=6 -o whole.mcap");

@@ -85,10 +85,10 @@ fn standing_at(rate: u32) -> String {
 }
 
 #[test]
-fn report_tells_the_weight_of_the_slide_below_300_hz() {
-    for (rate, weight) in [(100, "0.00"), (250, "0.50")] {
+fn report_tells_the_weight_of_the_slide_below_250_hz() {
+    for (rate, weight) in [(100, "0.00"), (225, "0.50")] {
         let bench = Bench::with("walk.csv", standing_at(rate));
-        let line = format!("\nslide    weight {weight}, 1 from 300 Hz on: ");
+        let line = format!("\nslide    weight {weight}, 1 from 250 Hz on: ");
         let summary = bench.stdout("replay walk.csv");
         assert!(summary.contains(&line), "{rate} Hz: {summary}");
         let paper = bench.stdout("replay walk.csv --preset paper");

@@ -10,6 +10,7 @@ mod packages;
 mod common;
 
 use common::{Bench, text, unmet};
+use packages::Packages;
 
 const REQUIREMENTS: &str = include_str!("python/ros2.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/ros2.py");
@@ -22,6 +23,62 @@ const LOOPBACK: &str = "<CycloneDDS><Domain><General>\
     <Discovery><ParticipantIndex>auto</ParticipantIndex>\
     <Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery></Domain></CycloneDDS>";
 
+/// Domains of a process; separate ones allow several of these tests to run on one machine.
+const DOMAINS: u32 = 4;
+
+/// Returns the domain of a test, which has a `turn` below [`DOMAINS`].
+fn domain(turn: u32) -> u32 {
+    assert!(turn < DOMAINS);
+    1 + turn + process::id() % 50 * DOMAINS
+}
+
+/// Runs the script, which fails the test if it fails. No message may be rejected or missing, so it prints no error.
+fn run_script(packages: &Packages, arguments: &[&str]) {
+    let output = Command::new(&packages.interpreter)
+        .arg(SCRIPT)
+        .args(arguments)
+        .env("PYTHONPATH", &packages.folder)
+        .env("CYCLONEDDS_URI", LOOPBACK)
+        .output()
+        .expect("Python runs");
+    let [stdout, stderr] = [&output.stdout, &output.stderr].map(|bytes| text(bytes));
+    assert!(
+        output.status.success(),
+        "{arguments:?}:\n{stdout}\n{stderr}"
+    );
+    assert_eq!(stderr, "", "{arguments:?}");
+}
+
+/// Runs a check of the script on feet in the domain of this turn.
+fn check(check: &str, feet: &str, turn: u32) {
+    let packages = match packages::install("python-ros2", REQUIREMENTS) {
+        Ok(packages) => packages,
+        Err(missing) => return unmet(&missing),
+    };
+    let footfall = env!("CARGO_BIN_EXE_footfall");
+    let domain = domain(turn).to_string();
+    let arguments = [
+        check,
+        footfall,
+        feet,
+        "--network",
+        "127.0.0.1",
+        "--domain-id",
+        &domain,
+    ];
+    run_script(&packages, &arguments);
+}
+
+#[test]
+fn demo_with_clock_now_has_stamps_of_now() {
+    check("now", "demo:clock=now,seconds=5", 2);
+}
+
+#[test]
+fn second_node_of_one_name_is_reported_once() {
+    check("namesake", "demo:seconds=5", 3);
+}
+
 #[test]
 fn cyclonedds_receives_every_message_of_four_feet() {
     let packages = match packages::install("python-ros2", REQUIREMENTS) {
@@ -30,28 +87,23 @@ fn cyclonedds_receives_every_message_of_four_feet() {
     };
     // The walk is longer than topic discovery by the subscriber.
     let feet = "demo:feet=4,seconds=13";
-    for (turn, (compat, reliability)) in [("champ", "reliable"), ("pronto", "best-effort")]
-        .into_iter()
-        .enumerate()
-    {
+    for (turn, compat, reliability) in [(0, "champ", "reliable"), (1, "pronto", "best-effort")] {
         let bench = Bench::new();
         bench.run(&format!("record {feet} -o walk.mcap"));
-        // Separate domains allow several of these tests to run on one machine.
-        let domain = 1 + turn as u32 + process::id() % 100 * 2;
-        let output = Command::new(&packages.interpreter)
-            .args([SCRIPT, compat, reliability, env!("CARGO_BIN_EXE_footfall")])
-            .arg(bench.path("walk.mcap"))
-            .args([feet, "--network", "127.0.0.1"])
-            .args(["--compat", compat, "--reliability", reliability])
-            .args(["--domain-id", &domain.to_string()])
-            .env("PYTHONPATH", &packages.folder)
-            .env("CYCLONEDDS_URI", LOOPBACK)
-            .output()
-            .expect("Python runs");
-        let [stdout, stderr] = [&output.stdout, &output.stderr].map(|bytes| text(bytes));
-        assert!(output.status.success(), "{compat}:\n{stdout}\n{stderr}");
-        // No message was rejected or is missing.
-        assert_eq!(stderr, "", "{compat}");
+        let walk = bench.path("walk.mcap");
+        let domain = domain(turn).to_string();
+        let arguments = [
+            &["all", compat, reliability, env!("CARGO_BIN_EXE_footfall")],
+            &[
+                walk.to_str().expect("UTF-8"),
+                feet,
+                "--network",
+                "127.0.0.1",
+            ],
+            &["--compat", compat, "--reliability", reliability],
+            &["--domain-id", &domain][..],
+        ];
+        run_script(&packages, &arguments.concat());
     }
 }
 

@@ -157,6 +157,74 @@ fn monitor_ends_with_its_terminal_and_keeps_its_recording() {
     }
 }
 
+/// Runs `command` in the folder of a bench as the only process of a terminal, which is closed after three seconds;
+/// asserts that the process ends.
+fn end_with_a_closed_terminal(bench: &common::Bench, command: &str) {
+    let socket = bench.path("tmux");
+    let tmux = |arguments: &[&str]| {
+        let mut tmux = Command::new("tmux");
+        tmux.arg("-S").arg(&socket).args(arguments);
+        assert!(tmux.output().expect("tmux runs").status.success());
+    };
+    let folder = bench.path("");
+    let command = format!("cd {} && echo $$ > pid && exec {command}", folder.display());
+    tmux(&[
+        "-f",
+        "/dev/null",
+        "new-session",
+        "-d",
+        "-s",
+        "foot",
+        &command,
+    ]);
+    thread::sleep(Duration::from_secs(3));
+    let pid = common::read(&bench.path("pid"));
+    let process = std::path::Path::new("/proc").join(pid.trim());
+    assert!(process.exists(), "{command}");
+    tmux(&["kill-session", "-t", "foot"]);
+    let end = Instant::now() + LONGEST;
+    while process.exists() && Instant::now() < end {
+        thread::sleep(Duration::from_millis(100));
+    }
+    assert!(!process.exists(), "{command}");
+}
+
+#[test]
+fn commands_without_a_picture_end_with_their_terminal() {
+    if Command::new("tmux").arg("-V").output().is_err() {
+        return common::unmet("tmux is not installed");
+    }
+    for arguments in [
+        "monitor demo --plain",
+        "monitor demo --json",
+        #[cfg(feature = "foxglove")]
+        "view demo --port 0",
+        #[cfg(feature = "ros2")]
+        "ros2 demo --network 127.0.0.1 --domain-id 231",
+    ] {
+        end_with_a_closed_terminal(&common::Bench::new(), &format!("{PROGRAM} {arguments}"));
+    }
+}
+
+#[test]
+fn recording_is_complete_after_its_terminal_was_closed() {
+    if Command::new("tmux").arg("-V").output().is_err() {
+        return common::unmet("tmux is not installed");
+    }
+    for line in ["can", "uart"] {
+        let bench = common::Bench::new();
+        let record = format!("record demo:line={line},speed=1 -o walk.mcap");
+        end_with_a_closed_terminal(&bench, &format!("{PROGRAM} {record}"));
+        let output = bench.run("replay walk.mcap --topic /footfall/FL/imu --json");
+        // A recording without an end would be remarked.
+        let remarks = common::text(&output.stderr);
+        assert!(!remarks.contains("ends early"), "{remarks}");
+        let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let samples = report["recordings"][0]["samples"].as_u64();
+        assert!(samples > Some(50), "{report}");
+    }
+}
+
 #[test]
 fn signal_restores_the_terminal() {
     if Command::new("tmux").arg("-V").output().is_err() {

@@ -335,7 +335,7 @@ fn missing_rate_error_suggests_the_time_column() {
 }
 
 #[test]
-fn two_sensors_error_names_both() {
+fn two_sensors_error_gives_a_mapping_of_each() {
     let names = |foot: &str| {
         let axis = |field: &str| ["x", "y", "z"].map(|axis| format!("/{foot}/{field}/{axis}"));
         [axis("linear_acceleration"), axis("angular_velocity")]
@@ -347,20 +347,24 @@ fn two_sensors_error_names_both() {
         let axes = sample.axes.join(",");
         format!("{},0,0,0,0,0,0,{axes}", seconds(sample))
     });
+    let map = |foot: &str| {
+        let theirs = names(foot);
+        let pairs = AXES.split(',').zip(theirs.split(','));
+        let pairs: Vec<_> = pairs
+            .map(|(ours, theirs)| format!("{ours}={theirs}"))
+            .collect();
+        format!("--map {}", pairs.join(","))
+    };
     assert_eq!(
         Bench::with("x.csv", &content).error("replay x.csv"),
-        "footfall: x.csv, line 1: /fl/linear_acceleration/x and /fr/linear_acceleration/x are of \
-         two sensors: choose one, such as --map ax=/fl/linear_acceleration/x,\
-         ay=/fl/linear_acceleration/y,az=/fl/linear_acceleration/z\n"
+        format!(
+            "footfall: x.csv, line 1: /fl/linear_acceleration/x, /fr/linear_acceleration/x are of \
+             different sensors: choose one, {} or {}\n",
+            map("fl"),
+            map("fr")
+        )
     );
-    let pair = |(ours, theirs): (&str, String)| format!("{ours}={theirs}");
-    let theirs = names("fr");
-    let map: Vec<_> = AXES
-        .split(',')
-        .zip(theirs.split(',').map(str::to_owned))
-        .map(pair)
-        .collect();
-    assert_same("x.csv", content, &format!("--map {}", map.join(",")));
+    assert_same("x.csv", content, &map("fr"));
 }
 
 #[test]

@@ -72,6 +72,11 @@ fn stalled_client_is_reported_and_delays_no_other() {
 }
 
 #[test]
+fn viewer_without_the_subprotocol_is_reported_with_its_name() {
+    client(&["old", PROGRAM, "demo"]);
+}
+
+#[test]
 fn used_port_is_named() {
     let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
     let port = taken.local_addr().expect("an address").port();

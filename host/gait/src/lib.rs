@@ -8,6 +8,7 @@
 //! | one step in numbers | [`step`] |
 //! | activity of the foot | [`Activity`] |
 //! | true motion at any moment, in closed form | [`track`] |
+//! | walks without end | [`EndlessGait`], [`EndlessRounds`] |
 //! | whether the foot is in stable contact, from its own velocity | [`label`] |
 //! | specimen of the sensor, and its stimulus | [`sensor`] |
 //! | robot around it: other feet, SYNCs, load reports | [`control`] |
@@ -25,6 +26,7 @@
 
 mod activity;
 pub mod control;
+mod endless;
 mod jet;
 pub mod label;
 pub mod plan;
@@ -40,6 +42,7 @@ pub mod track;
 mod turn;
 
 pub use activity::Activity;
+pub use endless::{EndlessGait, EndlessRounds};
 pub use plan::{GaitName, Ground, Plan, Rests, Robot};
 pub use record::{Simulation, Walked, Walking, record, simulate};
 pub use sensor::{SensorParams, Temperature};

@@ -9,14 +9,11 @@ use std::sync::mpsc::{
 use std::thread;
 use std::time::Duration;
 
-use crate::link::{self, Arrival, Arrived, Link, LinkError, Sending};
+use crate::link::{self, Arrival, Arrived, LISTEN, Link, LinkError, Sending};
 use crate::source::Source;
 
 /// Capacity of the queue, arrivals: three seconds of four feet on CAN.
 const WAITING: usize = 1 << 14;
-
-/// Timeout of one receive; between two, the thread sends pending data.
-const LISTEN: Duration = Duration::from_millis(5);
 
 /// Delay before a line is reopened.
 const RETRY: Duration = Duration::from_millis(500);

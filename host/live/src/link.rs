@@ -2,8 +2,9 @@
 //!
 //! | line | file |
 //! |---|---|
-//! | serial port | [`serial`] |
+//! | serial line of a foot | [`serial_line`] |
 //! | adapter that speaks slcan over a serial port | [`slcan`] |
+//! | serial port of both | `serial` |
 //! | interface of `SocketCAN` | `can` |
 //! | playback of a log or a recording | [`file`](mod@file) |
 //! | simulated feet | [`demo`] |
@@ -14,7 +15,8 @@ mod can;
 pub mod demo;
 pub mod file;
 pub mod pace;
-pub mod serial;
+mod serial;
+pub mod serial_line;
 pub mod slcan;
 
 use std::io;
@@ -29,7 +31,10 @@ use wire::CanFrame;
 
 use crate::source::Source;
 use pace::Speed;
-use serial::SerialLine;
+use serial_line::SerialLine;
+
+/// Timeout of one receive in a loop: the longest delay until a pending request or another condition is noticed.
+pub(crate) const LISTEN: Duration = Duration::from_millis(5);
 
 /// Received data.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,13 +6,16 @@
 //! |---|---|
 //! | the robot: one bus, or a serial line for each foot | this one |
 //! | its control: SYNCs and loads | [`gait::control`] |
-//! | a foot: its walk, its program, its requests | `foot` |
+//! | a foot: its walk, its program, its requests | `foot`, `program` |
+//! | the recorded walk of one foot, with all that it sends | [`walk`] |
 //! | board around a foot: settings, start, measurements; and the bus | [`board`] |
 //! | flash with its settings | `flash` |
 
 pub mod board;
 mod flash;
 mod foot;
+mod program;
+pub mod walk;
 
 use std::collections::VecDeque;
 

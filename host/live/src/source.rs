@@ -72,6 +72,18 @@ pub struct Demo {
     pub seconds: Option<f64>,
     /// `line`: connection, `can` or `uart`.
     pub line: DemoLine,
+    /// `clock`: origin of the times, `2021` or `now`.
+    pub clock: DemoClock,
+}
+
+/// Origin of the times of simulated feet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DemoClock {
+    /// The beginning of 2021: equal runs have equal times.
+    #[default]
+    Fixed,
+    /// The clock of this machine at the start; the feet walk in real time.
+    Now,
 }
 
 /// Connection of simulated feet.
@@ -92,6 +104,7 @@ impl Default for Demo {
             speed: None,
             seconds: None,
             line: DemoLine::Can,
+            clock: DemoClock::Fixed,
         }
     }
 }
@@ -128,8 +141,11 @@ pub enum SourceError {
     #[error("{0} is there twice")]
     Twice(String),
     /// A key of a demo is unknown.
-    #[error("demo has no key {0:?}; its keys are feet, seed, speed, seconds and line")]
+    #[error("demo has no key {0:?}; its keys are feet, seed, speed, seconds, line and clock")]
     Key(String),
+    /// A demo with the clock of this machine has another speed than 1.
+    #[error("clock=now needs speed=1, but speed is {0}")]
+    SpeedOfNow(Speed),
 }
 
 /// Rates of CAN buses that an slcan adapter knows, kbit/s, in the order of its commands `S0` to `S8`.
@@ -243,10 +259,14 @@ impl Source {
         self
     }
 
-    /// Sets the speed of a file or demo if its text has none.
+    /// Sets the speed of a file or demo if its text has none. A demo with the clock of this machine stays at 1.
     #[must_use]
     pub fn at_speed(mut self, other: Speed) -> Self {
         match &mut self {
+            Self::Demo(Demo {
+                clock: DemoClock::Now,
+                ..
+            }) => {}
             Self::File { speed, .. } | Self::Demo(Demo { speed, .. }) => {
                 speed.get_or_insert(other);
             }
@@ -328,10 +348,22 @@ fn demo(text: &str) -> Result<Demo, SourceError> {
                     other => return Err(value("line", other, "can or uart")),
                 }
             }
+            "clock" => {
+                demo.clock = match text {
+                    "2021" => DemoClock::Fixed,
+                    "now" => DemoClock::Now,
+                    other => return Err(value("clock", other, "2021 or now")),
+                }
+            }
             other => return Err(SourceError::Key(other.to_owned())),
         }
     }
-    Ok(demo)
+    match (demo.clock, demo.speed) {
+        (DemoClock::Now, Some(speed)) if speed != Speed::REAL => {
+            Err(SourceError::SpeedOfNow(speed))
+        }
+        _ => Ok(demo),
+    }
 }
 
 #[cfg(test)]
@@ -417,7 +449,7 @@ mod tests {
         );
         assert_eq!(
             error("demo:legs=2"),
-            "demo has no key \"legs\"; its keys are feet, seed, speed, seconds and line"
+            "demo has no key \"legs\"; its keys are feet, seed, speed, seconds, line and clock"
         );
         assert!(error("slcan:x@33").contains("as slcan knows them"));
         for speed in ["0", "1e-300", "nan", "inf"] {
@@ -425,6 +457,16 @@ mod tests {
             assert!(said.contains("a number from 0.001"), "{said}");
         }
         assert_eq!(error("demo:feet=2,feet=3"), "feet is there twice");
+        assert_eq!(
+            error("demo:clock=1970"),
+            "clock is \"1970\", but 2021 or now is expected"
+        );
+        for speed in ["10", "max"] {
+            assert_eq!(
+                error(&format!("demo:speed={speed},clock=now")),
+                format!("clock=now needs speed=1, but speed is {speed}")
+            );
+        }
         assert!(error("uart:/dev/ttyACM0@0").contains("a rate in Bd"));
     }
 
@@ -434,5 +476,8 @@ mod tests {
         assert_eq!(played, source("file:x@2"));
         assert_eq!(source("file:x").at_speed(Speed::Max), source("file:x@max"));
         assert_eq!(source("can:x").at_speed(Speed::Max), source("can:x"));
+        let now = source("demo:clock=now");
+        assert_eq!(now.clone().at_speed(Speed::Max), now);
+        assert_ne!(source("demo:clock=now,speed=1"), source("demo:speed=1"));
     }
 }

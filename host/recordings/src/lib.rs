@@ -2,8 +2,7 @@
 //!
 //! | step | module |
 //! |---|---|
-//! | a recording: samples with their load and label | [`recording`] |
-//! | vectors and rotations in f64, for true orientations | [`space`] |
+//! | samples with their load and label, vectors in f64, names of validities | [`samples`] |
 //! | reading a file into a recording | [`input`] |
 //! | samples in a temporary file, steps of a clock | [`spool`], `steps` |
 //! | implausible values in a recording | [`plausible`] |
@@ -13,7 +12,6 @@
 //! | tables of samples in Parquet | `parquet_samples` |
 //! | rows of any kind in Parquet, read and written | `parquet_rows` |
 //! | touch-downs, lift-offs and slips among the estimates | [`events`] |
-//! | names of validities in both kinds of files | [`validity`] |
 //! | numbers in messages | [`number`] |
 
 pub mod events;
@@ -30,9 +28,8 @@ pub mod parquet_rows;
 #[cfg(feature = "parquet")]
 pub mod parquet_samples;
 pub mod plausible;
-pub mod recording;
 pub mod replay;
-pub mod space;
 pub mod spool;
 mod steps;
-pub mod validity;
+
+pub use samples::{recording, space, validity};

@@ -4,7 +4,8 @@ use std::io::{self, Write};
 use std::mem;
 use std::sync::Arc;
 
-use arrow_array::{ArrayRef, RecordBatch};
+use arrow_array::RecordBatch;
+use arrow_array::builder::ArrayBuilder;
 use arrow_schema::Schema;
 use parquet::arrow::ArrowWriter;
 use parquet::basic::{Compression, ZstdLevel};
@@ -44,8 +45,12 @@ impl<W: Write> Encoder<W> {
         })
     }
 
-    /// Appends rows, one array for each column.
-    pub(crate) fn write_columns(&mut self, columns: Vec<ArrayRef>) -> io::Result<()> {
+    /// Appends the rows that these builders hold, one for each column.
+    pub(crate) fn write_built<'a>(
+        &mut self,
+        builders: impl IntoIterator<Item = &'a mut dyn ArrayBuilder>,
+    ) -> io::Result<()> {
+        let columns = builders.into_iter().map(ArrayBuilder::finish).collect();
         let batch = RecordBatch::try_new(self.schema.clone(), columns);
         self.write(&batch.map_err(ParquetError::from).map_err(io::Error::from)?)
     }

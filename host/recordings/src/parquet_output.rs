@@ -12,7 +12,6 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::sync::Arc;
 
-use arrow_array::ArrayRef;
 use arrow_array::builder::{
     ArrayBuilder, Float32Builder, Float64Builder, StringDictionaryBuilder, UInt8Builder,
 };
@@ -112,18 +111,16 @@ impl<W: Write> ParquetEstimates<W> {
 
     /// Encodes the pending rows.
     fn encode(&mut self) -> io::Result<()> {
-        let mut columns: Vec<ArrayRef> = Vec::new();
-        if let Some(names) = &mut self.names {
-            columns.push(Arc::new(names.finish()));
-        }
-        columns.push(Arc::new(self.t.finish()));
-        for builder in &mut self.numbers {
-            columns.push(Arc::new(builder.finish()));
-        }
-        columns.push(Arc::new(self.state.finish()));
-        columns.push(Arc::new(self.decision.finish()));
-        columns.push(Arc::new(self.flags.finish()));
-        self.encoder.write_columns(columns)
+        let mut columns: Vec<&mut dyn ArrayBuilder> = Vec::new();
+        columns.extend(self.names.iter_mut().map(|names| names as _));
+        columns.push(&mut self.t);
+        columns.extend(self.numbers.iter_mut().map(|numbers| numbers as _));
+        columns.extend([
+            &mut self.state as _,
+            &mut self.decision as _,
+            &mut self.flags as _,
+        ]);
+        self.encoder.write_built(columns)
     }
 }
 
@@ -209,10 +206,9 @@ fn schema(name: Option<&'static str>) -> Schema {
 mod tests {
     use super::*;
     use crate::parquet_encoder::ROW_GROUP;
-    use arrow_array::Array;
-    use arrow_array::RecordBatch;
     use arrow_array::cast::AsArray;
     use arrow_array::types::{Float32Type, Float64Type, UInt8Type};
+    use arrow_array::{Array, ArrayRef, RecordBatch};
     use estimator_core::{
         AngularRate, Flags, LinearAcceleration, PerAxis, Phase, Probabilities, Timestamp,
         VelocitySigma,

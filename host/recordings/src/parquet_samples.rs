@@ -11,7 +11,6 @@
 use std::io::{self, Write};
 use std::sync::Arc;
 
-use arrow_array::ArrayRef;
 use arrow_array::builder::{
     ArrayBuilder, Float32Builder, Float64Builder, StringDictionaryBuilder, UInt8Builder,
 };
@@ -87,14 +86,14 @@ impl<W: Write> ParquetSamples<W> {
 
     /// Encodes the pending rows.
     fn encode(&mut self) -> io::Result<()> {
-        let mut columns: Vec<ArrayRef> = vec![Arc::new(self.t.finish())];
-        for builder in &mut self.axes {
-            columns.push(Arc::new(builder.finish()));
-        }
-        columns.push(Arc::new(self.force.finish()));
-        columns.push(Arc::new(self.label.finish()));
-        columns.push(Arc::new(self.validity.finish()));
-        self.encoder.write_columns(columns)
+        let mut columns: Vec<&mut dyn ArrayBuilder> = vec![&mut self.t];
+        columns.extend(self.axes.iter_mut().map(|axis| axis as _));
+        columns.extend([
+            &mut self.force as _,
+            &mut self.label as _,
+            &mut self.validity as _,
+        ]);
+        self.encoder.write_built(columns)
     }
 }
 

@@ -26,24 +26,7 @@ use live::{LiveFoot, Session, Update};
 use crate::compat::{AllFeet, Compat};
 use crate::foot::Foot;
 use crate::message::{Contact, Float64, Message};
-
-/// A message with its topic and time of reception.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Published {
-    /// The topic.
-    pub topic: Arc<str>,
-    /// Time of reception of its data.
-    pub at: Timestamp,
-    /// The message.
-    pub message: Message,
-}
-
-impl Published {
-    pub(crate) fn new(topic: &Arc<str>, at: Timestamp, message: Message) -> Self {
-        let topic = Arc::clone(topic);
-        Self { topic, at, message }
-    }
-}
+use crate::published::Published;
 
 /// Messages from the updates of a session.
 #[derive(Debug)]
@@ -83,6 +66,13 @@ impl Bridge {
     pub fn without_place(&self) -> impl Iterator<Item = &str> {
         let all_feet = self.all_feet.iter();
         all_feet.flat_map(AllFeet::others).map(String::as_str)
+    }
+
+    /// Names of feet that combined messages report in swing, as they have sent no contact.
+    #[must_use]
+    pub fn absent(&self, session: &Session) -> Vec<&'static str> {
+        let all_feet = self.all_feet.as_ref();
+        all_feet.map_or_else(Vec::new, |feet| feet.absent(session.listening().us()))
     }
 
     /// Returns the messages for the newest update of a session.

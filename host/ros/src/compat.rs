@@ -3,12 +3,21 @@
 //! | name | program | topic | message | content |
 //! |---|---|---|---|---|
 //! | `champ` | [champ](https://github.com/chvmp/champ) | `/foot_contacts`, read by its state estimation | `champ_msgs/msg/ContactsStamped` | the decisions |
-//! | `pronto` | [pronto](https://github.com/ori-drs/pronto) | `/footfall/stance` | `pronto_msgs/msg/QuadrupedStance` | the decisions, as 0 or 1: its `legodo_handler_ros.cpp` treats any number above 0.01 as stance |
+//! | `pronto` | [pronto](https://github.com/ori-drs/pronto) | `/footfall/stance` | `pronto_msgs/msg/QuadrupedStance` | the decisions, as 0 or 1: it treats any number above 0.01 as stance |
 //! | `inekf` | [InEKF](https://github.com/RossHartley/invariant-ekf-ros) | `/contact`, the default of its `settings/contact_topic` | `inekf_msgs/msg/ContactArray` | the decisions, with the ids 0 to 3 |
 //! | `drift` | [DRIFT](https://github.com/UMich-CURLY/drift) | `/footfall/drift/contacts` | `custom_sensor_msgs/msg/ContactArray` | the decisions in the order of its `enum Leg`: right front, left front, right hind, left hind |
 //! | `muse` | [MUSE](https://github.com/iit-DLSLab/muse) | `/footfall/contact_detection` | `state_estimator_msgs/msg/ContactDetection` | the decisions |
 //! | `bool` | any, such as one that sets the contact flags of [legged_control](https://github.com/qiayuanl/legged_control) | `/footfall/FL/contact/decision` of each foot | `std_msgs/msg/Bool` | the decision |
 //! | `unitree` | any that compares the forces of a GO1 or Go2 with a threshold | `/footfall/lowstate` | `unitree_go/msg/LowState` | `foot_force` and `foot_force_est`: [`STANDS`] of a foot that stands, 0 of others, in Unitree's order, right front, left front, right hind, left hind; all else is 0 |
+//!
+//! Sources, each with its commit:
+//!
+//! | program | file | function |
+//! |---|---|---|
+//! | champ `1f87d64` | `champ_base/src/state_estimation.cpp` | `StateEstimation::synchronized_callback_` |
+//! | pronto `8cc55a5` | `pronto_quadruped_ros/src/legodo_handler_ros.cpp` | `FootSensorLegodoHandlerROS::processSecondaryMessage` |
+//! | `InEKF` `05bceec`, `927c4fe` | `inekf_ros/src/InEKF_ROS.cpp`, `Measurement.cpp` | `InEKF_ROS::subscribe`, `ContactMeasurement` |
+//! | DRIFT `06aedd4`, `286ae5b` | `ROS/drift/src/communication/ros_subscriber.cpp`, `include/drift/kinematics/mini_cheetah_kinematics.h` | `ROSSubscriber::MiniCheetahKinCallBack`, `enum Leg` |
 //!
 //! Where nothing else is said, the order is left front, right front, left hind, right hind. A message is created as
 //! soon as each of the four feet has a new contact; after 20 ms it is created without the silent feet, even if all
@@ -20,20 +29,33 @@ use std::sync::Arc;
 use estimator_core::Timestamp;
 use live::silence::COMPLETION_WAIT_US;
 
-use crate::bridge::Published;
 use crate::message::{
     Bool, Contact, ContactArray, ContactDetection, ContactsStamped, Header, LowState, Message,
     NumberedContact, QuadrupedStance, Time,
 };
+use crate::published::Published;
 
 /// Names of the feet, in the order of the messages.
 pub const FEET: [[&str; 2]; 4] = [["FL", "LF"], ["FR", "RF"], ["RL", "LH"], ["RR", "RH"]];
 
-/// The feet in the order right front, left front, right hind, left hind.
-const RIGHT_FIRST: [usize; 4] = [1, 0, 3, 2];
+/// The feet in the order right front, left front, right hind, left hind, by their places in [`FEET`].
+pub const RIGHT_FIRST: [usize; 4] = [1, 0, 3, 2];
+
+/// Topic of the states of a Unitree robot.
+pub const LOW_STATE_TOPIC: &str = "/footfall/lowstate";
+
+/// Place of a foot in [`FEET`]; letters count alike in upper and lower case.
+#[must_use]
+pub fn place(name: &str) -> Option<usize> {
+    let is = |names: &[&str; 2]| names.iter().any(|own| own.eq_ignore_ascii_case(name));
+    FEET.iter().position(is)
+}
 
 /// `foot_force` of a foot that stands: above the thresholds of those who read it, most of them 20 to 60.
 pub const STANDS: i16 = 100;
+
+/// Listening time after the first contact after which feet without one are named as absent, µs.
+const ABSENT_US: u64 = 1_000_000;
 
 /// Program whose messages are created.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -100,6 +122,13 @@ impl Compat {
         }
     }
 
+    /// Topics of its messages.
+    #[must_use]
+    pub fn topics(self) -> Vec<String> {
+        let messages = self.messages(&Header::default(), [false; 4]);
+        messages.into_iter().map(|(topic, _)| topic).collect()
+    }
+
     /// Messages with their topics: whether the feet stand, in the order of [`FEET`].
     fn messages(self, header: &Header, stands: [bool; 4]) -> Vec<(String, Message)> {
         let header = header.clone();
@@ -142,7 +171,7 @@ impl Compat {
             Self::Unitree => {
                 let forces = RIGHT_FIRST.map(|foot| if stands[foot] { STANDS } else { 0 });
                 let state = Box::new(LowState::with_forces(forces));
-                ("/footfall/lowstate", Message::Unitree(state))
+                (LOW_STATE_TOPIC, Message::Unitree(state))
             }
             Self::Bool => {
                 let feet = FEET.iter().zip(stands);
@@ -171,6 +200,10 @@ pub struct AllFeet {
     feet: [Option<Stance>; 4],
     /// Listening time of the newest message, or of the first contact, µs.
     made_us: Option<u64>,
+    /// Listening time of the first contact, µs.
+    first_us: Option<u64>,
+    /// Whether each foot has sent a contact.
+    heard: [bool; 4],
     /// Names of feet outside [`FEET`].
     others: BTreeSet<String>,
 }
@@ -193,6 +226,8 @@ impl AllFeet {
             compats,
             feet: [None; 4],
             made_us: None,
+            first_us: None,
+            heard: [false; 4],
             others: BTreeSet::new(),
         }
     }
@@ -203,11 +238,22 @@ impl AllFeet {
         &self.others
     }
 
+    /// Names of the feet that have sent no contact in the second after the first one of any foot, and count as in swing;
+    /// none before.
+    #[must_use]
+    pub fn absent(&self, listened_us: u64) -> Vec<&'static str> {
+        let is_known = self
+            .first_us
+            .is_some_and(|first_us| listened_us.saturating_sub(first_us) >= ABSENT_US);
+        let feet = FEET.iter().zip(self.heard);
+        let absent = feet.filter(|(_, heard)| is_known && !heard);
+        absent.map(|([name, _], _)| *name).collect()
+    }
+
     /// Processes a contact received at `at` and `listened_us` of the listening time; returns the messages that it completes.
     pub fn take(&mut self, contact: &Contact, at: Timestamp, listened_us: u64) -> Vec<Published> {
         let name = contact.foot.as_str();
-        let is = |names: &[&str; 2]| names.iter().any(|own| own.eq_ignore_ascii_case(name));
-        let Some(place) = FEET.iter().position(is) else {
+        let Some(place) = place(name) else {
             if !self.others.contains(name) {
                 self.others.insert(name.to_owned());
             }
@@ -217,6 +263,8 @@ impl AllFeet {
             stands: contact.valid && contact.decision,
             stamp: contact.header.stamp,
         });
+        self.heard[place] = true;
+        self.first_us.get_or_insert(listened_us);
         self.made_us.get_or_insert(listened_us);
         if self.feet.iter().all(Option::is_some) {
             return self.make(at, listened_us);

@@ -55,6 +55,9 @@ const LOW_STATE: &str = include_str!("../../recordings/src/input/bag/definition/
 /// Definition of a contact, from the interface package.
 pub const CONTACT: &str = include_str!("../../../ros2/footfall_msgs/msg/Contact.msg");
 
+/// Definition of an event, from the interface package.
+pub const EVENT: &str = include_str!("../../../ros2/footfall_msgs/msg/Event.msg");
+
 /// Definition of a message type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Definition {
@@ -76,6 +79,12 @@ impl Definition {
     pub const CONTACT: Self = Self {
         name: "footfall_msgs/msg/Contact",
         own: CONTACT,
+        others: &IN_HEADER,
+    };
+    /// Event.
+    pub const EVENT: Self = Self {
+        name: "footfall_msgs/msg/Event",
+        own: EVENT,
         others: &IN_HEADER,
     };
     /// IMU sample.
@@ -182,6 +191,7 @@ impl Definition {
     pub const fn of(message: &Message) -> Self {
         match message {
             Message::Contact(_) => Self::CONTACT,
+            Message::Event(_) => Self::EVENT,
             Message::Imu(_) => Self::IMU,
             Message::Velocity(_) => Self::VELOCITY,
             Message::Number(_) => Self::FLOAT64,
@@ -218,10 +228,11 @@ impl Definition {
 mod tests {
     use super::*;
     use estimator_core::{Flag, Flags, Phase};
+    use recordings::events::Kind;
 
-    /// Value of a constant of [`CONTACT`].
-    fn constant(name: &str) -> Option<u8> {
-        let line = CONTACT
+    /// Value of a constant of a definition.
+    fn constant(definition: &str, name: &str) -> Option<u8> {
+        let line = definition
             .lines()
             .find_map(|line| line.strip_prefix(&format!("uint8 {name}=")));
         line.and_then(|value| value.parse().ok())
@@ -231,15 +242,25 @@ mod tests {
     fn definition_contains_every_phase_and_flag() {
         for phase in Phase::ALL {
             let name = format!("STATE_{}", phase.name().to_uppercase());
-            assert_eq!(constant(&name), Some(crate::foot::state(phase)), "{name}");
+            let number = crate::foot::state(phase);
+            assert_eq!(constant(CONTACT, &name), Some(number), "{name}");
         }
         for flag in Flag::ALL {
             let name = format!("FLAG_{}", flag.name().to_uppercase());
             assert_eq!(
-                constant(&name),
+                constant(CONTACT, &name),
                 Some(Flags::NONE.with(flag).bits()),
                 "{name}"
             );
+        }
+    }
+
+    #[test]
+    fn definition_contains_every_kind_of_event() {
+        for kind in Kind::ALL {
+            let name = kind.name().to_uppercase();
+            let number = crate::estimates::kind_number(kind);
+            assert_eq!(constant(EVENT, &name), Some(number), "{name}");
         }
     }
 }

@@ -5,16 +5,18 @@
 //! | `/footfall/FL/contact` | `footfall_msgs/msg/Contact` |
 //! | `/footfall/FL/contact/probability` | `std_msgs/msg/Float64`: P alone; 0 if the estimate is invalid |
 //! | `/footfall/FL/velocity` | `geometry_msgs/msg/TwistWithCovarianceStamped`: zero, with the variance of the estimate |
+//! | `/footfall/FL/event` | `footfall_msgs/msg/Event` |
 
 use std::sync::Arc;
 
 use estimator_core::{ContactEstimate, Decision, Timestamp};
+use recordings::events::{self, Kind};
 use wire::Faults;
 use wire::pdo::Status;
 
-use crate::bridge::Published;
 use crate::foot::{state, zero_velocity};
-use crate::message::{Contact, Float64, Header, Message, Time};
+use crate::message::{Contact, Event, Float64, Header, Message, Time};
+use crate::published::Published;
 use crate::topics::Topics;
 
 /// Converter of the estimates of a foot.
@@ -38,14 +40,40 @@ impl Estimates {
 
     /// Topics of the messages.
     #[must_use]
-    pub fn topics(&self) -> [&Arc<str>; 3] {
+    pub fn topics(&self) -> [&Arc<str>; 4] {
         let Topics {
             contact,
             probability,
             velocity,
+            event,
             ..
         } = &self.topics;
-        [contact, probability, velocity]
+        [contact, probability, velocity, event]
+    }
+
+    fn header(&self, stamp: Timestamp) -> Header {
+        Header {
+            stamp: Time::from(stamp),
+            frame_id: self.topics.frame.as_ref().to_owned(),
+        }
+    }
+
+    /// Returns the message of an event at `stamp` since 1970, which is written at `at`.
+    #[must_use]
+    pub fn event(&self, event: &events::Event, stamp: Timestamp, at: Timestamp) -> Published {
+        let message = Event {
+            header: self.header(stamp),
+            foot: self.name.clone(),
+            kind: kind_number(event.kind),
+            duration: event.duration_us.map_or(f64::NAN, |us| us as f64 * 1.0e-6),
+            p_peak: event.peak,
+            distance: event.distance_m.unwrap_or(f64::NAN),
+        };
+        Published {
+            topic: Arc::clone(&self.topics.event),
+            at,
+            message: Message::Event(message),
+        }
     }
 
     /// Returns the messages of the next estimate, whose sample was acquired at `stamp` since 1970; they are written
@@ -64,10 +92,7 @@ impl Estimates {
         );
         let probabilities = &estimate.probabilities;
         let contact = Contact {
-            header: Header {
-                stamp: Time::from(stamp),
-                frame_id: self.topics.frame.as_ref().to_owned(),
-            },
+            header: self.header(stamp),
             foot: self.name.clone(),
             node: 0,
             p_stable: probabilities.stable,
@@ -86,7 +111,7 @@ impl Estimates {
             false => 0.0,
         };
         let velocity = zero_velocity(&contact.header, estimate.velocity_sigma);
-        let [on_contact, on_probability, on_velocity] = self.topics();
+        let [on_contact, on_probability, on_velocity, _] = self.topics();
         let publish = |topic: &Arc<str>, message| Published {
             topic: Arc::clone(topic),
             at,
@@ -97,5 +122,17 @@ impl Estimates {
             publish(on_probability, Message::Number(Float64 { data })),
             publish(on_contact, Message::Contact(contact)),
         ]
+    }
+}
+
+/// Number of a kind of event in [`Event`].
+pub(crate) const fn kind_number(kind: Kind) -> u8 {
+    match kind {
+        Kind::TouchDown => 1,
+        Kind::LiftOff => 2,
+        Kind::SlipStart => 3,
+        Kind::SlipEnd => 4,
+        Kind::UnstableStart => 5,
+        Kind::UnstableEnd => 6,
     }
 }

@@ -10,11 +10,11 @@ use live::session::SEVERAL_BOARDS;
 use wire::uart::RawSample;
 use wire::{Counter, Fault, Faults};
 
-use crate::bridge::Published;
 use crate::message::{
     Contact, DiagnosticArray, DiagnosticStatus, Header, Imu, KeyValue, Level, Message, Quaternion,
     Time, TwistWithCovariance, TwistWithCovarianceStamped, Vector3,
 };
+use crate::published::Published;
 use crate::topics::{DIAGNOSTICS, NODE, Topics};
 
 /// Standard gravity, m/s².

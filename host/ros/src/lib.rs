@@ -5,12 +5,14 @@
 //! | messages, and their encoding (CDR) | [`message`] |
 //! | message definitions, as stored in recordings | [`definition`] |
 //! | topics of a foot | [`topics`] |
+//! | message on a topic | [`published`] |
 //! | conversion of a foot's data to messages on topics | [`bridge`] |
 //! | conversion of recorded samples to messages on topics | [`samples`] |
 //! | conversion of estimates from a recording to messages on topics | [`estimates`] |
 //! | contacts of all feet in one message of other programs | [`compat`] |
 //! | messages of a foot | `foot` |
 //! | recording of messages: MCAP, rosbag2 | `mcap_file`, `rosbag2_file`, with the feature `bags` |
+//! | node that publishes the messages | `node`, with the feature `node` |
 
 pub mod bridge;
 pub mod compat;
@@ -20,17 +22,21 @@ mod foot;
 #[cfg(feature = "bags")]
 pub mod mcap_file;
 pub mod message;
+#[cfg(feature = "node")]
+pub mod node;
+pub mod published;
 #[cfg(feature = "bags")]
 pub mod rosbag2_file;
 pub mod samples;
 pub mod topics;
 
-pub use bridge::{Bridge, Published};
+pub use bridge::Bridge;
 pub use compat::{AllFeet, Compat};
 pub use estimates::Estimates;
 #[cfg(feature = "bags")]
 pub use mcap_file::McapFile;
 pub use message::Message;
+pub use published::Published;
 #[cfg(feature = "bags")]
 pub use rosbag2_file::Rosbag2File;
 pub use samples::Samples;

@@ -10,8 +10,8 @@ use std::sync::Arc;
 use mcap::records::MessageHeader;
 use mcap::{Compression, McapError, WriteOptions, Writer};
 
-use crate::bridge::Published;
 use crate::definition::Definition;
+use crate::published::Published;
 
 /// Maximum size of a chunk before compression, bytes.
 const CHUNK: u64 = 1 << 20;

@@ -115,6 +115,18 @@ pub struct Contact {
     pub sequence: u16,
 }
 
+/// `footfall_msgs/msg/Event`; `ros2/footfall_msgs/msg/Event.msg` describes its fields.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "the definition has them")]
+pub struct Event {
+    pub header: Header,
+    pub foot: String,
+    pub kind: u8,
+    pub duration: f64,
+    pub p_peak: f32,
+    pub distance: f64,
+}
+
 /// `std_msgs/msg/Float64`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Float64 {
@@ -270,6 +282,8 @@ pub struct DiagnosticArray {
 pub enum Message {
     /// The contact.
     Contact(Contact),
+    /// Event of a recording.
+    Event(Event),
     /// The IMU.
     Imu(Box<Imu>),
     /// A velocity.
@@ -352,6 +366,7 @@ mod tests {
         };
         for message in [
             Message::Contact(Contact::default()),
+            Message::Event(Event::default()),
             Message::Imu(Box::default()),
             Message::Velocity(Box::default()),
             Message::Number(Float64::default()),

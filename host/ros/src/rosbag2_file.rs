@@ -11,8 +11,8 @@ use std::sync::Arc;
 use rusqlite::{Connection, params};
 use thiserror::Error;
 
-use crate::bridge::Published;
 use crate::definition::Definition;
+use crate::published::Published;
 
 /// Tables of storage version 3.
 const TABLES: &str = "

@@ -16,9 +16,9 @@ use estimator_core::{Load, Timestamp, Validity};
 use recordings::recording::{Label, RecordedSample};
 use recordings::validity::name_of;
 
-use crate::bridge::Published;
 use crate::foot::{ABSENT, vector};
 use crate::message::{Bool, Float64, Header, Imu, Message, Text, Time};
+use crate::published::Published;
 use crate::topics::Topics;
 
 /// Latest time that a message of ROS 2 can have, µs since 1970: in the year 2038.

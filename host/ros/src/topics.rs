@@ -26,6 +26,8 @@ pub struct Topics {
     pub load: Arc<str>,
     /// `sensor_msgs/msg/Imu`.
     pub imu: Arc<str>,
+    /// `footfall_msgs/msg/Event`, of recordings alone.
+    pub event: Arc<str>,
     /// Frame of the foot in headers.
     pub frame: Arc<str>,
     /// Hardware id of the board in diagnostics.
@@ -49,12 +51,13 @@ impl Topics {
             velocity: format!("/footfall/{part}/velocity").into(),
             load: format!("/footfall/{part}/load").into(),
             imu: format!("/footfall/{part}/imu").into(),
+            event: format!("/footfall/{part}/event").into(),
             frame: frame.replace("{foot}", &part).into(),
             hardware: FRAME.replace("{foot}", &part).into(),
         }
     }
 
-    /// Returns all topics with their message types, including diagnostics.
+    /// Returns all topics of streaming feet with their message types, including diagnostics.
     #[must_use]
     pub fn all(&self) -> [(&str, Definition); 6] {
         [

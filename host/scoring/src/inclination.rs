@@ -7,8 +7,8 @@ use estimator_core::{ContactEstimate, Quaternion};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use recordings::recording::Recording;
-use recordings::space::{Rotation, Vector};
+use samples::recording::Recording;
+use samples::space::{Rotation, Vector};
 
 /// Angle between the vertical of the estimate and that of the truth in the sensor frame, 0 to 180 degrees.
 #[must_use]

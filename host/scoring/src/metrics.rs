@@ -3,7 +3,7 @@
 //! All figures are computed in f64 over the samples whose label is known. A probability above
 //! [`DECISION_THRESHOLD`](crate::scored::DECISION_THRESHOLD) counts as the answer "stable".
 
-use recordings::recording::Label;
+use samples::recording::Label;
 use schemars::JsonSchema;
 use serde::Serialize;
 

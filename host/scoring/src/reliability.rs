@@ -75,7 +75,7 @@ impl Sums {
 mod tests {
     use super::*;
     use estimator_core::Timestamp;
-    use recordings::recording::Label;
+    use samples::recording::Label;
 
     fn scored(pairs: &[(f64, u8)]) -> Vec<Scored> {
         let sample = |(probability, label): &(f64, u8)| Scored {

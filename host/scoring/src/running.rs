@@ -1,6 +1,6 @@
 //! Figures of a recording that is too long to keep in memory, with eight bytes per sample.
 
-use recordings::recording::Label;
+use samples::recording::Label;
 
 use crate::metrics::{Answers, Metrics, latency, roc_auc_of};
 use crate::reliability::Sums;

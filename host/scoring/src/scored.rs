@@ -1,7 +1,7 @@
 //! Probability with the truth.
 
 use estimator_core::{ContactEstimate, Timestamp};
-use recordings::recording::{Label, RecordedSample};
+use samples::recording::{Label, RecordedSample};
 
 /// Probability above which the answer is "stable".
 pub const DECISION_THRESHOLD: f64 = 0.5;

@@ -17,6 +17,7 @@ The estimator is that of the firmware and of the program ``footfall``, to the bi
 :func:`simulate`            a recording of a simulated foot, with the truth about it
 :func:`calibrate`           what a foot teaches, for a warm start
 :func:`score`               RMSE, ROC-AUC and calibration error against labels
+:func:`select`              parameters that fit the labels of recordings best
 :func:`batch`               all recordings of a tree, as tables of Parquet
 :class:`ContactClassifier`  the estimator in the form of scikit-learn's classifiers
 ==========================  ==================================================================
@@ -31,6 +32,7 @@ from ._footfall import AXES, FLAGS, SENT_FLAGS, STATES, __version__
 from ._recording import Recording, Simulation, read, simulate
 from ._result import Event, Finding, Result
 from ._score import Score, score
+from ._select import Candidate, Figure, LeftOut, Selection, select
 from ._settings import Config, Gravity, Preset, Times, TimeUnit
 from ._stream import Estimate, Estimator
 
@@ -40,18 +42,22 @@ __all__ = [
     "SENT_FLAGS",
     "STATES",
     "Calibration",
+    "Candidate",
     "Config",
     "ContactClassifier",
     "Decoded",
     "Estimate",
     "Estimator",
     "Event",
+    "Figure",
     "Finding",
     "Gravity",
+    "LeftOut",
     "Preset",
     "Recording",
     "Result",
     "Score",
+    "Selection",
     "Simulation",
     "TimeUnit",
     "Times",
@@ -63,5 +69,6 @@ __all__ = [
     "estimate_file",
     "read",
     "score",
+    "select",
     "simulate",
 ]

@@ -148,8 +148,8 @@ impl Work<'_> {
             let for_good = false;
             return Ok(Err(Failure { sentence, for_good }));
         }
-        let params = self.settings.params(format);
-        let origins = self.settings.origins(&file);
+        let params = self.settings.resolved.params(format);
+        let origins = self.settings.resolved.origins(&file);
         if let Err(refusal) = origins.check_effects(&params) {
             return Ok(Err(for_good(refusal.to_string())));
         }
@@ -178,7 +178,7 @@ impl Work<'_> {
                 (self.progress)(READING + (1.0 - READING) * share);
             };
             let names = foot.about.names_with(self.identity.foot.as_deref());
-            let params = self.settings.params_of(&names, format);
+            let params = self.settings.resolved.params_of(&names, format);
             match self.estimate_foot(&mut foot, format, &params, &progress)? {
                 Ok((place, status, found)) => {
                     let origin = self.origin(feet, Some(fingerprint), status);
@@ -294,7 +294,7 @@ impl Work<'_> {
         };
         let flagged =
             |flag: Flag| summary.flag_counts.get(flag.name()).copied().unwrap_or(0) as u64;
-        let preset = self.settings.preset;
+        let preset = self.settings.resolved.preset;
         let window = preset.window_notice(format, &params, &self.identity.name, about.sample_rate);
         let notices = about.notices.iter().map(|notice| self.by_name(notice));
         let metrics = summary.metrics.as_ref();

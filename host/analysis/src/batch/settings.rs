@@ -2,13 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use estimator_core::{Params, WindowLength};
 use recordings::input::{
     Correction, Decimal, Format, Hints, Scale, TableOptions, TimeUnit, Times, Topics, is_among,
 };
 use serde::Serialize;
 
-use crate::config::{GRAVITIES, LearntValues, Origins, Overrides, Preset, RateOrigin, word_of};
+use crate::config::{GRAVITIES, LearntValues, Resolved, word_of};
 use crate::parameters::{CorrectionReport, ParametersReport};
 
 /// Treatment of implausible recordings.
@@ -34,17 +33,11 @@ pub enum FeetWanted {
 /// Settings for reading and estimating recordings.
 #[derive(Debug, Default)]
 pub struct Settings {
-    /// Preset from which the parameters start.
-    pub preset: Preset,
-    /// Name and text of the configuration file.
-    pub config: Option<(String, String)>,
-    /// Settings in the configuration file.
-    pub overrides: Overrides,
-    /// Length of the window, if set outside the configuration file.
-    pub window: Option<WindowLength>,
+    /// Settings of preset, configuration file and options.
+    pub resolved: Resolved,
     /// Format of all recordings, if given.
     pub format: Option<Format>,
-    /// Properties of the files beyond their format.
+    /// Properties of the files beyond their format: those of `resolved`, and the options of reading.
     pub hints: Hints,
     /// Treatment of implausible recordings.
     pub plausibility: Plausibility,
@@ -53,14 +46,6 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Returns the parameters for a foot with these names in recordings of a format.
-    #[must_use]
-    pub fn params_of(&self, names: &[&str], format: Format) -> Params {
-        let mut params = self.params(format);
-        self.overrides.apply_foot(names, &mut params);
-        params
-    }
-
     /// Returns the feet with a correction of their own that is that of no recording: neither are they among the names
     /// `feet`, nor is their correction among `corrections`, each a JSON object as in the row of a recording.
     #[must_use]
@@ -77,38 +62,6 @@ impl Settings {
         own.filter(|(foot, correction)| !is_among(foot, feet) && !is_applied(correction))
             .map(|(foot, _)| foot.as_str())
             .collect()
-    }
-
-    /// Returns the parameters for recordings of a format.
-    #[must_use]
-    pub fn params(&self, format: Format) -> Params {
-        let mut params = self.preset.params(format);
-        self.overrides.apply(&mut params);
-        if let Some(window) = self.window {
-            params.window = window;
-        }
-        params
-    }
-
-    /// Returns the sources of the parameters, for errors about a recording.
-    #[must_use]
-    pub fn origins<'a>(&'a self, recording: &'a str) -> Origins<'a> {
-        let (file, text) = match &self.config {
-            Some((file, text)) => (Some(file.as_str()), text.as_str()),
-            None => (None, ""),
-        };
-        Origins {
-            file,
-            text,
-            overrides: &self.overrides,
-            window: self.window,
-            recording,
-            sample_rate: match (self.hints.sample_rate, self.overrides.sample_rate_hz) {
-                (None, _) => RateOrigin::Recording,
-                (Some(given), Some(configured)) if given == configured => RateOrigin::Configuration,
-                (Some(_), _) => RateOrigin::Option,
-            },
-        }
     }
 
     /// Returns the BLAKE3 hash, in hexadecimal, of everything that affects results besides the recording and the
@@ -132,8 +85,9 @@ impl Settings {
             times,
         } = table;
         let all = Hashed {
-            preset: self.preset.name(),
-            parameters: Format::ALL.map(|format| ParametersReport::of(&self.params(format))),
+            preset: self.resolved.preset.name(),
+            parameters: Format::ALL
+                .map(|format| ParametersReport::of(&self.resolved.params(format))),
             format: self.format.map(Format::name),
             sample_rate: *sample_rate,
             gravity: gravity.map(|gravity| word_of(&GRAVITIES, gravity)),
@@ -143,10 +97,19 @@ impl Settings {
                 .map(|(foot, correction)| (foot.clone(), CorrectionReport::from(correction)))
                 .collect(),
             foot_learnt: self
+                .resolved
                 .overrides
                 .feet
                 .iter()
                 .filter_map(|(foot, own)| Some((foot.clone(), own.learnt?)))
+                .collect(),
+            foot_numbers: self
+                .resolved
+                .overrides
+                .feet
+                .iter()
+                .map(|(foot, own)| (foot.clone(), own.numbers()))
+                .filter(|(_, numbers)| !numbers.is_empty())
                 .collect(),
             map: mapping.to_string(),
             units: units.to_string(),
@@ -188,6 +151,8 @@ struct Hashed {
     foot_corrections: BTreeMap<String, CorrectionReport>,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     foot_learnt: BTreeMap<String, LearntValues>,
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    foot_numbers: BTreeMap<String, BTreeMap<&'static str, f32>>,
     map: String,
     units: String,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -209,13 +174,25 @@ struct Hashed {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use estimator_core::Gravity;
+    use crate::config::{Overrides, Preset};
+    use estimator_core::{Gravity, WindowLength};
 
     #[test]
     fn hash_depends_on_settings_but_not_on_feet() {
+        fn threshold() -> Overrides {
+            Overrides::parse("decision.threshold = 0.6", "x").unwrap()
+        }
         let set = |change: fn(&mut Settings)| {
             let mut settings = Settings::default();
             change(&mut settings);
+            settings.blake3()
+        };
+        let of_feet = |text: &str| {
+            let overrides = Overrides::parse(text, "x").unwrap();
+            let foot_corrections = overrides.foot_corrections("x").unwrap();
+            let mut settings = Settings::default();
+            settings.resolved.overrides = overrides;
+            settings.hints.foot_corrections = foot_corrections;
             settings.blake3()
         };
         let unchanged = set(|_| ());
@@ -224,9 +201,13 @@ mod tests {
             set(|s| s.feet = FeetWanted::Named("fl".to_owned()))
         );
         let changed = [
-            set(|s| s.preset = Preset::Paper),
-            set(|s| s.overrides = Overrides::parse("decision.threshold = 0.6", "x").unwrap()),
-            set(|s| s.window = Some(WindowLength::Samples(7))),
+            set(|s| s.resolved.preset = Preset::Paper),
+            set(|s| s.resolved.overrides = threshold()),
+            of_feet("feet.fl.load.on_threshold = 20"),
+            of_feet("feet.fr.load.on_threshold = 20"),
+            of_feet("feet.fl.decision.threshold = 0.6"),
+            of_feet("feet.fl.axes = '-x,-y,z'"),
+            set(|s| s.resolved.window = Some(WindowLength::Samples(7))),
             set(|s| s.format = Some(Format::Csv)),
             set(|s| s.hints.sample_rate = Some(100.0)),
             set(|s| s.hints.gravity = Some(Gravity::Removed)),

@@ -10,7 +10,7 @@
 use std::fmt;
 
 use estimator_core::Gravity;
-use gait::sensor::{GRAVITY, MILLI_DPS, MILLI_G};
+use lsm6dsox::scale::{DEGREE, STANDARD_GRAVITY};
 use recordings::recording::Recording;
 use recordings::space::Vector;
 use schemars::JsonSchema;
@@ -19,6 +19,15 @@ use thiserror::Error;
 use wire::dictionary::index;
 
 use super::rests::{Rest, rests};
+
+/// Standard gravity, m/s².
+const GRAVITY: f64 = STANDARD_GRAVITY as f64;
+
+/// One mg, m/s².
+const MILLI_G: f64 = 1e-3 * GRAVITY;
+
+/// One m°/s, rad/s.
+const MILLI_DPS: f64 = 1e-3 * DEGREE as f64;
 
 /// Least number of orientations: one per unknown.
 const ORIENTATIONS: usize = 6;

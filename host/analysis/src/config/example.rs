@@ -7,8 +7,9 @@ use recordings::input::Format;
 use wire::dictionary::Address;
 
 use super::Preset;
-use super::keys::{Key, keys};
-use super::nearest::{nearest, or};
+use super::keys::{Key, OF_FOOT, keys};
+use super::near_keys::near_keys;
+use crate::nearest::did_you_mean;
 
 /// Returns a file in which every key is commented out, with its preset value, meaning, unit and range. Each line
 /// is valid alone, without the header of a table.
@@ -51,10 +52,8 @@ pub fn explain(path: &str) -> Result<String, String> {
     if !keys.is_empty() {
         return Ok(keys.join("\n"));
     }
-    Err(match nearest(path) {
-        nearest if nearest.is_empty() => "footfall config --example lists all keys".to_owned(),
-        nearest => format!("did you mean {}?", or(&nearest)),
-    })
+    Err(did_you_mean(&near_keys(path))
+        .unwrap_or_else(|| "footfall config --example lists all keys".to_owned()))
 }
 
 fn explained(key: &Key) -> String {
@@ -116,6 +115,7 @@ fn note(key: &Key, params: &Params) -> Option<&'static str> {
         "feet.FL.axes" => {
             Some("Of the foot FL alone; [feet.FL] also takes learnt, accelerometer and gyroscope")
         }
+        path if path.starts_with(OF_FOOT) => Some("Of the foot FL alone"),
         _ => None,
     }
 }

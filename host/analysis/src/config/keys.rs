@@ -6,7 +6,8 @@ use recordings::number::shown;
 use wire::dictionary::{self, Address};
 
 use super::correction::{ACCELEROMETER_BIAS, ACCELEROMETER_SCALE, GYROSCOPE_BIAS, Limits};
-use super::numbers::{Written, split_axis};
+use super::notation::Notation;
+use super::numbers::split_axis;
 use super::value::{GRAVITIES, LEARNINGS, METHODS, gyro_timing_text, window_text, word_of};
 
 /// A key of a configuration file.
@@ -81,9 +82,18 @@ pub fn keys() -> Vec<Key> {
     for limits in [ACCELEROMETER_BIAS, ACCELEROMETER_SCALE, GYROSCOPE_BIAS] {
         all.push(key(limits.key, Kind::Correction(limits)));
     }
-    all.push(key("feet.FL.axes", Kind::Axes));
+    let of_foot = |path: &str| format!("{OF_FOOT}{path}");
+    all.push(key(&of_foot("axes"), Kind::Axes));
+    let numbers = Parameter::ALL.into_iter().filter(|number| {
+        let name = number.name();
+        name.starts_with("decision.") || name.starts_with("load.")
+    });
+    all.extend(numbers.map(|number| key(&of_foot(number.name()), Kind::Numbers(vec![number]))));
     all
 }
+
+/// Beginning of the keys of one foot.
+pub(super) const OF_FOOT: &str = "feet.FL.";
 
 impl Key {
     /// Returns the meaning, as a phrase.
@@ -126,15 +136,15 @@ impl Key {
     /// Returns the accepted values.
     #[must_use]
     pub fn range(&self) -> String {
-        let of_row = |row: &Row, written: Written| {
-            let [least, most] = [row.least, row.most].map(|limit| written.number(limit));
+        let of_row = |row: &Row, notation: Notation| {
+            let [least, most] = [row.least, row.most].map(|limit| notation.number(limit));
             format!("{least} to {most}")
         };
         let of_words = |words: [&str; 2]| format!("\"{}\" or \"{}\"", words[0], words[1]);
         match &self.kind {
             Kind::Numbers(numbers) => numbers.first().map_or_else(String::new, |number| {
                 let row = number.row();
-                let range = of_row(&row, Written::As(row.unit));
+                let range = of_row(&row, Notation::As(row.unit));
                 match (numbers.len(), number) {
                     (1, Parameter::LoadOffThreshold) => {
                         format!("{range}, and not above load.on_threshold")
@@ -154,14 +164,15 @@ impl Key {
             Kind::Learning => of_words(LEARNINGS.map(|(word, _)| word)),
             Kind::Window => format!(
                 "\"{}ms\", or \"1samples\" and more",
-                of_row(&parameter::WINDOW, Written::Milliseconds).replace(" to ", "ms\" to \"")
+                of_row(&parameter::WINDOW, Notation::Milliseconds).replace(" to ", "ms\" to \"")
             ),
             Kind::GyroTiming => format!(
                 "\"period_mean\", or \"{}ms\"",
-                of_row(&parameter::GYRO_DELAY, Written::Milliseconds).replace(" to ", "ms\" to \"")
+                of_row(&parameter::GYRO_DELAY, Notation::Milliseconds)
+                    .replace(" to ", "ms\" to \"")
             ),
             Kind::Learnt(place) => learnt_row(*place)
-                .map_or_else(String::new, |row| of_row(row, Written::As(row.unit))),
+                .map_or_else(String::new, |row| of_row(row, Notation::As(row.unit))),
             Kind::Correction(limits) => format!(
                 "{} to {}; a table of {}",
                 shown(limits.least),
@@ -239,7 +250,7 @@ impl Key {
     #[must_use]
     pub fn used(&self) -> &'static str {
         match &self.kind {
-            Kind::Numbers(_) => match self.path.split('.').next() {
+            Kind::Numbers(_) => match self.of_all_feet().split('.').next() {
                 Some("bandwidth" | "half_width") => HALF_WIDTHS_ONLY,
                 Some("decision") => "the decision: columns decision and state",
                 Some("load") => "the state, where there is a load signal",
@@ -260,12 +271,16 @@ impl Key {
         }
     }
 
+    /// Returns the path of the same key for all feet.
+    fn of_all_feet(&self) -> &str {
+        self.path.strip_prefix(OF_FOOT).unwrap_or(&self.path)
+    }
+
     /// Returns the object addresses on a foot; empty if a foot has none.
     #[must_use]
     pub fn objects(&self) -> Vec<Address> {
-        let of_all_feet = self.path.strip_prefix("feet.FL.").unwrap_or(&self.path);
         dictionary::settings()
-            .filter(|(_, entry)| split_axis(entry.key.as_str()).0 == of_all_feet)
+            .filter(|(_, entry)| split_axis(entry.key.as_str()).0 == self.of_all_feet())
             .map(|(address, _)| address)
             .collect()
     }

@@ -1,6 +1,6 @@
 //! Parameters from preset, file format, configuration file and options.
 //!
-//! Later sources override earlier ones: preset, then the configuration file, then options.
+//! Later sources override earlier ones: preset, then the configuration file, then options. [`Resolved`] merges them.
 //!
 //! A configuration file is TOML. Every key is optional and carries its unit; an unknown key is an error. A setting
 //! per sensor is one number for its three axes or a table of axes.
@@ -42,8 +42,9 @@
 //! [gyroscope]                     # taken off the recording's readings
 //! bias_rad_s = { wx = 0.004, wy = -0.002, wz = 0.001 }
 //!
-//! [feet.FR]                       # of this foot: axes, learnt, accelerometer and gyroscope
+//! [feet.FR]                       # of this foot: axes, learnt, accelerometer, gyroscope, decision and load
 //! axes = "-x,z,y"
+//! load = { on_threshold = 20.0, off_threshold = 14.0 }
 //! "#;
 //! let overrides = analysis::config::Overrides::parse(text, "robot.toml")?;
 //! let mut params = estimator_core::Params::DEFAULT;
@@ -89,11 +90,13 @@ mod correction;
 mod example;
 mod keys;
 mod learnt;
-mod nearest;
+mod near_keys;
+mod notation;
 mod numbers;
 mod position;
 mod preset;
 mod refusal;
+mod resolved;
 mod value;
 
 use std::collections::BTreeMap;
@@ -111,14 +114,17 @@ pub use keys::{Key, keys};
 pub use learnt::{ClassesValues, LearntValues};
 pub use numbers::Numbers;
 pub use position::Position;
-pub use preset::Preset;
+pub use preset::{Preset, default_params};
 pub use refusal::{Origins, RateOrigin, Refusal};
+pub use resolved::{ConfigFile, Resolved};
 pub use value::{
     FootAxes, GRAVITIES, LEARNINGS, METHODS, gyro_timing_text, parse_axes, parse_gravity,
     parse_gyro_timing, parse_learning, parse_method, parse_sample_rate, parse_seconds,
     parse_window, window_text, word_of,
 };
 
+use crate::nearest::did_you_mean;
+use near_keys::near_keys;
 use value::checked_sample_rate;
 
 /// A configuration file: what it sets differs from the preset, the rest does not.
@@ -189,6 +195,32 @@ pub struct FootOverrides {
     /// Errors of the gyroscope.
     #[serde(default)]
     pub gyroscope: GyroscopeOverrides,
+    /// The debounced decision.
+    #[serde(default, deserialize_with = "numbers::decision")]
+    pub decision: Numbers,
+    /// The load trigger: the zero of a foot's sensor is its own.
+    #[serde(default, deserialize_with = "numbers::load")]
+    pub load: Numbers,
+}
+
+impl FootOverrides {
+    /// Applies the settings to `params`, which have those of all feet.
+    pub(crate) fn apply(&self, params: &mut Params) {
+        if let Some(learnt) = self.learnt {
+            params.learnt = Some(learnt.into());
+        }
+        for numbers in [&self.decision, &self.load] {
+            numbers.apply(params);
+        }
+    }
+
+    /// Returns the numbers, by their names in the estimator's table of limits.
+    pub(crate) fn numbers(&self) -> BTreeMap<&'static str, f32> {
+        let numbers = self.decision.iter().chain(self.load.iter());
+        numbers
+            .map(|(number, value)| (number.name(), value))
+            .collect()
+    }
 }
 
 /// Error of a configuration file.
@@ -271,8 +303,8 @@ impl Overrides {
     pub fn apply_foot(&self, names: &[&str], params: &mut Params) {
         let mut feet = self.feet.iter();
         let own = feet.find(|(foot, _)| is_among(foot, names));
-        if let Some(learnt) = own.and_then(|(_, foot)| foot.learnt) {
-            params.learnt = Some(learnt.into());
+        if let Some((_, own)) = own {
+            own.apply(params);
         }
     }
 
@@ -349,9 +381,9 @@ fn with_suggestion(message: &str, key: Option<&str>) -> String {
         Some(key) => format!("{key}.{unknown}"),
         None => unknown.to_owned(),
     };
-    match nearest::nearest(&path) {
-        none if none.is_empty() => message.to_owned(),
-        nearest => format!("{message}; did you mean {}?", nearest::or(&nearest)),
+    match did_you_mean(&near_keys(&path)) {
+        Some(question) => format!("{message}; {question}"),
+        None => message.to_owned(),
     }
 }
 

@@ -2,12 +2,11 @@
 
 use std::fmt;
 
-use estimator_core::{Axis, GyroTiming, Parameter, Params, Unit, parameter};
+use estimator_core::{Axis, GyroTiming, Parameter, Params, parameter};
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, Visitor};
 
 use super::set;
 use super::value::parse_gyro_timing;
-use recordings::number::shown;
 
 /// Numbers set by a table of the file and its sub-tables.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -22,6 +21,11 @@ impl Numbers {
     pub fn get(&self, parameter: Parameter) -> Option<f32> {
         let mut values = self.values.iter();
         values.find_map(|(of, value)| (*of == parameter).then_some(*value))
+    }
+
+    /// Returns the numbers with their values, in the order of the file.
+    pub(super) fn iter(&self) -> impl Iterator<Item = (Parameter, f32)> + '_ {
+        self.values.iter().copied()
     }
 
     pub(super) fn apply(&self, params: &mut Params) {
@@ -56,47 +60,6 @@ pub(super) fn load<'de, D: Deserializer<'de>>(from: D) -> Result<Numbers, D::Err
 
 pub(super) fn velocity<'de, D: Deserializer<'de>>(from: D) -> Result<Numbers, D::Error> {
     Numbers::deserialize("velocity", from)
-}
-
-/// Notation of a number: in the unit of the table of limits, or in ms.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Written {
-    As(Unit),
-    /// In ms, although the field is in s.
-    Milliseconds,
-}
-
-impl Written {
-    /// Returns the notation of the number with this name.
-    pub fn of(name: &str) -> Self {
-        if [parameter::WINDOW.name, parameter::GYRO_DELAY.name].contains(&name) {
-            return Self::Milliseconds;
-        }
-        let mut rows = Parameter::ALL.into_iter().map(Parameter::row);
-        let row = rows.find(|row| row.name == name);
-        Self::As(row.map_or(Unit::One, |row| row.unit))
-    }
-
-    /// Formats the value of a field in this notation.
-    pub fn number(self, value: f32) -> String {
-        match self {
-            // Scaled in decimal, because 1e-4 s in binary is not quite 0.1 ms.
-            Self::Milliseconds => match value.to_string().parse::<f64>() {
-                Ok(seconds) => shown((1.0e3 * seconds) as f32),
-                Err(_) => shown(1.0e3 * value),
-            },
-            Self::As(_) => shown(value),
-        }
-    }
-
-    /// Returns the unit after a number; empty for loads, which are in the unit of the recording.
-    pub fn symbol(self) -> String {
-        match self {
-            Self::Milliseconds => " ms".to_owned(),
-            Self::As(Unit::One | Unit::LoadSignal) => String::new(),
-            Self::As(unit) => format!(" {}", unit.symbol()),
-        }
-    }
 }
 
 /// Splits the name of a number of one axis into the key of all axes and the axis.

@@ -2,12 +2,30 @@
 
 use std::str::FromStr;
 
-use estimator_core::{Params, WindowLength};
-use firmware::imu::default_params;
+use estimator_core::{Params, PerAxis, WindowLength};
+use lsm6dsox::{Config, Noise};
 use recordings::input::Format;
 
 /// Relative difference below which durations count as equal, because the rate is measured.
 const SAME_DURATION: f64 = 0.05;
+
+/// Returns the default parameters of the estimator for the foot's sensor: its own defaults, with the bandwidths
+/// that follow from the noise of the sensor's setting.
+#[must_use]
+pub fn default_params() -> Params {
+    with_bandwidth_of(&Config::FRESH_KILOHERTZ.noise(), Params::DEFAULT)
+}
+
+/// Sets the bandwidths to a sensor's noise; where it is unknown, they are unchanged.
+fn with_bandwidth_of(noise: &Noise, params: Params) -> Params {
+    Params {
+        bandwidth: PerAxis::by_sensor(
+            noise.specific_force.unwrap_or(params.bandwidth.ax),
+            noise.angular_rate.unwrap_or(params.bandwidth.wx),
+        ),
+        ..params
+    }
+}
 
 /// Preset from which the parameters start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -103,5 +121,22 @@ impl FromStr for Preset {
             let names = Self::ALL.map(|preset| format!("{:?}", preset.name()));
             format!("preset is {name:?}, but {} is expected", names.join(" or "))
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bandwidths_follow_the_noise_if_it_is_known() {
+        let noise = Noise {
+            specific_force: Some(0.5),
+            angular_rate: None,
+        };
+        let params = with_bandwidth_of(&noise, Params::DEFAULT);
+        assert_eq!((params.bandwidth.ax, params.bandwidth.az), (0.5, 0.5));
+        assert_eq!(params.bandwidth.wz, Params::DEFAULT.bandwidth.wz);
+        assert_eq!(params.half_width, Params::DEFAULT.half_width);
     }
 }

@@ -1,13 +1,15 @@
 //! Rejected parameters, reported by the option or key that sets them, with unit and file.
 
-use estimator_core::{Method, Parameter, Params, ParamsError, WindowLength};
+use estimator_core::{LoadParams, Method, Parameter, Params, ParamsError, WindowLength};
 use recordings::input::time::{BATCHES_HINT, MICROSECONDS_HINT, MILLISECONDS_HINT};
 use recordings::number::shown;
+use recordings::replay::CAPACITY;
 use thiserror::Error;
 
-use super::numbers::{Written, split_axis};
+use super::notation::Notation;
+use super::numbers::split_axis;
 use super::position::Position;
-use super::{Overrides, SensorOverrides};
+use super::{FootOverrides, Overrides, SensorOverrides};
 
 /// Error of the parameters that result from preset, configuration file, recording and options: one sentence with
 /// the source of the parameter, its value, unit and range.
@@ -80,11 +82,20 @@ impl Refusal {
 }
 
 impl Origins<'_> {
-    /// Checks that every setting has an effect with `params`.
+    /// Checks that every setting has an effect with `params`, and that those of single feet are in range.
     ///
     /// # Errors
-    /// The first option or key without effect.
+    /// The first option or key without effect, or out of range in the table of a foot.
     pub fn check_effects(&self, params: &Params) -> Result<(), Refusal> {
+        for (foot, own) in &self.overrides.feet {
+            let mut of_foot = *params;
+            own.apply(&mut of_foot);
+            if let Err(error) = of_foot.validate::<CAPACITY>()
+                && let Some(refusal) = self.explain_foot((foot, own), &error, &of_foot)
+            {
+                return Err(refusal);
+            }
+        }
         let Overrides {
             window,
             bandwidth,
@@ -132,14 +143,14 @@ impl Origins<'_> {
                 min,
                 max,
             } => {
-                let written = Written::of(field);
-                let [is, low, high] = [*value, *min, *max].map(|v| written.number(v));
+                let notation = Notation::of(field);
+                let [is, low, high] = [*value, *min, *max].map(|v| notation.number(v));
                 let subject = match *field {
                     "window" => self.window_name(),
                     "sample_rate_hz" => self.sample_rate_name(),
                     _ => self.key_name(field),
                 };
-                let unit = written.symbol();
+                let unit = notation.symbol();
                 let hint = match *field {
                     "sample_rate_hz" => self.unit_of_times(*value, *min, *max),
                     _ => "",
@@ -147,6 +158,47 @@ impl Origins<'_> {
                 format!("{subject} is {is}{unit}, allowed is {low} to {high}{unit}{hint}")
             }
         })
+    }
+
+    /// Describes an error that the table of a foot causes; `None` if it has other causes.
+    fn explain_foot(
+        &self,
+        (foot, own): (&str, &FootOverrides),
+        error: &ParamsError,
+        params: &Params,
+    ) -> Option<Refusal> {
+        let ParamsError::OutOfRange {
+            field,
+            value,
+            min,
+            max,
+        } = error
+        else {
+            return None;
+        };
+        let numbers = own.numbers();
+        let LoadParams {
+            on_threshold,
+            off_threshold,
+        } = params.load;
+        let is_load = *field == Parameter::LoadOffThreshold.name() && off_threshold > on_threshold;
+        if is_load && numbers.keys().any(|name| name.starts_with("load.")) {
+            return Some(Refusal::new(format!(
+                "{} has an off_threshold of {}, which is above the on_threshold, {}: \
+                 a load that ends a stance must not exceed the one that starts it",
+                self.in_file(&format!("feet.{foot}.load")),
+                shown(off_threshold),
+                shown(on_threshold),
+            )));
+        }
+        let (name, _) = numbers.get_key_value(field)?;
+        let notation = Notation::of(name);
+        let [is, low, high] = [*value, *min, *max].map(|v| notation.number(v));
+        let unit = notation.symbol();
+        let key = self.in_file(&format!("feet.{foot}.{name}"));
+        Some(Refusal::new(format!(
+            "{key} is {is}{unit}, allowed is {low} to {high}{unit}"
+        )))
     }
 
     /// Describes an off-threshold above the on-threshold; names both, as either may be the preset's.
@@ -212,7 +264,6 @@ impl Origins<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use recordings::replay::CAPACITY;
 
     /// Returns the overrides in a file, and the default preset with them.
     fn applied(text: &str) -> (Overrides, Params) {

@@ -7,7 +7,6 @@ use estimator_core::{
     AttitudeParams, DecisionParams, GyroTiming, Learnt, LoadParams, PerAxis, RestParams,
     VelocityParams,
 };
-use firmware::imu::default_params;
 
 fn applied(text: &str) -> Params {
     let mut params = Params::DEFAULT;
@@ -192,4 +191,66 @@ fn every_preset_is_valid_for_every_format() {
             assert!(params.validate::<256>().is_ok(), "{preset:?}, {format:?}");
         }
     }
+}
+
+#[test]
+fn numbers_of_a_foot_override_those_of_all() {
+    let text =
+        "load.on_threshold = 40\n[feet.FL]\nload.on_threshold = 20\ndecision.threshold = 0.7\n";
+    let overrides = Overrides::parse(text, "x.toml").unwrap();
+    let of = |foot: &str| {
+        let mut params = Params::DEFAULT;
+        overrides.apply(&mut params);
+        overrides.apply_foot(&[foot], &mut params);
+        (params.load.on_threshold, params.decision.threshold)
+    };
+    assert_eq!(of("fl"), (20.0, 0.7));
+    assert_eq!(of("fr"), (40.0, Params::DEFAULT.decision.threshold));
+}
+
+#[test]
+fn invalid_number_of_a_foot_is_refused_by_its_key() {
+    let refusal = |text: &str| {
+        let overrides = Overrides::parse(text, "x.toml").unwrap();
+        let mut params = Params::DEFAULT;
+        overrides.apply(&mut params);
+        let origins = Origins {
+            file: Some("x.toml"),
+            text,
+            overrides: &overrides,
+            window: None,
+            recording: "x.csv",
+            sample_rate: RateOrigin::Recording,
+        };
+        let refusal = origins.check_effects(&params).err();
+        refusal.map(|refusal| refusal.to_string())
+    };
+    for (text, expected) in [
+        ("[feet.fl]\nload.on_threshold = 20\n", None),
+        (
+            "[feet.fl]\ndecision.threshold = 1.5\n",
+            Some(
+                "x.toml, line 2, column 10, key feet.fl.decision.threshold is 1.5, allowed is 0.01 to 0.99",
+            ),
+        ),
+        (
+            "[feet.fl.load]\non_threshold = 5\n",
+            Some(
+                "x.toml, line 1, column 10, key feet.fl.load has an off_threshold of 6, which is above the \
+                 on_threshold, 5: a load that ends a stance must not exceed the one that starts it",
+            ),
+        ),
+        // An error of the file is reported when the foot is estimated.
+        (
+            "decision.threshold = 1.5\n[feet.fl]\nload.on_threshold = 20\n",
+            None,
+        ),
+    ] {
+        assert_eq!(refusal(text).as_deref(), expected, "{text}");
+    }
+    let unknown = message("[feet.fr.load]\nthreshold = 5\n");
+    assert!(
+        unknown.contains("did you mean feet.fr.load.on_threshold"),
+        "{unknown}"
+    );
 }

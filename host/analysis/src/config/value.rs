@@ -9,7 +9,7 @@ use estimator_core::{
 
 use recordings::input::{Correction, is_among};
 
-use super::numbers::Written;
+use super::notation::Notation;
 
 /// Words for whether samples contain gravity.
 pub const GRAVITIES: [(&str, Gravity); 2] = [
@@ -66,7 +66,7 @@ pub fn gyro_timing_text(timing: GyroTiming) -> String {
 
 /// Formats a time in s as a number of ms.
 fn milliseconds(seconds: f32) -> String {
-    Written::Milliseconds.number(seconds)
+    Notation::Milliseconds.number(seconds)
 }
 
 /// Parses the length of a window: a duration such as `50ms`, or a count such as `50samples`.

@@ -1,7 +1,8 @@
-//! Reports of an evaluation: tables ([`table`]) and [`pictures`], which are a [`histogram`](mod@histogram) and
+//! Reports of an evaluation: tables ([`table`] of [`cells`]) and [`pictures`], which are a [`histogram`](mod@histogram) and
 //! a [`reliability`](mod@reliability) diagram; and tables of [`odometry`].
 
 mod axes;
+pub mod cells;
 pub mod histogram;
 pub mod odometry;
 pub mod pictures;

@@ -6,7 +6,7 @@ use crate::Odometry;
 use crate::odometry::calibration::SMALL;
 use crate::odometry::{Calibration, OfDetector, SplitHalf};
 
-use super::table::{Style, Table, none, write_title, written};
+use super::cells::{Style, Table, none, write_title, written};
 
 /// Tables of the detectors, of the constants of `sigma_v` chosen on halves, and of the velocities in its units.
 #[must_use]

@@ -4,7 +4,7 @@ use crate::evaluation::Evaluation;
 use crate::rates::AtRate;
 use crate::score::Scores;
 
-use super::table::{Table, none};
+use super::cells::{Table, none};
 
 /// RMSE and share of the stable samples that are missed, with a row per set and a column per rate.
 pub(super) fn by_set(evaluation: &Evaluation) -> Table {

@@ -10,7 +10,7 @@ use recordings::replay::replay_observed;
 use scoring::inclination::InclinationScore;
 
 use super::headings::ESTIMATOR;
-use super::recording::{Configuration, ReadingArguments, check};
+use super::recording::{ReadingArguments, check, check_axes};
 use crate::attitude::AttitudeReport;
 use crate::error::Error;
 use crate::progress::{self, Bars};
@@ -40,11 +40,12 @@ pub struct AttitudeArguments {
 
 impl AttitudeArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
-        let configuration = Configuration::read(self.config.as_deref())?;
-        let mut params = Preset::Default.params(Format::Csv);
-        configuration.overrides.apply(&mut params);
+        let resolved = self
+            .reading
+            .resolved(Preset::Default, self.config.as_deref())?;
+        let params = resolved.params(Format::Csv);
         targets::check_inputs(&self.inputs)?;
-        let hints = self.reading.hints(&configuration)?;
+        let hints = self.reading.hints(&resolved)?;
         let scores: Result<Vec<_>, Error> = self
             .inputs
             .iter()
@@ -54,13 +55,13 @@ impl AttitudeArguments {
                 loaded.notices.iter().for_each(warn);
                 let file = input.display().to_string();
                 let name = loaded.recording.name.as_str();
-                self.reading.mounting.check_feet([name].into_iter())?;
+                check_axes(&resolved, [name].into_iter())?;
                 let findings = check(&loaded.recording, &loaded.recording.name, &hints)
                     .into_iter()
                     .filter(concerns_attitude)
                     .collect::<Vec<_>>();
                 self.reading.report(&file, &findings)?;
-                let origins = configuration.origins(&file, self.reading.sample_rate, None);
+                let origins = resolved.origins(&file);
                 origins.check_effects(&params)?;
                 let bar = Bars::default().estimating(loaded.recording.samples.len() as u64);
                 let estimated = replay_observed(&loaded.recording, &params, || bar.inc(1));

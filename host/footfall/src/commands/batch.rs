@@ -11,23 +11,23 @@ use std::sync::{Arc, Mutex, PoisonError};
 use analysis::batch::pattern::PathPattern;
 use analysis::batch::run::{Outcome, Reason, Results, Stale, Watch};
 use analysis::batch::sources::{PassedOver, Recording, Search, Sources, find};
-use analysis::batch::{Plausibility, Progress, Row, Settings, Status};
+use analysis::batch::{FeetWanted, Plausibility, Progress, Row, Settings, Status};
 use analysis::config::parse_window;
 use analysis::replay::jobs;
 use clap::Args;
-use estimator_core::{ParamsError, WindowLength};
+use estimator_core::WindowLength;
 use indicatif::ProgressBar;
 use recordings::input::Format;
-use recordings::replay::CAPACITY;
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::headings::{ESTIMATOR, INPUT, OUTPUT};
-use super::recording::{Configuration, RecordingArguments};
+use super::recording::RecordingArguments;
 use crate::error::Error;
 use crate::messages::{aside, detail, error, warn};
 use crate::progress::Bars;
 use crate::report::{SummaryStyle, print};
+use crate::schema::{Described, Kind};
 use crate::targets;
 
 /// Arguments of `footfall batch`.
@@ -99,6 +99,10 @@ pub struct BatchReport {
     pub pruned: bool,
 }
 
+impl Described for BatchReport {
+    const KIND: Kind = Kind::Batch;
+}
+
 /// Outcome of a recording.
 #[derive(Clone, Debug, JsonSchema, PartialEq, Serialize)]
 pub struct RecordingReport {
@@ -168,8 +172,7 @@ impl BatchArguments {
         if self.prune && !self.yes && !self.dry_run && !self.can_ask() {
             return Err(Error::NoTerminal);
         }
-        let configuration = Configuration::read(self.recording.config.as_deref())?;
-        let settings = self.settings(configuration)?;
+        let settings = self.settings()?;
         let Sources {
             recordings,
             passed_over,
@@ -280,30 +283,22 @@ impl BatchArguments {
 
     /// Returns the settings of the estimation. Errors that do not depend on the recording are reported before any
     /// recording is read.
-    fn settings(&self, configuration: Configuration) -> Result<Settings, Error> {
-        let hints = self.recording.reading.hints(&configuration)?;
+    fn settings(&self) -> Result<Settings, Error> {
+        let reading = &self.recording.reading;
+        let resolved = self.recording.resolved(self.window)?;
         let settings = Settings {
-            preset: self.recording.preset,
-            config: configuration.name.map(|name| (name, configuration.text)),
-            overrides: configuration.overrides,
-            window: self.window,
-            format: self.recording.reading.format,
-            hints,
-            plausibility: if self.recording.reading.strict {
+            hints: reading.hints(&resolved)?,
+            resolved,
+            format: reading.format,
+            plausibility: if reading.strict {
                 Plausibility::Required
             } else {
                 Plausibility::Reported
             },
-            ..Settings::default()
+            feet: FeetWanted::All,
         };
-        let params = settings.params(settings.format.unwrap_or(Format::Csv));
-        let origins = settings.origins("");
-        origins.check_effects(&params)?;
-        match params.validate::<CAPACITY>() {
-            // The window length in samples depends on the recording.
-            Ok(_) | Err(ParamsError::WindowLength { .. }) => {}
-            Err(error) => return Err(origins.explain(&error, &params).into()),
-        }
+        let format = settings.format.unwrap_or(Format::Csv);
+        settings.resolved.check_before_reading(format)?;
         Ok(settings)
     }
 }

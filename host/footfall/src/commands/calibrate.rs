@@ -10,7 +10,7 @@ use analysis::calibrate::learnt::{LearntCalibration, LearntFoot};
 use analysis::calibrate::mounting::{MountingReport, RestingUp};
 use analysis::calibrate::robot_file::RobotFile;
 use analysis::calibrate::sensor::SensorCalibration;
-use analysis::config::ConfigError;
+use analysis::config::{ConfigError, Resolved};
 use analysis::summary::{InputReport, Source, WithInputs};
 use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
@@ -21,14 +21,14 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::headings::{ESTIMATOR, OUTPUT};
-use super::recording::{Configuration, RecordingArguments, check};
+use super::recording::{self, RecordingArguments, check, check_axes, warn_of_unused_feet};
 use crate::error::Error;
 use crate::files::write_file;
 use crate::messages::detail;
 use crate::plot;
 use crate::progress::{self, Bars};
 use crate::report::{SummaryStyle, print, warn};
-use crate::schema::Described;
+use crate::schema::{Described, Kind};
 use crate::targets::{self, Target};
 
 /// Arguments of `footfall calibrate`.
@@ -73,6 +73,10 @@ pub struct FeetReport {
     feet: BTreeMap<String, WithInputs<LearntFoot>>,
 }
 
+impl Described for FeetReport {
+    const KIND: Kind = Kind::CalibrateFeet;
+}
+
 impl Display for FeetReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (k, (foot, report)) in self.feet.iter().enumerate() {
@@ -99,24 +103,21 @@ impl CalibrateArguments {
             &self.inputs,
             &configuration.chain(picture).collect::<Vec<_>>(),
         )?;
-        let configuration = Configuration::read(self.recording.config.as_deref())?;
+        let resolved = self.recording.resolved(None)?;
         if self.rests {
-            self.calibrate_sensor(&configuration)
+            self.calibrate_sensor(&resolved)
         } else {
-            self.learn(&configuration)
+            self.learn(&resolved)
         }
     }
 
     /// Returns the properties of the files, with the correction of the foot that is calibrated.
-    fn hints(&self, configuration: &Configuration) -> Result<Hints, Error> {
-        let mut hints = self.recording.reading.hints(configuration)?;
+    fn hints(&self, resolved: &Resolved) -> Result<Hints, Error> {
+        let mut hints = self.recording.reading.hints(resolved)?;
         match (&self.foot, hints.foot_corrections.keys().next()) {
             (Some(foot), _) => {
                 let foot = foot.as_str();
-                self.recording
-                    .reading
-                    .mounting
-                    .check_feet([foot].into_iter())?;
+                check_axes(resolved, [foot].into_iter())?;
                 hints.correction = *hints.correction_of(&[foot]);
                 hints.foot_corrections.clear();
             }
@@ -129,11 +130,11 @@ impl CalibrateArguments {
         Ok(hints)
     }
 
-    fn learn(&self, configuration: &Configuration) -> Result<(), Error> {
+    fn learn(&self, resolved: &Resolved) -> Result<(), Error> {
         if self.foot.is_none() && self.recording.reading.bag.may_be_of_several_feet() {
-            return self.learn_feet(configuration);
+            return self.learn_feet(resolved);
         }
-        let hints = self.hints(configuration)?;
+        let hints = self.hints(resolved)?;
         let inputs = self.inputs.iter().map(|input| {
             let opened = progress::open(input, self.recording.reading.format, &Bars::default())?;
             Ok(Input {
@@ -142,23 +143,23 @@ impl CalibrateArguments {
                 loaded: opened.read(&hints)?,
             })
         });
-        let report = self.learn_foot(configuration, self.foot.as_deref(), &hints, inputs)?;
+        let report = self.learn_foot(resolved, self.foot.as_deref(), &hints, inputs)?;
         if let Some(path) = &self.plot {
             write_file(path, |to| {
                 to.write_all(plot::distribution::svg(&report.report)?.as_bytes())
             })?;
         }
-        self.write_outputs(configuration, &report, |file| {
+        self.write_outputs(resolved, &report, |file| {
             set_learnt(file.of_foot(self.foot.clone()), &report)
         })
     }
 
     /// Calibrates each foot of the recordings.
-    fn learn_feet(&self, configuration: &Configuration) -> Result<(), Error> {
+    fn learn_feet(&self, resolved: &Resolved) -> Result<(), Error> {
         if self.plot.is_some() {
             return Err(Error::PlotOfSeveral);
         }
-        let hints = self.recording.reading.hints(configuration)?;
+        let hints = self.recording.reading.hints(resolved)?;
         let mut inputs: BTreeMap<String, Vec<Input>> = BTreeMap::new();
         for input in &self.inputs {
             let opened = progress::open(input, self.recording.reading.format, &Bars::default())?;
@@ -175,8 +176,8 @@ impl CalibrateArguments {
             }
         }
         let names = || inputs.keys().map(String::as_str);
-        self.recording.reading.mounting.check_feet(names())?;
-        configuration.check_feet(names());
+        check_axes(resolved, names())?;
+        warn_of_unused_feet(resolved, names());
         let mut feet = BTreeMap::new();
         for (foot, inputs) in inputs {
             let hints = Hints {
@@ -185,7 +186,7 @@ impl CalibrateArguments {
                 ..hints.clone()
             };
             let inputs = inputs.into_iter().map(Ok);
-            let report = self.learn_foot(configuration, Some(&foot), &hints, inputs);
+            let report = self.learn_foot(resolved, Some(&foot), &hints, inputs);
             let report = report.map_err(|source| Error::OfFoot {
                 foot: foot.clone(),
                 source: Box::new(source),
@@ -193,7 +194,7 @@ impl CalibrateArguments {
             feet.insert(foot, report);
         }
         let report = FeetReport { feet };
-        self.write_outputs(configuration, &report, |file| {
+        self.write_outputs(resolved, &report, |file| {
             report.feet.iter().fold(file, |file, (foot, report)| {
                 set_learnt(file.of_foot(Some(foot.clone())), report)
             })
@@ -203,7 +204,7 @@ impl CalibrateArguments {
     /// Learns from the recordings of a foot.
     fn learn_foot(
         &self,
-        configuration: &Configuration,
+        resolved: &Resolved,
         foot: Option<&str>,
         hints: &Hints,
         recordings: impl Iterator<Item = Result<Input, Error>>,
@@ -217,11 +218,8 @@ impl CalibrateArguments {
                 format,
                 loaded,
             } = input?;
-            let mut params = self.recording.params(configuration, format);
-            if let Some(foot) = foot {
-                configuration.overrides.apply_foot(&[foot], &mut params);
-            }
-            let origins = configuration.origins(&file, self.recording.reading.sample_rate, None);
+            let params = resolved.params_of(foot.as_slice(), format);
+            let origins = resolved.origins(&file);
             origins.check_effects(&params)?;
             let calibration = match &mut calibration {
                 Some(calibration) => calibration,
@@ -236,7 +234,8 @@ impl CalibrateArguments {
                 self.recording.parameters_text(&params, format)
             ));
             let findings = check(&loaded.recording, &loaded.recording.name, hints);
-            self.recording.reading.report(&file, &findings)?;
+            let place = recording::place(&file, foot);
+            self.recording.reading.report(&place, &findings)?;
             let source = Source {
                 file: &file,
                 format,
@@ -263,8 +262,8 @@ impl CalibrateArguments {
         })
     }
 
-    fn calibrate_sensor(&self, configuration: &Configuration) -> Result<(), Error> {
-        let mut hints = self.hints(configuration)?;
+    fn calibrate_sensor(&self, resolved: &Resolved) -> Result<(), Error> {
+        let mut hints = self.hints(resolved)?;
         // Previous results are replaced, not added to.
         hints.correction = Correction::NONE;
         let loaded: Result<Vec<(Format, Loaded)>, Error> = self
@@ -287,7 +286,8 @@ impl CalibrateArguments {
             // In this calibration the sensor lies on each of its sides in turn.
             findings.retain(|finding| !matches!(finding, Finding::GravityNotAlongZ { .. }));
             let file = input.display().to_string();
-            self.recording.reading.report(&file, &findings)?;
+            let place = recording::place(&file, self.foot.as_deref());
+            self.recording.reading.report(&place, &findings)?;
             let source = Source {
                 file: &file,
                 format: *format,
@@ -302,7 +302,7 @@ impl CalibrateArguments {
             mounting: None,
             inputs,
         };
-        self.write_outputs(configuration, &report, |file| {
+        self.write_outputs(resolved, &report, |file| {
             let mut file = file.of_foot(self.foot.clone());
             file.set_sensor(&report.report);
             file
@@ -311,14 +311,14 @@ impl CalibrateArguments {
 
     fn write_outputs(
         &self,
-        configuration: &Configuration,
+        resolved: &Resolved,
         report: &(impl Described + Display),
         set: impl FnOnce(RobotFile) -> RobotFile,
     ) -> Result<(), Error> {
         if let Some(path) = &self.output {
-            let file = RobotFile::keeping(&configuration.text).map_err(|error| {
+            let file = RobotFile::keeping(resolved.file_text()).map_err(|error| {
                 ConfigError::Unreadable {
-                    file: configuration.name.clone().unwrap_or_default(),
+                    file: resolved.file_name().to_owned(),
                     source: io::Error::other(error),
                 }
             })?;

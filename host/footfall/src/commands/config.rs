@@ -2,12 +2,11 @@
 
 use std::path::PathBuf;
 
-use analysis::config::{Preset, example, explain};
+use analysis::config::{Preset, Resolved, example, explain};
 use clap::Args;
 use recordings::input::Format;
-use recordings::replay::CAPACITY;
 
-use super::recording::{Configuration, preset_parser};
+use super::recording::{preset_parser, read_config};
 use crate::error::Error;
 use crate::report::print_text;
 
@@ -38,8 +37,11 @@ struct What {
 impl ConfigArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
         let text = if let Some(path) = &self.what.check {
-            let configuration = Configuration::read(Some(path))?;
-            self.check(&configuration)?;
+            let resolved = Resolved {
+                preset: self.preset,
+                ..read_config(path)?
+            };
+            resolved.check(Format::Csv)?;
             format!("{}: ok\n", path.display())
         } else if let Some(key) = &self.what.explain {
             explain(key).map_err(|hint| Error::UnknownKey {
@@ -50,17 +52,5 @@ impl ConfigArguments {
             example(self.preset)
         };
         print_text(&text).map_err(Error::Print)
-    }
-
-    fn check(&self, configuration: &Configuration) -> Result<(), Error> {
-        let mut params = self.preset.params(Format::Csv);
-        configuration.overrides.apply(&mut params);
-        let origins = configuration.origins("", None, None);
-        origins.check_effects(&params)?;
-        params
-            .validate::<CAPACITY>()
-            .map_err(|error| origins.explain(&error, &params))?;
-        configuration.corrections()?;
-        Ok(())
     }
 }

@@ -14,7 +14,7 @@ use recordings::recording::RecordedSample;
 use ros::Topics;
 
 use super::headings::{INPUT, OUTPUT};
-use super::recording::{self, Configuration, ReadingArguments, with_mounting};
+use super::recording::{self, ReadingArguments, with_mounting};
 use crate::convert::{Bag, Foot, Form, each, write_table};
 use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
@@ -63,7 +63,8 @@ impl ConvertArguments {
         let file = self.input.display().to_string();
         let opened = progress::open(&self.input, self.reading.format, &Bars::default())?;
         let format = opened.format();
-        let hints = self.reading.hints(&Configuration::default())?;
+        let resolved = self.reading.resolved(Preset::default(), None)?;
+        let hints = self.reading.hints(&resolved)?;
         let stored = opened.store_all(&hints)?;
         let longest_s = stored
             .iter()
@@ -77,7 +78,7 @@ impl ConvertArguments {
             });
         }
         let names = stored.iter().flat_map(|stored| stored.about.names());
-        self.reading.mounting.check_feet(names)?;
+        recording::check_axes(&resolved, names)?;
         let mut feet: Vec<Foot> = Vec::new();
         for stored in stored {
             stored.about.notices.iter().for_each(warn);
@@ -95,7 +96,8 @@ impl ConvertArguments {
                 file: file.clone(),
                 source,
             })?;
-            self.reading.report(&file, &findings)?;
+            let place = recording::place(&file, foot.stored.about.foot.as_deref());
+            self.reading.report(&place, &findings)?;
             looked.push(looked_at);
         }
         if looked.iter().all(|looked| looked.samples == 0) {

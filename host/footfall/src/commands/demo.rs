@@ -6,12 +6,12 @@ use std::path::PathBuf;
 use clap::Args;
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams};
+use live::robot::walk;
 
 use crate::error::Error;
 use crate::files::{OutputError, write_file};
 use crate::report::{Outputs, write_outputs};
 use crate::targets;
-use crate::walking_foot;
 
 /// Default directory of the results.
 pub const DIRECTORY: &str = "footfall-demo";
@@ -48,8 +48,8 @@ impl DemoArguments {
         let directory = &self.out;
         targets::check_can_be_directory(directory)?;
         let plan = Plan::demo(self.seed);
-        let walk = gait::simulate(&plan, &SensorParams::LSM6DSOX, self.seed);
-        let sent = walking_foot::walk(&walk)?;
+        let simulation = gait::simulate(&plan, &SensorParams::LSM6DSOX, self.seed);
+        let sent = walk::walk(&simulation)?;
 
         fs::create_dir_all(directory).map_err(|source| OutputError::Unwritable {
             file: directory.display().to_string(),
@@ -63,6 +63,6 @@ impl DemoArguments {
             plot: directory.join("plot.svg"),
             others: vec![can, uart],
         };
-        write_outputs(&outputs, &walk.recording, &sent.estimates)
+        write_outputs(&outputs, &simulation.recording, &sent.estimates)
     }
 }

@@ -20,6 +20,7 @@
 //! | `completions`, `man` | [`shell`] |
 //! | headings of option groups, examples | [`headings`] |
 //! | nodes and names of feet | [`feet`] |
+//! | options shared by commands that listen to feet | [`listen`], [`played`], [`published`] |
 //! | options shared by commands that read recordings | [`recording`] |
 //! | stubs of `batch` and `ros2` if not built | `absent` |
 //! | functions shared by `record`, `view` and `ros2` | [`stream`](crate::stream) |
@@ -33,12 +34,14 @@ pub mod batch;
 pub mod calibrate;
 pub mod config;
 pub mod convert;
+pub mod copied;
 pub mod decode;
 pub mod demo;
 pub mod explain;
 pub mod feet;
 pub mod foot;
 pub mod headings;
+pub mod listen;
 pub mod monitor;
 pub mod played;
 pub mod published;

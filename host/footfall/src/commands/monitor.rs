@@ -4,11 +4,10 @@ use std::io::{self, IsTerminal, Write};
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use live::Feed;
 use live::link::pace::Speed;
-use live::{Feed, Source};
 
-use super::feet::FeetArguments;
-use super::played::PlayedArguments;
+use super::listen::ListenArguments;
 use crate::error::Error;
 #[cfg(not(feature = "screen"))]
 use crate::feature::Feature;
@@ -24,23 +23,12 @@ use crate::stream::{deadline, is_over, next, warn_of_lost};
 /// Period of the lines of a foot.
 const LINE: Duration = Duration::from_secs(1);
 
-/// Help text on the syntax of a source.
-pub(super) const SOURCES: &str = "Where the feet stream from: uart:/dev/ttyACM0[@BAUD], can:can0, \
-                       slcan:/dev/ttyACM0[@KBIT], file:can.log[@SPEED], or demo[:feet=4] for \
-                       simulated feet";
-
 /// Arguments of `footfall monitor`.
 #[derive(Debug, Args)]
 pub struct MonitorArguments {
-    /// Where the feet stream from.
-    #[arg(help = SOURCES)]
-    pub source: Source,
-    /// Which nodes are feet.
+    /// Feet that stream.
     #[command(flatten)]
-    pub feet: FeetArguments,
-    /// How a recording of an IMU is read.
-    #[command(flatten)]
-    pub played: PlayedArguments,
+    pub listen: ListenArguments,
     /// Print lines once a second, as where standard output is no terminal
     #[arg(long)]
     pub plain: bool,
@@ -61,10 +49,10 @@ enum Form {
 
 impl MonitorArguments {
     pub(super) fn run(self) -> Result<(), Error> {
-        let name = self.source.to_string();
+        let name = self.listen.source.to_string();
         let end = deadline(self.seconds);
-        let feet = self.feet.feet()?;
-        let feed = Feed::open(self.played.read(self.source)?.at_speed(Speed::REAL));
+        let (source, feet) = self.listen.listen(Speed::REAL)?;
+        let feed = Feed::open(source);
         let mut robot = Robot::new(feet);
         let watched = match (self.json, self.plain || !io::stdout().is_terminal()) {
             (true, _) => unless_closed(watch_lines(&feed, &mut robot, end, Form::Json)),

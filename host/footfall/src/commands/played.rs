@@ -1,10 +1,11 @@
 //! How the recording of an IMU is read that is played as a source, for all commands that listen to feet.
 
+use analysis::config::Resolved;
 use clap::Args;
 use live::Source;
 use recordings::input::Hints;
 
-use super::recording::{BagArguments, Configuration, MountingArguments, TableArguments};
+use super::recording::{BagArguments, MountingArguments, TableArguments};
 use crate::error::Error;
 
 /// How the recording of an IMU is read that is played.
@@ -27,11 +28,11 @@ impl PlayedArguments {
     /// # Errors
     /// There are options, and the source is not a file.
     pub(super) fn read(&self, source: Source) -> Result<Source, Error> {
-        let hints = Hints {
-            table: self.table.options(),
-            bag: self.bag.options(),
-            ..Configuration::default().hints(None, None, &self.mounting)?
+        let resolved = Resolved {
+            axes: self.mounting.axes.clone(),
+            ..Resolved::default()
         };
+        let hints = resolved.hints(self.table.options(), self.bag.options())?;
         if hints != Hints::default() && source.file().is_none() {
             let source = source.to_string();
             return Err(Error::NotPlayed {

@@ -37,7 +37,7 @@ impl PublishedArguments {
 }
 
 /// Parser of a program's name; the help lists its message and topic.
-fn compat_parser() -> impl TypedValueParser<Value = Compat> {
+pub(super) fn compat_parser() -> impl TypedValueParser<Value = Compat> {
     let names = Compat::ALL.map(|compat| PossibleValue::new(compat.name()).help(compat.about()));
     PossibleValuesParser::new(names).try_map(|name| {
         let mut all = Compat::ALL.into_iter();

@@ -3,12 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use live::LinkError;
 use live::link::pace::Speed;
-use live::{LinkError, Source};
 
-use super::feet::FeetArguments;
-use super::monitor::SOURCES;
-use super::played::PlayedArguments;
+use super::listen::ListenArguments;
 use super::published::PublishedArguments;
 use crate::error::Error;
 use crate::files::finish_when_interrupted;
@@ -20,15 +18,9 @@ use crate::targets::{self, Target};
 /// Arguments of `footfall record`.
 #[derive(Debug, Args)]
 pub struct RecordArguments {
-    /// Where the feet stream from.
-    #[arg(help = SOURCES)]
-    pub source: Source,
-    /// Which nodes are feet.
+    /// Feet that stream.
     #[command(flatten)]
-    pub feet: FeetArguments,
-    /// How a recording of an IMU is read.
-    #[command(flatten)]
-    pub played: PlayedArguments,
+    pub listen: ListenArguments,
     /// Frames, and messages of other programs.
     #[command(flatten)]
     pub published: PublishedArguments,
@@ -46,7 +38,7 @@ pub struct RecordArguments {
 impl RecordArguments {
     pub(super) fn run(self) -> Result<(), Error> {
         let path = self.output.as_path();
-        let input = self.source.file().map(Path::to_owned);
+        let input = self.listen.source.file().map(Path::to_owned);
         targets::check(input.as_slice(), &[Target::Bag(path)])?;
         let existing = if self.overwrite {
             Existing::Replaced
@@ -55,8 +47,8 @@ impl RecordArguments {
         };
         finish_when_interrupted();
         // Recorded sources are read at full speed.
-        let source = self.played.read(self.source)?.at_speed(Speed::Max);
-        let mut stream = Stream::open(source, self.feet.feet()?, self.published.bridge());
+        let (source, feet) = self.listen.listen(Speed::Max)?;
+        let mut stream = Stream::open(source, feet, self.published.bridge());
         // An unreadable source must not replace an existing file.
         stream.wait_until_open()?;
         let mut recording = McapRecording::create(path, existing)?;

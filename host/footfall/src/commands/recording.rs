@@ -1,12 +1,11 @@
 //! Options and configuration file shared by the commands that estimate from recordings.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use analysis::config::{
-    ConfigError, FootAxes, GRAVITIES, Origins, Overrides, Preset, RateOrigin, Refusal,
-    parse_gravity, parse_sample_rate,
+    ConfigError, ConfigFile, FootAxes, GRAVITIES, Preset, Refusal, Resolved, parse_gravity,
+    parse_sample_rate,
 };
 use analysis::parameters::differences;
 use analysis::replay::span::Span;
@@ -14,8 +13,8 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use estimator_core::{Gravity, Mounting, Params, WindowLength};
 use recordings::input::{
-    BagOptions, Correction, Decimal, Format, Hints, LoadTopic, Mapping, Scale, TableOptions,
-    TimeUnit, Times, Topics, Units, is_among,
+    BagOptions, Decimal, Format, Hints, LoadTopic, Mapping, Scale, TableOptions, TimeUnit, Times,
+    Topics, Units, is_among,
 };
 use recordings::plausible::{self, Finding};
 use recordings::recording::Recording;
@@ -201,15 +200,6 @@ pub(super) fn span(from: Option<f64>, to: Option<f64>) -> Result<Span, Error> {
     Ok(span)
 }
 
-/// A configuration file, or an empty one. It is read once, so it may be a pipe.
-#[derive(Default)]
-pub(super) struct Configuration {
-    /// File as given.
-    pub name: Option<String>,
-    pub text: String,
-    pub overrides: Overrides,
-}
-
 /// Parser of a format name; the help lists all formats.
 fn format_parser() -> impl TypedValueParser<Value = Format> {
     let names = Format::ALL.map(|format| PossibleValue::new(format.name()).help(format.help()));
@@ -244,21 +234,48 @@ pub(super) fn check(recording: &Recording, foot: &str, hints: &Hints) -> Vec<Fin
     with_mounting(findings, &hints.correction_of(&[foot]).mounting)
 }
 
-impl MountingArguments {
-    /// Checks that each foot that is named is among `feet`.
-    ///
-    /// # Errors
-    /// The first that is not.
-    pub(super) fn check_feet<'a>(&self, feet: impl Iterator<Item = &'a str>) -> Result<(), Error> {
-        let feet: Vec<&str> = feet.collect();
-        let axes = self.axes.as_ref();
-        match axes.and_then(|axes| axes.absent(&feet)) {
-            None => Ok(()),
-            Some(foot) => Err(Error::NoSuchFoot {
-                foot: foot.to_owned(),
-                feet: feet.into_iter().map(str::to_owned).collect(),
-            }),
-        }
+/// Checks that each foot with axes of its own is among `feet`.
+///
+/// # Errors
+/// The first that is not.
+pub(super) fn check_axes<'a>(
+    resolved: &Resolved,
+    feet: impl Iterator<Item = &'a str>,
+) -> Result<(), Error> {
+    let feet: Vec<&str> = feet.collect();
+    match resolved.absent_foot(&feet) {
+        None => Ok(()),
+        Some(foot) => Err(Error::NoSuchFoot {
+            foot: foot.to_owned(),
+            feet: feet.into_iter().map(str::to_owned).collect(),
+        }),
+    }
+}
+
+/// Warns if the file has settings of feet, and none of them is among `feet`.
+pub(super) fn warn_of_unused_feet<'a>(resolved: &Resolved, feet: impl Iterator<Item = &'a str>) {
+    let settings = &resolved.overrides.feet;
+    let feet: Vec<&str> = feet.collect();
+    if !settings.is_empty() && !settings.keys().any(|name| is_among(name, &feet)) {
+        let names: Vec<&str> = settings.keys().map(String::as_str).collect();
+        warn(format!(
+            "{} has settings of {}, but there is {}",
+            resolved.file_name(),
+            names.join(", "),
+            feet.join(", ")
+        ));
+    }
+}
+
+/// Reads the settings of a configuration file. It is read once, so it may be a pipe.
+///
+/// # Errors
+/// The file cannot be read, or has an error.
+pub(super) fn read_config(path: &Path) -> Result<Resolved, ConfigError> {
+    let name = path.display().to_string();
+    match fs::read_to_string(path) {
+        Ok(text) => Resolved::of_file(ConfigFile { name, text }),
+        Err(source) => Err(ConfigError::Unreadable { file: name, source }),
     }
 }
 
@@ -286,23 +303,38 @@ impl ReadingArguments {
         Ok(())
     }
 
-    /// Returns the properties of the files that their format does not define.
-    pub(super) fn hints(&self, configuration: &Configuration) -> Result<Hints, Error> {
-        let hints = configuration.hints(self.sample_rate, self.gravity, &self.mounting)?;
-        Ok(Hints {
-            table: self.table.options(),
-            bag: self.bag.options(),
-            ..hints
+    /// Merges the options with a preset and a configuration file.
+    ///
+    /// # Errors
+    /// The file cannot be read, or has an error.
+    pub(super) fn resolved(
+        &self,
+        preset: Preset,
+        config: Option<&Path>,
+    ) -> Result<Resolved, Error> {
+        Ok(Resolved {
+            preset,
+            sample_rate: self.sample_rate,
+            gravity: self.gravity,
+            axes: self.mounting.axes.clone(),
+            ..config.map(read_config).transpose()?.unwrap_or_default()
         })
+    }
+
+    /// Returns the properties of the files that their format does not define.
+    pub(super) fn hints(&self, resolved: &Resolved) -> Result<Hints, Refusal> {
+        resolved.hints(self.table.options(), self.bag.options())
     }
 }
 
 impl RecordingArguments {
-    /// Returns the preset for recordings of a format, with the settings of the configuration.
-    pub(super) fn params(&self, configuration: &Configuration, format: Format) -> Params {
-        let mut params = self.preset.params(format);
-        configuration.overrides.apply(&mut params);
-        params
+    /// Merges preset, configuration file and options.
+    ///
+    /// # Errors
+    /// The file cannot be read, or has an error.
+    pub(super) fn resolved(&self, window: Option<WindowLength>) -> Result<Resolved, Error> {
+        let resolved = self.reading.resolved(self.preset, self.config.as_deref())?;
+        Ok(Resolved { window, ..resolved })
     }
 
     /// Returns the preset and the parameters that differ from it, in one line.
@@ -315,86 +347,7 @@ impl RecordingArguments {
     }
 }
 
-impl Configuration {
-    pub(super) fn read(path: Option<&Path>) -> Result<Self, Error> {
-        let Some(path) = path else {
-            return Ok(Self::default());
-        };
-        let file = path.display().to_string();
-        match fs::read_to_string(path) {
-            Ok(text) => Ok(Self {
-                overrides: Overrides::parse(&text, &file)?,
-                name: Some(file),
-                text,
-            }),
-            Err(source) => Err(ConfigError::Unreadable { file, source }.into()),
-        }
-    }
-
-    /// Returns the sensor correction set by the file, and those of single feet.
-    pub(super) fn corrections(
-        &self,
-    ) -> Result<(Correction, BTreeMap<String, Correction>), Refusal> {
-        let file = self.name.as_deref().unwrap_or_default();
-        let located = |refusal: Refusal| refusal.located(file, &self.text);
-        let all = self.overrides.correction(file).map_err(located)?;
-        Ok((all, self.overrides.foot_corrections(file).map_err(located)?))
-    }
-
-    /// Warns if the file has settings of feet, and none of them is among `feet`.
-    pub(super) fn check_feet<'a>(&self, feet: impl Iterator<Item = &'a str>) {
-        let settings = &self.overrides.feet;
-        let feet: Vec<&str> = feet.collect();
-        if !settings.is_empty() && !settings.keys().any(|name| is_among(name, &feet)) {
-            let names: Vec<&str> = settings.keys().map(String::as_str).collect();
-            warn(format!(
-                "{} has settings of {}, but there is {}",
-                self.name.as_deref().unwrap_or_default(),
-                names.join(", "),
-                feet.join(", ")
-            ));
-        }
-    }
-
-    /// Returns the properties of a file that its format does not define; options override the configuration.
-    pub(super) fn hints(
-        &self,
-        sample_rate: Option<f32>,
-        gravity: Option<Gravity>,
-        MountingArguments { axes }: &MountingArguments,
-    ) -> Result<Hints, Error> {
-        let (mut correction, mut foot_corrections) = self.corrections()?;
-        if let Some(axes) = axes {
-            axes.set(&mut correction, &mut foot_corrections);
-        }
-        Ok(Hints {
-            sample_rate: sample_rate.or(self.overrides.sample_rate_hz),
-            gravity: gravity.or(self.overrides.gravity),
-            correction,
-            foot_corrections,
-            table: TableOptions::default(),
-            bag: BagOptions::default(),
-        })
-    }
-
-    /// Returns the origins of the parameters, for errors; `sample_rate` and `window` are those of the options.
-    pub(super) fn origins<'a>(
-        &'a self,
-        recording: &'a str,
-        sample_rate: Option<f32>,
-        window: Option<WindowLength>,
-    ) -> Origins<'a> {
-        Origins {
-            file: self.name.as_deref(),
-            text: &self.text,
-            overrides: &self.overrides,
-            window,
-            recording,
-            sample_rate: match (sample_rate, self.overrides.sample_rate_hz) {
-                (Some(_), _) => RateOrigin::Option,
-                (None, Some(_)) => RateOrigin::Configuration,
-                (None, None) => RateOrigin::Recording,
-            },
-        }
-    }
+/// Place of a finding: a file, and the foot in it if it has a name.
+pub(super) fn place(file: &str, foot: Option<&str>) -> String {
+    foot.map_or_else(|| file.to_owned(), |foot| format!("{file}, foot {foot}"))
 }

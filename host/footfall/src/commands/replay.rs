@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use analysis::config::{GRAVITIES, parse_seconds, parse_window, word_of};
+use analysis::config::{GRAVITIES, Resolved, parse_seconds, parse_window, word_of};
 use analysis::parameters::{Estimation, ParametersReport};
 use analysis::replay::estimates::{self, Layout};
 use analysis::replay::foot::{ReplayError, Replayed, Table, Wanted, replay};
@@ -15,16 +15,13 @@ use analysis::summary::{InputReport, Source, Summaries, Summary};
 use clap::Args;
 use estimator_core::{Params, WindowLength};
 use recordings::events;
-use recordings::input::{About, Format, Stored};
+use recordings::input::{About, Format};
 use recordings::output::Feet;
 
+use super::copied::{Copied, CopiedArguments};
 use super::headings::{ESTIMATOR, INPUT, OUTPUT};
-use super::recording::{self, Configuration, RecordingArguments, with_mounting};
-#[cfg(feature = "bags")]
-use crate::bag_copy;
+use super::recording::{self, RecordingArguments, with_mounting};
 use crate::error::Error;
-#[cfg(not(feature = "bags"))]
-use crate::feature::Feature;
 use crate::files::{OutputError, STANDARD, write_file};
 use crate::messages::detail;
 use crate::plot::page;
@@ -59,6 +56,9 @@ pub struct ReplayArguments {
     /// copy of the bag that is replayed, with the contacts of its feet
     #[arg(long, value_name = "OUT.csv|parquet|mcap", help_heading = OUTPUT)]
     pub output: Option<PathBuf>,
+    /// Messages of all feet in a copy of a bag.
+    #[command(flatten)]
+    pub copied: CopiedArguments,
     /// Write the events: touch-downs, lift-offs, starts and ends of slips, with their distance, and of
     /// stances that are never stable; `-` is standard output
     #[arg(long, value_name = "OUT.csv", help_heading = OUTPUT)]
@@ -85,7 +85,7 @@ struct Done {
     /// Names of each foot in the recording.
     names: Vec<Vec<String>>,
     /// Feet whose contacts go into a copy of the bag.
-    copied: Vec<(Stored, Params)>,
+    copied: Vec<Copied>,
     feet: Vec<Foot>,
 }
 
@@ -98,13 +98,13 @@ struct Foot {
 impl ReplayArguments {
     pub(super) fn run(self) -> Result<(), Error> {
         let span = recording::span(self.from, self.to)?;
-        let configuration = Configuration::read(self.recording.config.as_deref())?;
+        let resolved = self.recording.resolved(self.window)?;
         targets::check_inputs(&self.inputs)?;
         self.check_targets()?;
         let jobs = self.jobs.unwrap_or_else(jobs::all_cores);
         let bars = Bars::default();
         let done = jobs::run(&self.inputs, jobs, |input| {
-            self.replay(&configuration, input, span, jobs, &bars)
+            self.replay(&resolved, input, span, jobs, &bars)
         });
         let done: Vec<Done> = done.into_iter().collect::<Result<_, _>>()?;
         let names = || {
@@ -112,8 +112,8 @@ impl ReplayArguments {
                 .flat_map(|done| done.names.iter().flatten())
                 .map(String::as_str)
         };
-        self.recording.reading.mounting.check_feet(names())?;
-        configuration.check_feet(names());
+        recording::check_axes(&resolved, names())?;
+        recording::warn_of_unused_feet(&resolved, names());
         let mut feet = Vec::new();
         let mut copied = Vec::new();
         for one in done {
@@ -132,52 +132,15 @@ impl ReplayArguments {
             details.iter().for_each(detail);
             notices.iter().for_each(warn);
             for Foot { foot, .. } in &replayed {
-                let place = match &foot.summary.foot {
-                    Some(name) => format!("{file}, foot {name}"),
-                    None => file.clone(),
-                };
+                let place = recording::place(&file, foot.summary.foot.as_deref());
                 self.recording.reading.report(&place, &foot.findings)?;
             }
             feet.extend(replayed);
         }
         if let Some(bag) = self.bag() {
-            self.copy_bag(bag, copied, span)?;
+            self.copied.copy(&self.inputs, bag, copied, span)?;
         }
         self.write(feet)
-    }
-
-    /// Copies the bag with the contacts of its feet.
-    #[cfg(feature = "bags")]
-    fn copy_bag(
-        &self,
-        to: &Path,
-        feet: Vec<(String, (Stored, Params))>,
-        span: Span,
-    ) -> Result<(), Error> {
-        let feet = feet
-            .into_iter()
-            .map(|(name, (stored, params))| bag_copy::Foot {
-                name,
-                stored,
-                params,
-                span,
-            });
-        let mut feet: Vec<_> = feet.collect();
-        for input in &self.inputs {
-            // Parts that end early were reported when the samples were read.
-            bag_copy::write(input, &mut feet, to)?;
-        }
-        Ok(())
-    }
-
-    #[cfg(not(feature = "bags"))]
-    fn copy_bag(
-        &self,
-        to: &Path,
-        _: Vec<(String, (Stored, Params))>,
-        _: Span,
-    ) -> Result<(), Error> {
-        Err(OutputError::from(Feature::Bags.missing_for(to.display())).into())
     }
 
     /// Checks that all results can be written before computing them.
@@ -190,6 +153,7 @@ impl ReplayArguments {
         let picture = self.plot.iter().map(|path| Target::Drawing(path));
         let all: Vec<_> = table.chain(events).chain(picture).collect();
         targets::check(&self.inputs, &all)?;
+        self.copied.check(self.bag())?;
         if let Some(bag) = self.bag() {
             let file = bag.display().to_string();
             let [input] = &self.inputs[..] else {
@@ -229,7 +193,7 @@ impl ReplayArguments {
     /// Reads a recording and estimates all its feet.
     fn replay(
         &self,
-        configuration: &Configuration,
+        resolved: &Resolved,
         input: &Path,
         span: Span,
         jobs: NonZeroUsize,
@@ -244,13 +208,10 @@ impl ReplayArguments {
             let file = bag.display().to_string();
             return Err(OutputError::OneBagOnly { file }.into());
         }
-        let mut params = self.recording.params(configuration, format);
-        if let Some(window) = self.window {
-            params.window = window;
-        }
+        let params = resolved.params(format);
         let file = input.display().to_string();
-        let origins = configuration.origins(&file, self.recording.reading.sample_rate, self.window);
-        let hints = self.recording.reading.hints(configuration)?;
+        let origins = resolved.origins(&file);
+        let hints = self.recording.reading.hints(resolved)?;
         let mut stored = opened.store_all(&hints)?;
         let names = stored.iter().map(|stored| {
             stored
@@ -311,15 +272,14 @@ impl ReplayArguments {
         let drawing = self.plot.as_deref().map(Drawing::of);
         let params_of = |names: &[String]| {
             let names: Vec<&str> = names.iter().map(String::as_str).collect();
-            let mut params = params;
-            configuration.overrides.apply_foot(&names, &mut params);
-            params
+            resolved.params_of(&names, format)
         };
         let feet = jobs::run(&stored, jobs, |(names, stored)| {
             let mut stored = stored.lock().unwrap_or_else(PoisonError::into_inner);
             let mut watched = Watched {
                 bar: bars.estimating(stored.about.samples as u64),
                 picture: drawing.map(|drawing| Picture::new(drawing, &stored, span)),
+                events: self.bag().map(|_| Vec::new()),
             };
             let params = params_of(names);
             let replayed = replay(&mut stored, &params, &wanted, &mut watched);
@@ -347,15 +307,20 @@ impl ReplayArguments {
                 learnt: foot.learnt.into(),
             });
             let recognised = recognised(about, &foot.summary);
-            let picture = watched.picture;
-            Ok::<_, Error>((Foot { foot, picture }, recognised))
+            let Watched {
+                picture, events, ..
+            } = watched;
+            let events = events.unwrap_or_default();
+            Ok::<_, Error>(((Foot { foot, picture }, events), recognised))
         });
         let feet: Vec<_> = feet.into_iter().collect::<Result<_, _>>()?;
         let (feet, mut details): (Vec<_>, Vec<_>) = feet.into_iter().unzip();
-        let copied = stored.into_iter().filter(|_| self.bag().is_some());
-        let copied = copied.map(|(names, stored)| {
+        let (feet, events): (Vec<_>, Vec<_>) = feet.into_iter().unzip();
+        let copied = stored.into_iter().zip(events);
+        let copied = copied.filter(|_| self.bag().is_some());
+        let copied = copied.map(|((names, stored), events)| {
             let stored = stored.into_inner().unwrap_or_else(PoisonError::into_inner);
-            (stored, params_of(names))
+            (stored, params_of(names), events)
         });
         let copied = copied.collect();
         details.push(format!(

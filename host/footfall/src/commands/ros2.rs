@@ -5,14 +5,12 @@ use std::fmt::Write;
 use std::net::{IpAddr, Ipv4Addr};
 
 use clap::{Args, ValueEnum};
+use live::LinkError;
 use live::link::pace::Speed;
-use live::{LinkError, Source};
 use ros::Published;
-use ros_node::{FootNode, Options, Reliability};
+use ros::node::{FootNode, Options, Reliability};
 
-use super::feet::FeetArguments;
-use super::monitor::SOURCES;
-use super::played::PlayedArguments;
+use super::listen::ListenArguments;
 use super::published::PublishedArguments;
 use crate::error::Error;
 use crate::files::finish_when_interrupted;
@@ -23,15 +21,9 @@ use crate::stream::{Sink, Stream, deadline};
 /// Arguments of `footfall ros2`.
 #[derive(Debug, Args)]
 pub struct Ros2Arguments {
-    /// Where the feet stream from.
-    #[arg(help = SOURCES)]
-    pub source: Source,
-    /// Which nodes are feet.
+    /// Feet that stream.
     #[command(flatten)]
-    pub feet: FeetArguments,
-    /// How a recording of an IMU is read.
-    #[command(flatten)]
-    pub played: PlayedArguments,
+    pub listen: ListenArguments,
     /// Frames, and messages of other programs.
     #[command(flatten)]
     pub published: PublishedArguments,
@@ -134,17 +126,13 @@ impl Ros2Arguments {
                 ReliabilityOption::BestEffort => Reliability::BestEffort,
             },
             depth: self.depth.into(),
-            source: self.source.to_string(),
+            source: self.listen.source.to_string(),
             frame_id: self.published.frame(),
             compat: self.published.compat.clone(),
         };
         finish_when_interrupted();
-        let feet = self.feet.feet()?;
-        let mut stream = Stream::open(
-            self.played.read(self.source)?.at_speed(Speed::REAL),
-            feet,
-            bridge,
-        );
+        let (source, feet) = self.listen.listen(Speed::REAL)?;
+        let mut stream = Stream::open(source, feet, bridge);
         stream.wait_until_open()?;
         let mut node = FootNode::new(options)?;
         let ended = stream.run(deadline(self.seconds), &mut node)?;
@@ -161,11 +149,23 @@ impl Ros2Arguments {
 
 impl Sink for FootNode {
     fn publish(&mut self, published: Published) -> Result<(), Error> {
+        warn_of_namesake(self);
         Ok(Self::publish(self, published)?)
     }
 
     fn idle(&mut self) -> Result<(), Error> {
+        warn_of_namesake(self);
         Ok(())
+    }
+}
+
+/// Warns once about another node of the same name.
+fn warn_of_namesake(node: &FootNode) {
+    if node.has_new_namesake() {
+        warn(format!(
+            "another node in the domain is named {}, too: give this one a name of its own with --node-name or --namespace",
+            node.name()
+        ));
     }
 }
 

@@ -4,7 +4,7 @@ use clap::{Args, ValueEnum};
 use live::Source;
 
 use super::feet::FeetArguments;
-use super::monitor::SOURCES;
+use super::listen::SOURCES;
 use super::played::PlayedArguments;
 use super::published::PublishedArguments;
 use crate::error::Error;

@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::robot::{Event, Robot};
-use crate::schema::Line;
+use crate::schema::{Described, Kind, Line};
 
 /// A foot as it is, for programs.
 #[derive(Debug, JsonSchema, Serialize)]
@@ -60,6 +60,10 @@ pub struct FootLine<'a> {
     several_boards: bool,
 }
 
+impl Described for FootLine<'_> {
+    const KIND: Kind = Kind::Monitor;
+}
+
 /// An event, for programs.
 #[derive(Debug, JsonSchema, Serialize)]
 pub struct EventLine<'a> {
@@ -69,6 +73,10 @@ pub struct EventLine<'a> {
     foot: Option<&'a str>,
     /// Event in words.
     event: &'a str,
+}
+
+impl Described for EventLine<'_> {
+    const KIND: Kind = Kind::MonitorEvent;
 }
 
 fn foot_line<'a>(robot: &Robot, foot: &'a LiveFoot) -> FootLine<'a> {

@@ -1,5 +1,5 @@
-//! Forwarding of server log entries that concern the user: errors, and slow clients, which the server reports in no
-//! other way.
+//! Forwarding of server log entries that concern the user: errors, failed handshakes, and slow clients, which the server
+//! reports in no other way.
 
 use std::fmt::{self, Debug, Write};
 
@@ -12,6 +12,9 @@ use crate::messages::warn;
 
 /// Prefix of a log entry about dropped messages; at most two a minute for all clients.
 const FULL: &str = "outbox for client ";
+
+/// Begin and end of a log entry about a client without the protocol: an old viewer, or another program.
+const HANDSHAKE: [&str; 2] = ["Dropping client ", ": handshake failed"];
 
 /// Starts forwarding the server's log entries.
 pub fn notice() {
@@ -57,6 +60,14 @@ fn what_to_say(level: Level, note: &str) -> Option<String> {
             "the viewer at {client} takes less than is sent: its oldest messages are dropped"
         ));
     }
+    let client = note
+        .strip_prefix(HANDSHAKE[0])
+        .and_then(|rest| rest.strip_suffix(HANDSHAKE[1]));
+    if let Some(client) = client {
+        return Some(format!(
+            "the viewer at {client} did not offer the subprotocol foxglove.sdk.v1 in its handshake: update it"
+        ));
+    }
     (level == Level::ERROR).then(|| note.to_owned())
 }
 
@@ -78,11 +89,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_slow_viewers_and_errors_are_reported() {
+    fn slow_and_old_viewers_and_errors_are_reported() {
         assert_eq!(
             what_to_say(Level::INFO, "outbox for client 127.0.0.1:9 full").as_deref(),
             Some(
                 "the viewer at 127.0.0.1:9 takes less than is sent: its oldest messages are dropped"
+            )
+        );
+        assert_eq!(
+            what_to_say(Level::ERROR, "Dropping client [::1]:9: handshake failed").as_deref(),
+            Some(
+                "the viewer at [::1]:9 did not offer the subprotocol foxglove.sdk.v1 in its handshake: update it"
             )
         );
         assert_eq!(what_to_say(Level::INFO, "Started server"), None);

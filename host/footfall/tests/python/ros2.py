@@ -1,7 +1,13 @@
-"""Subscribes with CycloneDDS to what `footfall ros2` publishes, and compares every message with a
-recording of the same feet by `footfall record`. The interface package is read by the parsers of others.
+"""Subscribes with CycloneDDS to the messages of `footfall ros2`.
 
-Usage: ros2.py WHOSE RELIABILITY FOOTFALL REC.mcap ROS2-ARGUMENT...
+Usage:
+    ros2.py all WHOSE RELIABILITY FOOTFALL REC.mcap ROS2-ARGUMENT...
+        compares every message with a recording of the same feet by `footfall record`. The interface package is read
+        by the parsers of others
+    ros2.py now FOOTFALL ROS2-ARGUMENT...
+        compares the stamps of a foot FL with the clock of this machine
+    ros2.py namesake FOOTFALL ROS2-ARGUMENT...
+        expects one warning about another node of the same name, and none beside a node of another name
 """
 
 import faulthandler
@@ -19,6 +25,7 @@ from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.idl import IdlStruct
 from cyclonedds.idl.types import array, float32, float64, int32, sequence, uint8, uint16, uint32
+from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from mcap_ros2.reader import read_ros2_messages
@@ -268,12 +275,64 @@ def take_last_words(received, other_topic, other_values):
     assert other_values(received[other_topic].pop()) == [0.0] * len(FEET)
 
 
-def main(whose, reliability, footfall, recording, *arguments):
+def participant_of(arguments):
+    """A participant of the domain among the arguments of `footfall ros2`."""
+    return DomainParticipant(int(arguments[arguments.index("--domain-id") + 1]))
+
+
+def topic_of_nodes(participant):
+    return Topic(participant, "ros_discovery_info", ParticipantEntitiesInfo)
+
+
+# Quality of service of messages about nodes.
+ABOUT_NODES = Qos(Policy.Reliability.Reliable(0), Policy.Durability.TransientLocal)
+
+
+def check_now(footfall, *arguments):
+    """The stamps of contacts are at most half a second from the time of their reception."""
+    participant = participant_of(arguments)
+    qos = Qos(Policy.Reliability.Reliable(0), Policy.Durability.Volatile, Policy.History.KeepAll)
+    reader = DataReader(participant, Topic(participant, "rt/footfall/FL/contact", Contact), qos=qos)
+    program = subprocess.Popen([footfall, "ros2", *arguments])
+    ages = []
+    while program.poll() is None:
+        time.sleep(0.01)
+        now = time.time_ns()
+        contacts = [sample for sample in reader.take(10_000) if isinstance(sample, Contact)]
+        ages += [1.0e-9 * (now - nanoseconds(contact.header.stamp)) for contact in contacts]
+    assert program.returncode == 0, program.returncode
+    assert len(ages) > 1000, len(ages)
+    ages.sort()
+    # A stalled machine delays some.
+    assert abs(ages[0]) < 0.5 and abs(ages[len(ages) * 9 // 10]) < 0.5, (ages[0], ages[-1])
+
+
+def check_namesake(footfall, *arguments):
+    """Another participant says that it has a node /footfall, as any node of ROS of that name does."""
+    participant = participant_of(arguments)
+    nodes = DataWriter(participant, topic_of_nodes(participant), qos=ABOUT_NODES)
+    named = NodeEntitiesInfo(node_namespace="/", node_name="footfall", reader_gid_seq=[], writer_gid_seq=[])
+    gid = Gid(data=[7] * 16)
+    programs = [
+        subprocess.Popen([footfall, "ros2", *arguments, *name], stderr=subprocess.PIPE, text=True)
+        for name in ([], ["--node-name", "other"], ["--namespace", "dog"])
+    ]
+    while any(program.poll() is None for program in programs):
+        nodes.write(ParticipantEntitiesInfo(gid=gid, node_entities_info_seq=[named]))
+        time.sleep(0.1)
+    errors = [program.communicate()[1] for program in programs]
+    assert [program.returncode for program in programs] == [0, 0, 0], errors
+    [warning, *others] = errors
+    assert warning.count("\n") == 1 and "another node" in warning and " /footfall" in warning, warning
+    assert others == ["", ""], others
+
+
+def check_all(whose, reliability, footfall, recording, *arguments):
     check_package()
     reliable = reliability == "reliable"
     policy = Policy.Reliability.Reliable(0) if reliable else Policy.Reliability.BestEffort
     qos = Qos(policy, Policy.Durability.Volatile, Policy.History.KeepAll)
-    participant = DomainParticipant(int(arguments[arguments.index("--domain-id") + 1]))
+    participant = participant_of(arguments)
     other_topic, other_type, other_values = WHOSE[whose]
     types = {other_topic: other_type, "/diagnostics": DiagnosticArray}
     for foot in FEET:
@@ -285,9 +344,7 @@ def main(whose, reliability, footfall, recording, *arguments):
     readers = {}
     for topic, kind in types.items():
         readers[topic] = DataReader(participant, Topic(participant, f"rt{topic}", kind), qos=qos)
-    about_nodes = Qos(Policy.Reliability.Reliable(0), Policy.Durability.TransientLocal)
-    nodes = Topic(participant, "ros_discovery_info", ParticipantEntitiesInfo)
-    nodes = DataReader(participant, nodes, qos=about_nodes)
+    nodes = DataReader(participant, topic_of_nodes(participant), qos=ABOUT_NODES)
 
     program = subprocess.Popen([footfall, "ros2", *arguments])
     info = None
@@ -346,4 +403,5 @@ def check_other(messages, published, values, whose):
 
 
 faulthandler.dump_traceback_later(HANGS_S, exit=True)
-main(*sys.argv[1:])
+CHECKS = {"all": check_all, "now": check_now, "namesake": check_namesake}
+CHECKS[sys.argv[1]](*sys.argv[2:])

@@ -2,6 +2,7 @@
 
 usage: view.py compare PROGRAM SOURCE REC.mcap
        view.py slow PROGRAM SOURCE
+       view.py old PROGRAM SOURCE
 
 `compare` subscribes to every channel that is announced, decodes what comes with the definitions that are
 announced, and compares all of it with what `footfall record` has written of the same source: equal, in order,
@@ -9,6 +10,8 @@ and from the first message of each topic to its last. Then it makes sure that it
 is missing, or has another value. Prints how many messages each topic had.
 
 `slow` subscribes to everything and takes nothing, until the server says so.
+
+`old` offers the subprotocol of older viewers alone, and is refused with a sentence that names the one needed.
 """
 
 import contextlib
@@ -29,11 +32,13 @@ from collections import defaultdict
 import numpy
 from mcap_ros2.reader import read_ros2_messages
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 PROTOCOL = "foxglove.sdk.v1"
 MESSAGE_DATA = 1
 ENDED = "has ended"
+OLD_PROTOCOL = "foxglove.websocket.v1"
 SLOW = "takes less than is sent: its oldest messages are dropped"
 # Nothing for as long, and the source has ended: that was all.
 QUIET_S = 2.0
@@ -90,11 +95,11 @@ def subscribe(client, channels, subscriptions):
     client.send(json.dumps({"op": "subscribe", "subscriptions": new}))
 
 
-def connected(server, max_queue):
+def connected(server, max_queue, protocol=PROTOCOL):
     # No pings: a client that is slow, or on a busy machine, is not gone.
     return connect(
         server.url,
-        subprotocols=[PROTOCOL],
+        subprotocols=[protocol],
         compression=None,
         max_queue=max_queue,
         ping_interval=None,
@@ -262,5 +267,20 @@ def main_slow(program, source):
         server.stop()
 
 
+def main_old(program, source):
+    with served(program, source) as server:
+        try:
+            connected(server, max_queue=1, protocol=OLD_PROTOCOL).close()
+        except InvalidStatus as refused:
+            assert refused.response.status_code == 400, refused
+        else:
+            raise AssertionError("an old viewer is connected")
+        warning = server.process.stderr.readline()
+        port = server.url.rpartition(":")[2]
+        assert re.search(rf" the viewer at 127\.0\.0\.1:\d+ did not offer the subprotocol {PROTOCOL} ", warning), warning
+        assert port not in warning, warning
+        assert server.stop() == ""
+
+
 faulthandler.dump_traceback_later(HANGS_S, exit=True)
-{"compare": main_compare, "slow": main_slow}[sys.argv[1]](*sys.argv[2:])
+{"compare": main_compare, "slow": main_slow, "old": main_old}[sys.argv[1]](*sys.argv[2:])

@@ -16,7 +16,7 @@ use wire::uart::{Message, NmtRequest};
 use wire::{Address, CanFrame, DataType, Emergency, NodeId, Value};
 
 use super::scan::{self, SCAN};
-use crate::link::{Link, Sending};
+use crate::link::{LISTEN, Link, Sending};
 pub use error::RequestError;
 use requests::Came;
 
@@ -28,9 +28,6 @@ const STORE: Duration = Duration::from_secs(3);
 
 /// Maximum number of attempts per request, because frames may be lost.
 pub(super) const TRIES: u32 = 3;
-
-/// Timeout of one receive.
-pub(super) const LISTEN: Duration = Duration::from_millis(5);
 
 /// Tolerance for messages out of order on a serial line, µs; if the clock goes back by more, the foot has
 /// restarted.

@@ -1,5 +1,6 @@
 //! Objects by name, and their values as text.
 
+use analysis::nearest::{did_you_mean, nearest};
 use thiserror::Error;
 use wire::dictionary::{self, Entry, Limits, Object, Role, Shape};
 use wire::{Address, NodeId, Value};
@@ -20,7 +21,7 @@ pub struct Named {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum NameError {
     /// No object has this name.
-    #[error("no object is called {name:?}{}", did_you_mean(near))]
+    #[error("no object is called {name:?}{}", suggestion(near))]
     Unknown {
         /// The name.
         name: String,
@@ -39,37 +40,18 @@ pub enum NameError {
     },
 }
 
-fn did_you_mean(near: &[String]) -> String {
-    if near.is_empty() {
-        return String::new();
-    }
-    format!("; did you mean {}?", near.join(" or "))
+fn suggestion(near: &[String]) -> String {
+    let question = did_you_mean(near);
+    question.map_or_else(String::new, |question| format!("; {question}"))
 }
 
-/// Minimum similarity of a suggested name, 0 to 1.
-const ALIKE: f64 = 0.8;
-
-/// Returns up to three names that contain `text`, or are similar to it as a whole or in the last part. The titles in
-/// the dictionary count as names.
+/// Returns names similar to `text`. The titles in the dictionary count as names.
 fn near(text: &str) -> Vec<String> {
-    let last = |name: &str| name.rsplit('.').next().unwrap_or_default().to_owned();
-    let likeness = |name: &str| {
-        let whole = strsim::normalized_damerau_levenshtein(name, text);
-        let parts = strsim::normalized_damerau_levenshtein(&last(name), &last(text));
-        let contained = if name.contains(text) { ALIKE } else { 0.0 };
-        // A last part such as "ax" occurs in several tables.
-        whole.max(0.9 * parts).max(contained)
-    };
-    let mut near: Vec<_> = Named::all()
-        .map(|named| {
-            let name = named.name();
-            (likeness(&name).max(likeness(&named.title())), name)
-        })
-        .collect();
-    near.retain(|(likeness, _)| *likeness >= ALIKE);
-    // The sort is stable: equally similar names keep the order of the dictionary.
-    near.sort_by(|(a, _), (b, _)| b.total_cmp(a));
-    near.into_iter().map(|(_, name)| name).take(3).collect()
+    let spellings = Named::all().flat_map(|named| {
+        let name = named.name();
+        [(name.clone(), name.clone()), (named.title(), name)]
+    });
+    nearest(spellings, text)
 }
 
 /// Converts a title to a part of a name: lower case, with `_` between words.

@@ -12,8 +12,7 @@ use wire::dictionary::{PRODUCT_CODE, index};
 use wire::foot::cob_id;
 use wire::{Address, CanFrame, NodeId};
 
-use super::client::LISTEN;
-use crate::link::{Arrival, Link, LinkError, Sending};
+use crate::link::{Arrival, LISTEN, Link, LinkError, Sending};
 
 /// Duration of a scan; a foot sends a contact every millisecond, and a heartbeat in any state twice a second.
 pub const SCAN: Duration = Duration::from_millis(1200);

@@ -63,7 +63,8 @@ impl Image {
 pub struct Program {
     /// Version; `None` while the bootloader runs.
     pub version: Option<String>,
-    /// Value of object 0x1F56: the first bytes of the program's hash, or 0 of one that a probe has written.
+    /// Value of object 0x1F56: the first bytes of the program's hash; of one that a probe has written those of its
+    /// commit, or 0.
     pub identification: u32,
 }
 
@@ -380,7 +381,7 @@ fn program(client: &mut Client, runs: Runs) -> Result<Program, RequestError> {
     })
 }
 
-/// Number of the running program, or `None` of one that a probe has written or that has no such object; and the
+/// Number of the running program, or `None` where no commit has its sources or where it has no such object; and the
 /// reason why the last image was refused.
 ///
 /// # Errors

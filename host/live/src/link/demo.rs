@@ -4,11 +4,13 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
+use estimator_core::Timestamp;
+
 use super::pace::{Pace, Speed};
-use super::{Arrival, Arrived, Link, LinkError, Sending};
+use super::{Arrival, Arrived, Link, LinkError, Sending, now};
 use crate::robot::Robot;
 use crate::robot::board::INTERFACE;
-use crate::source::{Demo, DemoLine};
+use crate::source::{Demo, DemoClock, DemoLine};
 
 /// Line to a simulated robot.
 pub struct SimulatedFeet {
@@ -22,6 +24,8 @@ pub struct SimulatedFeet {
     waiting: VecDeque<Arrived>,
     /// Time of the tick that is computed but not due yet, µs.
     is_due: Option<u64>,
+    /// Time by which the output is later than on the robot's clock, µs.
+    later_us: u64,
 }
 
 impl SimulatedFeet {
@@ -29,6 +33,10 @@ impl SimulatedFeet {
     #[must_use]
     pub fn new(demo: &Demo) -> Self {
         let robot = Robot::new(demo.feet, demo.seed, demo.line);
+        let later_us = match demo.clock {
+            DemoClock::Fixed => 0,
+            DemoClock::Now => now().as_micros().saturating_sub(robot.now().as_micros()),
+        };
         Self {
             ports: robot.names().map(Arc::from).collect(),
             line: demo.line,
@@ -39,6 +47,7 @@ impl SimulatedFeet {
             interface: INTERFACE.into(),
             waiting: VecDeque::new(),
             is_due: None,
+            later_us,
             robot,
         }
     }
@@ -77,8 +86,9 @@ impl Link for SimulatedFeet {
                 }
                 self.is_due = None;
             }
-            if let Some(arrived) = self.waiting.pop_front() {
-                return Ok(Some(arrived));
+            if let Some((at, arrival)) = self.waiting.pop_front() {
+                let at = Timestamp::from_micros(at.as_micros() + self.later_us);
+                return Ok(Some((at, arrival)));
             }
             if self.robot.elapsed_us() >= self.end_us {
                 return Err(LinkError::Ended("the demo".to_owned()));

@@ -1,13 +1,12 @@
 //! Simulated foot: its walk and its sensor, and the board's program around [`firmware::Foot`].
 
 use estimator_core::{Timestamp, Validity};
+use firmware::Start;
 use firmware::commands::UartReceiver;
 use firmware::ports::{Input, Reloaded, Request};
-use firmware::sampling::{Activity, Measurement, SensorFault, Tick};
-use firmware::{Foot, Ports, Start};
+use firmware::sampling::{Activity, Measurement, SensorFault};
 use gait::control::MOST_FEET;
-use gait::record::TICK_US;
-use gait::{Plan, SensorParams, Walked, Walking};
+use gait::{EndlessRounds, Walked};
 use storage::{Erase, Origin, Storage};
 use wire::dictionary::index;
 use wire::node::BootCause;
@@ -15,6 +14,7 @@ use wire::{Address, CanFrame, Fault, Foot as Position, NodeId, Settings, Value};
 
 use super::board;
 use super::flash::{Flash, SIZE};
+use super::program::Program;
 use crate::source::DemoLine;
 
 /// Duration of the sensor's self-test, ticks; shorter than on the board, whose waits are longer.
@@ -26,14 +26,12 @@ const CLOCKS_PPM: [f64; MOST_FEET] = [0.0, 18.0, -11.0, 25.0, -27.0, 7.0];
 /// Interval by which each foot was switched on before the preceding one, µs.
 const SWITCHED_ON_US: i64 = 137_000;
 
-/// Duration of a plan, after which the next begins, s.
-const PLAN_S: f64 = 1800.0;
-
 /// Simulated foot.
 pub(super) struct SimulatedFoot {
     position: Position,
-    walk: Walk,
+    walk: EndlessRounds,
     program: Program,
+    self_test: SelfTest,
     storage: Storage<Flash>,
     clock: OwnClock,
     serial: u32,
@@ -58,62 +56,23 @@ impl OwnClock {
     }
 }
 
-/// State between two resets of the board.
-struct Program {
-    foot: Foot,
-    ports: Ports,
-    /// Remaining ticks of the sensor's self-test, and whether its result is pending.
-    self_test_ticks: u32,
-    is_tested: bool,
+/// Self-test of the sensor since the last reset of the board.
+struct SelfTest {
+    /// Remaining ticks.
+    ticks: u32,
+    /// Whether its result is pending.
+    is_pending: bool,
 }
 
-/// Endless walk: one plan after the other, with the same sensor.
-struct Walk {
-    walking: Walking,
-    ticks_left: u64,
-    seed: u64,
-    rounds: u64,
-    phase_s: f64,
-    /// Start of the current plan, µs.
-    begun_us: u64,
-    ticks: u64,
-}
-
-impl Walk {
-    fn new(seed: u64, phase_s: f64) -> Self {
-        let (walking, ticks_left) = walking(seed, 0, phase_s);
+impl SelfTest {
+    /// Begins a self-test if the settings demand it.
+    fn after_reset(settings: &Settings) -> Self {
+        let is_pending = settings.self_test();
         Self {
-            walking,
-            ticks_left,
-            seed,
-            rounds: 0,
-            phase_s,
-            begun_us: 0,
-            ticks: 0,
+            ticks: if is_pending { SELF_TEST_TICKS } else { 0 },
+            is_pending,
         }
     }
-
-    fn tick(&mut self) -> Walked {
-        if self.ticks_left == 0 {
-            self.rounds += 1;
-            (self.walking, self.ticks_left) = walking(self.seed, self.rounds, self.phase_s);
-            self.begun_us = self.ticks * TICK_US;
-        }
-        self.ticks_left -= 1;
-        self.ticks += 1;
-        let mut walked = self.walking.tick();
-        let time = walked.imu.timestamp.as_micros() + self.begun_us;
-        walked.imu.timestamp = Timestamp::from_micros(time);
-        walked
-    }
-}
-
-/// Plan with steps from `seed` and `round` and the sensor from `seed`, and its duration in ticks.
-fn walking(seed: u64, round: u64, phase_s: f64) -> (Walking, u64) {
-    let mut plan = Plan::rounds(PLAN_S, seed.wrapping_add(round << 32));
-    plan.standing += phase_s;
-    let ticks = (plan.duration * 1.0e6) as u64 / TICK_US;
-    (Walking::new(&plan, &SensorParams::LSM6DSOX, seed), ticks)
 }
 
 impl SimulatedFoot {
@@ -148,8 +107,9 @@ impl SimulatedFoot {
             clock,
             failing_axes: 0,
             position,
-            walk: Walk::new(seed, phase_s),
-            program: Program::start(settings, serial, BootCause::PowerUp),
+            walk: EndlessRounds::new(seed, phase_s),
+            self_test: SelfTest::after_reset(&settings),
+            program: started(settings, serial, BootCause::PowerUp),
             storage,
             serial,
             receiver: UartReceiver::new(),
@@ -203,29 +163,18 @@ impl SimulatedFoot {
     /// Runs the program for the millisecond that begins at `now`.
     pub(super) fn tick(&mut self, now: Timestamp, walked: &Walked) {
         let edge = self.clock.time(walked.imu.timestamp);
-        let tick = Tick {
-            time: self.clock.time(now),
-            edge: Some(edge),
-            ..Tick::default()
-        };
         let measurement = self.measure(edge, walked);
-        let Program { foot, ports, .. } = &mut self.program;
-        foot.tick(&tick, &measurement, None, ports);
+        self.program.tick(self.clock.time(now), &measurement);
         while let Some(request) = self.program.ports.try_next_request() {
             self.serve(request, now);
         }
     }
 
     fn measure(&mut self, edge: Timestamp, walked: &Walked) -> Measurement {
-        let Program {
-            self_test_ticks,
-            is_tested,
-            ..
-        } = &mut self.program;
         let mut sample = walked.imu;
         sample.timestamp = edge;
-        if *self_test_ticks > 0 {
-            *self_test_ticks -= 1;
+        if self.self_test.ticks > 0 {
+            self.self_test.ticks -= 1;
             sample.validity = Validity::Invalid;
             return Measurement {
                 activity: Activity::SelfTest,
@@ -233,7 +182,7 @@ impl SimulatedFoot {
             };
         }
         let mut measurement = board::measurement(sample, walked.raw);
-        if std::mem::take(is_tested) && self.failing_axes != 0 {
+        if std::mem::take(&mut self.self_test.is_pending) && self.failing_axes != 0 {
             measurement.fault = Some(SensorFault {
                 fault: Fault::SensorSelfTest,
                 detail: self.failing_axes,
@@ -268,40 +217,30 @@ impl SimulatedFoot {
                 let (settings, origin) = self.storage.load();
                 self.receiver = UartReceiver::new();
                 self.clock.began_us = now.as_micros() as i64;
-                self.program = Program::start(settings, self.serial, BootCause::Commanded);
+                self.self_test = SelfTest::after_reset(&settings);
+                self.program = started(settings, self.serial, BootCause::Commanded);
                 debug_assert_ne!(origin, Origin::Corrupted, "its flash keeps what is written");
             }
         }
     }
 
-    /// Returns the pending frames for the bus.
+    /// Takes the pending frames for the bus.
     pub(super) fn take_frames(&mut self) -> impl Iterator<Item = CanFrame> + '_ {
-        std::iter::from_fn(|| self.program.ports.try_next_can())
+        self.program.frames()
     }
 
-    /// Returns the pending bytes for the serial line.
+    /// Takes the pending bytes for the serial line.
     pub(super) fn take_serial(&mut self) -> Vec<u8> {
-        let mut bytes = Vec::new();
-        while let Some(frame) = self.program.ports.try_next_uart() {
-            bytes.extend_from_slice(frame.as_bytes());
-        }
-        bytes
+        self.program.take_serial()
     }
 }
 
-impl Program {
-    fn start(settings: Settings, serial: u32, cause: BootCause) -> Self {
-        let start = Start {
-            cause,
-            ..board::switched_on(serial)
-        };
-        let is_tested = settings.self_test();
-        let foot = Foot::new(settings, start);
-        Self {
-            foot: foot.unwrap_or_else(|_| unreachable!("stored settings fit each other")),
-            ports: Ports::new(),
-            self_test_ticks: if is_tested { SELF_TEST_TICKS } else { 0 },
-            is_tested,
-        }
-    }
+/// Starts the program of a board.
+fn started(settings: Settings, serial: u32, cause: BootCause) -> Program {
+    let start = Start {
+        cause,
+        ..board::switched_on(serial)
+    };
+    let program = Program::new(settings, start);
+    program.unwrap_or_else(|_| unreachable!("stored settings fit each other"))
 }

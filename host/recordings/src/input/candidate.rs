@@ -5,9 +5,9 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use super::Opened;
-use super::foreign::Foreign;
 use super::format::Format;
-use super::magic::{self, Known};
+use samples::foreign::Foreign;
+use samples::magic::{self, ContainerKind, Known};
 
 /// Extensions used only for recordings. A file of this name that is not a recording is an error.
 const OF_RECORDINGS: [&str; 5] = ["csv", "tsv", "parquet", "mcap", "db3"];
@@ -36,7 +36,7 @@ pub fn is_recording(path: &Path, format: Option<Format>) -> io::Result<bool> {
     file.take(magic::LENGTH as u64).read_to_end(&mut first)?;
     Ok(match magic::known(&first) {
         // Many programs use SQLite databases.
-        Some(Known::Container(format)) => format != Format::Rosbag2,
+        Some(Known::Container(kind)) => kind != ContainerKind::Sqlite,
         // It is read where its converter is installed; the reason is said where it is not.
         Some(Known::Foreign(kind)) => matches!(kind, Foreign::Ros1Bag),
         None if OF_TEXTS.contains(&extension.as_str()) => {

@@ -10,6 +10,7 @@ use super::mapping::{Mapping, is_ours};
 use super::options::{TimeUnit, Units};
 pub use super::place::{Cell, Place};
 use super::refusal::ContainerError;
+use super::sensors::options;
 use super::time::{MAX_TIME_S, MILLISECONDS_HINT};
 use crate::number::{shown, shown_rate};
 
@@ -258,19 +259,19 @@ pub enum InputError {
     },
     /// A table has several sensors.
     #[error(
-        "{file}{place}: {} and {} are of two sensors: choose one, such as --map {mapping}",
-        candidates[0],
-        candidates[1]
+        "{file}{place}: {} are of different sensors: choose one, {}",
+        candidates.join(", "),
+        options(mappings)
     )]
     SeveralSensors {
         /// Path of the file, as given.
         file: String,
         /// Position of the header.
         place: Place,
-        /// First axis of two of them.
-        candidates: [String; 2],
-        /// Mapping that selects the first.
-        mapping: Mapping,
+        /// First axis of each.
+        candidates: Vec<String>,
+        /// Mapping that selects each.
+        mappings: Vec<Mapping>,
     },
     /// Options for tables with a header are given for a format with fixed columns and units.
     #[error("{file} is read as {format}, which has columns, units and times of its own: {options}")]

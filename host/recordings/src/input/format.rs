@@ -3,6 +3,8 @@
 use std::fmt;
 use std::str::FromStr;
 
+use samples::magic::ContainerKind;
+
 /// Layout of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
@@ -116,6 +118,16 @@ impl Format {
 impl fmt::Display for Format {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
+    }
+}
+
+impl From<ContainerKind> for Format {
+    fn from(kind: ContainerKind) -> Self {
+        match kind {
+            ContainerKind::Mcap => Self::Mcap,
+            ContainerKind::Sqlite => Self::Rosbag2,
+            ContainerKind::Parquet => Self::Parquet,
+        }
     }
 }
 

@@ -4,8 +4,8 @@ use std::io::{self, Read};
 
 use csv::StringRecord;
 
-use super::layout;
 use super::mapping::is_ours;
+use super::names;
 
 /// Number of columns of six axes.
 const COLUMNS_OF_A_TABLE: usize = 6;
@@ -155,7 +155,7 @@ impl Line<'_> {
 
     /// Returns whether it is a header with six axes.
     fn is_header(&self) -> bool {
-        self.is_row() && cells(self.bytes).is_some_and(|cells| layout::is_header(&cells))
+        self.is_row() && cells(self.bytes).is_some_and(|cells| names::is_header(&cells))
     }
 
     /// Returns whether the first line of a table may look like this: a header, even one that is not understood, or

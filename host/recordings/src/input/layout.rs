@@ -1,13 +1,15 @@
 //! Header of a `csv`, with our names for the known columns.
 
-use csv::StringRecord;
-
 use super::error::{Cell, InputError, Place, Suggestion};
 use super::iso8601::micros_since_1970;
 use super::mapping::{Mapping, is_axis, is_ours};
-use super::names::{Found, FoundTime, Triple, find, find_time, guess, position, split_unit};
+use super::names::{
+    Found, FoundTime, Triple, find_time, find_with_units, guess, position, split_unit,
+    without_units,
+};
 use super::options::{AccelerationUnit, RateUnit, TableOptions, TimeUnit, Units};
 use super::ros2;
+use super::sensors::choices;
 use super::table::{Row, Table};
 
 /// Name of the nanoseconds of a stamp whose seconds are `t`.
@@ -63,41 +65,6 @@ pub(super) fn is_table(table: &mut Table) -> Result<bool, InputError> {
     let is_word = |cell: &str| !cell.is_empty() && cell.parse::<f64>().is_err();
     let words = first.cells().filter(|cell| is_word(cell)).count();
     Ok(ros2::header(first).is_some() || (words >= LEAST_WORDS && words + 1 >= first.len()))
-}
-
-/// Returns whether the cells of a comment are a header.
-pub(super) fn is_header(cells: &StringRecord) -> bool {
-    let names: Vec<String> = cells.iter().map(str::to_owned).collect();
-    let ours = |triple: Triple| {
-        triple
-            .ours()
-            .iter()
-            .all(|axis| names.iter().any(|n| n == axis))
-    };
-    let known = |triple| ours(triple) || find_with_units(triple, &names) != Found::Nowhere;
-    known(Triple::Acceleration) && known(Triple::Rate)
-}
-
-/// As [`find`], also with units after the names.
-fn find_with_units(triple: Triple, names: &[String]) -> Found {
-    match find(triple, names) {
-        Found::Nowhere => {
-            let bare = without_units(names);
-            let ours = triple
-                .ours()
-                .map(|axis| bare.iter().position(|n| n == axis));
-            match ours {
-                [Some(x), Some(y), Some(z)] => Found::At([x, y, z]),
-                _ => find(triple, &bare),
-            }
-        }
-        found => found,
-    }
-}
-
-fn without_units(names: &[String]) -> Vec<String> {
-    let bare = names.iter().map(|name| split_unit(name).0.to_owned());
-    bare.collect()
 }
 
 impl Layout {
@@ -261,12 +228,13 @@ impl Naming {
                         self.take(axis, index);
                     }
                 }
-                Found::Several(first, second) => {
+                Found::Several(several) => {
+                    let first_axes = several.iter().map(|[x, ..]| given[*x].clone());
                     return Err(InputError::SeveralSensors {
                         file: self.file.clone(),
                         place: self.place,
-                        candidates: [given[first[0]].clone(), given[second[0]].clone()],
-                        mapping: pairs(&ours, &first, &given),
+                        candidates: first_axes.collect(),
+                        mappings: choices(triple, &several, &given),
                     });
                 }
                 Found::Nowhere => {}
@@ -353,12 +321,6 @@ impl Naming {
             .collect();
         format!("{}: {}", self.file, taken.join(", "))
     }
-}
-
-/// A mapping of our names to columns, as written in the option.
-fn pairs(ours: &[&str], indices: &[usize], names: &[String]) -> Mapping {
-    let pair = |(ours, index): (&&str, &usize)| ((*ours).to_owned(), names[*index].clone());
-    Mapping::from_pairs(ours.iter().zip(indices).map(pair).collect())
 }
 
 /// Suggestion for a header that lacks our names: a mapping if the names allow one, otherwise an example of the

@@ -101,7 +101,8 @@ impl Repairs {
 pub(super) const OLDEST_LOAD_US: u64 = 100_000;
 
 /// Load of a number; `None` if it is not finite, which marks an unknown load.
-pub(super) fn finite_load(value: f64) -> Option<Load> {
+#[must_use]
+pub fn finite_load(value: f64) -> Option<Load> {
     value.is_finite().then_some(Load(value as f32))
 }
 
@@ -120,14 +121,16 @@ pub struct Loaded {
 }
 
 /// Time of row `index` at a constant `sample_rate` in Hz.
-pub(super) fn steady_time(index: usize, sample_rate: f32) -> Timestamp {
+#[must_use]
+pub fn steady_time(index: usize, sample_rate: f32) -> Timestamp {
     let micros = index as f64 * 1.0e6 / f64::from(sample_rate);
     Timestamp::from_micros(micros.round() as u64)
 }
 
 /// Converts six readings in SI units, in the order of [`Axis::ALL`](estimator_core::Axis::ALL), into a corrected
 /// sample in the frame of the foot.
-pub(super) fn imu_sample(
+#[must_use]
+pub fn imu_sample(
     timestamp: Timestamp,
     readings: [f64; 6],
     validity: Validity,

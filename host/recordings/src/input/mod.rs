@@ -2,13 +2,13 @@
 //!
 //! | step | file |
 //! |---|---|
-//! | formats by name, files by their first bytes, opening of files | `format`, `magic`, `foreign`, `open`, this one |
+//! | formats by name, files by their first bytes, opening of files | `format`, [`samples::magic`], `open`, this one |
 //! | recordings among other files | `candidate` |
-//! | gzip and zstd, column separators, rows of cells with their line numbers | `compressed`, `lines`, `head`, `table` |
+//! | gzip and zstd, column separators, rows of cells with their line numbers | [`compressed`], `lines`, `head`, `table` |
 //! | `csv`: a header names the columns | [`csv`]; `header`, `cells`, `intake`, `clock`, `rate`, `time` |
 //! | `parquet`: the same columns | `parquet` |
 //! | `mcap`, `rosbag2`: bags of ROS 2 | `bag`; [`topics`] |
-//! | tables of other origin: options, names, ROS 2 without a header, dates, times out of order | [`options`], [`mapping`]; `layout`, `names`, `ros2`, `iso8601`, `times` |
+//! | tables of other origin: options, names, ROS 2 without a header, dates, times out of order | [`options`], [`mapping`]; `layout`, `names`, `sensors`, `ros2`, `iso8601`, `times` |
 //! | columns of a `csv` that are not part of a recording: the true orientation | `extra`, `truth` |
 //! | `pce-atlas`, `pce-go1`, `lcd`: published recordings of robots | [`pce`] |
 //! | rows in order, independent of their source, and their storage | `rows`, `stored` |
@@ -26,12 +26,10 @@ pub mod bag;
 mod candidate;
 mod cells;
 mod clock;
-pub mod compressed;
 mod correction;
 pub mod csv;
 pub mod error;
 mod extra;
-mod foreign;
 mod format;
 mod head;
 mod header;
@@ -40,7 +38,6 @@ mod iso8601;
 mod layout;
 mod lines;
 mod loaded;
-mod magic;
 pub mod mapping;
 mod names;
 mod open;
@@ -55,6 +52,7 @@ pub mod refusal;
 mod ros1;
 mod ros2;
 mod rows;
+mod sensors;
 mod stored;
 mod table;
 pub mod time;
@@ -69,16 +67,16 @@ use std::path::Path;
 pub use candidate::{is_recording, is_rosbag2};
 pub use correction::Correction;
 pub use error::{Cell, HeaderSlip, InputError, Place, Suggestion};
-pub use foreign::Foreign;
 pub use format::{Content, Format};
-pub use loaded::{Hints, Loaded, Repairs, is_among};
-pub use magic::no_log;
+pub use loaded::{Hints, Loaded, Repairs, finite_load, imu_sample, is_among, steady_time};
 pub use mapping::Mapping;
 pub use options::{
     AccelerationUnit, Decimal, RateUnit, Scale, TableOptions, TimeUnit, Times, Units,
 };
 pub use rate::{TimesSoFar, rate_of_times};
 pub use refusal::ContainerError;
+pub use samples::compressed;
+pub use samples::foreign::Foreign;
 pub use stored::{About, Stored};
 pub use table::recording_name;
 pub use topics::{BagOptions, LoadTopic, Topics};
@@ -160,13 +158,14 @@ impl Opened {
         self.store_as(hints, None)
     }
 
-    /// As [`Self::store_all`]; `foot` is another name of a foot that has none in the file, by which its settings apply.
+    /// As [`Self::store_all`]; `foot` is the name of an only foot, in place of the one in the file, by which its settings
+    /// apply.
     ///
     /// # Errors
     /// The errors of [`Self::store_all`].
     pub fn store_as(self, hints: &Hints, foot: Option<&str>) -> Result<Vec<Stored>, InputError> {
         if hints.foot_corrections.is_empty() {
-            let mut feet = self.read_feet(hints)?;
+            let mut feet = self.read_named(hints, foot)?;
             for stored in &mut feet {
                 stored.about.correction = hints.correction;
             }
@@ -177,10 +176,19 @@ impl Opened {
             correction: Correction::NONE,
             ..hints.clone()
         };
-        let mut feet = self.read_feet(&measured)?;
+        let mut feet = self.read_named(&measured, foot)?;
         for stored in &mut feet {
             let names = stored.about.names_with(foot);
             stored.correct(*hints.correction_of(&names));
+        }
+        Ok(feet)
+    }
+
+    /// Reads the recordings; an only foot has no name if `foot` is another.
+    fn read_named(self, hints: &Hints, foot: Option<&str>) -> Result<Vec<Stored>, InputError> {
+        let mut feet = self.read_feet(hints)?;
+        if let ([only], Some(_)) = (&mut feet[..], foot) {
+            only.about.foot = None;
         }
         Ok(feet)
     }

@@ -12,6 +12,8 @@
 //! <https://github.com/unitreerobotics/unitree_ros2> and `IMU.msg` of
 //! <https://github.com/unitreerobotics/unitree_ros_to_real>. All of them are in m/s² and rad/s.
 
+use csv::StringRecord;
+
 use super::options::TimeUnit;
 
 /// Names of accelerations without the axis, best first.
@@ -92,22 +94,58 @@ pub(super) enum Found {
     Nowhere,
     /// At these indices.
     At([usize; 3]),
-    /// At the first of several such triples; the second is given, too.
-    Several([usize; 3], [usize; 3]),
+    /// At the indices of several such triples.
+    Several(Vec<[usize; 3]>),
 }
 
 /// Finds the three axes of a sensor in a header.
 pub(super) fn find(triple: Triple, names: &[String]) -> Found {
     let normal: Vec<String> = names.iter().map(|name| normal(name)).collect();
     for sensor in triple.theirs() {
-        let mut triples = triples(sensor, &normal);
-        match (triples.next(), triples.next()) {
-            (Some(first), None) => return Found::At(first),
-            (Some(first), Some(second)) => return Found::Several(first, second),
-            (None, _) => {}
+        let triples: Vec<_> = triples(sensor, &normal).collect();
+        match triples[..] {
+            [] => {}
+            [only] => return Found::At(only),
+            _ => return Found::Several(triples),
         }
     }
     Found::Nowhere
+}
+
+/// As [`find`], also with units after the names.
+pub(super) fn find_with_units(triple: Triple, names: &[String]) -> Found {
+    match find(triple, names) {
+        Found::Nowhere => {
+            let bare = without_units(names);
+            let ours = triple
+                .ours()
+                .map(|axis| bare.iter().position(|n| n == axis));
+            match ours {
+                [Some(x), Some(y), Some(z)] => Found::At([x, y, z]),
+                _ => find(triple, &bare),
+            }
+        }
+        found => found,
+    }
+}
+
+/// Removes the units after the names.
+pub(super) fn without_units(names: &[String]) -> Vec<String> {
+    let bare = names.iter().map(|name| split_unit(name).0.to_owned());
+    bare.collect()
+}
+
+/// Returns whether the cells of a comment are a header.
+pub(super) fn is_header(cells: &StringRecord) -> bool {
+    let names: Vec<String> = cells.iter().map(str::to_owned).collect();
+    let ours = |triple: Triple| {
+        triple
+            .ours()
+            .iter()
+            .all(|axis| names.iter().any(|n| n == axis))
+    };
+    let known = |triple| ours(triple) || find_with_units(triple, &names) != Found::Nowhere;
+    known(Triple::Acceleration) && known(Triple::Rate)
 }
 
 /// Positions of the three axes of a sensor of this name, once for each sensor.
@@ -230,6 +268,12 @@ pub(super) fn guess(ours: &str, names: &[String]) -> Option<usize> {
     })
 }
 
+/// Pairs of our names and those of columns, for a mapping.
+pub(super) fn pairs(ours: &[&str], indices: &[usize], names: &[String]) -> Vec<(String, String)> {
+    let pair = |(ours, index): (&&str, &usize)| ((*ours).to_owned(), names[*index].clone());
+    ours.iter().zip(indices).map(pair).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -281,7 +325,7 @@ mod tests {
         let header = names("/l/acc/x,/l/acc/y,/l/acc/z,/r/acc/x,/r/acc/y,/r/acc/z");
         assert_eq!(
             find(Triple::Acceleration, &header),
-            Found::Several([0, 1, 2], [3, 4, 5])
+            Found::Several(vec![[0, 1, 2], [3, 4, 5]])
         );
     }
 

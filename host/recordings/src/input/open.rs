@@ -6,15 +6,15 @@ use std::path::{Path, PathBuf};
 
 use tempfile::{NamedTempFile, TempPath};
 
-use super::compressed::decompressed;
 use super::error::InputError;
-use super::foreign::Foreign;
 use super::format::Format;
-use super::magic::{self, Known};
 use super::refusal::ContainerError;
 #[cfg(feature = "bags")]
 use super::ros1::{self, Converted};
 use super::table::{Table, recording_name};
+use samples::compressed::decompressed;
+use samples::foreign::Foreign;
+use samples::magic::{self, Known};
 
 /// An opened file.
 pub(super) enum Source {
@@ -182,9 +182,9 @@ impl Opened {
         if about.is_file() {
             let first = beginning(&mut file)?;
             file.seek(SeekFrom::Start(0))?;
-            if let Some(Known::Container(format)) = magic::known(&first) {
+            if let Some(Known::Container(kind)) = magic::known(&first) {
                 return Ok(Self::of(Part {
-                    format,
+                    format: kind.into(),
                     path: path.to_owned(),
                     first_pass: Some(wrap(file, about.len())),
                     _copy: None,
@@ -201,11 +201,12 @@ impl Opened {
                 Ok(Self::Table(Box::new(table)))
             }
             Some(Known::Foreign(kind)) => Ok(Self::Foreign(kind)),
-            // An unsupported file is not copied.
-            Some(Known::Container(format)) if format.missing_feature().is_some() => {
-                Ok(Self::Parts(format, Vec::new()))
-            }
-            Some(Known::Container(format)) => {
+            Some(Known::Container(kind)) => {
+                let format = Format::from(kind);
+                // An unsupported file is not copied.
+                if format.missing_feature().is_some() {
+                    return Ok(Self::Parts(format, Vec::new()));
+                }
                 let mut copy = NamedTempFile::new()?;
                 io::copy(&mut text, &mut copy)?;
                 let copy = copy.into_temp_path();

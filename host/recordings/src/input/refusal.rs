@@ -4,9 +4,9 @@ use std::fmt;
 
 use thiserror::Error;
 
-use super::foreign::Foreign;
 use super::format::Format;
 use super::topics::LoadTopic;
+use samples::foreign::Foreign;
 
 /// End of the description of a topic whose messages are those of ROS 1.
 const OF_ROS_1: &str = " in ros1)";

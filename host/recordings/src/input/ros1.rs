@@ -7,8 +7,8 @@ use std::process::{Command, Stdio};
 use tempfile::TempDir;
 
 use super::error::InputError;
-use super::foreign::Foreign;
 use super::refusal::ContainerError;
+use samples::foreign::Foreign;
 
 /// Program that converts.
 const PROGRAM: &str = "rosbags-convert";

@@ -8,13 +8,13 @@ use std::rc::Rc;
 
 use csv::{ReaderBuilder, StringRecord, Terminator, Trim};
 
-use super::compressed::decompressed;
 use super::error::{Cell, InputError, Place};
 use super::head::{COMMENT, Head};
 use super::iso8601::micros_since_1970;
-use super::layout;
 use super::lines::{LONGEST_ROW, Progress, Watched};
+use super::names;
 use super::options::Decimal;
+use samples::compressed::decompressed;
 
 /// Number of separators from which a line is a row: six axes need them.
 const SEPARATORS_OF_A_ROW: usize = 5;
@@ -91,7 +91,7 @@ impl Table {
         let first = self.peek_row().ok().flatten()?;
         let text = first.text(0);
         let is_value = text.parse::<f64>().is_ok() || micros_since_1970(text).is_some();
-        (is_value && layout::is_header(&comment.cells)).then_some(comment)
+        (is_value && names::is_header(&comment.cells)).then_some(comment)
     }
 
     /// Path of the file, as given.

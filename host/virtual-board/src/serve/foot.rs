@@ -7,12 +7,11 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 
-use gait::GaitName;
+use gait::{EndlessGait, GaitName};
 use wire::{Address, Foot as Position, Value};
 
 use super::MILLISECOND;
 use super::hands::{Hands, Side};
-use super::walk::Walk;
 use crate::board::{Board, BoardOptions};
 use crate::fault::Fault;
 use crate::part::can::TimedFrame;
@@ -162,7 +161,7 @@ impl Foot {
 
 /// What moves a foot.
 struct Moved {
-    walk: Walk,
+    walk: EndlessGait,
     hands: Hands,
 }
 
@@ -181,7 +180,7 @@ struct Runner {
 impl Runner {
     fn new(make: Make) -> Result<Self, Problem> {
         let pages = stored(&make.programs.program, &make.settings)?;
-        let walk = Walk::new(make.gait, make.seed, make.phase_s);
+        let walk = EndlessGait::new(make.gait, make.seed, make.phase_s);
         let hands = Hands::default();
         let moved = Rc::new(RefCell::new(Moved { walk, hands }));
         let board = switched_on(&make, make.options, &moved, 0, &pages)?;

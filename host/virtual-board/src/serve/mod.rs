@@ -7,7 +7,7 @@
 //! | bytes of programs come from the terminals | [`terminal`] |
 //! | those of the adapter become frames | [`adapter`], [`lawicel`] |
 //! | frames of all nodes are put in order | [`bus`] |
-//! | the boards run, each in a thread; feet walk, and hands hold them | [`robot`], `foot`, `walk`, `hands` |
+//! | the boards run, each in a thread; feet walk, and hands hold them | [`robot`], `foot`, [`gait::EndlessGait`], `hands` |
 //! | bytes and frames go out | [`terminal`], [`adapter`] |
 //! | wait until the millisecond is over | [`pace`] |
 
@@ -21,7 +21,6 @@ mod links;
 pub mod pace;
 pub mod robot;
 pub mod terminal;
-mod walk;
 
 use std::io;
 use std::path::PathBuf;

@@ -149,10 +149,12 @@ fn faults_of_a_board_are_named() {
     let (report, said, is_accepted) = accepted(&mut server, &serial, &only, follow);
     assert!(!is_accepted, "{said}");
     let names = out(&report);
+    // Whether the fault is among them depends on the time that the foot had to find it.
     for name in ["stable contacts", "bias of the gyroscope"] {
         assert!(names.contains(&name), "{name}: {said}");
     }
-    assert!(said.contains("not accepted: stable contacts"), "{said}");
+    let verdict = format!("not accepted: {}", names.join(", "));
+    assert!(said.contains(&verdict), "{said}");
     server.say("power-cycle");
     server.wait_for("power-cycle");
     std::thread::sleep(std::time::Duration::from_secs(3));

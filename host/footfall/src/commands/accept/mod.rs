@@ -20,10 +20,10 @@ use live::link::{self, pace::Speed};
 use wire::NodeId;
 
 use super::feet::parse_node;
-use super::foot::FootError;
-use super::monitor::SOURCES;
+use super::listen::SOURCES;
 use crate::error::Error;
 use crate::files::{finish_when_interrupted, is_interrupted, write_file};
+use crate::foot_error::FootError;
 use crate::messages;
 use crate::report::print_text;
 use crate::targets::{self, Target};

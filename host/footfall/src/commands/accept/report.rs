@@ -8,8 +8,9 @@ use serde::Serialize;
 use wire::dictionary::index;
 use wire::{Address, DataType, NodeId};
 
-use crate::commands::foot::{FootError, to_json};
-use crate::schema::Line;
+use crate::commands::foot::to_json;
+use crate::foot_error::FootError;
+use crate::schema::{Described, Kind, Line};
 
 /// Figures of a healthy foot on the virtual board, by the names of the step and of the quantity.
 const PREDICTIONS: &str = include_str!("virtual-board.csv");
@@ -44,7 +45,7 @@ pub struct AcceptReport {
     pub(super) hardware: String,
     /// The version of its program (object 0x100A).
     pub(super) version: String,
-    /// The number of its program (object 0x1F56), hexadecimal; null where a probe has written it.
+    /// The number of its program (object 0x1F56), hexadecimal; null where no image and no commit names it.
     pub(super) program: Option<String>,
     /// The figures, in the order in which they were measured.
     pub(super) figures: Vec<Judged>,
@@ -78,6 +79,10 @@ pub(super) struct Judged {
     #[serde(skip)]
     #[schemars(skip)]
     pub(super) range: String,
+}
+
+impl Described for AcceptReport {
+    const KIND: Kind = Kind::Accept;
 }
 
 impl AcceptReport {

@@ -6,8 +6,9 @@ use live::foot::{Client, Named, RequestError, calibration};
 use serde_json::{Map, Value as Json, json};
 use wire::node::{Calibration, CalibrationState};
 
-use super::{FootArguments, FootError};
+use super::FootArguments;
 use crate::files::finish_when_interrupted;
+use crate::foot_error::FootError;
 use crate::messages;
 
 /// Polling interval of the foot.

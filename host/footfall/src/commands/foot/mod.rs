@@ -7,10 +7,8 @@
 //! | calibration learnt by the foot | `calibrate` |
 //! | clocks of several feet | `sync` |
 //! | update of the program | `update` |
-//! | errors | `error` |
 
 mod calibrate;
-mod error;
 mod show;
 mod sync;
 mod update;
@@ -35,13 +33,13 @@ use wire::node::Calibration;
 use wire::{Address, NodeId};
 
 use super::feet::parse_node;
-use super::monitor::SOURCES;
+use super::listen::SOURCES;
 use crate::error::Error;
 use crate::files::{STANDARD, finish_when_interrupted, write_file};
+use crate::foot_error::FootError;
 use crate::report::print_text;
 use crate::targets::{self, Target};
 
-pub use error::FootError;
 pub use show::{FootChanges, FootInfo, FootScan, FootValues, to_json};
 pub use update::FootUpdates;
 use update::Which;

@@ -13,9 +13,10 @@ use wire::dictionary::index;
 use wire::node::State;
 use wire::{Address, DataType, Fault, NodeId, Value};
 
-use super::{FootArguments, FootError};
+use super::FootArguments;
 use crate::error::Error;
-use crate::schema::Line;
+use crate::foot_error::FootError;
+use crate::schema::{Described, Kind, Line};
 
 /// Which foot it is, its program, its stage and its faults.
 #[derive(Debug, JsonSchema, Serialize)]
@@ -28,8 +29,8 @@ pub struct FootInfo {
     device: String,
     /// The version of its program (object 0x100A).
     version: String,
-    /// The number of its program (object 0x1F56), hexadecimal, as of the image that was sent; null where a probe
-    /// has written it.
+    /// The number of its program (object 0x1F56), hexadecimal, as of the image that was sent; of one that a probe has
+    /// written the first digits of its commit, or null where no commit has its sources.
     program: Option<String>,
     /// Reason why the last image was refused, or the previous program is back; null without one.
     refused: Option<&'static str>,
@@ -43,6 +44,10 @@ pub struct FootInfo {
     stage: &'static str,
     /// Faults that last, by name.
     faults: Vec<&'static str>,
+}
+
+impl Described for FootInfo {
+    const KIND: Kind = Kind::FootInfo;
 }
 
 /// The feet that are heard.

@@ -12,7 +12,8 @@ use wire::CanFrame;
 use wire::foot::cob_id;
 use wire::pdo::ClockReading;
 
-use super::{FootArguments, FootError};
+use super::FootArguments;
+use crate::foot_error::FootError;
 use crate::messages;
 
 /// Period of SYNCs sent from here.

@@ -14,8 +14,9 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use wire::NodeId;
 
+use super::FootArguments;
 use super::show::to_json;
-use super::{FootArguments, FootError};
+use crate::foot_error::FootError;
 use crate::messages;
 use crate::progress::Bars;
 
@@ -40,7 +41,7 @@ struct FootUpdate {
     serial: Option<u32>,
     /// Version of the program before; null where the foot ran its bootloader, or the update failed.
     from_version: Option<String>,
-    /// Number of the program before (object 0x1F56), hexadecimal; 00000000 is one that a probe has written.
+    /// Number of the program before (object 0x1F56), hexadecimal; 00000000 is one that no image and no commit names.
     from_program: Option<String>,
     /// Version of the new program, which is confirmed; null where nothing was sent, or the update failed.
     to_version: Option<String>,
@@ -131,10 +132,10 @@ fn line(updated: &Updated) -> String {
 }
 
 fn name(program: &Program) -> String {
-    let version = program.version.as_deref().unwrap_or("no program");
-    match program.identification {
-        0 => version.to_owned(),
-        number => format!("{version} ({number:08X})"),
+    match (program.version.as_deref(), program.identification) {
+        (None, _) => "no program".to_owned(),
+        (Some(version), 0) => version.to_owned(),
+        (Some(version), number) => format!("{version} ({number:08X})"),
     }
 }
 

@@ -77,11 +77,7 @@ impl Taps {
 
 /// Measures taps on the sole.
 pub(super) fn taps(client: &mut Client, person: &mut Person) -> Result<Vec<Figure>, RequestError> {
-    let Person {
-        patience,
-        ref mut tell,
-        has_left,
-    } = *person;
+    let (patience, tell, has_left) = person.parts();
     tell("put the foot down, let it rest, then tap its sole five times, two seconds apart");
     let mut is_ready = false;
     listen(client, has_left, patience, |row| {
@@ -145,11 +141,7 @@ impl Steps {
 
 /// Measures ten steps.
 pub(super) fn steps(client: &mut Client, person: &mut Person) -> Result<Vec<Figure>, RequestError> {
-    let Person {
-        patience,
-        ref mut tell,
-        has_left,
-    } = *person;
+    let (patience, tell, has_left) = person.parts();
     tell(
         "let the foot take ten steps: lift it, swing it, put it down and leave it for half a second",
     );
@@ -180,11 +172,7 @@ pub(super) fn steps(client: &mut Client, person: &mut Person) -> Result<Vec<Figu
 
 /// Measures loads, where the foot has a source of them.
 pub(super) fn load(client: &mut Client, person: &mut Person) -> Result<Vec<Figure>, RequestError> {
-    let Person {
-        patience,
-        ref mut tell,
-        has_left,
-    } = *person;
+    let (patience, tell, has_left) = person.parts();
     let source = Address::new(index::LOAD_INPUT, 1);
     if client.read(source, DataType::Unsigned8)?.to_raw() == 0 {
         return Ok(Step::Load.not_tested("the foot has no load input (load_input.source)"));
@@ -266,11 +254,7 @@ pub(super) fn unplug(
     client: &mut Client,
     person: &mut Person,
 ) -> Result<Vec<Figure>, RequestError> {
-    let Person {
-        patience,
-        ref mut tell,
-        has_left,
-    } = *person;
+    let (patience, tell, has_left) = person.parts();
     // A foot without a sensor sends no contact until it reports the fault, so the last one with a sensor is known
     // only if it came before the person was told.
     let mut last_valid = None;

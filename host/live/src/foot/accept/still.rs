@@ -32,11 +32,7 @@ pub(super) fn measure(
     client: &mut Client,
     person: &mut Person,
 ) -> Result<Vec<Figure>, RequestError> {
-    let Person {
-        patience,
-        ref mut tell,
-        has_left,
-    } = *person;
+    let (patience, tell, has_left) = person.parts();
     tell("put the foot down level, and do not touch it for ten seconds");
     let period_us = contact_period_us(client)?;
     let mut stillness = Stillness::default();

@@ -167,11 +167,7 @@ pub(super) fn measure(
     client: &mut Client,
     person: &mut Person,
 ) -> Result<Vec<Figure>, RequestError> {
-    let Person {
-        patience,
-        ref mut tell,
-        has_left,
-    } = *person;
+    let (patience, tell, has_left) = person.parts();
     tell("put the foot on each of its six sides, and let go of it for a second on each");
     let mut progress = Progress::default();
     let mut has_asked = false;

@@ -7,7 +7,7 @@ use wire::NodeId;
 
 use super::{Client, RequestError, Way};
 use crate::foot::scan::{self, SCAN};
-use crate::link::serial::Language;
+use crate::link::serial_line::Language;
 use crate::link::{Link, LinkError};
 
 /// Returns the id under which a bootloader answers on a serial line; `None` where there is none.

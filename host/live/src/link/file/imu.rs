@@ -81,6 +81,15 @@ fn send_estimates(
     for notice in &about.notices {
         remark(at, notice.clone())?;
     }
+    if about.gravity == Gravity::Removed {
+        remark(
+            at,
+            format!(
+                "{name}: gravity was removed from its accelerations, so that messages of an IMU are computed, with \
+                 gravity by the estimated orientation"
+            ),
+        )?;
+    }
     // Units are doubted before the first estimate is shown, because a recording may be long.
     let check = || Check::new(about.sample_rate, about.gravity).with_units(about.units);
     let mut before = check();

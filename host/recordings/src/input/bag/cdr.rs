@@ -12,13 +12,13 @@ use cdr_encoding::from_bytes;
 use serde::Deserialize;
 use serde::de::{Deserializer, Visitor};
 
-use super::super::compressed::{ZSTD, decompressed};
+use samples::compressed::{ZSTD, decompressed};
 
 /// Longest message after decompression, bytes.
 const LONGEST_MESSAGE: u64 = 1 << 20;
 
 /// Length of the encoding header, bytes.
-const ENCODING: usize = 4;
+pub(super) const ENCODING: usize = 4;
 
 /// Most bytes that may follow a message: padding to a multiple of four.
 pub(super) const LONGEST_PADDING: usize = 3;

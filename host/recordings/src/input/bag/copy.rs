@@ -10,7 +10,8 @@ use super::super::open::Source;
 use super::super::refusal::ContainerError;
 use super::cdr::decompressed_message;
 use super::mcap::LONGEST_RECORD;
-use super::storage::{Channel, Interest, Visitor, Written, visit};
+use super::storage::{Channel, Interest, Visitor, Written};
+use super::visit::visit;
 
 /// Receiver of the messages of a bag.
 pub trait Receiver {

@@ -1,8 +1,40 @@
 //! Short names of feet, from the names of their topics.
 
+use std::collections::BTreeSet;
+
+/// Words in those parts of addresses that name a sensor and not a foot.
+const SENSORS: [&str; 3] = ["imu", "data", "raw"];
+
+/// Names of the selected IMUs as feet, by the addresses of all IMUs in the bag. An IMU that is selected alone has a name
+/// where the bag has others, so that a foot has one name whichever others are read.
+pub(super) fn names_of(selected: &[String], all: &BTreeSet<String>) -> Vec<Option<String>> {
+    match selected {
+        [only] if all.len() > 1 => vec![of_several(only, all)],
+        [_] => vec![None],
+        several => names(several).into_iter().map(Some).collect(),
+    }
+}
+
+/// Name of an IMU among several: its distinct part, if that is one word and not that of a sensor; else [`last_word`].
+fn of_several(only: &str, all: &BTreeSet<String>) -> Option<String> {
+    let all: Vec<String> = all.iter().cloned().collect();
+    let mut named = all.iter().zip(names(&all));
+    let distinct = named.find(|(address, _)| *address == only);
+    let distinct = distinct.map(|(_, name)| name);
+    let is_word = |name: &String| !name.contains('/') && !SENSORS.contains(&name.as_str());
+    distinct.filter(is_word).or_else(|| last_word(only))
+}
+
+/// Last part of an address that does not name a sensor.
+pub(super) fn last_word(address: &str) -> Option<String> {
+    let mut parts = address.split('/').filter(|part| !part.is_empty());
+    let is_sensor = |part: &&str| SENSORS.iter().any(|word| part.contains(word));
+    parts.rfind(|part| !is_sensor(part)).map(str::to_owned)
+}
+
 /// The distinct parts of several topics: `fl` and `fr` for `/imu/fl` and `/imu/fr`, `fl_foot` and `fr_foot` for
 /// `/fl_foot/imu` and `/fr_foot/imu`.
-pub(super) fn names(topics: &[String]) -> Vec<String> {
+fn names(topics: &[String]) -> Vec<String> {
     let whole: Vec<&str> = topics.iter().map(|topic| topic.trim_matches('/')).collect();
     let start = common(&whole, common_start);
     let end = common(&whole, common_end);
@@ -85,6 +117,31 @@ mod tests {
             (["/x/fl/imu", "/x/fl/imu2"], ["imu", "imu2"]),
         ] {
             assert_eq!(named(&topics), feet, "{topics:?}");
+        }
+    }
+
+    #[test]
+    fn foot_selected_alone_keeps_the_name_that_it_has_among_all() {
+        for (one, others, name) in [
+            ("/imu/fl", &["/imu/fr"][..], Some("fl")),
+            ("/fl_foot/imu", &["/fr_foot/imu"], Some("fl_foot")),
+            ("/leg/fl/imu/front", &["/leg/fr/imu/front"], Some("fl")),
+            (
+                "/foot_imus/rl_foot",
+                &["/foot_imus/fl_foot"],
+                Some("rl_foot"),
+            ),
+            ("/imu_left", &["/imu_right"], Some("imu_left")),
+            // The trunk has nothing in common with the topics of feet.
+            ("/imu/fl", &["/imu/fr", "/trunk/imu"], Some("fl")),
+            ("/fl/imu", &["/fl/imu2"], Some("fl")),
+            ("/imu", &["/trunk_imu"], None),
+            ("/imu/fl", &[], None),
+        ] {
+            let all = others.iter().copied().chain([one]);
+            let all = all.map(str::to_owned).collect();
+            let names = names_of(&[one.to_owned()], &all);
+            assert_eq!(names, [name.map(str::to_owned)], "{one}, {others:?}");
         }
     }
 }

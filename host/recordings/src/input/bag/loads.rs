@@ -11,14 +11,19 @@ use super::cdr::decode_start;
 use super::fields::Fields;
 use super::load::LoadSeries;
 use super::messages::Header;
-use super::storage::{Channel, Interest, Visitor, Written, visit};
-use super::{ImuKey, MOST_FRAMES, addresses, described, feet, is_imu, is_wanted, order};
+use super::storage::{Channel, Interest, Visitor, Written};
+use super::visit::visit;
+use super::{
+    ImuKey, MOST_FRAMES, addresses, described, feet, hidden_imus, is_imu, is_wanted, order,
+};
 
 /// Loads, and the IMUs of their feet.
 #[derive(Default)]
 pub(super) struct Loads {
     pub(super) series: Vec<LoadSeries>,
     pub(super) feet: Vec<ImuKey>,
+    /// Names of the feet in their loads' topics.
+    names: Vec<String>,
 }
 
 /// Reads the loads.
@@ -26,36 +31,30 @@ pub(super) fn loads(container: &mut Container, hints: &Hints) -> Result<Loads, I
     match &hints.bag.loads[..] {
         [] => Ok(Loads::default()),
         [pattern] if pattern.is_pattern() => {
-            let feet = read(container, hints, &[])?.feet;
-            let names = names(&feet).into_iter();
-            let wanted: Vec<_> = names.map(|name| pattern.of_foot(&name)).collect();
+            let names = read(container, hints, &[])?.names;
+            let wanted: Vec<_> = names.iter().map(|name| pattern.of_foot(name)).collect();
             read(container, hints, &wanted)
         }
         wanted => read(container, hints, wanted),
     }
 }
 
-/// Names of feet, as recordings have them; that of an only foot is the last part of its topic that is not that of the sensor.
-fn names(feet: &[ImuKey]) -> Vec<String> {
-    let is_shared = |topic: &str| feet.iter().filter(|(other, _)| other == topic).count() > 1;
-    let addresses = feet.iter().map(|(topic, frame)| match is_shared(topic) {
+/// Names of feet as recordings have them; that of an only foot is the last part of its topic that does not name a sensor.
+fn names(feet: &[ImuKey], all: &BTreeSet<ImuKey>, hidden: BTreeSet<String>) -> Vec<String> {
+    let is_shared = |topic: &str| all.iter().filter(|(other, _)| other == topic).count() > 1;
+    let address = |(topic, frame): &ImuKey| match is_shared(topic) {
         true => format!("{topic}/{}", frame.trim_matches('/')),
         false => topic.clone(),
-    });
-    let addresses: Vec<String> = addresses.collect();
-    match &addresses[..] {
-        [only] => {
-            let mut parts = only.split('/').filter(|part| !part.is_empty());
-            let is_sensor = |part: &&str| SENSORS.iter().any(|word| part.contains(word));
-            let name = parts.rfind(|part| !is_sensor(part)).unwrap_or_default();
-            vec![name.to_owned()]
-        }
-        several => feet::names(several),
-    }
+    };
+    let selected: Vec<String> = feet.iter().map(address).collect();
+    let all = all.iter().map(address).chain(hidden).collect();
+    let names = feet::names_of(&selected, &all).into_iter().zip(&selected);
+    let or_word = |(name, address): (Option<String>, &String)| {
+        name.or_else(|| feet::last_word(address))
+            .unwrap_or_default()
+    };
+    names.map(or_word).collect()
 }
-
-/// Words in those parts of topics that name a sensor and not a foot.
-const SENSORS: [&str; 3] = ["imu", "data", "raw"];
 
 fn read(
     container: &mut Container,
@@ -94,12 +93,20 @@ fn read(
         }
         series.sort();
     }
-    let mut feet: Vec<ImuKey> = feet.into_iter().collect();
+    let all = feet;
+    let is_selected = |(_, frame): &&ImuKey| is_wanted(frame, hints);
+    let mut feet: Vec<ImuKey> = all.iter().filter(is_selected).cloned().collect();
     if let Topics::Named(named) = &hints.bag.topics {
         feet.retain(|(topic, _)| named.contains(topic));
     }
     feet.sort_by(|a, b| order(&hints.bag, &a.0, &a.1).cmp(&order(&hints.bag, &b.0, &b.1)));
-    Ok(Loads { series, feet })
+    let hidden = hidden_imus(&others, &hints.bag);
+    let names = names(&feet, &all, hidden);
+    Ok(Loads {
+        series,
+        feet,
+        names,
+    })
 }
 
 /// Visitor that reads the loads.
@@ -107,7 +114,7 @@ struct LoadReader<'a> {
     file: &'a str,
     series: Vec<LoadSeries>,
     hints: &'a Hints,
-    /// IMUs that are selected by their frames, by name.
+    /// All IMUs, by name.
     feet: BTreeSet<ImuKey>,
     /// All topics.
     others: Vec<Channel>,
@@ -136,11 +143,10 @@ impl LoadReader<'_> {
         interest
     }
 
-    /// Adds an IMU, if its frame is selected.
+    /// Adds an IMU.
     fn foot(&mut self, topic: &str, frame: String) {
         let of_topic = |(other, _): &&ImuKey| other == topic;
-        if is_wanted(&frame, self.hints) && self.feet.iter().filter(of_topic).count() < MOST_FRAMES
-        {
+        if self.feet.iter().filter(of_topic).count() < MOST_FRAMES {
             self.feet.insert((topic.to_owned(), frame));
         }
     }

@@ -3,7 +3,7 @@
 //!
 //! | step | file |
 //! |---|---|
-//! | reading the messages of all topics: MCAP, the `SQLite` of a rosbag2 | `storage`; `mcap`, `rosbag2` |
+//! | reading the messages of all topics: MCAP, the `SQLite` of a rosbag2 | `visit`; `storage`, `mcap`, `rosbag2` |
 //! | decoding a message | `cdr`, `messages`; of any type `definition` |
 //! | selecting the IMUs that are feet | `reader`; their axes in messages of any type `fields` |
 //! | converting the messages of an IMU into the rows of a foot | `feed` |
@@ -12,6 +12,7 @@
 //! | names of feet | `feet` |
 //! | files that the folder should have | `metadata` |
 //! | all messages as they are stored | `copy` |
+//! | other numbers in the place of those of a message | `replacement` |
 //!
 //! A bag is read once, and twice if it has loads, which may be stored after the samples that they belong to. Its
 //! memory is that of the longest record and of the loads.
@@ -28,10 +29,13 @@ mod mcap;
 mod messages;
 mod metadata;
 mod reader;
+mod replacement;
 mod rosbag2;
 mod sidecar;
 mod storage;
+mod visit;
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use super::error::InputError;
@@ -45,9 +49,10 @@ use feed::{Feed, Name};
 use loads::loads;
 use messages::Imu;
 use reader::Reader;
-use storage::visit;
+use visit::visit;
 
 pub use copy::{Receiver, copy};
+pub use replacement::Replacement;
 pub use storage::{Channel, Schema, Written};
 
 /// Most frames of one topic: as many feet as a robot may have, and other IMUs beside them.
@@ -65,6 +70,7 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
     let contacts = reader.contacts_notice();
     let has_parts = reader.has_parts();
     let missing = metadata::missing_notice(Path::new(&file));
+    let all = reader.all_imus();
     let chosen = reader.chosen()?;
     if !hints.table.mapping.is_empty() && !has_parts {
         return Err(InputError::TableOptions {
@@ -77,8 +83,7 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
         });
     }
     let topics: Vec<String> = chosen.iter().map(Feed::address).collect();
-    let feet = feet::names(&topics);
-    let is_alone = chosen.len() == 1;
+    let feet = feet::names_of(&topics, &all);
     if !loads.series.is_empty() && loads.series.len() != chosen.len() {
         return Err(load_count(&file, hints, topics));
     }
@@ -86,7 +91,7 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
     for ((k, feed), foot) in chosen.into_iter().enumerate().zip(feet) {
         let name = Name {
             recording: container.name.clone(),
-            foot: (!is_alone).then_some(foot),
+            foot,
         };
         let address = feed.address();
         let mut stored = feed.finish(name, loads.series.get(k), hints, &file)?;
@@ -163,6 +168,13 @@ fn addresses<'a>(
 /// Returns whether a topic has samples of an IMU.
 fn is_imu(channel: &Channel) -> bool {
     channel.message == Imu::TYPE && channel.encoding == "cdr"
+}
+
+/// Topics with samples of an IMU that the selection excludes.
+fn hidden_imus(channels: &[Channel], bag: &BagOptions) -> BTreeSet<String> {
+    let is_hidden = |channel: &&Channel| is_imu(channel) && bag.excludes(&channel.topic);
+    let hidden = channels.iter().filter(is_hidden);
+    hidden.map(|channel| channel.topic.clone()).collect()
 }
 
 /// A topic with the type of its messages.

@@ -1,5 +1,7 @@
 //! Selects the IMUs that are feet, and passes the messages of each to its feed.
 
+use std::collections::BTreeSet;
+
 use super::super::error::InputError;
 use super::super::loaded::Hints;
 use super::super::mapping::Mapping;
@@ -13,7 +15,7 @@ use super::loads::Loads;
 use super::messages::Imu;
 use super::sidecar::{Known, Sidecar, is_sidecar};
 use super::storage::{Channel, Interest, Visitor, Written};
-use super::{ImuKey, MOST_FRAMES, addresses, described, is_imu, is_wanted, order};
+use super::{ImuKey, MOST_FRAMES, addresses, described, hidden_imus, is_imu, is_wanted, order};
 
 /// Visitor that reads the samples.
 pub(super) struct Reader<'a> {
@@ -263,6 +265,13 @@ impl<'a> Reader<'a> {
                 topics.join(", ")
             )
         })
+    }
+
+    /// Addresses of all IMUs with messages, and topics of those that the selection excludes.
+    pub(super) fn all_imus(&self) -> BTreeSet<String> {
+        let filled = self.feeds.iter().filter(|feed| feed.messages > 0);
+        let hidden = hidden_imus(&self.others, &self.hints.bag);
+        filled.map(Feed::address).chain(hidden).collect()
     }
 
     /// Topics that are feet, in order.

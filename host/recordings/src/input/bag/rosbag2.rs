@@ -12,10 +12,10 @@ use rusqlite::{Connection, ErrorCode, OpenFlags};
 use tempfile::{NamedTempFile, TempPath};
 
 use super::super::error::InputError;
-use super::super::foreign::Foreign;
 use super::super::open::Part;
 use super::super::refusal::ContainerError;
 use super::storage::{Channel, End, Interest, Schema, Visitor, Written};
+use samples::foreign::Foreign;
 
 /// Advice in the error about a file that is damaged rather than truncated.
 const ADVICE: &str = "sqlite3 walk.db3 \".recover\" saves what can be";

@@ -5,9 +5,6 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use super::super::error::InputError;
-use super::super::format::Format;
-use super::super::open::Part;
-use super::{mcap, rosbag2};
 
 /// A topic as declared in a bag.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -82,34 +79,6 @@ pub(super) enum End {
     Complete,
     /// The file ends early, for this reason.
     Early(String),
-}
-
-/// Passes all messages to a visitor in stored order, and reports each part that ends early.
-pub(super) fn visit(
-    parts: &mut [Part],
-    file: &str,
-    visitor: &mut dyn Visitor,
-) -> Result<Vec<String>, InputError> {
-    let mut notices = Vec::new();
-    let is_alone = parts.len() == 1;
-    for part in parts {
-        let name = if is_alone {
-            file.to_owned()
-        } else {
-            part.path.display().to_string()
-        };
-        let end = match part.format {
-            Format::Mcap => mcap::visit(part, &name, visitor)?,
-            _ => rosbag2::visit(part, &name, visitor)?,
-        };
-        if let End::Early(why) = end {
-            notices.push(format!(
-                "{name} ends early ({why}): what is there is read; for readers that refuse such a file, \
-                 footfall convert writes a whole one"
-            ));
-        }
-    }
-    Ok(notices)
 }
 
 /// Converts a time from ns to µs, rounded.

@@ -316,6 +316,7 @@ fn several_feet_are_listed_selected_or_all_read() {
         );
         let mut right = open(&bytes, &topics(&["/imu/fr"])).unwrap();
         assert_eq!(right.len(), 1);
+        assert_eq!(right[0].about.foot.as_deref(), Some("fr"));
         let rate = samples(&mut right[0])[0].imu.angular_rate.0.x;
         assert_eq!(rate, (1000.0_f64 / 3.0) as f32);
         for (chosen, feet) in [
@@ -430,7 +431,7 @@ fn frame_selects_a_foot() {
     let hints = with_loads(of_frames(&["rl_foot"]), &["/load/rl"]);
     let mut feet = open(&bytes, &hints).unwrap();
     assert_eq!(feet.len(), 1);
-    assert_eq!(feet[0].about.foot, None);
+    assert_eq!(feet[0].about.foot.as_deref(), Some("rl_foot"));
     let samples = samples(&mut feet[0]);
     assert_eq!(samples[0].imu.angular_rate.0.x, (2000.0_f64 / 3.0) as f32);
     assert_eq!(samples[0].load, Some(Load(2.0)));

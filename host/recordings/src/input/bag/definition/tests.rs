@@ -205,3 +205,61 @@ fn times_are_known_without_their_definitions() {
         assert!(marker.number(name).is_ok(), "{name}");
     }
 }
+
+#[test]
+fn replaced_numbers_are_read_back_in_both_byte_orders() {
+    let definition = Definition::of("unitree_go/msg/LowState", None).unwrap();
+    let names = [
+        "foot_force[0]",
+        "foot_force[1]",
+        "foot_force[2]",
+        "foot_force[3]",
+    ];
+    let paths = names.map(|name| definition.number(name).unwrap());
+    let paths = paths.each_ref();
+    for order in [0, 1] {
+        // Forces after 1080 bytes, and 88 after them.
+        let mut message = vec![0, order, 0, 0];
+        message.resize(4 + 1080 + 8 + 88, 0);
+        let places = definition.places(&message, &paths).unwrap();
+        for (place, value) in places.into_iter().zip([100.0, -2.4, 0.0, 1.0e9]) {
+            place.write(value, &mut message).unwrap();
+        }
+        let expected = [100, -2, 0, i16::MAX];
+        let read = definition.values(&message, &paths).unwrap();
+        assert_eq!(read, expected.map(f64::from));
+        let bytes = expected.map(|force| match order {
+            0 => force.to_be_bytes(),
+            _ => force.to_le_bytes(),
+        });
+        assert_eq!(message[1084..1092], *bytes.concat());
+        let others = message[4..1084].iter().chain(&message[1092..]);
+        assert!(others.copied().all(|byte| byte == 0));
+        let short = definition.places(&message[..1000], &paths).unwrap_err();
+        assert_eq!(short, "it has fewer bytes than its type");
+    }
+}
+
+#[test]
+fn number_of_any_type_is_replaced_alone() {
+    let definition = nested();
+    for (name, value) in [
+        ("inner[1].on", 1.0),
+        ("inner[0].many[1]", -1.5),
+        ("inner[1].big", 77.0),
+        ("few[1]", -300.0),
+        ("last", 0.125),
+    ] {
+        let path = definition.number(name).unwrap();
+        let mut changed = message();
+        let places = definition.places(&changed, &[&path]).unwrap();
+        places[0].write(value, &mut changed).unwrap();
+        assert_eq!(values(&[name], &changed).unwrap(), [value], "{name}");
+        let changes = message()
+            .iter()
+            .zip(&changed)
+            .filter(|(a, b)| a != b)
+            .count();
+        assert!((0..=8).contains(&changes), "{name}: {changes}");
+    }
+}

@@ -6,7 +6,7 @@ use std::thread;
 use std::time::Duration;
 
 use futures::executor::block_on;
-use ros_node::{FootNode, Options, Reliability};
+use ros::node::{FootNode, Options, Reliability};
 use ros2_client::parameters::raw;
 use ros2_client::qos::History;
 use ros2_client::rcl_interfaces::{

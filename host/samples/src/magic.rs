@@ -1,27 +1,41 @@
 //! Kinds of files, recognised by their first bytes.
 
-use super::foreign::Foreign;
-use super::format::Format;
+use crate::foreign::Foreign;
 
 /// Bytes required to recognise a file: the mark of a tar archive comes last.
-pub(super) const LENGTH: usize = 512;
+pub const LENGTH: usize = 512;
+
+/// Container that may hold a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ContainerKind {
+    /// MCAP.
+    Mcap,
+    /// Database of `SQLite`, as in a rosbag2.
+    Sqlite,
+    /// Parquet.
+    Parquet,
+}
 
 /// A file that is not a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Known {
+pub enum Known {
     /// A container that can be read.
-    Container(Format),
+    Container(ContainerKind),
+    /// Another kind.
     Foreign(Foreign),
 }
 
 /// First bytes of each kind of file.
 const BEGINNINGS: &[(&[u8], Known)] = &[
     // https://mcap.dev/spec#magic
-    (b"\x89MCAP0\r\n", Known::Container(Format::Mcap)),
-    (b"SQLite format 3\0", Known::Container(Format::Rosbag2)),
-    (b"PAR1", Known::Container(Format::Parquet)),
+    (b"\x89MCAP0\r\n", Known::Container(ContainerKind::Mcap)),
+    (
+        b"SQLite format 3\0",
+        Known::Container(ContainerKind::Sqlite),
+    ),
+    (b"PAR1", Known::Container(ContainerKind::Parquet)),
     // Parquet with an encrypted footer.
-    (b"PARE", Known::Container(Format::Parquet)),
+    (b"PARE", Known::Container(ContainerKind::Parquet)),
     (b"#ROSBAG V", Known::Foreign(Foreign::Ros1Bag)),
     (b"\x89HDF\r\n\x1a\n", Known::Foreign(Foreign::Hdf5)),
     (b"MATLAB 5.0 MAT-file", Known::Foreign(Foreign::Matlab)),
@@ -78,7 +92,8 @@ const TAR: (usize, &[u8]) = (257, b"ustar");
 const ZIP: (&[u8], usize) = (b"PK\x03\x04", 30);
 
 /// Kind of a file, by its first [`LENGTH`] bytes; `None` if it may be a table.
-pub(super) fn known(first: &[u8]) -> Option<Known> {
+#[must_use]
+pub fn known(first: &[u8]) -> Option<Known> {
     let by_beginning = BEGINNINGS
         .iter()
         .find(|(beginning, _)| first.starts_with(beginning))
@@ -94,9 +109,9 @@ pub(super) fn known(first: &[u8]) -> Option<Known> {
 pub fn no_log(first: &[u8]) -> Option<Foreign> {
     let kind = match known(first)? {
         Known::Foreign(kind) => kind,
-        Known::Container(Format::Mcap) => Foreign::Mcap,
-        Known::Container(Format::Parquet) => Foreign::Parquet,
-        Known::Container(_) => Foreign::Sqlite,
+        Known::Container(ContainerKind::Mcap) => Foreign::Mcap,
+        Known::Container(ContainerKind::Parquet) => Foreign::Parquet,
+        Known::Container(ContainerKind::Sqlite) => Foreign::Sqlite,
     };
     kind.log_advice("").is_some().then_some(kind)
 }

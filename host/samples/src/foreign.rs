@@ -1,5 +1,5 @@
 //! Kinds of files that are not read, their names and advice for each: one table for recordings and logs of frames.
-//! `magic` has their first bytes.
+//! [`magic`](crate::magic) has their first bytes.
 
 use std::fmt;
 

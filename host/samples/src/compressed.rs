@@ -9,7 +9,7 @@ use ruzstd::decoding::StreamingDecoder;
 const GZIP: [u8; 2] = [0x1f, 0x8b];
 
 /// The first bytes of a zstd frame (RFC 8878, section 3.1.1).
-pub(super) const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
+pub const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
 
 /// Content of a file, decompressed if necessary.
 ///

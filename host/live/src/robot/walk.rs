@@ -1,18 +1,19 @@
-//! Foot of the demo: the firmware's own [`Foot`], fed with the samples of a simulated walk, with its output.
+//! Recorded walk of one foot: the board's own program, fed with the samples of a simulation, and its output.
 //!
-//! Each millisecond has the inputs of a board: the sample of its data-ready edge, the load sent over CAN by the
-//! robot controller, [`Foot::tick`], and output ports that are emptied at once.
+//! Each millisecond has the inputs of a board: the load sent over CAN by the robot's control and the sample of its
+//! data-ready edge.
 
 use decode::can_log::Logged;
 use estimator_core::{ContactEstimate, ParamsError, Timestamp};
 use firmware::ports::Input;
-use firmware::sampling::{Measurement, Tick};
-use firmware::{Foot, Ports};
+use firmware::sampling::Measurement;
 use gait::Simulation;
 use gait::control::load_frame;
 use gait::record::TICK_US;
-use live::robot::board::{self, Bus, settings, switched_on};
 use wire::Settings;
+
+use super::board::{self, Bus, settings, switched_on};
+use super::program::Program;
 
 /// Serial number of the foot.
 const SERIAL: u32 = 1;
@@ -39,7 +40,7 @@ impl Transmission {
     }
 }
 
-/// Simulates a foot with [`settings`]: one tick per sample.
+/// Simulates a foot with the default [settings]: one tick per sample.
 ///
 /// # Errors
 /// Those of [`walk_with`].
@@ -59,8 +60,7 @@ pub fn walk_with(
     simulation: &Simulation,
     mut change: impl FnMut(usize, &mut Measurement),
 ) -> Result<Transmission, ParamsError> {
-    let mut foot = Foot::new(settings.clone(), switched_on(SERIAL))?;
-    let ports = Ports::new();
+    let mut program = Program::new(settings.clone(), switched_on(SERIAL))?;
     let mut sent = Transmission::default();
     let mut bus = Bus::default();
     let samples = simulation.recording.samples.iter().zip(&simulation.raw);
@@ -68,26 +68,20 @@ pub fn walk_with(
         let mut measurement = board::measurement(sample.imu, *raw);
         change(index, &mut measurement);
         let edge = measurement.sample.timestamp;
-        let tick = Tick {
-            time: Timestamp::from_micros(index as u64 * TICK_US),
-            edge: Some(edge),
-            ..Tick::default()
-        };
+        let time = Timestamp::from_micros(index as u64 * TICK_US);
         if let (Some(load), Some(id)) = (sample.load, settings.node_id())
             && let Some(frame) = load_frame(id, load.0)
         {
-            let taken = ports.try_put(Input::Can(frame, tick.time));
+            let taken = program.ports.try_put(Input::Can(frame, time));
             assert!(taken, "each tick empties the inputs");
         }
-        foot.tick(&tick, &measurement, None, &ports);
-        sent.estimates.push(*foot.estimate());
-        while let Some(frame) = ports.try_next_can() {
+        program.tick(time, &measurement);
+        sent.estimates.push(*program.foot.estimate());
+        for frame in program.frames() {
             let at = board::in_logs(bus.carry(edge));
             sent.can.push(Logged { at, frame });
         }
-        while let Some(frame) = ports.try_next_uart() {
-            sent.uart.extend_from_slice(frame.as_bytes());
-        }
+        sent.uart.append(&mut program.take_serial());
     }
     Ok(sent)
 }
@@ -95,10 +89,10 @@ pub fn walk_with(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use analysis::config::default_params;
     use decode::report::BoardReport;
     use decode::{Feet, decode};
     use estimator_core::{Saturation, Validity};
-    use firmware::imu::default_params;
     use gait::{GaitName, Ground, Plan, SensorParams, simulate};
     use recordings::replay::replay;
     use wire::{Counter, Pdo};

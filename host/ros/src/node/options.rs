@@ -2,10 +2,11 @@
 
 use std::net::IpAddr;
 
-use ros::topics::DIAGNOSTICS;
-use ros::{Compat, Published};
 use ros2_client::qos::{Durability, History, QosProfile, WhenFull};
 use ros2_client::{Name, ParameterValue};
+
+use crate::topics::DIAGNOSTICS;
+use crate::{Compat, Published};
 
 /// Depth of the history of diagnostics, the same as in `diagnostic_updater`.
 const DIAGNOSTICS_DEPTH: usize = 10;

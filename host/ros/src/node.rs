@@ -1,23 +1,31 @@
-//! The node: a publisher for each topic, created with its first message.
+//! A ROS 2 node that publishes the messages of feet. It uses `rustdds` and `ros2-client`; no installation of
+//! ROS is required or linked.
+//!
+//! A publisher of each topic is created with its first message. Domain, networks, names and quality of service are
+//! in `options`.
+
+mod options;
 
 use std::collections::BTreeMap;
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, UdpSocket};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use futures::executor::block_on;
-use ros::definition::Definition;
-use ros::{Message, Published};
+use ros2_client::entities_info::ParticipantEntitiesInfo;
 use ros2_client::{
-    Context, MessageTypeName, Name, Node, NodeName, NodeOptions, ParameterValue, Publisher,
-    WriteError,
+    Context, MessageTypeName, Name, Node, NodeEvent, NodeName, NodeOptions, ParameterValue,
+    Publisher, WriteError,
 };
 use rustdds::DomainParticipantBuilder;
 use thiserror::Error;
 
-use crate::options::{Options, Reliability};
+use crate::definition::Definition;
+use crate::{Message, Published};
+pub use options::{Options, Reliability};
 
 /// Time for subscribers to request lost messages at shutdown: five heartbeats.
 const LAST_REQUESTS: Duration = Duration::from_millis(500);
@@ -89,6 +97,8 @@ pub struct FootNode {
     node: Node,
     /// Thread that answers requests for parameters and tracks subscribers.
     spinner: JoinHandle<()>,
+    /// Whether another node of the same name was found and not reported.
+    has_namesake: Arc<AtomicBool>,
 }
 
 struct Topic {
@@ -135,6 +145,22 @@ impl FootNode {
         let node = context.new_node(name.clone(), parameters(&options));
         let mut node = node.map_err(|error| create(error.to_string()))?;
         let spinner = node.spinner().map_err(|error| create(error.to_string()))?;
+        let has_namesake = Arc::new(AtomicBool::new(false));
+        if let Some(events) = node.status_receiver() {
+            let own = context.participant_entities_info();
+            let found = Arc::clone(&has_namesake);
+            // Separate thread: the spinner fills the queue of events, which is short.
+            let watch = thread::Builder::new().spawn(move || {
+                while let Ok(event) = block_on(events.recv()) {
+                    if matches!(event, NodeEvent::ParticipantEntities(other) if share_a_name(&own, &other))
+                    {
+                        return found.store(true, Ordering::Relaxed);
+                    }
+                }
+            });
+            // The thread ends with the node, whose events it receives.
+            watch.map_err(|error| create(error.to_string()))?;
+        }
         let spinner = thread::Builder::new().name("ros2".to_owned()).spawn(|| {
             // Messages are published even if the spinner fails.
             let _ = block_on(spinner.spin());
@@ -145,7 +171,20 @@ impl FootNode {
             topics: BTreeMap::new(),
             node,
             spinner,
+            has_namesake,
         })
+    }
+
+    /// Namespace and name.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.node.fully_qualified_name()
+    }
+
+    /// Returns once whether another node in the domain has the same namespace and name: tools of ROS show such nodes as
+    /// one, and their topics are the same.
+    pub fn has_new_namesake(&self) -> bool {
+        self.has_namesake.swap(false, Ordering::Relaxed)
     }
 
     /// Publishes a message without blocking; a message that does not fit into the queue is counted.
@@ -214,6 +253,16 @@ impl FootNode {
         // The thread ends with the node; a panic in it is ignored.
         let _ = self.spinner.join();
     }
+}
+
+/// Returns whether two different participants have nodes of the same namespace and name.
+fn share_a_name(own: &ParticipantEntitiesInfo, other: &ParticipantEntitiesInfo) -> bool {
+    let is_own = |name: String| {
+        let mut own = own.nodes().iter();
+        own.any(|node| node.fully_qualified_name() == name)
+    };
+    let mut others = other.nodes().iter();
+    own.gid() != other.gid() && others.any(|node| is_own(node.fully_qualified_name()))
 }
 
 /// Declares the parameters of a node as read-only.

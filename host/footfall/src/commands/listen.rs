@@ -1,0 +1,40 @@
+//! Feet that stream, for all commands that listen to them.
+
+use clap::Args;
+use decode::Feet;
+use live::Source;
+use live::link::pace::Speed;
+
+use super::feet::FeetArguments;
+use super::played::PlayedArguments;
+use crate::error::Error;
+
+/// Help text on the syntax of a source.
+pub(super) const SOURCES: &str = "Where the feet stream from: uart:/dev/ttyACM0[@BAUD], can:can0, \
+                       slcan:/dev/ttyACM0[@KBIT], file:can.log[@SPEED], or demo[:feet=4] for \
+                       simulated feet";
+
+/// Feet that stream.
+#[derive(Debug, Args)]
+pub struct ListenArguments {
+    /// Where the feet stream from.
+    #[arg(help = SOURCES)]
+    pub source: Source,
+    /// Which nodes are feet.
+    #[command(flatten)]
+    pub feet: FeetArguments,
+    /// How a recording of an IMU is read.
+    #[command(flatten)]
+    pub played: PlayedArguments,
+}
+
+impl ListenArguments {
+    /// Returns the source, played at `speed` unless it has its own, and the feet.
+    ///
+    /// # Errors
+    /// Names of feet contradict each other, or there are options of reading for a source that is not a file.
+    pub(super) fn listen(self, speed: Speed) -> Result<(Source, Feet), Error> {
+        let feet = self.feet.feet()?;
+        Ok((self.played.read(self.source)?.at_speed(speed), feet))
+    }
+}

@@ -1,0 +1,17 @@
+//! Samples of a foot and files by their first bytes, for all crates that read, make or judge samples.
+//!
+//! | content | module |
+//! |---|---|
+//! | a recording: samples with their load and label | [`recording`] |
+//! | vectors and rotations in f64, for true orientations | [`space`] |
+//! | names of validities in files | [`validity`] |
+//! | gzip and zstd | [`compressed`] |
+//! | kinds of files by their first bytes | [`magic`] |
+//! | kinds of files that are not read, and advice for each | [`foreign`] |
+
+pub mod compressed;
+pub mod foreign;
+pub mod magic;
+pub mod recording;
+pub mod space;
+pub mod validity;
