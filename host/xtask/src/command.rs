@@ -13,6 +13,11 @@ pub fn root() -> &'static Path {
     package.ancestors().nth(2).unwrap_or(package)
 }
 
+/// Returns the cargo that runs this program.
+pub fn cargo() -> String {
+    env::var("CARGO").unwrap_or_else(|_| "cargo".into())
+}
+
 /// Program with its arguments.
 pub struct Step {
     program: String,
@@ -41,8 +46,7 @@ impl Step {
 
     /// Creates a step that runs the cargo that runs this program.
     pub fn cargo(arguments: &[&str]) -> Self {
-        let cargo = env::var("CARGO").unwrap_or_else(|_| "cargo".into());
-        Self::program(&cargo).with(arguments)
+        Self::program(&cargo()).with(arguments)
     }
 
     /// Adds arguments.

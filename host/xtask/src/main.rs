@@ -1,4 +1,4 @@
-//! Entry point of the tasks on the repository: `cargo xtask quick | gate | update | image | release | mutants`.
+//! Entry point of the tasks on the repository: `cargo xtask quick | test | gate | update | image | release | mutants`.
 
 mod boards;
 mod changes;
@@ -8,6 +8,7 @@ mod mutants;
 mod packages;
 mod quick;
 mod release;
+mod tests;
 mod update;
 
 use std::path::PathBuf;
@@ -33,6 +34,8 @@ enum Task {
         #[arg(long, default_value = "HEAD")]
         since: String,
     },
+    /// All tests, several programs at once, as `.ci/test` runs them.
+    Test,
     /// Everything: the same as `.ci/run`.
     Gate,
     /// Writes all generated files and tables again.
@@ -85,6 +88,7 @@ fn main() -> ExitCode {
 fn run(task: Task) -> Result<()> {
     match task {
         Task::Quick { since } => quick::run(&since),
+        Task::Test => tests::run(),
         Task::Gate => Step::program(".ci/run").run(),
         Task::Update => update::run(),
         Task::Image {
