@@ -13,7 +13,7 @@ use crate::flash::Flash;
 use crate::image::{Board, HEADER, Header, Refusal, identification};
 use crate::journal::{Event, Progress, State};
 use crate::layout::Slot;
-use crate::node::{Program, Restart};
+use crate::start::{Program, Restart};
 use crate::update::Download;
 use crate::{program, verify};
 

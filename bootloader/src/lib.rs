@@ -49,6 +49,8 @@ pub mod node;
 pub mod note;
 #[cfg(feature = "verify")]
 pub mod program;
+#[cfg(feature = "verify")]
+pub mod start;
 #[cfg(target_os = "none")]
 pub mod supply;
 #[cfg(feature = "verify")]

@@ -7,7 +7,8 @@
 mod chip;
 
 use bootloader::adapter::Word;
-use bootloader::node::{Line, Message, Node, Program};
+use bootloader::node::{Line, Message, Node};
+use bootloader::start::Program;
 use bootloader::update::{Start, settle};
 use bootloader::verify::KEY;
 

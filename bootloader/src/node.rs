@@ -10,7 +10,8 @@ use wire::sdo::written;
 
 use crate::device::{Action, Device, HEARTBEAT_MS};
 use crate::flash::Flash;
-use crate::image::{Board, Refusal};
+use crate::image::Board;
+use crate::start::{Program, Restart};
 
 /// Time without a request after which a transfer is given up, ms.
 const GIVE_UP_MS: u32 = 5_000;
@@ -220,24 +221,4 @@ impl<F: Flash> Node<F> {
             Action::Restart(restart) => Some(restart),
         }
     }
-}
-
-/// Why the bootloader is to restart.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Restart {
-    /// A master has asked for it.
-    ByMaster,
-    /// No master has controlled or sent a program for a minute.
-    AfterSilence,
-}
-
-/// Whether there is a program that can be started.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Program {
-    /// There is one.
-    CanRun,
-    /// There is none, for this reason; `None` where there has been none.
-    Missing(Option<Refusal>),
-    /// The flash has failed in the steps at the start, which the next start does again.
-    Unsettled,
 }

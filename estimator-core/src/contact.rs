@@ -57,10 +57,6 @@ pub struct ContactEstimator<const CAPACITY: usize> {
     model: Model<CAPACITY>,
 }
 
-/// Longest gap that is bridged, µs: the probability is held, no higher than it was. Shorter than the
-/// self-calibrating estimate's window.
-pub const BRIDGED_US: u64 = 10_000;
-
 /// Time between two samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Elapsed {

@@ -11,7 +11,7 @@
 //! | probability of stillness, with limits learnt from the foot | [`stillness`], with [`erf`](mod@erf) and [`logarithm`] |
 //! | or, with configured half-widths: share of the sample's kernel within them | [`kernel`] |
 //! | the trailing window's masses and their exact sums | [`window`] |
-//! | probability per axis, tangential, vertical and in total | [`probability`] |
+//! | probability per axis, tangential, vertical and in total | [`probability`], of half-widths in [`density`] |
 //! | standard deviation of a zero-velocity measurement | [`velocity`] |
 //! | debounced decision, and the phase if the load is known | [`phase`] |
 //! | one of the two models of stillness, by the configured method | `model` |
@@ -59,6 +59,7 @@ pub mod axis;
 pub mod config;
 pub mod contact;
 pub mod correction;
+pub mod density;
 pub mod erf;
 pub mod flag;
 pub mod kernel;
@@ -86,12 +87,13 @@ pub use axis::{Axis, PerAxis};
 pub use config::Config;
 pub use contact::{ContactEstimate, ContactEstimator};
 pub use correction::AccelerometerCorrection;
+pub use density::DensityEstimator;
 pub use flag::{Flag, Flags};
 pub use mounting::{Mounting, MountingError, MountingParams, SensorAxis};
 pub use parameter::Parameter;
 pub use params::{DecisionParams, Gravity, LoadParams, Method, Params, WindowLength};
 pub use phase::{Decision, Load, Phase};
-pub use probability::{DensityEstimator, Probabilities};
+pub use probability::Probabilities;
 pub use range::{ParamsError, Row};
 pub use rest::RestParams;
 pub use sample::{

@@ -1,13 +1,17 @@
 //! The probability of stillness, by the method of the configuration.
 
 use crate::config::Config;
-use crate::contact::BRIDGED_US;
+use crate::density::Density;
 use crate::params::Method;
-use crate::probability::{Density, Probabilities};
+use crate::probability::Probabilities;
 use crate::sample::{AngularRate, ImuSample, LinearAcceleration};
 use crate::stillness::{Learnt, Stillness};
 use crate::vector::Vec3;
 use crate::window::{AnyRing, Filling, Ring};
+
+/// Longest gap that is bridged, µs: the probability is held, no higher than it was. Shorter than the
+/// self-calibrating estimate's window.
+const BRIDGED_US: u64 = 10_000;
 
 /// Number of windows of doubt that a longer gap counts as: less than 5 % is left of any probability.
 const GAP_WINDOWS: u32 = 3;

@@ -6,7 +6,7 @@
 //! | start, ticks, restart after a fault | this one |
 //! | the measurement of a tick | `sensor` |
 //! | is the sample believed? | `watch` |
-//! | which fault is it? | `diagnosis` |
+//! | which fault is it? | `diagnosis`, `fault` |
 //!
 //! [`run`] never misses a tick because of the sensor. While the sensor is being initialised, which
 //! takes 100 ms of waiting, both run concurrently: every tick is served with "no sample", and the
@@ -32,6 +32,7 @@
 //! changed: an axis that is still stuck is never trusted again.
 
 mod diagnosis;
+mod fault;
 mod sensor;
 mod watch;
 
@@ -45,7 +46,8 @@ use estimator_core::Timestamp;
 use lsm6dsox::{SetSpiClock, SpiClock};
 use wire::Fault;
 
-pub use diagnosis::{READ_BACK_TICKS, SensorFault};
+pub use diagnosis::READ_BACK_TICKS;
+pub use fault::SensorFault;
 pub use sensor::{Activity, Measurement, Sensor};
 pub use watch::{FROZEN_REPEATS, SATURATED_TICKS};
 

@@ -182,7 +182,10 @@ fn no_source_file_exceeds_500_lines_without_its_tests() {
 }
 
 /// Crates whose files form no circle of imports.
-const WITHOUT_CIRCLES: [&str; 14] = [
+const WITHOUT_CIRCLES: [&str; 20] = [
+    "bootloader",
+    "estimator-core",
+    "firmware",
     "host/analysis",
     "host/decode",
     "host/evaluate",
@@ -196,7 +199,10 @@ const WITHOUT_CIRCLES: [&str; 14] = [
     "host/scoring",
     "host/virtual-board",
     "host/xtask",
+    "lsm6dsox",
     "python",
+    "storage",
+    "wire",
 ];
 
 #[test]

@@ -40,6 +40,7 @@ mod filter;
 mod handle;
 mod memory;
 mod motion;
+mod outputs;
 mod part;
 mod paths;
 mod pins;

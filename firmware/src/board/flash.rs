@@ -35,7 +35,10 @@ pub const PAGE: u32 = 16 * 1024;
 pub const SIZE: u32 = 2 * PAGE;
 
 /// Maximum duration of the erase of a sector, µs.
-pub const ERASE_MICROS: u32 = 500_000;
+const ERASE_MICROS: u32 = 500_000;
+
+// The processor stands still during an erase, and cannot feed the watchdog.
+const _: () = assert!(ERASE_MICROS / 1_000 < watchdog::LONGEST_STALL_MILLIS);
 
 /// Start of the sectors: `_config_start` in memory.x.
 const START: u32 = 0x0800_8000;

@@ -8,8 +8,6 @@
 use embassy_stm32::pac::iwdg::vals::{Key, Pr};
 use embassy_stm32::pac::{DBGMCU, IWDG};
 
-use super::flash::ERASE_MICROS;
-
 /// Frequency of the oscillator, Hz: nominal, and maximum.
 const LSI_HZ: u32 = 32_000;
 const FASTEST_LSI_HZ: u32 = 47_000;
@@ -24,15 +22,15 @@ const RELOAD: u32 = LSI_HZ / DIVIDER * PERIOD_MILLIS / 1_000 - 1;
 /// Interval of feeding, ms: more than ten times in the period.
 pub const FEEDING_MILLIS: u32 = 60;
 
-/// Rest of the shortest period after an erase, in which all workers must report: they are
-/// called at one feeding and checked at the next.
-const AFTER_ERASE_MILLIS: u32 = 2 * FEEDING_MILLIS;
+/// Rest of the shortest period, in which all workers must report: they are called at one feeding and checked at
+/// the next.
+const REPORT_MILLIS: u32 = 2 * FEEDING_MILLIS;
+
+/// Longest time without feeding after which the workers still can report, ms.
+pub const LONGEST_STALL_MILLIS: u32 =
+    PERIOD_MILLIS * (LSI_HZ / 1_000) / (FASTEST_LSI_HZ / 1_000) - REPORT_MILLIS;
 
 const _: () = assert!(RELOAD <= 0xFFF);
-const _: () = assert!(
-    PERIOD_MILLIS * (LSI_HZ / 1_000) / (FASTEST_LSI_HZ / 1_000)
-        > ERASE_MICROS / 1_000 + AFTER_ERASE_MILLIS
-);
 
 /// Polls of `IWDG_SR` until the settings are applied, which takes five cycles of the oscillator, at
 /// most 300 µs: some 5,000 cycles of the processor just after reset.

@@ -8,7 +8,7 @@ use lsm6dsox::{Error, RawSample, SetSpiClock};
 use wire::Fault;
 
 use super::Tick;
-use super::diagnosis::{SensorFault, failed_axes};
+use super::fault::{SensorFault, failed_axes};
 use super::watch::{SATURATED_TICKS, SampleIssue, Watch};
 use crate::imu;
 

@@ -2,6 +2,9 @@
 
 use crate::setting::Sensor;
 
+/// Duration of a glitch, ns.
+pub(super) const GLITCH_NS: u64 = 1_000;
+
 /// An axis of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axis {

@@ -17,11 +17,15 @@ use crate::setting::Pin;
 #[derive(Clone, Debug)]
 pub struct SharedPart(Rc<RefCell<Part>>);
 
-impl SharedPart {
-    pub(super) fn new(part: Part) -> Self {
-        Self(Rc::new(RefCell::new(part)))
+impl Part {
+    /// Converts the part into a shared one, with handles for buses and a delay.
+    #[must_use]
+    pub fn shared(self) -> SharedPart {
+        SharedPart(Rc::new(RefCell::new(self)))
     }
+}
 
+impl SharedPart {
     /// The part on SPI.
     #[must_use]
     pub fn spi(&self) -> SimSpi {

@@ -3,14 +3,12 @@
 use std::boxed::Box;
 
 use super::batch::{Fifo, Mode};
-use super::bus::{Phase, Update, Words};
 use super::channel::{self, Channel};
 use super::clock::Clock;
-use super::fault::{Broken, Faults, PartFault};
-use super::handle::SharedPart;
+use super::fault::{Broken, Faults, GLITCH_NS, PartFault};
 use super::memory::{Memory, Violation};
 use super::motion::{Motion, Stimulus};
-use super::pins::GLITCH_NS;
+use super::outputs::{Phase, Update, Words};
 use super::random::Random;
 use crate::fifo::tag;
 use crate::register::{self, ctrl3_c, fifo_ctrl2, fifo_ctrl3, fifo_ctrl4};
@@ -220,12 +218,6 @@ impl Part {
             noise: Random::new(options.seed),
             motion: Box::new(motion),
         }
-    }
-
-    /// Converts the part into a shared one, with handles for buses and a delay.
-    #[must_use]
-    pub fn shared(self) -> SharedPart {
-        SharedPart::new(self)
     }
 
     /// Time since power-up, ns.

@@ -1,15 +1,13 @@
 //! The interrupt pins: their levels and next rising edges.
 
 use super::channel::Channel;
+use super::fault::GLITCH_NS;
 use super::part::Part;
 use crate::register::{self, counter_bdr_reg1, ctrl3_c, ctrl4_c, int1_ctrl, int2_ctrl};
 use crate::setting::Pin;
 
 /// Duration of a data-ready pulse, ns \[D\].
 const PULSE_NS: u64 = 75_000;
-
-/// Duration of a glitch, ns.
-pub(super) const GLITCH_NS: u64 = 1_000;
 
 impl Part {
     /// Returns whether accelerometer, gyroscope and watermark are routed to a pin.

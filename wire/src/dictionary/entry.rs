@@ -2,9 +2,8 @@
 
 use estimator_core::{Parameter, Row, Unit};
 
+use super::choice::Choice;
 use super::limits::Limits;
-use super::mounting;
-use super::settings::CAN_BIT_RATES;
 use super::text::Text;
 use crate::value::{DataType, Value};
 
@@ -87,22 +86,6 @@ enum Bounds {
     /// The bytes of the first number are those of [`Limits::RangeWithout`].
     RangeWithout,
     OneOf(Choice),
-}
-
-/// Lists of allowed values.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Choice {
-    CanBitRate,
-    Axes,
-}
-
-impl Choice {
-    const fn values(self) -> &'static [Value] {
-        match self {
-            Self::CanBitRate => CAN_BIT_RATES,
-            Self::Axes => mounting::AXES,
-        }
-    }
 }
 
 /// Converts a time in s to whole µs.

@@ -5,15 +5,17 @@
 //! |---|---|
 //! | indices and addresses | `address` |
 //! | the objects of CiA 301 | `communication` |
-//! | the configuration of the foot | `settings`, `mounting` |
+//! | the configuration of the foot | `settings`, `mounting`, `axes` |
 //! | what it measures and knows | `process` |
-//! | a value: role, access, limits, texts | `entry`, `limits`, `text` |
+//! | a value: role, access, limits, texts | `entry`, `limits`, `choice`, `text` |
 //!
 //! To add a number of the estimator, give it a row in [`estimator_core::parameter`] and an entry with
 //! `Entry::parameter` in `settings`. To add another setting, give it an entry with `Entry::setting`, and
 //! read it in [`settings`](crate::settings). `FOOTFALL_UPDATE=1 cargo test -p wire --test files` writes
 //! the files.
 
+mod axes;
+mod choice;
 mod communication;
 mod entry;
 mod limits;
@@ -23,10 +25,10 @@ mod settings;
 mod text;
 
 pub use crate::address::{Address, index};
+pub(crate) use axes::AS_QUATERNION;
+pub use axes::code_of_axes;
 pub use entry::{Access, Concern, Entry, Role};
 pub use limits::Limits;
-pub(crate) use mounting::AS_QUATERNION;
-pub use mounting::code_of_axes;
 pub use settings::WINDOW_CAPACITY;
 pub use text::Text;
 

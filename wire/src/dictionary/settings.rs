@@ -4,18 +4,10 @@ use estimator_core::{
     AccelerometerCorrection, Learning, Learnt, Parameter, Params, Row, parameter,
 };
 
-use super::entry::Choice;
+use super::choice::Choice;
 use super::{Concern, Entry, Object, Shape, Text, index, mounting};
 use crate::foot::Foot;
 use crate::value::Value;
-
-/// kbit/s, in ascending order.
-pub(super) const CAN_BIT_RATES: &[Value] = &[
-    Value::U16(125),
-    Value::U16(250),
-    Value::U16(500),
-    Value::U16(1000),
-];
 
 const MEANING_OF_FOOT: &str = "1 FL, 2 FR, 3 RL, 4 RR, 5 L, 6 R; a label for people and files, and the node id where none is set";
 const RESTART: &str = "takes effect with the next reset of the node or of its communication";
