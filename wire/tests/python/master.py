@@ -250,8 +250,9 @@ def is_given_another_id(network, node):
 
 
 def main(tty, eds):
-    # A busy host is no fault of the foot: what python-canopen waits for an answer by default is 0.3 s.
+    # A busy host is no fault of the foot: by default python-canopen waits 0.3 and 0.5 s for an answer.
     canopen.sdo.SdoClient.RESPONSE_TIMEOUT = ANSWER_LIMIT_S
+    canopen.lss.LssMaster.RESPONSE_TIMEOUT = ANSWER_LIMIT_S
     network = canopen.Network()
     network.connect(
         interface="slcan", channel=tty, bitrate=1_000_000, sleep_after_open=0.0
