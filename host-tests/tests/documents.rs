@@ -218,3 +218,47 @@ fn source_files_form_no_circle_of_imports() {
     }
     assert!(circles.is_empty(), "{circles:#?}");
 }
+
+/// A parameter of each table, which no code but its own names.
+const PLAIN_PARAMETERS: [&str; 5] = [
+    "VelocityLever",
+    "QuietGain",
+    "DecisionOffDelay",
+    "HalfWidthAx",
+    "BandwidthWz",
+];
+
+#[test]
+fn the_guide_names_each_file_that_a_parameter_is_in() {
+    let guide = workspace().join("docs/architecture.md");
+    let text = fs::read_to_string(&guide).expect("it can be read");
+    let begin = text
+        .find("**… a parameter of the estimator.**")
+        .expect("the guide");
+    let end = text[begin..]
+        .find("\n**… a signal")
+        .expect("the next guide")
+        + begin;
+    let named: Vec<PathBuf> = links(&text[begin..end])
+        .iter()
+        .map(|link| workspace().join("docs").join(link.target))
+        .map(|path| path.canonicalize().expect("the link leads to a file"))
+        .collect();
+    let mut files = Vec::new();
+    sources(&workspace(), &mut files);
+    for parameter in PLAIN_PARAMETERS {
+        let is_word = |word: &str| word == parameter;
+        let mut places = 0;
+        for path in &files {
+            let text = fs::read_to_string(path).expect("it can be read");
+            let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+            let mut words = code.split(|letter: char| !letter.is_alphanumeric());
+            if words.any(is_word) {
+                let path = path.canonicalize().expect("it is there");
+                assert!(named.contains(&path), "{parameter}: {}", path.display());
+                places += 1;
+            }
+        }
+        assert_eq!(places, 2, "{parameter}: a row and an entry");
+    }
+}
