@@ -107,8 +107,8 @@ fn each_part_of_the_default_preset_earns_its_place() {
         ),
         ("without the slide test", with(|s| s.slide.speed = 1.0)),
         (
-            "the same limit of speed for every foot",
-            with(|s| s.slide.gain = 0.0),
+            "the same limit of speed for every foot, 9 mm/s",
+            with(|s| (s.slide.gain, s.slide.usual) = (0.0, 0.0013)),
         ),
         (
             "without evidence",
