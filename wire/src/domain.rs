@@ -126,6 +126,13 @@ impl DomainServer {
         // Any other request gives up the transfer.
         match self.transfer.take() {
             Some(transfer) if command != ABORT => match transfer.phase {
+                // The end can have the bytes of the last segment, which CAN may deliver twice.
+                Phase::End(ref state)
+                    if state.ends_with(request)
+                        && (transfer.answered != Some(*request) || is_blank(request)) =>
+                {
+                    return Some(transfer.end_block(state.last(command), objects));
+                }
                 _ if transfer.answered == Some(*request) => {
                     self.transfer = Some(transfer);
                     return None;
@@ -137,9 +144,8 @@ impl DomainServer {
                     let state = state.clone();
                     return self.block(transfer, sequence, state, request, objects);
                 }
-                Phase::End(ref state) if command >> 5 == 6 && command & LAST != 0 => {
-                    let state = state.clone();
-                    return Some(Self::end_block(transfer, state, request, objects));
+                Phase::End(_) if command >> 5 == 6 && command & LAST != 0 => {
+                    return Some(abort(transfer.address, AbortCode::Crc));
                 }
                 Phase::Segments { toggle } if command >> 5 == 0 => {
                     return Some(self.segment(transfer, toggle, command, segment, objects));
@@ -266,30 +272,33 @@ impl DomainServer {
         self.transfer = Some(transfer);
         Some([0xA2, sequence, D::BLOCK, 0, 0, 0, 0, 0])
     }
+}
 
-    fn end_block(
-        mut transfer: Transfer,
-        mut state: Block,
-        request: &[u8; 8],
-        objects: &mut impl Domains,
-    ) -> [u8; 8] {
-        let [command, low, high, ..] = *request;
+/// Returns whether the reserved bytes of the end of a block download are zero.
+fn is_blank(request: &[u8; 8]) -> bool {
+    let [_, _, _, reserved @ ..] = *request;
+    reserved == [0; 5]
+}
+
+impl Block {
+    /// Bytes of the last segment, by the command that ends the download.
+    fn last(&self, command: u8) -> &[u8] {
         let length = SEGMENT.saturating_sub(usize::from(command >> 2 & 0b111));
-        let held = state.held.unwrap_or_default();
-        let bytes = held.get(..length).unwrap_or(&held);
-        let taken = transfer.take(bytes, objects);
-        let checked = taken.and_then(|()| match state.check.take() {
+        let held = self.held.as_ref().map_or(&[] as &[u8], |held| held);
+        held.get(..length).unwrap_or(held)
+    }
+
+    /// Returns whether a request ends the download, with the CRC of its bytes.
+    fn ends_with(&self, request: &[u8; 8]) -> bool {
+        let [command, low, high, ..] = *request;
+        let matches = || match self.check.clone() {
             Some(mut check) => {
-                check.update(bytes);
-                let matches = check.finalize() == u16::from_le_bytes([low, high]);
-                matches.then_some(()).ok_or(AbortCode::Crc)
+                check.update(self.last(command));
+                check.finalize() == u16::from_le_bytes([low, high])
             }
-            None => Ok(()),
-        });
-        match checked.and_then(|()| transfer.end(objects)) {
-            Ok(()) => [0xA1, 0, 0, 0, 0, 0, 0, 0],
-            Err(code) => abort(transfer.address, code),
-        }
+            None => true,
+        };
+        command >> 5 == 6 && command & LAST != 0 && matches()
     }
 }
 
@@ -301,6 +310,16 @@ impl Transfer {
             return Err(AbortCode::TooLong);
         }
         objects.append(bytes)
+    }
+
+    /// Ends a block download, whose last segment has these bytes.
+    fn end_block(&self, last: &[u8], objects: &mut impl Domains) -> [u8; 8] {
+        let mut transfer = self.clone();
+        let taken = transfer.take(last, objects);
+        match taken.and_then(|()| transfer.end(objects)) {
+            Ok(()) => [0xA1, 0, 0, 0, 0, 0, 0, 0],
+            Err(code) => abort(self.address, code),
+        }
     }
 
     fn end(&self, objects: &mut impl Domains) -> Result<(), AbortCode> {

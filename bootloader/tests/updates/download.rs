@@ -1,7 +1,7 @@
 //! Downloads over SDO into a simulated flash: whole, damaged, refused, given up, and with losses on the bus.
 
 use crate::flash::{Chip, Cut, DEVELOPMENT, header, image, program, sign};
-use bootloader::image::{Board, Header, Refusal};
+use bootloader::image::{Board, HEADER, Header, Refusal};
 use bootloader::journal::{Event, Progress, State};
 use bootloader::layout::Slot;
 use bootloader::node::{Line, Message, Node};
@@ -21,6 +21,14 @@ struct Master {
     lose: Option<u32>,
     /// How often segments arrive.
     delivery: Delivery,
+    check: Check,
+}
+
+/// CRC of a block download.
+#[derive(Clone, Copy, PartialEq)]
+enum Check {
+    Crc,
+    None,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -47,6 +55,7 @@ impl Master {
             sent: 0,
             lose: None,
             delivery: Delivery::Once,
+            check: Check::Crc,
         }
     }
 
@@ -103,7 +112,8 @@ impl Master {
 
     fn block(&mut self, image: &[u8]) -> Result<(), AbortCode> {
         let [a, b, c, d] = (image.len() as u32).to_le_bytes();
-        let answer = self.ask([0xC6, 0x50, 0x1F, 1, a, b, c, d])?;
+        let crc = u8::from(self.check == Check::Crc) << 2;
+        let answer = self.ask([0xC2 | crc, 0x50, 0x1F, 1, a, b, c, d])?;
         assert_eq!(answer[..4], [0xA4, 0x50, 0x1F, 1]);
         let segments: Vec<&[u8]> = image.chunks(7).collect();
         let (mut done, mut size) = (0, usize::from(answer[4]));
@@ -136,9 +146,12 @@ impl Master {
             size = usize::from(answer[2]);
         }
         let unused = (7 - segments.last().map_or(7, |bytes| bytes.len())) as u8;
-        let [low, high] = Crc::<u16>::new(&CRC_16_XMODEM)
-            .checksum(image)
-            .to_le_bytes();
+        let [low, high] = match self.check {
+            Check::Crc => Crc::<u16>::new(&CRC_16_XMODEM)
+                .checksum(image)
+                .to_le_bytes(),
+            Check::None => [0; 2],
+        };
         let answer = self.ask([0xC1 | unused << 2, low, high, 0, 0, 0, 0, 0])?;
         assert_eq!(answer[0], 0xA1);
         Ok(())
@@ -193,6 +206,23 @@ fn segments_that_arrive_twice_are_taken_once() {
         master.lose = lose;
         assert_eq!(master.block(&new), Ok(()), "{lose:?}");
         assert!(master.node.release().holds(Slot::New, &new), "{lose:?}");
+    }
+}
+
+#[test]
+fn end_with_the_bytes_of_the_last_segment_is_taken() {
+    // Segment 65 + 4 n of a block, as the last one, with n unused bytes: its command is that of the end.
+    for unused in 0..7 {
+        let mut lengths = (1..=4_usize).map(|blocks| 7 * (127 * blocks + 65 + 4 * unused) - unused);
+        let length = lengths.find(|length| length % 4 == 0).expect("whole words");
+        let mut program = program(5, length - HEADER);
+        program.truncate(program.len() - 7);
+        program.extend([0; 7]);
+        let new = sign(header(&program, 300), &program, DEVELOPMENT);
+        let mut master = Master::of(chip());
+        master.check = Check::None;
+        assert_eq!(master.block(&new), Ok(()), "{unused} unused");
+        assert!(master.node.release().holds(Slot::New, &new), "{unused}");
     }
 }
 
@@ -370,6 +400,7 @@ fn clear_that_the_flash_does_not_take_is_refused() {
         sent: 0,
         lose: None,
         delivery: Delivery::Once,
+        check: Check::Crc,
     };
     assert_eq!(master.control(3), Err(AbortCode::Hardware));
     assert_eq!(master.status(), Some(Refusal::FlashFailed));
