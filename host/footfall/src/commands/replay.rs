@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use analysis::config::{GRAVITIES, Resolved, parse_seconds, parse_window, word_of};
+use analysis::config::{GRAVITIES, Preset, Resolved, parse_seconds, parse_window, word_of};
 use analysis::parameters::{Estimation, ParametersReport};
 use analysis::replay::estimates::{self, Layout};
 use analysis::replay::foot::{ReplayError, Replayed, Table, Wanted, replay};
@@ -15,7 +15,7 @@ use analysis::summary::{InputReport, Source, Summaries, Summary};
 use clap::Args;
 use estimator_core::{Params, WindowLength};
 use recordings::events;
-use recordings::input::{About, Format};
+use recordings::input::{About, ContactUse, Format, Hints, Stored};
 use recordings::output::Feet;
 
 use super::copied::{Copied, CopiedArguments};
@@ -45,6 +45,10 @@ pub struct ReplayArguments {
     /// only, as with --preset paper
     #[arg(long, value_name = "LENGTH", value_parser = parse_window, help_heading = ESTIMATOR)]
     pub window: Option<WindowLength>,
+    /// Estimate from the samples of a bag again; otherwise the contacts that its feet sent and that were recorded
+    /// with the samples are the estimates, and no parameter applies
+    #[arg(long, help_heading = ESTIMATOR)]
+    pub estimate_again: bool,
     /// Leave out what comes before this time since the first sample; the estimator sees it all the
     /// same
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, help_heading = INPUT)]
@@ -178,6 +182,27 @@ impl ReplayArguments {
         Ok(())
     }
 
+    /// Returns the source of the estimates: a copy of a bag gets new ones.
+    fn contacts(&self) -> ContactUse {
+        match self.estimate_again || self.bag().is_some() {
+            true => ContactUse::Ignored,
+            false => ContactUse::Recorded,
+        }
+    }
+
+    /// Returns the options that change an estimate and nothing else.
+    fn estimator_options(&self) -> Vec<&'static str> {
+        let recording = &self.recording;
+        let given = [
+            ("--preset", recording.preset != Preset::default()),
+            ("--config", recording.config.is_some()),
+            ("--window", self.window.is_some()),
+            ("--axes", recording.reading.mounting.axes.is_some()),
+        ];
+        let given = given.into_iter().filter(|(_, is_given)| *is_given);
+        given.map(|(option, _)| option).collect()
+    }
+
     /// Returns the output if it is a copy of the bag with its contacts.
     fn bag(&self) -> Option<&Path> {
         self.output.as_deref().filter(|path| is_bag(path))
@@ -211,7 +236,10 @@ impl ReplayArguments {
         let params = resolved.params(format);
         let file = input.display().to_string();
         let origins = resolved.origins(&file);
-        let hints = self.recording.reading.hints(resolved)?;
+        let hints = Hints {
+            contacts: self.contacts(),
+            ..self.recording.reading.hints(resolved)?
+        };
         let mut stored = opened.store_all(&hints)?;
         let names = stored.iter().map(|stored| {
             stored
@@ -240,8 +268,20 @@ impl ReplayArguments {
         origins.check_effects(&params)?;
         let preset = self.recording.preset;
         let mut notices = Vec::new();
-        for about in stored.iter().map(|stored| &stored.about) {
+        let recorded = stored.iter().filter(|stored| stored.has_estimates());
+        let recorded = recorded.count();
+        let ineffective = self.estimator_options();
+        if recorded > 0 && !ineffective.is_empty() {
+            let options = ineffective.join(", ");
+            notices.push(format!(
+                "{file}: {options} apply to estimates, not to contacts as they were recorded: --estimate-again"
+            ));
+        }
+        for Stored { about, .. } in &stored {
             notices.extend(about.notices.iter().cloned());
+        }
+        for stored in stored.iter().filter(|stored| !stored.has_estimates()) {
+            let about = &stored.about;
             notices.extend(preset.window_notice(format, &params, &about.name, about.sample_rate));
         }
         let table = |path: &Option<PathBuf>| match path {
@@ -296,7 +336,7 @@ impl ReplayArguments {
             };
             let report = InputReport::new(source, &about.notices, about.repairs, &foot.findings);
             foot.summary.input = Some(report);
-            foot.summary.estimation = Some(Estimation {
+            foot.summary.estimation = (!stored.has_estimates()).then(|| Estimation {
                 preset: preset.name(),
                 parameters: ParametersReport::of(&Params {
                     sample_rate: about.sample_rate,
@@ -323,11 +363,11 @@ impl ReplayArguments {
             (stored, params_of(names), events)
         });
         let copied = copied.collect();
-        details.push(format!(
-            "{file}: format {}; {}",
-            format.name(),
-            self.recording.parameters_text(&params, format)
-        ));
+        let parameters = match recorded < feet.len() {
+            true => self.recording.parameters_text(&params, format),
+            false => "the estimates are recorded contacts".to_owned(),
+        };
+        details.push(format!("{file}: format {}; {parameters}", format.name()));
         details.push(format!(
             "{file}: {:.2} s to read, {:.2} s to estimate",
             (read - started).as_secs_f64(),
