@@ -317,7 +317,7 @@ mod tests {
         let bytes = bytes::Bytes::from(table.finish().unwrap());
         let mut batches = ParquetRecordBatchReader::try_new(bytes, BATCH).unwrap();
         let batch = batches.next().unwrap().unwrap();
-        let nulls = batch.columns().iter().map(|column| column.null_count());
+        let nulls = batch.columns().iter().map(Array::null_count);
         assert_eq!(nulls.sum::<usize>(), 1);
         assert!(batch.column_by_name("sigma_v").unwrap().is_null(0));
     }
