@@ -157,16 +157,11 @@ fn recorded<O: Observer>(stored: &mut Stored, mut results: Results<'_, O>) -> io
         let RecordedEstimate {
             sample,
             estimate,
-            orientation,
+            moved,
         } = recorded?;
         if results.found.span.is_before(estimate.timestamp) {
             break;
         }
-        // Whether a foot rolls follows from its orientation.
-        let moved = ContactEstimate {
-            orientation,
-            ..estimate
-        };
         results.add(&sample, &estimate, &moved)?;
     }
     results.finish()

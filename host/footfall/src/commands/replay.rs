@@ -8,13 +8,12 @@ use std::time::Instant;
 use analysis::config::{GRAVITIES, Preset, Resolved, parse_seconds, parse_window, word_of};
 use analysis::parameters::{Estimation, ParametersReport};
 use analysis::replay::estimates::{self, Layout};
-use analysis::replay::foot::{ReplayError, Replayed, Table, Wanted, replay};
+use analysis::replay::foot::{ReplayError, Table, Wanted, replay};
 use analysis::replay::jobs;
 use analysis::replay::span::Span;
 use analysis::summary::{InputReport, Source, Summaries, Summary};
 use clap::Args;
 use estimator_core::{Params, WindowLength};
-use recordings::events;
 use recordings::input::{About, ContactUse, Format, Hints, Stored};
 use recordings::output::Feet;
 
@@ -24,11 +23,8 @@ use super::recording::{self, RecordingArguments, with_mounting};
 use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
 use crate::messages::detail;
-use crate::plot::page;
-#[cfg(feature = "png")]
-use crate::plot::png::png;
 use crate::progress::{self, Bars};
-use crate::replay::{Picture, Watched};
+use crate::replay::{Foot, Picture, Watched, write_events, write_pictures};
 use crate::report::{SummaryStyle, print, warn};
 use crate::targets::{self, Drawing, Target};
 
@@ -91,12 +87,6 @@ struct Done {
     /// Feet whose contacts go into a copy of the bag.
     copied: Vec<Copied>,
     feet: Vec<Foot>,
-}
-
-/// A foot with its estimates.
-struct Foot {
-    foot: Replayed,
-    picture: Option<Picture>,
 }
 
 impl ReplayArguments {
@@ -397,12 +387,7 @@ impl ReplayArguments {
             written.push(path.clone());
         }
         if let Some(path) = &self.events {
-            write_file(path, |to| {
-                let foot = if several { "foot," } else { "" };
-                writeln!(to, "{foot}{}", events::HEADER)?;
-                let mut parts = feet.iter_mut().filter_map(|foot| foot.foot.events.as_mut());
-                parts.try_for_each(|part| part.write(to))
-            })?;
+            write_events(path, &mut feet, several)?;
             written.push(path.clone());
         }
         if let Some(path) = &self.plot {
@@ -440,40 +425,4 @@ fn recognised(about: &About, summary: &Summary) -> String {
         about.duration_s(),
         about.sample_rate,
     )
-}
-
-/// Writes the page of all feet or the figure of each, and returns the paths.
-fn write_pictures(path: &Path, feet: &mut [Foot]) -> Result<Vec<PathBuf>, Error> {
-    let one = feet.len() == 1;
-    let mut page = Vec::new();
-    let mut written = Vec::new();
-    for Foot { foot, picture } in feet {
-        match picture.take() {
-            None => {}
-            Some(Picture::Page(foot)) => page.push(foot),
-            Some(Picture::Figure(figure)) => {
-                let path = if one {
-                    path.to_owned()
-                } else {
-                    targets::with_foot(path, &foot.summary.recording)
-                };
-                // Foot names may differ only in characters that file names cannot hold.
-                let path = targets::unlike(path, &written);
-                write_file(&path, |to| {
-                    let svg = figure.svg()?;
-                    match Drawing::of(&path) {
-                        #[cfg(feature = "png")]
-                        Drawing::Png => to.write_all(&png(&svg)?),
-                        _ => to.write_all(svg.as_bytes()),
-                    }
-                })?;
-                written.push(path);
-            }
-        }
-    }
-    if !page.is_empty() {
-        write_file(path, |to| page::write(page, to))?;
-        written.push(path.to_owned());
-    }
-    Ok(written)
 }

@@ -1,10 +1,10 @@
-//! Contacts that a foot sent and that were recorded beside its samples, in a temporary file.
+//! Contacts that a foot sent, as the estimates of a recording, in a temporary file.
 
 use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 
 use estimator_core::{
     AngularRate, ContactEstimate, Decision, Flag, Flags, LinearAcceleration, PerAxis, Phase,
-    Probabilities, Quaternion, Vec3, VelocitySigma,
+    Probabilities, Quaternion, Timestamp, Vec3, VelocitySigma,
 };
 use tempfile::SpooledTempFile;
 
@@ -23,8 +23,9 @@ pub enum ContactUse {
 /// Bytes kept in memory; longer data go to a file in the system's temporary folder.
 const IN_MEMORY: usize = 32 << 20;
 
-/// Numbers per contact: nine probabilities, the standard deviation of the velocity, four of the orientation.
-const NUMBERS: usize = 14;
+/// Numbers per contact: nine probabilities, the standard deviation of the velocity, four of the orientation, three of the
+/// acceleration.
+const NUMBERS: usize = 17;
 
 /// Bytes per contact: its time, its numbers, and the codes of decision, phase and flags.
 const ROW: usize = 8 + 4 * NUMBERS + 3;
@@ -32,39 +33,51 @@ const ROW: usize = 8 + 4 * NUMBERS + 3;
 /// Value of a number that was not recorded.
 const UNKNOWN: f32 = f32::NAN;
 
+/// Vector that was not recorded.
+pub const NO_VECTOR: Vec3 = Vec3::new(UNKNOWN, UNKNOWN, UNKNOWN);
+
 /// Orientation that was not recorded.
-pub(super) const NO_ORIENTATION: Quaternion = Quaternion {
+pub const NO_ORIENTATION: Quaternion = Quaternion {
     w: UNKNOWN,
     x: UNKNOWN,
     y: UNKNOWN,
     z: UNKNOWN,
 };
 
+/// Maximum age of the orientation of a contact, µs: feet send one every 20 ms.
+const OLDEST_ORIENTATION_US: i64 = 25_000;
+
 /// Contact as a foot sent it. Numbers that were not recorded are NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Contact {
+pub struct Contact {
     /// Time of the sample on the file's clock, µs.
-    pub(super) time_us: i64,
-    pub(super) probabilities: Probabilities,
-    pub(super) velocity_sigma: f32,
-    pub(super) decision: Decision,
-    pub(super) phase: Phase,
-    pub(super) flags: Flags,
-    /// Newest orientation of the foot at that time.
-    pub(super) orientation: Quaternion,
+    pub time_us: i64,
+    /// Probabilities of stable contact.
+    pub probabilities: Probabilities,
+    /// Standard deviation of the velocity, m/s.
+    pub velocity_sigma: f32,
+    /// Debounced decision.
+    pub decision: Decision,
+    /// Phase of the gait.
+    pub phase: Phase,
+    /// Reasons for doubt.
+    pub flags: Flags,
+    /// Newest orientation of the foot at that time, foot → world.
+    pub orientation: Quaternion,
+    /// Acceleration without gravity of this sample, m/s².
+    pub acceleration: Vec3,
 }
 
 impl Contact {
-    /// Estimate with what a contact contains, at timestamp 0. All other numbers are NaN.
-    pub(super) const fn estimate(&self) -> ContactEstimate {
-        let unknown = Vec3::new(UNKNOWN, UNKNOWN, UNKNOWN);
+    /// Estimate with what the message of a contact contains, at this time. All other numbers are NaN.
+    pub(super) const fn estimate(&self, timestamp: Timestamp) -> ContactEstimate {
         ContactEstimate {
-            timestamp: estimator_core::Timestamp::from_micros(0),
+            timestamp,
             probabilities: self.probabilities,
             orientation: NO_ORIENTATION,
-            linear_acceleration: LinearAcceleration(unknown),
-            gyro_bias: AngularRate(unknown),
-            angular_rate: AngularRate(unknown),
+            linear_acceleration: LinearAcceleration(NO_VECTOR),
+            gyro_bias: AngularRate(NO_VECTOR),
+            angular_rate: AngularRate(NO_VECTOR),
             velocity_sigma: VelocitySigma(self.velocity_sigma),
             decision: self.decision,
             phase: self.phase,
@@ -73,20 +86,51 @@ impl Contact {
     }
 }
 
+/// Flags of a contact. One that is not valid without a flag, as while the foot has a fault, has that of an invalid
+/// sample.
+#[must_use]
+pub const fn flags_of_contact(flags: Flags, is_valid: bool) -> Flags {
+    if is_valid || flags.are_doubt() {
+        flags
+    } else {
+        flags.with(Flag::InvalidSample)
+    }
+}
+
 /// Flags of these bits.
-pub(super) fn flags_of(bits: u8) -> Flags {
-    Flag::ALL.into_iter().fold(Flags::NONE, |flags, flag| {
-        let with = flags.with(flag);
-        if bits & Flags::NONE.with(flag).bits() == 0 {
-            flags
-        } else {
-            with
+#[must_use]
+pub fn flags_of(bits: u8) -> Flags {
+    let is_set = |flag: &Flag| bits & Flags::NONE.with(*flag).bits() != 0;
+    let set = Flag::ALL.into_iter().filter(is_set);
+    set.fold(Flags::NONE, Flags::with)
+}
+
+/// Newest orientation of a foot, which is sent less often than its contacts.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NewestOrientation(Option<(i64, Quaternion)>);
+
+impl NewestOrientation {
+    /// Takes an orientation at `time_us`, µs.
+    pub const fn set(&mut self, time_us: i64, orientation: Quaternion) {
+        self.0 = Some((time_us, orientation));
+    }
+
+    /// Returns the orientation at `time_us`, µs; [`NO_ORIENTATION`] where the newest is more than 25 ms older.
+    #[must_use]
+    pub fn at(&self, time_us: i64) -> Quaternion {
+        match self.0 {
+            Some((at_us, orientation))
+                if (0..=OLDEST_ORIENTATION_US).contains(&time_us.saturating_sub(at_us)) =>
+            {
+                orientation
+            }
+            _ => NO_ORIENTATION,
         }
-    })
+    }
 }
 
 /// Contacts of a foot in order of time, written once and read as often as needed.
-pub(super) struct Contacts {
+pub struct Contacts {
     file: BufWriter<SpooledTempFile>,
     len: usize,
     times: TimesSoFar,
@@ -110,7 +154,7 @@ impl Contacts {
     ///
     /// # Errors
     /// The temporary file cannot be written.
-    pub(super) fn push(&mut self, contact: &Contact) -> io::Result<bool> {
+    pub fn push(&mut self, contact: &Contact) -> io::Result<bool> {
         let now_us = contact.time_us;
         match &mut self.span_us {
             None => self.span_us = Some((now_us, now_us)),
@@ -181,6 +225,9 @@ fn encode(contact: &Contact) -> [u8; ROW] {
         x,
         y,
         z,
+        contact.acceleration.x,
+        contact.acceleration.y,
+        contact.acceleration.z,
     ];
     let mut row = [0; ROW];
     let (time, rest) = row.split_at_mut(8);
@@ -216,6 +263,9 @@ fn decode(row: &[u8; ROW]) -> Contact {
         x,
         y,
         z,
+        lax,
+        lay,
+        laz,
     ] = numbers;
     let phase = Phase::ALL.get(usize::from(row[ROW - 2]));
     Contact {
@@ -241,6 +291,7 @@ fn decode(row: &[u8; ROW]) -> Contact {
         phase: phase.copied().unwrap_or(Phase::Unknown),
         flags: flags_of(row[ROW - 1]),
         orientation: Quaternion { w, x, y, z },
+        acceleration: Vec3::new(lax, lay, laz),
     }
 }
 
@@ -275,6 +326,7 @@ mod tests {
                 y: number(12),
                 z: number(13),
             },
+            acceleration: Vec3::new(number(14), number(15), number(16)),
         }
     }
 

@@ -26,7 +26,7 @@ pub mod bag;
 mod candidate;
 mod cells;
 mod clock;
-mod contacts;
+pub mod contacts;
 mod correction;
 pub mod csv;
 pub mod error;

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use estimator_core::{ContactEstimate, Gravity, ImuSample, Quaternion, Timestamp};
+use estimator_core::{ContactEstimate, Gravity, ImuSample, LinearAcceleration, Timestamp};
 
 use super::contacts::{Contacts, Reading};
 use super::correction::Correction;
@@ -150,8 +150,8 @@ pub struct RecordedEstimate {
     pub sample: RecordedSample,
     /// The estimate; numbers that were not recorded with it are NaN.
     pub estimate: ContactEstimate,
-    /// The newest orientation of the foot, at most 25 ms old; NaN without one.
-    pub orientation: Quaternion,
+    /// The same with the newest orientation of the foot, at most 25 ms old, and its acceleration, as far as known.
+    pub moved: ContactEstimate,
 }
 
 impl Stored {
@@ -188,6 +188,17 @@ impl Stored {
             sample_rate,
         });
         true
+    }
+
+    /// Creates the recording of a foot without samples, of which these contacts are known; `None` of fewer than two.
+    #[must_use]
+    pub fn of_contacts(name: String, foot: Option<String>, contacts: Contacts) -> Option<Self> {
+        let about = About {
+            foot,
+            ..About::new(name, 1.0, Gravity::Included)
+        };
+        let mut stored = Self::new(about, Spool::default(), Timing::Stored);
+        stored.use_contacts(contacts).then_some(stored)
     }
 
     /// Returns whether the estimates are recorded contacts.
@@ -392,14 +403,16 @@ impl Iterator for Beside<'_> {
                 .and_then(|(age_us, newest)| newest.load.filter(|_| age_us <= OLDEST_LOAD_US)),
             label: newest.and_then(|(age_us, newest)| newest.label.filter(|_| age_us == 0)),
         };
-        let estimate = ContactEstimate {
-            timestamp,
-            ..contact.estimate()
+        let estimate = contact.estimate(timestamp);
+        let moved = ContactEstimate {
+            orientation: contact.orientation,
+            linear_acceleration: LinearAcceleration(contact.acceleration),
+            ..estimate
         };
         Some(Ok(RecordedEstimate {
             sample,
             estimate,
-            orientation: contact.orientation,
+            moved,
         }))
     }
 }

@@ -9,15 +9,14 @@
 use std::collections::BTreeMap;
 use std::io;
 
-use estimator_core::{Decision, Flag, PerAxis, Phase, Probabilities, Quaternion};
+use estimator_core::{Decision, PerAxis, Phase, Probabilities, Quaternion};
 
-use super::super::contacts::{Contact, Contacts, NO_ORIENTATION, flags_of};
+use super::super::contacts::{
+    Contact, Contacts, NO_ORIENTATION, NO_VECTOR, NewestOrientation, flags_of, flags_of_contact,
+};
 use super::cdr::decode;
 use super::messages::{self, Imu, TwistWithCovarianceStamped};
 use super::storage::{Channel, micros};
-
-/// Maximum age of the orientation of a contact, µs: feet send one every 20 ms.
-const OLDEST_ORIENTATION_US: i64 = 25_000;
 
 /// Largest deviation of the square of a unit quaternion's length from 1.
 const UNIT: f64 = 1.0e-3;
@@ -37,8 +36,7 @@ struct ContactFeed {
     pending: Option<Contact>,
     /// Newest standard deviation of the velocity, with its time, µs.
     sigma: Option<(i64, f32)>,
-    /// Newest orientation, with its time, µs.
-    orientation: Option<(i64, Quaternion)>,
+    orientation: NewestOrientation,
     left_out: LeftOut,
 }
 
@@ -129,7 +127,9 @@ impl ContactFeeds {
             let time_us = imu.header.stamp.micros().unwrap_or(micros(log_ns));
             let [x, y, z, w] = [x, y, z, w].map(|part| part as f32);
             let feed = self.0.entry(foot).or_default();
-            feed.orientation = is_unit.then_some((time_us, Quaternion { w, x, y, z }));
+            if is_unit {
+                feed.orientation.set(time_us, Quaternion { w, x, y, z });
+            }
         }
     }
 
@@ -192,11 +192,7 @@ impl ContactFeed {
         let Some(mut contact) = self.pending.take() else {
             return Ok(());
         };
-        if let Some((time_us, orientation)) = self.orientation
-            && (0..=OLDEST_ORIENTATION_US).contains(&contact.time_us.saturating_sub(time_us))
-        {
-            contact.orientation = orientation;
-        }
+        contact.orientation = self.orientation.at(contact.time_us);
         if !self.contacts.push(&contact)? {
             self.left_out.not_after += 1;
         }
@@ -204,11 +200,9 @@ impl ContactFeed {
     }
 }
 
-/// The contact of a message. One that is invalid without a flag, as while the foot has a fault, has that of an
-/// invalid sample.
+/// The contact of a message.
 fn converted(contact: &messages::Contact, time_us: i64) -> Contact {
     let [ax, ay, az, wx, wy, wz] = contact.p_axes;
-    let flags = flags_of(contact.flags);
     Contact {
         time_us,
         probabilities: Probabilities {
@@ -230,11 +224,9 @@ fn converted(contact: &messages::Contact, time_us: i64) -> Contact {
             false => Decision::NotStable,
         },
         phase: phase_of(contact.state),
-        flags: match contact.valid || flags.are_doubt() {
-            true => flags,
-            false => flags.with(Flag::InvalidSample),
-        },
+        flags: flags_of_contact(flags_of(contact.flags), contact.valid),
         orientation: NO_ORIENTATION,
+        acceleration: NO_VECTOR,
     }
 }
 
