@@ -26,7 +26,7 @@ pub struct Summary {
     /// The foot, where the recording names it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub foot: Option<String>,
-    /// Number of samples.
+    /// Number of samples, each with its estimate.
     pub samples: usize,
     /// Time from the first sample to the last, s.
     pub duration_s: f64,
@@ -43,7 +43,7 @@ pub struct Summary {
     /// Report about the file that was read; absent without a file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub input: Option<InputReport>,
-    /// Parameters and correction of the estimate; absent without a file.
+    /// Parameters and correction of the estimate; absent without a file, and where recorded contacts are the estimates.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub estimation: Option<Estimation>,
 }

@@ -13,7 +13,7 @@
 //! | or calibrating: learning a foot in advance, or finding sensor errors | [`analysis::calibrate`] |
 //! | or converting to another format | [`convert`] |
 //! | scoring the estimates | [`scoring`]; as a report [`attitude`] |
-//! | simulating and decoding the output of a foot | [`live::robot::walk`], [`mod@decode`] |
+//! | simulating and decoding the output of a foot | [`live::robot::walk`], [`mod@decode`]; its tables and feet [`decoded`] |
 //! | streaming feet | [`monitor`], [`mod@live`], [`mod@ros`]; as messages [`stream`], in viewers [`view`] |
 //! | writing the results | [`recordings::output`], [`plot`], [`analysis::summary`], combined by [`report`] |
 //! | writing files, and removing unfinished ones on interruption | [`files`], [`interruption`] |
@@ -26,6 +26,7 @@ pub mod attitude;
 pub mod bag_copy;
 pub mod commands;
 pub mod convert;
+pub mod decoded;
 pub mod error;
 pub mod feature;
 pub mod files;

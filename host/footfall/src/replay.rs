@@ -1,16 +1,21 @@
-//! Picture of a foot, drawn during the estimation, with a progress bar.
+//! Picture of a foot, drawn during the estimation, with a progress bar; files of events and pictures.
 
-use analysis::replay::foot::{self, Observer};
+use std::path::{Path, PathBuf};
+
+use analysis::replay::foot::{self, Observer, Replayed};
 use analysis::replay::span::Span;
 use estimator_core::ContactEstimate;
 use indicatif::ProgressBar;
-use recordings::events::Event;
+use recordings::events::{self, Event};
 use recordings::input::Stored;
 use recordings::recording::RecordedSample;
 
-use crate::plot::page::PageFoot;
+use crate::files::{OutputError, write_file};
+use crate::plot::page::{self, PageFoot};
+#[cfg(feature = "png")]
+use crate::plot::png::png;
 use crate::plot::{self, Figure};
-use crate::targets::Drawing;
+use crate::targets::{self, Drawing};
 
 /// Picture of a foot.
 pub enum Picture {
@@ -68,4 +73,64 @@ impl Observer for Watched {
             page.add_event(event);
         }
     }
+}
+
+/// A foot with its estimates.
+pub struct Foot {
+    /// Results of the foot.
+    pub foot: Replayed,
+    /// Picture of the foot, if drawn.
+    pub picture: Option<Picture>,
+}
+
+/// Writes the table of the events of all feet, which are named where there are `several`.
+///
+/// # Errors
+/// The file cannot be written.
+pub fn write_events(path: &Path, feet: &mut [Foot], several: bool) -> Result<(), OutputError> {
+    write_file(path, |to| {
+        let foot = if several { "foot," } else { "" };
+        writeln!(to, "{foot}{}", events::HEADER)?;
+        let mut parts = feet.iter_mut().filter_map(|foot| foot.foot.events.as_mut());
+        parts.try_for_each(|part| part.write(to))
+    })
+}
+
+/// Writes the page of all feet or the figure of each, and returns the paths.
+///
+/// # Errors
+/// A file cannot be written.
+pub fn write_pictures(path: &Path, feet: &mut [Foot]) -> Result<Vec<PathBuf>, OutputError> {
+    let one = feet.len() == 1;
+    let mut page = Vec::new();
+    let mut written = Vec::new();
+    for Foot { foot, picture } in feet {
+        match picture.take() {
+            None => {}
+            Some(Picture::Page(foot)) => page.push(foot),
+            Some(Picture::Figure(figure)) => {
+                let path = if one {
+                    path.to_owned()
+                } else {
+                    targets::with_foot(path, &foot.summary.recording)
+                };
+                // Foot names may differ only in characters that file names cannot hold.
+                let path = targets::unlike(path, &written);
+                write_file(&path, |to| {
+                    let svg = figure.svg()?;
+                    match Drawing::of(&path) {
+                        #[cfg(feature = "png")]
+                        Drawing::Png => to.write_all(&png(&svg)?),
+                        _ => to.write_all(svg.as_bytes()),
+                    }
+                })?;
+                written.push(path);
+            }
+        }
+    }
+    if !page.is_empty() {
+        write_file(path, |to| page::write(page, to))?;
+        written.push(path.to_owned());
+    }
+    Ok(written)
 }

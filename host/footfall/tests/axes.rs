@@ -331,7 +331,7 @@ fn warning_about_axes_names_its_foot() {
     bench.stdout("record demo:feet=2,line=uart,seconds=12 -o walk.mcap");
     let lying = "--topic all --axes L=x,-z,y";
     for command in [
-        format!("replay walk.mcap {lying}"),
+        format!("replay walk.mcap --estimate-again {lying}"),
         format!("calibrate walk.mcap {lying}"),
         format!("convert walk.mcap out.mcap {lying}"),
         "calibrate walk.mcap --topic /footfall/L/imu --foot L --axes x,-z,y --output l.toml"

@@ -168,12 +168,12 @@ fn closed_stdout_is_not_an_error() {
 #[test]
 fn table_with_wrong_extension_is_rejected() {
     let bench = Bench::with("x.log", log(5));
-    for name in ["rows.parquet", "rows.csv.gz", "rows"] {
+    for name in ["rows.mcap", "rows.csv.gz", "rows"] {
         let said = bench.error(&format!("decode x.log --output {name}"));
         assert_eq!(
             said,
             format!(
-                "footfall: {name} cannot be written: tables are CSV, so the name must end in .csv\n"
+                "footfall: {name} cannot be written: tables are CSV or Parquet, so the name must end in .csv or .parquet\n"
             )
         );
     }
@@ -225,4 +225,148 @@ fn foreign_files_are_identified_with_a_remedy() {
         "footfall: x.blf is a BLF log of a CAN bus, which is not read here; convert it with python-can: \
          pip install python-can, then can_logconvert x.blf can.asc\n"
     );
+}
+
+/// Returns a log in which feet swing from 1 s to 1.4 s of three seconds; their clocks are 250 ms before that of the log.
+fn steps(feet: &[&str]) -> String {
+    let mut log = String::new();
+    for k in 0..3000_u32 {
+        let swings = (1000..1400).contains(&k);
+        // Stable in 16 bits, tangential and vertical in 8; the state is unknown.
+        let (p, status) = if swings {
+            ("02004D02", "10")
+        } else {
+            ("F0F0F5FA", "18")
+        };
+        let [low, high, ..] = (100 * k + 25_000).to_le_bytes();
+        let (seconds, micros, sequence) = (5 + k / 1000, k % 1000 * 1000 + 300, k % 256);
+        for id in feet {
+            log += &format!(
+                "({seconds}.{micros:06}) can0 {id}#{p}{low:02X}{high:02X}{sequence:02X}{status}\n"
+            );
+        }
+    }
+    log
+}
+
+#[test]
+fn events_of_a_log_are_those_that_the_foot_decided() {
+    let bench = Bench::with("x.log", steps(&["191"]));
+    let said = bench.stdout("decode x.log --events events.csv --output rows.csv");
+    assert!(
+        said.ends_with("\nwritten  rows.csv\nwritten  events.csv\n"),
+        "{said}"
+    );
+    let peak = read(&bench.path("rows.csv"));
+    let peak = peak.lines().nth(1).and_then(|row| row.split(',').nth(9));
+    let peak = peak.expect("a probability").to_owned();
+    let events = read(&bench.path("events.csv"));
+    assert_eq!(
+        events,
+        format!(
+            "t,event,duration,p_peak,distance\n\
+             6.000300,lift_off,,{peak},\n\
+             6.400300,touch_down,,{peak},\n"
+        )
+    );
+    assert_eq!(bench.stdout("decode x.log --events -"), events);
+}
+
+#[test]
+fn events_and_plot_of_a_log_name_its_feet() {
+    let bench = Bench::with("x.log", steps(&["191", "192"]));
+    bench.stdout("decode x.log --events events.csv --plot page.html");
+    let events = read(&bench.path("events.csv"));
+    assert!(events.starts_with("foot,t,event,duration,p_peak,distance\nFL,6.000300,lift_off,"));
+    assert!(events.contains("\nFR,6.000300,lift_off,"), "{events}");
+    assert_eq!(events.lines().count(), 5, "{events}");
+    let page = read(&bench.path("page.html"));
+    assert!(page.contains("<title>x FL, x FR</title>"));
+    assert_eq!(page.matches("\"samples\":3000,\"rate\":1000,").count(), 2);
+    assert_eq!(page.matches("\"touch_down\":1,\"lift_off\":1,").count(), 2);
+    bench.stdout("decode x.log --plot walk.svg");
+    for foot in ["FL", "FR"] {
+        let name = format!("walk-x_{foot}.svg");
+        assert!(read(&bench.path(&name)).starts_with("<svg"), "{name}");
+    }
+}
+
+#[test]
+fn events_of_the_demo_are_those_of_its_replay() {
+    let bench = Bench::new();
+    bench.stdout("demo --out walk");
+    bench.stdout("replay walk/samples.csv --events replayed.csv");
+    let events = |file: &str| -> Vec<String> {
+        let table = read(&bench.path(file));
+        let rows = table.lines().skip(1);
+        let name = |row: &str| row.split(',').nth(1).expect("an event").to_owned();
+        rows.map(name).collect()
+    };
+    let replayed = events("replayed.csv");
+    assert_eq!(replayed.len(), 32);
+    for file in ["can.log", "uart.bin"] {
+        bench.stdout(&format!(
+            "decode walk/{file} --events decoded.csv --plot walk.svg"
+        ));
+        assert_eq!(events("decoded.csv"), replayed, "{file}");
+        let picture = read(&bench.path("walk.svg"));
+        assert!(picture.contains("state: swing"), "{file}");
+    }
+}
+
+#[test]
+fn result_that_cannot_be_written_is_rejected_before_decoding() {
+    let bench = Bench::with("x.log", log(5));
+    for (options, said) in [
+        (
+            "--events e.txt",
+            "tables are CSV, so the name must end in .csv",
+        ),
+        ("--plot p.pdf", "pictures are SVG, PNG or pages"),
+        ("--events x.log", "it is the recording itself"),
+        (
+            "--events r.csv --output r.csv",
+            "it is named for two results",
+        ),
+        ("--events - --output -", "standard output takes one result"),
+        ("--plot - --json", "standard output takes one result"),
+    ] {
+        let error = bench.error(&format!("decode x.log {options}"));
+        assert!(error.contains(said), "{options}: {error}");
+    }
+    assert_eq!(bench.files(), ["x.log"]);
+}
+
+#[cfg(feature = "parquet")]
+#[test]
+fn table_of_rows_is_the_same_in_parquet() {
+    use recordings::parquet_rows;
+    use serde_json::{Map, Value};
+
+    let bench = Bench::new();
+    bench.stdout("demo --out walk");
+    for file in ["can.log", "uart.bin"] {
+        bench.stdout(&format!("decode walk/{file} --output rows.csv"));
+        let said = bench.stdout(&format!("decode walk/{file} --output rows.parquet"));
+        assert!(said.ends_with("written  rows.parquet\n"), "{said}");
+        let table = fs::File::open(bench.path("rows.parquet")).expect("a table");
+        let rows: Vec<Map<String, Value>> = parquet_rows::read(table).expect("rows");
+        let csv = read(&bench.path("rows.csv"));
+        let mut lines = csv.lines();
+        let columns: Vec<_> = lines.next().expect("a header").split(',').collect();
+        assert_eq!(lines.clone().count(), rows.len());
+        for (line, row) in lines.zip(&rows) {
+            for (column, cell) in columns.iter().zip(line.split(',')) {
+                let is_same = match row.get(*column).unwrap_or(&Value::Null) {
+                    Value::Null => cell.is_empty(),
+                    Value::String(text) => text == cell,
+                    Value::Number(number) => {
+                        number.as_f64().map(|number| number as f32) == cell.parse().ok()
+                    }
+                    _ => false,
+                };
+                assert!(is_same, "{file}: {column} {cell}\n{row:?}");
+            }
+        }
+    }
 }

@@ -38,7 +38,7 @@ fn recording_of_four_feet_is_complete_and_replayable() {
         }
     }
     assert!(count(&report, "/diagnostics") >= 40, "{report}");
-    let output = bench.run("replay walk.mcap --topic all --json");
+    let output = bench.run("replay walk.mcap --topic all --json --estimate-again");
     let said = text(&output.stderr);
     assert!(
         said.contains("walk.mcap has contacts on /footfall/FL/contact, /footfall/FR/contact,"),

@@ -27,6 +27,8 @@ use crate::validity::name_of;
 /// | `decision` | the debounced [`Decision`]: 1 stable, 0 not, from the IMU alone | 0 or 1 |
 /// | `flags` | names of the [`Flags`](estimator_core::Flags), joined by a vertical bar | |
 ///
+/// A number that is not known is blank, as those that a recorded contact lacks.
+///
 /// With half-widths, the first three are the paper's products of probabilities per axis; see
 /// [`Probabilities`](estimator_core::Probabilities).
 pub const HEADER: &str = "t,p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx,p_wy,p_wz,\
@@ -213,7 +215,10 @@ fn write_estimate(estimate: &ContactEstimate, to: &mut dyn Write) -> io::Result<
         .chain([estimate.velocity_sigma.0]);
     for number in numbers {
         // The shortest decimals that read back as the same f32.
-        write!(to, ",{number}")?;
+        match number.is_nan() {
+            true => write!(to, ",")?,
+            false => write!(to, ",{number}")?,
+        }
     }
     let flags: Vec<_> = estimate.flags.iter().map(Flag::name).collect();
     let decision = u8::from(estimate.decision == Decision::Stable);
@@ -371,6 +376,15 @@ mod tests {
             let read: f32 = cells(estimate)[1].parse().unwrap();
             assert_eq!(read.to_bits(), number.to_bits());
         }
+    }
+
+    #[test]
+    fn unknown_number_has_a_blank_cell() {
+        let estimate = ContactEstimate {
+            velocity_sigma: VelocitySigma(f32::NAN),
+            ..ContactEstimate::default()
+        };
+        assert_eq!(cells(estimate)[19..22], ["0", "", "unknown"]);
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `foot`, in a table of several feet | text, dictionary |
 //! | `t` | f64, s |
-//! | the numbers | f32, bit-exact |
+//! | the numbers | f32, bit-exact; null where they are not known |
 //! | `state`, `flags` | text, dictionary |
 //! | `decision` | u8: 1 stable, 0 not |
 
@@ -87,7 +87,7 @@ impl<W: Write> ParquetEstimates<W> {
         }
         self.t.append_value(seconds(estimate.timestamp, start_us));
         for (builder, number) in self.numbers.iter_mut().zip(numbers(estimate)) {
-            builder.append_value(number);
+            builder.append_option((!number.is_nan()).then_some(number));
         }
         self.state.append_value(estimate.phase.name());
         let is_stable = estimate.decision == Decision::Stable;
@@ -195,7 +195,8 @@ fn schema(name: Option<&'static str>) -> Schema {
             "decision" => DataType::UInt8,
             _ => DataType::Float32,
         };
-        Field::new(column, data_type, false)
+        let is_number = data_type == DataType::Float32;
+        Field::new(column, data_type, is_number)
     };
     let name = name.map(|name| Field::new(name, text(), false));
     let fields = name.into_iter().chain(HEADER.split(',').map(field));
@@ -302,6 +303,23 @@ mod tests {
             }
             assert!(read.as_bytes() == csv);
         }
+    }
+
+    #[test]
+    fn unknown_number_is_null() {
+        let mut table = ParquetEstimates::new(Vec::new(), Feet::One).unwrap();
+        let unknown = ContactEstimate {
+            velocity_sigma: VelocitySigma(f32::NAN),
+            ..estimate(1)
+        };
+        table.add(None, &unknown, 0).unwrap();
+        table.add(None, &estimate(2), 0).unwrap();
+        let bytes = bytes::Bytes::from(table.finish().unwrap());
+        let mut batches = ParquetRecordBatchReader::try_new(bytes, BATCH).unwrap();
+        let batch = batches.next().unwrap().unwrap();
+        let nulls = batch.columns().iter().map(Array::null_count);
+        assert_eq!(nulls.sum::<usize>(), 1);
+        assert!(batch.column_by_name("sigma_v").unwrap().is_null(0));
     }
 
     #[test]

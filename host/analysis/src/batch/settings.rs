@@ -75,6 +75,8 @@ impl Settings {
             foot_corrections,
             table,
             bag,
+            // Every estimate of a batch is computed.
+            contacts: _,
         } = &self.hints;
         let TableOptions {
             mapping,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use estimator_core::{Gravity, Params, ParamsError, WindowLength};
-use recordings::input::{BagOptions, Correction, Format, Hints, TableOptions};
+use recordings::input::{BagOptions, ContactUse, Correction, Format, Hints, TableOptions};
 use recordings::replay::CAPACITY;
 
 use super::{ConfigError, FootAxes, Origins, Overrides, Preset, RateOrigin, Refusal};
@@ -85,6 +85,7 @@ impl Resolved {
             foot_corrections,
             table,
             bag,
+            contacts: ContactUse::Ignored,
         })
     }
 

@@ -4,7 +4,7 @@ use std::io;
 
 use estimator_core::{AngularRate, ContactEstimate, Learnt, Params, ParamsError};
 use recordings::events::{Event, Events};
-use recordings::input::Stored;
+use recordings::input::{RecordedEstimate, Stored};
 use recordings::plausible::{Check, Finding};
 use recordings::recording::RecordedSample;
 use recordings::replay::Replay;
@@ -67,7 +67,7 @@ pub struct Replayed {
     pub table: Option<Estimates>,
     /// Rows of the table of events.
     pub events: Option<Part>,
-    /// Learnt values.
+    /// Learnt values; none where the estimates were recorded.
     pub learnt: Learnt,
     /// Gyroscope bias when it was first known and at the end; `None` if the foot was never at rest.
     pub gyro_bias: Option<[AngularRate; 2]>,
@@ -101,7 +101,8 @@ pub fn name(stored: &Stored) -> String {
     }
 }
 
-/// Estimates a foot sample by sample, observed by `observer`.
+/// Estimates a foot sample by sample, observed by `observer`; or takes the recorded estimates, if these
+/// [are used](recordings::input::Hints::contacts).
 ///
 /// # Errors
 /// A parameter is out of range, or the temporary files cannot be used.
@@ -111,35 +112,27 @@ pub fn replay(
     wanted: &Wanted,
     observer: &mut impl Observer,
 ) -> Result<Replayed, ReplayError> {
-    let name = name(stored);
-    let about = stored.about.clone();
-    let own = Some(about.foot_or_name().to_owned());
+    let results = Results::new(stored, wanted, observer)?;
+    if stored.has_estimates() {
+        Ok(recorded(stored, results)?)
+    } else {
+        estimated(stored, params, results)
+    }
+}
+
+/// Estimates a foot sample by sample.
+fn estimated<O: Observer>(
+    stored: &mut Stored,
+    params: &Params,
+    mut results: Results<'_, O>,
+) -> Result<Replayed, ReplayError> {
+    let about = &stored.about;
     let mut replay = Replay::new(about.sample_rate, about.gravity, params)?;
     let mut check = Check::new(about.sample_rate, about.gravity).with_units(about.units);
-    let mut tally = Tally::new(&name, about.foot.as_deref(), about.sample_rate);
-    let part = |table| match table {
-        Table::None => None,
-        Table::OneFoot => Some(Part::new(None, about.start_us)),
-        Table::SeveralFeet => Some(Part::new(own.clone(), about.start_us)),
-        Table::SeveralRecordings => Some(Part::new(Some(name.clone()), about.start_us)),
-    };
-    let estimates = |foot| Estimates::new(wanted.layout, foot, about.start_us);
-    let mut table = match wanted.table {
-        Table::None => None,
-        Table::OneFoot => Some(estimates(None)?),
-        Table::SeveralFeet => Some(estimates(own.clone())?),
-        Table::SeveralRecordings => Some(estimates(Some(name.clone()))?),
-    };
-    let mut found = Found {
-        span: wanted.span,
-        table: part(wanted.events),
-        observer,
-    };
-    let mut events = Events::default();
     let mut gyro_bias = None;
     for sample in stored.samples()? {
         let sample = sample?;
-        if wanted.span.is_before(sample.imu.timestamp) {
+        if results.found.span.is_before(sample.imu.timestamp) {
             break;
         }
         let estimate = replay.update(&sample);
@@ -148,28 +141,107 @@ pub fn replay(
         }
         check.add(&sample);
         check.add_estimate(&sample, &estimate);
-        events.add(&estimate);
-        while let Some(event) = events.pop() {
-            found.add(&event)?;
-        }
-        if wanted.span.contains(sample.imu.timestamp) {
-            tally.add(&sample, &estimate);
-            if let Some(table) = &mut table {
-                table.add(&estimate)?;
-            }
-            found.observer.add(&sample, &estimate);
-        }
-        found.observer.estimated();
+        results.add(&sample, &estimate, &estimate)?;
     }
-    events.finish().try_for_each(|event| found.add(&event))?;
     Ok(Replayed {
-        summary: tally.finish(),
         findings: check.findings(),
-        table,
-        events: found.table,
         learnt: replay.finish(),
         gyro_bias,
+        ..results.finish()?
     })
+}
+
+/// Takes the recorded estimates of a foot. The samples, which may be few, are not checked: nothing is computed from them.
+fn recorded<O: Observer>(stored: &mut Stored, mut results: Results<'_, O>) -> io::Result<Replayed> {
+    for recorded in stored.estimates()?.into_iter().flatten() {
+        let RecordedEstimate {
+            sample,
+            estimate,
+            moved,
+        } = recorded?;
+        if results.found.span.is_before(estimate.timestamp) {
+            break;
+        }
+        results.add(&sample, &estimate, &moved)?;
+    }
+    results.finish()
+}
+
+/// Results of a foot while its estimates are added.
+struct Results<'a, O> {
+    tally: Tally,
+    table: Option<Estimates>,
+    events: Events,
+    found: Found<'a, O>,
+}
+
+impl<'a, O: Observer> Results<'a, O> {
+    fn new(stored: &Stored, wanted: &Wanted, observer: &'a mut O) -> io::Result<Self> {
+        let name = name(stored);
+        let about = &stored.about;
+        let own = Some(about.foot_or_name().to_owned());
+        let part = |table| match table {
+            Table::None => None,
+            Table::OneFoot => Some(Part::new(None, about.start_us)),
+            Table::SeveralFeet => Some(Part::new(own.clone(), about.start_us)),
+            Table::SeveralRecordings => Some(Part::new(Some(name.clone()), about.start_us)),
+        };
+        let estimates = |foot| Estimates::new(wanted.layout, foot, about.start_us);
+        let table = match wanted.table {
+            Table::None => None,
+            Table::OneFoot => Some(estimates(None)?),
+            Table::SeveralFeet => Some(estimates(own.clone())?),
+            Table::SeveralRecordings => Some(estimates(Some(name.clone()))?),
+        };
+        Ok(Self {
+            tally: Tally::new(&name, about.foot.as_deref(), about.sample_rate),
+            table,
+            events: Events::default(),
+            found: Found {
+                span: wanted.span,
+                table: part(wanted.events),
+                observer,
+            },
+        })
+    }
+
+    /// Adds the estimate of the next sample; `moved` is the same with all that is known of the foot's motion.
+    fn add(
+        &mut self,
+        sample: &RecordedSample,
+        estimate: &ContactEstimate,
+        moved: &ContactEstimate,
+    ) -> io::Result<()> {
+        self.events.add(moved);
+        while let Some(event) = self.events.pop() {
+            self.found.add(&event)?;
+        }
+        if self.found.span.contains(estimate.timestamp) {
+            self.tally.add(sample, estimate);
+            if let Some(table) = &mut self.table {
+                table.add(estimate)?;
+            }
+            self.found.observer.add(sample, estimate);
+        }
+        self.found.observer.estimated();
+        Ok(())
+    }
+
+    /// Ends the recording. Findings and learnt values are empty.
+    fn finish(self) -> io::Result<Replayed> {
+        let mut found = self.found;
+        self.events
+            .finish()
+            .try_for_each(|event| found.add(&event))?;
+        Ok(Replayed {
+            summary: self.tally.finish(),
+            findings: Vec::new(),
+            table: self.table,
+            events: found.table,
+            learnt: Learnt::default(),
+            gyro_bias: None,
+        })
+    }
 }
 
 /// Receiver of events.

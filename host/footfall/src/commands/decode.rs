@@ -1,18 +1,21 @@
-//! `footfall decode`: decodes the output of a foot to rows and a report.
+//! `footfall decode`: decodes the output of a foot to rows, events, a picture and a report.
 
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 
+use analysis::replay::estimates::Layout;
 use clap::Args;
-use decode::row::{write_header, write_row};
-use decode::{self, DecodeError, Feet, Outcome};
+use decode::{self, DecodeError, Feet, Outcome, Row};
+use recordings::input::recording_name;
 
 use super::feet::FeetArguments;
+use crate::decoded::{DecodedFeet, Table};
 use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
 use crate::messages;
+use crate::replay::{write_events, write_pictures};
 use crate::report::{SummaryStyle, print, warn};
-use crate::targets::{self, Target};
+use crate::targets::{self, Drawing, Target};
 
 /// Arguments of `footfall decode`.
 #[derive(Debug, Args)]
@@ -24,10 +27,17 @@ pub struct DecodeArguments {
     /// Which nodes are feet.
     #[command(flatten)]
     pub feet: FeetArguments,
-    /// Write the rows, one per contact frame; - writes them to standard output, and the report to
-    /// standard error
-    #[arg(long, value_name = "OUT.csv")]
+    /// Write the rows, one per contact frame, as CSV or Parquet; - writes them to standard output, and the
+    /// report to standard error
+    #[arg(long, value_name = "OUT.csv|parquet")]
     pub output: Option<PathBuf>,
+    /// Write the events, as replay does: touch-downs, lift-offs, starts and ends of slips and of stances that
+    /// are never stable
+    #[arg(long, value_name = "OUT.csv")]
+    pub events: Option<PathBuf>,
+    /// Draw the contacts, as replay does: as .html a page of all feet, as .svg or .png a figure of each
+    #[arg(long, value_name = "OUT.html|svg|png")]
+    pub plot: Option<PathBuf>,
     /// Print the report as one JSON object
     #[arg(long)]
     pub json: bool,
@@ -36,66 +46,136 @@ pub struct DecodeArguments {
 impl DecodeArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
         let feet = self.feet.feet()?;
-        let Some(path) = self.output.as_deref() else {
-            let outcome = decode::read(&self.input, &feet, &mut |_| Ok(()))?;
-            return self.report(&outcome);
+        self.check_targets()?;
+        let mut decoded = DecodedFeet::default();
+        let mut outcome = match &self.output {
+            None => decode::read(&self.input, &feet, &mut |row| {
+                self.collect(&mut decoded, &row)
+            })?,
+            Some(path) => match self.write_rows(path, &feet, &mut decoded)? {
+                Some(outcome) => outcome,
+                None => return Ok(()),
+            },
         };
-        targets::check(std::slice::from_ref(&self.input), &[Target::Table(path)])?;
-        let to_stdout = path == Path::new(STANDARD);
-        if to_stdout && self.json {
-            return Err(OutputError::StdoutTwice.into());
+        let mut written: Vec<PathBuf> = self.output.iter().cloned().collect();
+        written.extend(self.write_feet(decoded, &mut outcome.notices)?);
+        self.report(&outcome, &written)
+    }
+
+    /// Checks that all results can be written before anything is decoded.
+    fn check_targets(&self) -> Result<(), OutputError> {
+        let table = self.output.iter().map(|path| Target::Estimates(path));
+        let events = self.events.iter().map(|path| Target::Events(path));
+        let picture = self.plot.iter().map(|path| Target::Drawing(path));
+        let all: Vec<_> = table.chain(events).chain(picture).collect();
+        targets::check(std::slice::from_ref(&self.input), &all)?;
+        if self.json && self.fills_stdout() {
+            return Err(OutputError::StdoutTwice);
         }
-        let (mut outcome, mut refused) = (None, None);
-        let written = write_file(path, |to| match self.rows_to(&feet, to) {
-            Ok(decoded) => {
-                outcome = Some(decoded);
-                Ok(())
-            }
-            // Errors of the writer concern the output file.
-            Err(DecodeError::Rows(error)) => Err(error),
-            Err(error) => {
-                refused = Some(error);
-                Err(io::ErrorKind::InvalidData.into())
+        Ok(())
+    }
+
+    /// Returns whether a result other than the report goes to standard output.
+    fn fills_stdout(&self) -> bool {
+        let results = [&self.output, &self.events, &self.plot];
+        let mut paths = results.into_iter().flatten();
+        paths.any(|path| path == Path::new(STANDARD))
+    }
+
+    /// Returns whether there are events or plots of the feet.
+    const fn has_feet(&self) -> bool {
+        self.events.is_some() || self.plot.is_some()
+    }
+
+    /// Keeps a row for events and plots, if there are any.
+    fn collect(&self, decoded: &mut DecodedFeet, row: &Row) -> io::Result<()> {
+        match self.has_feet() {
+            true => decoded.add(row),
+            false => Ok(()),
+        }
+    }
+
+    /// Writes the table; `None` where its reader has gone and nothing else is asked for.
+    fn write_rows(
+        &self,
+        path: &Path,
+        feet: &Feet,
+        decoded: &mut DecodedFeet,
+    ) -> Result<Option<Outcome>, Error> {
+        let mut result = None;
+        let written = write_file(path, |to| {
+            let mut table = Some(Table::new(Layout::of(path), to)?);
+            let read = decode::read(&self.input, feet, &mut |row| {
+                self.collect(decoded, &row)?;
+                match table.as_mut().map_or(Ok(()), |table| table.add(&row)) {
+                    // The reader of the table has gone; what else is asked for is written.
+                    Err(error) if self.has_feet() && error.kind() == io::ErrorKind::BrokenPipe => {
+                        table = None;
+                        Ok(())
+                    }
+                    added => added,
+                }
+            });
+            match read {
+                // Errors of the writer concern the output file.
+                Err(DecodeError::Rows(error)) => Err(error),
+                Err(error) => {
+                    result = Some(Err(error));
+                    Err(io::ErrorKind::InvalidData.into())
+                }
+                Ok(outcome) => {
+                    result = Some(Ok(outcome));
+                    table.map_or(Ok(()), Table::finish)
+                }
             }
         });
-        if let Some(error) = refused {
-            return Err(error.into());
-        }
-        match (written, outcome) {
-            (Err(error), _) => Err(error.into()),
-            (Ok(()), Some(Outcome { report, notices })) if to_stdout => {
-                notices.iter().for_each(warn);
-                messages::aside(&report);
-                Ok(())
-            }
-            (Ok(()), outcome) => outcome.map_or(Ok(()), |outcome| self.report(&outcome)),
+        match (result, written) {
+            (Some(Err(error)), _) => Err(error.into()),
+            (_, Err(error)) => Err(error.into()),
+            (outcome, Ok(())) => Ok(outcome.and_then(Result::ok)),
         }
     }
 
-    fn rows_to(&self, feet: &Feet, to: &mut dyn Write) -> Result<Outcome, DecodeError> {
-        let mut is_begun = false;
-        let mut begin = |to: &mut dyn Write| {
-            if is_begun {
-                return Ok(());
-            }
-            is_begun = true;
-            write_header(to)
-        };
-        let outcome = decode::read(&self.input, feet, &mut |row| {
-            begin(to)?;
-            write_row(&row, to)
-        })?;
-        begin(to).map_err(DecodeError::Rows)?;
-        Ok(outcome)
+    /// Writes events and pictures of the feet, and returns the files.
+    fn write_feet(
+        &self,
+        decoded: DecodedFeet,
+        notices: &mut Vec<String>,
+    ) -> Result<Vec<PathBuf>, Error> {
+        if !self.has_feet() {
+            return Ok(Vec::new());
+        }
+        let several = decoded.are_several();
+        let drawing = self.plot.as_deref().map(Drawing::of);
+        let name = recording_name(&self.input);
+        let (mut feet, left_out) = decoded.finish(&name, self.events.is_some(), drawing)?;
+        notices.extend(left_out);
+        let mut written = Vec::new();
+        if let Some(path) = &self.events {
+            write_events(path, &mut feet, several)?;
+            written.push(path.clone());
+        }
+        if let Some(path) = &self.plot {
+            written.extend(write_pictures(path, &mut feet)?);
+        }
+        Ok(written)
     }
 
-    fn report(&self, Outcome { report, notices }: &Outcome) -> Result<(), Error> {
+    fn report(
+        &self,
+        Outcome { report, notices }: &Outcome,
+        written: &[PathBuf],
+    ) -> Result<(), Error> {
         notices.iter().for_each(warn);
+        if self.fills_stdout() {
+            messages::aside(report);
+            return Ok(());
+        }
         let style = if self.json {
             SummaryStyle::Json
         } else {
             SummaryStyle::Text
         };
-        print(report, style, &self.output).map_err(Error::Print)
+        print(report, style, written).map_err(Error::Print)
     }
 }

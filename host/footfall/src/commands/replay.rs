@@ -5,17 +5,16 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use analysis::config::{GRAVITIES, Resolved, parse_seconds, parse_window, word_of};
+use analysis::config::{GRAVITIES, Preset, Resolved, parse_seconds, parse_window, word_of};
 use analysis::parameters::{Estimation, ParametersReport};
 use analysis::replay::estimates::{self, Layout};
-use analysis::replay::foot::{ReplayError, Replayed, Table, Wanted, replay};
+use analysis::replay::foot::{ReplayError, Table, Wanted, replay};
 use analysis::replay::jobs;
 use analysis::replay::span::Span;
 use analysis::summary::{InputReport, Source, Summaries, Summary};
 use clap::Args;
 use estimator_core::{Params, WindowLength};
-use recordings::events;
-use recordings::input::{About, Format};
+use recordings::input::{About, ContactUse, Format, Hints, Stored};
 use recordings::output::Feet;
 
 use super::copied::{Copied, CopiedArguments};
@@ -24,11 +23,8 @@ use super::recording::{self, RecordingArguments, with_mounting};
 use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
 use crate::messages::detail;
-use crate::plot::page;
-#[cfg(feature = "png")]
-use crate::plot::png::png;
 use crate::progress::{self, Bars};
-use crate::replay::{Picture, Watched};
+use crate::replay::{Foot, Picture, Watched, write_events, write_pictures};
 use crate::report::{SummaryStyle, print, warn};
 use crate::targets::{self, Drawing, Target};
 
@@ -45,6 +41,10 @@ pub struct ReplayArguments {
     /// only, as with --preset paper
     #[arg(long, value_name = "LENGTH", value_parser = parse_window, help_heading = ESTIMATOR)]
     pub window: Option<WindowLength>,
+    /// Estimate from the samples of a bag again; otherwise the contacts that its feet sent and that were recorded
+    /// with the samples are the estimates, and no parameter applies
+    #[arg(long, help_heading = ESTIMATOR)]
+    pub estimate_again: bool,
     /// Leave out what comes before this time since the first sample; the estimator sees it all the
     /// same
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds, help_heading = INPUT)]
@@ -87,12 +87,6 @@ struct Done {
     /// Feet whose contacts go into a copy of the bag.
     copied: Vec<Copied>,
     feet: Vec<Foot>,
-}
-
-/// A foot with its estimates.
-struct Foot {
-    foot: Replayed,
-    picture: Option<Picture>,
 }
 
 impl ReplayArguments {
@@ -178,6 +172,27 @@ impl ReplayArguments {
         Ok(())
     }
 
+    /// Returns the source of the estimates: a copy of a bag gets new ones.
+    fn contacts(&self) -> ContactUse {
+        match self.estimate_again || self.bag().is_some() {
+            true => ContactUse::Ignored,
+            false => ContactUse::Recorded,
+        }
+    }
+
+    /// Returns the options that change an estimate and nothing else.
+    fn estimator_options(&self) -> Vec<&'static str> {
+        let recording = &self.recording;
+        let given = [
+            ("--preset", recording.preset != Preset::default()),
+            ("--config", recording.config.is_some()),
+            ("--window", self.window.is_some()),
+            ("--axes", recording.reading.mounting.axes.is_some()),
+        ];
+        let given = given.into_iter().filter(|(_, is_given)| *is_given);
+        given.map(|(option, _)| option).collect()
+    }
+
     /// Returns the output if it is a copy of the bag with its contacts.
     fn bag(&self) -> Option<&Path> {
         self.output.as_deref().filter(|path| is_bag(path))
@@ -211,7 +226,10 @@ impl ReplayArguments {
         let params = resolved.params(format);
         let file = input.display().to_string();
         let origins = resolved.origins(&file);
-        let hints = self.recording.reading.hints(resolved)?;
+        let hints = Hints {
+            contacts: self.contacts(),
+            ..self.recording.reading.hints(resolved)?
+        };
         let mut stored = opened.store_all(&hints)?;
         let names = stored.iter().map(|stored| {
             stored
@@ -240,8 +258,20 @@ impl ReplayArguments {
         origins.check_effects(&params)?;
         let preset = self.recording.preset;
         let mut notices = Vec::new();
-        for about in stored.iter().map(|stored| &stored.about) {
+        let recorded = stored.iter().filter(|stored| stored.has_estimates());
+        let recorded = recorded.count();
+        let ineffective = self.estimator_options();
+        if recorded > 0 && !ineffective.is_empty() {
+            let options = ineffective.join(", ");
+            notices.push(format!(
+                "{file}: {options} apply to estimates, not to contacts as they were recorded: --estimate-again"
+            ));
+        }
+        for Stored { about, .. } in &stored {
             notices.extend(about.notices.iter().cloned());
+        }
+        for stored in stored.iter().filter(|stored| !stored.has_estimates()) {
+            let about = &stored.about;
             notices.extend(preset.window_notice(format, &params, &about.name, about.sample_rate));
         }
         let table = |path: &Option<PathBuf>| match path {
@@ -296,7 +326,7 @@ impl ReplayArguments {
             };
             let report = InputReport::new(source, &about.notices, about.repairs, &foot.findings);
             foot.summary.input = Some(report);
-            foot.summary.estimation = Some(Estimation {
+            foot.summary.estimation = (!stored.has_estimates()).then(|| Estimation {
                 preset: preset.name(),
                 parameters: ParametersReport::of(&Params {
                     sample_rate: about.sample_rate,
@@ -323,11 +353,11 @@ impl ReplayArguments {
             (stored, params_of(names), events)
         });
         let copied = copied.collect();
-        details.push(format!(
-            "{file}: format {}; {}",
-            format.name(),
-            self.recording.parameters_text(&params, format)
-        ));
+        let parameters = match recorded < feet.len() {
+            true => self.recording.parameters_text(&params, format),
+            false => "the estimates are recorded contacts".to_owned(),
+        };
+        details.push(format!("{file}: format {}; {parameters}", format.name()));
         details.push(format!(
             "{file}: {:.2} s to read, {:.2} s to estimate",
             (read - started).as_secs_f64(),
@@ -357,12 +387,7 @@ impl ReplayArguments {
             written.push(path.clone());
         }
         if let Some(path) = &self.events {
-            write_file(path, |to| {
-                let foot = if several { "foot," } else { "" };
-                writeln!(to, "{foot}{}", events::HEADER)?;
-                let mut parts = feet.iter_mut().filter_map(|foot| foot.foot.events.as_mut());
-                parts.try_for_each(|part| part.write(to))
-            })?;
+            write_events(path, &mut feet, several)?;
             written.push(path.clone());
         }
         if let Some(path) = &self.plot {
@@ -400,40 +425,4 @@ fn recognised(about: &About, summary: &Summary) -> String {
         about.duration_s(),
         about.sample_rate,
     )
-}
-
-/// Writes the page of all feet or the figure of each, and returns the paths.
-fn write_pictures(path: &Path, feet: &mut [Foot]) -> Result<Vec<PathBuf>, Error> {
-    let one = feet.len() == 1;
-    let mut page = Vec::new();
-    let mut written = Vec::new();
-    for Foot { foot, picture } in feet {
-        match picture.take() {
-            None => {}
-            Some(Picture::Page(foot)) => page.push(foot),
-            Some(Picture::Figure(figure)) => {
-                let path = if one {
-                    path.to_owned()
-                } else {
-                    targets::with_foot(path, &foot.summary.recording)
-                };
-                // Foot names may differ only in characters that file names cannot hold.
-                let path = targets::unlike(path, &written);
-                write_file(&path, |to| {
-                    let svg = figure.svg()?;
-                    match Drawing::of(&path) {
-                        #[cfg(feature = "png")]
-                        Drawing::Png => to.write_all(&png(&svg)?),
-                        _ => to.write_all(svg.as_bytes()),
-                    }
-                })?;
-                written.push(path);
-            }
-        }
-    }
-    if !page.is_empty() {
-        write_file(path, |to| page::write(page, to))?;
-        written.push(path.to_owned());
-    }
-    Ok(written)
 }

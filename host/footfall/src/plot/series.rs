@@ -17,6 +17,7 @@ pub struct Collector {
     phases: Stretching<Phase>,
     labels: Stretching<Option<Label>>,
     load_range: Option<Range<f64>>,
+    has_state: bool,
     is_labelled: bool,
 }
 
@@ -51,6 +52,7 @@ impl Collector {
             phases: Stretching::new(shades),
             labels: Stretching::new(width.clone()),
             load_range: None,
+            has_state: false,
             is_labelled: false,
             width,
         }
@@ -71,6 +73,7 @@ impl Collector {
         self.vertical.add(time, Some(f64::from(p.vertical)));
         self.total.add(time, Some(f64::from(p.stable)));
         self.phases.add(time, estimate.phase);
+        self.has_state |= estimate.phase != Phase::Unknown;
         self.labels.add(time, sample.label);
         self.is_labelled |= sample.label.is_some();
     }
@@ -79,9 +82,9 @@ impl Collector {
         let load = self.load.finish();
         Series {
             span: self.width.span,
-            phases: match self.load_range {
-                Some(_) => self.phases.finish(),
-                None => Vec::new(),
+            phases: match self.has_state || self.load_range.is_some() {
+                true => self.phases.finish(),
+                false => Vec::new(),
             },
             load: self.load_range.map(|range| (load, range)),
             tangential: self.tangential.finish(),

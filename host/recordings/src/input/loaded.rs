@@ -6,6 +6,7 @@ use estimator_core::{
     AngularRate, Gravity, ImuSample, Load, SpecificForce, Timestamp, Validity, Vec3,
 };
 
+use super::contacts::ContactUse;
 use super::correction::Correction;
 use super::format::{Content, Format};
 use super::options::TableOptions;
@@ -27,6 +28,8 @@ pub struct Hints {
     pub table: TableOptions,
     /// Topics of a bag that are read.
     pub bag: BagOptions,
+    /// Whether the estimates are the contacts that a bag has of its feet; [`Stored`](super::Stored) then describes those.
+    pub contacts: ContactUse,
 }
 
 impl Hints {

@@ -26,6 +26,7 @@ pub mod bag;
 mod candidate;
 mod cells;
 mod clock;
+pub mod contacts;
 mod correction;
 pub mod csv;
 pub mod error;
@@ -65,6 +66,7 @@ use std::io::Read;
 use std::path::Path;
 
 pub use candidate::{is_recording, is_rosbag2};
+pub use contacts::ContactUse;
 pub use correction::Correction;
 pub use error::{Cell, HeaderSlip, InputError, Place, Suggestion};
 pub use format::{Content, Format};
@@ -77,7 +79,7 @@ pub use rate::{TimesSoFar, rate_of_times};
 pub use refusal::ContainerError;
 pub use samples::compressed;
 pub use samples::foreign::Foreign;
-pub use stored::{About, Stored};
+pub use stored::{About, RecordedEstimate, Stored};
 pub use table::recording_name;
 pub use topics::{BagOptions, LoadTopic, Topics};
 

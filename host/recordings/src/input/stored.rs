@@ -2,10 +2,11 @@
 
 use std::io;
 
-use estimator_core::{Gravity, Timestamp};
+use estimator_core::{ContactEstimate, Gravity, ImuSample, LinearAcceleration, Timestamp};
 
+use super::contacts::{Contacts, Reading};
 use super::correction::Correction;
-use super::loaded::{Loaded, Repairs, steady_time};
+use super::loaded::{Loaded, OLDEST_LOAD_US, Repairs, steady_time};
 use super::options::Units;
 use crate::recording::{RecordedSample, Recording};
 use crate::spool::{Samples, Spool};
@@ -128,6 +129,29 @@ pub struct Stored {
     timing: Timing,
     /// Correction that is applied when the samples are read from here.
     pending: Option<Correction>,
+    /// Contacts that are the estimates.
+    contacts: Option<Used>,
+}
+
+/// Contacts that are described in the place of the samples.
+struct Used {
+    contacts: Contacts,
+    /// Time of the file's clock at the first sample, µs.
+    samples_start_us: i64,
+    /// Samples per second.
+    sample_rate: f32,
+}
+
+/// Estimate that the foot sent, and that was recorded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RecordedEstimate {
+    /// The newest sample at that time, with the time of the estimate. Its label is that of a sample of this time, its
+    /// load at most 100 ms old.
+    pub sample: RecordedSample,
+    /// The estimate; numbers that were not recorded with it are NaN.
+    pub estimate: ContactEstimate,
+    /// The same with the newest orientation of the foot, at most 25 ms old, and its acceleration, as far as known.
+    pub moved: ContactEstimate,
 }
 
 impl Stored {
@@ -137,6 +161,7 @@ impl Stored {
             spool,
             timing,
             pending: None,
+            contacts: None,
         }
     }
 
@@ -144,6 +169,75 @@ impl Stored {
     pub(super) fn correct(&mut self, correction: Correction) {
         self.about.correction = correction;
         self.pending = Some(correction);
+    }
+
+    /// Makes these contacts the estimates, and describes them in place of the samples; returns false, and changes
+    /// nothing, if they are fewer than two.
+    pub(super) fn use_contacts(&mut self, contacts: Contacts) -> bool {
+        let Some(((first_us, last_us), rate)) = contacts.span_and_rate() else {
+            return false;
+        };
+        let about = &mut self.about;
+        let samples_start_us = std::mem::replace(&mut about.start_us, first_us);
+        let sample_rate = std::mem::replace(&mut about.sample_rate, rate);
+        about.samples = contacts.len();
+        about.duration_us = last_us.abs_diff(first_us);
+        self.contacts = Some(Used {
+            contacts,
+            samples_start_us,
+            sample_rate,
+        });
+        true
+    }
+
+    /// Creates the recording of a foot without samples, of which these contacts are known; `None` of fewer than two.
+    #[must_use]
+    pub fn of_contacts(name: String, foot: Option<String>, contacts: Contacts) -> Option<Self> {
+        let about = About {
+            foot,
+            ..About::new(name, 1.0, Gravity::Included)
+        };
+        let mut stored = Self::new(about, Spool::default(), Timing::Stored);
+        stored.use_contacts(contacts).then_some(stored)
+    }
+
+    /// Returns whether the estimates are recorded contacts.
+    #[must_use]
+    pub const fn has_estimates(&self) -> bool {
+        self.contacts.is_some()
+    }
+
+    /// Returns the recorded estimates, from the first; `None` if they are to be computed from the samples.
+    ///
+    /// # Errors
+    /// A temporary file cannot be written or read.
+    pub fn estimates(
+        &mut self,
+    ) -> io::Result<Option<impl Iterator<Item = io::Result<RecordedEstimate>> + '_>> {
+        let Some(Used {
+            contacts,
+            samples_start_us,
+            sample_rate,
+        }) = &mut self.contacts
+        else {
+            return Ok(None);
+        };
+        let samples = Timed {
+            samples: self.spool.samples()?,
+            timing: &self.timing,
+            pending: self.pending,
+            start_us: *samples_start_us,
+            sample_rate: *sample_rate,
+            index: 0,
+        };
+        Ok(Some(Beside {
+            contacts: contacts.read()?,
+            start_us: self.about.start_us,
+            samples,
+            samples_start_us: *samples_start_us,
+            newest: None,
+            next: None,
+        }))
     }
 
     /// Stores a recording that is in memory.
@@ -171,12 +265,16 @@ impl Stored {
     /// # Errors
     /// The temporary file with the samples cannot be written or read.
     pub fn samples(&mut self) -> io::Result<impl Iterator<Item = io::Result<RecordedSample>> + '_> {
+        let (start_us, sample_rate) = match &self.contacts {
+            Some(used) => (used.samples_start_us, used.sample_rate),
+            None => (self.about.start_us, self.about.sample_rate),
+        };
         Ok(Timed {
             samples: self.spool.samples()?,
             timing: &self.timing,
             pending: self.pending,
-            start_us: self.about.start_us,
-            sample_rate: self.about.sample_rate,
+            start_us,
+            sample_rate,
             index: 0,
         })
     }
@@ -244,5 +342,77 @@ impl Iterator for Timed<'_> {
             }
             return Some(Ok(sample));
         }
+    }
+}
+
+/// Iterator over recorded contacts, with the samples beside them.
+struct Beside<'a> {
+    contacts: Reading<'a>,
+    /// Time of the file's clock at the first contact, µs.
+    start_us: i64,
+    samples: Timed<'a>,
+    /// Time of the file's clock at the first sample, µs.
+    samples_start_us: i64,
+    /// Newest sample that is not after the contact, with its time of the file's clock, µs.
+    newest: Option<(i64, RecordedSample)>,
+    /// The sample after it.
+    next: Option<(i64, RecordedSample)>,
+}
+
+impl Beside<'_> {
+    /// Advances to the newest sample at `time_us`.
+    fn advance_to(&mut self, time_us: i64) -> io::Result<()> {
+        loop {
+            if self.next.is_none() {
+                let sample = self.samples.next().transpose()?;
+                self.next = sample.map(|sample| {
+                    let since_us = sample.imu.timestamp.as_micros().cast_signed();
+                    (self.samples_start_us.saturating_add(since_us), sample)
+                });
+            }
+            match self.next {
+                Some((at_us, _)) if at_us <= time_us => self.newest = self.next.take(),
+                _ => return Ok(()),
+            }
+        }
+    }
+}
+
+impl Iterator for Beside<'_> {
+    type Item = io::Result<RecordedEstimate>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let contact = match self.contacts.next()? {
+            Ok(contact) => contact,
+            Err(error) => return Some(Err(error)),
+        };
+        let now_us = contact.time_us;
+        if let Err(error) = self.advance_to(now_us) {
+            return Some(Err(error));
+        }
+        let timestamp = Timestamp::from_micros(now_us.abs_diff(self.start_us));
+        let newest = self
+            .newest
+            .map(|(at_us, newest)| (now_us.abs_diff(at_us), newest));
+        let sample = RecordedSample {
+            imu: ImuSample {
+                timestamp,
+                ..newest.map_or_else(ImuSample::default, |(_, newest)| newest.imu)
+            },
+            load: newest
+                .and_then(|(age_us, newest)| newest.load.filter(|_| age_us <= OLDEST_LOAD_US)),
+            label: newest.and_then(|(age_us, newest)| newest.label.filter(|_| age_us == 0)),
+        };
+        let estimate = contact.estimate(timestamp);
+        let moved = ContactEstimate {
+            orientation: contact.orientation,
+            linear_acceleration: LinearAcceleration(contact.acceleration),
+            ..estimate
+        };
+        Some(Ok(RecordedEstimate {
+            sample,
+            estimate,
+            moved,
+        }))
     }
 }

@@ -45,8 +45,8 @@ pub(super) struct Header {
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct Imu {
     pub(super) header: Header,
-    _orientation: [f64; 4],
-    _orientation_covariance: [f64; 9],
+    orientation: [f64; 4],
+    orientation_covariance: [f64; 9],
     pub(super) angular_velocity: [f64; 3],
     angular_velocity_covariance: [f64; 9],
     pub(super) linear_acceleration: [f64; 3],
@@ -61,8 +61,8 @@ impl Imu {
     pub(super) fn of(header: Header, accelerations: [f64; 3], rates: [f64; 3]) -> Self {
         Self {
             header,
-            _orientation: [0.0; 4],
-            _orientation_covariance: [0.0; 9],
+            orientation: [0.0; 4],
+            orientation_covariance: [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
             angular_velocity: rates,
             angular_velocity_covariance: [0.0; 9],
             linear_acceleration: accelerations,
@@ -77,6 +77,11 @@ impl Imu {
         self
     }
 
+    /// Orientation x, y, z, w; `None` if it is marked as missing.
+    pub(super) fn orientation(&self) -> Option<[f64; 4]> {
+        (self.orientation_covariance[0] != -1.0).then_some(self.orientation)
+    }
+
     /// Returns whether it has rates: -1 as the first covariance marks them as missing.
     pub(super) fn has_rates(&self) -> bool {
         self.angular_velocity_covariance[0] != -1.0
@@ -85,6 +90,46 @@ impl Imu {
     /// Returns whether it has accelerations.
     pub(super) fn has_accelerations(&self) -> bool {
         self.linear_acceleration_covariance[0] != -1.0
+    }
+}
+
+/// `footfall_msgs/msg/Contact`.
+#[derive(Clone, Debug, Deserialize)]
+pub(super) struct Contact {
+    pub(super) header: Header,
+    _foot: Skipped,
+    _node: u8,
+    pub(super) p_stable: f32,
+    pub(super) p_tangential: f32,
+    pub(super) p_vertical: f32,
+    pub(super) p_axes: [f32; 6],
+    pub(super) decision: bool,
+    pub(super) state: u8,
+    pub(super) valid: bool,
+    pub(super) flags: u8,
+    _sequence: u16,
+}
+
+impl Contact {
+    /// Name of its type.
+    pub(super) const TYPE: &'static str = "footfall_msgs/msg/Contact";
+}
+
+/// `geometry_msgs/msg/TwistWithCovarianceStamped`.
+#[derive(Clone, Debug, Deserialize)]
+pub(super) struct TwistWithCovarianceStamped {
+    pub(super) header: Header,
+    _twist: [f64; 6],
+    covariance: [[f64; 6]; 6],
+}
+
+impl TwistWithCovarianceStamped {
+    /// Name of its type.
+    pub(super) const TYPE: &'static str = "geometry_msgs/msg/TwistWithCovarianceStamped";
+
+    /// Variance of the velocity along x, (m/s)².
+    pub(super) const fn variance(&self) -> f64 {
+        self.covariance[0][0]
     }
 }
 

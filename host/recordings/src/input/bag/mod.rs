@@ -9,6 +9,7 @@
 //! | converting the messages of an IMU into the rows of a foot | `feed` |
 //! | load of a foot, from another topic | `loads`, `load` |
 //! | validities and labels, from topics beside that of the samples | `sidecar` |
+//! | contacts of feet, from topics beside that of the samples | `contacts` |
 //! | names of feet | `feet` |
 //! | files that the folder should have | `metadata` |
 //! | all messages as they are stored | `copy` |
@@ -18,6 +19,7 @@
 //! memory is that of the longest record and of the loads.
 
 mod cdr;
+mod contacts;
 mod copy;
 mod definition;
 mod feed;
@@ -45,7 +47,8 @@ use super::open::Container;
 use super::refusal::ContainerError;
 use super::stored::Stored;
 use super::topics::{BagOptions, Topics};
-use feed::{Feed, Name};
+use contacts::FootContacts;
+use feed::{Feed, Name, Sharing};
 use loads::loads;
 use messages::Imu;
 use reader::Reader;
@@ -67,7 +70,8 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
     let loads = loads(&mut container, hints)?;
     let mut reader = Reader::new(&file, hints, &loads);
     let endings = visit(&mut container.parts, &file, &mut reader)?;
-    let contacts = reader.contacts_notice();
+    let contact_topics = reader.contact_topics();
+    let mut contacts = reader.take_contacts();
     let has_parts = reader.has_parts();
     let missing = metadata::missing_notice(Path::new(&file));
     let all = reader.all_imus();
@@ -87,17 +91,42 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
     if !loads.series.is_empty() && loads.series.len() != chosen.len() {
         return Err(load_count(&file, hints, topics));
     }
+    let not_stored = |source| InputError::Spool {
+        file: file.clone(),
+        source,
+    };
     let mut recordings = Vec::new();
+    let mut used = Vec::new();
     for ((k, feed), foot) in chosen.into_iter().enumerate().zip(feet) {
         let name = Name {
             recording: container.name.clone(),
             foot,
         };
         let address = feed.address();
+        let of_foot = match feed.sharing {
+            Sharing::Alone => contacts.of_imu(&feed.topic).map_err(not_stored)?,
+            // Samples of several feet on one topic have no contacts beside them.
+            Sharing::Shared => None,
+        };
         let mut stored = feed.finish(name, loads.series.get(k), hints, &file)?;
         stored.about.address = Some(address);
+        if let Some(FootContacts {
+            topic,
+            contacts,
+            notices,
+        }) = of_foot
+            && stored.use_contacts(contacts)
+        {
+            let notices = notices.into_iter();
+            stored
+                .about
+                .notices
+                .extend(notices.map(|notice| format!("{file}, topic {notice}")));
+            used.push(topic);
+        }
         recordings.push(stored);
     }
+    let contacts = contact_notices(&file, contact_topics, &used, recordings.len());
     if let Some(first) = recordings.first_mut() {
         first.about.notices.splice(
             0..0,
@@ -110,6 +139,30 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
         );
     }
     Ok(recordings)
+}
+
+/// Sentences on the contacts in a bag of `feet` feet: those on the topics `used`, and all others where a foot has none.
+fn contact_notices(
+    file: &str,
+    topics: Vec<String>,
+    used: &[String],
+    feet: usize,
+) -> impl Iterator<Item = String> {
+    let taken = (!used.is_empty()).then(|| {
+        format!(
+            "{file} has contacts on {}, which are used as they were recorded: --estimate-again computes the estimate from the samples",
+            used.join(", ")
+        )
+    });
+    let mut others = topics;
+    others.retain(|topic| !used.contains(topic));
+    let ignored = (!others.is_empty() && used.len() < feet).then(|| {
+        format!(
+            "{file} has contacts on {}, which are not read: the estimate is computed again from the samples",
+            others.join(", ")
+        )
+    });
+    taken.into_iter().chain(ignored)
 }
 
 fn load_count(file: &str, hints: &Hints, feet: Vec<String>) -> InputError {

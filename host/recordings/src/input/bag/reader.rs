@@ -1,13 +1,16 @@
 //! Selects the IMUs that are feet, and passes the messages of each to its feed.
 
 use std::collections::BTreeSet;
+use std::io;
 
+use super::super::contacts::ContactUse;
 use super::super::error::InputError;
 use super::super::loaded::Hints;
 use super::super::mapping::Mapping;
 use super::super::refusal::{ContainerError, ImuTopic};
 use super::super::topics::{BagOptions, Topics};
 use super::cdr::decode;
+use super::contacts::{ContactFeeds, is_contact};
 use super::feed::{Feed, Sharing};
 use super::fields::Fields;
 use super::load::LoadSeries;
@@ -31,6 +34,8 @@ pub(super) struct Reader<'a> {
     /// All other topics.
     others: Vec<Channel>,
     sidecar: Sidecar,
+    /// Contacts of the feet, if they are read.
+    contacts: ContactFeeds,
     /// Error in the topic that may be the only one.
     failed: Option<InputError>,
     /// Error about a topic that was named.
@@ -43,7 +48,8 @@ impl Visitor for Reader<'_> {
             if !self.others.contains(channel) {
                 self.others.push(channel.clone());
             }
-            return if is_sidecar(channel) || self.declare_fields(channel) {
+            let is_contact = self.reads_contacts() && ContactFeeds::is_part(channel);
+            return if is_sidecar(channel) || self.declare_fields(channel) || is_contact {
                 Interest::Wanted
             } else {
                 Interest::Unwanted
@@ -80,7 +86,11 @@ impl Visitor for Reader<'_> {
         let is_same = |feed: &Feed| feed.topic == channel.topic;
         let Some(first) = self.feeds.iter().position(is_same) else {
             self.sidecar.take(channel, log_ns, payload);
-            return Ok(());
+            return match self.reads_contacts() {
+                true => self.contacts.take(channel, log_ns, payload),
+                false => Ok(()),
+            }
+            .map_err(|source| self.not_stored(source));
         };
         let is_needed = match &self.hints.bag.topics {
             Topics::Named(named) => named.contains(&channel.topic),
@@ -118,9 +128,26 @@ impl<'a> Reader<'a> {
             parts: Vec::new(),
             others: Vec::new(),
             sidecar: Sidecar::default(),
+            contacts: ContactFeeds::default(),
             failed: None,
             refused: None,
         }
+    }
+
+    const fn reads_contacts(&self) -> bool {
+        matches!(self.hints.contacts, ContactUse::Recorded)
+    }
+
+    fn not_stored(&self, source: io::Error) -> InputError {
+        InputError::Spool {
+            file: self.file.to_owned(),
+            source,
+        }
+    }
+
+    /// Takes the contacts of all feet.
+    pub(super) fn take_contacts(&mut self) -> ContactFeeds {
+        std::mem::take(&mut self.contacts)
     }
 
     /// Adds the IMUs that are named in messages of another type; returns whether there is one.
@@ -192,6 +219,9 @@ impl<'a> Reader<'a> {
         let is_foot = |(foot, frame): &ImuKey| *foot == topic && *frame == imu.header.frame_id.0;
         let foot = self.order.iter().position(is_foot);
         let load = foot.and_then(|foot| self.loads.get(foot));
+        if self.reads_contacts() {
+            self.contacts.take_imu(topic, log_ns, &imu);
+        }
         self.feeds[at].take((log_ns, known), &imu, load, self.hints, self.file)
     }
 
@@ -253,18 +283,10 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Sentence about contacts in the bag, which are not read.
-    pub(super) fn contacts_notice(&self) -> Option<String> {
-        let is_contact = |channel: &&Channel| channel.message == "footfall_msgs/msg/Contact";
-        let topics = self.others.iter().filter(is_contact);
-        let topics: Vec<&str> = topics.map(|channel| channel.topic.as_str()).collect();
-        (!topics.is_empty()).then(|| {
-            format!(
-                "{} has contacts on {}, which are not read: the estimate is computed again from the samples",
-                self.file,
-                topics.join(", ")
-            )
-        })
+    /// Topics with contacts of feet.
+    pub(super) fn contact_topics(&self) -> Vec<String> {
+        let contacts = self.others.iter().filter(|channel| is_contact(channel));
+        contacts.map(|channel| channel.topic.clone()).collect()
     }
 
     /// Addresses of all IMUs with messages, and topics of those that the selection excludes.

@@ -1,0 +1,228 @@
+//! Tests of `footfall replay` of bags with the contacts that a foot sent.
+
+mod common;
+
+use std::fs::File;
+use std::sync::Arc;
+
+use common::{Bench, read, text};
+use estimator_core::Timestamp;
+use recordings::parquet_rows;
+use ros::message::{Contact, Header, Imu, Quaternion, Time, TwistWithCovarianceStamped, Vector3};
+use ros::{McapFile, Message, Published};
+use serde::Deserialize;
+use serde_json::Value;
+
+/// Time of the first contact, µs since 1970.
+const START_US: u64 = 1_700_000_000_000_000;
+
+/// Contacts of the bag, one per millisecond.
+const CONTACTS: u64 = 2000;
+
+/// Milliseconds in which the foot says that it swings, though its sensor rests.
+const SWING: std::ops::Range<u64> = 1000..1400;
+
+/// Returns probability and standard deviation of the velocity of a contact.
+fn numbers(ms: u64) -> (f32, f32) {
+    let swings = SWING.contains(&ms);
+    let stable = if swings { 0.01 } else { 0.9 } + ms as f32 * 1.0e-5;
+    (stable, 0.25 + ms as f32 * 1.0e-3)
+}
+
+/// Writes a bag of a foot whose sensor rests, with samples at 50 Hz, and contacts that say that it makes a step.
+fn bag(bench: &Bench) {
+    let file = File::create(bench.path("walk.mcap")).expect("a file");
+    let mut bag = McapFile::new(file).expect("a bag");
+    for ms in 0..CONTACTS {
+        let at = Timestamp::from_micros(START_US + 1000 * ms);
+        let header = Header {
+            stamp: Time::from(at),
+            frame_id: "footfall_FL".to_owned(),
+        };
+        let (p_stable, sigma) = numbers(ms);
+        let swings = SWING.contains(&ms);
+        let contact = Contact {
+            header: header.clone(),
+            foot: "FL".to_owned(),
+            p_stable,
+            p_tangential: if swings { 0.3 } else { 0.95 },
+            p_vertical: if swings { 0.02 } else { 0.99 },
+            p_axes: [f32::NAN; 6],
+            decision: !swings,
+            valid: true,
+            ..Contact::default()
+        };
+        let mut velocity = TwistWithCovarianceStamped {
+            header: header.clone(),
+            ..Default::default()
+        };
+        velocity.twist.covariance[0][0] = f64::from(sigma).powi(2);
+        let mut messages = vec![
+            ("contact", Message::Contact(contact)),
+            ("velocity", Message::Velocity(Box::new(velocity))),
+        ];
+        // The first sample is later than the first contact.
+        if ms % 20 == 7 {
+            let imu = Imu {
+                header,
+                orientation: Quaternion {
+                    w: 1.0,
+                    ..Quaternion::default()
+                },
+                linear_acceleration: Vector3 {
+                    z: 9.81,
+                    ..Vector3::default()
+                },
+                ..Imu::default()
+            };
+            messages.push(("imu", Message::Imu(Box::new(imu))));
+        }
+        for (topic, message) in messages {
+            let topic: Arc<str> = format!("/footfall/FL/{topic}").into();
+            let published = Published { topic, at, message };
+            bag.write(&published).expect("a message");
+        }
+    }
+    bag.finish().expect("a bag");
+}
+
+fn json(text: &[u8]) -> Value {
+    serde_json::from_slice(text).expect("JSON")
+}
+
+const USED: &str = "walk.mcap has contacts on /footfall/FL/contact, which are used as they were recorded: --estimate-again computes the estimate from the samples";
+const AGAIN: &str = "walk.mcap has contacts on /footfall/FL/contact, which are not read: the estimate is computed again from the samples";
+
+#[test]
+fn recorded_contacts_are_the_rows_of_the_table() {
+    let bench = Bench::new();
+    bag(&bench);
+    let output = bench.run("replay walk.mcap --output rows.csv");
+    assert_eq!(text(&output.stderr), format!("footfall: {USED}\n"));
+    assert!(output.status.success());
+    let table = read(&bench.path("rows.csv"));
+    let mut rows = table.lines();
+    let header: Vec<&str> = rows.next().expect("a header").split(',').collect();
+    let rows: Vec<Vec<&str>> = rows.map(|row| row.split(',').collect()).collect();
+    assert_eq!(rows.len() as u64, CONTACTS);
+    let at = |name: &str| header.iter().position(|column| *column == name);
+    let at = |name: &str| at(name).expect(name);
+    for (ms, row) in (0..).zip(&rows) {
+        let (stable, sigma) = numbers(ms);
+        let number = |name: &str| row[at(name)].parse::<f32>().expect(name);
+        assert_eq!((number("p_stable"), number("sigma_v")), (stable, sigma));
+        let us = START_US + 1000 * ms;
+        let time = format!("{}.{:06}", us / 1_000_000, us % 1_000_000);
+        assert_eq!(row[at("t")], time);
+        let decision = if SWING.contains(&ms) { "0" } else { "1" };
+        assert_eq!(row[at("decision")], decision, "{ms}");
+        // A contact has no attitude, and none of its axes came here.
+        assert!(
+            row[at("p_ax")..at("sigma_v")]
+                .iter()
+                .all(|cell| cell.is_empty())
+        );
+        assert_eq!((row[at("state")], row[at("flags")]), ("unknown", ""));
+    }
+}
+
+#[derive(Debug, Deserialize)]
+struct Row {
+    t: f64,
+    p_stable: f32,
+    qw: Option<f32>,
+    lax: Option<f32>,
+    sigma_v: Option<f32>,
+    decision: u8,
+}
+
+#[test]
+fn recorded_contacts_are_the_rows_of_parquet() {
+    let bench = Bench::new();
+    bag(&bench);
+    bench.stdout("replay walk.mcap --output rows.parquet --from 0.5 --to 1.5");
+    let file = File::open(bench.path("rows.parquet")).expect("a table");
+    let rows: Vec<Row> = parquet_rows::read(file).expect("rows");
+    assert_eq!(rows.len(), 1000);
+    for (ms, row) in (500..).zip(&rows) {
+        let (stable, sigma) = numbers(ms);
+        assert_eq!((row.p_stable, row.sigma_v), (stable, Some(sigma)));
+        assert_eq!((row.qw, row.lax), (None, None));
+        assert_eq!(row.decision == 0, SWING.contains(&ms));
+        let seconds = (START_US + 1000 * ms) as f64 / 1.0e6;
+        assert!((row.t - seconds).abs() < 1.0e-6, "{row:?}");
+    }
+}
+
+#[test]
+fn recorded_contacts_make_events_plot_and_summary() {
+    let bench = Bench::new();
+    bag(&bench);
+    let output = bench.run("replay walk.mcap --json --events events.csv --plot walk.html");
+    let summary = &json(&output.stdout)["recordings"][0];
+    assert_eq!(summary["samples"], CONTACTS);
+    assert_eq!(summary["sample_rate_hz"], 1000.0);
+    assert_eq!(summary["estimation"], Value::Null);
+    assert_eq!(summary["input"]["notices"], serde_json::json!([USED]));
+    let [before, after] = [999, 1999].map(|ms| numbers(ms).0);
+    assert_eq!(
+        read(&bench.path("events.csv")),
+        format!(
+            "t,event,duration,p_peak,distance\n\
+             1700000001.000000,lift_off,,{before},\n\
+             1700000001.400000,touch_down,,{after},\n"
+        )
+    );
+    let page = read(&bench.path("walk.html"));
+    assert!(page.contains("\"samples\":2000,\"rate\":1000,"));
+    assert!(page.contains("\"touch_down\":1,\"lift_off\":1,"));
+}
+
+#[test]
+fn estimate_again_computes_it_from_the_samples() {
+    let bench = Bench::new();
+    bag(&bench);
+    let output = bench.run("replay walk.mcap --estimate-again --json --events events.csv");
+    let said = text(&output.stderr);
+    assert!(said.contains(AGAIN) && !said.contains(USED), "{said}");
+    let summary = &json(&output.stdout)["recordings"][0];
+    assert_eq!(summary["samples"], CONTACTS / 20);
+    assert_eq!(summary["sample_rate_hz"], 50.0);
+    assert_eq!(summary["estimation"]["preset"], "default");
+    let events = read(&bench.path("events.csv"));
+    assert_eq!(events.lines().count(), 1, "a resting sensor: {events}");
+}
+
+#[test]
+fn option_of_the_estimate_is_remarked_as_without_effect() {
+    let bench = Bench::new();
+    bag(&bench);
+    let said = text(
+        &bench
+            .run("replay walk.mcap --preset paper --axes x,y,z")
+            .stderr,
+    );
+    let remark = "footfall: walk.mcap: --preset, --axes apply to estimates, not to contacts as they were recorded: --estimate-again\n";
+    assert!(said.contains(remark), "{said}");
+    let again = "replay walk.mcap --preset paper --axes x,y,z --estimate-again";
+    let said = text(&bench.run(again).stderr);
+    assert!(!said.contains("apply to estimates"), "{said}");
+}
+
+#[test]
+fn recording_of_a_foot_on_can_replays_at_its_rate() {
+    let bench = Bench::new();
+    bench.stdout("record demo:feet=2,seconds=6 -o walk.mcap");
+    let samples = |options: &str| {
+        let output = bench.run(&format!("replay walk.mcap --topic all --json{options}"));
+        let json = json(&output.stdout);
+        let of = |foot: usize| json["recordings"][foot]["samples"].as_u64();
+        [of(0), of(1)].map(|samples| samples.expect("a count"))
+    };
+    assert_eq!(samples(""), [6000, 6000]);
+    assert!(samples(" --estimate-again").iter().all(|n| *n < 400));
+    bench.stdout("replay walk.mcap --topic all --events events.csv");
+    let events = read(&bench.path("events.csv"));
+    let count = |event: &str| events.lines().filter(|row| row.contains(event)).count();
+    assert!(count("touch_down") >= 4, "{events}");
+}

@@ -1,0 +1,242 @@
+//! Contacts that feet sent, on topics beside those of their samples, as `footfall record` writes them.
+//!
+//! | topic | message | content |
+//! |---|---|---|
+//! | `/footfall/FL/contact` | `footfall_msgs/msg/Contact` | probabilities, decision, state, flags |
+//! | `/footfall/FL/velocity` | `geometry_msgs/msg/TwistWithCovarianceStamped` | variance of the velocity, for the contact of the same stamp |
+//! | `/footfall/FL/imu` | `sensor_msgs/msg/Imu` | samples; their orientation belongs to the contacts up to 25 ms later |
+
+use std::collections::BTreeMap;
+use std::io;
+
+use estimator_core::{Decision, PerAxis, Phase, Probabilities, Quaternion};
+
+use super::super::contacts::{
+    Contact, Contacts, NO_ORIENTATION, NO_VECTOR, NewestOrientation, flags_of, flags_of_contact,
+};
+use super::cdr::decode;
+use super::messages::{self, Imu, TwistWithCovarianceStamped};
+use super::storage::{Channel, micros};
+
+/// Largest deviation of the square of a unit quaternion's length from 1.
+const UNIT: f64 = 1.0e-3;
+
+/// End of the topic of contacts.
+const CONTACT: &str = "/contact";
+
+/// Contacts of all feet of a bag, by the start of their topics, such as `/footfall/FL`.
+#[derive(Default)]
+pub(super) struct ContactFeeds(BTreeMap<String, ContactFeed>);
+
+/// Contacts of a foot while they are read.
+#[derive(Default)]
+struct ContactFeed {
+    contacts: Contacts,
+    /// Newest contact, whose velocity and orientation may follow it.
+    pending: Option<Contact>,
+    /// Newest standard deviation of the velocity, with its time, µs.
+    sigma: Option<(i64, f32)>,
+    orientation: NewestOrientation,
+    left_out: LeftOut,
+}
+
+/// Number of contacts that were left out.
+#[derive(Clone, Copy, Default)]
+struct LeftOut {
+    not_decoded: u64,
+    not_after: u64,
+}
+
+/// Contacts of a foot, and a sentence on each kind of those that were left out.
+pub(super) struct FootContacts {
+    pub(super) topic: String,
+    pub(super) contacts: Contacts,
+    pub(super) notices: Vec<String>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Contact,
+    Velocity,
+}
+
+/// Returns whether a channel has contacts of a foot, on any topic.
+pub(super) fn is_contact(channel: &Channel) -> bool {
+    channel.message == messages::Contact::TYPE
+}
+
+/// Foot that a channel describes, and its kind of data.
+fn about(channel: &Channel) -> Option<(&str, Kind)> {
+    let (suffix, kind) = match channel.message.as_str() {
+        messages::Contact::TYPE => (CONTACT, Kind::Contact),
+        TwistWithCovarianceStamped::TYPE => ("/velocity", Kind::Velocity),
+        _ => return None,
+    };
+    let foot = channel.topic.strip_suffix(suffix)?;
+    (channel.encoding == "cdr").then_some((foot, kind))
+}
+
+/// Foot whose samples are on a topic.
+fn foot_of_imu(topic: &str) -> Option<&str> {
+    topic.strip_suffix("/imu")
+}
+
+impl ContactFeeds {
+    /// Returns whether the messages of a channel are read.
+    pub(super) fn is_part(channel: &Channel) -> bool {
+        about(channel).is_some()
+    }
+
+    /// Processes a message of a channel.
+    ///
+    /// # Errors
+    /// The temporary file cannot be written.
+    pub(super) fn take(
+        &mut self,
+        channel: &Channel,
+        log_ns: i64,
+        payload: &[u8],
+    ) -> io::Result<()> {
+        let Some((foot, kind)) = about(channel) else {
+            return Ok(());
+        };
+        let feed = self.0.entry(foot.to_owned()).or_default();
+        match kind {
+            Kind::Contact => match decode::<messages::Contact>(payload) {
+                Ok(contact) => feed.contact(&contact, log_ns),
+                Err(_) => {
+                    feed.left_out.not_decoded += 1;
+                    Ok(())
+                }
+            },
+            Kind::Velocity => {
+                if let Ok(velocity) = decode::<TwistWithCovarianceStamped>(payload) {
+                    let time_us = velocity.header.stamp.micros();
+                    feed.velocity(time_us.unwrap_or(micros(log_ns)), velocity.variance());
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// Processes the orientation of a sample of an IMU.
+    pub(super) fn take_imu(&mut self, topic: &str, log_ns: i64, imu: &Imu) {
+        let foot = foot_of_imu(topic).map(str::to_owned);
+        if let (Some(foot), Some([x, y, z, w])) = (foot, imu.orientation()) {
+            let is_unit = ((x * x + y * y + z * z + w * w) - 1.0).abs() <= UNIT;
+            let time_us = imu.header.stamp.micros().unwrap_or(micros(log_ns));
+            let [x, y, z, w] = [x, y, z, w].map(|part| part as f32);
+            let feed = self.0.entry(foot).or_default();
+            if is_unit {
+                feed.orientation.set(time_us, Quaternion { w, x, y, z });
+            }
+        }
+    }
+
+    /// Returns the contacts of the foot whose samples are on a topic, if there are any.
+    ///
+    /// # Errors
+    /// The temporary file cannot be written.
+    pub(super) fn of_imu(&mut self, topic: &str) -> io::Result<Option<FootContacts>> {
+        let foot = foot_of_imu(topic);
+        let Some((foot, mut feed)) = foot.and_then(|foot| self.0.remove_entry(foot)) else {
+            return Ok(None);
+        };
+        feed.flush()?;
+        let topic = foot + CONTACT;
+        let LeftOut {
+            not_decoded,
+            not_after,
+        } = feed.left_out;
+        let counted = [
+            (not_decoded, "are no message of this type"),
+            (not_after, "are not after the one before"),
+        ];
+        let counted = counted.into_iter().filter(|(count, _)| *count > 0);
+        let notices = counted
+            .map(|(count, what)| format!("{topic}: {count} contacts left out, which {what}"))
+            .collect();
+        Ok(Some(FootContacts {
+            topic,
+            contacts: feed.contacts,
+            notices,
+        }))
+    }
+}
+
+impl ContactFeed {
+    /// Takes a contact, and stores the one before it.
+    fn contact(&mut self, contact: &messages::Contact, log_ns: i64) -> io::Result<()> {
+        self.flush()?;
+        let stamp_us = contact.header.stamp.micros();
+        let mut taken = converted(contact, stamp_us.unwrap_or(micros(log_ns)));
+        if let Some((time_us, sigma)) = self.sigma
+            && time_us == taken.time_us
+        {
+            taken.velocity_sigma = sigma;
+        }
+        self.pending = Some(taken);
+        Ok(())
+    }
+
+    fn velocity(&mut self, time_us: i64, variance: f64) {
+        let sigma = variance.sqrt() as f32;
+        match &mut self.pending {
+            Some(contact) if contact.time_us == time_us => contact.velocity_sigma = sigma,
+            _ => self.sigma = Some((time_us, sigma)),
+        }
+    }
+
+    /// Stores the pending contact.
+    fn flush(&mut self) -> io::Result<()> {
+        let Some(mut contact) = self.pending.take() else {
+            return Ok(());
+        };
+        contact.orientation = self.orientation.at(contact.time_us);
+        if !self.contacts.push(&contact)? {
+            self.left_out.not_after += 1;
+        }
+        Ok(())
+    }
+}
+
+/// The contact of a message.
+fn converted(contact: &messages::Contact, time_us: i64) -> Contact {
+    let [ax, ay, az, wx, wy, wz] = contact.p_axes;
+    Contact {
+        time_us,
+        probabilities: Probabilities {
+            axes: PerAxis {
+                ax,
+                ay,
+                az,
+                wx,
+                wy,
+                wz,
+            },
+            tangential: contact.p_tangential,
+            vertical: contact.p_vertical,
+            stable: contact.p_stable,
+        },
+        velocity_sigma: f32::NAN,
+        decision: match contact.decision {
+            true => Decision::Stable,
+            false => Decision::NotStable,
+        },
+        phase: phase_of(contact.state),
+        flags: flags_of_contact(flags_of(contact.flags), contact.valid),
+        orientation: NO_ORIENTATION,
+        acceleration: NO_VECTOR,
+    }
+}
+
+/// Phase of a number in `footfall_msgs/msg/Contact`.
+const fn phase_of(state: u8) -> Phase {
+    match state {
+        1 => Phase::Stance,
+        2 => Phase::Slip,
+        3 => Phase::Swing,
+        4 => Phase::QuietSwing,
+        _ => Phase::Unknown,
+    }
+}
