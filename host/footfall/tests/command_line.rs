@@ -280,7 +280,7 @@ fn misspelt_option_error_suggests_a_similar_one() {
     for (arguments, expected) in [
         (
             "decode x.csv --output rows.txt",
-            "tables are CSV, so the name must end in .csv\n",
+            "tables are CSV or Parquet, so the name must end in .csv or .parquet\n",
         ),
         (
             "replay x.csv --output table.svg",

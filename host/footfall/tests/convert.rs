@@ -125,7 +125,9 @@ fn assert_same(found: &str, expected: &str, what: &str) {
 
 /// Returns the metrics and sample counts of all feet.
 fn metrics(bench: &Bench, arguments: &str) -> Vec<(Value, Value)> {
-    let json = bench.stdout(&format!("--quiet replay {arguments} --json"));
+    let json = bench.stdout(&format!(
+        "--quiet replay --estimate-again {arguments} --json"
+    ));
     let json: Value = serde_json::from_str(&json).expect("JSON");
     let feet = json["recordings"].as_array().expect("recordings");
     feet.iter()
@@ -162,7 +164,9 @@ fn forget(bench: &Bench, target: &str) {
 fn estimates_from_output_match_those_from_source() {
     let bench = Bench::new();
     for (source, options) in sources(&bench) {
-        let expected = bench.stdout(&format!("--quiet replay {source} {options} --output -"));
+        let expected = bench.stdout(&format!(
+            "--quiet replay --estimate-again {source} {options} --output -"
+        ));
         let scores = metrics(&bench, &format!("{source} {options}"));
         let is_alone = scores.len() == 1;
         for target in TARGETS {
@@ -183,7 +187,9 @@ fn estimates_from_output_match_those_from_source() {
                 source == "atlas.txt",
                 "{said}"
             );
-            let found = bench.stdout(&format!("--quiet replay {reading} --output -"));
+            let found = bench.stdout(&format!(
+                "--quiet replay --estimate-again {reading} --output -"
+            ));
             assert_same(&found, &expected, &what);
             assert_eq!(metrics(&bench, &reading), scores, "{what}");
             if is_alone {

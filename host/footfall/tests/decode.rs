@@ -292,6 +292,33 @@ fn events_and_plot_of_a_log_name_its_feet() {
 }
 
 #[test]
+fn feet_of_one_name_differ_by_interface_in_events() {
+    let one = steps(&["191"]);
+    let bench = Bench::with("x.log", one.clone() + &one.replace(" can0 ", " can1 "));
+    let events = bench.stdout("decode x.log --events -");
+    for foot in ["can0 FL", "can1 FL"] {
+        let of_foot = events.lines().filter(|row| row.starts_with(foot));
+        assert_eq!(of_foot.count(), 2, "{events}");
+    }
+}
+
+#[test]
+fn events_of_a_log_without_times_are_on_the_clock_of_the_foot() {
+    let line = |line: &str| {
+        let frame = line.split(' ').nth(2).expect("a frame");
+        let (id, bytes) = frame.split_once('#').expect("data");
+        let bytes: Vec<&str> = (0..8).map(|k| &bytes[2 * k..2 * k + 2]).collect();
+        format!("  can0  {id}   [8]  {}\n", bytes.join(" "))
+    };
+    let log: String = steps(&["191", "192"]).lines().map(line).collect();
+    let bench = Bench::with("x.log", log);
+    let events = bench.stdout("decode x.log --events -");
+    for expected in ["\nFL,1.250000,lift_off,", "\nFR,1.650000,touch_down,"] {
+        assert!(events.contains(expected), "{events}");
+    }
+}
+
+#[test]
 fn events_of_the_demo_are_those_of_its_replay() {
     let bench = Bench::new();
     bench.stdout("demo --out walk");

@@ -95,7 +95,7 @@ impl DecodeArguments {
         }
     }
 
-    /// Writes the table; `None` where its reader has gone and nothing else is asked for.
+    /// Writes the table; `None` if its reader has closed it and there is no other result.
     fn write_rows(
         &self,
         path: &Path,
@@ -108,7 +108,7 @@ impl DecodeArguments {
             let read = decode::read(&self.input, feet, &mut |row| {
                 self.collect(decoded, &row)?;
                 match table.as_mut().map_or(Ok(()), |table| table.add(&row)) {
-                    // The reader of the table has gone; what else is asked for is written.
+                    // A closed table does not end the other results.
                     Err(error) if self.has_feet() && error.kind() == io::ErrorKind::BrokenPipe => {
                         table = None;
                         Ok(())

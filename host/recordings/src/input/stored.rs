@@ -230,7 +230,7 @@ impl Stored {
             sample_rate: *sample_rate,
             index: 0,
         };
-        Ok(Some(Beside {
+        Ok(Some(Merged {
             contacts: contacts.read()?,
             start_us: self.about.start_us,
             samples,
@@ -346,7 +346,7 @@ impl Iterator for Timed<'_> {
 }
 
 /// Iterator over recorded contacts, with the samples beside them.
-struct Beside<'a> {
+struct Merged<'a> {
     contacts: Reading<'a>,
     /// Time of the file's clock at the first contact, µs.
     start_us: i64,
@@ -359,7 +359,7 @@ struct Beside<'a> {
     next: Option<(i64, RecordedSample)>,
 }
 
-impl Beside<'_> {
+impl Merged<'_> {
     /// Advances to the newest sample at `time_us`.
     fn advance_to(&mut self, time_us: i64) -> io::Result<()> {
         loop {
@@ -378,7 +378,7 @@ impl Beside<'_> {
     }
 }
 
-impl Iterator for Beside<'_> {
+impl Iterator for Merged<'_> {
     type Item = io::Result<RecordedEstimate>;
 
     fn next(&mut self) -> Option<Self::Item> {
