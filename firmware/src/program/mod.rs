@@ -66,7 +66,7 @@ fn main() -> ! {
     let board = board::start();
     let mut led = board.led;
     let Ok(mut storage) = Storage::new(board.flash, &(0..board::flash::SIZE)) else {
-        halt(&mut led, "the pages of the settings do not fit the flash");
+        halt(&mut led, "the configuration's pages are none");
     };
     // As delivered, brown-out reset is off. Not after another reset: an attempt that ends in one is not repeated.
     if board.reset == Reset::Power && board::flash::brown_out_level() == 0 {

@@ -73,10 +73,7 @@ impl Device {
             },
             index::VELOCITY_SIGMA => self.velocity_sigma().0.to_bits(),
             index::SUPPLY => u32::from(self.brown_out_level),
-            index::PROGRAM_ID => match address.subindex {
-                1 => self.program.identification,
-                _ => self.program.previous,
-            },
+            index::PROGRAM_ID => self.program.identification,
             index::FLASH_STATUS => self.program.flash_status,
             index::TIME => match (self.time, address.subindex) {
                 (Some((time, _)), 1) => u32::from(time.days),
