@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-/// What a program is built from, besides this package.
+/// Sources of a program: this package, and those that it is built from.
 const SOURCES: [&str; 9] = [
     ".",
     "../bootloader",

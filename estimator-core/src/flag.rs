@@ -97,6 +97,12 @@ impl Flags {
             .filter(move |flag| self.contains(*flag))
     }
 
+    /// Creates the set of these bits, as of [`bits`](Self::bits); bits without a flag are left out.
+    #[must_use]
+    pub const fn from_bits(bits: u8) -> Self {
+        Self(bits & (u8::MAX >> (u8::BITS as usize - Flag::ALL.len())))
+    }
+
     /// The set as bits: bit *i* stands for `Flag::ALL[i]`.
     #[must_use]
     pub const fn bits(self) -> u8 {
@@ -129,5 +135,14 @@ mod tests {
         for (i, flag) in Flag::ALL.into_iter().enumerate() {
             assert_eq!(Flags::NONE.with(flag).bits(), 1 << i);
         }
+    }
+
+    #[test]
+    fn flags_of_bits_are_those_that_were_joined() {
+        for flag in Flag::ALL {
+            let flags = Flags::NONE.with(flag).with(Flag::Saturated);
+            assert_eq!(Flags::from_bits(flags.bits()), flags);
+        }
+        assert_eq!(Flags::from_bits(0x80), Flags::NONE, "a bit without a flag");
     }
 }

@@ -118,38 +118,11 @@ fn monitor_ends_with_its_terminal_and_keeps_its_recording() {
     // Closed terminals send SIGHUP, which `nohup` and some shells keep from their programs.
     for on_hang_up in ["-", "''"] {
         let bench = common::Bench::new();
-        let folder = bench.path("");
-        let socket = bench.path("tmux");
-        let tmux = |arguments: &[&str]| {
-            let mut command = Command::new("tmux");
-            command.arg("-S").arg(&socket).args(arguments);
-            assert!(command.output().expect("tmux runs").status.success());
-        };
-        let command = format!(
-            "trap {on_hang_up} HUP; cd {} && echo $$ > pid && exec {PROGRAM} monitor demo",
-            folder.display()
-        );
-        tmux(&[
-            "-f",
-            "/dev/null",
-            "new-session",
-            "-d",
-            "-s",
-            "foot",
-            &command,
-        ]);
+        let command = format!("exec {PROGRAM} monitor demo");
+        let session = Session::begin(&bench, &format!("trap {on_hang_up} HUP"), &command);
+        session.tmux(&["send-keys", "-t", "foot", "r"]);
         thread::sleep(Duration::from_secs(3));
-        tmux(&["send-keys", "-t", "foot", "r"]);
-        thread::sleep(Duration::from_secs(3));
-        let pid = std::fs::read_to_string(bench.path("pid")).expect("the shell has begun");
-        let process = std::path::Path::new("/proc").join(pid.trim());
-        assert!(process.exists(), "it runs");
-        tmux(&["kill-server"]);
-        let end = Instant::now() + LONGEST;
-        while process.exists() && Instant::now() < end {
-            thread::sleep(Duration::from_millis(100));
-        }
-        assert!(!process.exists(), "trap {on_hang_up} HUP");
+        session.end(&["kill-server"]);
         let report = bench.stdout("replay footfall-1.mcap --topic /footfall/FL/imu --json");
         let report: serde_json::Value = serde_json::from_str(&report).expect("JSON");
         let samples = report["recordings"][0]["samples"].as_u64();
@@ -157,36 +130,59 @@ fn monitor_ends_with_its_terminal_and_keeps_its_recording() {
     }
 }
 
-/// Runs `command` in the folder of a bench as the only process of a terminal, which is closed after three seconds;
-/// asserts that the process ends.
-fn end_with_a_closed_terminal(bench: &common::Bench, command: &str) {
-    let socket = bench.path("tmux");
-    let tmux = |arguments: &[&str]| {
-        let mut tmux = Command::new("tmux");
-        tmux.arg("-S").arg(&socket).args(arguments);
-        assert!(tmux.output().expect("tmux runs").status.success());
-    };
-    let folder = bench.path("");
-    let command = format!("cd {} && echo $$ > pid && exec {command}", folder.display());
-    tmux(&[
-        "-f",
-        "/dev/null",
-        "new-session",
-        "-d",
-        "-s",
-        "foot",
-        &command,
-    ]);
-    thread::sleep(Duration::from_secs(3));
-    let pid = common::read(&bench.path("pid"));
-    let process = std::path::Path::new("/proc").join(pid.trim());
-    assert!(process.exists(), "{command}");
-    tmux(&["kill-session", "-t", "foot"]);
-    let end = Instant::now() + LONGEST;
-    while process.exists() && Instant::now() < end {
-        thread::sleep(Duration::from_millis(100));
+/// Program in a terminal of its own, named `foot`.
+struct Session<'a> {
+    bench: &'a common::Bench,
+    command: String,
+}
+
+impl<'a> Session<'a> {
+    /// Runs `before` and then `command` in the folder of a bench, as the only process of a terminal; returns after three
+    /// seconds.
+    fn begin(bench: &'a common::Bench, before: &str, command: &str) -> Self {
+        let folder = bench.path("");
+        let command = format!(
+            "{before}; cd {} && echo $$ > pid && {command}",
+            folder.display()
+        );
+        let session = Self { bench, command };
+        session.tmux(&[
+            "-f",
+            "/dev/null",
+            "new-session",
+            "-d",
+            "-s",
+            "foot",
+            &session.command,
+        ]);
+        thread::sleep(Duration::from_secs(3));
+        session
     }
-    assert!(!process.exists(), "{command}");
+
+    fn tmux(&self, arguments: &[&str]) {
+        let mut tmux = Command::new("tmux");
+        tmux.arg("-S").arg(self.bench.path("tmux")).args(arguments);
+        assert!(tmux.output().expect("tmux runs").status.success());
+    }
+
+    /// Closes the terminal by a command of tmux; asserts that the process runs until then, and ends.
+    fn end(&self, closing: &[&str]) {
+        let pid = common::read(&self.bench.path("pid"));
+        let process = std::path::Path::new("/proc").join(pid.trim());
+        assert!(process.exists(), "{}", self.command);
+        self.tmux(closing);
+        let end = Instant::now() + LONGEST;
+        while process.exists() && Instant::now() < end {
+            thread::sleep(Duration::from_millis(100));
+        }
+        assert!(!process.exists(), "{}", self.command);
+    }
+}
+
+/// Runs `command` in a terminal, which is closed after three seconds; asserts that the process ends.
+fn end_with_a_closed_terminal(bench: &common::Bench, command: &str) {
+    let session = Session::begin(bench, ":", &format!("exec {command}"));
+    session.end(&["kill-session", "-t", "foot"]);
 }
 
 #[test]

@@ -224,14 +224,7 @@ mod tests {
         ContactEstimate {
             timestamp: Timestamp::from_micros(1_500_001 * k as u64),
             probabilities: Probabilities {
-                axes: PerAxis {
-                    ax: number(0),
-                    ay: number(1),
-                    az: number(2),
-                    wx: number(3),
-                    wy: number(4),
-                    wz: number(5),
-                },
+                axes: PerAxis::from_array([0, 1, 2, 3, 4, 5].map(number)),
                 tangential: number(6),
                 vertical: number(7),
                 stable: number(8),

@@ -10,7 +10,7 @@ use decode::Row;
 use estimator_core::{Flag, Flags, Params, PerAxis, Probabilities};
 use recordings::input::Stored;
 use recordings::input::contacts::{
-    Contact, Contacts, NO_VECTOR, NewestOrientation, flags_of, flags_of_contact,
+    Contact, Contacts, NO_VECTOR, NewestOrientation, flags_of_contact,
 };
 
 use crate::progress::Bars;
@@ -196,7 +196,7 @@ impl DecodedFoot {
 fn flags(row: &Row) -> Flags {
     let status = row.status;
     let flags = match row.flags {
-        Some(bits) => flags_of(bits),
+        Some(bits) => Flags::from_bits(bits),
         None => [
             (status.is_saturated(), Flag::Saturated),
             (status.is_starting(), Flag::WindowNotFull),

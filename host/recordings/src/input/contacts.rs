@@ -97,12 +97,10 @@ pub const fn flags_of_contact(flags: Flags, is_valid: bool) -> Flags {
     }
 }
 
-/// Flags of these bits.
-#[must_use]
-pub fn flags_of(bits: u8) -> Flags {
-    let is_set = |flag: &Flag| bits & Flags::NONE.with(*flag).bits() != 0;
-    let set = Flag::ALL.into_iter().filter(is_set);
-    set.fold(Flags::NONE, Flags::with)
+/// Phase of a code: its place in [`Phase::ALL`], as in `footfall_msgs/msg/Contact`.
+pub(super) fn phase_of(code: u8) -> Phase {
+    let phase = Phase::ALL.get(usize::from(code));
+    phase.copied().unwrap_or(Phase::Unknown)
 }
 
 /// Newest orientation of a foot, which is sent less often than its contacts.
@@ -210,8 +208,14 @@ fn encode(contact: &Contact) -> [u8; ROW] {
     let p = &contact.probabilities;
     let [ax, ay, az, wx, wy, wz] = p.axes.to_array();
     let Quaternion { w, x, y, z } = contact.orientation;
+    let Vec3 {
+        x: lax,
+        y: lay,
+        z: laz,
+    } = contact.acceleration;
+    let (stable, sigma) = (p.stable, contact.velocity_sigma);
     let numbers: [f32; NUMBERS] = [
-        p.stable,
+        stable,
         p.tangential,
         p.vertical,
         ax,
@@ -220,14 +224,14 @@ fn encode(contact: &Contact) -> [u8; ROW] {
         wx,
         wy,
         wz,
-        contact.velocity_sigma,
+        sigma,
         w,
         x,
         y,
         z,
-        contact.acceleration.x,
-        contact.acceleration.y,
-        contact.acceleration.z,
+        lax,
+        lay,
+        laz,
     ];
     let mut row = [0; ROW];
     let (time, rest) = row.split_at_mut(8);
@@ -235,9 +239,8 @@ fn encode(contact: &Contact) -> [u8; ROW] {
     for (bytes, number) in rest.chunks_exact_mut(4).zip(numbers) {
         bytes.copy_from_slice(&number.to_le_bytes());
     }
-    let phase = Phase::ALL.iter().position(|phase| *phase == contact.phase);
     row[ROW - 3] = u8::from(contact.decision == Decision::Stable);
-    row[ROW - 2] = phase.unwrap_or_default() as u8;
+    row[ROW - 2] = contact.phase as u8;
     row[ROW - 1] = contact.flags.bits();
     row
 }
@@ -252,12 +255,7 @@ fn decode(row: &[u8; ROW]) -> Contact {
         stable,
         tangential,
         vertical,
-        ax,
-        ay,
-        az,
-        wx,
-        wy,
-        wz,
+        axes @ ..,
         velocity_sigma,
         w,
         x,
@@ -267,18 +265,10 @@ fn decode(row: &[u8; ROW]) -> Contact {
         lay,
         laz,
     ] = numbers;
-    let phase = Phase::ALL.get(usize::from(row[ROW - 2]));
     Contact {
         time_us: i64::from_le_bytes(time.try_into().unwrap_or_default()),
         probabilities: Probabilities {
-            axes: PerAxis {
-                ax,
-                ay,
-                az,
-                wx,
-                wy,
-                wz,
-            },
+            axes: PerAxis::from_array(axes),
             tangential,
             vertical,
             stable,
@@ -288,8 +278,8 @@ fn decode(row: &[u8; ROW]) -> Contact {
             0 => Decision::NotStable,
             _ => Decision::Stable,
         },
-        phase: phase.copied().unwrap_or(Phase::Unknown),
-        flags: flags_of(row[ROW - 1]),
+        phase: phase_of(row[ROW - 2]),
+        flags: Flags::from_bits(row[ROW - 1]),
         orientation: Quaternion { w, x, y, z },
         acceleration: Vec3::new(lax, lay, laz),
     }
@@ -304,14 +294,7 @@ mod tests {
         Contact {
             time_us: 1000 * k - 2500,
             probabilities: Probabilities {
-                axes: PerAxis {
-                    ax: number(0),
-                    ay: number(1),
-                    az: number(2),
-                    wx: number(3),
-                    wy: number(4),
-                    wz: number(5),
-                },
+                axes: PerAxis::from_array([0, 1, 2, 3, 4, 5].map(number)),
                 tangential: number(6),
                 vertical: number(7),
                 stable: number(8),
@@ -344,14 +327,5 @@ mod tests {
             let read: Vec<_> = contacts.read().unwrap().map(Result::unwrap).collect();
             assert_eq!(read, (0..100).map(contact).collect::<Vec<_>>());
         }
-    }
-
-    #[test]
-    fn flags_of_bits_are_those_that_were_joined() {
-        for flag in Flag::ALL {
-            let flags = Flags::NONE.with(flag).with(Flag::Saturated);
-            assert_eq!(flags_of(flags.bits()), flags);
-        }
-        assert_eq!(flags_of(0x80), Flags::NONE, "a bit without a flag");
     }
 }

@@ -9,10 +9,10 @@
 use std::collections::BTreeMap;
 use std::io;
 
-use estimator_core::{Decision, PerAxis, Phase, Probabilities, Quaternion};
+use estimator_core::{Decision, Flags, PerAxis, Probabilities, Quaternion};
 
 use super::super::contacts::{
-    Contact, Contacts, NO_ORIENTATION, NO_VECTOR, NewestOrientation, flags_of, flags_of_contact,
+    Contact, Contacts, NO_ORIENTATION, NO_VECTOR, NewestOrientation, flags_of_contact, phase_of,
 };
 use super::cdr::decode;
 use super::messages::{self, Imu, TwistWithCovarianceStamped};
@@ -202,18 +202,10 @@ impl ContactFeed {
 
 /// The contact of a message.
 fn converted(contact: &messages::Contact, time_us: i64) -> Contact {
-    let [ax, ay, az, wx, wy, wz] = contact.p_axes;
     Contact {
         time_us,
         probabilities: Probabilities {
-            axes: PerAxis {
-                ax,
-                ay,
-                az,
-                wx,
-                wy,
-                wz,
-            },
+            axes: PerAxis::from_array(contact.p_axes),
             tangential: contact.p_tangential,
             vertical: contact.p_vertical,
             stable: contact.p_stable,
@@ -224,19 +216,8 @@ fn converted(contact: &messages::Contact, time_us: i64) -> Contact {
             false => Decision::NotStable,
         },
         phase: phase_of(contact.state),
-        flags: flags_of_contact(flags_of(contact.flags), contact.valid),
+        flags: flags_of_contact(Flags::from_bits(contact.flags), contact.valid),
         orientation: NO_ORIENTATION,
         acceleration: NO_VECTOR,
-    }
-}
-
-/// Phase of a number in `footfall_msgs/msg/Contact`.
-const fn phase_of(state: u8) -> Phase {
-    match state {
-        1 => Phase::Stance,
-        2 => Phase::Slip,
-        3 => Phase::Swing,
-        4 => Phase::QuietSwing,
-        _ => Phase::Unknown,
     }
 }
