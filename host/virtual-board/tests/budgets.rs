@@ -117,10 +117,9 @@ fn table(when: &str, budgets: &[Budget], report: &Value) -> String {
     let mut table = format!("| {when} | measured | budget | |\n|---|---|---|---|\n");
     for budget in budgets {
         let measured = (budget.value)(report).expect("it is measured");
-        // Counts are exact, all other values are estimates.
-        let digits = usize::from(measured.fract() != 0.0);
+        // Counts are exact, all other values are estimates: no more than whole units.
         table += &format!(
-            "| {} | {measured:.digits$} | {} | {} |\n",
+            "| {} | {measured:.0} | {} | {} |\n",
             budget.what, budget.most, budget.unit
         );
     }
