@@ -42,6 +42,9 @@ pub use params::{AttitudeParams, GyroTiming};
 /// no direction.
 const LEAST_FIRST_FORCE: f32 = 0.05 * STANDARD_GRAVITY;
 
+/// Least time between two steps in which the bias follows the corrections of the inclination, s.
+const FOLLOWS_EVERY: f32 = 0.02;
+
 /// Whether up is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Alignment {
@@ -63,6 +66,10 @@ pub struct AttitudeFilter {
     quietness: Quietness,
     inclination: Inclination,
     bias: BiasEstimator,
+    /// Sum of the corrections of the inclination that the bias has yet to follow, rad, world frame.
+    corrected: Vec3,
+    /// Duration of these corrections, s.
+    correcting: f32,
     alignment: Alignment,
 }
 
@@ -77,6 +84,8 @@ impl AttitudeFilter {
             quietness: Quietness::new(coefficients.quietness),
             inclination: Inclination::new(coefficients.inclination),
             bias: BiasEstimator::new(coefficients.rest),
+            corrected: Vec3::ZERO,
+            correcting: 0.0,
             alignment: Alignment::Searching,
         }
     }
@@ -92,6 +101,7 @@ impl AttitudeFilter {
 
     /// Like [`Self::update`], for a sample whose values have been checked.
     pub(crate) fn update_checked(&mut self, sample: &ImuSample) {
+        self.finish();
         let saturation = match sample.validity {
             Validity::Valid => None,
             Validity::Saturated(saturation) => Some(saturation),
@@ -135,15 +145,36 @@ impl AttitudeFilter {
             let correction = self.inclination.correct(force_world, noise, step.seconds);
             self.orientation = correction.apply(self.orientation);
             self.quietness.turn_frame(correction);
-            if self.alignment == Alignment::Aligned && !self.bias.is_known() {
-                let turn = self.orientation.conjugate().rotate(correction.vector());
-                self.bias.follow(turn);
+            if self.alignment == Alignment::Aligned {
+                let Vec3 { x, y, .. } = correction.vector();
+                self.corrected.x += x;
+                self.corrected.y += y;
+                self.correcting += step.seconds;
             }
         }
-        if self.inclination.has_settled(step.seconds) {
-            self.alignment = Alignment::Aligned;
+        match self.inclination.has_settled(step.seconds) {
+            true => self.alignment = Alignment::Aligned,
+            false => self.bias.excuse(),
         }
         self.bias.update(force, rate, step);
+    }
+
+    /// Lets the bias follow the newest corrections of the inclination. The next sample would do so first;
+    /// results do not change.
+    #[inline]
+    pub(crate) fn finish(&mut self) {
+        if self.correcting >= FOLLOWS_EVERY {
+            self.follow();
+        }
+    }
+
+    // Not inlined: few samples need it.
+    #[inline(never)]
+    fn follow(&mut self) {
+        let turn = self.orientation.conjugate().rotate(self.corrected);
+        self.bias.follow(turn, self.correcting);
+        self.corrected = Vec3::ZERO;
+        self.correcting = 0.0;
     }
 
     /// Returns the time to integrate over: the nominal period for the first sample and if the

@@ -89,6 +89,7 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
     /// Performs the first step of the next [`Self::update`]: learns from the newest sample. Intended for
     /// a foot that has a deadline for the estimate and time after it; results do not change.
     pub fn finish(&mut self) {
+        self.attitude.finish();
         self.model.finish();
     }
 

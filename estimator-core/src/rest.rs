@@ -14,7 +14,9 @@
 //! anyway, and not inclination.
 //!
 //! A foot that walks before its first rest, as after a dip of its supply, learns from the corrections
-//! of its inclination: a bias needs repeated correction, an impact does not. Rest replaces that.
+//! of its inclination: a bias needs repeated correction, an impact does not. Rest replaces that. Where the
+//! corrections of a walk contradict the bias of the last rest, it is followed in the same way: a bias can move by more
+//! than temperature moves it. Only a rest observes the part about the vertical.
 //!
 //! At the first rest after power-up no bias is known, and the rate of the gyroscope is accepted up
 //! to [`RestParams::bias_limit`]. A larger rate is probably a turn, but one that stays the same for
@@ -22,7 +24,7 @@
 //!
 //! A rate at rest that has not been accepted for five seconds is reported, whether it is
 //! pending or too large to be accepted: the gyroscope is beyond its data sheet, or the
-//! ground turns.
+//! ground turns. So is a bias at the limit of what is followed in a walk.
 
 use crate::order::Order;
 use crate::step::{Continuity, Step};
@@ -80,9 +82,16 @@ const KNOWN_AFTER: f32 = 0.5;
 /// so. Until the bias is known it tilts the estimate of up, by a degree in half a second.
 const REST_FROM_THE_START: f32 = 0.5;
 
-/// Time constant, s, with which the bias of a foot before its first rest follows the corrections of its
-/// inclination: twice that of the corrections in motion, so that the two together do not oscillate.
-const UNRESTED_TIME_CONSTANT: f32 = 10.0;
+/// Time constant, s, with which the bias follows the corrections of the inclination: twice that of the
+/// corrections in motion, so that the two together do not oscillate.
+const CORRECTIONS_TIME_CONSTANT: f32 = 10.0;
+
+/// Mean rate of the corrections, rad/s, from which a bias known from a rest is followed on: as far as temperature opens
+/// the gate.
+const CONTRADICTED: f32 = GATE + LARGEST_OPENING;
+
+/// Time after a loss of the inclination in which its corrections do not count, s: it has then been found again.
+const EXCUSED: f32 = 5.0;
 
 /// Least and largest reading of gravity by an accelerometer at rest, m/s². A NAO's reads 9.06; readings
 /// outside this range are limited to it.
@@ -98,6 +107,15 @@ enum Beginning {
     Over,
 }
 
+/// Observation that the bias is taken from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Source {
+    /// The last rest.
+    Rest,
+    /// The corrections of the inclination, until the next rest.
+    Corrections,
+}
+
 /// Parameters of rest detection and bias estimation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestParams {
@@ -107,8 +125,8 @@ pub struct RestParams {
     pub acceleration: f32,
     /// Largest deviation of the angular rate from its mean at rest, rad/s.
     pub rate: f32,
-    /// Largest bias per axis that is accepted at the first rest, rad/s; with 0 the bias is not
-    /// estimated. Up to four times as much is accepted after four minutes of rest.
+    /// Largest bias per axis that is accepted at the first rest, rad/s, and largest change of it that is followed in a
+    /// walk; with 0 the bias is not estimated. Up to four times as much is accepted after four minutes of rest.
     pub bias_limit: f32,
     /// Time constant of the bias estimate at rest, s.
     pub bias_time_constant: f32,
@@ -191,7 +209,16 @@ pub(crate) struct BiasEstimator {
     opening: f32,
     /// Duration of a rate beyond the limit in this rest while no bias is known, s.
     unbelieved: f32,
+    /// Duration of corrections that lead beyond the largest followed bias, s.
+    unfollowed: f32,
     bias: Vec3,
+    /// The bias as the last rest has left it, rad/s.
+    rested: Vec3,
+    source: Source,
+    /// Mean error of the bias by the corrections of the inclination, rad/s.
+    error: Vec3,
+    /// Time in which corrections still show no bias, s.
+    excused: f32,
     /// Length of the specific force at rest, m/s²: gravity as this accelerometer reads it.
     gravity: f32,
     beginning: Beginning,
@@ -210,7 +237,12 @@ impl BiasEstimator {
             contradicted: 0.0,
             opening: 0.0,
             unbelieved: 0.0,
+            unfollowed: 0.0,
             bias: Vec3::ZERO,
+            rested: Vec3::ZERO,
+            source: Source::Corrections,
+            error: Vec3::ZERO,
+            excused: 0.0,
             gravity: STANDARD_GRAVITY,
             beginning: Beginning::Still,
         }
@@ -280,9 +312,13 @@ impl BiasEstimator {
         if !self.mean_rate.is_within(BEYOND_LIMIT * limit) {
             return;
         }
+        let gate = GATE + self.opening;
+        let since_rest = self.mean_rate - self.rested;
+        if self.learnt > 0.0 && since_rest.dot(since_rest) < gate * gate {
+            self.bias = self.rested;
+        }
         let error = self.mean_rate - self.bias;
         let distance_squared = error.dot(error);
-        let gate = GATE + self.opening;
         let believable = self.mean_rate.is_within(self.coefficients.bias_limit);
         let contradicts = self.learnt > KNOWN_AFTER && distance_squared >= gate * gate;
         if contradicts || (self.learnt == 0.0 && !believable) {
@@ -302,14 +338,25 @@ impl BiasEstimator {
         self.learnt = (self.learnt + dt).lesser(self.coefficients.bias_time_constant);
         self.known = (self.known + dt).lesser(LONGEST_KNOWN);
         self.bias += error * (dt / self.learnt);
+        self.rested = self.bias;
+        self.source = Source::Rest;
+        self.error = Vec3::ZERO;
         if distance_squared < GATE * GATE {
             self.opening = 0.0;
         }
     }
 
-    /// The rate at rest, rad/s, that is too large to be learnt as a bias; `None` if there is no such rate.
+    /// The rate at rest, rad/s, that is too large to be learnt as a bias, or the bias beyond which the
+    /// corrections of the inclination still lead; `None` if there is neither.
     pub(crate) fn excess(&self) -> Option<Vec3> {
-        (self.unbelieved >= REPORTED_AFTER).then_some(self.mean_rate)
+        match (
+            self.unbelieved >= REPORTED_AFTER,
+            self.unfollowed >= REPORTED_AFTER,
+        ) {
+            (true, _) => Some(self.mean_rate),
+            (false, true) => Some(self.bias),
+            (false, false) => None,
+        }
     }
 
     /// Length of the mean specific force of a rest that lasts, m/s²; `None` outside of one.
@@ -327,14 +374,36 @@ impl BiasEstimator {
         self.learnt > 0.0
     }
 
-    /// Before the first rest: processes the rotation, rad, sensor frame, by which the inclination was just
-    /// corrected. The mean of repeated corrections is the bias, up to the limit of accepted
-    /// values.
-    pub(crate) fn follow(&mut self, turn: Vec3) {
+    /// Processes the rotation, rad, sensor frame, by which the inclination was corrected over the last `dt`
+    /// seconds. The mean of repeated corrections is the error of the bias; it is followed up to the largest accepted
+    /// distance from the bias of the last rest.
+    pub(crate) fn follow(&mut self, turn: Vec3, dt: f32) {
+        let step = turn * (-1.0 / CORRECTIONS_TIME_CONSTANT);
+        self.excused = (self.excused - dt).greater(0.0);
+        if self.excused == 0.0 {
+            self.error += step - self.error * (dt / CORRECTIONS_TIME_CONSTANT);
+        }
+        if self.error.dot(self.error) > CONTRADICTED * CONTRADICTED {
+            self.source = Source::Corrections;
+        }
+        if self.source == Source::Rest {
+            return;
+        }
         let limit = self.coefficients.bias_limit;
-        let bias = self.bias - turn * (1.0 / UNRESTED_TIME_CONSTANT);
+        let shift = self.bias + step - self.rested;
         let limited = |value: f32| value.greater(-limit).lesser(limit);
-        self.bias = Vec3::new(limited(bias.x), limited(bias.y), limited(bias.z));
+        self.bias = self.rested + Vec3::new(limited(shift.x), limited(shift.y), limited(shift.z));
+        self.unfollowed = match limit > 0.0 && !shift.is_within(limit) {
+            true => (self.unfollowed + dt).lesser(REPORTED_AFTER),
+            false => 0.0,
+        };
+    }
+
+    /// Forgets the error so far, and for [`EXCUSED`] all that comes: the inclination has to be found again, and its
+    /// corrections show no bias.
+    pub(crate) const fn excuse(&mut self) {
+        self.error = Vec3::ZERO;
+        self.excused = EXCUSED;
     }
 
     /// The estimated bias, rad/s.
@@ -551,17 +620,56 @@ mod tests {
         let mut estimator = estimator();
         // Tilt in a millisecond at a rate about x of 2 °/s, corrected by the opposite.
         let turn = Vec3::new(-2.0 * DEGREE * DT, 0.0, 0.0);
-        (0..1_000).for_each(|_| estimator.follow(turn));
+        (0..1_000).for_each(|_| estimator.follow(turn, DT));
         assert_near(
             estimator.bias().x / DEGREE,
-            2.0 / UNRESTED_TIME_CONSTANT,
+            2.0 / CORRECTIONS_TIME_CONSTANT,
             1.0e-3,
         );
         assert!(!estimator.is_known());
-        (0..100_000).for_each(|_| estimator.follow(turn));
+        (0..100_000).for_each(|_| estimator.follow(turn, DT));
         assert_near(estimator.bias().x / DEGREE, 6.0, 1.0e-3);
-        (0..100_000).for_each(|_| estimator.follow(-turn));
+        (0..100_000).for_each(|_| estimator.follow(-turn, DT));
         assert_near(estimator.bias().x / DEGREE, -6.0, 1.0e-3);
+    }
+
+    #[test]
+    fn corrections_beyond_the_limit_are_reported() {
+        let mut estimator = estimator();
+        feed(&mut estimator, 8.0, 250.0);
+        // From a known bias, as far as the limit lies from zero.
+        let turn = Vec3::new(-20.0 * DEGREE * DT, 0.0, 0.0);
+        (0..2_000).for_each(|_| estimator.follow(turn, DT));
+        assert_eq!(estimator.excess(), None);
+        (0..10_000).for_each(|_| estimator.follow(turn, DT));
+        let excess = estimator.excess().expect("reported").x / DEGREE;
+        assert_near(excess, 14.0, 0.03);
+        estimator.follow(-turn, DT);
+        assert_eq!(estimator.excess(), None);
+    }
+
+    #[test]
+    fn rest_at_the_rate_of_the_one_before_undoes_what_followed() {
+        let turn = Vec3::new(-2.0 * DEGREE * DT, 0.0, 0.0);
+        // A rest at the followed bias keeps it; one that contradicts both is not learnt from.
+        for (rate, expected) in [(0.1, 0.1), (1.4, 1.4), (4.1, 1.39)] {
+            let mut estimator = estimator();
+            feed(&mut estimator, 0.1, 10.0);
+            (0..10_000).for_each(|_| estimator.follow(turn, DT));
+            assert_near(estimator.bias().x / DEGREE, 1.39, 0.01);
+            jolt(&mut estimator);
+            feed(&mut estimator, rate, 6.0);
+            assert_near(estimator.bias().x / DEGREE, expected, 0.03);
+        }
+    }
+
+    #[test]
+    fn corrections_that_hardly_contradict_a_rest_are_not_followed() {
+        let mut estimator = estimator();
+        feed(&mut estimator, 0.1, 10.0);
+        let turn = Vec3::new(-0.5 * DEGREE * DT, 0.0, 0.0);
+        (0..600_000).for_each(|_| estimator.follow(turn, DT));
+        assert_near(estimator.bias().x / DEGREE, 0.1, 0.01);
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! Square root in f32, from multiplications: a Cortex-M4 has an instruction for it, but no stable
 //! Rust without `unsafe` reaches it, and `libm` takes 70 instructions and a table.
 
+use crate::order::Order;
+
 /// Bound of the relative error of [`sqrt`] for normal numbers, asserted by a sweep.
 pub const SQRT_ERROR: f32 = 3.0e-7;
 
@@ -10,19 +12,30 @@ pub const SQRT_ERROR: f32 = 3.0e-7;
 #[inline(never)]
 #[must_use]
 pub fn sqrt(x: f32) -> f32 {
-    /// The guess is within 3.5 % (C. Lomont, *Fast inverse square root*, 2003).
-    const GUESS: u32 = 0x5f37_5a86;
     // A NaN fails the comparison.
     if x > f32::MIN_POSITIVE {
-        let half = 0.5 * x;
-        let mut inverse = f32::from_bits(GUESS.wrapping_sub(x.to_bits() >> 1));
-        for _ in 0..3 {
-            inverse *= 1.5 - half * inverse * inverse;
-        }
-        x * inverse
+        x * inverse(x)
     } else {
         0.0
     }
+}
+
+/// 1/√x of a normal positive number, with the relative error of [`sqrt`]; finite for any other positive number.
+#[inline]
+pub(crate) fn inverse_root(x: f32) -> f32 {
+    inverse(x.greater(f32::MIN_POSITIVE))
+}
+
+#[inline]
+fn inverse(x: f32) -> f32 {
+    /// The guess is within 3.5 % (C. Lomont, *Fast inverse square root*, 2003).
+    const GUESS: u32 = 0x5f37_5a86;
+    let half = 0.5 * x;
+    let mut inverse = f32::from_bits(GUESS.wrapping_sub(x.to_bits() >> 1));
+    for _ in 0..3 {
+        inverse *= 1.5 - half * inverse * inverse;
+    }
+    inverse
 }
 
 /// Returns the nearest whole number; negative results are 0.
@@ -44,6 +57,17 @@ mod tests {
             .map(|bits| error(f32::from_bits(bits)))
             .fold(0.0, f64::max);
         assert!(worst <= f64::from(SQRT_ERROR), "{worst:e}");
+    }
+
+    #[test]
+    fn inverse_root_stays_within_the_same_error_and_finite() {
+        for x in [1.0e-6, 0.5, 3.0, 9.80665, 96.17, 1.0e8_f32] {
+            let error = f64::from(inverse_root(x)) * f64::from(x).sqrt() - 1.0;
+            assert!(error.abs() <= f64::from(SQRT_ERROR), "{x}: {error:e}");
+        }
+        for x in [0.0, -1.0, f32::NAN] {
+            assert!(inverse_root(x).is_finite(), "{x}");
+        }
     }
 
     #[test]

@@ -325,7 +325,7 @@ impl Stillness {
         };
         self.evidence.push(shown);
         self.slide.learn(*stable);
-        self.slide.roll(sqrt(motion.squares.rate));
+        self.slide.roll(motion.squares.rate);
         match self.coefficients.learning {
             Learning::On => {
                 let since_rest = self.evidence.since_rest();

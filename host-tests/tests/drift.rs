@@ -1,12 +1,16 @@
 //! A gyroscope bias that drifts while the foot walks costs no stances, although there is no rest in which it could
-//! be learnt.
+//! be learnt; after a sudden change all stances are found again within a minute, and one too large to be followed is
+//! reported.
 
 mod labelled;
 
-use estimator_core::Params;
+use std::f32::consts::PI;
+
+use estimator_core::{AngularRate, Config, ContactEstimator, Gravity, Params, Vec3};
 use gait::{GaitName, Ground, Plan, SensorParams, simulate};
-use host_tests::changed::with_rate_drifts;
+use host_tests::changed::{changed, stood, with_rate_drifts};
 use labelled::stances_found;
+use recordings::recording::{Label, Recording};
 
 /// Maximum share of the stable samples lost by the drift.
 const LOST: f64 = 0.01;
@@ -22,5 +26,85 @@ fn drift_of_the_gyroscope_in_a_walk_costs_no_stances() {
             println!("{gait} {axis}: {without:.3} → {with:.3}");
             assert!(with > without - LOST, "{gait} {axis}: {without} → {with}");
         }
+    }
+}
+
+/// A walk whose gyroscope is biased by `bias`, rad/s, from 60 s on; 10 s of standing come first.
+fn with_step(gait: GaitName, bias: Vec3) -> Recording {
+    let plan = Plan::steady(gait, Ground::Hard, 150.0, 11);
+    let walk = simulate(&plan, &SensorParams::LSM6DSOX, 11).recording;
+    assert_eq!(walk.gravity, Gravity::Included);
+    let biased = changed(&walk, |sample| {
+        if sample.time_s() > 60.0 {
+            let rate = sample.imu.angular_rate.0;
+            sample.imu.angular_rate = AngularRate(rate + bias);
+        }
+    });
+    stood(&biased, 10.0, 3)
+}
+
+/// Share of the stable samples with P > 0.5 after a time, s, and of the others.
+fn found_from(recording: &Recording, from_s: f64) -> (f64, f64) {
+    let config: Config<256> = Params::DEFAULT.validate().expect("the preset");
+    let mut estimator = ContactEstimator::new(&config);
+    // Found and all samples, of a stance and others.
+    let mut counts = [(0_u32, 0_u32); 2];
+    for sample in &recording.samples {
+        let p = estimator.update(&sample.imu, None).probabilities.stable;
+        let Some(label) = sample.label.filter(|_| sample.time_s() > from_s) else {
+            continue;
+        };
+        let (found, all) = &mut counts[usize::from(label != Label::Stable)];
+        *found += u32::from(p > 0.5);
+        *all += 1;
+    }
+    let [stances, others] = counts.map(|(found, all)| f64::from(found) / f64::from(all));
+    (stances, others)
+}
+
+#[test]
+fn stances_are_found_a_minute_after_a_step_of_the_bias() {
+    let axes = [
+        Vec3::new(1.0, 0.0, 0.0),
+        Vec3::new(0.0, 1.0, 0.0),
+        Vec3::new(0.0, 0.0, 1.0),
+    ];
+    for gait in [GaitName::Walk, GaitName::Trot, GaitName::Run] {
+        let (without, others_without) = found_from(&with_step(gait, Vec3::ZERO), 130.0);
+        for axis in axes {
+            for degrees in [3.0, 5.0] {
+                let step = with_step(gait, axis * (degrees * PI / 180.0));
+                let (with, others) = found_from(&step, 130.0);
+                println!("{gait}, {degrees} °/s: {without:.3} → {with:.3}, others {others:.3}");
+                assert!(
+                    with > without - LOST,
+                    "{gait}, {axis:?}: {without} → {with}"
+                );
+                assert!(others < others_without + LOST, "{gait}, {axis:?}: {others}");
+            }
+        }
+    }
+}
+
+#[test]
+fn step_of_the_bias_beyond_the_limit_is_reported() {
+    for (degrees, reported) in [(5.0, false), (9.0, true)] {
+        let step = with_step(GaitName::Walk, Vec3::new(degrees * PI / 180.0, 0.0, 0.0));
+        let config: Config<256> = Params::DEFAULT.validate().expect("the preset");
+        let mut estimator = ContactEstimator::new(&config);
+        let mut first = None;
+        for sample in &step.samples {
+            estimator.update(&sample.imu, None);
+            if estimator.excess_bias().is_some() && first.is_none() {
+                first = Some(sample.time_s());
+            }
+        }
+        println!("{degrees} °/s: reported at {first:?} s");
+        // The step comes at 70 s.
+        assert_eq!(
+            first.is_some_and(|at_s| (70.0..130.0).contains(&at_s)),
+            reported
+        );
+        assert_eq!(first.is_some(), reported, "{degrees} °/s: {first:?}");
     }
 }

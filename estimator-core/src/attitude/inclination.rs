@@ -6,6 +6,7 @@
 //! time, so that a change of gain leaves no momentum behind.
 
 use crate::order::Order;
+use crate::root::inverse_root;
 use crate::sample::Saturation;
 use crate::vector::{Quaternion, Vec3};
 
@@ -160,8 +161,8 @@ pub(super) struct Correction {
 impl Correction {
     /// The rotation that takes `force` towards world z.
     fn upright(force: Vec3) -> Self {
-        // The small number keeps a vanishing force from dividing by zero.
-        let inverse = 1.0 / crate::root::sqrt(force.dot(force) + 1.0e-6);
+        // The small number keeps the inverse of a vanishing force finite.
+        let inverse = inverse_root(force.dot(force) + 1.0e-6);
         let (x, y) = (force.y * inverse, -force.x * inverse);
         let largest = x.abs().greater(y.abs());
         if force.z < 0.0 && largest < LARGEST_CORRECTION {

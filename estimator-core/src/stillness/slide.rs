@@ -121,22 +121,21 @@ impl Slide {
             standing_squared: 0.0,
             limit_squared: 0.0,
         };
-        slide.place_limit();
+        slide.place_standing_limit();
+        slide.limit_squared = slide.standing_squared;
         slide
     }
 
-    fn place_limit(&mut self) {
+    /// Updates the limit of a foot that does not roll; called where the usual speed has changed.
+    fn place_standing_limit(&mut self) {
         let SlideParams {
             speed,
             spread,
             shaking,
-            lever,
             ..
         } = self.coefficients.params;
         let usual = self.usual * (self.usual / shaking).lesser(spread);
-        let turn = lever * self.turn;
         self.standing_squared = speed * speed + usual * usual;
-        self.limit_squared = self.standing_squared + turn * turn;
     }
 
     /// Adds an acceleration along the ground, m/s², of a foot that is still with probability `still`
@@ -180,18 +179,23 @@ impl Slide {
         self.speed.dot(self.speed) < self.standing_squared
     }
 
-    /// Updates the limit for the next sample, for a foot that turns at this rate, rad/s.
-    pub fn roll(&mut self, rate: f32) {
+    /// Updates the limit for the next sample, for a foot that turns at a rate given as its square, rad²/s².
+    pub fn roll(&mut self, rate_squared: f32) {
         let Coefficients {
             params,
             newest_turn,
             ..
         } = self.coefficients;
-        let turn = (rate - params.rate)
-            .greater(0.0)
-            .lesser(params.largest_rate);
+        // Most samples are below the rate, and need no root.
+        let turn = match rate_squared > params.rate * params.rate {
+            true => (sqrt(rate_squared) - params.rate)
+                .greater(0.0)
+                .lesser(params.largest_rate),
+            false => 0.0,
+        };
         self.turn += (turn - self.turn) * newest_turn;
-        self.place_limit();
+        let turn = params.lever * self.turn;
+        self.limit_squared = self.standing_squared + turn * turn;
     }
 
     /// Learns the usual speed from the newest sample, which is stable with this probability: up and down
@@ -218,6 +222,7 @@ impl Slide {
         self.usual = (self.usual * (1.0 + gain * step))
             .greater(least)
             .lesser(most);
+        self.place_standing_limit();
     }
 }
 
@@ -235,7 +240,7 @@ mod tests {
         for _ in 0..(seconds * sample_rate) as u32 {
             probability = slide.push(Vec3::new(push, 0.0, 0.0), 1.0);
             slide.learn(probability);
-            slide.roll(rate);
+            slide.roll(rate * rate);
         }
         probability
     }
