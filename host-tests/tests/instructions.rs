@@ -62,6 +62,8 @@ fn count_instructions(runner: &Path) -> Vec<(String, f64)> {
         .args(["bench", "--package", "estimator-core"])
         .args(["--bench", "instructions", "--", "--output-format=json"])
         .env("GUNGRAUN_RUNNER", runner)
+        // Its own directory: a build for release in the other one would keep it waiting for minutes.
+        .env("CARGO_TARGET_DIR", workspace().join("target/benches"))
         .current_dir(workspace())
         .output()
         .expect("cargo starts");
