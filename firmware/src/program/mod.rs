@@ -66,7 +66,7 @@ fn main() -> ! {
     let board = board::start();
     let mut led = board.led;
     let Ok(mut storage) = Storage::new(board.flash, &(0..board::flash::SIZE)) else {
-        halt(&mut led, "the configuration's pages are none");
+        halt(&mut led, "configuration pages do not fit the flash layout");
     };
     // As delivered, brown-out reset is off. Not after another reset: an attempt that ends in one is not repeated.
     if board.reset == Reset::Power && board::flash::brown_out_level() == 0 {
@@ -107,14 +107,6 @@ fn main() -> ! {
         halt(&mut led, "the UART cannot have its rate");
     };
 
-    interrupt::UART4.set_priority(board::SAMPLING_EXECUTOR_PRIORITY);
-    let level = SAMPLING.start(interrupt::UART4);
-    let sensor = Sensor::new(board.sensor);
-    once(
-        sampling::sample(sensor, board.timebase, board.load, foot, self_test),
-        |task| level.spawn(task),
-    );
-
     interrupt::UART5.set_priority(board::COMMUNICATION_EXECUTOR_PRIORITY);
     let communication = COMMUNICATION.start(interrupt::UART5);
     // Without a crystal the bus is not joined: the clock is not accurate enough for it.
@@ -127,6 +119,15 @@ fn main() -> ! {
     });
     once(send_uart(uart_out), |task| communication.spawn(task));
     once(receive_uart(uart_in), |task| communication.spawn(task));
+
+    // After the tasks that send: the first frames do not wait for a start of the buses, and none replaces another.
+    interrupt::UART4.set_priority(board::SAMPLING_EXECUTOR_PRIORITY);
+    let level = SAMPLING.start(interrupt::UART4);
+    let sensor = Sensor::new(board.sensor);
+    once(
+        sampling::sample(sensor, board.timebase, board.load, foot, self_test),
+        |task| level.spawn(task),
+    );
 
     THREAD.init(Executor::new()).run(|thread| {
         once(serve_requests(storage, can), |task| thread.spawn(task));
