@@ -122,7 +122,11 @@ fn footfall_updates_a_foot_over_its_serial_line() {
         "{updated}"
     );
     let info = server.foot(&serial, &["info"]);
-    assert!(info.contains("version  0.1.9"), "{info}");
+    let programs = format!("\nprevious program {number:08X}, kept\n");
+    assert!(
+        info.contains("version  0.1.9") && info.contains(&programs),
+        "{info}"
+    );
     // It is said where a foot does not stream.
     assert!(!info.contains("state "), "{info}");
     let (said, status) = server.end();

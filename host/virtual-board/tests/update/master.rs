@@ -265,9 +265,18 @@ impl Master {
     }
 
     pub fn number(&mut self, index: u16) -> u32 {
+        self.number_at(index, 1)
+    }
+
+    /// Number of the program before the last update; 0 without one.
+    pub fn previous(&mut self) -> u32 {
+        self.number_at(index::PROGRAM_ID, 2)
+    }
+
+    fn number_at(&mut self, index: u16, subindex: u8) -> u32 {
         let [low, high] = index.to_le_bytes();
-        let [kind, .., a, b, c, d] = self.ask(&[0x40, low, high, 1, 0, 0, 0, 0]);
-        assert_eq!(kind, 0x43, "{index:#06x}");
+        let [kind, .., a, b, c, d] = self.ask(&[0x40, low, high, subindex, 0, 0, 0, 0]);
+        assert_eq!(kind, 0x43, "{index:#06x}:{subindex}");
         u32::from_le_bytes([a, b, c, d])
     }
 
