@@ -15,7 +15,7 @@ mod sampling;
 mod start;
 mod thread;
 
-use core::sync::atomic::AtomicU8;
+use core::sync::atomic::{AtomicBool, AtomicU8};
 
 use bootloader::image::{self, Header};
 use defmt_rtt as _;
@@ -49,6 +49,9 @@ static PORTS: Ports = Ports::new();
 /// State shown by the LED: the stage's code, and [`FAULT`] while a fault is active.
 static LIGHT: AtomicU8 = AtomicU8::new(0);
 const FAULT: u8 = 0x80;
+
+/// Whether a request has come over the serial line since the start.
+static REQUESTED: AtomicBool = AtomicBool::new(false);
 
 /// New rate of the UART.
 static UART_RATE: Signal<CriticalSectionRawMutex, u32> = Signal::new();

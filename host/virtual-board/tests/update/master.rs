@@ -12,7 +12,7 @@ use virtual_board::time::PER_SECOND;
 use virtual_board::wiring::Wiring;
 use wire::dictionary::{Address, index};
 use wire::node::Command;
-use wire::uart::{ConfigSet, Message, NmtRequest, encode};
+use wire::uart::{ConfigGet, ConfigSet, Message, NmtRequest, encode};
 use wire::value::Value;
 
 use crate::common::{build_bootloader, options, run};
@@ -170,6 +170,13 @@ impl Master {
         }
         self.run(500);
         self.open_serial_line();
+    }
+
+    /// Sends a request to the program over its serial line.
+    pub fn request_over_serial_line(&mut self) {
+        let address = Address::new(index::PROGRAM_ID, 1);
+        let bytes = encode(0, &Message::ConfigGet(ConfigGet { address }));
+        self.board.push_uart(bytes.as_bytes());
     }
 
     /// Opens the serial line of the bootloader.
