@@ -193,6 +193,35 @@ fn footfall_updates_all_feet_of_a_bus() {
     assert!(status.success(), "{said}");
 }
 
+#[test]
+fn footfall_updates_a_foot_by_its_serial_number() {
+    let Some(elf) = product() else { return };
+    let Some(server) = with_bootloader("updating-serial", ["--feet", "2"]) else {
+        return;
+    };
+    let image = new_image(&other_version(&elf));
+    fs::write(server.path("foot.img"), &image).expect("written");
+    let bus = server.bus();
+    let info = |node: &str| -> Json {
+        let info = server.foot(&bus, &["--node", node, "info", "--json"]);
+        serde_json::from_str(&info).expect("JSON")
+    };
+    let before = ["21", "22"].map(info);
+    let [first, second] = before.each_ref().map(|info| &info["serial"]);
+    assert_ne!(first, second);
+    let number = format!("0x{:08X}", second.as_u64().expect("a number"));
+    let updated = server.foot(&bus, &["update", "foot.img", "--serial", &number]);
+    let expected = format!(" → 0.1.9 ({:08X}), confirmed\n", identification(&image));
+    assert!(updated.starts_with("node 22: 0.1.0"), "{updated}");
+    assert!(updated.ends_with(&expected), "{updated}");
+    let after = ["21", "22"].map(info);
+    assert_eq!(after[0]["program"], before[0]["program"]);
+    assert_eq!(after[1]["previous"], before[1]["program"]);
+    assert_eq!(after[1]["version"], "0.1.9");
+    let (said, status) = server.end();
+    assert!(status.success(), "{said}");
+}
+
 /// The two minutes of `docs/update.md`, with `FOOTFALL_CORNERS=1` in the environment: emulated in real time at most, four
 /// feet take longer than they would.
 #[test]
