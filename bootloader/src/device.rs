@@ -179,6 +179,7 @@ impl<F: Flash> Objects for Device<F> {
             (index::IDENTITY, 2) => Value::U32(PRODUCT_CODE),
             (index::IDENTITY, 3) => Value::U32(REVISION),
             (index::IDENTITY, 4) => Value::U32(self.serial),
+            (index::PROGRAM_ID, 0) => Value::U8(2),
             (_, 0) if is_array => Value::U8(1),
             (index::PROGRAM_DATA, 1) => return Err(AbortCode::WriteOnly),
             (index::PROGRAM_CONTROL, 1) => Value::U8(0),
@@ -189,6 +190,7 @@ impl<F: Flash> Objects for Device<F> {
                     false => self.running.map_or(0, |header| header.identification()),
                 })
             }
+            (index::PROGRAM_ID, 2) => Value::U32(identification(&self.flash, Slot::Previous)),
             (index::FLASH_STATUS, 1) => Value::U32(self.refusal.map_or(0, Refusal::flash_status)),
             (
                 index::DEVICE_TYPE

@@ -177,13 +177,13 @@ mod tests {
                 "half_width.acceleration_m_s2.ay",
                 |p, v| p.half_width.ay = v,
                 0.9e-6,
-                1.1e4,
+                10.1,
             ),
             (
                 "half_width.angular_rate_rad_s.wx",
                 |p, v| p.half_width.wx = v,
                 -0.04,
-                1.1e4,
+                3.1,
             ),
             (
                 "decision.threshold",
@@ -201,7 +201,7 @@ mod tests {
                 "decision.off_delay_s",
                 |p, v| p.decision.off_delay = v,
                 -0.1,
-                10.1,
+                0.21,
             ),
             (
                 "load.on_threshold",

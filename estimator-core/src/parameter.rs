@@ -77,6 +77,8 @@ macro_rules! parameters {
 }
 
 const BANDWIDTH: &str = "kernel standard deviation h: the sensor's noise at its filter setting";
+// Half-widths up to that of free fall, 9.8 m/s², and above the largest of the paper, 0.9 g and 100 °/s; an off delay up to
+// the shortest swings: settings beyond them call every swing stable.
 const HALF_WIDTH: &str = "half-width δ: motion within ±δ counts as rest; it belongs to a robot";
 
 parameters! {
@@ -88,17 +90,17 @@ parameters! {
     BandwidthWx = bandwidth.wx, RadianPerSecond, 1.0e-6 to 1.0e3, "bandwidth.angular_rate_rad_s.wx": BANDWIDTH;
     BandwidthWy = bandwidth.wy, RadianPerSecond, 1.0e-6 to 1.0e3, "bandwidth.angular_rate_rad_s.wy": BANDWIDTH;
     BandwidthWz = bandwidth.wz, RadianPerSecond, 1.0e-6 to 1.0e3, "bandwidth.angular_rate_rad_s.wz": BANDWIDTH;
-    HalfWidthAx = half_width.ax, MetrePerSecondSquared, 1.0e-6 to 1.0e4, "half_width.acceleration_m_s2.ax": HALF_WIDTH;
-    HalfWidthAy = half_width.ay, MetrePerSecondSquared, 1.0e-6 to 1.0e4, "half_width.acceleration_m_s2.ay": HALF_WIDTH;
-    HalfWidthAz = half_width.az, MetrePerSecondSquared, 1.0e-6 to 1.0e4, "half_width.acceleration_m_s2.az": HALF_WIDTH;
-    HalfWidthWx = half_width.wx, RadianPerSecond, 1.0e-6 to 1.0e4, "half_width.angular_rate_rad_s.wx": HALF_WIDTH;
-    HalfWidthWy = half_width.wy, RadianPerSecond, 1.0e-6 to 1.0e4, "half_width.angular_rate_rad_s.wy": HALF_WIDTH;
-    HalfWidthWz = half_width.wz, RadianPerSecond, 1.0e-6 to 1.0e4, "half_width.angular_rate_rad_s.wz": HALF_WIDTH;
+    HalfWidthAx = half_width.ax, MetrePerSecondSquared, 1.0e-6 to 10.0, "half_width.acceleration_m_s2.ax": HALF_WIDTH;
+    HalfWidthAy = half_width.ay, MetrePerSecondSquared, 1.0e-6 to 10.0, "half_width.acceleration_m_s2.ay": HALF_WIDTH;
+    HalfWidthAz = half_width.az, MetrePerSecondSquared, 1.0e-6 to 10.0, "half_width.acceleration_m_s2.az": HALF_WIDTH;
+    HalfWidthWx = half_width.wx, RadianPerSecond, 1.0e-6 to 3.0, "half_width.angular_rate_rad_s.wx": HALF_WIDTH;
+    HalfWidthWy = half_width.wy, RadianPerSecond, 1.0e-6 to 3.0, "half_width.angular_rate_rad_s.wy": HALF_WIDTH;
+    HalfWidthWz = half_width.wz, RadianPerSecond, 1.0e-6 to 3.0, "half_width.angular_rate_rad_s.wz": HALF_WIDTH;
     DecisionThreshold = decision.threshold, One, 0.01 to 0.99, "decision.threshold":
         "the probability above which contact counts as stable";
     DecisionOnDelay = decision.on_delay, Second, 0.0 to 10.0, "decision.on_delay_s":
         "how long the probability must be above the threshold before the decision is stable";
-    DecisionOffDelay = decision.off_delay, Second, 0.0 to 10.0, "decision.off_delay_s":
+    DecisionOffDelay = decision.off_delay, Second, 0.0 to 0.2, "decision.off_delay_s":
         "how long it must be at or below the threshold before the decision is not stable";
     LoadOnThreshold = load.on_threshold, LoadSignal, -1.0e9 to 1.0e9, "load.on_threshold":
         "loaded from this load on, in the unit of the load signal";

@@ -43,9 +43,9 @@ use requests::Requests;
 
 pub use faults::SOUND_TICKS;
 pub use load::LOAD_READINGS;
-pub use requests::INPUTS_PER_TICK;
+pub use requests::{INPUTS_PER_TICK, STORES_AT_ONCE};
 
-/// Ticks between two checks of the readings at rest.
+/// Ticks between two checks of the readings at rest, and after which one more store is possible.
 const REST_TICKS: u32 = 1024;
 
 /// State at the start, besides the settings.
@@ -202,6 +202,7 @@ impl Foot {
         self.clear_expired_faults(ports);
         if self.ticks.is_multiple_of(REST_TICKS) {
             self.check_rest(ports);
+            self.allow_store();
         }
         self.report_liveness(measurement, ports);
     }
@@ -217,6 +218,10 @@ impl Foot {
     #[cold]
     #[inline(never)]
     fn report_start(&mut self, start: Start, ports: &Ports) {
+        self.allow_stores(match start.cause {
+            BootCause::PowerUp => STORES_AT_ONCE,
+            BootCause::Commanded => 0,
+        });
         self.boot(start.cause, ports);
         if let Some(khz) = start.unused_crystal_khz {
             self.report_crystal(khz, ports);

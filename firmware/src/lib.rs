@@ -64,5 +64,5 @@ pub mod self_check;
 pub mod supervision;
 pub mod telemetry;
 
-pub use foot::{Foot, Start};
+pub use foot::{Foot, STORES_AT_ONCE, Start};
 pub use ports::Ports;

@@ -320,6 +320,8 @@ const char *footfall_abort_name(enum footfall_abort abort)
         return "configuration is locked";
     case FOOTFALL_ABORT_DEVICE_STATE:
         return "only in pre-operational state";
+    case FOOTFALL_ABORT_TOO_SOON:
+        return "too many stores: one a second";
     }
     return "unknown";
 }
@@ -346,6 +348,7 @@ static bool is_abort(uint32_t code)
     case 0x08000020u:
     case 0x08000021u:
     case 0x08000022u:
+    case 0x08000000u:
         return true;
     default:
         return false;

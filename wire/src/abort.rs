@@ -41,11 +41,13 @@ pub enum AbortCode {
     Locked,
     /// Refused in this state: configuration is written in pre-operational only.
     DeviceState,
+    /// Refused because of the stores just before: the flash wears out.
+    TooSoon,
 }
 
 impl AbortCode {
     /// All codes.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 20] = [
         Self::ToggleBit,
         Self::Command,
         Self::SequenceNumber,
@@ -65,6 +67,7 @@ impl AbortCode {
         Self::CannotStore,
         Self::Locked,
         Self::DeviceState,
+        Self::TooSoon,
     ];
 
     /// The code on the wire.
@@ -90,6 +93,8 @@ impl AbortCode {
             Self::CannotStore => 0x0800_0020,
             Self::Locked => 0x0800_0021,
             Self::DeviceState => 0x0800_0022,
+            // A general error: CiA 301 has no code for it.
+            Self::TooSoon => 0x0800_0000,
         }
     }
 
@@ -122,6 +127,7 @@ impl AbortCode {
             Self::CannotStore => "cannot be stored: wrong signature",
             Self::Locked => "configuration is locked",
             Self::DeviceState => "only in pre-operational state",
+            Self::TooSoon => "too many stores: one a second",
         }
     }
 }

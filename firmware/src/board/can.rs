@@ -258,6 +258,14 @@ pub fn try_send(frame: &CanFrame) -> bool {
     true
 }
 
+/// Returns whether a mailbox shows a frame that another node has acknowledged. It shows that until its next frame.
+pub fn has_sent() -> bool {
+    STARTED.load(Ordering::Acquire) && {
+        let status = CAN1.tsr().read();
+        (0..3).any(|mailbox| status.txok(mailbox))
+    }
+}
+
 impl Sender {
     /// Withdraws pending frames with these identifiers, at once or after the frame on the bus; returns
     /// their number. If a mailbox is full again already, it is unknown whether its frame was sent.

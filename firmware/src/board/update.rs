@@ -39,6 +39,7 @@ pub fn program() -> Program {
     let refusal = State::read(&Words).refusal;
     Program {
         identification: identification(&Words, Slot::Running),
+        previous: identification(&Words, Slot::Previous),
         flash_status: refusal.map_or(0, Refusal::flash_status),
     }
 }

@@ -14,6 +14,13 @@ use storage::{Erase, Origin, StoreFailed};
 /// Maximum number of requests handled per tick; more wait for the next.
 pub const INPUTS_PER_TICK: usize = 8;
 
+/// Stores and restores that may follow each other at once after power-up; then there is one each [`REST_TICKS`]: a sector
+/// of flash endures 10 000 erases (STM32F405 data sheet, DS8626, table 41), and 50 stores a second would use them up in
+/// hours. After a commanded reset there is none at first, so that resets do not raise the rate.
+///
+/// [`REST_TICKS`]: super::REST_TICKS
+pub const STORES_AT_ONCE: u8 = 4;
+
 /// Destination of the response to a store or a restore.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Requester {
@@ -25,6 +32,8 @@ enum Requester {
 #[derive(Debug, Default)]
 pub(super) struct Requests {
     storing: Option<Requester>,
+    /// Number of stores that are possible now, at most [`STORES_AT_ONCE`].
+    stores_left: u8,
     /// Request that needs a response, deferred until the estimate is sent.
     deferred: Option<Input>,
     /// Request to the board for which the queue had no room yet.
@@ -147,6 +156,9 @@ impl Foot {
                 ) => self.renew(Renewal::Continue),
                 Some(Concern::Node | Concern::Stream | Concern::Sensor) | None => {}
             },
+            Event::Store | Event::Restore if self.requests.stores_left == 0 => {
+                self.answer_store(requester, Err(AbortCode::TooSoon), ports);
+            }
             Event::Store => {
                 let request = Request::Store(self.settings().clone(), self.erase());
                 self.store(requester, request, ports);
@@ -183,7 +195,25 @@ impl Foot {
         }
     }
 
+    /// Sets the number of stores that are possible now.
+    pub(super) const fn allow_stores(&mut self, count: u8) {
+        self.requests.stores_left = count;
+    }
+
+    /// Makes one more store possible.
+    pub(super) fn allow_store(&mut self) {
+        self.allow_stores(
+            self.requests
+                .stores_left
+                .saturating_add(1)
+                .min(STORES_AT_ONCE),
+        );
+    }
+
     fn finish_settings(&mut self, result: Result<(), StoreFailed>, ports: &Ports) {
+        if result != Err(StoreFailed::NeedsErase) {
+            self.allow_stores(self.requests.stores_left.saturating_sub(1));
+        }
         match result {
             Ok(()) => {
                 self.clear(Fault::ConfigStore, ports);

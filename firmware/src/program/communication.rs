@@ -1,6 +1,7 @@
 //! Communication level: frames that wait go to the buses, requests come from them.
 
 use core::ops::Range;
+use core::sync::atomic::Ordering;
 
 use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Timer, with_timeout};
@@ -8,7 +9,7 @@ use firmware::commands::UartReceiver;
 use firmware::ports::{Input, UartBatch};
 use firmware::supervision::Worker;
 
-use super::{PORTS, UART_RATE};
+use super::{PORTS, REQUESTED, UART_RATE};
 use crate::board;
 
 /// Time without a frame taken by the bus after which queued frames are too old.
@@ -88,6 +89,7 @@ pub(super) async fn receive_uart(mut uart: board::uart::Receiver) {
         };
         for byte in bytes {
             if let Some(request) = requests.push(*byte) {
+                REQUESTED.store(true, Ordering::Relaxed);
                 PORTS.put(request).await;
             }
         }

@@ -15,7 +15,7 @@ mod sampling;
 mod start;
 mod thread;
 
-use core::sync::atomic::AtomicU8;
+use core::sync::atomic::{AtomicBool, AtomicU8};
 
 use bootloader::image::{self, Header};
 use defmt_rtt as _;
@@ -50,6 +50,9 @@ static PORTS: Ports = Ports::new();
 static LIGHT: AtomicU8 = AtomicU8::new(0);
 const FAULT: u8 = 0x80;
 
+/// Whether a request has come over the serial line since the start.
+static REQUESTED: AtomicBool = AtomicBool::new(false);
+
 /// New rate of the UART.
 static UART_RATE: Signal<CriticalSectionRawMutex, u32> = Signal::new();
 
@@ -66,7 +69,7 @@ fn main() -> ! {
     let board = board::start();
     let mut led = board.led;
     let Ok(mut storage) = Storage::new(board.flash, &(0..board::flash::SIZE)) else {
-        halt(&mut led, "the configuration's pages are none");
+        halt(&mut led, "configuration pages do not fit the flash layout");
     };
     // As delivered, brown-out reset is off. Not after another reset: an attempt that ends in one is not repeated.
     if board.reset == Reset::Power && board::flash::brown_out_level() == 0 {
@@ -107,14 +110,6 @@ fn main() -> ! {
         halt(&mut led, "the UART cannot have its rate");
     };
 
-    interrupt::UART4.set_priority(board::SAMPLING_EXECUTOR_PRIORITY);
-    let level = SAMPLING.start(interrupt::UART4);
-    let sensor = Sensor::new(board.sensor);
-    once(
-        sampling::sample(sensor, board.timebase, board.load, foot, self_test),
-        |task| level.spawn(task),
-    );
-
     interrupt::UART5.set_priority(board::COMMUNICATION_EXECUTOR_PRIORITY);
     let communication = COMMUNICATION.start(interrupt::UART5);
     // Without a crystal the bus is not joined: the clock is not accurate enough for it.
@@ -127,6 +122,15 @@ fn main() -> ! {
     });
     once(send_uart(uart_out), |task| communication.spawn(task));
     once(receive_uart(uart_in), |task| communication.spawn(task));
+
+    // After the tasks that send: the first frames do not wait for a start of the buses, and none replaces another.
+    interrupt::UART4.set_priority(board::SAMPLING_EXECUTOR_PRIORITY);
+    let level = SAMPLING.start(interrupt::UART4);
+    let sensor = Sensor::new(board.sensor);
+    once(
+        sampling::sample(sensor, board.timebase, board.load, foot, self_test),
+        |task| level.spawn(task),
+    );
 
     THREAD.init(Executor::new()).run(|thread| {
         once(serve_requests(storage, can), |task| thread.spawn(task));

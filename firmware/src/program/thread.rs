@@ -7,7 +7,7 @@ use embassy_time::{Duration, Timer};
 use firmware::ports::{Input, Reloaded, Request};
 use wire::Stage;
 
-use super::{FAULT, LIGHT, PORTS, Store, UART_RATE};
+use super::{FAULT, LIGHT, PORTS, REQUESTED, Store, UART_RATE};
 use crate::board;
 
 /// Interval of feeding the watchdog.
@@ -16,7 +16,7 @@ const FEEDING: Duration = Duration::from_millis(board::watchdog::FEEDING_MILLIS 
 /// Time in which the answer to a stop leaves: some frames at 125 kbit/s.
 const ANSWERING: Duration = Duration::from_millis(20);
 
-/// Number of feedings of the watchdog, without a gap, after which a new program is confirmed: ten seconds.
+/// Number of feedings of the watchdog, without a gap, before a new program is confirmed: ten seconds.
 const CONFIRMED: u32 = 10_000 / board::watchdog::FEEDING_MILLIS;
 
 /// Serves requests of the foot that take longer than a tick.
@@ -57,11 +57,17 @@ pub(super) async fn serve_requests(mut storage: Store, mut can: Option<board::ca
     }
 }
 
-/// Feeds the watchdog while all workers are alive, and measures the depth of the stack.
+/// Returns whether the foot can be reached over one of its lines, and so be updated again: another node has
+/// acknowledged a frame, or has sent a request. The serial line sends without a receiver, too, which shows nothing.
+fn is_reachable() -> bool {
+    REQUESTED.load(Ordering::Relaxed) || board::can::has_sent()
+}
+
+/// Feeds the watchdog while all workers are alive, confirms a new program, and measures the depth of the stack.
 #[embassy_executor::task]
 pub(super) async fn feed_watchdog() {
     let mut stack = board::stack::Depth::default();
-    let mut feedings = 0;
+    let (mut feedings, mut is_confirmed) = (0, false);
     loop {
         PORTS.call();
         Timer::after(FEEDING).await;
@@ -69,10 +75,13 @@ pub(super) async fn feed_watchdog() {
             board::watchdog::feed();
             board::crash::forget_watchdog_resets();
             feedings += 1;
-            if feedings == CONFIRMED && board::update::confirm().is_err() {
-                defmt::error!("the new program could not be confirmed");
-                // The supply may be low now: again in ten seconds.
-                feedings = 0;
+            if !is_confirmed && feedings >= CONFIRMED && is_reachable() {
+                is_confirmed = board::update::confirm().is_ok();
+                if !is_confirmed {
+                    defmt::error!("the new program could not be confirmed");
+                    // The supply may be low now: again in ten seconds.
+                    feedings = 0;
+                }
             }
         }
         if let Some(used) = stack.look() {

@@ -116,7 +116,7 @@ pub fn load(flash: Flash) -> (Settings, Origin) {
 fn settings(number: u32) -> Settings {
     let mut settings = Settings::default();
     for axis in 1..=6 {
-        let value = Value::F32(0.1 + number as f32 * 0.01 + f32::from(axis));
+        let value = Value::F32(0.1 + number as f32 * 0.01 + f32::from(axis) * 0.2);
         let address = Address::new(index::HALF_WIDTH, axis);
         settings.set(address, value).expect("allowed");
     }

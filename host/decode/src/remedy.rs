@@ -231,6 +231,7 @@ const fn of_refusal(refusal: AbortCode) -> &'static str {
         }
         AbortCode::CannotStore => "write the signature: \"save\" to 0x1010, \"load\" to 0x1011",
         AbortCode::Locked => "the configuration is locked: unlock it first (0x2005)",
+        AbortCode::TooSoon => "wait a second, and store again",
         AbortCode::DeviceState => {
             "put the foot into pre-operational state first: it stops streaming while it does this"
         }

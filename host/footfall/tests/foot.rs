@@ -254,6 +254,29 @@ fn images_are_checked_before_anything_is_sent() {
     let (same, error) = foot(&bench, "demo:speed=10,feet=2 update foot.img --all");
     let line = |node| format!("node {node}: 0.1.0 runs already, confirmed\n");
     assert_eq!(same, line(21) + &line(22), "{error}");
+    let (same, error) = foot(
+        &bench,
+        "demo:speed=10,feet=2 update foot.img --serial 0xF0070006,0xF0070006",
+    );
+    assert_eq!(same, line(22), "{error}");
+    for (line, heard) in [
+        ("feet=2", "0xF0070005 (node 21), 0xF0070006 (node 22)"),
+        ("line=uart", "0xF0070001"),
+    ] {
+        let arguments = format!("demo:speed=10,{line} update foot.img --serial 0xF0070006,4");
+        let (_, error) = foot(&bench, &arguments);
+        let number = if line == "feet=2" {
+            "0x00000004"
+        } else {
+            "0xF0070006"
+        };
+        assert!(
+            error.contains(&format!(
+                "no foot with the serial number {number} is heard on this line; those heard: {heard}."
+            )),
+            "{error}"
+        );
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{boot_product, options, product, run, watch};
+use common::{MILLISECOND, boot_product, options, product, run, watch};
 use virtual_board::board::{Board, Injection};
 use virtual_board::corner::Corner;
 use virtual_board::part::can::Frame;
@@ -15,6 +15,7 @@ const PAGES_LENGTH: usize = 0x8000;
 
 const PRE_OPERATIONAL: u8 = 0x80;
 const OPERATIONAL: u8 = 0x01;
+const RESET_NODE: u8 = 0x81;
 const RESET_COMMUNICATION: u8 = 0x82;
 
 /// An abort, and its code "only in pre-operational state".
@@ -87,11 +88,56 @@ fn in_corner(elf: &[u8], bytes: &[u8], corner: Corner) -> Board {
     board
 }
 
+/// Time after which one more store is possible, ms.
+const STORE_INTERVAL_MS: u64 = 1_030;
+
+#[test]
+fn stores_are_limited_to_one_a_second() {
+    let Some(elf) = product() else { return };
+    let mut board = board(&elf);
+    run(&mut board, 300);
+    command(&mut board, PRE_OPERATIONAL);
+    let stores = |board: &mut Board, ms: u64| {
+        let end = board.now() + ms * MILLISECOND;
+        let mut done = 0;
+        while board.now() < end {
+            let before = pages(board);
+            let answer = store(board).expect("an answer");
+            if answer[0] == WRITTEN {
+                done += 1;
+            } else {
+                let code = wire::AbortCode::TooSoon.code().to_le_bytes();
+                assert_eq!((answer[0], &answer[4..]), (ABORT, &code[..]));
+                assert!(pages(board) == before, "a refused store changed something");
+            }
+        }
+        done
+    };
+    assert_eq!(stores(&mut board, 600), firmware::STORES_AT_ONCE);
+    assert!((4..=5).contains(&stores(&mut board, 5_000)));
+    // A reset that a master commands brings none.
+    for _ in 0..2 {
+        command(&mut board, RESET_NODE);
+        run(&mut board, 200);
+        assert_eq!(stores(&mut board, 300), 0);
+    }
+    assert_eq!(stores(&mut board, 1_000), 1);
+    board.inject(Injection::Reset);
+    run(&mut board, 300);
+    command(&mut board, PRE_OPERATIONAL);
+    assert_eq!(stores(&mut board, 300), firmware::STORES_AT_ONCE);
+}
+
 /// Settings pages of which the active one has no room and the other one is full, with the scale stored in them.
 fn full_pages(elf: &[u8]) -> (Vec<u8>, f32) {
     let mut board = board(elf);
     run(&mut board, 300);
     for number in 1..100_u8 {
+        // At once it takes four stores.
+        if number.is_multiple_of(4) {
+            board.inject(Injection::Reset);
+            run(&mut board, 300);
+        }
         command(&mut board, PRE_OPERATIONAL);
         let scale = f32::from(number);
         set_scale(&mut board, scale);
@@ -131,6 +177,7 @@ fn an_erasing_store_is_refused_while_data_are_sent() {
                 // Small records that fit where a record of settings does not, repeated until the store must erase.
                 (0..60).for_each(|_| {
                     write(&mut board, index::RESTORE, 1, signature);
+                    run(&mut board, STORE_INTERVAL_MS);
                 });
                 write(&mut board, index::RESTORE, 1, signature)
             }

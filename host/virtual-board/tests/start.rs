@@ -1,4 +1,4 @@
-//! A hang while the board starts is ended by the watchdog.
+//! The start: nothing is dropped, and a hang is ended by the watchdog.
 
 mod common;
 
@@ -8,9 +8,11 @@ use lsm6dsox::sim::Stimulus;
 use virtual_board::board::{Board, Injection};
 use virtual_board::chip::Crystal;
 use virtual_board::corner::Corner;
+use virtual_board::part::can::BusFault;
 use virtual_board::part::rcc::ResetCause;
 use virtual_board::time::PER_SECOND;
 use virtual_board::wiring::Wiring;
+use wire::Counter;
 use wire::uart::Message;
 
 const MICROSECOND: u64 = PER_SECOND / 1_000_000;
@@ -32,6 +34,29 @@ fn a_hang_at_any_moment_of_the_start_is_ended_by_the_watchdog() {
         let contacts = board.take_can();
         let contacts = contacts.iter().filter(|sent| sent.frame.id == 0x191);
         assert!((998..=1002).contains(&contacts.count()), "at {hang_us} µs");
+    }
+}
+
+/// The tasks that send wait for the first tick, at any moment of its millisecond, and also where the bus cannot be joined.
+#[test]
+fn no_message_is_dropped_at_the_start() {
+    for (board, elf) in products() {
+        for corner in [Corner::Fast, Corner::Typical, Corner::Slow] {
+            for fault in [BusFault::None, BusFault::Shorted] {
+                let case = format!("{}, {corner:?}, {fault:?}", board.name);
+                let mut options = options();
+                options.set_corner(corner);
+                let started = Board::with_motion(&elf, options, |_| Stimulus::REST);
+                let mut rig = Rig::of(started.expect("it fits"));
+                rig.board.inject(Injection::Bus(fault));
+                rig.run(300);
+                let counters = rig.health().expect("a health message").counters;
+                assert_eq!(counters.get(Counter::UartDropped), 0, "{case}");
+                if fault == BusFault::None {
+                    assert_eq!(counters.get(Counter::CanDropped), 0, "{case}");
+                }
+            }
+        }
     }
 }
 

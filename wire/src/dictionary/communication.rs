@@ -285,11 +285,11 @@ pub(super) const OBJECTS: &[Object] = &[
         name: Text::new("Program software identification"),
         shape: Shape::Array,
         doc: Text::new("the first four bytes of the program's hash; of one that a debug probe has written the first eight digits of its commit, or 0"),
-        entries: &[Entry::live(
-            1,
-            "Program software identification 1",
-            Value::U32(0),
-        )],
+        entries: &[
+            Entry::live(1, "Program software identification 1", Value::U32(0)),
+            Entry::live(2, "Program software identification 2", Value::U32(0))
+                .doc("the program before the last update, of which a copy is kept; 0 without one"),
+        ],
     },
     Object {
         index: index::FLASH_STATUS,

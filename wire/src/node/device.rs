@@ -73,7 +73,10 @@ impl Device {
             },
             index::VELOCITY_SIGMA => self.velocity_sigma().0.to_bits(),
             index::SUPPLY => u32::from(self.brown_out_level),
-            index::PROGRAM_ID => self.program.identification,
+            index::PROGRAM_ID => match address.subindex {
+                1 => self.program.identification,
+                _ => self.program.previous,
+            },
             index::FLASH_STATUS => self.program.flash_status,
             index::TIME => match (self.time, address.subindex) {
                 (Some((time, _)), 1) => u32::from(time.days),

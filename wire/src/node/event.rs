@@ -138,6 +138,8 @@ pub struct Crash {
 pub struct Program {
     /// Object 0x1F56: the first four bytes of its hash, 0 if it was written by a debug probe.
     pub identification: u32,
+    /// The same of the program before the last update, of which a copy is kept; 0 without one.
+    pub previous: u32,
     /// Object 0x1F57: why the last update failed, 0 if it did not.
     pub flash_status: u32,
 }

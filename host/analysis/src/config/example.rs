@@ -247,7 +247,7 @@ mod tests {
         );
         let axes = explain("half_width.acceleration_m_s2").unwrap();
         assert!(
-            axes.contains("1e-6 to 10000; one number, or a table of ax, ay, az\n"),
+            axes.contains("1e-6 to 10; one number, or a table of ax, ay, az\n"),
             "{axes}"
         );
         assert!(

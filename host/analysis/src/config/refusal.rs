@@ -305,7 +305,7 @@ mod tests {
             ),
             (
                 "half_width.angular_rate_rad_s.wy = 0",
-                "half_width.angular_rate_rad_s (wy) is 0 rad/s, allowed is 1e-6 to 10000 rad/s",
+                "half_width.angular_rate_rad_s (wy) is 0 rad/s, allowed is 1e-6 to 3 rad/s",
             ),
             (
                 "decision.threshold = 1.5",
@@ -317,7 +317,7 @@ mod tests {
             ),
             (
                 "decision.off_delay_s = -1",
-                "decision.off_delay_s is -1 s, allowed is 0 to 10 s",
+                "decision.off_delay_s is -1 s, allowed is 0 to 0.2 s",
             ),
             (
                 "load.on_threshold = nan",
@@ -408,12 +408,12 @@ mod tests {
             (
                 "rate = { still = -1",
                 "rate = { still = -20",
-                "learnt.rate.still is -20, allowed is -9.3 to 9.3",
+                "learnt.rate.still is -20, allowed is -9.3 to 2.3",
             ),
             (
                 "velocity = { still = -1, moving = 1",
                 "velocity = { still = -1, moving = -2",
-                "learnt.velocity.moving is -2, allowed is -1 to 9.3",
+                "learnt.velocity.moving is -2, allowed is -1 to 3.5",
             ),
             (
                 "width = 0.5",

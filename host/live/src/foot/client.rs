@@ -13,7 +13,7 @@ use decode::live::{Heard, Listener, Said};
 use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
 use wire::node::{Command, State};
 use wire::uart::{Message, NmtRequest};
-use wire::{Address, CanFrame, DataType, Emergency, NodeId, Value};
+use wire::{AbortCode, Address, CanFrame, DataType, Emergency, NodeId, Value};
 
 use super::scan::{self, SCAN};
 use crate::link::{LISTEN, Link, Sending};
@@ -25,6 +25,9 @@ const ANSWER: Duration = Duration::from_millis(500);
 
 /// Response timeout of a store, which may erase a page.
 const STORE: Duration = Duration::from_secs(3);
+
+/// Time after which a foot takes one more store, with a reserve.
+const STORE_INTERVAL: Duration = Duration::from_millis(1_100);
 
 /// Maximum number of attempts per request, because frames may be lost.
 pub(super) const TRIES: u32 = 3;
@@ -182,8 +185,7 @@ impl Client {
     /// # Errors
     /// The request is refused, or there is no response.
     pub(super) fn store(&mut self) -> Result<(), RequestError> {
-        let all = Address::new(index::STORE, 1);
-        self.write_within(all, Value::U32(SIGNATURE_STORE), STORE)
+        self.write_flash(Address::new(index::STORE, 1), SIGNATURE_STORE)
     }
 
     /// Erases the stored settings; the defaults apply from the next reset on.
@@ -191,8 +193,21 @@ impl Client {
     /// # Errors
     /// The request is refused, or there is no response.
     pub fn restore(&mut self) -> Result<(), RequestError> {
-        let all = Address::new(index::RESTORE, 1);
-        self.write_within(all, Value::U32(SIGNATURE_RESTORE), STORE)
+        self.write_flash(Address::new(index::RESTORE, 1), SIGNATURE_RESTORE)
+    }
+
+    /// Writes a signature, again where the foot has stored too often just before.
+    fn write_flash(&mut self, address: Address, signature: u32) -> Result<(), RequestError> {
+        let mut tries = TRIES;
+        loop {
+            tries -= 1;
+            match self.write_within(address, Value::U32(signature), STORE) {
+                Err(error) if tries > 0 && error.is_refusal(AbortCode::TooSoon) => {
+                    self.wait(STORE_INTERVAL)?;
+                }
+                result => return result,
+            }
+        }
     }
 
     /// Sends a command, which has no response.

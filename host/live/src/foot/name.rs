@@ -297,7 +297,7 @@ mod tests {
             ("learning", "frozen", Value::U8(0)),
             ("window", "12.5ms", Value::U32(12_500)),
             ("decision.on_delay_s", "0.000001", Value::U32(1)),
-            ("decision.off_delay_s", "10", Value::U32(10_000_000)),
+            ("decision.off_delay_s", "0.2", Value::U32(200_000)),
             ("axes", "x,-z,y", Value::U16(162)),
             ("axes", "quaternion", Value::U16(0)),
             ("accelerometer.bias_m_s2.ay", "-0.25", Value::F32(-0.25)),

@@ -367,7 +367,10 @@ fn runs(client: &mut Client) -> Result<Runs, RequestError> {
 
 /// Number of the program that is in the slot of the running one.
 fn identification(client: &mut Client) -> Result<u32, RequestError> {
-    let address = Address::new(index::PROGRAM_ID, 1);
+    number(client, Address::new(index::PROGRAM_ID, 1))
+}
+
+fn number(client: &mut Client, address: Address) -> Result<u32, RequestError> {
     Ok(client.read(address, DataType::Unsigned32)?.to_raw())
 }
 
@@ -381,23 +384,42 @@ fn program(client: &mut Client, runs: Runs) -> Result<Program, RequestError> {
     })
 }
 
-/// Number of the running program, or `None` where no commit has its sources or where it has no such object; and the
-/// reason why the last image was refused.
+/// Programs in the flash of a foot that runs its program.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Programs {
+    /// Number of the running program; `None` where no commit has its sources.
+    pub running: Option<u32>,
+    /// The same of the program before the last update; `None` without one.
+    pub previous: Option<u32>,
+    /// Reason why the last image was refused, or the previous program is back.
+    pub refused: Option<Refusal>,
+}
+
+/// Reads the numbers of a foot's programs; those of objects that it does not have are `None`.
 ///
 /// # Errors
 /// There is no response.
-pub fn running(client: &mut Client) -> Result<(Option<u32>, Option<Refusal>), RequestError> {
-    match identification(client) {
-        Ok(number) => Ok((Some(number).filter(|number| *number != 0), refusal(client)?)),
-        Err(error) if error.is_refusal(AbortCode::NoObject) => Ok((None, None)),
+pub fn programs(client: &mut Client) -> Result<Programs, RequestError> {
+    let known = |result: Result<u32, RequestError>| match result {
+        Ok(number) => Ok(Some(number).filter(|number| *number != 0)),
+        Err(error)
+            if error.is_refusal(AbortCode::NoObject) || error.is_refusal(AbortCode::NoSubindex) =>
+        {
+            Ok(None)
+        }
         Err(error) => Err(error),
-    }
+    };
+    Ok(Programs {
+        running: known(identification(client))?,
+        previous: known(number(client, Address::new(index::PROGRAM_ID, 2)))?,
+        refused: known(number(client, Address::new(index::FLASH_STATUS, 1)))?
+            .and_then(Refusal::from_flash_status),
+    })
 }
 
 /// Reason why the last image was refused.
 fn refusal(client: &mut Client) -> Result<Option<Refusal>, RequestError> {
-    let status = Address::new(index::FLASH_STATUS, 1);
-    let status = client.read(status, DataType::Unsigned32)?.to_raw();
+    let status = number(client, Address::new(index::FLASH_STATUS, 1))?;
     Ok(Refusal::from_flash_status(status))
 }
 

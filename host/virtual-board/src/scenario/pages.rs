@@ -3,7 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use super::{BEFORE_MS, MILLISECOND, Problem, Step};
-use crate::board::Board;
+use crate::board::{Board, Injection};
 
 /// The content of the settings pages at power-up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,7 +43,12 @@ pub(super) fn before_an_erase(elf: &[u8], before: Step) -> Result<Filled, Proble
     board.run_until(BEFORE_MS * MILLISECOND)?;
     before.act(&mut board);
     board.run_for(STORE_MS * MILLISECOND)?;
-    for _ in 0..MOST_STORES {
+    for number in 1..=MOST_STORES {
+        // At once it takes four stores.
+        if number.is_multiple_of(4) {
+            board.inject(Injection::Reset);
+            board.run_for(BEFORE_MS * MILLISECOND)?;
+        }
         let bytes = board.settings();
         let counts = |board: &mut Board| {
             let machine = board.cpu().machine();

@@ -122,7 +122,11 @@ fn footfall_updates_a_foot_over_its_serial_line() {
         "{updated}"
     );
     let info = server.foot(&serial, &["info"]);
-    assert!(info.contains("version  0.1.9"), "{info}");
+    let programs = format!("\nprevious program {number:08X}, kept\n");
+    assert!(
+        info.contains("version  0.1.9") && info.contains(&programs),
+        "{info}"
+    );
     // It is said where a foot does not stream.
     assert!(!info.contains("state "), "{info}");
     let (said, status) = server.end();
@@ -185,6 +189,35 @@ fn footfall_updates_all_feet_of_a_bus() {
     assert!(again[0]["to_program"].is_null());
     let info = server.foot(&bus, &["--node", "21", "info"]);
     assert!(info.contains(&format!("0.1.0, program {number}")), "{info}");
+    let (said, status) = server.end();
+    assert!(status.success(), "{said}");
+}
+
+#[test]
+fn footfall_updates_a_foot_by_its_serial_number() {
+    let Some(elf) = product() else { return };
+    let Some(server) = with_bootloader("updating-serial", ["--feet", "2"]) else {
+        return;
+    };
+    let image = new_image(&other_version(&elf));
+    fs::write(server.path("foot.img"), &image).expect("written");
+    let bus = server.bus();
+    let info = |node: &str| -> Json {
+        let info = server.foot(&bus, &["--node", node, "info", "--json"]);
+        serde_json::from_str(&info).expect("JSON")
+    };
+    let before = ["21", "22"].map(info);
+    let [first, second] = before.each_ref().map(|info| &info["serial"]);
+    assert_ne!(first, second);
+    let number = format!("0x{:08X}", second.as_u64().expect("a number"));
+    let updated = server.foot(&bus, &["update", "foot.img", "--serial", &number]);
+    let expected = format!(" → 0.1.9 ({:08X}), confirmed\n", identification(&image));
+    assert!(updated.starts_with("node 22: 0.1.0"), "{updated}");
+    assert!(updated.ends_with(&expected), "{updated}");
+    let after = ["21", "22"].map(info);
+    assert_eq!(after[0]["program"], before[0]["program"]);
+    assert_eq!(after[1]["previous"], before[1]["program"]);
+    assert_eq!(after[1]["version"], "0.1.9");
     let (said, status) = server.end();
     assert!(status.success(), "{said}");
 }

@@ -130,6 +130,8 @@ fn foot_is_updated_over_can() {
             .map(|a| a[0]),
         Some(0x60)
     );
+    assert_eq!(master.previous(), 0);
+    let before = master.number(index::PROGRAM_ID);
     master.stop();
     // Zephyr's script and Lely's master clear without a pause.
     assert_eq!(master.control(CLEAR)[0], 0x60);
@@ -147,6 +149,7 @@ fn foot_is_updated_over_can() {
     assert!(seconds < 30, "{seconds} s");
     assert_eq!(master.version(), NEW);
     assert_eq!(master.number(index::PROGRAM_ID), sent.identification());
+    assert_eq!(master.previous(), before);
     assert!(master.ask(&[0x40, 0x15, 0x20, 2, 0, 0, 0, 0])[4..] == scale);
     // It confirms itself after ten seconds, and stays.
     master.operate();

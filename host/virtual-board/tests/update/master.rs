@@ -12,7 +12,7 @@ use virtual_board::time::PER_SECOND;
 use virtual_board::wiring::Wiring;
 use wire::dictionary::{Address, index};
 use wire::node::Command;
-use wire::uart::{ConfigSet, Message, NmtRequest, encode};
+use wire::uart::{ConfigGet, ConfigSet, Message, NmtRequest, encode};
 use wire::value::Value;
 
 use crate::common::{build_bootloader, options, run};
@@ -172,6 +172,13 @@ impl Master {
         self.open_serial_line();
     }
 
+    /// Sends a request to the program over its serial line.
+    pub fn request_over_serial_line(&mut self) {
+        let address = Address::new(index::PROGRAM_ID, 1);
+        let bytes = encode(0, &Message::ConfigGet(ConfigGet { address }));
+        self.board.push_uart(bytes.as_bytes());
+    }
+
     /// Opens the serial line of the bootloader.
     pub fn open_serial_line(&mut self) {
         self.board.take_uart();
@@ -265,9 +272,18 @@ impl Master {
     }
 
     pub fn number(&mut self, index: u16) -> u32 {
+        self.number_at(index, 1)
+    }
+
+    /// Number of the program before the last update; 0 without one.
+    pub fn previous(&mut self) -> u32 {
+        self.number_at(index::PROGRAM_ID, 2)
+    }
+
+    fn number_at(&mut self, index: u16, subindex: u8) -> u32 {
         let [low, high] = index.to_le_bytes();
-        let [kind, .., a, b, c, d] = self.ask(&[0x40, low, high, 1, 0, 0, 0, 0]);
-        assert_eq!(kind, 0x43, "{index:#06x}");
+        let [kind, .., a, b, c, d] = self.ask(&[0x40, low, high, subindex, 0, 0, 0, 0]);
+        assert_eq!(kind, 0x43, "{index:#06x}:{subindex}");
         u32::from_le_bytes([a, b, c, d])
     }
 

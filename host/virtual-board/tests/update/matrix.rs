@@ -227,6 +227,34 @@ fn switched_off(run: &Run) -> Outcome {
     started(&mut master, at)
 }
 
+/// Lets the new program run without another node on its bus for longer than a trial, and resets it three times.
+fn without_bus(run: &Run, serial_line: SerialLine) -> Outcome {
+    let (mut master, at) = run.sent();
+    assert_eq!(master.control(START)[0], 0x60);
+    master.board.inject(Injection::Bus(BusFault::NoAcknowledge));
+    master.run(INSTALLED_MS);
+    if serial_line == SerialLine::Requests {
+        master.request_over_serial_line();
+    }
+    master.run(11_000);
+    for _ in 0..2 {
+        master.board.inject(Injection::Reset);
+        master.run(1_000);
+    }
+    master.board.inject(Injection::Reset);
+    master.board.inject(Injection::Clear);
+    started(&mut master, at)
+}
+
+/// Use of the serial line.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum SerialLine {
+    /// The foot sends its messages, which may reach a receiver or not.
+    Listens,
+    /// A request reaches the foot.
+    Requests,
+}
+
 /// The master vanishes in the middle of the transfer.
 fn vanished(run: &Run) -> Outcome {
     let (mut master, at) = run.stopped();
@@ -435,7 +463,7 @@ const UNDEFINED: [u8; 2] = [0x00, 0xDE];
 /// Shown where the bootloader waits for a program.
 const NO_PROGRAM: &str = "none";
 
-const ROWS: [Row; 26] = [
+const ROWS: [Row; 28] = [
     Row {
         name: "none",
         disturbance: "nothing; then four more starts, and an older image, which is refused",
@@ -526,6 +554,20 @@ const ROWS: [Row; 26] = [
         version: OLD,
         status: Some(Refusal::NotConfirmed),
         run: switched_off,
+    },
+    Row {
+        name: "unreachable",
+        disturbance: "the new program has no other node on its bus, nor a request on its serial line; three resets",
+        version: OLD,
+        status: Some(Refusal::NotConfirmed),
+        run: |run| without_bus(run, SerialLine::Listens),
+    },
+    Row {
+        name: "request",
+        disturbance: "the same, but for one request on the serial line",
+        version: NEW,
+        status: None,
+        run: |run| without_bus(run, SerialLine::Requests),
     },
     Row {
         name: "master-gone",

@@ -94,7 +94,7 @@ impl AcceptReport {
         }
         let version = text(client, index::SOFTWARE_VERSION)?;
         let hardware = text(client, index::HARDWARE_VERSION)?;
-        let (program, _) = update::running(client)?;
+        let program = update::programs(client)?.running;
         let code = client.read(Address::new(index::FOOT, 0), DataType::Unsigned8)?;
         let serial = client.read(Address::new(index::IDENTITY, 4), DataType::Unsigned32)?;
         let foot = u8::try_from(code.to_raw())

@@ -139,6 +139,9 @@ pub enum Action {
         /// Update all feet of the bus
         #[arg(long, conflicts_with = "node")]
         all: bool,
+        /// Update the feet with these serial numbers, such as 0x1234ABCD, whatever their node ids; `info` shows the number
+        #[arg(long, value_name = "NUMBER", value_parser = parse_serial, value_delimiter = ',', conflicts_with_all = ["node", "all"])]
+        serial: Vec<u32>,
     },
     /// Reset the foot, as if it were switched on again: it streams then, also where it did not before
     Reset,
@@ -177,6 +180,15 @@ fn parse_seconds(text: &str) -> Result<f64, String> {
     seconds.ok_or_else(|| format!("write seconds above 0 and up to {MOST_SECONDS}"))
 }
 
+/// Parses a serial number, decimal or hexadecimal with 0x.
+fn parse_serial(text: &str) -> Result<u32, &'static str> {
+    let number = match text.strip_prefix("0x") {
+        Some(digits) => u32::from_str_radix(digits, 16),
+        None => text.parse(),
+    };
+    number.map_err(|_| "write a serial number, such as 0x1234ABCD")
+}
+
 fn parse_position(text: &str) -> Result<wire::Foot, String> {
     let foot = wire::Foot::ALL
         .into_iter()
@@ -205,10 +217,14 @@ impl FootArguments {
             let text = self.sync(link.as_mut(), seconds, send)?;
             return print_text(&text).map_err(Error::Print);
         }
-        if let Action::Update { image, all } = &self.action {
+        if let Action::Update { image, all, serial } = &self.action {
             // A foot that is left in its bootloader is silent.
             finish_when_interrupted();
-            let which = if *all { Which::All } else { Which::One };
+            let which = match (all, serial.as_slice()) {
+                (true, _) => Which::All,
+                (false, []) => Which::One,
+                (false, numbers) => Which::Numbered(numbers),
+            };
             let text = self.update(link, image, which)?;
             return print_text(&text).map_err(Error::Print);
         }

@@ -32,6 +32,8 @@ pub struct FootInfo {
     /// The number of its program (object 0x1F56), hexadecimal, as of the image that was sent; of one that a probe has
     /// written the first digits of its commit, or null where no commit has its sources.
     program: Option<String>,
+    /// The same of the program before the last update, of which the foot keeps a copy; null without one.
+    previous: Option<String>,
     /// Reason why the last image was refused, or the previous program is back; null without one.
     refused: Option<&'static str>,
     /// Its hardware (object 0x1009).
@@ -186,7 +188,7 @@ impl FootArguments {
         }
         let version = text(client, index::SOFTWARE_VERSION)?;
         let hardware = text(client, index::HARDWARE_VERSION)?;
-        let (program, refused) = update::running(client)?;
+        let programs = update::programs(client)?;
         let mut number = |index, subindex| {
             let address = Address::new(index, subindex);
             let named = Named::at(address);
@@ -214,8 +216,9 @@ impl FootArguments {
                 node,
                 device,
                 version,
-                program: program.map(|number| format!("{number:08X}")),
-                refused: refused.map(Refusal::words),
+                program: programs.running.map(|number| format!("{number:08X}")),
+                previous: programs.previous.map(|number| format!("{number:08X}")),
+                refused: programs.refused.map(Refusal::words),
                 hardware,
                 serial,
                 state,
@@ -223,8 +226,22 @@ impl FootArguments {
                 faults,
             })));
         }
-        let program = program.map_or_else(String::new, |number| format!(", program {number:08X}"));
-        let refused = refused.map_or_else(String::new, |why| format!("update   {}\n", why.words()));
+        let or_nothing = |words: Option<String>| words.unwrap_or_default();
+        let program = or_nothing(
+            programs
+                .running
+                .map(|number| format!(", program {number:08X}")),
+        );
+        let previous = or_nothing(
+            programs
+                .previous
+                .map(|number| format!("previous program {number:08X}, kept\n")),
+        );
+        let refused = or_nothing(
+            programs
+                .refused
+                .map(|why| format!("update   {}\n", why.words())),
+        );
         let node = node.map_or_else(|| "serial line".to_owned(), |node| format!("node {node}"));
         let faults = match faults.as_slice() {
             [] => "none".to_owned(),
@@ -237,7 +254,7 @@ impl FootArguments {
             }
         };
         Ok(format!(
-            "foot     {foot}, {node}\ndevice   {device}, {hardware}, serial number 0x{serial:08X}\nversion  {version}{program}\n{refused}stage    {stage}\n{state}faults   {faults}\n"
+            "foot     {foot}, {node}\ndevice   {device}, {hardware}, serial number 0x{serial:08X}\nversion  {version}{program}\n{previous}{refused}stage    {stage}\n{state}faults   {faults}\n"
         ))
     }
 }

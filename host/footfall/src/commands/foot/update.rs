@@ -8,6 +8,7 @@ use decode::live::Listener;
 use indicatif::ProgressBar;
 use live::foot::client::{Client, RequestError};
 use live::foot::scan;
+use live::foot::serial;
 use live::foot::update::{self, Image, Program, Step, Updated};
 use live::link::Link;
 use schemars::JsonSchema;
@@ -22,9 +23,11 @@ use crate::progress::Bars;
 
 /// Feet that are to be updated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Which {
+pub(super) enum Which<'a> {
     One,
     All,
+    /// Those with these serial numbers.
+    Numbered(&'a [u32]),
 }
 
 /// Results of an update, for each foot.
@@ -57,7 +60,7 @@ impl FootArguments {
         &self,
         mut link: Box<dyn Link>,
         file: &Path,
-        which: Which,
+        which: Which<'_>,
     ) -> Result<String, FootError> {
         let error = |message: String| FootError::File {
             file: file.display().to_string(),
@@ -65,21 +68,24 @@ impl FootArguments {
         };
         let bytes = fs::read(file).map_err(|e| error(e.to_string()))?;
         let image = Image::new(bytes).map_err(|why| error(why.words().to_owned()))?;
-        let (mut client, feet) = match which {
+        let (mut client, mut feet) = match which {
             // There is one foot on a serial line.
-            Which::All if link.as_serial_line().is_none() => {
+            Which::All | Which::Numbered(_) if link.as_serial_line().is_none() => {
                 let heard = scan::feet(link.as_mut(), &mut Listener::default(), scan::SCAN)?;
-                let nodes = heard.iter().filter_map(|foot| foot.node);
-                let nodes: Vec<_> = nodes.filter_map(NodeId::new).map(Some).collect();
+                let nodes = heard.iter().map(|foot| foot.node.and_then(NodeId::new));
+                let nodes: Vec<_> = nodes.collect();
                 let first = *nodes.first().ok_or(RequestError::NoFoot)?;
                 (Client::new(link, first)?, nodes)
             }
-            Which::One | Which::All => {
+            Which::One | Which::All | Which::Numbered(_) => {
                 let client = Client::new(link, self.node)?;
                 let foot = client.node();
                 (client, vec![foot])
             }
         };
+        if let Which::Numbered(numbers) = which {
+            feet = serial::find(&mut client, &feet, numbers)?;
+        }
         let mut shown = Progress::default();
         let results = update::update(&mut client, &feet, &image, &mut |foot, step| {
             shown.show(foot, step);

@@ -77,6 +77,16 @@ pub enum RequestError {
     /// No foot was found.
     #[error("no foot is heard on this line")]
     NoFoot,
+    /// No foot has the serial number.
+    #[error(
+        "no foot with the serial number 0x{wanted:08X} is heard on this line; those heard: {heard}. A foot without a node id needs one first"
+    )]
+    NoSerial {
+        /// Serial number.
+        wanted: u32,
+        /// Serial numbers and nodes of the feet that are heard.
+        heard: String,
+    },
     /// Several feet were found, and no node is given.
     #[error("there are several feet, {0}: name one with --node")]
     Several(String),

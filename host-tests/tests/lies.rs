@@ -1,0 +1,66 @@
+//! Settings at the limits of their ranges, as a member of the bus could write them to a walking foot.
+
+use analysis::config::default_params;
+use estimator_core::stillness::{Classes, LARGEST_MOVING, LARGEST_STILL};
+use estimator_core::{Decision, Learning, Learnt, Method, Parameter, Params, PerAxis};
+use gait::{Activity, GaitName, Ground, Plan, SensorParams, simulate};
+use recordings::replay::replay;
+
+/// Share of the swings of walks with these settings in which a decision is "not stable".
+fn swings_seen(params: &Params) -> f64 {
+    let (mut seen, mut all) = (0, 0);
+    for (gait, seed) in [(GaitName::Walk, 1), (GaitName::Trot, 2), (GaitName::Run, 3)] {
+        let plan = Plan::steady(gait, Ground::Hard, 20.0, seed);
+        let simulation = simulate(&plan, &SensorParams::LSM6DSOX_WARMING, seed);
+        let estimates = replay(&simulation.recording, params).expect("within the limits");
+        let swings = |index: &usize| simulation.truth[*index].activity == Activity::Swinging;
+        let indices: Vec<usize> = (0..estimates.len()).collect();
+        for swing in indices.chunk_by(|a, b| swings(a) == swings(b)) {
+            if swings(&swing[0]) {
+                all += 1;
+                let falls = |index: &usize| estimates[*index].decision == Decision::NotStable;
+                seen += u32::from(swing.iter().any(falls));
+            }
+        }
+    }
+    f64::from(seen) / f64::from(all)
+}
+
+#[test]
+fn settings_at_their_limits_leave_swings_that_are_not_stable() {
+    let most = |parameter: Parameter| parameter.row().most;
+    let default = default_params();
+    let half_widths = Params {
+        method: Method::HalfWidths,
+        half_width: PerAxis::by_sensor(most(Parameter::HalfWidthAx), most(Parameter::HalfWidthWx)),
+        ..default
+    };
+    let mut delayed = default;
+    delayed.decision.off_delay = most(Parameter::DecisionOffDelay);
+    let still = Classes {
+        still: LARGEST_STILL,
+        moving: LARGEST_MOVING,
+        width: 9.3,
+    };
+    let learnt = Params {
+        learning: Learning::Frozen,
+        learnt: Some(Learnt {
+            acceleration: still,
+            rate: still,
+            velocity: still,
+            still_seconds: 5.0,
+            moving_seconds: 5.0,
+            idle_seconds: 0.0,
+        }),
+        ..default
+    };
+    for (name, params, least) in [
+        ("default", default, 1.0),
+        ("half-widths", half_widths, 0.95),
+        ("off delay", delayed, 0.95),
+        ("learnt", learnt, 0.6),
+    ] {
+        let seen = swings_seen(&params);
+        assert!(seen >= least, "{name}: {seen}");
+    }
+}
