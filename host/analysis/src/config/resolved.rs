@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use estimator_core::{Gravity, Params, ParamsError, WindowLength};
-use recordings::input::{BagOptions, ContactUse, Correction, Format, Hints, TableOptions, is_among};
+use recordings::input::{
+    BagOptions, ContactUse, Correction, Format, Hints, TableOptions, is_among,
+};
 use recordings::replay::CAPACITY;
 
 use super::{ConfigError, FootAxes, Origins, Overrides, Preset, RateOrigin, Refusal};

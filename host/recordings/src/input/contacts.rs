@@ -20,6 +20,17 @@ pub enum ContactUse {
     Recorded,
 }
 
+impl ContactUse {
+    /// Returns the use of contacts in a recording whose estimates may be computed again from its samples.
+    #[must_use]
+    pub const fn unless_estimated(again: bool) -> Self {
+        match again {
+            true => Self::Ignored,
+            false => Self::Recorded,
+        }
+    }
+}
+
 /// Bytes kept in memory; longer data go to a file in the system's temporary folder.
 const IN_MEMORY: usize = 32 << 20;
 
