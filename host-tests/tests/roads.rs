@@ -371,6 +371,37 @@ fn axes_and_loads_are_read_from_fields_of_any_message() {
 }
 
 #[test]
+fn robot_states_are_played_and_estimated_in_a_batch() {
+    let Some(folder) = roads() else { return };
+    let out = tempfile::tempdir().expect("a folder");
+    let load = "/lowstate.foot_force[1]";
+    for path in entries(&folder.join("states")) {
+        let run = |command: &[&str]| {
+            let options = ["--topic", "/lowstate", "--load-topic", load];
+            let arguments = ["footfall"].iter().chain(command).chain(&options);
+            let arguments = Arguments::try_parse_from(arguments).expect("arguments");
+            arguments.run().unwrap_or_else(|error| panic!("{error}"));
+        };
+        let name = path.file_name().expect("a name").to_string_lossy();
+        let played = out.path().join(format!("{name}.mcap"));
+        let source = format!("file:{}@max", path.display());
+        run(&["record", &source, "--output", &played.to_string_lossy()]);
+        let [expected, found] = [
+            &read(&path, &hints(&["/lowstate"], &[]))[0],
+            &read(&played, &Hints::default())[0],
+        ];
+        assert!(found.samples == expected.samples, "{name}");
+        let tables = out.path().join("tables");
+        run(&[
+            "batch",
+            &path.to_string_lossy(),
+            "--out",
+            &tables.to_string_lossy(),
+        ]);
+    }
+}
+
+#[test]
 fn copy_of_a_bag_has_the_contacts_beside_all_messages() {
     let Some(folder) = roads() else { return };
     let packages = packages::install("python-roads", REQUIREMENTS).expect("installed before");

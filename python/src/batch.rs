@@ -59,15 +59,15 @@ fn all_settings(
     settings: &SettingsArguments,
     batch: BatchArguments,
 ) -> PyResult<Settings> {
-    let (table, bag, format) = options.read()?;
     let settings = settings.read()?;
     let window = batch.window.map(|window| parse_window(&window));
     let resolved = Resolved {
         window: window.transpose().map_err(named("window"))?,
         ..settings.resolved
     };
+    let (hints, format) = options.hints(&resolved)?;
     Ok(Settings {
-        hints: resolved.hints(table, bag).map_err(value_error)?,
+        hints,
         resolved,
         format,
         plausibility: if batch.strict {

@@ -14,9 +14,10 @@ use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::output::seconds;
+use recordings::phase::code_of;
 use wire::NodeId;
 
-use crate::outputs::{state, table};
+use crate::outputs::table;
 
 /// Flags that only what was sent has, after those of the estimator.
 const OF_FRAMES: [&str; 3] = ["starting", "fault", "doubtful"];
@@ -114,7 +115,7 @@ impl Columns {
             column.extend(vector.unwrap_or([f32::NAN; 3]));
         }
         self.temperature.push(row.temperature.unwrap_or(f32::NAN));
-        self.state.push(state(row.status.phase()));
+        self.state.push(code_of(row.status.phase()));
         self.decision
             .push(row.status.decision() == Decision::Stable);
         let names = row.flag_names();

@@ -1,11 +1,12 @@
 //! Estimates as arrays: one allocation each, which Python then owns.
 
-use estimator_core::{ContactEstimate, Decision, Phase, Quaternion, Vec3};
+use estimator_core::{ContactEstimate, Decision, Quaternion, Vec3};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::output::seconds;
+use recordings::phase::code_of;
 
 /// Columns of estimates while no Python code runs.
 #[derive(Default)]
@@ -66,7 +67,7 @@ impl Columns {
             column.extend([x, y, z]);
         }
         self.sigma_v.push(estimate.velocity_sigma.0);
-        self.state.push(state(estimate.phase));
+        self.state.push(code_of(estimate.phase));
         self.decision.push(estimate.decision == Decision::Stable);
         self.flags.push(estimate.flags.bits());
     }
@@ -90,12 +91,6 @@ impl Columns {
         dict.set_item("flags", self.flags.into_pyarray(py))?;
         Ok(dict)
     }
-}
-
-/// The number of a state: its place in [`Phase::ALL`].
-pub(crate) fn state(phase: Phase) -> u8 {
-    let place = Phase::ALL.iter().position(|known| *known == phase);
-    place.unwrap_or(0) as u8
 }
 
 /// Rows of `width` numbers.

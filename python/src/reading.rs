@@ -5,6 +5,7 @@ use std::io;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use analysis::config::Resolved;
 use estimator_core::{Gravity, Load, Validity, Vec3};
 use numpy::IntoPyArray;
 use numpy::ndarray::Array2;
@@ -15,15 +16,15 @@ use pyo3::exceptions::{
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::input::{
-    About, BagOptions, ContainerError, Format, Hints, InputError, LoadTopic, Opened, Stored,
-    TableOptions, Topics,
+    About, BagOptions, ContactUse, ContainerError, Format, Hints, InputError, LoadTopic, Opened,
+    Stored, TableOptions, Topics,
 };
 use recordings::output::seconds;
 use recordings::recording::Label;
 use recordings::validity::VALIDITIES;
 
 use crate::parameters::{Settings, SettingsArguments, gravity, named, value_error};
-use crate::run::{Estimated, Failure, Recorded, run};
+use crate::run::{Estimated, Failure, Recorded, run, run_recorded};
 
 /// Columns of a recording while no Python code runs.
 struct Read {
@@ -67,6 +68,9 @@ pub(crate) struct Options {
     time_unit: Option<String>,
     #[pyo3(item)]
     times: Option<String>,
+    /// Whether recorded contacts are ignored.
+    #[pyo3(item)]
+    estimate_again: bool,
 }
 
 pub(crate) fn parsed<T: FromStr>(name: &str, text: Option<&String>) -> PyResult<Option<T>>
@@ -79,7 +83,7 @@ where
 
 impl Options {
     /// Returns how tables and bags are read, and the format of the file where that is given.
-    pub(crate) fn read(&self) -> PyResult<(TableOptions, BagOptions, Option<Format>)> {
+    fn read(&self) -> PyResult<(TableOptions, BagOptions, Option<Format>)> {
         let table = TableOptions {
             mapping: parsed("map", self.map.as_ref())?.unwrap_or_default(),
             units: parsed("units", self.units.as_ref())?.unwrap_or_default(),
@@ -98,6 +102,16 @@ impl Options {
                 .collect::<PyResult<Vec<LoadTopic>>>()?,
         };
         Ok((table, bag, parsed("format", self.format.as_ref())?))
+    }
+
+    /// Returns the properties of files whose feet are estimated, and the format where that is given.
+    pub(crate) fn hints(&self, resolved: &Resolved) -> PyResult<(Hints, Option<Format>)> {
+        let (table, bag, format) = self.read()?;
+        let hints = Hints {
+            contacts: ContactUse::unless_estimated(self.estimate_again),
+            ..resolved.hints(table, bag).map_err(value_error)?
+        };
+        Ok((hints, format))
     }
 }
 
@@ -163,8 +177,7 @@ pub(crate) fn estimate_file<'py>(
     settings: SettingsArguments,
 ) -> PyResult<Vec<Bound<'py, PyDict>>> {
     let settings = settings.read()?;
-    let (table, bag, format) = options.read()?;
-    let hints = settings.resolved.hints(table, bag).map_err(value_error)?;
+    let (hints, format) = options.hints(&settings.resolved)?;
     let feet = py.detach(|| {
         let opened = Opened::new(&path, format).map_err(input_error)?;
         let format = opened.format();
@@ -191,9 +204,6 @@ fn estimate_stored(
     format: Format,
 ) -> PyResult<(About, Estimated)> {
     let mut about = stored.about.clone();
-    about
-        .notices
-        .extend(settings.window_notice(format, &about.name, about.sample_rate));
     let recorded = Recorded {
         rate: about.sample_rate,
         gravity: about.gravity,
@@ -201,6 +211,12 @@ fn estimate_stored(
         samples: about.samples,
         mounting: about.correction.mounting,
     };
+    if stored.has_estimates() {
+        let estimated = run_recorded(&mut stored, recorded).map_err(Failure::Samples)?;
+        return Ok((about, estimated));
+    }
+    let notice = settings.window_notice(format, &about.name, about.sample_rate);
+    about.notices.extend(notice);
     let samples = stored.samples().map_err(Failure::Samples)?;
     let params = settings.resolved.params_of(&about.names(), format);
     let estimated = run(samples, recorded, &params)?;

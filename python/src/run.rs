@@ -2,13 +2,16 @@
 
 use std::io;
 
-use estimator_core::{Gravity, Mounting, Params, ParamsError};
+use analysis::replay::foot::{check_samples, findings_beside_contacts};
+use analysis::replay::span::Span;
+use estimator_core::{ContactEstimate, Gravity, Mounting, Params, ParamsError};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::events::{Event, Events};
+use recordings::input::{RecordedEstimate, Stored};
 use recordings::output::seconds;
-use recordings::plausible::Check;
+use recordings::plausible::{Check, Finding};
 use recordings::recording::RecordedSample;
 use recordings::replay::Replay;
 use thiserror::Error;
@@ -67,29 +70,74 @@ pub(crate) fn run(
     let mut replay = Replay::new(recorded.rate, recorded.gravity, params)?;
     let mut check = Check::new(recorded.rate, recorded.gravity);
     let mut columns = Columns::with_capacity(recorded.samples);
-    let mut finder = Events::default();
-    let mut events = Vec::new();
+    let mut events = FoundEvents::default();
     for sample in samples {
         let sample = sample?;
         let estimate = replay.update(&sample);
         check.add(&sample);
         check.add_estimate(&sample, &estimate);
-        finder.add(&estimate);
-        events.extend(std::iter::from_fn(|| finder.pop()));
+        events.add(&estimate);
         columns.push(&estimate, recorded.start_us);
     }
-    events.extend(finder.finish());
     let findings = check.findings().into_iter();
     Ok(Estimated {
         columns,
-        events,
+        events: events.finish(),
         findings: findings
             .map(|finding| finding.with_mounting(&recorded.mounting))
-            .map(|finding| (finding.name(), finding.to_string()))
+            .map(sentence)
             .collect(),
         learnt: replay.finish().to_array().to_vec(),
         recorded,
     })
+}
+
+/// Takes the contacts that a foot sent as its estimates; nothing is learnt.
+pub(crate) fn run_recorded(stored: &mut Stored, recorded: Recorded) -> io::Result<Estimated> {
+    let mut check = check_samples(stored, Span::default())?;
+    let mut columns = Columns::with_capacity(recorded.samples);
+    let mut events = FoundEvents::default();
+    for contact in stored.estimates()?.into_iter().flatten() {
+        let RecordedEstimate {
+            estimate, moved, ..
+        } = contact?;
+        check.add_decision(estimate.decision);
+        events.add(&moved);
+        columns.push(&estimate, recorded.start_us);
+    }
+    let findings = findings_beside_contacts(&check).into_iter();
+    Ok(Estimated {
+        columns,
+        events: events.finish(),
+        findings: findings.map(sentence).collect(),
+        learnt: Vec::new(),
+        recorded,
+    })
+}
+
+/// Name of a finding, and its sentence.
+fn sentence(finding: Finding) -> (&'static str, String) {
+    (finding.name(), finding.to_string())
+}
+
+/// Events of the estimates so far.
+#[derive(Default)]
+struct FoundEvents {
+    finder: Events,
+    events: Vec<Event>,
+}
+
+impl FoundEvents {
+    fn add(&mut self, estimate: &ContactEstimate) {
+        self.finder.add(estimate);
+        let finder = &mut self.finder;
+        self.events.extend(std::iter::from_fn(|| finder.pop()));
+    }
+
+    fn finish(mut self) -> Vec<Event> {
+        self.events.extend(self.finder.finish());
+        self.events
+    }
 }
 
 /// Fields of `footfall.Event`, in order.

@@ -249,3 +249,27 @@ def test_a_node_is_a_foot_where_it_is_said_to_be_one(tmp_path: Path) -> None:
         footfall.decode("nowhere.log")
     with pytest.raises(ValueError, match="neither a log of CAN frames"):
         footfall.decode(__file__)
+
+
+def test_recorded_contacts_are_the_estimates(program: str, tmp_path: Path) -> None:
+    record = [program, "record", "demo:feet=2,seconds=4", "-o", "walk.mcap"]
+    subprocess.run(record, cwd=tmp_path, check=True, capture_output=True)
+    options = ["walk.mcap", "--topic", "all"]
+    blank_is_nan = [
+        {column: cell or ("" if column == "flags" else "nan") for column, cell in row.items()}
+        for row in rows(program, *options, cwd=tmp_path)
+    ]
+    results = footfall.estimate_file(tmp_path / "walk.mcap", topic="all")
+    assert [(len(result), result.rate, len(result.learnt)) for result in results] == 2 * [(4000, 1000.0, 0)]
+    for foot, result in enumerate(results):
+        assert_same(result, blank_is_nan[4000 * foot : 4000 * (foot + 1)])
+        assert not result.findings
+    assert "estimate_again=True computes the estimate from the samples" in results[0].notices[0]
+    again = footfall.estimate_file(tmp_path / "walk.mcap", topic="all", estimate_again=True)
+    table = rows(program, *options, "--estimate-again", cwd=tmp_path)
+    assert len(again[0]) < 250
+    assert_same(again[0], table[: len(again[0])])
+    report = footfall.batch(tmp_path / "walk.mcap", tmp_path / "tables", topic="all")
+    [outcome] = {outcome.recording: outcome for outcome in report.outcomes}.values()
+    assert [row["samples"] for row in outcome.rows] == [4000] * len(outcome.rows)
+    assert {row["preset"] for row in outcome.rows} == {None}

@@ -166,7 +166,7 @@ pub enum Error {
     },
     /// Options about recordings of an IMU are given for feet that stream.
     #[error(
-        "{source_text} has no recording of an IMU: --topic, --load-topic, --axes, --units and their like are for file:"
+        "{source_text} has no recording of an IMU: --config, --topic, --load-topic, --axes, --units and their like are for file:"
     )]
     NotPlayed {
         /// Source as given.

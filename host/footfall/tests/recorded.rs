@@ -31,6 +31,15 @@ fn numbers(ms: u64) -> (f32, f32) {
 
 /// Writes a bag of a foot whose sensor rests, with samples at 50 Hz, and contacts that say that it makes a step.
 fn bag(bench: &Bench) {
+    let at_rest = Vector3 {
+        z: 9.81,
+        ..Vector3::default()
+    };
+    bag_of(bench, at_rest);
+}
+
+/// Writes the same with these readings of the accelerometer.
+fn bag_of(bench: &Bench, linear_acceleration: Vector3) {
     let file = File::create(bench.path("walk.mcap")).expect("a file");
     let mut bag = McapFile::new(file).expect("a bag");
     for ms in 0..CONTACTS {
@@ -69,10 +78,7 @@ fn bag(bench: &Bench) {
                     w: 1.0,
                     ..Quaternion::default()
                 },
-                linear_acceleration: Vector3 {
-                    z: 9.81,
-                    ..Vector3::default()
-                },
+                linear_acceleration,
                 ..Imu::default()
             };
             messages.push(("imu", Message::Imu(Box::new(imu))));
@@ -215,14 +221,67 @@ fn recording_of_a_foot_on_can_replays_at_its_rate() {
     bench.stdout("record demo:feet=2,seconds=6 -o walk.mcap");
     let samples = |options: &str| {
         let output = bench.run(&format!("replay walk.mcap --topic all --json{options}"));
+        assert!(output.status.success(), "{output:?}");
         let json = json(&output.stdout);
         let of = |foot: usize| json["recordings"][foot]["samples"].as_u64();
         [of(0), of(1)].map(|samples| samples.expect("a count"))
     };
-    assert_eq!(samples(""), [6000, 6000]);
+    assert_eq!(samples(" --strict"), [6000, 6000]);
     assert!(samples(" --estimate-again").iter().all(|n| *n < 400));
     bench.stdout("replay walk.mcap --topic all --events events.csv");
     let events = read(&bench.path("events.csv"));
     let count = |event: &str| events.lines().filter(|row| row.contains(event)).count();
     assert!(count("touch_down") >= 4, "{events}");
+}
+
+/// A sensor whose readings of gravity are in g, in a bag with contacts; it lies on its side.
+const IN_G: Vector3 = Vector3 {
+    x: 1.0,
+    y: 0.0,
+    z: 0.0,
+};
+
+#[test]
+fn samples_beside_recorded_contacts_are_checked() {
+    let bench = Bench::new();
+    bag_of(&bench, IN_G);
+    let finding =
+        "walk.mcap: the acceleration is 1.00 m/s² at rest, which looks like g: --units g\n";
+    let said = text(&bench.run("replay walk.mcap").stderr);
+    assert_eq!(said, format!("footfall: {USED}\nfootfall: {finding}"));
+    // What is advised takes effect on the check, and the contacts stay.
+    let said = text(&bench.run("replay walk.mcap --units g --strict").stderr);
+    assert_eq!(said, format!("footfall: {USED}\n"));
+    let output = bench.run("replay walk.mcap --strict");
+    assert!(!output.status.success(), "{output:?}");
+}
+
+#[test]
+fn batch_uses_recorded_contacts_as_replay_does() {
+    let bench = Bench::new();
+    bag(&bench);
+    let report = |options: &str| {
+        let output = bench.run(&format!("batch walk.mcap --out tables --json{options}"));
+        json(&output.stdout)["recordings"][0].clone()
+    };
+    let recorded = report("");
+    let row = &recorded["rows"][0];
+    assert_eq!(
+        (&row["samples"], &row["sample_rate_hz"]),
+        (&2000.into(), &1000.0.into())
+    );
+    assert_eq!((&row["steps"], &row["lift_offs"]), (&1.into(), &1.into()));
+    assert_eq!(row["notices"], serde_json::json!([USED]));
+    for absent in ["preset", "parameters", "settled"] {
+        assert_eq!(row[absent], Value::Null, "{absent}");
+    }
+    // The option is one of the settings that results depend on.
+    assert_eq!(report("")["action"], "up_to_date");
+    let again = report(" --estimate-again");
+    assert_eq!(again["action"], "estimated");
+    let row = &again["rows"][0];
+    assert_eq!(
+        (&row["samples"], &row["preset"]),
+        (&100.into(), &"default".into())
+    );
 }

@@ -130,6 +130,19 @@ fn monitor_ends_with_its_terminal_and_keeps_its_recording() {
     }
 }
 
+#[test]
+fn picture_on_a_closed_terminal_is_no_crash() {
+    if Command::new("tmux").arg("-V").output().is_err() {
+        return common::unmet("tmux is not installed");
+    }
+    let bench = common::Bench::new();
+    // The shell outlives the terminal, too, to note how the program ends.
+    let command = format!("{PROGRAM} monitor demo; echo $? > status");
+    let session = Session::begin(&bench, "trap '' HUP", &command);
+    session.end(&["kill-server"]);
+    assert_eq!(common::read(&bench.path("status")), "0\n");
+}
+
 /// Program in a terminal of its own, named `foot`.
 struct Session<'a> {
     bench: &'a common::Bench,

@@ -112,6 +112,11 @@ pub enum LinkError {
     /// The file cannot be read.
     #[error("{0}")]
     File(String),
+    /// Options about the estimate of a recording are given for contacts of feet.
+    #[error(
+        "{0} has contacts that feet sent, which nothing is estimated for: --config, --topic, --load-topic, --axes, --units and their like are for recordings of an IMU"
+    )]
+    NotEstimated(String),
     /// The playback has ended.
     #[error("{0} has ended")]
     Ended(String),
@@ -179,9 +184,11 @@ pub fn open(source: &Source) -> Result<Box<dyn Link>, LinkError> {
         Source::Can { interface } => Box::new(can::Interface::open(interface)?),
         #[cfg(not(target_os = "linux"))]
         Source::Can { interface } => return Err(LinkError::NoSocketCan(interface.clone())),
-        Source::File { path, speed, hints } => {
-            file::open(path, speed.unwrap_or(Speed::REAL), hints)?
-        }
+        Source::File {
+            path,
+            speed,
+            playback,
+        } => file::open(path, speed.unwrap_or(Speed::REAL), playback)?,
         Source::Demo(demo) => Box::new(demo::SimulatedFeet::new(demo)),
     })
 }

@@ -13,10 +13,10 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use gait::control::MOST_FEET;
-use recordings::input::Hints;
 use thiserror::Error;
 
 use crate::link::pace::Speed;
+use crate::playback::Playback;
 
 /// Default rate of a foot's serial port, Bd.
 pub const DEFAULT_BAUD: u32 = 1_000_000;
@@ -52,8 +52,8 @@ pub enum Source {
         path: PathBuf,
         /// Playback speed; `None` for the command's default.
         speed: Option<Speed>,
-        /// How the recording of an IMU is read.
-        hints: Box<Hints>,
+        /// How the recording of an IMU is read and estimated.
+        playback: Box<Playback>,
     },
     /// Simulated feet.
     Demo(Demo),
@@ -212,7 +212,7 @@ impl FromStr for Source {
                 Ok(Self::File {
                     path: path.into(),
                     speed,
-                    hints: Box::default(),
+                    playback: Box::default(),
                 })
             }
             "demo" => Ok(Self::Demo(demo(rest)?)),
@@ -250,11 +250,11 @@ impl Source {
         }
     }
 
-    /// Sets how a recording of an IMU is read; other sources stay as they are.
+    /// Sets how a recording of an IMU is read and estimated; other sources stay as they are.
     #[must_use]
-    pub fn read_with(mut self, other: Hints) -> Self {
-        if let Self::File { hints, .. } = &mut self {
-            **hints = other;
+    pub fn played_with(mut self, other: Playback) -> Self {
+        if let Self::File { playback, .. } = &mut self {
+            **playback = other;
         }
         self
     }
@@ -401,7 +401,7 @@ mod tests {
         let file = |path: &str, speed| Source::File {
             path: path.into(),
             speed,
-            hints: Box::default(),
+            playback: Box::default(),
         };
         assert_eq!(source("file:can.log"), file("can.log", None));
         assert_eq!(source("file:a@home.log"), file("a@home.log", None));

@@ -2,7 +2,7 @@
 //!
 //! | step | module |
 //! |---|---|
-//! | samples with their load and label, vectors in f64, names of validities | [`samples`] |
+//! | samples with their load and label, vectors in f64, names of validities, codes of phases | [`samples`] |
 //! | reading a file into a recording | [`input`] |
 //! | samples in a temporary file, steps of a clock | [`spool`], `steps` |
 //! | implausible values in a recording | [`plausible`] |
@@ -32,4 +32,4 @@ pub mod replay;
 pub mod spool;
 mod steps;
 
-pub use samples::{recording, space, validity};
+pub use samples::{phase, recording, space, validity};

@@ -33,7 +33,7 @@ mod rise;
 use std::fmt;
 
 use estimator_core::params::STANDARD_GRAVITY;
-use estimator_core::{ContactEstimate, Gravity, Mounting, Vec3};
+use estimator_core::{ContactEstimate, Decision, Gravity, Mounting, Vec3};
 
 use crate::input::{RateUnit, Units};
 use crate::mounting;
@@ -376,9 +376,14 @@ impl Check {
         self.clipping.add(sample);
     }
 
+    /// Processes the next decision.
+    pub fn add_decision(&mut self, decision: Decision) {
+        self.clipping.add_decision(decision);
+    }
+
     /// Processes the estimate of the previous sample.
     pub fn add_estimate(&mut self, sample: &RecordedSample, estimate: &ContactEstimate) {
-        self.clipping.add_decision(estimate.decision);
+        self.add_decision(estimate.decision);
         self.rise.add(sample.load, estimate.probabilities.stable);
         self.load.add(sample.load, estimate.phase);
     }

@@ -11,10 +11,11 @@ use std::sync::Arc;
 
 use estimator_core::{ContactEstimate, Decision, Timestamp};
 use recordings::events::{self, Kind};
+use recordings::phase::code_of;
 use wire::Faults;
 use wire::pdo::Status;
 
-use crate::foot::{state, zero_velocity};
+use crate::foot::zero_velocity;
 use crate::message::{Contact, Event, Float64, Header, Message, Time};
 use crate::published::Published;
 use crate::topics::Topics;
@@ -100,7 +101,7 @@ impl Estimates {
             p_vertical: probabilities.vertical,
             p_axes: probabilities.axes.to_array(),
             decision: estimate.decision == Decision::Stable,
-            state: state(estimate.phase),
+            state: code_of(estimate.phase),
             valid: status.is_valid(),
             flags: estimate.flags.bits(),
             sequence: self.sequence,

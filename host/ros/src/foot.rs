@@ -7,6 +7,7 @@ use estimator_core::{
 };
 use live::LiveFoot;
 use live::session::SEVERAL_BOARDS;
+use recordings::phase::code_of;
 use wire::uart::RawSample;
 use wire::{Counter, Fault, Faults};
 
@@ -113,7 +114,7 @@ impl Foot {
             p_vertical: row.vertical,
             p_axes: axes.unwrap_or([f32::NAN; 6]),
             decision: row.status.decision() == Decision::Stable,
-            state: state(row.status.phase()),
+            state: code_of(row.status.phase()),
             valid: row.status.is_valid(),
             flags: row.flags.unwrap_or(health.flags),
             sequence: row.sequence,
@@ -125,7 +126,7 @@ impl Foot {
                 p_vertical: 0.0,
                 p_axes: [f32::NAN; 6],
                 decision: false,
-                state: state(Phase::Unknown),
+                state: code_of(Phase::Unknown),
                 valid: false,
                 ..contact
             };
@@ -275,18 +276,6 @@ fn counts(foot: &LiveFoot) -> Vec<KeyValue> {
     let drops = foot.health.map(|health| health.dropped.to_string());
     let drops = drops.map(|count| pair("dropped, modulo 256", count));
     drops.into_iter().collect()
-}
-
-/// Number of a phase in [`Contact`].
-#[must_use]
-pub const fn state(phase: Phase) -> u8 {
-    match phase {
-        Phase::Unknown => 0,
-        Phase::Stance => 1,
-        Phase::Slip => 2,
-        Phase::Swing => 3,
-        Phase::QuietSwing => 4,
-    }
 }
 
 /// Zero velocity with this standard deviation in each direction; the angular part carries no information.

@@ -5,6 +5,7 @@
 //! | a recording: samples with their load and label | [`recording`] |
 //! | vectors and rotations in f64, for true orientations | [`space`] |
 //! | names of validities in files | [`validity`] |
+//! | codes of phases | [`phase`] |
 //! | gzip and zstd | [`compressed`] |
 //! | kinds of files by their first bytes | [`magic`] |
 //! | kinds of files that are not read, and advice for each | [`foreign`] |
@@ -12,6 +13,7 @@
 pub mod compressed;
 pub mod foreign;
 pub mod magic;
+pub mod phase;
 pub mod recording;
 pub mod space;
 pub mod validity;

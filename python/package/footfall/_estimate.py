@@ -116,6 +116,7 @@ def estimate_file(
     decimal: str | None = None,
     time_unit: TimeUnit | None = None,
     times: Times | None = None,
+    estimate_again: bool = False,
 ) -> list[Result]:
     """Estimates each foot in a file, as ``footfall replay`` does.
 
@@ -130,6 +131,10 @@ def estimate_file(
     format, rate, topic, not_topic, frame, load_topic, map, units, scale, decimal, time_unit,
     times
         As of :func:`read`. A `rate`, `gravity` or `axes` that is given wins over that of `config`.
+    estimate_again : bool
+        Whether to estimate from the samples of a bag that has the contacts of its feet, as ``footfall record``
+        writes them. Otherwise these contacts are the estimates, with their times and rate: no setting applies,
+        numbers that a contact lacks are not a number, and :attr:`Result.learnt` is empty.
 
     Returns
     -------
@@ -147,7 +152,7 @@ def estimate_file(
     """
     options = read_options(
         format, rate, gravity, topic, frame, load_topic, map, units, time_unit, times, not_topic,
-        scale, decimal,
+        scale, decimal, estimate_again,
     )
     chosen = settings(preset, config, gravity, rate, axes)
     with arguments_in_errors():

@@ -81,7 +81,8 @@ class Result:
     findings: tuple[Finding, ...]
     """What is not plausible about the recording."""
     learnt: npt.NDArray[np.float32]
-    """What the estimator has learnt by the end; see :func:`calibrate` for a warm start."""
+    """What the estimator has learnt by the end; see :func:`calibrate` for a warm start. Empty where the
+    estimates are recorded contacts."""
     recording: str | None = None
     """The name of the recording, where it has one."""
     foot: str | None = None

@@ -56,6 +56,7 @@ class ReadDict(TypedDict):
     decimal: str | None
     time_unit: str | None
     times: str | None
+    estimate_again: bool
 
 
 class IdentityDict(TypedDict):
@@ -123,6 +124,7 @@ def read_options(
     not_topic: str | Sequence[str] | None = None,
     scale: tuple[float, float] | None = None,
     decimal: str | None = None,
+    estimate_again: bool = False,
 ) -> ReadDict:
     """Collects the options of reading a file; the Rust part checks them."""
     if isinstance(map, Mapping):
@@ -141,6 +143,7 @@ def read_options(
         "decimal": decimal,
         "time_unit": time_unit,
         "times": times,
+        "estimate_again": estimate_again,
     }
 
 

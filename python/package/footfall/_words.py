@@ -9,13 +9,16 @@ from collections.abc import Iterator
 ARGUMENTS = {
     name: name.replace("-", "_")
     for name in (
-        "axes config decimal format frame gravity load-topic map not-topic preset scale strict time-unit times topic "
-        "units window"
+        "axes config decimal estimate-again format frame gravity load-topic map not-topic preset scale strict time-unit "
+        "times topic units window"
     ).split()
 } | {"sample-rate": "rate"}
 """The arguments of the package by the options of the program."""
 
-NO_VALUES = "and are does for in is leaves lists of once or say says to was were with"
+FLAGS = {"estimate-again"}
+"""Options without a value."""
+
+NO_VALUES = "and are computes does for in is leaves lists of once or say says to was were with"
 """What follows an option in a sentence that does not give it a value."""
 
 OPTION = re.compile(
@@ -29,6 +32,8 @@ def with_arguments(message: str) -> str:
 
     def argument(option: re.Match[str]) -> str:
         name, value = ARGUMENTS[option[1]], option[2]
+        if option[1] in FLAGS:
+            return f"{name}=True"
         if value is None or value.isupper():
             return f"{name}="
         return f'{name}="{value}"'

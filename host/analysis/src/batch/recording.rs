@@ -295,12 +295,16 @@ impl Work<'_> {
         let flagged =
             |flag: Flag| summary.flag_counts.get(flag.name()).copied().unwrap_or(0) as u64;
         let preset = self.settings.resolved.preset;
-        let window = preset.window_notice(format, &params, &self.identity.name, about.sample_rate);
+        // No parameter applies to contacts as they were recorded.
+        let is_estimated = !stored.has_estimates();
+        let name = &self.identity.name;
+        let window = preset.window_notice(format, &params, name, about.sample_rate);
+        let window = window.filter(|_| is_estimated);
         let notices = about.notices.iter().map(|notice| self.by_name(notice));
         let metrics = summary.metrics.as_ref();
         let learnt = match params.method {
-            Method::SelfCalibrating => Some(replayed.learnt),
-            Method::HalfWidths => None,
+            Method::SelfCalibrating if is_estimated => Some(replayed.learnt),
+            Method::SelfCalibrating | Method::HalfWidths => None,
         };
         let edges = learnt.map(|learnt| learnt.edges(&params.stillness));
         let [start, end] = match replayed.gyro_bias {
@@ -309,8 +313,8 @@ impl Work<'_> {
         };
         Found {
             format: format.name().to_owned(),
-            preset: preset.name().to_owned(),
-            parameters: json(&ParametersReport::of(&params)),
+            preset: is_estimated.then(|| preset.name().to_owned()),
+            parameters: is_estimated.then(|| json(&ParametersReport::of(&params))),
             correction: json(&CorrectionReport::from(&about.correction)),
             gravity: word_of(&GRAVITIES, about.gravity).to_owned(),
             start_s: about.start_us as f64 / 1.0e6,

@@ -140,10 +140,10 @@ columns! {
     pub struct Found {
         /// How the recording is laid out, as `--format` has it.
         format: String,
-        /// Where the parameters started from, as `--preset` has it.
-        preset: String,
-        /// All parameters in force, as a JSON object.
-        parameters: String,
+        /// Where the parameters started from, as `--preset` has it; null where the estimates are contacts that the foot sent.
+        preset: Option<String>,
+        /// All parameters in force, as a JSON object; null as well.
+        parameters: Option<String>,
         /// How readings were corrected before, as a JSON object.
         correction: String,
         /// Whether the accelerations contain gravity: included or removed.

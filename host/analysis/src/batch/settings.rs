@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use recordings::input::{
-    Correction, Decimal, Format, Hints, Scale, TableOptions, TimeUnit, Times, Topics, is_among,
+    ContactUse, Correction, Decimal, Format, Hints, Scale, TableOptions, TimeUnit, Times, Topics,
+    is_among,
 };
 use serde::Serialize;
 
@@ -75,8 +76,7 @@ impl Settings {
             foot_corrections,
             table,
             bag,
-            // Every estimate of a batch is computed.
-            contacts: _,
+            contacts,
         } = &self.hints;
         let TableOptions {
             mapping,
@@ -131,6 +131,7 @@ impl Settings {
             frames: bag.frames.clone(),
             excluded: bag.excluded.clone(),
             loads: bag.loads.iter().map(ToString::to_string).collect(),
+            contacts: (*contacts == ContactUse::Recorded).then_some("recorded"),
             strict: self.plausibility == Plausibility::Required,
         };
         // Strings and numbers always serialise to JSON.
@@ -170,6 +171,8 @@ struct Hashed {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     excluded: Vec<String>,
     loads: Vec<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    contacts: Option<&'static str>,
     strict: bool,
 }
 
@@ -225,6 +228,7 @@ mod tests {
             set(|s| s.hints.bag.excluded = vec!["/trunk".to_owned()]),
             set(|s| s.hints.bag.frames = vec!["fl".to_owned()]),
             set(|s| s.hints.bag.loads = vec!["/load".parse().unwrap()]),
+            set(|s| s.hints.contacts = ContactUse::Recorded),
             set(|s| s.plausibility = Plausibility::Required),
         ];
         for (k, hash) in changed.iter().enumerate() {

@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use estimator_core::{Gravity, Params, ParamsError, WindowLength};
-use recordings::input::{BagOptions, ContactUse, Correction, Format, Hints, TableOptions};
+use recordings::input::{
+    BagOptions, ContactUse, Correction, Format, Hints, TableOptions, is_among,
+};
 use recordings::replay::CAPACITY;
 
 use super::{ConfigError, FootAxes, Origins, Overrides, Preset, RateOrigin, Refusal};
@@ -154,6 +156,22 @@ impl Resolved {
     #[must_use]
     pub fn absent_foot(&self, names: &[&str]) -> Option<&str> {
         self.axes.as_ref().and_then(|axes| axes.absent(names))
+    }
+
+    /// Returns a sentence if the file has settings of single feet, and none of them is among these names.
+    #[must_use]
+    pub fn unused_feet(&self, names: &[&str]) -> Option<String> {
+        let feet = &self.overrides.feet;
+        let is_unused = !feet.is_empty() && !feet.keys().any(|foot| is_among(foot, names));
+        let feet: Vec<&str> = feet.keys().map(String::as_str).collect();
+        is_unused.then(|| {
+            format!(
+                "{} has settings of {}, but there is {}",
+                self.file_name(),
+                feet.join(", "),
+                names.join(", ")
+            )
+        })
     }
 
     /// Returns the name of the file; empty without one.

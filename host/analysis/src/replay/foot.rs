@@ -2,7 +2,7 @@
 
 use std::io;
 
-use estimator_core::{AngularRate, ContactEstimate, Learnt, Params, ParamsError};
+use estimator_core::{AngularRate, ContactEstimate, Learnt, Params, ParamsError, Timestamp};
 use recordings::events::{Event, Events};
 use recordings::input::{RecordedEstimate, Stored};
 use recordings::plausible::{Check, Finding};
@@ -151,8 +151,9 @@ fn estimated<O: Observer>(
     })
 }
 
-/// Takes the recorded estimates of a foot. The samples, which may be few, are not checked: nothing is computed from them.
+/// Takes the recorded estimates of a foot. Nothing is computed from the samples, which may be few, but they are checked.
 fn recorded<O: Observer>(stored: &mut Stored, mut results: Results<'_, O>) -> io::Result<Replayed> {
+    let mut check = check_samples(stored, results.found.span)?;
     for recorded in stored.estimates()?.into_iter().flatten() {
         let RecordedEstimate {
             sample,
@@ -162,9 +163,52 @@ fn recorded<O: Observer>(stored: &mut Stored, mut results: Results<'_, O>) -> io
         if results.found.span.is_before(estimate.timestamp) {
             break;
         }
+        check.add_decision(estimate.decision);
         results.add(&sample, &estimate, &moved)?;
     }
-    results.finish()
+    Ok(Replayed {
+        findings: findings_beside_contacts(&check),
+        ..results.finish()?
+    })
+}
+
+/// Returns the findings that count where a foot has sent its own estimates: its mounting is a setting of its own, a
+/// sample that could not be sent is blank, and nothing here depends on the rate and the load.
+#[must_use]
+pub fn findings_beside_contacts(check: &Check) -> Vec<Finding> {
+    let mut findings = check.findings();
+    findings.retain(|finding| {
+        !matches!(
+            finding,
+            Finding::GravityNotAlongZ { .. }
+                | Finding::LoadThresholds { .. }
+                | Finding::LowRate { .. }
+                | Finding::NeverRises { .. }
+                | Finding::NotNumbers { .. }
+        )
+    });
+    findings
+}
+
+/// Checks the samples beside recorded estimates, up to the end of the span.
+///
+/// # Errors
+/// The temporary file with the samples cannot be read.
+pub fn check_samples(stored: &mut Stored, span: Span) -> io::Result<Check> {
+    let (start_us, sample_rate) = stored.clock_of_samples();
+    let about = &stored.about;
+    let after_us = start_us.saturating_sub(about.start_us);
+    let mut check = Check::new(sample_rate, about.gravity).with_units(about.units);
+    for sample in stored.samples()? {
+        let sample = sample?;
+        let since_us = sample.imu.timestamp.as_micros();
+        let since_contacts_us = since_us.saturating_add_signed(after_us);
+        if span.is_before(Timestamp::from_micros(since_contacts_us)) {
+            break;
+        }
+        check.add(&sample);
+    }
+    Ok(check)
 }
 
 /// Results of a foot while its estimates are added.

@@ -17,7 +17,7 @@ use analysis::replay::jobs;
 use clap::Args;
 use estimator_core::WindowLength;
 use indicatif::ProgressBar;
-use recordings::input::Format;
+use recordings::input::{ContactUse, Format, Hints};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -46,6 +46,10 @@ pub struct BatchArguments {
     /// only, as with --preset paper
     #[arg(long, value_name = "LENGTH", value_parser = parse_window, help_heading = ESTIMATOR)]
     pub window: Option<WindowLength>,
+    /// Estimate from the samples of bags again; otherwise the contacts that their feet sent and that were recorded
+    /// with the samples are the estimates, and no parameter applies
+    #[arg(long, help_heading = ESTIMATOR)]
+    pub estimate_again: bool,
     /// The robot of all recordings, where it is not the first folder below a SOURCE
     #[arg(long, value_name = "NAME", help_heading = INPUT)]
     pub robot: Option<String>,
@@ -287,7 +291,10 @@ impl BatchArguments {
         let reading = &self.recording.reading;
         let resolved = self.recording.resolved(self.window)?;
         let settings = Settings {
-            hints: reading.hints(&resolved)?,
+            hints: Hints {
+                contacts: ContactUse::unless_estimated(self.estimate_again),
+                ..reading.hints(&resolved)?
+            },
             resolved,
             format: reading.format,
             plausibility: if reading.strict {

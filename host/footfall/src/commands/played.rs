@@ -1,14 +1,19 @@
-//! How the recording of an IMU is read that is played as a source, for all commands that listen to feet.
+//! How the recording of an IMU is read and estimated that is played as a source, for all commands that listen to feet.
 
-use analysis::config::Resolved;
+use std::path::PathBuf;
+
+use analysis::config::{Preset, Resolved};
 use clap::Args;
-use live::Source;
-use recordings::input::Hints;
+use live::{Playback, Source};
+use recordings::input::Format;
 
-use super::recording::{BagArguments, MountingArguments, TableArguments};
+use super::headings::ESTIMATOR;
+use super::recording::{
+    BagArguments, MountingArguments, TableArguments, preset_parser, read_config,
+};
 use crate::error::Error;
 
-/// How the recording of an IMU is read that is played.
+/// How the recording of an IMU is read and estimated that is played.
 #[derive(Clone, Debug, Default, Args)]
 pub struct PlayedArguments {
     /// Which topics of a bag are read.
@@ -20,25 +25,35 @@ pub struct PlayedArguments {
     /// How the sensor lies.
     #[command(flatten)]
     pub mounting: MountingArguments,
+    /// Where the parameters start from that the recording of an IMU is estimated with
+    #[arg(long, value_parser = preset_parser(), default_value = Preset::default().name(), help_heading = ESTIMATOR)]
+    pub preset: Preset,
+    /// A TOML file with parameters that differ from the preset, of all feet or of single ones
+    #[arg(long, value_name = "FILE.toml", help_heading = ESTIMATOR)]
+    pub config: Option<PathBuf>,
 }
 
 impl PlayedArguments {
-    /// Returns the source, read as the options say.
+    /// Returns the source, read and estimated as the options say.
     ///
     /// # Errors
-    /// There are options, and the source is not a file.
+    /// There are options, and the source is not a file; or the configuration file cannot be read, or has an error.
     pub(super) fn read(&self, source: Source) -> Result<Source, Error> {
-        let resolved = Resolved {
+        let of_file = self.config.as_deref().map(read_config).transpose()?;
+        let settings = Resolved {
+            preset: self.preset,
             axes: self.mounting.axes.clone(),
-            ..Resolved::default()
+            ..of_file.unwrap_or_default()
         };
-        let hints = resolved.hints(self.table.options(), self.bag.options())?;
-        if hints != Hints::default() && source.file().is_none() {
+        settings.check_before_reading(Format::Csv)?;
+        let hints = settings.hints(self.table.options(), self.bag.options())?;
+        let playback = Playback { hints, settings };
+        if playback != Playback::default() && source.file().is_none() {
             let source = source.to_string();
             return Err(Error::NotPlayed {
                 source_text: source,
             });
         }
-        Ok(source.read_with(hints))
+        Ok(source.played_with(playback))
     }
 }

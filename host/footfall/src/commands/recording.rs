@@ -14,7 +14,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use estimator_core::{Gravity, Mounting, Params, WindowLength};
 use recordings::input::{
     BagOptions, Decimal, Format, Hints, LoadTopic, Mapping, Scale, TableOptions, TimeUnit, Times,
-    Topics, Units, is_among,
+    Topics, Units,
 };
 use recordings::plausible::{self, Finding};
 use recordings::recording::Recording;
@@ -254,17 +254,8 @@ pub(super) fn check_axes<'a>(
 
 /// Warns if the file has settings of feet, and none of them is among `feet`.
 pub(super) fn warn_of_unused_feet<'a>(resolved: &Resolved, feet: impl Iterator<Item = &'a str>) {
-    let settings = &resolved.overrides.feet;
     let feet: Vec<&str> = feet.collect();
-    if !settings.is_empty() && !settings.keys().any(|name| is_among(name, &feet)) {
-        let names: Vec<&str> = settings.keys().map(String::as_str).collect();
-        warn(format!(
-            "{} has settings of {}, but there is {}",
-            resolved.file_name(),
-            names.join(", "),
-            feet.join(", ")
-        ));
-    }
+    resolved.unused_feet(&feet).into_iter().for_each(warn);
 }
 
 /// Reads the settings of a configuration file. It is read once, so it may be a pipe.

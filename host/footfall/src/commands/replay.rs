@@ -174,10 +174,7 @@ impl ReplayArguments {
 
     /// Returns the source of the estimates: a copy of a bag gets new ones.
     fn contacts(&self) -> ContactUse {
-        match self.estimate_again || self.bag().is_some() {
-            true => ContactUse::Ignored,
-            false => ContactUse::Recorded,
-        }
+        ContactUse::unless_estimated(self.estimate_again || self.bag().is_some())
     }
 
     /// Returns the options that change an estimate and nothing else.

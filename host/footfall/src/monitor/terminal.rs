@@ -1,7 +1,7 @@
 //! Display of the feet on a terminal, and key input.
 
 use std::time::{Duration, Instant};
-use std::{io, thread};
+use std::{io, mem, thread};
 
 use live::Feed;
 use ratatui::DefaultTerminal;
@@ -30,8 +30,11 @@ pub fn watch_screen(
     let mut terminal = ratatui::try_init()?;
     let keyboard = Keyboard::open();
     let watched = watch(&mut terminal, &keyboard, feed, robot, end, source);
-    // Of a terminal that is gone there is nothing to restore, and the error could not be shown.
-    if !keyboard.is_gone() {
+    if keyboard.is_gone() {
+        // There is nothing to restore. Dropping it would show the cursor, print that it cannot, and abort where nothing
+        // can be printed.
+        mem::forget(terminal);
+    } else {
         ratatui::restore();
     }
     watched?;

@@ -9,6 +9,7 @@ use estimator_core::{
 use tempfile::SpooledTempFile;
 
 use super::rate::TimesSoFar;
+use crate::phase::{code_of, phase_of};
 
 /// Source of the estimates of a recording that has contacts of its foot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -18,6 +19,17 @@ pub enum ContactUse {
     Ignored,
     /// The contacts are the estimates.
     Recorded,
+}
+
+impl ContactUse {
+    /// Returns the use of contacts in a recording whose estimates may be computed again from its samples.
+    #[must_use]
+    pub const fn unless_estimated(again: bool) -> Self {
+        match again {
+            true => Self::Ignored,
+            false => Self::Recorded,
+        }
+    }
 }
 
 /// Bytes kept in memory; longer data go to a file in the system's temporary folder.
@@ -95,12 +107,6 @@ pub const fn flags_of_contact(flags: Flags, is_valid: bool) -> Flags {
     } else {
         flags.with(Flag::InvalidSample)
     }
-}
-
-/// Phase of a code: its place in [`Phase::ALL`], as in `footfall_msgs/msg/Contact`.
-pub(super) fn phase_of(code: u8) -> Phase {
-    let phase = Phase::ALL.get(usize::from(code));
-    phase.copied().unwrap_or(Phase::Unknown)
 }
 
 /// Newest orientation of a foot, which is sent less often than its contacts.
@@ -240,7 +246,7 @@ fn encode(contact: &Contact) -> [u8; ROW] {
         bytes.copy_from_slice(&number.to_le_bytes());
     }
     row[ROW - 3] = u8::from(contact.decision == Decision::Stable);
-    row[ROW - 2] = contact.phase as u8;
+    row[ROW - 2] = code_of(contact.phase);
     row[ROW - 1] = contact.flags.bits();
     row
 }

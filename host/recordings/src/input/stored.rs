@@ -260,15 +260,22 @@ impl Stored {
         Ok(Self::new(about, spool, Timing::Stored))
     }
 
+    /// Time of the file's clock at the first sample, µs, and samples per second: those of [`Self::samples`], also where
+    /// contacts are described in their place.
+    #[must_use]
+    pub const fn clock_of_samples(&self) -> (i64, f32) {
+        match &self.contacts {
+            Some(used) => (used.samples_start_us, used.sample_rate),
+            None => (self.about.start_us, self.about.sample_rate),
+        }
+    }
+
     /// Returns all samples, from the first.
     ///
     /// # Errors
     /// The temporary file with the samples cannot be written or read.
     pub fn samples(&mut self) -> io::Result<impl Iterator<Item = io::Result<RecordedSample>> + '_> {
-        let (start_us, sample_rate) = match &self.contacts {
-            Some(used) => (used.samples_start_us, used.sample_rate),
-            None => (self.about.start_us, self.about.sample_rate),
-        };
+        let (start_us, sample_rate) = self.clock_of_samples();
         Ok(Timed {
             samples: self.spool.samples()?,
             timing: &self.timing,

@@ -71,6 +71,7 @@ def estimate(
     decimal: str | None = None,
     time_unit: TimeUnit | None = None,
     times: Times | None = None,
+    estimate_again: bool = False,
     strict: bool = False,
     robot: str | None = None,
     path_pattern: str | None = None,
@@ -106,6 +107,8 @@ def estimate(
     format, rate, topic, not_topic, frame, load_topic, map, units, scale, decimal, time_unit,
     times
         As of :func:`footfall.read`.
+    estimate_again : bool
+        As of :func:`footfall.estimate_file`.
     window : str, optional
         Length of the window with half-widths, such as ``"50ms"``.
     strict : bool
@@ -158,7 +161,10 @@ def estimate(
         raise ValueError(f"jobs is {jobs}, but 1 or more is expected")
     begin = time.monotonic()
     given = settings(preset, config, gravity, rate, axes, format)
-    options = read_options(format, rate, gravity, topic, frame, load_topic, map, units, time_unit, times, not_topic, scale, decimal)
+    options = read_options(
+        format, rate, gravity, topic, frame, load_topic, map, units, time_unit, times, not_topic, scale, decimal,
+        estimate_again,
+    )
     batch: BatchDict = {"window": window, "strict": strict, "only_foot": None}
     # Invalid arguments are refused here, and not by a worker.
     settings_hash = _footfall.batch_settings_hash(options, given, batch)

@@ -1,4 +1,4 @@
-//! Playback of a recording of an IMU; the estimates are computed here with the default preset.
+//! Playback of a recording of an IMU; the estimates are computed here.
 
 use std::iter::Peekable;
 use std::path::Path;
@@ -7,10 +7,9 @@ use std::sync::mpsc::{IntoIter, SyncSender, sync_channel};
 use std::thread;
 use std::time::Duration;
 
-use analysis::config::Preset;
 use decode::Row;
-use estimator_core::{ContactEstimate, Gravity, Params, Timestamp};
-use recordings::input::{Hints, Opened, Stored};
+use estimator_core::{ContactEstimate, Gravity, Timestamp};
+use recordings::input::{Opened, Stored};
 use recordings::plausible::{Check, Finding};
 use recordings::replay::Replay;
 use wire::Faults;
@@ -18,6 +17,7 @@ use wire::pdo::Status;
 
 use crate::link::pace::Pace;
 use crate::link::{Arrival, Arrived, Link, LinkError, Sending};
+use crate::playback::Playback;
 
 /// Number of estimates that a thread computes in advance.
 const AHEAD: usize = 1024;
@@ -33,22 +33,54 @@ pub(super) struct Imu {
 type Estimated = Result<Arrived, String>;
 
 impl Imu {
-    pub(super) fn open(path: &Path, pace: Pace, hints: &Hints) -> Result<Self, LinkError> {
+    pub(super) fn open(path: &Path, pace: Pace, playback: &Playback) -> Result<Self, LinkError> {
+        let Playback { hints, settings } = playback;
         let name = path.display().to_string();
-        let error = |error: recordings::input::InputError| LinkError::File(error.to_string());
-        let opened = Opened::new(path, None).map_err(error)?;
-        let params = Preset::Default.params(opened.format());
-        let stored = opened.store_all(hints).map_err(error)?;
-        let feet = stored.into_iter().map(|stored| {
+        let opened = Opened::new(path, None).map_err(failed)?;
+        let format = opened.format();
+        let origins = settings.origins(&name);
+        let of_all = settings.params(format);
+        origins.check_effects(&of_all).map_err(failed)?;
+        let stored = opened.store_all(hints).map_err(failed)?;
+        let names: Vec<&str> = stored
+            .iter()
+            .flat_map(|stored| stored.about.names())
+            .collect();
+        if let Some(foot) = settings.absent_foot(&names) {
+            let feet = names.join(", ");
+            return Err(failed(format!(
+                "--axes names the foot {foot}, but there is {feet}"
+            )));
+        }
+        let mut unused = settings.unused_feet(&names);
+        let mut feet = Vec::new();
+        for mut stored in stored {
+            let about = &mut stored.about;
+            let params = settings.params_of(&about.names(), format);
+            let replay = Replay::new(about.sample_rate, about.gravity, &params);
+            let replay = replay.map_err(|error| failed(origins.explain(&error, &params)))?;
+            let (preset, foot) = (settings.preset, about.foot_or_name());
+            let window = preset.window_notice(format, &params, foot, about.sample_rate);
+            about
+                .notices
+                .extend(unused.take().into_iter().chain(window));
             let (sender, receiver) = sync_channel(AHEAD);
             let line: Arc<str> = name.as_str().into();
             // The thread ends with the recording, or when the receiver is dropped.
-            thread::spawn(move || estimate(stored, &params, &line, &sender));
-            receiver.into_iter().peekable()
-        });
-        let feet = feet.collect();
+            thread::spawn(move || estimate(stored, replay, &line, &sender));
+            feet.push(receiver.into_iter().peekable());
+        }
         Ok(Self { name, feet, pace })
     }
+}
+
+/// Error of a file, with this sentence.
+#[expect(
+    clippy::needless_pass_by_value,
+    reason = "it maps errors, which are passed by value"
+)]
+fn failed(sentence: impl ToString) -> LinkError {
+    LinkError::File(sentence.to_string())
 }
 
 /// Failure of a thread that estimates.
@@ -60,8 +92,8 @@ enum Failure {
 }
 
 /// Sends the remarks about a foot's recording and the rows of its estimates.
-fn estimate(stored: Stored, params: &Params, line: &Arc<str>, to: &SyncSender<Estimated>) {
-    if let Err(Failure::Broken(error)) = send_estimates(stored, params, line, to) {
+fn estimate(stored: Stored, replay: Replay, line: &Arc<str>, to: &SyncSender<Estimated>) {
+    if let Err(Failure::Broken(error)) = send_estimates(stored, replay, line, to) {
         // The receiver may be dropped already.
         let _ = to.send(Err(error));
     }
@@ -69,7 +101,7 @@ fn estimate(stored: Stored, params: &Params, line: &Arc<str>, to: &SyncSender<Es
 
 fn send_estimates(
     mut stored: Stored,
-    params: &Params,
+    mut replay: Replay,
     line: &Arc<str>,
     to: &SyncSender<Estimated>,
 ) -> Result<(), Failure> {
@@ -100,7 +132,6 @@ fn send_estimates(
     for finding in &before {
         remark(at, doubt(&name, finding))?;
     }
-    let mut replay = Replay::new(about.sample_rate, about.gravity, params).map_err(broken)?;
     let mut check = check();
     for (number, sample) in stored.samples().map_err(broken)?.enumerate() {
         let sample = sample.map_err(broken)?;

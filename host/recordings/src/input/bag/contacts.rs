@@ -12,11 +12,12 @@ use std::io;
 use estimator_core::{Decision, Flags, PerAxis, Probabilities, Quaternion};
 
 use super::super::contacts::{
-    Contact, Contacts, NO_ORIENTATION, NO_VECTOR, NewestOrientation, flags_of_contact, phase_of,
+    Contact, Contacts, NO_ORIENTATION, NO_VECTOR, NewestOrientation, flags_of_contact,
 };
 use super::cdr::decode;
 use super::messages::{self, Imu, TwistWithCovarianceStamped};
 use super::storage::{Channel, micros};
+use crate::phase::phase_of;
 
 /// Largest deviation of the square of a unit quaternion's length from 1.
 const UNIT: f64 = 1.0e-3;

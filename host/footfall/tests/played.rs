@@ -1,0 +1,127 @@
+//! Tests of the settings of recordings that are played as sources: `--config` and `--preset`.
+
+mod common;
+
+use std::fs;
+
+use common::{Bench, read, text};
+use gait::{GaitName, Ground, Plan, SensorParams, record};
+use recordings::output::write_recording;
+
+/// Settings of the foot `walk` alone, and its contacts with them.
+const SETTINGS: &str = "\
+[feet.walk]
+axes = '-x,-y,z'
+
+[feet.walk.decision]
+threshold = 0.95
+";
+
+/// Returns a bench with the recording `walk.csv`, and settings as `robot.toml`.
+fn bench() -> Bench {
+    let plan = Plan::steady(GaitName::Walk, Ground::Hard, 8.0, 3);
+    let recording = record(&plan, &SensorParams::LSM6DSOX, 3);
+    let mut bytes = Vec::new();
+    write_recording(&recording.samples, &mut bytes).expect("memory is enough");
+    let bench = Bench::with("walk.csv", bytes);
+    fs::write(bench.path("robot.toml"), SETTINGS).expect("a file");
+    bench
+}
+
+/// Returns these columns of a table.
+fn columns<'a>(table: &'a str, names: &[&str]) -> Vec<Vec<&'a str>> {
+    let mut rows = table.lines().map(|row| row.split(','));
+    let header: Vec<&str> = rows.next().expect("a header").collect();
+    let place = |name: &&str| header.iter().position(|column| column == name);
+    let places: Vec<usize> = names.iter().map(|name| place(name).expect(name)).collect();
+    let row = |row: std::str::Split<'a, char>| {
+        let row: Vec<&str> = row.collect();
+        places.iter().map(|place| row[*place]).collect()
+    };
+    rows.map(row).collect()
+}
+
+const COMPARED: [&str; 3] = ["p_stable", "p_tangential", "decision"];
+
+/// Returns the estimates of a replay with these options.
+fn replayed(bench: &Bench, options: &str) -> Vec<Vec<String>> {
+    bench.stdout(&format!("replay {options} --output out.csv"));
+    let table = read(&bench.path("out.csv"));
+    let columns = columns(&table, &COMPARED);
+    let owned = |row: Vec<&str>| row.into_iter().map(str::to_owned).collect();
+    columns.into_iter().map(owned).collect()
+}
+
+#[test]
+fn config_applies_to_a_played_recording() {
+    let bench = bench();
+    let plain = replayed(&bench, "walk.csv");
+    for options in ["--config robot.toml", "--preset paper"] {
+        let expected = replayed(&bench, &format!("walk.csv {options}"));
+        assert_ne!(expected, plain, "{options}");
+        bench.stdout(&format!(
+            "record file:walk.csv {options} -o played.mcap --overwrite"
+        ));
+        assert_eq!(replayed(&bench, "played.mcap"), expected, "{options}");
+    }
+}
+
+#[test]
+fn sections_of_feet_apply_to_a_played_bag() {
+    let bench = Bench::new();
+    bench.stdout("record demo:feet=2,line=uart,seconds=6,speed=max -o feet.mcap");
+    fs::write(
+        bench.path("robot.toml"),
+        "feet.L.decision.threshold = 0.95\n",
+    )
+    .expect("a file");
+    let feet = "--topic all --config robot.toml";
+    let expected = replayed(&bench, &format!("feet.mcap {feet} --estimate-again"));
+    bench.stdout(&format!("record file:feet.mcap {feet} -o played.mcap"));
+    assert_eq!(replayed(&bench, "played.mcap --topic all"), expected);
+    let other = replayed(&bench, "feet.mcap --topic all --estimate-again");
+    assert_ne!(expected, other);
+}
+
+/// Returns the error of a monitor that fails after its start.
+fn failed(bench: &Bench, options: &str) -> String {
+    let output = bench.run(&format!("monitor --plain {options}"));
+    assert!(!output.status.success(), "{output:?}");
+    text(&output.stderr)
+}
+
+#[test]
+fn monitor_names_settings_of_other_feet() {
+    let bench = bench();
+    fs::copy(bench.path("walk.csv"), bench.path("other.csv")).expect("a copy");
+    let shown = bench.stdout("monitor file:other.csv@max --plain --config robot.toml");
+    let remark = "robot.toml has settings of walk, but there is other";
+    assert!(shown.contains(remark), "{shown}");
+    let error = failed(&bench, "file:other.csv@max --axes walk=x,y,z");
+    assert!(
+        error.contains("--axes names the foot walk, but there is other"),
+        "{error}"
+    );
+}
+
+#[test]
+fn settings_of_no_recording_are_refused() {
+    let bench = bench();
+    for command in ["monitor", "view", "record -o x.mcap", "ros2"] {
+        let error = bench.error(&format!("{command} demo --config robot.toml"));
+        assert!(
+            error.contains("demo:feet=1 has no recording of an IMU: --config"),
+            "{error}"
+        );
+    }
+    let frame = "(0.000001) can0 1A1#0000000000000000\n";
+    fs::write(bench.path("can.log"), frame.repeat(3)).expect("a file");
+    let error = failed(&bench, "file:can.log@max --config robot.toml");
+    assert!(
+        error.contains("can.log has contacts that feet sent"),
+        "{error}"
+    );
+    fs::write(bench.path("bad.toml"), "decision.threshold = 2\n").expect("a file");
+    let error = bench.error("monitor file:walk.csv@max --plain --config bad.toml");
+    assert!(error.contains("bad.toml, line 1"), "{error}");
+}
