@@ -351,7 +351,7 @@ impl Settings {
     }
 
     /// Factor of the accelerometer's full scales and sensitivities against those of an LSM6DSOX: 1, or 2 for an
-    /// LSM6DSO32, which has the same registers and identity (LSM6DSO32 data sheet, table 3).
+    /// LSM6DSO32, which has the same registers and identity (LSM6DSO32 data sheet).
     #[must_use]
     pub fn accelerometer_range(&self) -> f32 {
         match self.u8(slot!(ACCELEROMETER, 7)) {
