@@ -350,12 +350,24 @@ impl Settings {
         }
     }
 
-    /// Correction of the accelerometer.
+    /// Factor of the accelerometer's full scales and sensitivities against those of an LSM6DSOX: 1, or 2 for an
+    /// LSM6DSO32, which has the same registers and identity (LSM6DSO32 data sheet).
+    #[must_use]
+    pub fn accelerometer_range(&self) -> f32 {
+        match self.u8(slot!(ACCELEROMETER, 7)) {
+            0 => 1.0,
+            _ => 2.0,
+        }
+    }
+
+    /// Correction of the accelerometer, to be applied to the reading of an LSM6DSOX with the same codes. The
+    /// [range](Self::accelerometer_range) is a power of two, so that this loses no bit.
     #[must_use]
     pub fn accelerometer(&self) -> AccelerometerCorrection {
+        let range = self.accelerometer_range();
         AccelerometerCorrection {
-            bias: self.vector(slot!(ACCELEROMETER, 1)),
-            scale: self.vector(slot!(ACCELEROMETER, 4)),
+            bias: self.vector(slot!(ACCELEROMETER, 1)) * (1.0 / range),
+            scale: self.vector(slot!(ACCELEROMETER, 4)) * range,
         }
     }
 
@@ -701,6 +713,35 @@ mod tests {
         };
         assert_eq!(settings.accelerometer(), expected);
         assert_eq!(settings.params(), Params::DEFAULT);
+    }
+
+    #[test]
+    fn other_part_has_twice_the_reading_before_its_correction() {
+        let mut settings = Settings::default();
+        let mut set = |subindex: u8, value: Value| {
+            let address = Address::new(index::ACCELEROMETER, subindex);
+            assert_eq!(settings.set(address, value), Ok(()));
+        };
+        (1..)
+            .zip([0.1, -0.2, 0.3, 1.01, 0.98, 1.03])
+            .for_each(|(subindex, value)| set(subindex, Value::F32(value)));
+        let mut other = settings.clone();
+        let part = Address::new(index::ACCELEROMETER, 7);
+        assert_eq!(other.set(part, Value::U8(2)), Err(AbortCode::TooHigh));
+        assert_eq!(other.set(part, Value::U8(1)), Ok(()));
+        let reading = Vec3::new(1.7, -4.9, 78.1);
+        assert_eq!(
+            other
+                .accelerometer()
+                .apply(estimator_core::SpecificForce(reading)),
+            settings
+                .accelerometer()
+                .apply(estimator_core::SpecificForce(reading * 2.0))
+        );
+        assert_eq!(
+            [&settings, &other].map(Settings::accelerometer_range),
+            [1.0, 2.0]
+        );
     }
 
     fn set_mounting(settings: &mut Settings, subindex: u8, value: Value) -> Result<(), AbortCode> {

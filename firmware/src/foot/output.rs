@@ -69,7 +69,7 @@ impl Foot {
             self.push_uart(Lane::Estimate, &contact, ports);
         }
         if is_due(streams.raw)
-            && let Some(raw) = raw_message(measurement)
+            && let Some(raw) = raw_message(measurement, self.settings().accelerometer_range())
         {
             self.push_uart(Lane::Stream, &raw, ports);
         }
@@ -126,7 +126,8 @@ const fn lane_of(frame: &CanFrame) -> Lane {
     }
 }
 
-fn raw_message(measurement: &Measurement) -> Option<uart::RawSample> {
+/// Message with the codes of a sample; `range` is [`Settings::accelerometer_range`](wire::Settings::accelerometer_range).
+fn raw_message(measurement: &Measurement, range: f32) -> Option<uart::RawSample> {
     let raw = measurement.raw?;
     Some(uart::RawSample {
         timestamp: measurement.sample.timestamp,
@@ -134,7 +135,7 @@ fn raw_message(measurement: &Measurement) -> Option<uart::RawSample> {
         temperature: Quantity::new(raw.temperature.to_celsius(), TEMPERATURE_STEP),
         acceleration: raw.specific_force.codes,
         rate: raw.angular_rate.codes,
-        acceleration_scale: raw.specific_force.full_scale.sensitivity(),
+        acceleration_scale: raw.specific_force.full_scale.sensitivity() * range,
         rate_scale: raw.angular_rate.full_scale.sensitivity(),
     })
 }

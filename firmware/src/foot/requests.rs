@@ -14,11 +14,9 @@ use storage::{Erase, Origin, StoreFailed};
 /// Maximum number of requests handled per tick; more wait for the next.
 pub const INPUTS_PER_TICK: usize = 8;
 
-/// Stores and restores that may follow each other at once after power-up; then there is one each [`REST_TICKS`]: a sector
-/// of flash endures 10 000 erases (STM32F405 data sheet, DS8626, table 41), and 50 stores a second would use them up in
-/// hours. After a commanded reset there is none at first, so that resets do not raise the rate.
-///
-/// [`REST_TICKS`]: super::REST_TICKS
+/// Stores and restores that may follow each other at once after power-up; then there is one in each 1024 ticks: a sector of
+/// flash endures 10 000 erases (STM32F405 data sheet, DS8626), and 50 stores a second would use them up in hours. After a
+/// commanded reset there is none at first, so that resets do not raise the rate.
 pub const STORES_AT_ONCE: u8 = 4;
 
 /// Destination of the response to a store or a restore.

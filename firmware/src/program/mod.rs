@@ -105,7 +105,7 @@ fn main() -> ! {
     };
     let settings = foot.settings();
     let (can_rate, uart_rate) = (settings.can_bit_rate(), settings.uart_rate());
-    let self_test = settings.self_test();
+    let (self_test, range) = (settings.self_test(), settings.accelerometer_range());
     let Ok((uart_out, uart_in)) = board.uart.start(uart_rate) else {
         halt(&mut led, "the UART cannot have its rate");
     };
@@ -126,7 +126,7 @@ fn main() -> ! {
     // After the tasks that send: the first frames do not wait for a start of the buses, and none replaces another.
     interrupt::UART4.set_priority(board::SAMPLING_EXECUTOR_PRIORITY);
     let level = SAMPLING.start(interrupt::UART4);
-    let sensor = Sensor::new(board.sensor);
+    let sensor = Sensor::new(board.sensor).with_accelerometer_range(range);
     once(
         sampling::sample(sensor, board.timebase, board.load, foot, self_test),
         |task| level.spawn(task),

@@ -56,6 +56,8 @@ pub struct Sensor<SPI> {
     /// Fault of the register that was read back after the previous sample.
     found: Option<SensorFault>,
     standing: Standing,
+    /// Factor of the changes in the accelerometer's self-test.
+    accelerometer_range: f32,
 }
 
 /// Trust in the samples after a start.
@@ -79,6 +81,17 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
             misreads: 0,
             found: None,
             standing: Standing::Trusted,
+            accelerometer_range: 1.0,
+        }
+    }
+
+    /// Sets the range of the accelerometer for its self-test:
+    /// [`Settings::accelerometer_range`](wire::Settings::accelerometer_range).
+    #[must_use]
+    pub fn with_accelerometer_range(self, range: f32) -> Self {
+        Self {
+            accelerometer_range: range,
+            ..self
         }
     }
 
@@ -188,7 +201,10 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
         delay: &mut impl DelayNs,
     ) -> Result<Option<SensorFault>, SensorFault> {
         let result = self.driver.self_test(delay).await;
-        let result = result.map_err(|error| self.fault_of(&error))?;
+        let mut result = result.map_err(|error| self.fault_of(&error))?;
+        for change in &mut result.specific_force {
+            *change *= self.accelerometer_range;
+        }
         Ok((!result.passed())
             .then(|| SensorFault::new(Fault::SensorSelfTest, failed_axes(&result))))
     }

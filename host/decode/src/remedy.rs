@@ -183,7 +183,7 @@ const fn of_fault(fault: Fault) -> &'static str {
             "check SPI's wires for length and crosstalk: samples are not read twice, and may be wrong"
         }
         Fault::SensorScale => {
-            "about half of 9.8 m/s² at rest: the part is an LSM6DSO32, fit an LSM6DSOX; otherwise check bias and scale of the accelerometer (0x2017)"
+            "about half of 9.8 m/s² at rest: the part is an LSM6DSO32, set 0x2017:7 to 1; otherwise check bias and scale of the accelerometer (0x2017)"
         }
     }
 }

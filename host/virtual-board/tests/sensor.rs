@@ -3,13 +3,17 @@
 
 mod common;
 
+use common::rig::{OPERATIONAL, PRE_OPERATIONAL, Rig};
 use common::{MILLISECOND, options, product, run};
+use estimator_core::Validity;
 use lsm6dsox::sim::{Axis, PartFault as SensorFault, Stimulus};
 use lsm6dsox::{Sensor, register};
 use virtual_board::board::{Board, Injection};
 use virtual_board::parity;
 use virtual_board::part::can::TimedFrame;
 use virtual_board::time::to_us;
+use wire::dictionary::index;
+use wire::uart::{Message, RawSample};
 use wire::{Emergency, Fault};
 
 /// Function codes of `CANopen`; the node's number is added.
@@ -248,6 +252,64 @@ fn a_wrong_scale_is_reported_until_gravity_is_right_at_rest() {
             _ => panic!("{g} g: {reported:?}"),
         }
     }
+}
+
+/// An LSM6DSO32 with its setting: half of the codes of an LSM6DSOX are gravity, also beyond ±16 g, in raw samples, and
+/// after a reset with the self-test.
+#[test]
+fn other_part_is_a_setting_and_measures_twice_the_range() {
+    const HALF: f64 = 0.5;
+    let Some(elf) = product() else { return };
+    let lying = |seconds: f64| {
+        let mut lying = Stimulus::REST;
+        lying.specific_force[2] *= HALF;
+        if (12.0..12.01).contains(&seconds) {
+            lying.specific_force[0] = 25.0 * 9.806_65 * HALF;
+        }
+        lying
+    };
+    let started = Board::with_motion(&elf, options(), lying).expect("it fits the flash");
+    let mut rig = Rig::of(started);
+    rig.run(3_500);
+    assert!(rig.emergencies().contains(&Fault::SensorScale.code()));
+    rig.nmt(PRE_OPERATIONAL);
+    rig.run(3);
+    for (index, subindex, command, value) in [
+        (index::ACCELEROMETER, 7, 0x2F, 1),
+        (index::SELF_TEST, 0, 0x2F, 1),
+        (index::UART_STREAMS, 2, 0x2B, 1),
+    ] {
+        let [low, high] = index.to_le_bytes();
+        rig.can(0x611, &[command, low, high, subindex, value, 0, 0, 0]);
+        rig.run(3);
+    }
+    rig.store();
+    rig.run(50);
+    assert!(rig.answers().iter().all(|answer| answer[0] == 0x60));
+    rig.nmt(OPERATIONAL);
+    rig.run(6_000);
+    rig.forget();
+    rig.run(500);
+    assert!(!rig.stable().is_empty(), "it is no fault any more");
+    rig.board.inject(Injection::Reset);
+    rig.run(3_000);
+    assert_eq!(rig.emergencies(), Vec::<u16>::new());
+    let force = |raw: &RawSample| {
+        let codes = raw.acceleration.map(f32::from);
+        codes.map(|code| code * raw.acceleration_scale)
+    };
+    let raw = rig
+        .messages
+        .iter()
+        .filter_map(|(_, message)| match message {
+            Message::Raw(raw) if raw.validity == Validity::Valid => Some(force(raw)),
+            _ => None,
+        });
+    let raw: Vec<[f32; 3]> = raw.collect();
+    let [_, _, up] = raw.last().expect("raw samples");
+    assert!((up - 9.8).abs() < 0.3, "{up} m/s²");
+    let most = raw.iter().map(|[x, ..]| *x).fold(0.0, f32::max);
+    assert!(most > 20.0 * 9.8, "{most} m/s²");
 }
 
 /// Time from the chip select to the last bit of the latest sample, 17 bytes, µs.

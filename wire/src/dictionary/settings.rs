@@ -105,6 +105,9 @@ const ACCELEROMETER: &[Entry] = {
         scale(4, "Scale x", "accelerometer.scale.ax", NONE.scale.x),
         scale(5, "Scale y", "accelerometer.scale.ay", NONE.scale.y),
         scale(6, "Scale z", "accelerometer.scale.az", NONE.scale.z),
+        Entry::setting(7, "Part", Concern::Correction, Value::U8(0))
+            .range(Value::U8(0), Value::U8(1))
+            .doc("0 LSM6DSOX, ±16 g; 1 LSM6DSO32, ±32 g. The self-test follows it from the next start on"),
     ]
 };
 
