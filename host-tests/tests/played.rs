@@ -12,7 +12,7 @@ use estimator_core::Gravity;
 use footfall::commands::Arguments;
 use host_tests::requirements::unmet;
 use live::feed::Fed;
-use live::{Feed, Source};
+use live::{Feed, Playback, Source};
 use recordings::input::Hints;
 use recordings::input::bag::{Channel, Receiver, Written, copy};
 
@@ -165,9 +165,13 @@ fn remarks(force: f32, gravity: Gravity) -> Vec<String> {
     let source: Source = format!("file:{}@max", path.display())
         .parse()
         .expect("a source");
-    let feed = Feed::open(source.read_with(Hints {
+    let hints = Hints {
         gravity: Some(gravity),
         ..Hints::default()
+    };
+    let feed = Feed::open(source.played_with(Playback {
+        hints,
+        ..Playback::default()
     }));
     let mut remarks = Vec::new();
     loop {
