@@ -6,7 +6,7 @@ use std::process::Command;
 
 use analysis::replay::span::Span;
 use estimator_core::{AngularRate, ImuSample, Load, SpecificForce, Timestamp, Validity, Vec3};
-use footfall::convert::{Bag, Foot, Form, each, write_table};
+use footfall::convert::{Bag, ConvertedFoot, Form, each, write_table};
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, simulate};
 use host_tests::requirements::unmet;
@@ -40,7 +40,7 @@ fn convert(folder: &Path, target: &str, form: Form) {
     let stored = opened.and_then(|opened| opened.store(&Hints::default()));
     let name = "walk".to_owned();
     let stored = stored.unwrap_or_else(|error| panic!("{error}"));
-    let mut feet = [Foot { name, stored }];
+    let mut feet = [ConvertedFoot { name, stored }];
     let [foot] = &mut feet;
     let mut has_load = false;
     let span = Span::default();

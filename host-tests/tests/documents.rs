@@ -181,6 +181,17 @@ fn no_source_file_exceeds_500_lines_without_its_tests() {
     assert!(long.is_empty(), "{long:#?}");
 }
 
+#[test]
+fn modules_of_host_crates_begin_in_mod_rs() {
+    let mut found = Vec::new();
+    for folder in ["host", "host-tests/src", "python/src"] {
+        sources(&workspace().join(folder), &mut found);
+    }
+    let is_beside_its_folder = |path: &&PathBuf| path.with_extension("").is_dir();
+    let others: Vec<_> = found.iter().filter(is_beside_its_folder).collect();
+    assert!(others.is_empty(), "{others:#?}");
+}
+
 /// Crates whose files form no circle of imports.
 const WITHOUT_CIRCLES: [&str; 20] = [
     "bootloader",

@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 
 use analysis::batch::pattern::PathPattern;
 use analysis::batch::run::{Outcome, Reason, Results, Watch};
-use analysis::batch::sources::Recording;
+use analysis::batch::sources::FoundRecording;
 use analysis::batch::{FeetWanted, Identity, Plausibility, Row, Settings, estimate_recording};
 use analysis::config::{Resolved, parse_window};
 use pyo3::exceptions::{PyOSError, PyValueError};
@@ -125,7 +125,7 @@ pub(crate) fn batch_settings_hash(
 struct Planned(Mutex<Option<Outcome>>);
 
 impl Watch for Planned {
-    fn done(&self, _: &Recording, outcome: Outcome) {
+    fn done(&self, _: &FoundRecording, outcome: Outcome) {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(outcome);
     }
 }
@@ -144,7 +144,7 @@ pub(crate) fn batch_plan(
     out: PathBuf,
 ) -> PyResult<(Option<&'static str>, String)> {
     let settings = all_settings(&options, &settings, batch)?;
-    let recording = Recording {
+    let recording = FoundRecording {
         path,
         identity: identity.read()?,
         bytes: 0,

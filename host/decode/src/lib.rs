@@ -87,7 +87,7 @@ pub enum DecodeError {
 }
 
 /// Receives rows, in the order of the file.
-pub type Sink<'a> = &'a mut dyn FnMut(Row) -> io::Result<()>;
+pub type RowSink<'a> = &'a mut dyn FnMut(Row) -> io::Result<()>;
 
 /// Result of decoding a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -114,7 +114,7 @@ pub struct Decoded {
 /// # Errors
 /// The file cannot be read, is empty, or is neither a CAN log nor a recording of the serial line; or `sink`
 /// fails. Damage within a file is counted in the report and is not an error.
-pub fn read(path: &Path, feet: &Feet, sink: Sink<'_>) -> Result<Outcome, DecodeError> {
+pub fn read(path: &Path, feet: &Feet, sink: RowSink<'_>) -> Result<Outcome, DecodeError> {
     if path == Path::new("-") {
         return stream(Box::new(io::stdin()), STANDARD_INPUT, feet, sink);
     }
@@ -147,7 +147,7 @@ fn stream(
     source: Box<dyn Read>,
     file: &str,
     feet: &Feet,
-    sink: Sink<'_>,
+    sink: RowSink<'_>,
 ) -> Result<Outcome, DecodeError> {
     let unreadable = |source| DecodeError::Unreadable {
         file: file.to_owned(),

@@ -11,14 +11,14 @@ use wire::uart::{ContactMessage, Decoder, Frame, HealthMessage, Kind, Message, P
 use wire::{Fault, NodeId};
 
 use super::report::{BoardReport, Medium, Report};
-use super::{DecodeError, Feet, Outcome, Row, Sink};
+use super::{DecodeError, Feet, Outcome, Row, RowSink};
 
 /// Decodes all bytes of a recording; `None` if it contains no frame with a valid CRC.
 pub(super) fn decode(
     mut source: impl Read,
     file: &str,
     feet: &Feet,
-    sink: Sink<'_>,
+    sink: RowSink<'_>,
 ) -> Result<Option<Outcome>, DecodeError> {
     let mut decoder = Decoder::new();
     let mut has_frame = false;

@@ -76,7 +76,7 @@ impl Observer for Watched {
 }
 
 /// A foot with its estimates.
-pub struct Foot {
+pub struct ReplayedFoot {
     /// Results of the foot.
     pub foot: Replayed,
     /// Picture of the foot, if drawn.
@@ -87,7 +87,11 @@ pub struct Foot {
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn write_events(path: &Path, feet: &mut [Foot], several: bool) -> Result<(), OutputError> {
+pub fn write_events(
+    path: &Path,
+    feet: &mut [ReplayedFoot],
+    several: bool,
+) -> Result<(), OutputError> {
     write_file(path, |to| {
         let foot = if several { "foot," } else { "" };
         writeln!(to, "{foot}{}", events::HEADER)?;
@@ -100,11 +104,11 @@ pub fn write_events(path: &Path, feet: &mut [Foot], several: bool) -> Result<(),
 ///
 /// # Errors
 /// A file cannot be written.
-pub fn write_pictures(path: &Path, feet: &mut [Foot]) -> Result<Vec<PathBuf>, OutputError> {
+pub fn write_pictures(path: &Path, feet: &mut [ReplayedFoot]) -> Result<Vec<PathBuf>, OutputError> {
     let one = feet.len() == 1;
     let mut page = Vec::new();
     let mut written = Vec::new();
-    for Foot { foot, picture } in feet {
+    for ReplayedFoot { foot, picture } in feet {
         match picture.take() {
             None => {}
             Some(Picture::Page(foot)) => page.push(foot),

@@ -16,7 +16,7 @@ use super::index::{Incomplete, Index, remove_empty_folders};
 use super::recording::{BatchError, Progress, estimate_recording_watched};
 use super::row::{Row, Status};
 use super::settings::Settings;
-use super::sources::{Recording, name};
+use super::sources::{FoundRecording, name};
 use crate::replay::jobs;
 
 /// Why a recording is estimated.
@@ -143,12 +143,12 @@ impl Results {
     /// The first error that affects every recording; no further recording is started after it.
     pub fn estimate(
         &self,
-        recordings: &[Recording],
+        recordings: &[FoundRecording],
         settings: &Settings,
         jobs: NonZeroUsize,
         watch: &(dyn Watch + Sync),
     ) -> Result<(), BatchError> {
-        let mut order: Vec<&Recording> = recordings.iter().collect();
+        let mut order: Vec<&FoundRecording> = recordings.iter().collect();
         order.sort_by_key(|recording| std::cmp::Reverse(recording.bytes));
         let hash = settings.blake3();
         let results = jobs::run(&order, jobs, |recording| {
@@ -177,7 +177,7 @@ impl Results {
     /// Reports to [`Watch::done`] which recordings [`Self::estimate`] would estimate, and why.
     pub fn plan(
         &self,
-        recordings: &[Recording],
+        recordings: &[FoundRecording],
         settings: &Settings,
         jobs: NonZeroUsize,
         watch: &(dyn Watch + Sync),
@@ -196,7 +196,7 @@ impl Results {
     /// Returns the results of recordings that are not in `recordings`, though their names are those of `sources` or of
     /// something below one.
     #[must_use]
-    pub fn stale(&self, recordings: &[Recording], sources: &[PathBuf]) -> Vec<Stale> {
+    pub fn stale(&self, recordings: &[FoundRecording], sources: &[PathBuf]) -> Vec<Stale> {
         let sources: Vec<String> = sources.iter().map(|source| name(source)).collect();
         let is_below = |recording: &Option<String>| {
             let Some(recording) = recording else {
@@ -243,8 +243,8 @@ impl Results {
 
     /// Returns the rows of a recording that is up to date, or the reason to estimate it. The recording is read
     /// only if everything else matches.
-    fn up_to_date(&self, recording: &Recording, settings: &str) -> Result<Vec<Row>, Reason> {
-        let Recording { path, identity, .. } = recording;
+    fn up_to_date(&self, recording: &FoundRecording, settings: &str) -> Result<Vec<Row>, Reason> {
+        let FoundRecording { path, identity, .. } = recording;
         let rows = self.index.complete_rows(&identity.key());
         let rows = rows.map_err(|incomplete| match incomplete {
             Incomplete::Missing => Reason::Missing,
@@ -279,12 +279,12 @@ impl Results {
 /// Observes recordings while they are estimated, on any thread.
 pub trait Watch {
     /// Returns the callback for the progress of a recording.
-    fn progress(&self, _recording: &Recording) -> Progress {
+    fn progress(&self, _recording: &FoundRecording) -> Progress {
         Arc::new(|_| ())
     }
 
     /// Called when a recording is done.
-    fn done(&self, recording: &Recording, outcome: Outcome);
+    fn done(&self, recording: &FoundRecording, outcome: Outcome);
 }
 
 /// Returns whether this identity places a row where it is.

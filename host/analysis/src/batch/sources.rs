@@ -30,7 +30,7 @@ pub struct Search {
 
 /// Recording that was found.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Recording {
+pub struct FoundRecording {
     /// Path of the recording.
     pub path: PathBuf,
     /// Identity of the recording.
@@ -52,7 +52,7 @@ pub struct PassedOver {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sources {
     /// Recordings, in the order of their names.
-    pub recordings: Vec<Recording>,
+    pub recordings: Vec<FoundRecording>,
     /// Visible files that are not recordings.
     pub passed_over: Vec<PassedOver>,
     /// Names of the recordings whose path does not match the pattern.
@@ -187,7 +187,7 @@ impl Finder<'_> {
             self.found.not_as_the_pattern.push(name.clone());
         }
         self.seen.insert(real.to_owned(), name);
-        self.found.recordings.push(Recording {
+        self.found.recordings.push(FoundRecording {
             path: path.to_owned(),
             identity,
             bytes: fingerprint::bytes(path).unwrap_or(0),

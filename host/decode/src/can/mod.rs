@@ -30,7 +30,7 @@ use wire::{CanFrame, Emergency, Fault, NodeId, Pdo};
 use super::lines::Lines;
 use super::report::{EmergencyReport, Medium, Report};
 use super::row::Clock;
-use super::{DecodeError, Feet, Outcome, Row, Sink};
+use super::{DecodeError, Feet, Outcome, Row, RowSink};
 use crate::can_log::{Content, Other, Reader, Times};
 use crate::report::Counted;
 use foot::{Change, LoggedFoot};
@@ -47,7 +47,7 @@ pub(super) fn decode(
     mut reader: Reader,
     file: &str,
     feet: &Feet,
-    sink: Sink<'_>,
+    sink: RowSink<'_>,
 ) -> Result<Outcome, DecodeError> {
     let mut log = Log::new(feet.clone(), Reception::Logged);
     log.report.log = Some(reader.form());

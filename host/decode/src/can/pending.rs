@@ -6,7 +6,7 @@ use estimator_core::Timestamp;
 
 use crate::report::Report;
 use crate::row::{Clock, Row, Turn};
-use crate::{DecodeError, Sink};
+use crate::{DecodeError, RowSink};
 
 /// Number of rows kept: a second of four feet. The other frames of a sample follow the contact within
 /// milliseconds; the first SYNC that a foot reports follows within a tenth of a second.
@@ -86,7 +86,7 @@ impl Pending {
     pub(super) fn settle(
         &mut self,
         report: &mut Report,
-        sink: Sink<'_>,
+        sink: RowSink<'_>,
     ) -> Result<(), DecodeError> {
         while self.rows.len() > KEPT {
             self.hand_on(report, sink)?;
@@ -98,7 +98,7 @@ impl Pending {
     pub(super) fn settle_all(
         &mut self,
         report: &mut Report,
-        sink: Sink<'_>,
+        sink: RowSink<'_>,
     ) -> Result<(), DecodeError> {
         while !self.rows.is_empty() {
             self.hand_on(report, sink)?;
@@ -106,7 +106,7 @@ impl Pending {
         Ok(())
     }
 
-    fn hand_on(&mut self, report: &mut Report, sink: Sink<'_>) -> Result<(), DecodeError> {
+    fn hand_on(&mut self, report: &mut Report, sink: RowSink<'_>) -> Result<(), DecodeError> {
         self.take(report)
             .map_or(Ok(()), |row| sink(row).map_err(DecodeError::Rows))
     }

@@ -10,7 +10,7 @@ use recordings::input::About;
 use recordings::replay::Replay;
 use ros::{Estimates, Published};
 
-use super::Foot;
+use super::CopiedFoot;
 
 /// Estimates of a foot, each with the load of its sample.
 type Estimated<'a> = Box<dyn Iterator<Item = io::Result<(ContactEstimate, Option<Load>)>> + 'a>;
@@ -36,7 +36,7 @@ pub(super) struct Due {
 
 impl<'a> Stream<'a> {
     /// Starts the estimate of a foot whose topics have this name.
-    pub(super) fn of(foot: &'a mut Foot, name: &str) -> io::Result<Self> {
+    pub(super) fn of(foot: &'a mut CopiedFoot, name: &str) -> io::Result<Self> {
         let about = foot.stored.about.clone();
         let replay = Replay::new(about.sample_rate, about.gravity, &foot.params);
         let mut replay = replay.map_err(io::Error::other)?;

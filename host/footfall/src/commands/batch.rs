@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use analysis::batch::pattern::PathPattern;
 use analysis::batch::run::{Outcome, Reason, Results, Stale, Watch};
-use analysis::batch::sources::{PassedOver, Recording, Search, Sources, find};
+use analysis::batch::sources::{FoundRecording, PassedOver, Search, Sources, find};
 use analysis::batch::{FeetWanted, Plausibility, Progress, Row, Settings, Status};
 use analysis::config::parse_window;
 use analysis::replay::jobs;
@@ -331,7 +331,7 @@ struct State {
 }
 
 impl Watching {
-    fn new(recordings: &[Recording], is_detailed: bool) -> Self {
+    fn new(recordings: &[FoundRecording], is_detailed: bool) -> Self {
         let bytes = recordings.iter().map(|recording| recording.bytes).sum();
         Self {
             bar: Bars::default().batch(bytes),
@@ -358,7 +358,7 @@ impl Watching {
 }
 
 impl Watch for Watching {
-    fn progress(&self, recording: &Recording) -> Progress {
+    fn progress(&self, recording: &FoundRecording) -> Progress {
         let counted = Arc::new(AtomicU64::new(0));
         let name = recording.identity.name.clone();
         self.state().counted.insert(name, counted.clone());
@@ -370,7 +370,7 @@ impl Watch for Watching {
         })
     }
 
-    fn done(&self, recording: &Recording, outcome: Outcome) {
+    fn done(&self, recording: &FoundRecording, outcome: Outcome) {
         let name = &recording.identity.name;
         let mut state = self.state();
         let counted = state.counted.remove(name);

@@ -15,7 +15,7 @@ use ros::Topics;
 
 use super::headings::{INPUT, OUTPUT};
 use super::recording::{self, ReadingArguments, with_mounting};
-use crate::convert::{Bag, Foot, Form, each, write_table};
+use crate::convert::{Bag, ConvertedFoot, Form, each, write_table};
 use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
 use crate::foot_names::unlike;
@@ -79,12 +79,15 @@ impl ConvertArguments {
         }
         let names = stored.iter().flat_map(|stored| stored.about.names());
         recording::check_axes(&resolved, names)?;
-        let mut feet: Vec<Foot> = Vec::new();
+        let mut feet: Vec<ConvertedFoot> = Vec::new();
         for stored in stored {
             stored.about.notices.iter().for_each(warn);
-            let taken: Vec<String> = feet.iter().map(|foot: &Foot| foot.name.clone()).collect();
+            let taken: Vec<String> = feet
+                .iter()
+                .map(|foot: &ConvertedFoot| foot.name.clone())
+                .collect();
             let name = unlike(stored.about.foot_or_name(), &taken);
-            feet.push(Foot { name, stored });
+            feet.push(ConvertedFoot { name, stored });
         }
         if feet.len() > 1 && !form.holds_several() {
             let feet = feet.into_iter().map(|foot| foot.name).collect();
@@ -145,7 +148,7 @@ impl ConvertArguments {
     fn write(
         &self,
         form: Form,
-        feet: &mut [Foot],
+        feet: &mut [ConvertedFoot],
         looked: &[Looked],
         span: Span,
     ) -> Result<Option<Bag>, Error> {
@@ -182,7 +185,7 @@ impl ConvertArguments {
     /// Prints the output files and the options to read them.
     fn say(
         &self,
-        feet: &[Foot],
+        feet: &[ConvertedFoot],
         looked: &[Looked],
         bag: Option<&Bag>,
         thresholds: Option<LoadParams>,
@@ -241,7 +244,7 @@ fn thresholds(format: Format) -> Option<LoadParams> {
 }
 
 /// Scans the samples to be converted for findings and for the options the output needs.
-fn look(foot: &mut Foot, span: Span) -> io::Result<(Looked, Vec<Finding>)> {
+fn look(foot: &mut ConvertedFoot, span: Span) -> io::Result<(Looked, Vec<Finding>)> {
     let about = foot.stored.about.clone();
     let mut check = Check::new(about.sample_rate, about.gravity).with_units(about.units);
     let mut times = TimesSoFar::default();

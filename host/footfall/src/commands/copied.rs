@@ -71,7 +71,7 @@ impl CopiedArguments {
         feet: Vec<(String, Copied)>,
         span: Span,
     ) -> Result<(), Error> {
-        let foot = |(name, (stored, params, events))| bag_copy::Foot {
+        let foot = |(name, (stored, params, events))| bag_copy::CopiedFoot {
             name,
             stored,
             params,

@@ -9,7 +9,7 @@ use decode::{self, DecodeError, Feet, Outcome, Row};
 use recordings::input::recording_name;
 
 use super::feet::FeetArguments;
-use crate::decoded::{DecodedFeet, Table};
+use crate::decoded::{DecodedFeet, DecodedTable};
 use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
 use crate::messages;
@@ -104,7 +104,7 @@ impl DecodeArguments {
     ) -> Result<Option<Outcome>, Error> {
         let mut result = None;
         let written = write_file(path, |to| {
-            let mut table = Some(Table::new(Layout::of(path), to)?);
+            let mut table = Some(DecodedTable::new(Layout::of(path), to)?);
             let read = decode::read(&self.input, feet, &mut |row| {
                 self.collect(decoded, &row)?;
                 match table.as_mut().map_or(Ok(()), |table| table.add(&row)) {
@@ -125,7 +125,7 @@ impl DecodeArguments {
                 }
                 Ok(outcome) => {
                     result = Some(Ok(outcome));
-                    table.map_or(Ok(()), Table::finish)
+                    table.map_or(Ok(()), DecodedTable::finish)
                 }
             }
         });

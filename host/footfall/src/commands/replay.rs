@@ -24,7 +24,7 @@ use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
 use crate::messages::detail;
 use crate::progress::{self, Bars};
-use crate::replay::{Foot, Picture, Watched, write_events, write_pictures};
+use crate::replay::{Picture, ReplayedFoot, Watched, write_events, write_pictures};
 use crate::report::{SummaryStyle, print, warn};
 use crate::targets::{self, Drawing, Target};
 
@@ -86,7 +86,7 @@ struct Done {
     names: Vec<Vec<String>>,
     /// Feet whose contacts go into a copy of the bag.
     copied: Vec<Copied>,
-    feet: Vec<Foot>,
+    feet: Vec<ReplayedFoot>,
 }
 
 impl ReplayArguments {
@@ -125,7 +125,7 @@ impl ReplayArguments {
             copied.extend(first.zip(of_bag));
             details.iter().for_each(detail);
             notices.iter().for_each(warn);
-            for Foot { foot, .. } in &replayed {
+            for ReplayedFoot { foot, .. } in &replayed {
                 let place = recording::place(&file, foot.summary.foot.as_deref());
                 self.recording.reading.report(&place, &foot.findings)?;
             }
@@ -338,7 +338,7 @@ impl ReplayArguments {
                 picture, events, ..
             } = watched;
             let events = events.unwrap_or_default();
-            Ok::<_, Error>(((Foot { foot, picture }, events), recognised))
+            Ok::<_, Error>(((ReplayedFoot { foot, picture }, events), recognised))
         });
         let feet: Vec<_> = feet.into_iter().collect::<Result<_, _>>()?;
         let (feet, mut details): (Vec<_>, Vec<_>) = feet.into_iter().unzip();
@@ -371,7 +371,7 @@ impl ReplayArguments {
     }
 
     /// Writes the requested results.
-    fn write(&self, mut feet: Vec<Foot>) -> Result<(), Error> {
+    fn write(&self, mut feet: Vec<ReplayedFoot>) -> Result<(), Error> {
         let mut written = Vec::new();
         let several = self.inputs.len() > 1 || feet.len() > 1;
         if let Some(path) = &self.output {

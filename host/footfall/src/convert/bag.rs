@@ -11,14 +11,14 @@ use mcap::write::NoSeek;
 use recordings::recording::RecordedSample;
 use ros::{McapFile, Rosbag2File, Samples};
 
-use super::{Bag, Foot, samples};
+use super::{Bag, ConvertedFoot, samples};
 use crate::mcap_recording::io_error;
 
 impl Bag {
     /// Writes the messages of all feet in order of time.
     fn write(
         &self,
-        feet: &mut [Foot],
+        feet: &mut [ConvertedFoot],
         span: Span,
         mut put: impl FnMut(&ros::Published) -> io::Result<()>,
     ) -> io::Result<()> {
@@ -61,7 +61,12 @@ impl Bag {
     ///
     /// # Errors
     /// Errors of the writer and of the temporary files.
-    pub fn write_mcap(&self, feet: &mut [Foot], span: Span, to: &mut dyn Write) -> io::Result<()> {
+    pub fn write_mcap(
+        &self,
+        feet: &mut [ConvertedFoot],
+        span: Span,
+        to: &mut dyn Write,
+    ) -> io::Result<()> {
         let mut bag = McapFile::new(NoSeek::new(to)).map_err(io_error)?;
         self.write(feet, span, |published| {
             bag.write(published).map_err(io_error)
@@ -73,7 +78,12 @@ impl Bag {
     ///
     /// # Errors
     /// Errors of the directory and of the temporary files.
-    pub fn write_rosbag2(&self, feet: &mut [Foot], span: Span, path: &Path) -> io::Result<()> {
+    pub fn write_rosbag2(
+        &self,
+        feet: &mut [ConvertedFoot],
+        span: Span,
+        path: &Path,
+    ) -> io::Result<()> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let folder = WholeFolder::create(path)?;
         let mut bag = Rosbag2File::new(folder.path(), &name).map_err(io::Error::other)?;

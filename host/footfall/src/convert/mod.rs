@@ -80,7 +80,7 @@ impl Form {
 }
 
 /// A foot to be converted.
-pub struct Foot {
+pub struct ConvertedFoot {
     /// Name of the foot.
     pub name: String,
     /// Recording of the foot.
@@ -163,7 +163,7 @@ pub struct Bag {
 impl Bag {
     /// Creates a bag for these feet; `None` if a bag cannot hold their times.
     #[must_use]
-    pub fn new(feet: &[Foot], has_loads: bool) -> Option<Self> {
+    pub fn new(feet: &[ConvertedFoot], has_loads: bool) -> Option<Self> {
         let abouts = feet.iter().map(|foot| &foot.stored.about);
         let starts = abouts.clone().map(|about| about.start_us);
         let shift_us = clock_shift_us(starts.min().unwrap_or_default());

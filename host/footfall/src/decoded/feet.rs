@@ -10,11 +10,11 @@ use decode::Row;
 use estimator_core::{Flag, Flags, Params, PerAxis, Probabilities};
 use recordings::input::Stored;
 use recordings::input::contacts::{
-    Contact, Contacts, NO_VECTOR, NewestOrientation, flags_of_contact,
+    Contacts, NO_VECTOR, NewestOrientation, SentContact, flags_of_contact,
 };
 
 use crate::progress::Bars;
-use crate::replay::{Foot, Picture, Watched};
+use crate::replay::{Picture, ReplayedFoot, Watched};
 use crate::targets::Drawing;
 
 /// Longest step back of the common clock that is evened out, µs: times of reception, which a sample's own time follows,
@@ -71,7 +71,7 @@ impl DecodedFeet {
         name: &str,
         events: bool,
         drawing: Option<Drawing>,
-    ) -> Result<(Vec<Foot>, Vec<String>), ReplayError> {
+    ) -> Result<(Vec<ReplayedFoot>, Vec<String>), ReplayError> {
         let bars = Bars::default();
         let names = names(&self.0);
         let is_only = self.0.len() == 1;
@@ -105,7 +105,7 @@ impl DecodedFeet {
             let foot = replay(&mut stored, &Params::default(), &wanted, &mut watched)?;
             watched.bar.finish_and_clear();
             let picture = watched.picture;
-            feet.push(Foot { foot, picture });
+            feet.push(ReplayedFoot { foot, picture });
         }
         Ok((feet, notices))
     }
@@ -165,7 +165,7 @@ impl DecodedFoot {
         if let Some(orientation) = row.orientation {
             self.orientation.set(time_us, orientation);
         }
-        let contact = Contact {
+        let contact = SentContact {
             time_us,
             probabilities: Probabilities {
                 axes: row.axes.unwrap_or(PerAxis {

@@ -9,4 +9,4 @@ mod feet;
 mod table;
 
 pub use feet::DecodedFeet;
-pub use table::Table;
+pub use table::DecodedTable;

@@ -10,7 +10,7 @@ use decode::row::{write_header, write_row};
 use parquet::ParquetTable;
 
 /// Table that is written row by row.
-pub enum Table<'a> {
+pub enum DecodedTable<'a> {
     /// CSV text; whether its header was written.
     Csv(&'a mut dyn Write, bool),
     /// As Parquet.
@@ -18,7 +18,7 @@ pub enum Table<'a> {
     Parquet(Box<ParquetTable<'a>>),
 }
 
-impl<'a> Table<'a> {
+impl<'a> DecodedTable<'a> {
     /// Starts a table without rows. Nothing is written before the first row.
     ///
     /// # Errors

@@ -61,7 +61,7 @@ const OLDEST_ORIENTATION_US: i64 = 25_000;
 
 /// Contact as a foot sent it. Numbers that were not recorded are NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Contact {
+pub struct SentContact {
     /// Time of the sample on the file's clock, µs.
     pub time_us: i64,
     /// Probabilities of stable contact.
@@ -80,7 +80,7 @@ pub struct Contact {
     pub acceleration: Vec3,
 }
 
-impl Contact {
+impl SentContact {
     /// Estimate with what the message of a contact contains, at this time. All other numbers are NaN.
     pub(super) const fn estimate(&self, timestamp: Timestamp) -> ContactEstimate {
         ContactEstimate {
@@ -158,7 +158,7 @@ impl Contacts {
     ///
     /// # Errors
     /// The temporary file cannot be written.
-    pub fn push(&mut self, contact: &Contact) -> io::Result<bool> {
+    pub fn push(&mut self, contact: &SentContact) -> io::Result<bool> {
         let now_us = contact.time_us;
         match &mut self.span_us {
             None => self.span_us = Some((now_us, now_us)),
@@ -201,7 +201,7 @@ pub(super) struct Reading<'a> {
 }
 
 impl Iterator for Reading<'_> {
-    type Item = io::Result<Contact>;
+    type Item = io::Result<SentContact>;
 
     fn next(&mut self) -> Option<Self::Item> {
         self.left = self.left.checked_sub(1)?;
@@ -210,7 +210,7 @@ impl Iterator for Reading<'_> {
     }
 }
 
-fn encode(contact: &Contact) -> [u8; ROW] {
+fn encode(contact: &SentContact) -> [u8; ROW] {
     let p = &contact.probabilities;
     let [ax, ay, az, wx, wy, wz] = p.axes.to_array();
     let Quaternion { w, x, y, z } = contact.orientation;
@@ -251,7 +251,7 @@ fn encode(contact: &Contact) -> [u8; ROW] {
     row
 }
 
-fn decode(row: &[u8; ROW]) -> Contact {
+fn decode(row: &[u8; ROW]) -> SentContact {
     let (time, rest) = row.split_at(8);
     let mut numbers = [0.0; NUMBERS];
     for (number, bytes) in numbers.iter_mut().zip(rest.chunks_exact(4)) {
@@ -271,7 +271,7 @@ fn decode(row: &[u8; ROW]) -> Contact {
         lay,
         laz,
     ] = numbers;
-    Contact {
+    SentContact {
         time_us: i64::from_le_bytes(time.try_into().unwrap_or_default()),
         probabilities: Probabilities {
             axes: PerAxis::from_array(axes),
@@ -295,9 +295,9 @@ fn decode(row: &[u8; ROW]) -> Contact {
 mod tests {
     use super::*;
 
-    fn contact(k: i64) -> Contact {
+    fn contact(k: i64) -> SentContact {
         let number = |place: i64| (20 * k + place) as f32 / 3.0;
-        Contact {
+        SentContact {
             time_us: 1000 * k - 2500,
             probabilities: Probabilities {
                 axes: PerAxis::from_array([0, 1, 2, 3, 4, 5].map(number)),

@@ -12,7 +12,7 @@ use std::io;
 use estimator_core::{Decision, Flags, PerAxis, Probabilities, Quaternion};
 
 use super::super::contacts::{
-    Contact, Contacts, NO_ORIENTATION, NO_VECTOR, NewestOrientation, flags_of_contact,
+    Contacts, NO_ORIENTATION, NO_VECTOR, NewestOrientation, SentContact, flags_of_contact,
 };
 use super::cdr::decode;
 use super::messages::{self, Imu, TwistWithCovarianceStamped};
@@ -34,7 +34,7 @@ pub(super) struct ContactFeeds(BTreeMap<String, ContactFeed>);
 struct ContactFeed {
     contacts: Contacts,
     /// Newest contact, whose velocity and orientation may follow it.
-    pending: Option<Contact>,
+    pending: Option<SentContact>,
     /// Newest standard deviation of the velocity, with its time, µs.
     sigma: Option<(i64, f32)>,
     orientation: NewestOrientation,
@@ -202,8 +202,8 @@ impl ContactFeed {
 }
 
 /// The contact of a message.
-fn converted(contact: &messages::Contact, time_us: i64) -> Contact {
-    Contact {
+fn converted(contact: &messages::Contact, time_us: i64) -> SentContact {
+    SentContact {
         time_us,
         probabilities: Probabilities {
             axes: PerAxis::from_array(contact.p_axes),

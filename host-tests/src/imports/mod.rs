@@ -178,7 +178,9 @@ fn read_folder(folder: &Path, prefix: &str, texts: &mut BTreeMap<String, String>
         let path = entry.expect("the entry can be read").path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         if path.is_dir() {
-            read_folder(&path, &format!("{prefix}{name}/"), texts);
+            if name != "tests" {
+                read_folder(&path, &format!("{prefix}{name}/"), texts);
+            }
         } else if name.ends_with(".rs") && name != "tests.rs" {
             let text = fs::read_to_string(&path).expect("the file can be read");
             texts.insert(format!("{prefix}{name}"), text);

@@ -32,7 +32,7 @@ use stream::{Due, Stream};
 pub use low_state::LowStates;
 
 /// A foot of the bag.
-pub struct Foot {
+pub struct CopiedFoot {
     /// Name of the foot, in the topics of its contacts.
     pub name: String,
     /// Its samples.
@@ -96,7 +96,7 @@ impl OfAllFeet {
 /// The bag has a topic of the copy, lacks the robot's states, or cannot be read or written.
 pub fn write(
     input: &Path,
-    feet: &mut [Foot],
+    feet: &mut [CopiedFoot],
     of_all_feet: &OfAllFeet,
     path: &Path,
 ) -> Result<Vec<String>, Error> {
@@ -305,7 +305,7 @@ mod tests {
         let foot = |name: &str| {
             let opened = Opened::new(&path("walk.csv"), None).unwrap();
             let mut stored = opened.store_all(&Hints::default()).unwrap();
-            Foot {
+            CopiedFoot {
                 name: name.to_owned(),
                 stored: stored.remove(0),
                 params: Params::default(),

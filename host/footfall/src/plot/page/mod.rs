@@ -26,12 +26,12 @@ pub const COLUMNS: u32 = 20_000;
 /// Maximum number of events of one foot in a page; the page states how many were omitted.
 pub const MOST_EVENTS: usize = 20_000;
 
-const FRAME: &str = include_str!("page/page.html");
-const STYLE: &str = include_str!("page/page.css");
-const SCRIPT: &str = include_str!("page/page.js");
-const UPLOT: &str = include_str!("uplot/uPlot.iife.min.js");
-const UPLOT_STYLE: &str = include_str!("uplot/uPlot.min.css");
-const UPLOT_LICENCE: &str = include_str!("uplot/LICENSE");
+const FRAME: &str = include_str!("page.html");
+const STYLE: &str = include_str!("page.css");
+const SCRIPT: &str = include_str!("page.js");
+const UPLOT: &str = include_str!("../uplot/uPlot.iife.min.js");
+const UPLOT_STYLE: &str = include_str!("../uplot/uPlot.min.css");
+const UPLOT_LICENCE: &str = include_str!("../uplot/LICENSE");
 
 /// Names of decisions and labels by their codes in the page.
 const DECISIONS: [Decision; 2] = [Decision::NotStable, Decision::Stable];
