@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use analysis::batch::run::{Outcome, Reason, Results, Watch};
-use analysis::batch::sources::{Recording, Search, find};
+use analysis::batch::sources::{FoundRecording, Search, find};
 use analysis::batch::{Settings, Status};
 use recordings::input::Topics;
 use rusqlite::Connection;
@@ -68,7 +68,7 @@ fn write_bag(folder: &Path, topics: &[&str]) {
 struct Outcomes(Mutex<Vec<Outcome>>);
 
 impl Watch for Outcomes {
-    fn done(&self, _: &Recording, outcome: Outcome) {
+    fn done(&self, _: &FoundRecording, outcome: Outcome) {
         self.0.lock().unwrap().push(outcome);
     }
 }
