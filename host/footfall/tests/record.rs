@@ -322,11 +322,13 @@ fn implausible_unit_is_remarked_in_live_sources() {
     let row = |k: u32| format!("{:.3},0,0,1.0,0,0,0\n", f64::from(k) * 0.005);
     let rows: String = (0..600).map(row).collect();
     let bench = Bench::with("g.csv", format!("t,{AXES}\n{rows}"));
-    let remark = "g: the acceleration is 1.00 m/s² at rest, which looks like g: --units g, in footfall convert";
+    let remark = "g: the acceleration is 1.00 m/s² at rest, which looks like g: --units g\n";
     let output = bench.run("record file:g.csv -o g.mcap");
     assert!(text(&output.stderr).contains(remark), "{output:?}");
     let shown = bench.stdout("monitor --plain file:g.csv@max");
     assert!(shown.contains(remark), "{shown}");
+    let shown = bench.stdout("monitor --plain file:g.csv@max --units g");
+    assert!(!shown.contains("looks like g"), "{shown}");
 }
 
 #[test]

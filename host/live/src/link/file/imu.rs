@@ -157,10 +157,10 @@ fn send_estimates(
     Ok(())
 }
 
-/// Sentence about an implausible property. Options that it advises belong to other commands than those that play.
+/// Sentence about an implausible property. Commands that play take the options that it advises, but for `--gravity`.
 fn doubt(name: &str, finding: &Finding) -> String {
     let text = finding.to_string();
-    let advice = if text.contains("--") {
+    let advice = if text.contains("--gravity") {
         ", in footfall convert"
     } else {
         ""
