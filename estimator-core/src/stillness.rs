@@ -37,9 +37,7 @@ mod quantity;
 mod slide;
 mod stride;
 
-pub use learnt::{
-    Classes, LARGEST_MOVING, LARGEST_STILL, LOGARITHM, Learnt, MOST_SECONDS, OLDEST, SETTLED_AFTER,
-};
+pub use learnt::{Classes, LOGARITHM, Learnt, MOST_SECONDS, OLDEST, SETTLED_AFTER};
 pub use params::{
     Constants, EvidenceParams, GravityErrorParams, Learning, QuantityParams, SlideParams,
     StillnessParams,

@@ -1,8 +1,7 @@
 //! Settings at the limits of their ranges, as a member of the bus could write them to a walking foot.
 
 use analysis::config::default_params;
-use estimator_core::stillness::{Classes, LARGEST_MOVING, LARGEST_STILL};
-use estimator_core::{Decision, Learning, Learnt, Method, Parameter, Params, PerAxis};
+use estimator_core::{Decision, Method, Parameter, Params, PerAxis};
 use gait::{Activity, GaitName, Ground, Plan, SensorParams, simulate};
 use recordings::replay::replay;
 
@@ -37,28 +36,10 @@ fn settings_at_their_limits_leave_swings_that_are_not_stable() {
     };
     let mut delayed = default;
     delayed.decision.off_delay = most(Parameter::DecisionOffDelay);
-    let still = Classes {
-        still: LARGEST_STILL,
-        moving: LARGEST_MOVING,
-        width: 9.3,
-    };
-    let learnt = Params {
-        learning: Learning::Frozen,
-        learnt: Some(Learnt {
-            acceleration: still,
-            rate: still,
-            velocity: still,
-            still_seconds: 5.0,
-            moving_seconds: 5.0,
-            idle_seconds: 0.0,
-        }),
-        ..default
-    };
     for (name, params, least) in [
         ("default", default, 1.0),
         ("half-widths", half_widths, 0.95),
         ("off delay", delayed, 0.95),
-        ("learnt", learnt, 0.6),
     ] {
         let seen = swings_seen(&params);
         assert!(seen >= least, "{name}: {seen}");

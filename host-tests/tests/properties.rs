@@ -97,11 +97,11 @@ prop_compose! {
 
 prop_compose! {
     fn any_classes()(
-        still in -9.3_f32..=2.3,
+        still in -9.3_f32..=9.3,
         above in 0.0_f32..=1.0,
         width in 0.0_f32..=9.3,
     ) -> Classes {
-        Classes { still, moving: still + above * (3.5 - still), width }
+        Classes { still, moving: still + above * (9.3 - still), width }
     }
 }
 
@@ -196,7 +196,7 @@ prop_compose! {
         gravity in prop_oneof![Just(Gravity::Included), Just(Gravity::Removed)],
         window in (1_u32..=CAPACITY as u32).prop_map(WindowLength::Samples),
         bandwidth in prop::array::uniform6(scale(2.0e-6, 9.0e2)).prop_map(PerAxis::from_array),
-        half_width in prop::array::uniform6(scale(2.0e-6, 2.9)).prop_map(PerAxis::from_array),
+        half_width in prop::array::uniform6(scale(2.0e-6, 2.9)).prop_map(|[ax, ay, az, wx, wy, wz]| PerAxis::from_array([3.4 * ax, 3.4 * ay, 3.4 * az, wx, wy, wz])),
         sample_rate in scale(21.0, 9.0e3),
         method in prop_oneof![3 => Just(Method::SelfCalibrating), 1 => Just(Method::HalfWidths)],
         learning in prop_oneof![Just(Learning::On), Just(Learning::Frozen)],

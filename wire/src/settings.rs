@@ -518,7 +518,7 @@ mod tests {
         let mut settings = Settings::default();
         let classes = Classes {
             still: -9.3,
-            moving: 3.5,
+            moving: 9.3,
             width: 1.0,
         };
         let learnt = Learnt {

@@ -10,12 +10,6 @@ pub const SETTLED_AFTER: f32 = 1.0;
 /// Range of the logarithm of an amplitude in [`Learnt`]: amplitudes of 1e-4 to 1e4.
 pub const LOGARITHM: (f32, f32) = (-9.3, 9.3);
 
-/// Largest logarithm of an amplitude of stillness in [`Learnt`], 10 m/s² or rad/s: above that of any foot that stands.
-pub const LARGEST_STILL: f32 = 2.3;
-
-/// Largest logarithm of an amplitude of motion in [`Learnt`], 33 m/s² or rad/s: a larger one calls every swing still.
-pub const LARGEST_MOVING: f32 = 3.5;
-
 /// Largest number of seconds of a class in [`Learnt`].
 pub const MOST_SECONDS: f32 = 1.0e3;
 
@@ -56,8 +50,8 @@ impl Classes {
     pub(super) fn limited(self) -> Self {
         let (_, largest) = LOGARITHM;
         Self {
-            still: self.still.lesser(LARGEST_STILL),
-            moving: self.moving.lesser(LARGEST_MOVING),
+            still: self.still.lesser(largest),
+            moving: self.moving.lesser(largest),
             width: self.width.lesser(largest),
         }
     }
@@ -162,19 +156,19 @@ impl Learnt {
         /// The paths of a quantity's numbers, with their rows.
         macro_rules! classes {
             ($quantity:literal, $unit:ident) => {{
-                let (least, most) = LOGARITHM;
+                let (_, most) = LOGARITHM;
                 [
                     row(
                         concat!("learnt.", $quantity, ".still"),
                         "mean of the logarithm of this amplitude in stillness",
                         Unit::$unit,
-                        (least, LARGEST_STILL),
+                        LOGARITHM,
                     ),
                     row(
                         concat!("learnt.", $quantity, ".moving"),
                         "mean of the logarithm of this amplitude in motion; not below that in stillness",
                         Unit::$unit,
-                        (least, LARGEST_MOVING),
+                        LOGARITHM,
                     ),
                     row(
                         concat!("learnt.", $quantity, ".width"),

@@ -408,12 +408,12 @@ mod tests {
             (
                 "rate = { still = -1",
                 "rate = { still = -20",
-                "learnt.rate.still is -20, allowed is -9.3 to 2.3",
+                "learnt.rate.still is -20, allowed is -9.3 to 9.3",
             ),
             (
                 "velocity = { still = -1, moving = 1",
                 "velocity = { still = -1, moving = -2",
-                "learnt.velocity.moving is -2, allowed is -1 to 3.5",
+                "learnt.velocity.moving is -2, allowed is -1 to 9.3",
             ),
             (
                 "width = 0.5",
