@@ -15,7 +15,7 @@
 //! noise-free simulated robot, 10 mm/s on a NAO. A foot that shakes more drifts more, too, so the limit grows
 //! faster than *usual*. It is learnt from samples that count as stable, so it grows where speeds are continuous from
 //! rest upwards, and stays where a gap lies between the stances and the slides; the shorter sum lets slides
-//! count for less. *turn* is the rate at which the foot rolls: an IMU at the heel of a foot that rolls
+//! count for less. A foot that finds no stance for [`LONGEST_WITHOUT`] starts to learn it again. *turn* is the rate at which the foot rolls: an IMU at the heel of a foot that rolls
 //! over its toe moves, and slides nowhere.
 //!
 //! No constant depends on a sample rate, so a foot is judged alike at every rate from [`FULL_RATE`] on.
@@ -51,6 +51,13 @@ const USUAL: (f32, f32) = (1.0e-4, 0.2);
 /// Probability above which the foot is more probably still than not.
 const STILL: f32 = 0.5;
 
+/// Longest time without a stance, s, after which the usual speed returns to that of the start: only stances teach, so
+/// a limit too low for this foot would stay. In all recordings a foot finds a stance sooner.
+const LONGEST_WITHOUT: f32 = 4.0;
+
+/// Time constant of the return, s.
+const FOUND_AGAIN: f32 = 1.0;
+
 /// Coefficients of the slide test at a sample rate.
 #[derive(Clone, Copy, Debug)]
 struct Coefficients {
@@ -65,6 +72,8 @@ struct Coefficients {
     forget_shaking: f32,
     /// Share of the newest rate in its mean.
     newest_turn: f32,
+    /// Share of the way to the first usual speed that a sample of a foot without stances moves.
+    share_found_again: f32,
     /// Weight of the slide at this sample rate.
     weight: f32,
     /// Square of the limit of an acceleration in the sum, m²/s⁴.
@@ -89,6 +98,8 @@ pub(super) struct Slide {
     learnt: f32,
     /// Length of the stance so far, s.
     stance: f32,
+    /// Time since the last sample of a stance, s.
+    without: f32,
     /// Square of the limit of a foot that does not roll, m²/s².
     standing_squared: f32,
     /// Square of the limit, m²/s².
@@ -108,6 +119,7 @@ impl Slide {
                 forget_moving: share(params.moving_time_constant),
                 forget_shaking: share(params.shake_time_constant),
                 newest_turn: share(params.turn_time_constant),
+                share_found_again: share(FOUND_AGAIN),
                 weight: slide_weight(sample_rate),
                 impact_squared: params.impact * params.impact,
                 most: params.limit * params.limit,
@@ -118,6 +130,7 @@ impl Slide {
             usual: params.usual,
             learnt: 0.0,
             stance: 0.0,
+            without: 0.0,
             standing_squared: 0.0,
             limit_squared: 0.0,
         };
@@ -201,11 +214,22 @@ impl Slide {
     /// Learns the usual speed from the newest sample, which is stable with this probability: up and down
     /// steps of a fixed size converge to a quantile.
     pub fn learn(&mut self, stable: f32) {
-        let Coefficients { params, period, .. } = self.coefficients;
+        let Coefficients {
+            params,
+            period,
+            share_found_again,
+            ..
+        } = self.coefficients;
         if stable <= STILL {
             self.stance = 0.0;
+            self.without = (self.without + period).lesser(2.0 * LONGEST_WITHOUT);
+            if self.without > LONGEST_WITHOUT {
+                self.usual += (params.usual - self.usual).greater(0.0) * share_found_again;
+                self.place_standing_limit();
+            }
             return;
         }
+        self.without = 0.0;
         // Limited to the range of interest, so that an hour of standing is not counted in steps of 1 ms.
         self.stance = (self.stance + period).lesser(2.0 * params.learn_until);
         if self.stance < params.learn_from || self.stance > params.learn_until {
@@ -253,6 +277,21 @@ mod tests {
             slide.learn(0.0);
         }
         slide
+    }
+
+    #[test]
+    fn foot_without_stances_returns_to_the_usual_speed_of_the_start() {
+        let mut slide = quiet(1000.0);
+        let learnt = slide.usual;
+        assert!(learnt < 0.5 * PARAMS.usual, "{learnt}");
+        let swing = |slide: &mut Slide, seconds: f32| {
+            (0..(seconds * 1000.0) as u32).for_each(|_| slide.learn(0.0));
+        };
+        swing(&mut slide, 0.99 * LONGEST_WITHOUT);
+        assert_eq!(slide.usual, learnt);
+        swing(&mut slide, 5.0 * FOUND_AGAIN);
+        assert!(slide.usual > 0.98 * PARAMS.usual, "{}", slide.usual);
+        assert!(slide.standing_squared > quiet(1000.0).standing_squared);
     }
 
     #[test]

@@ -177,7 +177,7 @@ const fn of_fault(fault: Fault) -> &'static str {
             "the robot has stopped sending the load: check its program, or set the event timer of RPDO1 (0x1400:5) to 0"
         }
         Fault::GyroBias => {
-            "the foot turned while it seemed to rest, or the gyroscope is beyond its data sheet: hold the foot still and reset it; if it stays, replace the sensor"
+            "the foot turned while it seemed to rest, its bias moved by more than 6 °/s in a walk, or the gyroscope is beyond its data sheet: hold the foot still and reset it; if it stays, replace the sensor"
         }
         Fault::Misread => {
             "check SPI's wires for length and crosstalk: samples are not read twice, and may be wrong"
