@@ -349,14 +349,12 @@ impl BiasEstimator {
     /// The rate at rest, rad/s, that is too large to be learnt as a bias, or the bias beyond which the
     /// corrections of the inclination still lead; `None` if there is neither.
     pub(crate) fn excess(&self) -> Option<Vec3> {
-        match (
-            self.unbelieved >= REPORTED_AFTER,
-            self.unfollowed >= REPORTED_AFTER,
-        ) {
-            (true, _) => Some(self.mean_rate),
-            (false, true) => Some(self.bias),
-            (false, false) => None,
-        }
+        let rate = match self.unbelieved >= REPORTED_AFTER {
+            true => self.mean_rate,
+            false => self.bias,
+        };
+        let seconds = self.unbelieved.greater(self.unfollowed);
+        (seconds >= REPORTED_AFTER).then_some(rate)
     }
 
     /// Length of the mean specific force of a rest that lasts, m/s²; `None` outside of one.

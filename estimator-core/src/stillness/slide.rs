@@ -72,8 +72,6 @@ struct Coefficients {
     forget_shaking: f32,
     /// Share of the newest rate in its mean.
     newest_turn: f32,
-    /// Share of the way to the first usual speed that a sample of a foot without stances moves.
-    share_found_again: f32,
     /// Weight of the slide at this sample rate.
     weight: f32,
     /// Square of the limit of an acceleration in the sum, m²/s⁴.
@@ -119,7 +117,6 @@ impl Slide {
                 forget_moving: share(params.moving_time_constant),
                 forget_shaking: share(params.shake_time_constant),
                 newest_turn: share(params.turn_time_constant),
-                share_found_again: share(FOUND_AGAIN),
                 weight: slide_weight(sample_rate),
                 impact_squared: params.impact * params.impact,
                 most: params.limit * params.limit,
@@ -214,38 +211,34 @@ impl Slide {
     /// Learns the usual speed from the newest sample, which is stable with this probability: up and down
     /// steps of a fixed size converge to a quantile.
     pub fn learn(&mut self, stable: f32) {
-        let Coefficients {
-            params,
-            period,
-            share_found_again,
-            ..
-        } = self.coefficients;
+        let Coefficients { params, period, .. } = self.coefficients;
         if stable <= STILL {
             self.stance = 0.0;
-            self.without = (self.without + period).lesser(2.0 * LONGEST_WITHOUT);
-            if self.without > LONGEST_WITHOUT {
-                self.usual += (params.usual - self.usual).greater(0.0) * share_found_again;
-                self.place_standing_limit();
+            // Ends where a period no longer adds to it, after hours.
+            self.without += period;
+            if self.without <= LONGEST_WITHOUT {
+                return;
             }
-            return;
+            self.usual += (params.usual - self.usual).greater(0.0) * (period / FOUND_AGAIN);
+        } else {
+            self.without = 0.0;
+            // Limited to the range of interest, so that an hour of standing is not counted in steps of 1 ms.
+            self.stance = (self.stance + period).lesser(2.0 * params.learn_until);
+            if self.stance < params.learn_from || self.stance > params.learn_until {
+                return;
+            }
+            self.learnt = (self.learnt + period).lesser(params.memory);
+            let gain = params.gain * period / (self.learnt + params.prior);
+            // Up by the quantile, down by its complement, and in between near the usual speed, so that the learnt
+            // value does not depend on the last bit of a sum.
+            let ratio = self.shaking.dot(self.shaking) / (self.usual * self.usual);
+            let square = ratio * ratio;
+            let step = square / (1.0 + square) - (1.0 - params.quantile);
+            let (least, most) = USUAL;
+            self.usual = (self.usual * (1.0 + gain * step))
+                .greater(least)
+                .lesser(most);
         }
-        self.without = 0.0;
-        // Limited to the range of interest, so that an hour of standing is not counted in steps of 1 ms.
-        self.stance = (self.stance + period).lesser(2.0 * params.learn_until);
-        if self.stance < params.learn_from || self.stance > params.learn_until {
-            return;
-        }
-        self.learnt = (self.learnt + period).lesser(params.memory);
-        let gain = params.gain * period / (self.learnt + params.prior);
-        // Up by the quantile, down by its complement, and in between near the usual speed, so that the learnt
-        // value does not depend on the last bit of a sum.
-        let ratio = self.shaking.dot(self.shaking) / (self.usual * self.usual);
-        let square = ratio * ratio;
-        let step = square / (1.0 + square) - (1.0 - params.quantile);
-        let (least, most) = USUAL;
-        self.usual = (self.usual * (1.0 + gain * step))
-            .greater(least)
-            .lesser(most);
         self.place_standing_limit();
     }
 }
