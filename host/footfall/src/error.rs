@@ -193,13 +193,8 @@ pub enum Error {
         what: String,
     },
     /// Axes are given for a foot that is not in the recordings.
-    #[error("--axes names the foot {foot}, but there is {}", feet.join(", "))]
-    NoSuchFoot {
-        /// Name of the foot, as given.
-        foot: String,
-        /// Names of the feet in the recordings.
-        feet: Vec<String>,
-    },
+    #[error(transparent)]
+    NoSuchFoot(#[from] analysis::config::NoSuchFoot),
     /// The viewer server failed.
     #[cfg(feature = "foxglove")]
     #[error(transparent)]

@@ -116,7 +116,7 @@ pub use numbers::Numbers;
 pub use position::Position;
 pub use preset::{Preset, default_params};
 pub use refusal::{Origins, RateOrigin, Refusal};
-pub use resolved::{ConfigFile, Resolved};
+pub use resolved::{ConfigFile, NoSuchFoot, Resolved};
 pub use value::{
     FootAxes, GRAVITIES, LEARNINGS, METHODS, gyro_timing_text, parse_axes, parse_gravity,
     parse_gyro_timing, parse_learning, parse_method, parse_sample_rate, parse_seconds,

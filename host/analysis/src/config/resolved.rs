@@ -19,6 +19,16 @@ pub struct ConfigFile {
     pub text: String,
 }
 
+/// Axes are given for a foot that is not in the recordings.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("--axes names the foot {foot}, but there is {feet}")]
+pub struct NoSuchFoot {
+    /// Name of the foot, as given.
+    pub foot: String,
+    /// Names of the feet in the recordings, separated by commas.
+    pub feet: String,
+}
+
 /// Settings of preset, configuration file and options. Options override the file, and the file overrides the
 /// preset.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -149,6 +159,20 @@ impl Resolved {
         match params.validate::<CAPACITY>() {
             Err(error) if counts(&error) => Err(origins.explain(&error, &params)),
             _ => Ok(()),
+        }
+    }
+
+    /// Checks that each foot with axes of its own, set by the option, is among these names.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn check_axes(&self, names: &[&str]) -> Result<(), NoSuchFoot> {
+        match self.absent_foot(names) {
+            None => Ok(()),
+            Some(foot) => Err(NoSuchFoot {
+                foot: foot.to_owned(),
+                feet: names.join(", "),
+            }),
         }
     }
 

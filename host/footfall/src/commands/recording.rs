@@ -243,13 +243,7 @@ pub(super) fn check_axes<'a>(
     feet: impl Iterator<Item = &'a str>,
 ) -> Result<(), Error> {
     let feet: Vec<&str> = feet.collect();
-    match resolved.absent_foot(&feet) {
-        None => Ok(()),
-        Some(foot) => Err(Error::NoSuchFoot {
-            foot: foot.to_owned(),
-            feet: feet.into_iter().map(str::to_owned).collect(),
-        }),
-    }
+    Ok(resolved.check_axes(&feet)?)
 }
 
 /// Warns if the file has settings of feet, and none of them is among `feet`.

@@ -46,12 +46,7 @@ impl Imu {
             .iter()
             .flat_map(|stored| stored.about.names())
             .collect();
-        if let Some(foot) = settings.absent_foot(&names) {
-            let feet = names.join(", ");
-            return Err(failed(format!(
-                "--axes names the foot {foot}, but there is {feet}"
-            )));
-        }
+        settings.check_axes(&names).map_err(failed)?;
         let mut unused = settings.unused_feet(&names);
         let mut feet = Vec::new();
         for mut stored in stored {
