@@ -8,6 +8,13 @@ use recordings::recording::{RecordedSample, Recording};
 /// Bias of the gyroscope after a minute of drift, rad/s: 0.05 °/s/K over 40 K.
 const DRIFT: f32 = 2.0 * PI / 180.0;
 
+/// Unit vectors along x, y and z.
+pub const AXES: [Vec3; 3] = [
+    Vec3::new(1.0, 0.0, 0.0),
+    Vec3::new(0.0, 1.0, 0.0),
+    Vec3::new(0.0, 0.0, 1.0),
+];
+
 /// Noise of a sensor at rest, m/s² and rad/s: about that of an LSM6DSOX.
 const NOISE: (f32, f32) = (0.02, 0.0012);
 
@@ -113,12 +120,7 @@ pub fn with_rate_bias(recording: &Recording, bias: Vec3) -> Recording {
 /// Lets the gyroscope's bias about x, about y and about z grow from 5 s on, by 2 °/s in a minute.
 #[must_use]
 pub fn with_rate_drifts(recording: &Recording) -> [Recording; 3] {
-    let axes = [
-        Vec3::new(1.0, 0.0, 0.0),
-        Vec3::new(0.0, 1.0, 0.0),
-        Vec3::new(0.0, 0.0, 1.0),
-    ];
-    axes.map(|axis| {
+    AXES.map(|axis| {
         changed(recording, |sample| {
             let share = ((sample.time_s() as f32 - 5.0) / 60.0).clamp(0.0, 1.0);
             let rate = sample.imu.angular_rate.0;

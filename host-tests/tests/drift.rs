@@ -8,9 +8,10 @@ use std::f32::consts::PI;
 
 use estimator_core::{AngularRate, Config, ContactEstimator, Gravity, Params, Vec3};
 use gait::{GaitName, Ground, Plan, SensorParams, simulate};
-use host_tests::changed::{changed, stood, with_rate_drifts};
+use host_tests::changed::{AXES, changed, stood, with_rate_drifts};
 use labelled::stances_found;
 use recordings::recording::{Label, Recording};
+use recordings::replay::replay;
 
 /// Maximum share of the stable samples lost by the drift.
 const LOST: f64 = 0.01;
@@ -45,17 +46,15 @@ fn with_step(gait: GaitName, bias: Vec3) -> Recording {
 
 /// Share of the stable samples with P > 0.5 after a time, s, and of the others.
 fn found_from(recording: &Recording, from_s: f64) -> (f64, f64) {
-    let config: Config<256> = Params::DEFAULT.validate().expect("the preset");
-    let mut estimator = ContactEstimator::new(&config);
+    let estimates = replay(recording, &Params::DEFAULT).expect("the preset");
     // Found and all samples, of a stance and others.
     let mut counts = [(0_u32, 0_u32); 2];
-    for sample in &recording.samples {
-        let p = estimator.update(&sample.imu, None).probabilities.stable;
+    for (sample, estimate) in recording.samples.iter().zip(&estimates) {
         let Some(label) = sample.label.filter(|_| sample.time_s() > from_s) else {
             continue;
         };
         let (found, all) = &mut counts[usize::from(label != Label::Stable)];
-        *found += u32::from(p > 0.5);
+        *found += u32::from(estimate.probabilities.stable > 0.5);
         *all += 1;
     }
     let [stances, others] = counts.map(|(found, all)| f64::from(found) / f64::from(all));
@@ -64,14 +63,9 @@ fn found_from(recording: &Recording, from_s: f64) -> (f64, f64) {
 
 #[test]
 fn stances_are_found_a_minute_after_a_step_of_the_bias() {
-    let axes = [
-        Vec3::new(1.0, 0.0, 0.0),
-        Vec3::new(0.0, 1.0, 0.0),
-        Vec3::new(0.0, 0.0, 1.0),
-    ];
     for gait in [GaitName::Walk, GaitName::Trot, GaitName::Run] {
         let (without, others_without) = found_from(&with_step(gait, Vec3::ZERO), 130.0);
-        for axis in axes {
+        for axis in AXES {
             for degrees in [3.0, 5.0] {
                 let step = with_step(gait, axis * (degrees * PI / 180.0));
                 let (with, others) = found_from(&step, 130.0);

@@ -104,10 +104,15 @@ fn key_starts_a_recording_and_quitting_ends_it() {
     let keys = ["r", "m", "m", "m", "m"];
     let words = ["recording to footfall-2.mcap", "mark 4"];
     on_a_terminal(&command, 110, 30, &keys, &words);
-    let report = bench.stdout("replay footfall-2.mcap --topic /footfall/FL/imu --json");
+    let samples = samples_in(&bench, "footfall-2.mcap");
+    assert!(samples > Some(500), "{samples:?}");
+}
+
+/// Number of IMU samples of the foot FL in a recording.
+fn samples_in(bench: &common::Bench, file: &str) -> Option<u64> {
+    let report = bench.stdout(&format!("replay {file} --topic /footfall/FL/imu --json"));
     let report: serde_json::Value = serde_json::from_str(&report).expect("JSON");
-    let samples = report["recordings"][0]["samples"].as_u64();
-    assert!(samples > Some(500), "{report}");
+    report["recordings"][0]["samples"].as_u64()
 }
 
 #[test]
@@ -123,10 +128,8 @@ fn monitor_ends_with_its_terminal_and_keeps_its_recording() {
         session.tmux(&["send-keys", "-t", "foot", "r"]);
         thread::sleep(Duration::from_secs(3));
         session.end(&["kill-server"]);
-        let report = bench.stdout("replay footfall-1.mcap --topic /footfall/FL/imu --json");
-        let report: serde_json::Value = serde_json::from_str(&report).expect("JSON");
-        let samples = report["recordings"][0]["samples"].as_u64();
-        assert!(samples > Some(50), "{report}");
+        let samples = samples_in(&bench, "footfall-1.mcap");
+        assert!(samples > Some(50), "{samples:?}");
     }
 }
 
