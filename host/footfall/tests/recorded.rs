@@ -249,7 +249,7 @@ fn samples_beside_recorded_contacts_are_checked() {
         "walk.mcap: the acceleration is 1.00 m/s² at rest, which looks like g: --units g\n";
     let said = text(&bench.run("replay walk.mcap").stderr);
     assert_eq!(said, format!("footfall: {USED}\nfootfall: {finding}"));
-    // What is advised takes effect on the check, and the contacts stay.
+    // The advised option changes the check and leaves the contacts as they are.
     let said = text(&bench.run("replay walk.mcap --units g --strict").stderr);
     assert_eq!(said, format!("footfall: {USED}\n"));
     let output = bench.run("replay walk.mcap --strict");
