@@ -90,6 +90,10 @@ const CORRECTIONS_TIME_CONSTANT: f32 = 10.0;
 /// the gate.
 const CONTRADICTED: f32 = GATE + LARGEST_OPENING;
 
+/// Largest rate of a correction that can show a bias, rad/s: ten times the largest bias that is followed. A faster one
+/// finds an inclination that was lost, as after turns that the gyroscope did not measure.
+const LARGEST_CORRECTION_RATE: f32 = 60.0 * DEGREE;
+
 /// Time after a loss of the inclination in which its corrections do not count, s: it has then been found again.
 const EXCUSED: f32 = 5.0;
 
@@ -301,6 +305,8 @@ impl BiasEstimator {
         self.still >= MEAN_TIME_CONSTANT && sway.dot(sway) > LARGEST_SWAY * LARGEST_SWAY
     }
 
+    // Not inlined: few samples are at rest.
+    #[inline(never)]
     fn learn(&mut self, dt: f32) {
         let limit = self.coefficients.bias_limit;
         let beyond = limit > 0.0 && !self.mean_rate.is_within(limit);
@@ -376,9 +382,13 @@ impl BiasEstimator {
     /// seconds. The mean of repeated corrections is the error of the bias; it is followed up to the largest accepted
     /// distance from the bias of the last rest.
     pub(crate) fn follow(&mut self, turn: Vec3, dt: f32) {
+        if !turn.is_within(LARGEST_CORRECTION_RATE * dt) {
+            return self.excuse();
+        }
         let step = turn * (-1.0 / CORRECTIONS_TIME_CONSTANT);
-        self.excused = (self.excused - dt).greater(0.0);
-        if self.excused == 0.0 {
+        // Ends where a period no longer takes from it, after hours.
+        self.excused -= dt;
+        if self.excused <= 0.0 {
             self.error += step - self.error * (dt / CORRECTIONS_TIME_CONSTANT);
         }
         if self.error.dot(self.error) > CONTRADICTED * CONTRADICTED {
@@ -668,6 +678,23 @@ mod tests {
         let turn = Vec3::new(-0.5 * DEGREE * DT, 0.0, 0.0);
         (0..600_000).for_each(|_| estimator.follow(turn, DT));
         assert_near(estimator.bias().x / DEGREE, 0.1, 0.01);
+    }
+
+    #[test]
+    fn correction_that_finds_lost_inclination_is_no_bias() {
+        let mut estimator = estimator();
+        feed(&mut estimator, 0.1, 10.0);
+        let error = Vec3::new(-2.0 * DEGREE * DT, 0.0, 0.0);
+        let half_a_turn = Vec3::new(180.0 * DEGREE, 0.0, 0.0);
+        estimator.follow(half_a_turn, DT);
+        // What follows still finds the inclination, for five seconds.
+        (0..4_900).for_each(|_| estimator.follow(error, DT));
+        assert_near(estimator.bias().x / DEGREE, 0.1, 0.01);
+        (0..10_000).for_each(|_| estimator.follow(error, DT));
+        assert_near(estimator.bias().x / DEGREE, 1.37, 0.01);
+        // Nor does a bias that is followed already take part of it.
+        estimator.follow(half_a_turn, DT);
+        assert_near(estimator.bias().x / DEGREE, 1.37, 0.01);
     }
 
     #[test]
