@@ -118,7 +118,7 @@ fn code(text: &str) -> Option<u32> {
 const fn of_fault(fault: Fault) -> &'static str {
     match fault {
         Fault::SensorSilent => {
-            "check the wire of INT1 and the sensor's supply: no data-ready edge comes; if it clears by itself, look for a loose contact"
+            "check the supply and the wires of the sensor: no data-ready edge comes, or nothing new is read; if it clears by itself, look for a loose contact"
         }
         Fault::SensorFrozen => {
             "check the wires of MISO and chip select; where single axes repeat, the sensor is damaged: replace it"
