@@ -18,13 +18,13 @@ use wire::pdo::Status;
 use crate::foot::zero_velocity;
 use crate::message::{Contact, Event, Float64, Header, Message, Time};
 use crate::published::Published;
-use crate::topics::Topics;
+use crate::topics::FootTopics;
 
 /// Converter of the estimates of a foot.
 #[derive(Debug)]
 pub struct Estimates {
     name: String,
-    topics: Topics,
+    topics: FootTopics,
     sequence: u16,
 }
 
@@ -34,7 +34,7 @@ impl Estimates {
     pub fn new(name: &str) -> Self {
         Self {
             name: name.to_owned(),
-            topics: Topics::of(name),
+            topics: FootTopics::of(name),
             sequence: 0,
         }
     }
@@ -42,7 +42,7 @@ impl Estimates {
     /// Topics of the messages.
     #[must_use]
     pub fn topics(&self) -> [&Arc<str>; 4] {
-        let Topics {
+        let FootTopics {
             contact,
             probability,
             velocity,

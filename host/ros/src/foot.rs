@@ -16,7 +16,7 @@ use crate::message::{
     Time, TwistWithCovariance, TwistWithCovarianceStamped, Vector3,
 };
 use crate::published::Published;
-use crate::topics::{DIAGNOSTICS, NODE, Topics};
+use crate::topics::{DIAGNOSTICS, FootTopics, NODE};
 
 /// Standard gravity, m/s².
 const GRAVITY: f64 = 9.806_65;
@@ -66,7 +66,7 @@ type Condition = (Faults, bool, bool);
 /// State of the messages of a foot.
 #[derive(Debug)]
 pub(crate) struct Foot {
-    pub(crate) topics: Topics,
+    pub(crate) topics: FootTopics,
     name: String,
     /// Node id for which the topics were created.
     pub(crate) node: Option<u8>,
@@ -83,7 +83,7 @@ impl Foot {
     pub(crate) fn new(state: &LiveFoot, frame: &str) -> Self {
         let name = state.name_or(NODE);
         Self {
-            topics: Topics::with_frame(&name, frame),
+            topics: FootTopics::with_frame(&name, frame),
             name: name.into_owned(),
             node: state.key.node,
             is_silent: false,

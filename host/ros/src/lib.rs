@@ -40,4 +40,4 @@ pub use published::Published;
 #[cfg(feature = "bags")]
 pub use rosbag2_file::Rosbag2File;
 pub use samples::Samples;
-pub use topics::Topics;
+pub use topics::FootTopics;

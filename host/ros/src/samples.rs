@@ -19,7 +19,7 @@ use recordings::validity::name_of;
 use crate::foot::{ABSENT, vector};
 use crate::message::{Bool, Float64, Header, Imu, Message, Text, Time};
 use crate::published::Published;
-use crate::topics::Topics;
+use crate::topics::FootTopics;
 
 /// Latest time that a message of ROS 2 can have, µs since 1970: in the year 2038.
 pub const LAST_US: i64 = i32::MAX as i64 * 1_000_000;
@@ -41,7 +41,7 @@ pub const fn clock_shift_us(start_us: i64) -> i64 {
 /// Converter of the samples of a foot.
 #[derive(Debug)]
 pub struct Samples {
-    topics: Topics,
+    topics: FootTopics,
     validity: Arc<str>,
     label: Arc<str>,
     has_load: bool,
@@ -51,7 +51,7 @@ impl Samples {
     /// Creates a converter for the foot `name`.
     #[must_use]
     pub fn new(name: &str) -> Self {
-        let topics = Topics::of(name);
+        let topics = FootTopics::of(name);
         Self {
             validity: format!("{}/validity", topics.imu).into(),
             label: format!("{}/label", topics.imu).into(),
@@ -71,7 +71,7 @@ impl Samples {
 
     /// Topics of the foot.
     #[must_use]
-    pub const fn topics(&self) -> &Topics {
+    pub const fn topics(&self) -> &FootTopics {
         &self.topics
     }
 

@@ -11,7 +11,7 @@ use estimator_core::params::LoadParams;
 use recordings::input::{Format, InputError, TimesSoFar};
 use recordings::plausible::{Check, Finding};
 use recordings::recording::RecordedSample;
-use ros::Topics;
+use ros::FootTopics;
 
 use super::headings::{INPUT, OUTPUT};
 use super::recording::{self, ReadingArguments, with_mounting};
@@ -202,7 +202,7 @@ impl ConvertArguments {
         }
         if let Some(bag) = bag.filter(|bag| bag.has_loads) {
             // `--topic all` expects the load topics in the order of the feet's topic names.
-            let mut topics: Vec<&Topics> = bag.topics.iter().collect();
+            let mut topics: Vec<&FootTopics> = bag.topics.iter().collect();
             topics.sort_by(|a, b| a.imu.cmp(&b.imu));
             options.extend(
                 topics

@@ -19,7 +19,7 @@ use recordings::output::{write_recording_header, write_recording_row};
 #[cfg(feature = "parquet")]
 use recordings::parquet_samples::ParquetSamples;
 use recordings::recording::RecordedSample;
-use ros::Topics;
+use ros::FootTopics;
 use ros::samples::{LAST_US, clock_shift_us};
 
 use crate::feature::Feature;
@@ -153,7 +153,7 @@ pub fn write_table(
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Bag {
     /// Topics of each foot.
-    pub topics: Vec<Topics>,
+    pub topics: Vec<FootTopics>,
     /// Whether the feet have loads: all or none.
     pub has_loads: bool,
     /// Offset of the bag's clock from the recording's, µs.
@@ -174,7 +174,7 @@ impl Bag {
         let ends_us = abouts.map(last).max().unwrap_or_default();
         let is_in_time = ends_us.saturating_add(shift_us) <= LAST_US;
         is_in_time.then(|| Self {
-            topics: feet.iter().map(|foot| Topics::of(&foot.name)).collect(),
+            topics: feet.iter().map(|foot| FootTopics::of(&foot.name)).collect(),
             has_loads,
             shift_us,
         })

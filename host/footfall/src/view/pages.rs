@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ros::Topics;
+use ros::FootTopics;
 
 /// A page of stacked panels.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,8 +81,11 @@ fn axes(topic: &Arc<str>, fields: [&'static str; 3]) -> Vec<Curve> {
 /// Returns the pages of feet with these names.
 #[must_use]
 pub fn pages(feet: &[String]) -> Vec<Page> {
-    let topics: Vec<(&String, Topics)> = feet.iter().map(|foot| (foot, Topics::of(foot))).collect();
-    let of_all = |curve_of: fn(&String, &Topics) -> Curve| -> Vec<Curve> {
+    let topics: Vec<(&String, FootTopics)> = feet
+        .iter()
+        .map(|foot| (foot, FootTopics::of(foot)))
+        .collect();
+    let of_all = |curve_of: fn(&String, &FootTopics) -> Curve| -> Vec<Curve> {
         topics
             .iter()
             .map(|(foot, topics)| curve_of(foot, topics))
@@ -114,8 +117,8 @@ pub fn pages(feet: &[String]) -> Vec<Page> {
             panel("Faults and counters", Kind::Diagnostics, Vec::new()),
         ],
     };
-    let one = |(foot, topics): &(&String, Topics)| {
-        let Topics {
+    let one = |(foot, topics): &(&String, FootTopics)| {
+        let FootTopics {
             contact, load, imu, ..
         } = topics;
         Page {
