@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::str::FromStr;
 
 use crate::random::{Random, Stream};
-use crate::step::{Sinking, Slip, Spring, Step, TouchDown, Tremor};
+use crate::step::{PlannedStep, Sinking, Slip, Spring, TouchDown, Tremor};
 
 /// Seed of the walk that `footfall demo` shows, which is also one of the scored sets.
 pub const DEMO_SEED: u64 = 1;
@@ -168,10 +168,10 @@ impl Style {
         load_change: 0.06,
     };
 
-    fn step(&self, ground: Ground, random: &mut Random) -> Step {
+    fn step(&self, ground: Ground, random: &mut Random) -> PlannedStep {
         let vary = |value: f64, random: &mut Random| value * random.uniform(0.95..1.05);
         let stance = vary(self.contact - self.peel, random);
-        Step {
+        PlannedStep {
             peel: vary(self.peel, random),
             swing: vary(self.swing, random),
             stance,
@@ -269,9 +269,9 @@ fn slip(when: Range<f64>, random: &mut Random) -> Slip {
 }
 
 /// Returns firm ground, a greased patch, a soft mat and firm ground again, of three steps each.
-fn round(random: &mut Random) -> Vec<Step> {
+fn round(random: &mut Random) -> Vec<PlannedStep> {
     let grounds = [Ground::Hard, Ground::Greased, Ground::Soft, Ground::Hard];
-    let mut steps: Vec<Step> = grounds
+    let mut steps: Vec<PlannedStep> = grounds
         .into_iter()
         .flat_map(|ground| [ground; 3])
         .map(|ground| Style::WALK.step(ground, random))
@@ -300,7 +300,7 @@ pub struct Plan {
     /// Standing time at the beginning, s.
     pub standing: f64,
     /// Steps in order of time. After the last touch-down the foot stays in place.
-    pub steps: Vec<Step>,
+    pub steps: Vec<PlannedStep>,
     /// Duration of the recording, s.
     pub duration: f64,
 }
@@ -311,7 +311,7 @@ impl Plan {
     #[must_use]
     pub fn demo(seed: u64) -> Self {
         let steps = round(&mut Random::new(seed, Stream::Steps));
-        let moving: f64 = steps.iter().map(Step::duration).sum();
+        let moving: f64 = steps.iter().map(PlannedStep::duration).sum();
         Self {
             name: format!("demo walk, seed {seed}"),
             standing: STANDING_BEFORE,
@@ -329,7 +329,7 @@ impl Plan {
         let mut end = STANDING_BEFORE;
         while end < seconds {
             let round = round(&mut random);
-            end += round.iter().map(Step::duration).sum::<f64>();
+            end += round.iter().map(PlannedStep::duration).sum::<f64>();
             steps.extend(round);
         }
         Self {
@@ -527,7 +527,7 @@ mod tests {
     #[test]
     fn a_steady_gait_walks_until_the_recording_ends() {
         let plan = Plan::steady(GaitName::Run, Ground::Soft, 30.0, 1);
-        let walked: f64 = plan.steps.iter().map(Step::duration).sum();
+        let walked: f64 = plan.steps.iter().map(PlannedStep::duration).sum();
         assert!(plan.standing + walked >= 30.0);
         assert_eq!(plan.duration, 30.0);
         assert_eq!(plan.name, "run on soft ground, seed 1");

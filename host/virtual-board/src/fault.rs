@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use crate::board::{BoardOptions, Injection};
-use crate::scenario::{self, Pages, Scenario, Step};
+use crate::scenario::{self, Pages, Scenario, ScenarioStep};
 
 /// Name that clears all clearable faults.
 const CLEAR: &str = "clear";
@@ -62,20 +62,20 @@ impl Fault {
 
     /// Steps that prepare a board for the fault.
     #[must_use]
-    pub fn before(&self) -> &'static [Step] {
+    pub fn before(&self) -> &'static [ScenarioStep] {
         self.scenario.map_or(&[], |scenario| scenario.before)
     }
 
     /// Steps of the fault, each with its time from the first, µs.
     #[must_use]
-    pub fn steps(&self) -> Vec<(u64, Step)> {
+    pub fn steps(&self) -> Vec<(u64, ScenarioStep)> {
         let Some(scenario) = self.scenario else {
-            return vec![(0, Step::Inject(Injection::Clear))];
+            return vec![(0, ScenarioStep::Inject(Injection::Clear))];
         };
         let mut at_us = 0;
         let steps = (scenario.steps)(self.variant).into_iter().map(|step| {
             let timed = (at_us, step);
-            if let Step::Wait(us) = step {
+            if let ScenarioStep::Wait(us) = step {
                 at_us += u64::from(us);
             }
             timed
@@ -116,8 +116,8 @@ mod tests {
     fn a_fault_has_a_name_and_an_optional_variant() {
         let cut: Fault = "power-cut:17".parse().expect("a fault");
         assert_eq!((cut.name(), cut.variant), ("power-cut", 17));
-        let steps: Vec<Step> = cut.steps().into_iter().map(|(_, step)| step).collect();
-        assert!(steps.contains(&Step::Inject(Injection::CutInFlash(17))));
+        let steps: Vec<ScenarioStep> = cut.steps().into_iter().map(|(_, step)| step).collect();
+        assert!(steps.contains(&ScenarioStep::Inject(Injection::CutInFlash(17))));
         for text in ["thawed", "power-cut:x", "", "frozen@1"] {
             assert!(text.parse::<Fault>().is_err(), "{text}");
         }

@@ -17,7 +17,7 @@ use crate::chip::Transaction;
 use crate::parity::{self, Comparison, Parity, SentContact};
 use crate::part::can::TimedFrame;
 use crate::part::usart::TimedByte;
-use crate::scenario::Step;
+use crate::scenario::ScenarioStep;
 use crate::spread::Spread;
 use crate::time::{PER_SECOND, to_ns, to_us};
 use crate::traffic::Traffic;
@@ -64,7 +64,7 @@ pub struct Action {
     /// Time, ms.
     pub ms: u64,
     /// The action.
-    pub step: Step,
+    pub step: ScenarioStep,
 }
 
 /// Maximum number of points of the plot.

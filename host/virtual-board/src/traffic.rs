@@ -5,7 +5,7 @@ use wire::{Address, Foot, Pdo, Value};
 
 use crate::board::Board;
 use crate::part::can::Frame;
-use crate::scenario::{BEFORE_MS, Step};
+use crate::scenario::{BEFORE_MS, ScenarioStep};
 use crate::streams;
 
 /// Traffic on the lines.
@@ -32,7 +32,7 @@ impl Traffic {
         if ms == BEFORE_MS {
             for (subindex, every) in (1..).zip(streams::ALL) {
                 let stream = Address::new(index::UART_STREAMS, subindex);
-                Step::Set(stream, Value::U16(every)).act(board);
+                ScenarioStep::Set(stream, Value::U16(every)).act(board);
             }
         }
         let others = Foot::ALL.into_iter().skip(1).take(3);
@@ -46,7 +46,7 @@ impl Traffic {
             board.push_can(Frame::new(0x080, &[]));
         }
         if ms > BEFORE_MS && ms.is_multiple_of(QUESTIONS_MS) {
-            Step::Request(Address::new(index::COUNTERS, 1)).act(board);
+            ScenarioStep::Request(Address::new(index::COUNTERS, 1)).act(board);
             board.push_can(Frame::new(0x611, &[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]));
         }
     }

@@ -8,7 +8,7 @@ use lsm6dsox::sim::Stimulus;
 use virtual_board::board::{Board, BoardOptions, Injection};
 use virtual_board::motion;
 use virtual_board::report::{self, Run};
-use virtual_board::scenario::Step;
+use virtual_board::scenario::ScenarioStep;
 use virtual_board::wiring::{Pin, Wiring};
 use wire::dictionary::index;
 use wire::uart::Message;
@@ -100,7 +100,7 @@ fn the_led_blinks_and_the_load_is_analogue_on_every_board() {
 
 #[test]
 fn the_load_is_read_at_the_input_of_every_board() {
-    let from_analog = Step::Set(Address::new(index::LOAD_INPUT, 1), Value::U8(1));
+    let from_analog = ScenarioStep::Set(Address::new(index::LOAD_INPUT, 1), Value::U8(1));
     let open = wire::Fault::LoadSensorOpen.code();
     for (wiring, elf) in products() {
         let mut rig = Rig::of(boot(&elf, wiring));

@@ -8,7 +8,7 @@ use virtual_board::chip::Crystal;
 use virtual_board::motion;
 use virtual_board::part::can::{BusFault, Frame, TimedFrame};
 use virtual_board::report::{self, Action, Run};
-use virtual_board::scenario::Step;
+use virtual_board::scenario::ScenarioStep;
 use virtual_board::traffic::Traffic;
 
 /// Function codes of `CANopen`; the node's number is added.
@@ -184,7 +184,7 @@ fn two_reports_of_the_same_run_are_identical() {
         faults: vec!["frozen@1000".into()],
         actions: vec![Action {
             ms: 1_000,
-            step: Step::Inject(Injection::Sensor(lsm6dsox::sim::PartFault::FrozenOutput)),
+            step: ScenarioStep::Inject(Injection::Sensor(lsm6dsox::sim::PartFault::FrozenOutput)),
         }],
         traffic: Traffic::Full,
     };

@@ -70,7 +70,7 @@ pub struct Program {
 
 /// Step of an update.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Step {
+pub enum UpdateStage {
     /// The foot restarts into its bootloader.
     Stopping,
     /// The image is being sent.
@@ -176,7 +176,7 @@ pub fn update(
     client: &mut Client,
     feet: &[Option<NodeId>],
     image: &Image,
-    report: &mut dyn FnMut(&str, Step),
+    report: &mut dyn FnMut(&str, UpdateStage),
 ) -> Vec<Result<Updated, UpdateError>> {
     let mut installed = Vec::new();
     for node in feet {
@@ -188,7 +188,7 @@ pub fn update(
     let begin = Instant::now();
     let confirm = |foot: Result<Installed, UpdateError>| {
         let foot = foot?;
-        report(&foot.foot, Step::Confirming);
+        report(&foot.foot, UpdateStage::Confirming);
         client.wait(CONFIRMATION.saturating_sub(begin.elapsed()))?;
         confirm(client, foot, image)
     };
@@ -199,7 +199,7 @@ pub fn update(
 fn install(
     client: &mut Client,
     image: &Image,
-    report: &mut dyn FnMut(&str, Step),
+    report: &mut dyn FnMut(&str, UpdateStage),
 ) -> Result<Installed, UpdateError> {
     let foot = client.foot();
     client.is_alone()?;
@@ -224,7 +224,7 @@ fn install(
         Runs::Program => client.state()?,
     };
     if runs == Runs::Program {
-        report(&foot, Step::Stopping);
+        report(&foot, UpdateStage::Stopping);
         client.command(Command::EnterPreOperational)?;
         if let Err(error) = control(client, control::STOP) {
             client.bring_to(state)?;
@@ -241,7 +241,7 @@ fn install(
     // Also after a refusal: the previous program goes on then.
     let started = control(client, control::START);
     let why = sent.err();
-    report(&foot, Step::Installing);
+    report(&foot, UpdateStage::Installing);
     match started {
         // The response may be lost, and the foot restarts.
         Ok(()) | Err(RequestError::NoAnswer { .. }) => {}
@@ -281,7 +281,7 @@ fn send(
     client: &mut Client,
     foot: &str,
     image: &Image,
-    report: &mut dyn FnMut(Step),
+    report: &mut dyn FnMut(UpdateStage),
 ) -> Result<(), UpdateError> {
     let Some(node) = client.node() else {
         return Ok(());
@@ -293,7 +293,7 @@ fn send(
         let total = image.bytes.len();
         let mut sent = |bytes| {
             let percent = (bytes * 100 / total) as u8;
-            report(Step::Sending { percent });
+            report(UpdateStage::Sending { percent });
         };
         let failed = match client.download(node, data, &image.bytes, &mut sent) {
             Ok(()) => return Ok(()),

@@ -170,7 +170,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn core::error::Error>> {
 mod tests {
     use super::*;
     use virtual_board::board::Injection;
-    use virtual_board::scenario::Step;
+    use virtual_board::scenario::ScenarioStep;
 
     #[test]
     fn preparing_steps_come_first() {
@@ -180,7 +180,7 @@ mod tests {
         assert_eq!(times, [300, 300, 300, 1000, 1000], "settings come first");
         assert_eq!(
             actions.get(3).map(|action| action.step),
-            Some(Step::Inject(Injection::CutInFlash(17)))
+            Some(ScenarioStep::Inject(Injection::CutInFlash(17)))
         );
     }
 }

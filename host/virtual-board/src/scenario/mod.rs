@@ -53,7 +53,7 @@ const AFTERWARDS_MS: u64 = 150;
 
 /// One action on the board.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Step {
+pub enum ScenarioStep {
     /// Injects a fault, or clears faults.
     Inject(Injection),
     /// Changes a setting over the serial line.
@@ -106,13 +106,13 @@ pub struct Scenario {
     /// Changes the options of the board for an injection at a time, µs.
     pub board: fn(&mut BoardOptions, u32),
     /// Steps that prepare the board.
-    pub before: &'static [Step],
+    pub before: &'static [ScenarioStep],
     /// Motion of the foot, by seconds since the injection.
     pub motion: fn(f64) -> Stimulus,
     /// Content of the settings pages at power-up.
     pub pages: Pages,
     /// Steps of the injection, for each of the variants.
-    pub steps: fn(u64) -> Vec<Step>,
+    pub steps: fn(u64) -> Vec<ScenarioStep>,
     /// Variants that the matrix runs: first, last, stride.
     pub variants: (u64, u64, u64),
     /// Whether the fault is present from power-up on.
@@ -203,7 +203,7 @@ impl From<Failure> for Problem {
     }
 }
 
-impl Step {
+impl ScenarioStep {
     /// Carries out the step.
     pub fn act(self, board: &mut Board) {
         let send = |board: &mut Board, message: &Message| {
@@ -284,7 +284,7 @@ impl Scenario {
     pub fn run_steps(
         &self,
         elf: &[u8],
-        steps: &[Step],
+        steps: &[ScenarioStep],
         phase: u64,
         corner: Corner,
     ) -> Result<Outcome, Problem> {
@@ -316,11 +316,11 @@ impl Scenario {
         }
         for &step in steps {
             match step {
-                Step::Wait(us) => {
+                ScenarioStep::Wait(us) => {
                     let until = board.now() + from_us(u64::from(us));
                     watch.run_until(&mut board, until)?;
                 }
-                Step::CutInErase(part) => {
+                ScenarioStep::CutInErase(part) => {
                     let operations = filled.as_ref().map_or(0, |filled| filled.operations);
                     let operation = 1 + u64::from(part) * operations.saturating_sub(1) / 31;
                     board.inject(Injection::CutInFlash(operation));
@@ -350,7 +350,7 @@ impl Scenario {
         }
         let mut outcome = Outcome::of(self, &watch, &board, at, end);
         if let Some((address, values)) = self.kept {
-            Step::Request(address).act(&mut board);
+            ScenarioStep::Request(address).act(&mut board);
             let until = board.now() + 20 * MILLISECOND;
             watch.run_until(&mut board, until)?;
             outcome.take_setting(watch.answered(address), values);

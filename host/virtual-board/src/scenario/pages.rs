@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use super::{BEFORE_MS, MILLISECOND, Problem, Step};
+use super::{BEFORE_MS, MILLISECOND, Problem, ScenarioStep};
 use crate::board::{Board, Injection};
 
 /// The content of the settings pages at power-up.
@@ -34,7 +34,7 @@ static FOUND: Mutex<Vec<(Vec<u8>, Filled)>> = Mutex::new(Vec::new());
 
 /// Has a board with `elf` store its settings, changed by `before`, until it erases. Returns the pages before the
 /// erase.
-pub(super) fn before_an_erase(elf: &[u8], before: Step) -> Result<Filled, Problem> {
+pub(super) fn before_an_erase(elf: &[u8], before: ScenarioStep) -> Result<Filled, Problem> {
     let mut found = FOUND.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some((_, filled)) = found.iter().find(|(known, _)| known == elf) {
         return Ok(filled.clone());
@@ -55,7 +55,7 @@ pub(super) fn before_an_erase(elf: &[u8], before: Step) -> Result<Filled, Proble
             (machine.chip.flash.operations, machine.chip.flash.erases)
         };
         let (operations, erases) = counts(&mut board);
-        Step::StoreStopped.act(&mut board);
+        ScenarioStep::StoreStopped.act(&mut board);
         board.run_for(STORE_MS * MILLISECOND)?;
         if counts(&mut board).1 > erases {
             board.run_for(ERASE_MS * MILLISECOND)?;

@@ -1,6 +1,6 @@
 //! Two faults at once, or one shortly after the other.
 
-use super::{ALL, Invalid, Outcome, Pages, Problem, Reports, Scenario, Step};
+use super::{ALL, Invalid, Outcome, Pages, Problem, Reports, Scenario, ScenarioStep};
 use crate::corner::Corner;
 
 /// Delays from the first to the second fault, µs.
@@ -25,7 +25,7 @@ pub struct Pair {
 
 /// Returns whether the fault is injected into a running board, without preparation.
 fn is_simple(scenario: &&Scenario) -> bool {
-    let waits = |step: &Step| matches!(step, Step::Wait(_));
+    let waits = |step: &ScenarioStep| matches!(step, ScenarioStep::Wait(_));
     let steps = (scenario.steps)(scenario.variants.0);
     !scenario.at_power_up
         && scenario.pages == Pages::Blank
@@ -119,7 +119,7 @@ impl Pair {
     pub fn run(&self, elf: &[u8]) -> Result<Outcome, Problem> {
         let mut steps = (self.first.steps)(self.first.variants.0);
         if self.delay_us > 0 {
-            steps.push(Step::Wait(self.delay_us));
+            steps.push(ScenarioStep::Wait(self.delay_us));
         }
         steps.extend((self.second.steps)(self.second.variants.0));
         self.scenario()

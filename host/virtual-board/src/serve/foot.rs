@@ -16,7 +16,7 @@ use crate::board::{Board, BoardOptions};
 use crate::fault::Fault;
 use crate::part::can::TimedFrame;
 use crate::part::rcc::ResetCause;
-use crate::scenario::{BEFORE_MS, Problem, Step};
+use crate::scenario::{BEFORE_MS, Problem, ScenarioStep};
 use crate::time::{PER_SECOND, from_us};
 
 /// Time for a board to apply its settings, and to store them, ms.
@@ -173,7 +173,7 @@ struct Runner {
     /// Time at which it was switched on.
     on_since: u64,
     /// Pending steps with their times.
-    steps: VecDeque<(u64, Step)>,
+    steps: VecDeque<(u64, ScenarioStep)>,
     resets: usize,
 }
 
@@ -339,10 +339,10 @@ fn stored(elf: &[u8], settings: &[(Address, Value)]) -> Result<Vec<u8>, Problem>
     let mut board = Board::from_elf(elf).map_err(|error| Problem::Elf(error.to_string()))?;
     board.run_until(BEFORE_MS * MILLISECOND)?;
     for &(address, value) in settings {
-        Step::Set(address, value).act(&mut board);
+        ScenarioStep::Set(address, value).act(&mut board);
         board.run_for(SETTING_MS * MILLISECOND)?;
     }
-    Step::StoreStopped.act(&mut board);
+    ScenarioStep::StoreStopped.act(&mut board);
     board.run_for(SETTING_MS * MILLISECOND)?;
     let pages = board.settings();
     if pages.iter().all(|byte| *byte == 0xFF) {

@@ -7,7 +7,7 @@ use wire::pdo::{Quantity, TEMPERATURE_STEP};
 use wire::{Address, DataType, Fault, Faults, Value};
 
 use super::figure::{self, Figure};
-use super::{Person, Step};
+use super::{AcceptStep, Person};
 use crate::foot::client::{Client, RequestError};
 use crate::foot::self_test::{self, SelfTestError, Verdict};
 
@@ -72,6 +72,6 @@ pub(super) fn test_sensor(
             .measured(f64::NAN)
             .with("which axes is said over CAN only".to_owned()),
     };
-    debug_assert_eq!(figure.limit.step, Step::SelfTest);
+    debug_assert_eq!(figure.limit.step, AcceptStep::SelfTest);
     Ok(vec![figure])
 }

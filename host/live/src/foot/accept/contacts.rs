@@ -10,7 +10,7 @@ use wire::{Address, DataType, Fault, Faults};
 
 use super::figure::{self, Figure};
 use super::moments::{Moment, watch};
-use super::{Person, Step};
+use super::{AcceptStep, Person};
 use crate::foot::calibration;
 use crate::foot::client::{Client, RequestError};
 
@@ -85,7 +85,7 @@ pub(super) fn taps(client: &mut Client, person: &mut Person) -> Result<Vec<Figur
         is_ready
     })?;
     if !is_ready {
-        return Ok(Step::Taps.failed("the foot was not stable before the first tap"));
+        return Ok(AcceptStep::Taps.failed("the foot was not stable before the first tap"));
     }
     tell("now");
     let mut taps = Taps::default();
@@ -175,7 +175,7 @@ pub(super) fn load(client: &mut Client, person: &mut Person) -> Result<Vec<Figur
     let (patience, tell, has_left) = person.parts();
     let source = Address::new(index::LOAD_INPUT, 1);
     if client.read(source, DataType::Unsigned8)?.to_raw() == 0 {
-        return Ok(Step::Load.not_tested("the foot has no load input (load_input.source)"));
+        return Ok(AcceptStep::Load.not_tested("the foot has no load input (load_input.source)"));
     }
     tell("load and unload the foot three times, a second each");
     let (mut contacts, mut known, mut loads) = (0_usize, 0_usize, 0);
@@ -265,7 +265,9 @@ pub(super) fn unplug(
         last_valid.is_some()
     })?;
     let Some(last_valid) = last_valid else {
-        return Ok(Step::Unplug.failed("the foot had a fault before the sensor was unplugged"));
+        return Ok(
+            AcceptStep::Unplug.failed("the foot had a fault before the sensor was unplugged")
+        );
     };
     tell("unplug the sensor while the board runs, or pull its wire INT1");
     let mut unplugged = Unplugged::after(last_valid);
@@ -275,7 +277,7 @@ pub(super) fn unplug(
     })?;
     let Some(first) = unplugged.first_fault else {
         let reason = format!("no fault within {} s", patience.as_secs());
-        return Ok(Step::Unplug.not_tested(&reason));
+        return Ok(AcceptStep::Unplug.not_tested(&reason));
     };
     tell("the foot has noticed; leave it so for two seconds");
     listen(client, has_left, UNPLUGGED, |row| {

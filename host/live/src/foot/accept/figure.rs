@@ -1,12 +1,12 @@
 //! Quantities that are measured, with their limits, and the figures found.
 
-use super::Step;
+use super::AcceptStep;
 
 /// A quantity, its limits, and what to do where it is out.
 #[derive(Debug, PartialEq)]
 pub struct Limit {
     /// Step in which it is measured.
-    pub step: Step,
+    pub step: AcceptStep,
     /// Name.
     pub name: &'static str,
     /// Unit; empty for counts and codes.
@@ -135,7 +135,7 @@ impl Figure {
 macro_rules! limit {
     ($step:ident, $name:literal, $unit:literal, $lowest:expr, $highest:expr, $source:literal, $remedy:literal) => {
         Limit {
-            step: Step::$step,
+            step: AcceptStep::$step,
             name: $name,
             unit: $unit,
             lowest: $lowest,

@@ -46,7 +46,7 @@ pub enum AcceptError {
 
 /// A step of the acceptance, in the order in which they are done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Step {
+pub enum AcceptStep {
     /// Faults, supply and temperature, as the board reports them.
     Board,
     /// Self-test of the sensor, which resets the board.
@@ -65,7 +65,7 @@ pub enum Step {
     Unplug,
 }
 
-impl Step {
+impl AcceptStep {
     /// All steps.
     pub const ALL: [Self; 8] = [
         Self::Board,
@@ -145,30 +145,30 @@ impl Person<'_> {
 /// The line does not work, or the foot's settings could not be put back.
 pub fn run(
     client: &mut Client,
-    steps: &[Step],
+    steps: &[AcceptStep],
     person: &mut Person,
     found: &mut dyn FnMut(Figure),
 ) -> Result<(), AcceptError> {
     let mut streams = None;
     for step in steps {
-        if *step > Step::SelfTest && streams.is_none() {
+        if *step > AcceptStep::SelfTest && streams.is_none() {
             // The self-test resets the foot, which would end the streams.
             streams = Some(Streams::switch_on(client)?);
         }
         let figures = match step {
-            Step::Board => board::measure(client),
-            Step::SelfTest => match board::test_sensor(client, person) {
+            AcceptStep::Board => board::measure(client),
+            AcceptStep::SelfTest => match board::test_sensor(client, person) {
                 Ok(figures) => Ok(figures),
                 Err(SelfTestError::Request(error)) => Err(error),
                 Err(error @ SelfTestError::StaysOn(_)) => return Err(AcceptError::SelfTest(error)),
                 Err(error) => Ok(step.failed(&error.to_string())),
             },
-            Step::Still => still::measure(client, person),
-            Step::Sides => turns::measure(client, person),
-            Step::Taps => contacts::taps(client, person),
-            Step::Steps => contacts::steps(client, person),
-            Step::Load => contacts::load(client, person),
-            Step::Unplug => contacts::unplug(client, person),
+            AcceptStep::Still => still::measure(client, person),
+            AcceptStep::Sides => turns::measure(client, person),
+            AcceptStep::Taps => contacts::taps(client, person),
+            AcceptStep::Steps => contacts::steps(client, person),
+            AcceptStep::Load => contacts::load(client, person),
+            AcceptStep::Unplug => contacts::unplug(client, person),
         };
         let figures = match figures {
             Ok(figures) => figures,

@@ -10,7 +10,7 @@ use crate::board::Injection;
 use crate::chip::Crystal;
 use crate::corner::Corner;
 use crate::part::rcc::ResetCause;
-use crate::scenario::{Invalid, Reports, Scenario, Step};
+use crate::scenario::{Invalid, Reports, Scenario, ScenarioStep};
 
 /// No crystal from power-up on.
 const NO_CRYSTAL: Scenario = Scenario {
@@ -23,7 +23,7 @@ const NO_CRYSTAL: Scenario = Scenario {
 
 /// A hang, ended by the watchdog.
 const HANG: Scenario = Scenario {
-    steps: |_| vec![Step::Inject(Injection::Hang)],
+    steps: |_| vec![ScenarioStep::Inject(Injection::Hang)],
     invalid: Invalid::UntilNextSample,
     blind_us: ONE_TICK_US,
     reports: Reports::Fault(Fault::WatchdogReset),
@@ -42,7 +42,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "crystal-lost",
         what: "crystal stops while running",
-        steps: |_| vec![Step::Inject(Injection::CrystalLost)],
+        steps: |_| vec![ScenarioStep::Inject(Injection::CrystalLost)],
         with_can: false,
         reports: Reports::Fault(Fault::CrystalMissing),
         resets: &[ResetCause::Software],
@@ -52,7 +52,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "stack-overflow",
         what: "stack overflow",
-        steps: |_| vec![Step::Inject(Injection::StackOverflow)],
+        steps: |_| vec![ScenarioStep::Inject(Injection::StackOverflow)],
         reports: Reports::Fault(Fault::HardFault),
         resets: &[ResetCause::Software],
         ..PLAIN
@@ -60,7 +60,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "hard-fault",
         what: "jump to an unmapped address: HardFault",
-        steps: |_| vec![Step::Inject(Injection::Derail)],
+        steps: |_| vec![ScenarioStep::Inject(Injection::Derail)],
         reports: Reports::Fault(Fault::HardFault),
         resets: &[ResetCause::Software],
         ..PLAIN
@@ -68,7 +68,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "panic",
         what: "panic",
-        steps: |_| vec![Step::Inject(Injection::Panic)],
+        steps: |_| vec![ScenarioStep::Inject(Injection::Panic)],
         reports: Reports::Fault(Fault::Panic),
         resets: &[ResetCause::Software],
         ..PLAIN
@@ -81,13 +81,13 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "sampling-stuck",
         what: "sampling task stuck: its timer's interrupt is lost",
-        steps: |_| vec![Step::Inject(Injection::InterruptLost(TIMER))],
+        steps: |_| vec![ScenarioStep::Inject(Injection::InterruptLost(TIMER))],
         ..HANG
     },
     Scenario {
         name: "uart-stuck",
         what: "UART task stuck: its DMA's interrupt is lost",
-        steps: |_| vec![Step::Inject(Injection::InterruptLost(SERIAL_DMA))],
+        steps: |_| vec![ScenarioStep::Inject(Injection::InterruptLost(SERIAL_DMA))],
         reports: Reports::Fault(Fault::WatchdogReset),
         note: "CAN continues until the reset",
         resets: &[ResetCause::Watchdog],
@@ -96,7 +96,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "brown-out",
         what: "supply dips: brown-out reset",
-        steps: |_| vec![Step::Inject(Injection::BrownOut)],
+        steps: |_| vec![ScenarioStep::Inject(Injection::BrownOut)],
         reports: Reports::BootUp,
         resets: &[ResetCause::BrownOut],
         ..PLAIN
@@ -104,7 +104,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "reset",
         what: "reset pin",
-        steps: |_| vec![Step::Inject(Injection::Reset)],
+        steps: |_| vec![ScenarioStep::Inject(Injection::Reset)],
         reports: Reports::BootUp,
         resets: &[ResetCause::Pin],
         ..PLAIN
@@ -114,7 +114,7 @@ pub(super) const ROWS: &[Scenario] = &[
         what: "load sensor open",
         board: |options, _| options.load = LOADED,
         before: &[LOAD_FROM_ANALOG],
-        steps: |_| vec![Step::Inject(Injection::Load(0))],
+        steps: |_| vec![ScenarioStep::Inject(Injection::Load(0))],
         lasts_ms: LASTING,
         reports: Reports::Fault(Fault::LoadSensorOpen),
         note: "no load is reported; the probabilities do not depend on it",
@@ -135,8 +135,8 @@ pub(super) const ROWS: &[Scenario] = &[
         what: "crystal stops during start-up, every 0.5 ms of the first 6 ms",
         steps: |variant| {
             vec![
-                Step::Wait(500 + 500 * variant as u32),
-                Step::Inject(Injection::CrystalLost),
+                ScenarioStep::Wait(500 + 500 * variant as u32),
+                ScenarioStep::Inject(Injection::CrystalLost),
             ]
         },
         variants: (0, 11, 1),
@@ -152,8 +152,8 @@ pub(super) const ROWS: &[Scenario] = &[
         what: "crystal stops while the stack overflows",
         steps: |_| {
             vec![
-                Step::Inject(Injection::StackOverflow),
-                Step::Inject(Injection::CrystalLost),
+                ScenarioStep::Inject(Injection::StackOverflow),
+                ScenarioStep::Inject(Injection::CrystalLost),
             ]
         },
         with_can: false,
@@ -185,8 +185,8 @@ pub(super) const ROWS: &[Scenario] = &[
         what: "endless loop at each ms of start-up",
         steps: |variant| {
             vec![
-                Step::Wait(300 + 1_000 * variant as u32),
-                Step::Inject(Injection::Hang),
+                ScenarioStep::Wait(300 + 1_000 * variant as u32),
+                ScenarioStep::Inject(Injection::Hang),
             ]
         },
         variants: (0, 13, 1),
@@ -211,7 +211,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "debugger-halt",
         what: "a debugger halts the core for 50 ms",
-        steps: |_| vec![Step::Inject(Injection::DebuggerHalt(50))],
+        steps: |_| vec![ScenarioStep::Inject(Injection::DebuggerHalt(50))],
         reports: Reports::Any,
         clock_stops: true,
         note: "the board's clock stops meanwhile",
@@ -222,8 +222,8 @@ pub(super) const ROWS: &[Scenario] = &[
         what: "DMA errors on the sensor's bus and on the serial line at once",
         steps: |_| {
             vec![
-                Step::Inject(Injection::DmaError(SENSOR_STREAM)),
-                Step::Inject(Injection::DmaError(SERIAL_STREAM)),
+                ScenarioStep::Inject(Injection::DmaError(SENSOR_STREAM)),
+                ScenarioStep::Inject(Injection::DmaError(SERIAL_STREAM)),
             ]
         },
         reports: Reports::Fault(Fault::SensorSilent),

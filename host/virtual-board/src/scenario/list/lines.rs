@@ -9,14 +9,14 @@ use super::{LASTING, LOAD_SCALE, OLD_AND_NEW, ONE_TICK_US, PLAIN, RECEIVE_STREAM
 use crate::board::Injection;
 use crate::part::can::BusFault;
 use crate::part::usart::LineFault;
-use crate::scenario::{Invalid, Reports, Scenario, Step};
+use crate::scenario::{Invalid, Reports, Scenario, ScenarioStep};
 
 /// Rows in the order of the table.
 pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "bus-shorted",
         what: "CAN lines shorted: bus-off",
-        steps: |_| vec![Step::Inject(Injection::Bus(BusFault::Shorted))],
+        steps: |_| vec![ScenarioStep::Inject(Injection::Bus(BusFault::Shorted))],
         lasts_ms: LASTING,
         reports: Reports::Fault(Fault::CanBusOff),
         keeps_time: true,
@@ -25,7 +25,11 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "no-acknowledge",
         what: "no node acknowledges on CAN",
-        steps: |_| vec![Step::Inject(Injection::Bus(BusFault::NoAcknowledge))],
+        steps: |_| {
+            vec![ScenarioStep::Inject(Injection::Bus(
+                BusFault::NoAcknowledge,
+            ))]
+        },
         lasts_ms: LASTING,
         reports: Reports::Fault(Fault::CanErrorPassive),
         keeps_time: true,
@@ -34,7 +38,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "bus-saturated",
         what: "CAN full of frames of higher priority",
-        steps: |_| vec![Step::Inject(Injection::Bus(BusFault::Saturated))],
+        steps: |_| vec![ScenarioStep::Inject(Injection::Bus(BusFault::Saturated))],
         lasts_ms: LASTING,
         reports: Reports::Counter(Counter::CanDropped),
         keeps_time: true,
@@ -43,7 +47,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "uart-open",
         what: "serial line open: no reader",
-        steps: |_| vec![Step::Inject(Injection::Line(LineFault::Open))],
+        steps: |_| vec![ScenarioStep::Inject(Injection::Line(LineFault::Open))],
         lasts_ms: LASTING,
         note: "undetectable without flow control; the next whole frame is read",
         ..PLAIN
@@ -51,7 +55,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "uart-break",
         what: "serial consumer without power: line held low",
-        steps: |_| vec![Step::Inject(Injection::Line(LineFault::Break))],
+        steps: |_| vec![ScenarioStep::Inject(Injection::Line(LineFault::Break))],
         lasts_ms: LASTING,
         reports: Reports::Fault(Fault::UartOverrun),
         ..PLAIN
@@ -59,7 +63,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "uart-dma-error",
         what: "serial line: DMA error in the middle of each transfer",
-        steps: |_| vec![Step::Inject(Injection::DmaError(SERIAL_STREAM))],
+        steps: |_| vec![ScenarioStep::Inject(Injection::DmaError(SERIAL_STREAM))],
         lasts_ms: LASTING,
         reports: Reports::Counter(Counter::UartDropped),
         ..PLAIN
@@ -70,8 +74,8 @@ pub(super) const ROWS: &[Scenario] = &[
         // The first error comes with byte 257, which is the last byte of variant 0.
         steps: |variant| {
             vec![
-                Step::Inject(Injection::DmaError(RECEIVE_STREAM)),
-                Step::Garbage(257 + 450 * variant as u32),
+                ScenarioStep::Inject(Injection::DmaError(RECEIVE_STREAM)),
+                ScenarioStep::Garbage(257 + 450 * variant as u32),
             ]
         },
         variants: (0, 4, 1),
@@ -84,7 +88,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "uart-garbage",
         what: "20 000 bytes of garbage on the serial line",
-        steps: |_| vec![Step::Garbage(20_000)],
+        steps: |_| vec![ScenarioStep::Garbage(20_000)],
         reports: Reports::Counter(Counter::UartRefused),
         keeps_time: true,
         ..PLAIN
@@ -92,7 +96,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "command-flood",
         what: "1000 requests over CAN and 500 over the serial line at once",
-        steps: |_| vec![Step::Flood(500)],
+        steps: |_| vec![ScenarioStep::Flood(500)],
         reports: Reports::Counter(Counter::UartDropped),
         ..PLAIN
     },
@@ -101,11 +105,11 @@ pub(super) const ROWS: &[Scenario] = &[
         what: "CAN lines shorted while the controller is reconfigured",
         steps: |_| {
             vec![
-                Step::Inject(Injection::Bus(BusFault::Shorted)),
-                Step::Set(Address::new(index::CAN_BIT_RATE, 0), Value::U16(500)),
-                Step::Nmt(Command::ResetCommunication),
-                Step::Wait(250_000),
-                Step::Nmt(Command::StartRemoteNode),
+                ScenarioStep::Inject(Injection::Bus(BusFault::Shorted)),
+                ScenarioStep::Set(Address::new(index::CAN_BIT_RATE, 0), Value::U16(500)),
+                ScenarioStep::Nmt(Command::ResetCommunication),
+                ScenarioStep::Wait(250_000),
+                ScenarioStep::Nmt(Command::StartRemoteNode),
             ]
         },
         lasts_ms: LASTING,
@@ -117,9 +121,9 @@ pub(super) const ROWS: &[Scenario] = &[
         what: "a flood of requests, and 12 ms later the SPI data line stuck low",
         steps: |_| {
             vec![
-                Step::Flood(500),
-                Step::Wait(12_000),
-                Step::Inject(Injection::Sensor(SensorFault::MisoStuckLow)),
+                ScenarioStep::Flood(500),
+                ScenarioStep::Wait(12_000),
+                ScenarioStep::Inject(Injection::Sensor(SensorFault::MisoStuckLow)),
             ]
         },
         lasts_ms: LASTING,
@@ -135,10 +139,10 @@ pub(super) const ROWS: &[Scenario] = &[
             (0..20)
                 .flat_map(|_| {
                     [
-                        Step::Inject(Injection::Line(LineFault::Break)),
-                        Step::Wait(2_000),
-                        Step::Inject(Injection::Line(LineFault::None)),
-                        Step::Wait(8_000),
+                        ScenarioStep::Inject(Injection::Line(LineFault::Break)),
+                        ScenarioStep::Wait(2_000),
+                        ScenarioStep::Inject(Injection::Line(LineFault::None)),
+                        ScenarioStep::Wait(8_000),
                     ]
                 })
                 .collect()

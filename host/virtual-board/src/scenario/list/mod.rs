@@ -9,7 +9,7 @@ use lsm6dsox::sim::Stimulus;
 use wire::dictionary::index;
 use wire::{Address, Value};
 
-use super::{Invalid, Pages, Reports, Scenario, Step};
+use super::{Invalid, Pages, Reports, Scenario, ScenarioStep};
 
 /// Duration of a fault that does not end by itself, ms.
 const LASTING: Option<u64> = Some(300);
@@ -73,7 +73,8 @@ const SENSOR: Scenario = Scenario {
     ..PLAIN
 };
 
-const LOAD_FROM_ANALOG: Step = Step::Set(Address::new(index::LOAD_INPUT, 1), Value::U8(1));
+const LOAD_FROM_ANALOG: ScenarioStep =
+    ScenarioStep::Set(Address::new(index::LOAD_INPUT, 1), Value::U8(1));
 
 /// A setting that is changed; which one does not matter.
 const LOAD_SCALE: Address = Address::new(index::LOAD_INPUT, 2);
@@ -81,7 +82,7 @@ const LOAD_SCALE: Address = Address::new(index::LOAD_INPUT, 2);
 const OLD_AND_NEW: [Value; 2] = [Value::F32(2.0), Value::F32(3.0)];
 
 /// Restores the old value of the setting that is changed.
-pub(super) const OLD_SCALE: Step = Step::Set(LOAD_SCALE, OLD_AND_NEW[0]);
+pub(super) const OLD_SCALE: ScenarioStep = ScenarioStep::Set(LOAD_SCALE, OLD_AND_NEW[0]);
 
 const SUBJECTS: [&[Scenario]; 4] = [sensor::ROWS, lines::ROWS, settings::ROWS, chip::ROWS];
 

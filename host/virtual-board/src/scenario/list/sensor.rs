@@ -6,7 +6,7 @@ use wire::Fault;
 
 use super::{FOUND_US, ONE_TICK_US, SENSOR, SENSOR_STREAM};
 use crate::board::{BoardOptions, Injection};
-use crate::scenario::{Invalid, Reports, Scenario, Step};
+use crate::scenario::{Invalid, Reports, Scenario, ScenarioStep};
 
 /// Period in which every register is read back, µs.
 const ROTATION_US: u64 = 200_000;
@@ -40,11 +40,11 @@ fn while_wrong(seconds: f64, moving: Stimulus) -> Stimulus {
     }
 }
 
-const fn sensor(fault: SensorFault) -> Step {
-    Step::Inject(Injection::Sensor(fault))
+const fn sensor(fault: SensorFault) -> ScenarioStep {
+    ScenarioStep::Inject(Injection::Sensor(fault))
 }
 
-fn stuck(part: Sensor, axis: u64, code: i16) -> Step {
+fn stuck(part: Sensor, axis: u64, code: i16) -> ScenarioStep {
     sensor(SensorFault::AxisStuck {
         sensor: part,
         axis: Axis::ALL[axis as usize % 3],
@@ -52,7 +52,7 @@ fn stuck(part: Sensor, axis: u64, code: i16) -> Step {
     })
 }
 
-const fn flipped(address: u8, bits: u8) -> Step {
+const fn flipped(address: u8, bits: u8) -> ScenarioStep {
     sensor(SensorFault::RegisterFlipped { address, bits })
 }
 
@@ -93,14 +93,14 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "spi-dma-error",
         what: "SPI: DMA error in the middle of each sample",
-        steps: |_| vec![Step::Inject(Injection::DmaError(SENSOR_STREAM))],
+        steps: |_| vec![ScenarioStep::Inject(Injection::DmaError(SENSOR_STREAM))],
         reports: Reports::Fault(Fault::SensorSilent),
         ..SENSOR
     },
     Scenario {
         name: "spi-hung",
         what: "SPI: clock stopped",
-        steps: |_| vec![Step::Inject(Injection::SensorClockStopped)],
+        steps: |_| vec![ScenarioStep::Inject(Injection::SensorClockStopped)],
         reports: Reports::Fault(Fault::SensorSilent),
         ..SENSOR
     },

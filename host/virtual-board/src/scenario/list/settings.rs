@@ -6,18 +6,18 @@ use wire::node::Command;
 use super::{LASTING, LOAD_SCALE, OLD_AND_NEW, PLAIN};
 use crate::board::Injection;
 use crate::part::rcc::ResetCause;
-use crate::scenario::{Pages, Reports, Scenario, Step};
+use crate::scenario::{Pages, Reports, Scenario, ScenarioStep};
 
 /// Rows in the order of the table.
 pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "flash-blank",
         what: "stored settings erased, then a reset",
-        before: &[Step::Store],
+        before: &[ScenarioStep::Store],
         steps: |_| {
             vec![
-                Step::Inject(Injection::SettingsErased),
-                Step::Inject(Injection::Reset),
+                ScenarioStep::Inject(Injection::SettingsErased),
+                ScenarioStep::Inject(Injection::Reset),
             ]
         },
         reports: Reports::BootUp,
@@ -28,11 +28,11 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "flash-corrupted",
         what: "stored settings damaged, then a reset",
-        before: &[Step::Store],
+        before: &[ScenarioStep::Store],
         steps: |_| {
             vec![
-                Step::Inject(Injection::SettingsDamaged),
-                Step::Inject(Injection::Reset),
+                ScenarioStep::Inject(Injection::SettingsDamaged),
+                ScenarioStep::Inject(Injection::Reset),
             ]
         },
         reports: Reports::Fault(Fault::ConfigCorrupted),
@@ -44,11 +44,16 @@ pub(super) const ROWS: &[Scenario] = &[
         name: "power-cut",
         what: "supply cut while settings are stored, at every fourth of 115 writes",
         before: &[
-            Step::Set(LOAD_SCALE, OLD_AND_NEW[0]),
-            Step::Store,
-            Step::Set(LOAD_SCALE, OLD_AND_NEW[1]),
+            ScenarioStep::Set(LOAD_SCALE, OLD_AND_NEW[0]),
+            ScenarioStep::Store,
+            ScenarioStep::Set(LOAD_SCALE, OLD_AND_NEW[1]),
         ],
-        steps: |write| vec![Step::Inject(Injection::CutInFlash(write)), Step::Store],
+        steps: |write| {
+            vec![
+                ScenarioStep::Inject(Injection::CutInFlash(write)),
+                ScenarioStep::Store,
+            ]
+        },
         kept: Some((LOAD_SCALE, OLD_AND_NEW)),
         variants: (3, 115, 4),
         reports: Reports::BootUp,
@@ -58,7 +63,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "garbage-at-power-up",
         what: "arbitrary bytes in the settings pages at power-up: twelve seeds",
-        steps: |seed| vec![Step::Inject(Injection::SettingsGarbage(seed))],
+        steps: |seed| vec![ScenarioStep::Inject(Injection::SettingsGarbage(seed))],
         variants: (1, 12, 1),
         at_power_up: true,
         reports: Reports::Any,
@@ -68,13 +73,13 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "reload-damaged",
         what: "stored settings damaged, then NMT reset communication",
-        before: &[Step::Store],
+        before: &[ScenarioStep::Store],
         steps: |_| {
             vec![
-                Step::Inject(Injection::SettingsDamaged),
-                Step::Nmt(Command::ResetCommunication),
-                Step::Wait(50_000),
-                Step::Nmt(Command::StartRemoteNode),
+                ScenarioStep::Inject(Injection::SettingsDamaged),
+                ScenarioStep::Nmt(Command::ResetCommunication),
+                ScenarioStep::Wait(50_000),
+                ScenarioStep::Nmt(Command::StartRemoteNode),
             ]
         },
         reports: Reports::Fault(Fault::ConfigCorrupted),
@@ -84,8 +89,8 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "load-defaults",
         what: "0x1011 \"load\" restores the defaults",
-        before: &[Step::Store],
-        steps: |_| vec![Step::Restore],
+        before: &[ScenarioStep::Store],
+        steps: |_| vec![ScenarioStep::Restore],
         reports: Reports::Any,
         ..PLAIN
     },
@@ -93,7 +98,7 @@ pub(super) const ROWS: &[Scenario] = &[
         name: "store-erases",
         what: "a store that has to erase a page, in pre-operational",
         pages: Pages::BeforeAnErase,
-        steps: |_| vec![Step::StoreStopped],
+        steps: |_| vec![ScenarioStep::StoreStopped],
         // The erase may begin at any moment of a tick.
         phases: 16,
         reports: Reports::Any,
@@ -103,7 +108,7 @@ pub(super) const ROWS: &[Scenario] = &[
         name: "store-would-erase",
         what: "a store that has to erase a page, in operational",
         pages: Pages::BeforeAnErase,
-        steps: |_| vec![Step::Store],
+        steps: |_| vec![ScenarioStep::Store],
         reports: Reports::Any,
         ..PLAIN
     },
@@ -111,8 +116,13 @@ pub(super) const ROWS: &[Scenario] = &[
         name: "power-cut-erasing",
         what: "supply cut in a store that has to erase, at 16 of its operations",
         pages: Pages::BeforeAnErase,
-        before: &[Step::Set(LOAD_SCALE, OLD_AND_NEW[1])],
-        steps: |part| vec![Step::CutInErase(part as u32), Step::StoreStopped],
+        before: &[ScenarioStep::Set(LOAD_SCALE, OLD_AND_NEW[1])],
+        steps: |part| {
+            vec![
+                ScenarioStep::CutInErase(part as u32),
+                ScenarioStep::StoreStopped,
+            ]
+        },
         kept: Some((LOAD_SCALE, OLD_AND_NEW)),
         variants: (0, 31, 2),
         reports: Reports::BootUp,
@@ -123,16 +133,16 @@ pub(super) const ROWS: &[Scenario] = &[
         name: "worn-flash",
         what: "a bit cleared in the record that is stored, at every twelfth word, then a reset",
         before: &[
-            Step::Set(LOAD_SCALE, OLD_AND_NEW[0]),
-            Step::Store,
-            Step::Set(LOAD_SCALE, OLD_AND_NEW[1]),
+            ScenarioStep::Set(LOAD_SCALE, OLD_AND_NEW[0]),
+            ScenarioStep::Store,
+            ScenarioStep::Set(LOAD_SCALE, OLD_AND_NEW[1]),
         ],
         steps: |write| {
             vec![
-                Step::Inject(Injection::WornFlash(write)),
-                Step::StoreStopped,
-                Step::Wait(100_000),
-                Step::Inject(Injection::Reset),
+                ScenarioStep::Inject(Injection::WornFlash(write)),
+                ScenarioStep::StoreStopped,
+                ScenarioStep::Wait(100_000),
+                ScenarioStep::Inject(Injection::Reset),
             ]
         },
         kept: Some((LOAD_SCALE, OLD_AND_NEW)),
@@ -146,7 +156,12 @@ pub(super) const ROWS: &[Scenario] = &[
         name: "supply-low-store",
         what: "settings stored at 2.6 V, brown-out level 1",
         board: |options, _| options.chip.brown_out_level = 1,
-        steps: |_| vec![Step::Inject(Injection::Supply(2_600)), Step::StoreStopped],
+        steps: |_| {
+            vec![
+                ScenarioStep::Inject(Injection::Supply(2_600)),
+                ScenarioStep::StoreStopped,
+            ]
+        },
         lasts_ms: LASTING,
         reports: Reports::Fault(Fault::ConfigStore),
         note: "refused below 2.7 V",
