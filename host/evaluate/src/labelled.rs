@@ -8,7 +8,7 @@ use recordings::input::{self, Format, Hints};
 use recordings::recording::{Label, Recording};
 
 use crate::error::Error;
-use crate::sets::{File, Layout, Set, Source};
+use crate::sets::{File, Layout, RecordingSource, Set};
 use crate::window::Reading;
 use gait;
 use scoring::scored::Scored;
@@ -64,8 +64,8 @@ impl Labelled {
             .flat_map(|set| set.sources().into_iter().map(move |source| (set, source)));
         sources
             .map(|(set, source)| match source {
-                Source::File(file) => Self::read(set, &file, datasets),
-                Source::Simulated { plan, sensor, seed } => {
+                RecordingSource::File(file) => Self::read(set, &file, datasets),
+                RecordingSource::Simulated { plan, sensor, seed } => {
                     Ok(Self::new(set, gait::record(&plan, &sensor, seed), None))
                 }
             })

@@ -175,7 +175,7 @@ impl Set {
 
     /// Sources of its recordings, in the order of scoring.
     #[must_use]
-    pub fn sources(self) -> Vec<Source> {
+    pub fn sources(self) -> Vec<RecordingSource> {
         match self {
             Self::Ground => vec![atlas("pce/ATLAS_01ground.csv")],
             Self::ThreeSteps => vec![atlas("pce/ATLAS_01ground_3steps.csv")],
@@ -183,7 +183,7 @@ impl Set {
             Self::Atlas7k => vec![lcd("lcd/ATLAS_7k_04ground.csv")],
             Self::Nao => vec![lcd("lcd/NAO_05ground.csv")],
             Self::Shoe => SHOE_WALKS.map(shoe).into(),
-            Self::Demo => vec![Source::Simulated {
+            Self::Demo => vec![RecordingSource::Simulated {
                 plan: Plan::demo(DEMO_SEED),
                 sensor: SensorParams::LSM6DSOX,
                 seed: DEMO_SEED,
@@ -193,7 +193,7 @@ impl Set {
             Self::Run => vec![steady(GaitName::Run)],
             Self::Slips => (SLIPS_SEED..)
                 .zip(slips::profiles().step_by(SLIPS_STEP))
-                .map(|(seed, profile)| Source::Simulated {
+                .map(|(seed, profile)| RecordingSource::Simulated {
                     plan: profile.plan(SLIPS_SECONDS, seed),
                     sensor: slips::SENSOR,
                     seed,
@@ -262,7 +262,7 @@ impl Pool {
 
 /// Source of a recording.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Source {
+pub enum RecordingSource {
     /// A file in the folder of datasets.
     File(File),
     /// A foot simulated by [`gait::simulate`].
@@ -328,8 +328,8 @@ impl Layout {
 pub fn files() -> Vec<File> {
     let sources = Set::ALL.into_iter().flat_map(Set::sources);
     let file = |source| match source {
-        Source::File(file) => Some(file),
-        Source::Simulated { .. } => None,
+        RecordingSource::File(file) => Some(file),
+        RecordingSource::Simulated { .. } => None,
     };
     sources.filter_map(file).collect()
 }
@@ -364,19 +364,19 @@ pub(crate) const SHOE_WALKS: [&str; 12] = [
     "pyshoe/2017-11-22-11-36-45.csv",
 ];
 
-const fn atlas(path: &'static str) -> Source {
+const fn atlas(path: &'static str) -> RecordingSource {
     let layout = Layout::Robot(LabelScheme::StableOrNot);
-    Source::File(File { path, layout })
+    RecordingSource::File(File { path, layout })
 }
 
-const fn lcd(path: &'static str) -> Source {
+const fn lcd(path: &'static str) -> RecordingSource {
     let layout = Layout::Robot(LabelScheme::ContactClass);
-    Source::File(File { path, layout })
+    RecordingSource::File(File { path, layout })
 }
 
-const fn shoe(path: &'static str) -> Source {
+const fn shoe(path: &'static str) -> RecordingSource {
     let layout = Layout::Walk;
-    Source::File(File { path, layout })
+    RecordingSource::File(File { path, layout })
 }
 
 const AUTHORS_HISTORY: &str =
@@ -384,13 +384,13 @@ const AUTHORS_HISTORY: &str =
 
 const GEM_HISTORY: &str = "the history of github.com/mrsp/gem, converted to CSV";
 
-const fn foot(path: &'static str, origin: &'static str) -> Source {
+const fn foot(path: &'static str, origin: &'static str) -> RecordingSource {
     let layout = Layout::Foot { origin };
-    Source::File(File { path, layout })
+    RecordingSource::File(File { path, layout })
 }
 
-fn steady(gait: GaitName) -> Source {
-    Source::Simulated {
+fn steady(gait: GaitName) -> RecordingSource {
+    RecordingSource::Simulated {
         plan: Plan::steady(gait, Ground::Hard, STEADY_SECONDS, STEADY_SEED),
         sensor: SensorParams::LSM6DSOX,
         seed: STEADY_SEED,

@@ -9,7 +9,7 @@ use recordings::replay::replay;
 use super::walk::Walk;
 use crate::error::Error;
 use crate::labelled::Labelled;
-use crate::sets::{Set, Source};
+use crate::sets::{RecordingSource, Set};
 
 /// Maximum `sigma_v` at which a foot is considered standing, m/s.
 pub const SMALL: f32 = 0.03;
@@ -65,10 +65,10 @@ fn samples(set: Set, walks: &[Walk], datasets: &Path) -> Result<Vec<Sample>, Err
 }
 
 /// True speeds of a simulated foot, m/s; empty for a file.
-fn speeds_of(source: Source) -> Vec<Option<f64>> {
+fn speeds_of(source: RecordingSource) -> Vec<Option<f64>> {
     match source {
-        Source::File(_) => Vec::new(),
-        Source::Simulated { plan, sensor, seed } => gait::simulate(&plan, &sensor, seed)
+        RecordingSource::File(_) => Vec::new(),
+        RecordingSource::Simulated { plan, sensor, seed } => gait::simulate(&plan, &sensor, seed)
             .truth
             .iter()
             .map(|state| Some(state.velocity.length()))

@@ -11,7 +11,7 @@ use analysis::calibrate::mounting::{MountingReport, RestingUp};
 use analysis::calibrate::robot_file::RobotFile;
 use analysis::calibrate::sensor::SensorCalibration;
 use analysis::config::{ConfigError, Resolved};
-use analysis::summary::{InputReport, Source, WithInputs};
+use analysis::summary::{InputFile, InputReport, WithInputs};
 use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
 use estimator_core::Params;
@@ -236,7 +236,7 @@ impl CalibrateArguments {
             let findings = check(&loaded.recording, &loaded.recording.name, hints);
             let place = recording::place(&file, foot);
             self.recording.reading.report(&place, &findings)?;
-            let source = Source {
+            let source = InputFile {
                 file: &file,
                 format,
             };
@@ -288,7 +288,7 @@ impl CalibrateArguments {
             let file = input.display().to_string();
             let place = recording::place(&file, self.foot.as_deref());
             self.recording.reading.report(&place, &findings)?;
-            let source = Source {
+            let source = InputFile {
                 file: &file,
                 format: *format,
             };

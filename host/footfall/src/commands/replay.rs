@@ -11,7 +11,7 @@ use analysis::replay::estimates::{self, Layout};
 use analysis::replay::foot::{ReplayError, Table, Wanted, replay};
 use analysis::replay::jobs;
 use analysis::replay::span::Span;
-use analysis::summary::{InputReport, Source, Summaries, Summary};
+use analysis::summary::{InputFile, InputReport, Summaries, Summary};
 use clap::Args;
 use estimator_core::{Params, WindowLength};
 use recordings::input::{About, ContactUse, Format, Hints, Stored};
@@ -317,7 +317,7 @@ impl ReplayArguments {
             })?;
             let about = &stored.about;
             foot.findings = with_mounting(foot.findings, &about.correction.mounting);
-            let source = Source {
+            let source = InputFile {
                 file: &file,
                 format,
             };
