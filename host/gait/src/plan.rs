@@ -344,10 +344,10 @@ impl Plan {
     /// in any activity. `seconds` is finite.
     #[must_use]
     pub fn steady(gait: GaitName, ground: Ground, seconds: f64, seed: u64) -> Self {
-        let robot = Robot {
+        let robot = RobotParams {
             gait,
             ground,
-            ..Robot::default()
+            ..RobotParams::default()
         };
         robot.plan(seconds, seed)
     }
@@ -355,7 +355,7 @@ impl Plan {
 
 /// Properties of a robot and of its ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Robot {
+pub struct RobotParams {
     /// Gait.
     pub gait: GaitName,
     /// Ground under its feet.
@@ -380,7 +380,7 @@ pub struct Rests {
     pub lasting: f64,
 }
 
-impl Default for Robot {
+impl Default for RobotParams {
     /// Returns a robot that walks on a firm floor, with the usual values.
     fn default() -> Self {
         Self {
@@ -394,7 +394,7 @@ impl Default for Robot {
     }
 }
 
-impl Robot {
+impl RobotParams {
     /// Plans one of its feet for `seconds`, including the standing at the beginning. The recording may end in any
     /// activity. `seconds` is finite.
     #[must_use]
@@ -449,7 +449,7 @@ mod tests {
     #[test]
     fn robot_settings_change_rests_slips_and_steps() {
         let usual = Plan::steady(GaitName::Trot, Ground::Hard, 300.0, 5);
-        let robot = Robot {
+        let robot = RobotParams {
             gait: GaitName::Trot,
             greased: 0.2,
             step_length: 1.5,
@@ -458,7 +458,7 @@ mod tests {
                 every: 20.0,
                 lasting: 3.0,
             }),
-            ..Robot::default()
+            ..RobotParams::default()
         };
         let plan = robot.plan(300.0, 5);
         let rests = plan.steps.iter().filter(|step| step.stance > 3.0);

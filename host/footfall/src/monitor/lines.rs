@@ -9,7 +9,7 @@ use live::session::SEVERAL_BOARDS;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::robot::{Event, Robot};
+use super::robot::{Event, MonitorState};
 use crate::schema::{Described, Kind, Line};
 
 /// A foot as it is, for programs.
@@ -79,7 +79,7 @@ impl Described for EventLine<'_> {
     const KIND: Kind = Kind::MonitorEvent;
 }
 
-fn foot_line<'a>(robot: &Robot, foot: &'a LiveFoot) -> FootLine<'a> {
+fn foot_line<'a>(robot: &MonitorState, foot: &'a LiveFoot) -> FootLine<'a> {
     let now = robot.session().now();
     let silent = foot.is_silent(now);
     let several_boards = foot.second.is_of_several_boards(now);
@@ -114,7 +114,7 @@ fn foot_line<'a>(robot: &Robot, foot: &'a LiveFoot) -> FootLine<'a> {
 ///
 /// # Errors
 /// Errors of the writer.
-pub fn write_json(robot: &Robot, to: &mut dyn Write) -> io::Result<()> {
+pub fn write_json(robot: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
     for (foot, _) in robot.feet() {
         serde_json::to_writer(&mut *to, &Line::of(&foot_line(robot, foot)))?;
         writeln!(to)?;
@@ -140,7 +140,7 @@ pub fn write_event_json(event: &Event, to: &mut dyn Write) -> io::Result<()> {
 ///
 /// # Errors
 /// Errors of the writer.
-pub fn write_text(robot: &Robot, to: &mut dyn Write) -> io::Result<()> {
+pub fn write_text(robot: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
     for (foot, _) in robot.feet() {
         let line = foot_line(robot, foot);
         write!(to, "{:9.3} s  {:<4}", line.t, line.foot)?;

@@ -39,7 +39,7 @@ use foot::Order;
 pub use foot::Programs;
 use links::Links;
 use pace::{Pace, Speed};
-use robot::{Robot, RobotOptions, Stopped};
+use robot::{BoardRobot, RobotOptions, Stopped};
 use terminal::{Sent, Terminal};
 
 const MILLISECOND: u64 = PER_SECOND / 1000;
@@ -131,7 +131,7 @@ const BUS: &str = "bus";
 
 /// A server of feet.
 struct Server<'a> {
-    robot: Robot,
+    robot: BoardRobot,
     /// Serial lines, one per foot.
     serial: Vec<(&'static str, Terminal)>,
     slcan: Terminal,
@@ -150,7 +150,7 @@ pub fn serve(
     stop: &AtomicBool,
     tell: &mut dyn FnMut(Note),
 ) -> Result<Summary, ServeError> {
-    let robot = Robot::start(programs, &options.robot)?;
+    let robot = BoardRobot::start(programs, &options.robot)?;
     let mut serial = Vec::new();
     for position in robot.positions() {
         serial.push((position.name(), Terminal::open()?));

@@ -93,14 +93,14 @@ struct Member {
 }
 
 /// A robot.
-pub struct Robot {
+pub struct BoardRobot {
     members: Vec<Member>,
     bus: Bus,
     control: Option<Control>,
     ms: u64,
 }
 
-impl Robot {
+impl BoardRobot {
     /// Creates the feet, each on a board with these programs in its flash, and switches them on.
     ///
     /// # Errors
