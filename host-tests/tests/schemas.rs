@@ -1,6 +1,6 @@
 //! The schemas in `docs/schemas` match those of the program, and so do the columns in `docs/batch.md`.
 
-use analysis::batch::Row;
+use analysis::batch::BatchRow;
 use footfall::schema::Kind;
 use host_tests::committed::{assert_block, assert_current, workspace};
 use serde_json::Value;
@@ -19,7 +19,7 @@ fn the_documented_summary_columns_match_the_program() {
         serde_json::from_str(&Kind::Batch.text().expect("all features")).expect("JSON");
     let meanings = &schema["$defs"]["Row"]["properties"];
     let mut table = "| column | type | meaning |\n|---|---|---|\n".to_owned();
-    for column in Row::columns() {
+    for column in BatchRow::columns() {
         let name = column.name();
         let kind = match format!("{:?}", column.data_type()).as_str() {
             "Utf8" => "text",

@@ -7,7 +7,7 @@ use std::sync::{Mutex, PoisonError};
 use analysis::batch::pattern::PathPattern;
 use analysis::batch::run::{Outcome, Reason, Results, Watch};
 use analysis::batch::sources::FoundRecording;
-use analysis::batch::{FeetWanted, Identity, Plausibility, Row, Settings, estimate_recording};
+use analysis::batch::{BatchRow, FeetWanted, Identity, Plausibility, Settings, estimate_recording};
 use analysis::config::{Resolved, parse_window};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
@@ -100,7 +100,7 @@ pub(crate) fn batch_recording(
 }
 
 /// Returns rows as JSON.
-fn json(rows: &[Row]) -> PyResult<String> {
+fn json(rows: &[BatchRow]) -> PyResult<String> {
     serde_json::to_string(rows).map_err(value_error)
 }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use decode::feet::Name;
 use decode::row::Clock;
-use decode::{DecodeError, Feet, Outcome, Row};
+use decode::{ContactRow, DecodeError, Feet, Outcome};
 use estimator_core::{Decision, Flag, PerAxis};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1};
@@ -86,7 +86,7 @@ struct Columns {
 }
 
 impl Columns {
-    fn push(&mut self, row: &Row, flags: &[&str]) {
+    fn push(&mut self, row: &ContactRow, flags: &[&str]) {
         let time = |time| seconds(time, 0);
         self.time_s.push(time(row.timestamp));
         self.received_s.push(row.received.map_or(f64::NAN, time));

@@ -37,7 +37,7 @@ use thiserror::Error;
 pub use feet::Feet;
 pub use least_delay::LeastDelay;
 pub use report::{Medium, Report};
-pub use row::Row;
+pub use row::ContactRow;
 
 use crate::can_log::recognise::recognise;
 use lines::Lines;
@@ -87,7 +87,7 @@ pub enum DecodeError {
 }
 
 /// Receives rows, in the order of the file.
-pub type RowSink<'a> = &'a mut dyn FnMut(Row) -> io::Result<()>;
+pub type RowSink<'a> = &'a mut dyn FnMut(ContactRow) -> io::Result<()>;
 
 /// Result of decoding a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -102,7 +102,7 @@ pub struct Outcome {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Decoded {
     /// One per contact frame or message, in the order of the file.
-    pub rows: Vec<Row>,
+    pub rows: Vec<ContactRow>,
     /// Counts of what was received and what is missing.
     pub report: Report,
     /// As in [`Outcome`].

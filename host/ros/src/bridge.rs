@@ -178,7 +178,7 @@ impl Bridge {
 mod tests {
     use std::time::Duration;
 
-    use decode::{Feet, Row};
+    use decode::{ContactRow, Feet};
     use live::feed::Fed;
     use live::session::SEVERAL_BOARDS;
     use live::{Arrival, Feed};
@@ -330,10 +330,10 @@ mod tests {
         };
         let contact = |session: &mut Session, ms: u64| {
             let at = Timestamp::from_micros(1000 * ms);
-            let row = Row {
+            let row = ContactRow {
                 timestamp: at,
                 foot: Some("FL".into()),
-                ..Row::default()
+                ..ContactRow::default()
             };
             session.take(Fed::Arrived((at, Arrival::Estimate(Box::new(row)))));
         };

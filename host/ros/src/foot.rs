@@ -1,6 +1,6 @@
 //! Messages of a foot while it streams.
 
-use decode::Row;
+use decode::ContactRow;
 use estimator_core::{
     Decision, Flags, ImuSample, PerAxis, Phase, Quaternion as Orientation, Timestamp, Validity,
     Vec3, VelocityCoefficients, VelocityParams, VelocitySigma,
@@ -100,7 +100,7 @@ impl Foot {
         }
     }
 
-    pub(crate) fn contact(&mut self, row: &Row, foot: &LiveFoot) -> (Contact, Option<Imu>) {
+    pub(crate) fn contact(&mut self, row: &ContactRow, foot: &LiveFoot) -> (Contact, Option<Imu>) {
         self.is_silent = false;
         let stamp = foot.stamp;
         let health = foot.health.unwrap_or_default();

@@ -12,7 +12,7 @@ use thiserror::Error;
 
 use super::fingerprint::Fingerprint;
 use super::identity::{Day, Identity, Place, day_or_unknown};
-use super::row::{Found, Origin, Row, Status};
+use super::row::{BatchRow, Found, Origin, Status};
 use super::settings::{FeetWanted, Plausibility, Settings};
 use super::tables::{self, Counts, Table, Writer};
 use crate::config::{GRAVITIES, word_of};
@@ -65,7 +65,7 @@ pub fn estimate_recording(
     identity: &Identity,
     settings: &Settings,
     out: &Path,
-) -> Result<Vec<Row>, BatchError> {
+) -> Result<Vec<BatchRow>, BatchError> {
     estimate_recording_watched(
         path,
         identity,
@@ -85,7 +85,7 @@ pub fn estimate_recording_watched(
     settings: &Settings,
     out: &Path,
     progress: &Progress,
-) -> Result<Vec<Row>, BatchError> {
+) -> Result<Vec<BatchRow>, BatchError> {
     let work = Work {
         path,
         identity,
@@ -122,7 +122,10 @@ struct Work<'a> {
 
 impl Work<'_> {
     /// Returns the rows of all feet, or the failure.
-    fn estimate(&self, fingerprint: &Fingerprint) -> Result<Result<Vec<Row>, Failure>, BatchError> {
+    fn estimate(
+        &self,
+        fingerprint: &Fingerprint,
+    ) -> Result<Result<Vec<BatchRow>, Failure>, BatchError> {
         let file = self.path.display().to_string();
         let for_good = |sentence: String| Failure {
             sentence: self.by_name(&sentence),
@@ -380,7 +383,7 @@ impl Work<'_> {
         &self,
         fingerprint: Option<&Fingerprint>,
         Failure { sentence, for_good }: Failure,
-    ) -> Result<Vec<Row>, BatchError> {
+    ) -> Result<Vec<BatchRow>, BatchError> {
         let place = Place {
             robot: self.identity.robot.clone(),
             foot: match &self.settings.feet {
@@ -418,7 +421,7 @@ impl Work<'_> {
         }
     }
 
-    fn write_row(&self, row: &Row) -> Result<(), BatchError> {
+    fn write_row(&self, row: &BatchRow) -> Result<(), BatchError> {
         self.change(Table::Recordings, &row.place(), |path| {
             tables::write_row(path, row)
         })
@@ -456,8 +459,8 @@ impl Work<'_> {
     }
 }
 
-fn row(place: &Place, origin: Origin, found: Option<Found>) -> Row {
-    Row {
+fn row(place: &Place, origin: Origin, found: Option<Found>) -> BatchRow {
+    BatchRow {
         robot: place.robot.clone(),
         foot: place.foot.clone(),
         day: place.day.clone(),

@@ -72,7 +72,7 @@ macro_rules! columns {
 
 /// Result of one foot of a recording.
 #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Serialize)]
-pub struct Row {
+pub struct BatchRow {
     /// The robot; in the table it is a partition.
     #[serde(default)]
     pub robot: String,
@@ -90,7 +90,7 @@ pub struct Row {
     pub found: Option<Found>,
 }
 
-impl Row {
+impl BatchRow {
     /// Returns the columns of a table of rows. Robot, foot and day are partitions.
     #[must_use]
     pub fn columns() -> Vec<Field> {
@@ -268,7 +268,7 @@ mod tests {
 
     #[test]
     fn every_state_and_flag_has_a_column() {
-        let columns = Row::columns();
+        let columns = BatchRow::columns();
         let has = |name: String| columns.iter().any(|column| *column.name() == name);
         for phase in Phase::ALL {
             assert!(has(format!("{}_s", phase.name())), "{phase:?}");

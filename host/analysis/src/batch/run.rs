@@ -14,7 +14,7 @@ use super::fingerprint::Fingerprint;
 use super::identity::{Day, Identity, Place, day_or_unknown};
 use super::index::{Incomplete, Index, remove_empty_folders};
 use super::recording::{BatchError, Progress, estimate_recording_watched};
-use super::row::{Row, Status};
+use super::row::{BatchRow, Status};
 use super::settings::Settings;
 use super::sources::{FoundRecording, name};
 use crate::replay::jobs;
@@ -59,9 +59,9 @@ impl Reason {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outcome {
     /// Estimated or failed, as its rows state.
-    Estimated(Reason, Vec<Row>),
+    Estimated(Reason, Vec<BatchRow>),
     /// Estimated or failed in an earlier run.
-    UpToDate(Vec<Row>),
+    UpToDate(Vec<BatchRow>),
     /// Due for estimation.
     ToDo(Reason),
 }
@@ -243,14 +243,18 @@ impl Results {
 
     /// Returns the rows of a recording that is up to date, or the reason to estimate it. The recording is read
     /// only if everything else matches.
-    fn up_to_date(&self, recording: &FoundRecording, settings: &str) -> Result<Vec<Row>, Reason> {
+    fn up_to_date(
+        &self,
+        recording: &FoundRecording,
+        settings: &str,
+    ) -> Result<Vec<BatchRow>, Reason> {
         let FoundRecording { path, identity, .. } = recording;
         let rows = self.index.complete_rows(&identity.key());
         let rows = rows.map_err(|incomplete| match incomplete {
             Incomplete::Missing => Reason::Missing,
             Incomplete::Unfinished => Reason::Incomplete,
         })?;
-        let all = |is_same: &dyn Fn(&Row) -> bool| rows.iter().all(|(_, row)| is_same(row));
+        let all = |is_same: &dyn Fn(&BatchRow) -> bool| rows.iter().all(|(_, row)| is_same(row));
         if !all(&|row| row.origin.version == env!("CARGO_PKG_VERSION")) {
             return Err(Reason::OtherVersion);
         }
@@ -267,7 +271,8 @@ impl Results {
             return Err(Reason::WasUnreadable);
         }
         let fingerprint = Fingerprint::of(path).map_err(|_| Reason::InputChanged)?;
-        let is_same = |row: &Row| row.origin.input_blake3.as_ref() == Some(&fingerprint.blake3);
+        let is_same =
+            |row: &BatchRow| row.origin.input_blake3.as_ref() == Some(&fingerprint.blake3);
         if all(&is_same) {
             Ok(rows.into_iter().map(|(_, row)| row).collect())
         } else {
@@ -288,7 +293,7 @@ pub trait Watch {
 }
 
 /// Returns whether this identity places a row where it is.
-fn is_in_place(below: &Path, row: &Row, identity: &Identity) -> bool {
+fn is_in_place(below: &Path, row: &BatchRow, identity: &Identity) -> bool {
     let clock = row.found.as_ref().map(|found| found.start_s * 1.0e6);
     let day = clock.and_then(|micros| Day::of_clock(micros.round() as i64));
     let place = Place {

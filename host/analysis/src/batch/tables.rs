@@ -13,7 +13,7 @@ use recordings::recording::RecordedSample;
 use serde::Serialize;
 
 use super::identity::Place;
-use super::row::Row;
+use super::row::BatchRow;
 use crate::replay::foot::Observer;
 use crate::whole_file::WholeFile;
 
@@ -180,8 +180,8 @@ impl Observer for Writer<'_> {
 }
 
 /// Writes the row of a foot.
-pub(super) fn write_row(path: &Path, row: &Row) -> io::Result<()> {
-    let mut table = ParquetRows::new(create(path)?, Row::columns())?;
+pub(super) fn write_row(path: &Path, row: &BatchRow) -> io::Result<()> {
+    let mut table = ParquetRows::new(create(path)?, BatchRow::columns())?;
     table.add(row)?;
     table.finish()?.finish()
 }

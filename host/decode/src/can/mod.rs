@@ -30,7 +30,7 @@ use wire::{CanFrame, Emergency, Fault, NodeId, Pdo};
 use super::lines::Lines;
 use super::report::{EmergencyReport, Medium, Report};
 use super::row::Clock;
-use super::{DecodeError, Feet, Outcome, Row, RowSink};
+use super::{ContactRow, DecodeError, Feet, Outcome, RowSink};
 use crate::can_log::{Content, Other, Reader, Times};
 use crate::report::Counted;
 use foot::{Change, LoggedFoot};
@@ -357,7 +357,7 @@ impl Log {
         match change {
             Change::None => {}
             Change::Turn(from, shift_us) => {
-                let common = |row: &mut Row| {
+                let common = |row: &mut ContactRow| {
                     row.common = foot.common(row.timestamp.as_micros()).or(row.common);
                 };
                 self.rows.place(from, newest, shift_us, common);
@@ -368,7 +368,7 @@ impl Log {
                 let key = (interface.to_owned(), node.get());
                 let segment = self.segments.entry(key).or_default();
                 *segment += 1;
-                let restarted = |row: &mut Row| {
+                let restarted = |row: &mut ContactRow| {
                     row.segment = *segment;
                     row.common = row.received.map(|at| (at, Clock::Received));
                 };
@@ -387,7 +387,7 @@ impl Log {
 
     /// Returns the rows that are final: their foot has sent its next contact, or they were received before
     /// `overdue`.
-    pub(crate) fn settle_closed(&mut self, overdue: Timestamp) -> impl Iterator<Item = Row> {
+    pub(crate) fn settle_closed(&mut self, overdue: Timestamp) -> impl Iterator<Item = ContactRow> {
         let (rows, feet, report) = (&mut self.rows, &self.feet, &mut self.report);
         std::iter::from_fn(move || {
             let index = rows.first_index();

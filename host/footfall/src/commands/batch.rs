@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use analysis::batch::pattern::PathPattern;
 use analysis::batch::run::{Outcome, Reason, Results, Stale, Watch};
 use analysis::batch::sources::{FoundRecording, PassedOver, Search, Sources, find};
-use analysis::batch::{FeetWanted, Plausibility, Progress, Row, Settings, Status};
+use analysis::batch::{BatchRow, FeetWanted, Plausibility, Progress, Settings, Status};
 use analysis::config::parse_window;
 use analysis::replay::jobs;
 use clap::Args;
@@ -117,7 +117,7 @@ pub struct RecordingReport {
     /// Why; `null` where nothing had to be done.
     pub reason: Option<Reason>,
     /// The rows of its feet, as the table `recordings` has them.
-    pub rows: Vec<Row>,
+    pub rows: Vec<BatchRow>,
 }
 
 /// Action taken for a recording.
@@ -412,7 +412,7 @@ impl Watch for Watching {
 }
 
 /// Prints the findings of a recording when it is estimated, and its failure in each run.
-fn say(name: &str, action: Action, rows: &[Row]) {
+fn say(name: &str, action: Action, rows: &[BatchRow]) {
     for row in rows {
         let of_feet = if rows.len() > 1 {
             format!("{name} {}", row.foot)

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use analysis::replay::estimates::Layout;
 use clap::Args;
-use decode::{self, DecodeError, Feet, Outcome, Row};
+use decode::{self, ContactRow, DecodeError, Feet, Outcome};
 use recordings::input::recording_name;
 
 use super::feet::FeetArguments;
@@ -88,7 +88,7 @@ impl DecodeArguments {
     }
 
     /// Keeps a row for events and plots, if there are any.
-    fn collect(&self, decoded: &mut DecodedFeet, row: &Row) -> io::Result<()> {
+    fn collect(&self, decoded: &mut DecodedFeet, row: &ContactRow) -> io::Result<()> {
         match self.has_feet() {
             true => decoded.add(row),
             false => Ok(()),

@@ -181,7 +181,7 @@ fn health_line(foot: &LiveFoot) -> Paragraph<'static> {
         let text = format!("started after: {}", reason.name());
         words.push(Span::styled(text, alarm));
     }
-    let flags = foot.row.as_ref().map(decode::Row::flag_names);
+    let flags = foot.row.as_ref().map(decode::ContactRow::flag_names);
     for flag in flags.unwrap_or_default() {
         words.push(Span::styled(flag, Style::new().fg(Color::Yellow)));
     }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use decode::Row;
+use decode::ContactRow;
 use estimator_core::{Decision, Phase, Timestamp};
 use wire::dictionary::index;
 use wire::node::CalibrationState;
@@ -39,7 +39,7 @@ fn listen(
     client: &mut Client,
     has_left: &dyn Fn() -> bool,
     patience: Duration,
-    mut is_complete: impl FnMut(&Row) -> bool,
+    mut is_complete: impl FnMut(&ContactRow) -> bool,
 ) -> Result<(), RequestError> {
     watch(client, has_left, patience, |moment| match moment {
         Moment::Contact(row) => is_complete(row).then_some(()),
@@ -59,7 +59,7 @@ struct Taps {
 }
 
 impl Taps {
-    fn take(&mut self, row: &Row) {
+    fn take(&mut self, row: &ContactRow) {
         let at = row.timestamp.as_micros();
         self.clipped += usize::from(row.status.is_saturated());
         let is_stable = row.status.decision() == Decision::Stable && row.stable >= MOTION;
@@ -118,7 +118,7 @@ struct Steps {
 }
 
 impl Steps {
-    fn take(&mut self, row: &Row) {
+    fn take(&mut self, row: &ContactRow) {
         let (decision, at) = (row.status.decision(), row.timestamp.as_micros());
         let since = match self.now {
             Some((last, since)) if last == decision => since,
@@ -224,7 +224,7 @@ impl Unplugged {
     }
 
     /// Takes a contact; returns whether the foot has recovered.
-    fn take(&mut self, row: &Row) -> bool {
+    fn take(&mut self, row: &ContactRow) -> bool {
         let (is_valid, at) = (row.status.is_valid(), row.timestamp);
         if self.first_fault.is_none() {
             if row.status.has_fault() {
@@ -244,7 +244,7 @@ impl Unplugged {
 }
 
 /// Returns whether a contact of a foot without a sensor says "stable".
-fn says_stable(row: &Row) -> bool {
+fn says_stable(row: &ContactRow) -> bool {
     let is_doubtful = !row.status.is_valid() && !row.status.has_fault();
     row.status.decision() == Decision::Stable || row.stable > MOTION && !is_doubtful
 }
@@ -314,8 +314,8 @@ mod tests {
     use estimator_core::{Flag, Flags};
     use wire::pdo::Status;
 
-    fn row(ms: u64, decision: Decision, faults: Faults) -> Row {
-        Row {
+    fn row(ms: u64, decision: Decision, faults: Faults) -> ContactRow {
+        ContactRow {
             timestamp: Timestamp::from_micros(1000 * ms),
             stable: if decision == Decision::Stable {
                 0.9
@@ -323,11 +323,11 @@ mod tests {
                 0.1
             },
             status: Status::new(decision, Phase::Unknown, Flags::NONE, faults),
-            ..Row::default()
+            ..ContactRow::default()
         }
     }
 
-    fn alternating(stable_ms: u64, not_ms: u64, rounds: u64) -> impl Iterator<Item = Row> {
+    fn alternating(stable_ms: u64, not_ms: u64, rounds: u64) -> impl Iterator<Item = ContactRow> {
         let period = stable_ms + not_ms;
         (0..rounds * period).map(move |ms| {
             let is_stable = ms % period >= not_ms;

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use decode::Row;
+use decode::ContactRow;
 use decode::live::{Heard, Said};
 use estimator_core::{Quaternion, Timestamp, Vec3};
 use recordings::space::{Rotation, Vector};
@@ -38,7 +38,7 @@ pub(super) enum Source {
 
 /// Something received from the foot.
 pub(super) enum Moment<'a> {
-    Contact(&'a Row),
+    Contact(&'a ContactRow),
     Motion(Motion),
     Faults(Faults),
 }
