@@ -11,7 +11,7 @@ use gait::{Activity, FootState, GaitName, Ground, Plan, Simulation, Track, simul
 use host_tests::committed::assert_block;
 use host_tests::datasets::recorded;
 use labelled::of_sets;
-use recordings::events::{Event, Events, Kind};
+use recordings::events::{ContactEvent, Events, Kind};
 use recordings::input::{self, Format, Hints};
 use recordings::recording::{Label, RecordedSample, Recording};
 use recordings::replay::Replay;
@@ -25,11 +25,11 @@ const LANDING: f64 = 0.12;
 /// Time before the end of a recording in which an event may remain undecided, s.
 const UNDECIDED: f64 = 0.2;
 
-fn events(recording: &Recording) -> Vec<Event> {
+fn events(recording: &Recording) -> Vec<ContactEvent> {
     events_with(&default_params(), recording)
 }
 
-fn events_with(params: &Params, recording: &Recording) -> Vec<Event> {
+fn events_with(params: &Params, recording: &Recording) -> Vec<ContactEvent> {
     let mut replay =
         Replay::new(recording.sample_rate, recording.gravity, params).expect("the preset");
     let mut events = Events::default();
@@ -62,7 +62,7 @@ fn seconds(time: Timestamp) -> f64 {
     time.as_micros() as f64 / 1.0e6
 }
 
-fn times(events: &[Event], kind: Kind) -> Vec<f64> {
+fn times(events: &[ContactEvent], kind: Kind) -> Vec<f64> {
     let of_kind = events.iter().filter(|event| event.kind == kind);
     of_kind.map(|event| seconds(event.time)).collect()
 }
@@ -221,16 +221,16 @@ struct Found {
 }
 
 impl Found {
-    fn add(&mut self, truth: &[TrueSlip], events: &[Event]) {
+    fn add(&mut self, truth: &[TrueSlip], events: &[ContactEvent]) {
         let starts = events.iter().filter(|event| event.kind == Kind::SlipStart);
         let found: Vec<_> = starts.collect();
-        let overlap = |slip: &TrueSlip, event: &Event| {
+        let overlap = |slip: &TrueSlip, event: &ContactEvent| {
             let start = seconds(event.time);
             let end = start + event.duration_us.unwrap_or(0) as f64 / 1.0e6;
             // The sensor's filter and the burst delay it by up to 2 ms.
             start < slip.to + 2e-3 && slip.from < end
         };
-        let is_false = |event: &&&Event| !truth.iter().any(|slip| overlap(slip, event));
+        let is_false = |event: &&&ContactEvent| !truth.iter().any(|slip| overlap(slip, event));
         self.false_events += found.iter().filter(is_false).count();
         for slip in truth {
             self.slips += 1;
@@ -293,7 +293,7 @@ const FEW: usize = 20;
 
 /// Numbers of touch-downs and slips in recordings of feet that are not known to slip, from the IMU alone.
 fn touch_downs_and_slips(recordings: &[&Recording]) -> [usize; 2] {
-    let events: Vec<Event> = (recordings.iter())
+    let events: Vec<ContactEvent> = (recordings.iter())
         .flat_map(|recording| events(&without_load(recording)))
         .collect();
     [Kind::TouchDown, Kind::SlipStart].map(|kind| times(&events, kind).len())

@@ -11,7 +11,7 @@ use estimator_core::{ContactEstimate, Decision, Load, Phase};
 use footfall::plot::page::{self, PageFoot};
 use gait::{Plan, SensorParams, simulate};
 use host_tests::requirements::unmet;
-use recordings::events::{Event, Events, Kind};
+use recordings::events::{ContactEvent, Events, Kind};
 use recordings::input::About;
 use recordings::recording::{Label, Recording};
 use recordings::replay::replay;
@@ -101,7 +101,7 @@ struct Foot {
     name: String,
     recording: Recording,
     estimates: Vec<ContactEstimate>,
-    events: Vec<Event>,
+    events: Vec<ContactEvent>,
 }
 
 impl Foot {

@@ -5,7 +5,7 @@ use estimator_core::{
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use recordings::events::{Event, Events};
+use recordings::events::{ContactEvent, Events};
 use recordings::input::{finite_load, imu_sample, steady_time};
 use recordings::recording::RecordedSample;
 use recordings::replay::Replay;
@@ -112,7 +112,7 @@ impl Estimator {
     /// Events that are complete and were not returned before; at the end of the stream all others, too.
     fn events(&mut self, ended: bool) -> Vec<EventRow> {
         let start_us = self.start_us.unwrap_or(0);
-        let mut found: Vec<Event> = std::iter::from_fn(|| self.events.pop()).collect();
+        let mut found: Vec<ContactEvent> = std::iter::from_fn(|| self.events.pop()).collect();
         if ended {
             found.extend(std::mem::take(&mut self.events).finish());
         }

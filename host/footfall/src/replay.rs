@@ -6,7 +6,7 @@ use analysis::replay::foot::{self, Observer, Replayed};
 use analysis::replay::span::Span;
 use estimator_core::ContactEstimate;
 use indicatif::ProgressBar;
-use recordings::events::{self, Event};
+use recordings::events::{self, ContactEvent};
 use recordings::input::Stored;
 use recordings::recording::RecordedSample;
 
@@ -49,7 +49,7 @@ pub struct Watched {
     /// Picture of the foot, if drawn.
     pub picture: Option<Picture>,
     /// Events of the foot, if kept.
-    pub events: Option<Vec<Event>>,
+    pub events: Option<Vec<ContactEvent>>,
 }
 
 impl Observer for Watched {
@@ -65,7 +65,7 @@ impl Observer for Watched {
         }
     }
 
-    fn add_event(&mut self, event: &Event) {
+    fn add_event(&mut self, event: &ContactEvent) {
         if let Some(events) = &mut self.events {
             events.push(*event);
         }

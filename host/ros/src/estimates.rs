@@ -16,7 +16,7 @@ use wire::Faults;
 use wire::pdo::Status;
 
 use crate::foot::zero_velocity;
-use crate::message::{Contact, Event, Float64, Header, Message, Time};
+use crate::message::{Contact, Float64, Header, Message, RosEvent, Time};
 use crate::published::Published;
 use crate::topics::FootTopics;
 
@@ -61,8 +61,13 @@ impl Estimates {
 
     /// Returns the message of an event at `stamp` since 1970, which is written at `at`.
     #[must_use]
-    pub fn event(&self, event: &events::Event, stamp: Timestamp, at: Timestamp) -> Published {
-        let message = Event {
+    pub fn event(
+        &self,
+        event: &events::ContactEvent,
+        stamp: Timestamp,
+        at: Timestamp,
+    ) -> Published {
+        let message = RosEvent {
             header: self.header(stamp),
             foot: self.name.clone(),
             kind: kind_number(event.kind),
@@ -126,7 +131,7 @@ impl Estimates {
     }
 }
 
-/// Number of a kind of event in [`Event`].
+/// Number of a kind of event in [`RosEvent`].
 pub(crate) const fn kind_number(kind: Kind) -> u8 {
     match kind {
         Kind::TouchDown => 1,

@@ -118,7 +118,7 @@ pub struct Contact {
 /// `footfall_msgs/msg/Event`; `ros2/footfall_msgs/msg/Event.msg` describes its fields.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "the definition has them")]
-pub struct Event {
+pub struct RosEvent {
     pub header: Header,
     pub foot: String,
     pub kind: u8,
@@ -283,7 +283,7 @@ pub enum Message {
     /// The contact.
     Contact(Contact),
     /// Event of a recording.
-    Event(Event),
+    Event(RosEvent),
     /// The IMU.
     Imu(Box<Imu>),
     /// A velocity.
@@ -366,7 +366,7 @@ mod tests {
         };
         for message in [
             Message::Contact(Contact::default()),
-            Message::Event(Event::default()),
+            Message::Event(RosEvent::default()),
             Message::Imu(Box::default()),
             Message::Velocity(Box::default()),
             Message::Number(Float64::default()),

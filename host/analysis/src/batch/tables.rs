@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use estimator_core::{ContactEstimate, Decision, Phase};
-use recordings::events::{Event, Kind};
+use recordings::events::{ContactEvent, Kind};
 use recordings::output::seconds;
 use recordings::parquet_output::ParquetEstimates;
 use recordings::parquet_rows::{DataType, Field, ParquetRows};
@@ -127,7 +127,7 @@ impl<'a> Writer<'a> {
         self.events.finish()?.finish()
     }
 
-    fn write_event(&mut self, event: &Event) -> io::Result<()> {
+    fn write_event(&mut self, event: &ContactEvent) -> io::Result<()> {
         self.events.add(&EventRow {
             recording: self.recording,
             t: seconds(event.time, self.start_us),
@@ -158,7 +158,7 @@ impl Observer for Writer<'_> {
         }
     }
 
-    fn add_event(&mut self, event: &Event) {
+    fn add_event(&mut self, event: &ContactEvent) {
         let counts = &mut self.counts;
         match event.kind {
             Kind::TouchDown => counts.steps += 1,

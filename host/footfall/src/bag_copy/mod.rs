@@ -14,7 +14,7 @@ use std::path::Path;
 use analysis::replay::span::Span;
 use estimator_core::Params;
 use mcap::write::NoSeek;
-use recordings::events::Event;
+use recordings::events::ContactEvent;
 use recordings::input::Stored;
 use recordings::input::bag::{Channel, Receiver, Written, copy};
 use ros::compat::{FEET, LOW_STATE_TOPIC, place};
@@ -42,7 +42,7 @@ pub struct CopiedFoot {
     /// Part of the recording whose contacts are written.
     pub span: Span,
     /// Events in that part.
-    pub events: Vec<Event>,
+    pub events: Vec<ContactEvent>,
 }
 
 /// Messages of all feet in the copy.

@@ -5,7 +5,7 @@ use std::io;
 use std::iter::Peekable;
 
 use estimator_core::{ContactEstimate, Load, Timestamp};
-use recordings::events::Event;
+use recordings::events::ContactEvent;
 use recordings::input::About;
 use recordings::replay::Replay;
 use ros::{Estimates, Published};
@@ -21,7 +21,7 @@ pub(super) struct Stream<'a> {
     messages: Estimates,
     estimates: Peekable<Estimated<'a>>,
     /// Events in order of time.
-    events: VecDeque<Event>,
+    events: VecDeque<ContactEvent>,
 }
 
 /// Time of the next messages, µs since 1970.

@@ -9,7 +9,7 @@ use live::session::SEVERAL_BOARDS;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::robot::{Event, MonitorState};
+use super::robot::{MonitorEvent, MonitorState};
 use crate::schema::{Described, Kind, Line};
 
 /// A foot as it is, for programs.
@@ -126,7 +126,7 @@ pub fn write_json(robot: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
 ///
 /// # Errors
 /// Errors of the writer.
-pub fn write_event_json(event: &Event, to: &mut dyn Write) -> io::Result<()> {
+pub fn write_event_json(event: &MonitorEvent, to: &mut dyn Write) -> io::Result<()> {
     let line = EventLine {
         t: event.t,
         foot: event.foot.as_deref(),
@@ -176,8 +176,8 @@ pub fn write_text(robot: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
 ///
 /// # Errors
 /// Errors of the writer.
-pub fn write_event(event: &Event, to: &mut dyn Write) -> io::Result<()> {
-    let Event { t, foot, text } = event;
+pub fn write_event(event: &MonitorEvent, to: &mut dyn Write) -> io::Result<()> {
+    let MonitorEvent { t, foot, text } = event;
     writeln!(
         to,
         "{t:9.3} s  {:<4}  {text}",

@@ -22,7 +22,7 @@ const EVENTS: usize = 1000;
 
 /// An event.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Event {
+pub struct MonitorEvent {
     /// Time since the first arrival, s.
     pub t: f64,
     /// Foot to which the event belongs, if any.
@@ -37,7 +37,7 @@ pub struct MonitorState {
     session: Session,
     /// Newest probabilities and reported faults of each foot of the session.
     shown: Vec<(Curve, Faults)>,
-    events: VecDeque<Event>,
+    events: VecDeque<MonitorEvent>,
     /// Number of events dropped from the front, so that readers can keep their position.
     forgotten: usize,
     /// Resource the line is waiting for.
@@ -121,7 +121,7 @@ impl MonitorState {
             self.forgotten += 1;
         }
         let t = self.session.elapsed_s();
-        self.events.push_back(Event { t, foot, text });
+        self.events.push_back(MonitorEvent { t, foot, text });
     }
 
     /// Starts a recording in the current directory, or stops the current one, and reports the result as an event.
@@ -186,12 +186,12 @@ impl MonitorState {
 
     /// Returns the events, newest last.
     #[must_use]
-    pub const fn events(&self) -> &VecDeque<Event> {
+    pub const fn events(&self) -> &VecDeque<MonitorEvent> {
         &self.events
     }
 
     /// Returns the events after the first `seen`, and the total number of events so far.
-    pub fn events_since(&self, seen: usize) -> (impl Iterator<Item = &Event>, usize) {
+    pub fn events_since(&self, seen: usize) -> (impl Iterator<Item = &MonitorEvent>, usize) {
         let skipped = seen.saturating_sub(self.forgotten);
         (
             self.events.iter().skip(skipped),

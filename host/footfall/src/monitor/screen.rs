@@ -10,7 +10,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Sparkline};
 
 use super::curve::Curve;
-use super::robot::{Event, MonitorState};
+use super::robot::{MonitorEvent, MonitorState};
 
 /// Minimum and maximum lines per foot: two lines of text, the rest for the curve.
 const LINES: (u16, u16) = (4, 10);
@@ -219,7 +219,7 @@ fn event_lines(robot: &MonitorState, height: u16) -> Paragraph<'static> {
     let height = usize::from(height);
     let events = robot.events();
     let newest = events.iter().skip(events.len().saturating_sub(height));
-    let line = |Event { t, foot, text }: &Event| {
+    let line = |MonitorEvent { t, foot, text }: &MonitorEvent| {
         let foot = foot.as_deref().unwrap_or("");
         Line::from(format!("{t:9.1} s  {foot:<4} {text}"))
     };

@@ -111,7 +111,7 @@ impl Kind {
 
 /// An event. The duration, peak and distance of a stance or slip are the same at its start and at its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Event {
+pub struct ContactEvent {
     /// Time of the event.
     pub time: Timestamp,
     /// Kind of the event.
@@ -128,11 +128,11 @@ pub struct Event {
 #[derive(Clone, Debug, Default)]
 pub struct Events {
     /// Complete events.
-    known: VecDeque<Event>,
+    known: VecDeque<ContactEvent>,
     /// Touch-down without a known lift-off, and the events after it.
-    waiting: Vec<Event>,
+    waiting: Vec<ContactEvent>,
     /// Stances since the last stable sample that were never stable.
-    unstable: Vec<Event>,
+    unstable: Vec<ContactEvent>,
     loaded: Loaded,
     stance: Stance,
     state: State,
@@ -186,12 +186,12 @@ impl Events {
     }
 
     /// Returns the next complete event, in order of time.
-    pub fn pop(&mut self) -> Option<Event> {
+    pub fn pop(&mut self) -> Option<ContactEvent> {
         self.known.pop_front()
     }
 
     /// Ends the recording and returns the remaining events.
-    pub fn finish(mut self) -> impl Iterator<Item = Event> {
+    pub fn finish(mut self) -> impl Iterator<Item = ContactEvent> {
         if let State::Unstable(unstable) = self.state
             && unstable.stood()
         {
@@ -218,7 +218,7 @@ impl Events {
                     touch_down: Some(now),
                     peak: 0.0,
                 };
-                self.waiting.push(Event::new(Kind::TouchDown, now));
+                self.waiting.push(ContactEvent::new(Kind::TouchDown, now));
             }
             Verdict::Unknown => {
                 self.close(None);
@@ -239,10 +239,10 @@ impl Events {
         let begun = self.stance.touch_down;
         let duration_us = begun.and_then(|begun| lift_off.micros_since(begun));
         self.close(duration_us);
-        self.known.push_back(Event {
+        self.known.push_back(ContactEvent {
             duration_us,
             peak: self.stance.peak,
-            ..Event::new(Kind::LiftOff, lift_off)
+            ..ContactEvent::new(Kind::LiftOff, lift_off)
         });
     }
 
@@ -253,11 +253,11 @@ impl Events {
         end: Option<Timestamp>,
         distance_m: Option<f64>,
     ) {
-        let of = |kind, time| Event {
+        let of = |kind, time| ContactEvent {
             duration_us: end.and_then(|end| end.micros_since(unstable.start)),
             peak: unstable.peak,
             distance_m,
-            ..Event::new(kind, time)
+            ..ContactEvent::new(kind, time)
         };
         self.push(of(Kind::SlipStart, unstable.start));
         if let Some(end) = end {
@@ -266,7 +266,7 @@ impl Events {
     }
 
     /// Adds an event within a stance.
-    fn push(&mut self, event: Event) {
+    fn push(&mut self, event: ContactEvent) {
         if self.waiting.is_empty() {
             self.known.push_back(event);
         } else {
@@ -284,7 +284,7 @@ impl Events {
     }
 }
 
-impl Event {
+impl ContactEvent {
     const fn new(kind: Kind, time: Timestamp) -> Self {
         Self {
             time,
@@ -303,7 +303,7 @@ impl Event {
 /// Any error of the writer.
 pub fn write_event(
     foot: Option<&str>,
-    event: &Event,
+    event: &ContactEvent,
     start_us: i64,
     to: &mut dyn Write,
 ) -> io::Result<()> {

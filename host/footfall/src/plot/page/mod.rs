@@ -11,7 +11,7 @@ use std::io::{self, Write};
 use std::ops::Range;
 
 use estimator_core::{ContactEstimate, Decision, Phase};
-use recordings::events::{Event, Kind};
+use recordings::events::{ContactEvent, Kind};
 use recordings::input::About;
 use recordings::recording::{Label, RecordedSample};
 
@@ -49,7 +49,7 @@ pub struct PageFoot {
     samples: usize,
     collector: Collector,
     decisions: Stretching<Decision>,
-    events: Vec<Event>,
+    events: Vec<ContactEvent>,
     /// Number of events per kind, in the order of [`Kind::ALL`].
     counts: [usize; Kind::ALL.len()],
 }
@@ -84,7 +84,7 @@ impl PageFoot {
     }
 
     /// Adds an event.
-    pub fn add_event(&mut self, event: &Event) {
+    pub fn add_event(&mut self, event: &ContactEvent) {
         self.counts[event.kind as usize] += 1;
         if self.events.len() < MOST_EVENTS {
             self.events.push(*event);
