@@ -3,7 +3,7 @@
 //!
 //! Definitions other than footfall's are interfaces of ROS 2, with names, types and order of their fields.
 
-use crate::message::Message;
+use crate::message::RosMessage;
 
 /// Separator between definitions.
 const BETWEEN: &str =
@@ -188,22 +188,22 @@ impl Definition {
 
     /// Returns the definition of a message.
     #[must_use]
-    pub const fn of(message: &Message) -> Self {
+    pub const fn of(message: &RosMessage) -> Self {
         match message {
-            Message::Contact(_) => Self::CONTACT,
-            Message::Event(_) => Self::EVENT,
-            Message::Imu(_) => Self::IMU,
-            Message::Velocity(_) => Self::VELOCITY,
-            Message::Number(_) => Self::FLOAT64,
-            Message::Text(_) => Self::STRING,
-            Message::Bool(_) => Self::BOOL,
-            Message::Diagnostics(_) => Self::DIAGNOSTICS,
-            Message::Champ(_) => Self::CHAMP,
-            Message::Pronto(_) => Self::PRONTO,
-            Message::Inekf(_) => Self::INEKF,
-            Message::Drift(_) => Self::DRIFT,
-            Message::Muse(_) => Self::MUSE,
-            Message::Unitree(_) => Self::UNITREE,
+            RosMessage::Contact(_) => Self::CONTACT,
+            RosMessage::Event(_) => Self::EVENT,
+            RosMessage::Imu(_) => Self::IMU,
+            RosMessage::Velocity(_) => Self::VELOCITY,
+            RosMessage::Number(_) => Self::FLOAT64,
+            RosMessage::Text(_) => Self::STRING,
+            RosMessage::Bool(_) => Self::BOOL,
+            RosMessage::Diagnostics(_) => Self::DIAGNOSTICS,
+            RosMessage::Champ(_) => Self::CHAMP,
+            RosMessage::Pronto(_) => Self::PRONTO,
+            RosMessage::Inekf(_) => Self::INEKF,
+            RosMessage::Drift(_) => Self::DRIFT,
+            RosMessage::Muse(_) => Self::MUSE,
+            RosMessage::Unitree(_) => Self::UNITREE,
         }
     }
 

@@ -16,7 +16,7 @@ use wire::Faults;
 use wire::pdo::Status;
 
 use crate::foot::zero_velocity;
-use crate::message::{Contact, Float64, Header, Message, RosEvent, Time};
+use crate::message::{Float64, Header, RosContact, RosEvent, RosMessage, Time};
 use crate::published::Published;
 use crate::topics::FootTopics;
 
@@ -78,7 +78,7 @@ impl Estimates {
         Published {
             topic: Arc::clone(&self.topics.event),
             at,
-            message: Message::Event(message),
+            message: RosMessage::Event(message),
         }
     }
 
@@ -97,7 +97,7 @@ impl Estimates {
             Faults::NONE,
         );
         let probabilities = &estimate.probabilities;
-        let contact = Contact {
+        let contact = RosContact {
             header: self.header(stamp),
             foot: self.name.clone(),
             node: 0,
@@ -124,9 +124,9 @@ impl Estimates {
             message,
         };
         [
-            publish(on_velocity, Message::Velocity(Box::new(velocity))),
-            publish(on_probability, Message::Number(Float64 { data })),
-            publish(on_contact, Message::Contact(contact)),
+            publish(on_velocity, RosMessage::Velocity(Box::new(velocity))),
+            publish(on_probability, RosMessage::Number(Float64 { data })),
+            publish(on_contact, RosMessage::Contact(contact)),
         ]
     }
 }

@@ -12,8 +12,8 @@ use wire::uart::RawSample;
 use wire::{Counter, Fault, Faults};
 
 use crate::message::{
-    Contact, DiagnosticArray, DiagnosticStatus, Header, Imu, KeyValue, Level, Message, Quaternion,
-    Time, TwistWithCovariance, TwistWithCovarianceStamped, Vector3,
+    DiagnosticArray, DiagnosticStatus, Header, Imu, KeyValue, Level, RosContact, RosMessage,
+    RosQuaternion, Time, TwistWithCovariance, TwistWithCovarianceStamped, Vector3,
 };
 use crate::published::Published;
 use crate::topics::{DIAGNOSTICS, FootTopics, NODE};
@@ -100,12 +100,16 @@ impl Foot {
         }
     }
 
-    pub(crate) fn contact(&mut self, row: &ContactRow, foot: &LiveFoot) -> (Contact, Option<Imu>) {
+    pub(crate) fn contact(
+        &mut self,
+        row: &ContactRow,
+        foot: &LiveFoot,
+    ) -> (RosContact, Option<Imu>) {
         self.is_silent = false;
         let stamp = foot.stamp;
         let health = foot.health.unwrap_or_default();
         let axes = row.axes.map(PerAxis::to_array);
-        let contact = Contact {
+        let contact = RosContact {
             header: self.header(stamp),
             foot: self.name.clone(),
             node: row.node.map_or(0, wire::NodeId::get),
@@ -120,7 +124,7 @@ impl Foot {
             sequence: row.sequence,
         };
         if foot.is_of_several_boards() {
-            let contact = Contact {
+            let contact = RosContact {
                 p_stable: 0.0,
                 p_tangential: 0.0,
                 p_vertical: 0.0,
@@ -184,7 +188,7 @@ impl Foot {
     /// information if the contact is invalid or the rate unknown. The angular part never carries information.
     pub(crate) fn velocity(
         &self,
-        contact: &Contact,
+        contact: &RosContact,
         made: Timestamp,
     ) -> TwistWithCovarianceStamped {
         const COEFFICIENTS: VelocityCoefficients =
@@ -207,7 +211,7 @@ impl Foot {
         let [of_rate, of_acceleration] = noise();
         (!matches!(raw.validity, Validity::Invalid)).then(|| Imu {
             header: self.header(stamp),
-            orientation: Quaternion::default(),
+            orientation: RosQuaternion::default(),
             orientation_covariance: ABSENT,
             angular_velocity: scaled(raw.rate, raw.rate_scale),
             angular_velocity_covariance: of_rate,
@@ -257,7 +261,7 @@ impl Foot {
             header: self.header(at),
             status: vec![status],
         };
-        let message = Message::Diagnostics(array);
+        let message = RosMessage::Diagnostics(array);
         Some(Published::new(&DIAGNOSTICS.into(), at, message))
     }
 }
@@ -303,9 +307,9 @@ const fn is_near(earlier: Timestamp, time: Timestamp) -> bool {
     matches!(time.as_micros().checked_sub(earlier.as_micros()), Some(age) if age <= BESIDE_US)
 }
 
-fn quaternion(q: Orientation) -> Quaternion {
+fn quaternion(q: Orientation) -> RosQuaternion {
     let [w, x, y, z] = [q.w, q.x, q.y, q.z].map(f64::from);
-    Quaternion { x, y, z, w }
+    RosQuaternion { x, y, z, w }
 }
 
 pub(crate) fn vector(v: Vec3) -> Vector3 {
@@ -315,7 +319,7 @@ pub(crate) fn vector(v: Vec3) -> Vector3 {
 
 /// Specific force as measured by an accelerometer: `acceleration` plus gravity, in the frame of the foot.
 fn with_gravity(acceleration: Vec3, orientation: Orientation) -> Vector3 {
-    let Quaternion { x, y, z, w } = quaternion(orientation);
+    let RosQuaternion { x, y, z, w } = quaternion(orientation);
     let Vector3 {
         x: ax,
         y: ay,

@@ -35,7 +35,7 @@ pub use compat::{AllFeet, Compat};
 pub use estimates::Estimates;
 #[cfg(feature = "bags")]
 pub use mcap_file::McapFile;
-pub use message::Message;
+pub use message::RosMessage;
 pub use published::Published;
 #[cfg(feature = "bags")]
 pub use rosbag2_file::Rosbag2File;

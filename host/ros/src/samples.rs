@@ -17,7 +17,7 @@ use recordings::recording::{Label, RecordedSample};
 use recordings::validity::name_of;
 
 use crate::foot::{ABSENT, vector};
-use crate::message::{Bool, Float64, Header, Imu, Message, Text, Time};
+use crate::message::{Bool, Float64, Header, Imu, RosMessage, RosString, Time};
 use crate::published::Published;
 use crate::topics::FootTopics;
 
@@ -88,16 +88,16 @@ impl Samples {
         let load = sample.load.filter(|Load(load)| load.is_finite());
         if load.is_some() || self.has_load {
             let data = load.map_or(f64::NAN, |Load(load)| f64::from(load));
-            publish(&self.topics.load, Message::Number(Float64 { data }));
+            publish(&self.topics.load, RosMessage::Number(Float64 { data }));
         }
         self.has_load = load.is_some();
         if sample.imu.validity != Validity::Valid {
             let data = name_of(sample.imu.validity).to_owned();
-            publish(&self.validity, Message::Text(Text { data }));
+            publish(&self.validity, RosMessage::Text(RosString { data }));
         }
         if let Some(label) = sample.label {
             let data = label == Label::Stable;
-            publish(&self.label, Message::Bool(Bool { data }));
+            publish(&self.label, RosMessage::Bool(Bool { data }));
         }
         let imu = Imu {
             header: Header {
@@ -109,7 +109,7 @@ impl Samples {
             linear_acceleration: vector(sample.imu.specific_force.0),
             ..Imu::default()
         };
-        publish(&self.topics.imu, Message::Imu(Box::new(imu)));
+        publish(&self.topics.imu, RosMessage::Imu(Box::new(imu)));
         published
     }
 }
@@ -143,7 +143,7 @@ mod tests {
             };
             let published = samples.messages(&sample, Timestamp::default());
             let number = |published: Published| match published.message {
-                Message::Number(Float64 { data }) => Some(data),
+                RosMessage::Number(Float64 { data }) => Some(data),
                 _ => None,
             };
             published.into_iter().filter_map(number).collect()
