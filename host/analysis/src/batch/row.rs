@@ -72,6 +72,7 @@ macro_rules! columns {
 
 /// Result of one foot of a recording.
 #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Serialize)]
+#[schemars(rename = "Row")]
 pub struct BatchRow {
     /// The robot; in the table it is a partition.
     #[serde(default)]

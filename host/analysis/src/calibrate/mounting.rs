@@ -48,6 +48,7 @@ impl RestingUp {
 /// Where a mounting comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[schemars(rename = "Source")]
 pub enum MountingSource {
     /// It was found at rest.
     Found,
