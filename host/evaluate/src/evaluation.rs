@@ -21,7 +21,7 @@ use scoring::scored::Scored;
 
 /// Recordings that are evaluated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct About {
+pub struct EvaluatedSet {
     /// The set.
     pub set: Set,
     /// The family it belongs to.
@@ -83,7 +83,7 @@ pub struct Evaluated {
 #[derive(Clone, Debug, Serialize)]
 pub struct Evaluation {
     /// The sets, in the order of [`Set::ALL`].
-    pub sets: Vec<About>,
+    pub sets: Vec<EvaluatedSet>,
     /// The methods, in the order of [`Method::ALL`].
     pub methods: Vec<Evaluated>,
     /// The default preset at several sample rates, in the order of [`SampleRate::ALL`].
@@ -105,7 +105,9 @@ impl Evaluation {
             })
             .collect::<Result<_, Error>>()?;
         Ok(Self {
-            sets: Set::ALL.map(|set| About::of(set, &recordings)).into(),
+            sets: Set::ALL
+                .map(|set| EvaluatedSet::of(set, &recordings))
+                .into(),
             methods,
             rates: rates::evaluate(&recordings, &Params::DEFAULT)?,
         })
@@ -126,7 +128,7 @@ impl Evaluation {
     }
 }
 
-impl About {
+impl EvaluatedSet {
     fn of(set: Set, recordings: &[Labelled]) -> Self {
         let of_set = || recordings.iter().filter(|file| file.set == set);
         let labels = || of_set().flat_map(Labelled::labels);

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::evaluation::{About, Evaluated, Evaluation};
+use crate::evaluation::{Evaluated, EvaluatedSet, Evaluation};
 use crate::method::Method;
 use crate::peers::Detector;
 use crate::rates::{AtRate, BOARD_RATE};
@@ -262,14 +262,14 @@ fn head(titles: impl IntoIterator<Item = String>) -> Vec<String> {
 }
 
 /// Name of a set, with that of its recording if it has only one.
-fn set_title(about: &About) -> String {
+fn set_title(about: &EvaluatedSet) -> String {
     match about.recordings.as_slice() {
         [recording] => format!("{}: {recording}", about.set.name()),
         recordings => format!("{}: {} recordings", about.set.name(), recordings.len()),
     }
 }
 
-fn described(about: &About) -> String {
+fn described(about: &EvaluatedSet) -> String {
     format!(
         "{} samples at {} Hz, {:.1} % of them stable.",
         about.samples,
