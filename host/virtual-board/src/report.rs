@@ -53,14 +53,14 @@ pub struct Run {
     /// Injected faults, as given on the command line.
     pub faults: Vec<String>,
     /// Actions on the board.
-    pub actions: Vec<Action>,
+    pub actions: Vec<TimedStep>,
     /// Additional traffic on the lines.
     pub traffic: Traffic,
 }
 
 /// An action on the board.
 #[derive(Clone, Debug)]
-pub struct Action {
+pub struct TimedStep {
     /// Time, ms.
     pub ms: u64,
     /// The action.

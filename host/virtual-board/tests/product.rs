@@ -7,7 +7,7 @@ use virtual_board::board::{Board, BoardOptions, Injection};
 use virtual_board::chip::Crystal;
 use virtual_board::motion;
 use virtual_board::part::can::{BusFault, Frame, TimedFrame};
-use virtual_board::report::{self, Action, Run};
+use virtual_board::report::{self, Run, TimedStep};
 use virtual_board::scenario::ScenarioStep;
 use virtual_board::traffic::Traffic;
 
@@ -182,7 +182,7 @@ fn two_reports_of_the_same_run_are_identical() {
     let run = Run {
         milliseconds: 1_500,
         faults: vec!["frozen@1000".into()],
-        actions: vec![Action {
+        actions: vec![TimedStep {
             ms: 1_000,
             step: ScenarioStep::Inject(Injection::Sensor(lsm6dsox::sim::PartFault::FrozenOutput)),
         }],

@@ -11,7 +11,7 @@ use virtual_board::board::{Board, BoardOptions};
 use virtual_board::corner::Corner;
 use virtual_board::fault::Fault;
 use virtual_board::recorded;
-use virtual_board::report::Action;
+use virtual_board::report::TimedStep;
 use virtual_board::scenario;
 use virtual_board::traffic::Traffic;
 use virtual_board::wiring::Wiring;
@@ -92,13 +92,13 @@ fn planned(text: &str) -> Result<Planned, String> {
 
 impl Planned {
     /// Actions with their times, ms; preparation comes first.
-    fn actions(&self) -> Vec<Action> {
+    fn actions(&self) -> Vec<TimedStep> {
         let ms = u64::from(self.ms);
-        let before = self.fault.before().iter().map(|&step| Action {
+        let before = self.fault.before().iter().map(|&step| TimedStep {
             ms: ms.min(scenario::BEFORE_MS),
             step,
         });
-        let steps = self.fault.steps().into_iter().map(|(us, step)| Action {
+        let steps = self.fault.steps().into_iter().map(|(us, step)| TimedStep {
             ms: ms + us / 1000,
             step,
         });
