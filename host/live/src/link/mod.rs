@@ -179,7 +179,7 @@ pub trait Link {
 pub fn open(source: &Source) -> Result<Box<dyn Link>, LinkError> {
     Ok(match source {
         Source::Uart { port, baud } => Box::new(SerialLine::open(port, *baud)?),
-        Source::Slcan { port, kbit } => Box::new(slcan::Adapter::open(port, *kbit)?),
+        Source::Slcan { port, kbit } => Box::new(slcan::SlcanAdapter::open(port, *kbit)?),
         #[cfg(target_os = "linux")]
         Source::Can { interface } => Box::new(can::Interface::open(interface)?),
         #[cfg(not(target_os = "linux"))]

@@ -45,7 +45,7 @@ enum Channel {
 
 /// An adapter.
 #[derive(Clone, Debug)]
-pub struct Adapter {
+pub struct EmulatedAdapter {
     channel: Channel,
     /// Bit rate; `None` until configured.
     bit_rate: Option<u32>,
@@ -55,7 +55,7 @@ pub struct Adapter {
     is_too_long: bool,
 }
 
-impl Default for Adapter {
+impl Default for EmulatedAdapter {
     fn default() -> Self {
         Self {
             channel: Channel::Closed,
@@ -77,7 +77,7 @@ pub struct Reaction {
     pub frame: Option<(Frame, u32)>,
 }
 
-impl Adapter {
+impl EmulatedAdapter {
     /// Processes a byte of the host.
     pub fn push(&mut self, byte: u8) -> Reaction {
         match byte {
@@ -171,7 +171,7 @@ fn rate_of(digits: &[u8]) -> Option<u32> {
 mod tests {
     use super::*;
 
-    fn say(adapter: &mut Adapter, text: &str) -> String {
+    fn say(adapter: &mut EmulatedAdapter, text: &str) -> String {
         let answers = text.bytes().flat_map(|byte| adapter.push(byte).answer);
         answers.map(char::from).collect()
     }
@@ -187,7 +187,7 @@ mod tests {
 
     #[test]
     fn hosts_open_and_close_the_channel() {
-        let mut adapter = Adapter::default();
+        let mut adapter = EmulatedAdapter::default();
         // First commands of slcand, python-can and this workspace.
         for (said, answer) in [
             ("\r\r\rC\r", "\r\r\r\x07"),
@@ -210,7 +210,7 @@ mod tests {
 
     #[test]
     fn frames_pass_only_while_open_and_at_the_bit_rate_of_the_bus() {
-        let mut adapter = Adapter::default();
+        let mut adapter = EmulatedAdapter::default();
         assert_eq!(adapter.hear(&carried(0x191), 0), None);
         say(&mut adapter, "S8\rO\r");
         assert_eq!(
@@ -241,7 +241,7 @@ mod tests {
 
     #[test]
     fn lost_frames_are_reported_once_in_the_status() {
-        let mut adapter = Adapter::default();
+        let mut adapter = EmulatedAdapter::default();
         say(&mut adapter, "S8\rO\r");
         adapter.lose();
         assert_eq!(say(&mut adapter, "F\rF\r"), "F08\rF00\r");

@@ -32,7 +32,7 @@ use wire::Foot as Position;
 
 use crate::fault::{self, Fault};
 use crate::time::{PER_SECOND, to_us};
-use adapter::Adapter;
+use adapter::EmulatedAdapter;
 pub use commands::fault_at;
 use commands::{Command, HELP};
 use foot::Order;
@@ -135,7 +135,7 @@ struct Server<'a> {
     /// Serial lines, one per foot.
     serial: Vec<(&'static str, Terminal)>,
     slcan: Terminal,
-    adapter: Adapter,
+    adapter: EmulatedAdapter,
     tell: &'a mut dyn FnMut(Note),
 }
 
@@ -159,7 +159,7 @@ pub fn serve(
         robot,
         serial,
         slcan: Terminal::open()?,
-        adapter: Adapter::default(),
+        adapter: EmulatedAdapter::default(),
         tell,
     };
     for (foot, ..) in &options.faults {
