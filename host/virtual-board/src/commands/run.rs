@@ -22,7 +22,7 @@ use super::options::{duration, fault_at, seconds};
 
 /// The options of `run`.
 #[derive(Args)]
-pub struct Arguments {
+pub struct RunArguments {
     /// The ELF; without it the firmware is built first.
     #[arg(long)]
     elf: Option<PathBuf>,
@@ -107,7 +107,7 @@ impl Planned {
 }
 
 /// Runs the board and writes its files.
-pub fn run(arguments: &Arguments) -> Result<(), Box<dyn core::error::Error>> {
+pub fn run(arguments: &RunArguments) -> Result<(), Box<dyn core::error::Error>> {
     let elf = elf::read(arguments.elf.as_deref(), arguments.board)?;
     let mut options = BoardOptions::default();
     options.set_corner(arguments.corner);

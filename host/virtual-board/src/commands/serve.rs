@@ -24,7 +24,7 @@ use super::options::duration;
 
 /// The options of `serve`.
 #[derive(Args)]
-pub struct Arguments {
+pub struct ServeArguments {
     /// The ELF; without it the firmware is built first.
     #[arg(long)]
     elf: Option<PathBuf>,
@@ -73,7 +73,7 @@ fn feet(text: &str) -> Result<usize, String> {
 }
 
 /// Serves feet until the end is requested.
-pub fn serve(arguments: &Arguments) -> Result<(), Box<dyn core::error::Error>> {
+pub fn serve(arguments: &ServeArguments) -> Result<(), Box<dyn core::error::Error>> {
     let stop = Arc::new(AtomicBool::new(false));
     let stopped = Arc::clone(&stop);
     ctrlc::set_handler(move || stopped.store(true, Ordering::Relaxed))?;
