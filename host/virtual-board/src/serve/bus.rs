@@ -34,13 +34,13 @@ pub struct Carried {
 
 /// The bus.
 #[derive(Clone, Debug)]
-pub struct Bus {
+pub struct BoardBus {
     nodes: Vec<VecDeque<Waiting>>,
     free_at: u64,
     lost: u64,
 }
 
-impl Bus {
+impl BoardBus {
     /// Creates a bus with `nodes` nodes.
     #[must_use]
     pub fn new(nodes: usize) -> Self {
@@ -112,7 +112,7 @@ mod tests {
 
     const RATE: u32 = 1_000_000;
 
-    fn carried(bus: &mut Bus, until: u64) -> Vec<(usize, u32)> {
+    fn carried(bus: &mut BoardBus, until: u64) -> Vec<(usize, u32)> {
         std::iter::from_fn(|| bus.next(until))
             .map(|carried| (carried.node, carried.frame.id))
             .collect()
@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     fn the_lowest_identifier_wins_and_a_node_keeps_its_order() {
-        let mut bus = Bus::new(3);
+        let mut bus = BoardBus::new(3);
         for (node, id) in [(0, 0x191), (0, 0x080), (1, 0x192), (2, 0x180)] {
             bus.send(node, Frame::new(id, &[]), RATE, 0);
         }
@@ -130,7 +130,7 @@ mod tests {
 
     #[test]
     fn a_frame_takes_its_time_and_waits_until_ready() {
-        let mut bus = Bus::new(2);
+        let mut bus = BoardBus::new(2);
         let frame = Frame::new(0x200, &[0; 8]);
         let length = frame.bits() * cycle(RATE);
         bus.send(0, frame.clone(), RATE, 10);
@@ -146,7 +146,7 @@ mod tests {
 
     #[test]
     fn frames_that_never_find_the_bus_free_are_counted_as_lost() {
-        let mut bus = Bus::new(1);
+        let mut bus = BoardBus::new(1);
         for _ in 0..MOST_WAITING + 3 {
             bus.send(0, Frame::new(1, &[]), RATE, 0);
         }

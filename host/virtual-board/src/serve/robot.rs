@@ -10,7 +10,7 @@ use wire::foot::cob_id;
 use wire::{Address, Foot as Position, NodeId, Value};
 
 use super::MILLISECOND;
-use super::bus::{Bus, Carried};
+use super::bus::{BoardBus, Carried};
 use super::foot::{Foot, Make, Order, Programs, Ran, Slice};
 use crate::board::BoardOptions;
 use crate::corner::Corner;
@@ -95,7 +95,7 @@ struct Member {
 /// A robot.
 pub struct BoardRobot {
     members: Vec<Member>,
-    bus: Bus,
+    bus: BoardBus,
     control: Option<Control>,
     ms: u64,
 }
@@ -124,7 +124,7 @@ impl BoardRobot {
             member.wait()?;
         }
         Ok(Self {
-            bus: Bus::new(members.len() + 2),
+            bus: BoardBus::new(members.len() + 2),
             members,
             control: (options.control == ControlNode::Present).then(Control::default),
             ms: 0,
