@@ -16,7 +16,7 @@ pub const SMALL: f32 = 0.03;
 
 /// Agreement of `sigma_v` with the velocity of the feet of a set.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Calibration {
+pub struct SigmaCalibration {
     /// The set.
     pub set: Set,
     /// Mean of v²/σ² over all reliable samples, 3 if σ is correct; `None` if the velocity is unknown.
@@ -39,10 +39,10 @@ struct Sample {
 ///
 /// # Errors
 /// A recording is missing or invalid.
-pub fn by_family(walks: &[Walk], datasets: &Path) -> Result<Vec<Calibration>, Error> {
+pub fn by_family(walks: &[Walk], datasets: &Path) -> Result<Vec<SigmaCalibration>, Error> {
     Set::ALL
         .into_iter()
-        .map(|set| Ok(Calibration::of(set, &samples(set, walks, datasets)?)))
+        .map(|set| Ok(SigmaCalibration::of(set, &samples(set, walks, datasets)?)))
         .collect()
 }
 
@@ -90,7 +90,7 @@ fn add(
     }));
 }
 
-impl Calibration {
+impl SigmaCalibration {
     fn of(set: Set, samples: &[Sample]) -> Self {
         let known = || samples.iter().filter(|of| !of.estimate.flags.are_doubt());
         let squares: Vec<f64> = known()
@@ -140,7 +140,7 @@ mod tests {
             sample(1.0, 1.0, Label::NotStable),
             doubtful,
         ];
-        let calibration = Calibration::of(Set::Walk, &samples);
+        let calibration = SigmaCalibration::of(Set::Walk, &samples);
         let mean_square = calibration.mean_square.expect("speeds");
         assert!((mean_square - 2.0).abs() < 1.0e-5, "{mean_square}");
         assert_eq!(calibration.small_share, 0.5);

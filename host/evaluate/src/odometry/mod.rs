@@ -23,7 +23,7 @@ pub mod walk;
 
 use std::path::Path;
 
-pub use calibration::Calibration;
+pub use calibration::SigmaCalibration;
 pub use constants::SplitHalf;
 pub use detector::Detector;
 
@@ -68,7 +68,7 @@ pub struct Odometry {
     /// Constants of `sigma_v` chosen on one half of the walks and scored on the other.
     pub halves: Vec<SplitHalf>,
     /// Velocity of feet in units of `sigma_v`, for each family.
-    pub calibration: Vec<Calibration>,
+    pub calibration: Vec<SigmaCalibration>,
 }
 
 impl Odometry {
