@@ -97,7 +97,7 @@ const FRAMES_LAG: usize = 1000;
 
 /// Compares the estimates of a board with those of the host as they arrive, for a board with default parameters
 /// and a sensor without faults.
-pub struct Comparison {
+pub struct ParityCheck {
     parity: Parity,
     estimator: ContactEstimator<WINDOW_CAPACITY>,
     /// Offset of the board's clock behind virtual time, µs, once known.
@@ -109,7 +109,7 @@ pub struct Comparison {
     short: VecDeque<([u8; 2], [u8; 4])>,
 }
 
-impl Comparison {
+impl ParityCheck {
     /// Creates an empty comparison.
     ///
     /// # Errors

@@ -14,7 +14,7 @@ use wire::uart::{ContactMessage, Decoder, HealthMessage, Message};
 
 use crate::board::Board;
 use crate::chip::Transaction;
-use crate::parity::{self, Comparison, Parity, SentContact};
+use crate::parity::{self, Parity, ParityCheck, SentContact};
 use crate::part::can::TimedFrame;
 use crate::part::usart::TimedByte;
 use crate::scenario::ScenarioStep;
@@ -90,7 +90,7 @@ struct Log {
     health: Option<HealthMessage>,
     recent: VecDeque<Transaction>,
     /// `None` if faults are injected.
-    comparison: Option<Comparison>,
+    comparison: Option<ParityCheck>,
     curve: Curve,
     contacts: u64,
     uart_frames: u64,
@@ -259,7 +259,7 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
         health: None,
         recent: VecDeque::new(),
         comparison: match run.faults.is_empty() {
-            true => Some(Comparison::new()?),
+            true => Some(ParityCheck::new()?),
             false => None,
         },
         curve: Curve {
@@ -324,7 +324,7 @@ pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn co
     log.can_log.flush()?;
     log.samples.flush()?;
     create("plot.svg")?.write_all(plot(&log.curve.points).as_bytes())?;
-    let parity = log.comparison.take().map(Comparison::finish);
+    let parity = log.comparison.take().map(ParityCheck::finish);
     let report = report(board, run, &log, parity, watched);
     create("report.json")?.write_all(format!("{report:#}\n").as_bytes())?;
     Ok(report)

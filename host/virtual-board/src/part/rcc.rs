@@ -47,7 +47,7 @@ impl ResetCause {
 
 /// The clocks, hertz.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Clocks {
+pub struct ClockTree {
     /// Clock of core, memory and DMA.
     pub hclk: u32,
     /// Clock of the peripherals on APB1.
@@ -60,7 +60,7 @@ pub struct Clocks {
     pub timers2: u32,
 }
 
-impl Clocks {
+impl ClockTree {
     /// All clocks at the internal oscillator's frequency.
     const fn reset(corner: Corner) -> Self {
         let hsi = corner.hsi_hz();
@@ -78,7 +78,7 @@ impl Clocks {
 #[derive(Clone, Debug)]
 pub struct Rcc {
     registers: [u32; 35],
-    clocks: Clocks,
+    clocks: ClockTree,
     /// Frequency of the crystal, Hz; `None` if it does not start.
     pub crystal: Option<u32>,
     corner: Corner,
@@ -114,7 +114,7 @@ impl Rcc {
     pub fn new(crystal: Option<u32>, corner: Corner) -> Self {
         let mut rcc = Self {
             registers: [0; 35],
-            clocks: Clocks::reset(corner),
+            clocks: ClockTree::reset(corner),
             crystal,
             corner,
             lost: false,
@@ -155,12 +155,12 @@ impl Rcc {
         self.pll_ready_at = time::NEVER;
         self.lsi_ready_at = time::NEVER;
         self.stopped = false;
-        self.clocks = Clocks::reset(self.corner);
+        self.clocks = ClockTree::reset(self.corner);
     }
 
     /// Current clocks.
     #[must_use]
-    pub const fn clocks(&self) -> Clocks {
+    pub const fn clocks(&self) -> ClockTree {
         self.clocks
     }
 
@@ -377,14 +377,14 @@ impl Rcc {
                 (hclk >> shift) * 2
             }
         };
-        self.clocks = Clocks {
+        self.clocks = ClockTree {
             hclk,
             pclk1: hclk >> apb1,
             pclk2: hclk >> apb2,
             timers1: timer(apb1),
             timers2: timer(apb2),
         };
-        let Clocks { pclk1, pclk2, .. } = self.clocks;
+        let ClockTree { pclk1, pclk2, .. } = self.clocks;
         if hclk > 168_000_000 || pclk1 > 42_000_000 || pclk2 > 84_000_000 {
             return Err(format!("clocks beyond their limits: {:?}", self.clocks));
         }
