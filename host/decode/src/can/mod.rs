@@ -31,7 +31,7 @@ use super::lines::Lines;
 use super::report::{EmergencyReport, Medium, Report};
 use super::row::Clock;
 use super::{ContactRow, DecodeError, Feet, Outcome, RowSink};
-use crate::can_log::{Content, Other, Reader, Times};
+use crate::can_log::{LogContent, LogTimes, Other, Reader};
 use crate::report::Counted;
 use foot::{Change, LoggedFoot};
 use pending::Pending;
@@ -65,12 +65,12 @@ pub(super) fn decode(
         let read = reader.read(&line);
         has_times |= matches!(&read, Some(read) if read.time.is_some());
         match read.map(|read| (read.content, read.time)) {
-            Some((Content::Frame(interface, frame), at)) => log.take(interface, &frame, at),
-            Some((Content::Other(other), _)) => log.report.count_frame(other_name(other)),
-            Some((Content::Dropped(count), _)) => {
+            Some((LogContent::Frame(interface, frame), at)) => log.take(interface, &frame, at),
+            Some((LogContent::Other(other), _)) => log.report.count_frame(other_name(other)),
+            Some((LogContent::Dropped(count), _)) => {
                 log.report.count_problems("dropped_before_the_log", count);
             }
-            Some((Content::Aside, _)) => {}
+            Some((LogContent::Aside, _)) => {}
             None => {
                 log.report.count_problem("malformed_lines");
                 malformed += 1;
@@ -104,7 +104,7 @@ pub(super) fn decode(
             feet.ids()
         ));
     }
-    if reader.times() == Times::Differences {
+    if reader.times() == LogTimes::Differences {
         notices.push(format!(
             "{file}: its times are differences from line to line; t_received is their sum"
         ));
