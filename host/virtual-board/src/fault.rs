@@ -10,13 +10,13 @@ const CLEAR: &str = "clear";
 
 /// A fault selected by name.
 #[derive(Clone, Copy)]
-pub struct Fault {
+pub struct SelectedFault {
     /// `None` to clear faults.
     scenario: Option<&'static Scenario>,
     variant: u64,
 }
 
-impl FromStr for Fault {
+impl FromStr for SelectedFault {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -47,7 +47,7 @@ pub fn names() -> String {
     names.chain([CLEAR]).collect::<Vec<_>>().join(", ")
 }
 
-impl Fault {
+impl SelectedFault {
     /// Row of the matrix; `None` to clear faults.
     #[must_use]
     pub const fn scenario(&self) -> Option<&'static Scenario> {
@@ -114,26 +114,30 @@ mod tests {
 
     #[test]
     fn a_fault_has_a_name_and_an_optional_variant() {
-        let cut: Fault = "power-cut:17".parse().expect("a fault");
+        let cut: SelectedFault = "power-cut:17".parse().expect("a fault");
         assert_eq!((cut.name(), cut.variant), ("power-cut", 17));
         let steps: Vec<ScenarioStep> = cut.steps().into_iter().map(|(_, step)| step).collect();
         assert!(steps.contains(&ScenarioStep::Inject(Injection::CutInFlash(17))));
         for text in ["thawed", "power-cut:x", "", "frozen@1"] {
-            assert!(text.parse::<Fault>().is_err(), "{text}");
+            assert!(text.parse::<SelectedFault>().is_err(), "{text}");
         }
     }
 
     #[test]
     fn every_row_of_the_matrix_is_a_fault_and_clear_is_one() {
         for name in scenario::ALL.iter().map(|row| row.name).chain([CLEAR]) {
-            let fault: Fault = name.parse().unwrap_or_else(|error| panic!("{error}"));
+            let fault: SelectedFault = name.parse().unwrap_or_else(|error| panic!("{error}"));
             assert_eq!(fault.name(), name);
         }
     }
 
     #[test]
     fn faults_of_board_options_need_a_power_up() {
-        let needs = |name: &str| name.parse::<Fault>().expect("a fault").needs_power_up();
+        let needs = |name: &str| {
+            name.parse::<SelectedFault>()
+                .expect("a fault")
+                .needs_power_up()
+        };
         assert!(needs("no-crystal") && needs("no-sensor") && needs("wrong-id"));
         assert!(!needs("miso-low") && !needs("reset") && !needs("clear"));
     }

@@ -5,14 +5,14 @@ use std::collections::BTreeMap;
 use super::Board;
 use crate::core::cpu::State;
 use crate::elf::Image;
-use crate::machine::{Counters, FaultNote};
+use crate::machine::{FaultNote, MachineCounters};
 use crate::memory::{FLASH, UNTOUCHED};
 use crate::part::rcc::ResetCause;
 
 impl Board {
     /// Instructions, cycles and time so far.
     #[must_use]
-    pub fn counters(&self) -> Counters {
+    pub fn counters(&self) -> MachineCounters {
         self.cpu.machine().counters()
     }
 

@@ -27,7 +27,7 @@ use crate::part::adc::Adc;
 use crate::part::can::Can;
 use crate::part::dma::Dma;
 use crate::part::exti::Exti;
-use crate::part::flash::Flash;
+use crate::part::flash::FlashRegisters;
 use crate::part::gpio::Gpio;
 use crate::part::iwdg::Iwdg;
 use crate::part::pwr::Pwr;
@@ -90,7 +90,7 @@ pub struct Chip {
     /// Reset and clocks.
     pub rcc: Rcc,
     /// The flash interface.
-    pub flash: Flash,
+    pub flash: FlashRegisters,
     /// The CAN controller with its bus.
     pub can: Can,
     /// USART1, 2, 3 and 6 with their lines.
@@ -151,7 +151,8 @@ impl Chip {
         Self {
             can: Can::new(clocks.pclk1),
             rcc,
-            flash: Flash::new(options.corner).with_brown_out_level(options.brown_out_level),
+            flash: FlashRegisters::new(options.corner)
+                .with_brown_out_level(options.brown_out_level),
             usarts: Default::default(),
             adc,
             ports,

@@ -9,7 +9,7 @@ use gait::GaitName;
 use recordings::input::Format;
 use virtual_board::board::{Board, BoardOptions};
 use virtual_board::corner::Corner;
-use virtual_board::fault::Fault;
+use virtual_board::fault::SelectedFault;
 use virtual_board::recorded;
 use virtual_board::report::TimedStep;
 use virtual_board::scenario;
@@ -75,7 +75,7 @@ pub struct RunArguments {
 #[derive(Clone)]
 struct Planned {
     text: String,
-    fault: Fault,
+    fault: SelectedFault,
     ms: u32,
 }
 

@@ -5,7 +5,7 @@ use crate::memory::FLASH;
 
 /// Counters so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Counters {
+pub struct MachineCounters {
     /// Virtual time, in units of [`time`](crate::time).
     pub now: u64,
     /// Instructions since power-up.
@@ -58,8 +58,8 @@ impl Machine {
 
     /// Returns the current counters.
     #[must_use]
-    pub const fn counters(&self) -> Counters {
-        Counters {
+    pub const fn counters(&self) -> MachineCounters {
+        MachineCounters {
             now: self.now,
             instructions: self.instructions,
             cycles: self.cycles,

@@ -27,7 +27,7 @@ use crate::memory::{FLASH, Memory};
 use crate::part::flash::accelerator::Literal;
 pub(crate) use access::Access;
 pub(crate) use blocks::RunningBlock;
-pub use counting::Counters;
+pub use counting::MachineCounters;
 use counting::Watched;
 
 /// Maximum length of a block of the engine, bytes.

@@ -5,7 +5,7 @@ use wire::Foot;
 
 use super::foot::Order;
 use super::hands::Side;
-use crate::fault::Fault;
+use crate::fault::SelectedFault;
 
 /// Text of the help.
 pub const HELP: &str = "\
@@ -89,8 +89,8 @@ fn gait(name: &str) -> Result<GaitName, String> {
 ///
 /// # Errors
 /// If no fault has this name, or it cannot be injected while feet run.
-pub fn fault(text: &str) -> Result<Fault, String> {
-    let fault: Fault = text.parse()?;
+pub fn fault(text: &str) -> Result<SelectedFault, String> {
+    let fault: SelectedFault = text.parse()?;
     if fault.needs_full_pages() {
         return Err(format!(
             "{} begins with full pages of flash: virtual-board run --fault has it",
@@ -104,7 +104,7 @@ pub fn fault(text: &str) -> Result<Fault, String> {
 ///
 /// # Errors
 /// If the foot or the fault is unknown, or it cannot be injected while feet run.
-pub fn fault_at(text: &str) -> Result<(Option<Foot>, Fault, u64), String> {
+pub fn fault_at(text: &str) -> Result<(Option<Foot>, SelectedFault, u64), String> {
     let (text, ms) = text
         .rsplit_once('@')
         .ok_or("write [FOOT:]NAME[:VARIANT]@MS")?;

@@ -13,7 +13,7 @@ use wire::{Address, Foot as Position, Value};
 use super::MILLISECOND;
 use super::hands::{Hands, Side};
 use crate::board::{Board, BoardOptions};
-use crate::fault::Fault;
+use crate::fault::SelectedFault;
 use crate::part::can::TimedFrame;
 use crate::part::rcc::ResetCause;
 use crate::scenario::{BEFORE_MS, Problem, ScenarioStep};
@@ -54,7 +54,7 @@ pub enum Order {
     /// Changes the gait.
     Gait(GaitName),
     /// Injects or clears a fault.
-    Fault(Fault),
+    Fault(SelectedFault),
     /// Turns the foot to a side.
     Hold(Side),
     /// Taps the sole.

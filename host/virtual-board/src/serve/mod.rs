@@ -30,7 +30,7 @@ use std::time::Duration;
 
 use wire::Foot as Position;
 
-use crate::fault::{self, Fault};
+use crate::fault::{self, SelectedFault};
 use crate::time::{PER_SECOND, to_us};
 use adapter::EmulatedAdapter;
 pub use commands::fault_at;
@@ -45,7 +45,7 @@ use terminal::{Sent, Terminal};
 const MILLISECOND: u64 = PER_SECOND / 1000;
 
 /// A planned fault: the foot, or `None` for all, the fault, and its time, ms.
-pub type Planned = (Option<Position>, Fault, u64);
+pub type Planned = (Option<Position>, SelectedFault, u64);
 
 /// Options of a server.
 #[derive(Clone)]

@@ -57,7 +57,7 @@ impl Keys {
 
 /// The registers.
 #[derive(Clone, Debug)]
-pub struct Flash {
+pub struct FlashRegisters {
     /// The accelerator between it and the core.
     pub accelerator: Accelerator,
     access: u32,
@@ -87,7 +87,7 @@ pub struct Flash {
     changed: Option<(u32, u32)>,
 }
 
-impl Flash {
+impl FlashRegisters {
     /// Creates the state after power-on, on a chip with factory settings.
     #[must_use]
     pub fn new(corner: Corner) -> Self {
@@ -404,7 +404,7 @@ mod tests {
     const MILLISECOND: u64 = from_us(1_000);
 
     /// Erases sector 2 at a parallelism. Returns the duration, ms, and the number of its blank bytes.
-    fn erased(flash: &mut Flash, psize: u32) -> (u64, usize) {
+    fn erased(flash: &mut FlashRegisters, psize: u32) -> (u64, usize) {
         let mut bank = bank(0x2_0000);
         for key in [0x4567_0123, 0xCDEF_89AB] {
             flash.write(0x04, key, 0, &mut bank).expect("a register");
@@ -422,7 +422,7 @@ mod tests {
         let mut times = Vec::new();
         for corner in Corner::ALL {
             for psize in 0..3 {
-                times.push(erased(&mut Flash::new(corner), psize).0);
+                times.push(erased(&mut FlashRegisters::new(corner), psize).0);
             }
         }
         assert_eq!(times, [200, 150, 125, 400, 300, 250, 800, 600, 500]);
@@ -430,14 +430,14 @@ mod tests {
 
     #[test]
     fn a_reset_aborts_an_erase() {
-        let mut flash = Flash::new(Corner::Typical);
+        let mut flash = FlashRegisters::new(Corner::Typical);
         flash.reset_at = 100 * MILLISECOND;
         assert_eq!(erased(&mut flash, 2), (100, 0x2000));
     }
 
     #[test]
     fn words_are_not_programmed_below_their_supply() {
-        let mut flash = Flash::new(Corner::Typical);
+        let mut flash = FlashRegisters::new(Corner::Typical);
         flash.supply_mv = 2_600;
         assert!(flash.check_supply().is_ok(), "bytes are");
         flash.control |= 2 << 8;
@@ -447,8 +447,8 @@ mod tests {
     #[test]
     fn option_bytes_need_their_keys_and_survive_a_reset() {
         let mut bank = bank(0);
-        let mut flash = Flash::new(Corner::Typical);
-        let mut write = |flash: &mut Flash, offset: u32, value: u32| {
+        let mut flash = FlashRegisters::new(Corner::Typical);
+        let mut write = |flash: &mut FlashRegisters, offset: u32, value: u32| {
             flash
                 .write(offset, value, 0, &mut bank)
                 .expect("a register");
