@@ -21,7 +21,7 @@ pub struct Panel {
     /// Kind of display.
     pub kind: Kind,
     /// Displayed curves.
-    pub curves: Vec<Curve>,
+    pub curves: Vec<PlottedField>,
 }
 
 /// Display of the curves in a panel.
@@ -39,7 +39,7 @@ pub enum Kind {
 
 /// A numeric field of a topic.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Curve {
+pub struct PlottedField {
     /// Label in the panel.
     pub label: String,
     /// Topic of the messages.
@@ -48,8 +48,8 @@ pub struct Curve {
     pub field: &'static str,
 }
 
-fn curve(label: impl Into<String>, topic: &Arc<str>, field: &'static str) -> Curve {
-    Curve {
+fn curve(label: impl Into<String>, topic: &Arc<str>, field: &'static str) -> PlottedField {
+    PlottedField {
         label: label.into(),
         topic: Arc::clone(topic),
         field,
@@ -71,7 +71,7 @@ const ANGULAR_VELOCITY: [&str; 3] = [
 ];
 
 /// Returns a curve for each of three axes.
-fn axes(topic: &Arc<str>, fields: [&'static str; 3]) -> Vec<Curve> {
+fn axes(topic: &Arc<str>, fields: [&'static str; 3]) -> Vec<PlottedField> {
     let named = ["x", "y", "z"].into_iter().zip(fields);
     named
         .map(|(name, field)| curve(name, topic, field))
@@ -85,7 +85,7 @@ pub fn pages(feet: &[String]) -> Vec<Page> {
         .iter()
         .map(|foot| (foot, FootTopics::of(foot)))
         .collect();
-    let of_all = |curve_of: fn(&String, &FootTopics) -> Curve| -> Vec<Curve> {
+    let of_all = |curve_of: fn(&String, &FootTopics) -> PlottedField| -> Vec<PlottedField> {
         topics
             .iter()
             .map(|(foot, topics)| curve_of(foot, topics))
