@@ -31,7 +31,7 @@ const BEST_AMONG: (f64, f64, u32) = (1.0e6, 1.0e9, 25);
 
 /// Source of zero-velocity measurements and their standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Detector {
+pub enum ZeroVelocity {
     /// `sigma_v` at each sample.
     Sigma,
     /// This estimator's debounced decision.
@@ -50,7 +50,7 @@ pub enum Detector {
     Ared,
 }
 
-impl Detector {
+impl ZeroVelocity {
     /// All detectors in display order.
     pub const ALL: [Self; 8] = [
         Self::Sigma,
