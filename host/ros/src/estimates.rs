@@ -22,13 +22,13 @@ use crate::topics::FootTopics;
 
 /// Converter of the estimates of a foot.
 #[derive(Debug)]
-pub struct Estimates {
+pub struct EstimateMessages {
     name: String,
     topics: FootTopics,
     sequence: u16,
 }
 
-impl Estimates {
+impl EstimateMessages {
     /// Creates a converter for the foot `name`.
     #[must_use]
     pub fn new(name: &str) -> Self {

@@ -40,14 +40,14 @@ pub const fn clock_shift_us(start_us: i64) -> i64 {
 
 /// Converter of the samples of a foot.
 #[derive(Debug)]
-pub struct Samples {
+pub struct SampleMessages {
     topics: FootTopics,
     validity: Arc<str>,
     label: Arc<str>,
     has_load: bool,
 }
 
-impl Samples {
+impl SampleMessages {
     /// Creates a converter for the foot `name`.
     #[must_use]
     pub fn new(name: &str) -> Self {
@@ -134,7 +134,7 @@ mod tests {
 
     #[test]
     fn end_of_the_load_is_published_once() {
-        let mut samples = Samples::new("FL");
+        let mut samples = SampleMessages::new("FL");
         let mut loads = |load: Option<f32>| -> Vec<f64> {
             let sample = RecordedSample {
                 imu: ImuSample::default(),
