@@ -42,7 +42,7 @@ pub const FOOT: &str = "foot";
 
 /// Whether a table of estimates names the foot in each row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Feet {
+pub enum TableFeet {
     /// The table is of one foot.
     One,
     /// The table is of several feet, one after the other.
@@ -53,10 +53,10 @@ pub enum Feet {
 ///
 /// # Errors
 /// Any error of the writer.
-pub fn write_header(feet: Feet, to: &mut dyn Write) -> io::Result<()> {
+pub fn write_header(feet: TableFeet, to: &mut dyn Write) -> io::Result<()> {
     match feet {
-        Feet::One => writeln!(to, "{HEADER}"),
-        Feet::Several => writeln!(to, "{FOOT},{HEADER}"),
+        TableFeet::One => writeln!(to, "{HEADER}"),
+        TableFeet::Several => writeln!(to, "{FOOT},{HEADER}"),
     }
 }
 
@@ -97,7 +97,7 @@ pub fn write_estimates(
     start_us: i64,
     to: &mut dyn Write,
 ) -> io::Result<()> {
-    write_header(Feet::One, to)?;
+    write_header(TableFeet::One, to)?;
     for estimate in estimates {
         write_row(None, estimate, start_us, to)?;
     }

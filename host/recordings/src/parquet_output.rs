@@ -21,7 +21,7 @@ use estimator_core::{ContactEstimate, Decision, Flag, Quaternion, Vec3};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::errors::ParquetError;
 
-use crate::output::{FOOT, Feet, HEADER, seconds};
+use crate::output::{FOOT, HEADER, TableFeet, seconds};
 use crate::parquet_encoder::{BATCH, Encoder};
 
 /// Numbers of a row between `t` and `state`.
@@ -45,12 +45,12 @@ impl<W: Write> ParquetEstimates<W> {
     ///
     /// # Errors
     /// Any error of the writer.
-    pub fn new(to: W, feet: Feet) -> io::Result<Self> {
+    pub fn new(to: W, feet: TableFeet) -> io::Result<Self> {
         Self::with_name(
             to,
             match feet {
-                Feet::One => None,
-                Feet::Several => Some(FOOT),
+                TableFeet::One => None,
+                TableFeet::Several => Some(FOOT),
             },
         )
     }
@@ -273,7 +273,7 @@ mod tests {
 
     #[test]
     fn table_equals_the_csv_over_all_batches() {
-        for (feet, foot) in [(Feet::One, None), (Feet::Several, Some("fl"))] {
+        for (feet, foot) in [(TableFeet::One, None), (TableFeet::Several, Some("fl"))] {
             let mut csv = Vec::new();
             write_header(feet, &mut csv).unwrap();
             let mut table = ParquetEstimates::new(Vec::new(), feet).unwrap();
@@ -300,7 +300,7 @@ mod tests {
 
     #[test]
     fn unknown_number_is_null() {
-        let mut table = ParquetEstimates::new(Vec::new(), Feet::One).unwrap();
+        let mut table = ParquetEstimates::new(Vec::new(), TableFeet::One).unwrap();
         let unknown = ContactEstimate {
             velocity_sigma: VelocitySigma(f32::NAN),
             ..estimate(1)
@@ -317,7 +317,7 @@ mod tests {
 
     #[test]
     fn table_without_rows_has_its_columns() {
-        let table = ParquetEstimates::new(Vec::new(), Feet::One).unwrap();
+        let table = ParquetEstimates::new(Vec::new(), TableFeet::One).unwrap();
         let bytes = bytes::Bytes::from(table.finish().unwrap());
         let reader = ParquetRecordBatchReader::try_new(bytes, BATCH).unwrap();
         use arrow_array::RecordBatchReader;
@@ -335,7 +335,7 @@ mod tests {
                 Ok(())
             }
         }
-        let mut table = ParquetEstimates::new(Full, Feet::One).unwrap();
+        let mut table = ParquetEstimates::new(Full, TableFeet::One).unwrap();
         table.add(None, &estimate(1), 0).unwrap();
         let error = table.finish().err().unwrap();
         assert_eq!(error.kind(), io::ErrorKind::StorageFull);

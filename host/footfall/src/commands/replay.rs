@@ -15,7 +15,7 @@ use analysis::summary::{InputFile, InputReport, Summaries, Summary};
 use clap::Args;
 use estimator_core::{Params, WindowLength};
 use recordings::input::{About, ContactUse, Format, Hints, Stored};
-use recordings::output::Feet;
+use recordings::output::TableFeet;
 
 use super::copied::{Copied, CopiedArguments};
 use super::headings::{ESTIMATOR, INPUT, OUTPUT};
@@ -377,7 +377,11 @@ impl ReplayArguments {
         if let Some(path) = &self.output {
             let tables = feet.iter_mut().filter_map(|foot| foot.foot.table.take());
             let tables = tables.collect();
-            let named = if several { Feet::Several } else { Feet::One };
+            let named = if several {
+                TableFeet::Several
+            } else {
+                TableFeet::One
+            };
             if !is_bag(path) {
                 write_file(path, |to| estimates::write(tables, named, to))?;
             }
