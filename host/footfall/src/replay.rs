@@ -14,13 +14,13 @@ use crate::files::{OutputError, write_file};
 use crate::plot::page::{self, PageFoot};
 #[cfg(feature = "png")]
 use crate::plot::png::png;
-use crate::plot::{self, Figure};
+use crate::plot::{self, RecordingPlot};
 use crate::targets::{self, Drawing};
 
 /// Picture of a foot.
 pub enum Picture {
     /// A figure of its own.
-    Figure(Figure),
+    Figure(RecordingPlot),
     /// Its part of a page.
     Page(PageFoot),
 }
@@ -34,9 +34,12 @@ impl Picture {
         let (from_s, to_s) = span.within(about.duration_us);
         let span = plot::span(from_s, to_s - from_s, about.sample_rate);
         match drawing {
-            Drawing::Svg | Drawing::Png => {
-                Self::Figure(Figure::new(&name, about.start_us, &about.load_title, span))
-            }
+            Drawing::Svg | Drawing::Png => Self::Figure(RecordingPlot::new(
+                &name,
+                about.start_us,
+                &about.load_title,
+                span,
+            )),
             Drawing::Page => Self::Page(PageFoot::new(&name, about, span)),
         }
     }
