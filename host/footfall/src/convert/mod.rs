@@ -27,7 +27,7 @@ use crate::files::STANDARD;
 
 /// Output formats of a conversion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Form {
+pub enum ConvertFormat {
     /// A table: .csv
     Csv,
     /// A table, compressed with gzip: .csv.gz
@@ -40,7 +40,7 @@ pub enum Form {
     Rosbag2,
 }
 
-impl Form {
+impl ConvertFormat {
     /// Accepted file extensions, for messages.
     pub const ENDINGS: &'static str =
         "csv, .csv.gz, .parquet or .mcap; or add --as, such as --as rosbag2 for a folder";
@@ -119,20 +119,20 @@ pub fn each(
 /// # Errors
 /// Errors of the writer and of the temporary file.
 pub fn write_table(
-    form: Form,
+    form: ConvertFormat,
     stored: &mut Stored,
     span: Span,
     to: &mut dyn Write,
 ) -> io::Result<()> {
     let start_us = stored.about.start_us;
     match form {
-        Form::CsvGz => {
+        ConvertFormat::CsvGz => {
             let mut packed = GzEncoder::new(to, Compression::default());
-            write_table(Form::Csv, stored, span, &mut packed)?;
+            write_table(ConvertFormat::Csv, stored, span, &mut packed)?;
             packed.finish()?;
         }
         #[cfg(feature = "parquet")]
-        Form::Parquet => {
+        ConvertFormat::Parquet => {
             let mut table = ParquetSamples::new(to)?;
             for sample in samples(stored, span)? {
                 table.add(&sample?, start_us)?;
