@@ -4,7 +4,7 @@ use wire::dictionary::index;
 use wire::{Address, Foot, Pdo, Value};
 
 use crate::board::Board;
-use crate::part::can::Frame;
+use crate::part::can::BusFrame;
 use crate::scenario::{BEFORE_MS, ScenarioStep};
 use crate::streams;
 
@@ -40,14 +40,14 @@ impl Traffic {
             let id = Pdo::Contact.cob_id(foot.default_node_id());
             // Arbitrary data: the bits of the time, mixed.
             let data = ms.wrapping_mul(0x9E37_79B9_7F4A_7C15).to_le_bytes();
-            board.push_can(Frame::new(id, &data));
+            board.push_can(BusFrame::new(id, &data));
         }
         if ms.is_multiple_of(SYNC_MS) {
-            board.push_can(Frame::new(0x080, &[]));
+            board.push_can(BusFrame::new(0x080, &[]));
         }
         if ms > BEFORE_MS && ms.is_multiple_of(QUESTIONS_MS) {
             ScenarioStep::Request(Address::new(index::COUNTERS, 1)).act(board);
-            board.push_can(Frame::new(0x611, &[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]));
+            board.push_can(BusFrame::new(0x611, &[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]));
         }
     }
 }

@@ -6,7 +6,7 @@ use common::{directory, is_built_here, product, products};
 use host_tests::committed::assert_block;
 use serde_json::Value;
 use virtual_board::board::{Board, BoardOptions};
-use virtual_board::part::can::Frame;
+use virtual_board::part::can::BusFrame;
 use virtual_board::report::{self, Run};
 use virtual_board::traffic::Traffic;
 use virtual_board::{motion, streams, time};
@@ -187,8 +187,8 @@ fn request_floods_delay_an_estimate_by_three_frames_at_most() {
     board.take_can();
     // A SYNC and an identity request, repeated without a pause.
     for _ in 0..3_000 {
-        board.push_can(Frame::new(0x080, &[]));
-        board.push_can(Frame::new(0x611, &[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]));
+        board.push_can(BusFrame::new(0x080, &[]));
+        board.push_can(BusFrame::new(0x611, &[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]));
     }
     board.run_for(300 * MILLISECOND).expect("it runs");
     let sent = board.take_can();

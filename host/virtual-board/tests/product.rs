@@ -6,7 +6,7 @@ use common::{MILLISECOND, boot_product, directory, options, product, run};
 use virtual_board::board::{Board, BoardOptions, Injection};
 use virtual_board::chip::Crystal;
 use virtual_board::motion;
-use virtual_board::part::can::{BusFault, Frame, TimedFrame};
+use virtual_board::part::can::{BusFault, BusFrame, TimedFrame};
 use virtual_board::report::{self, Run, TimedStep};
 use virtual_board::scenario::ScenarioStep;
 use virtual_board::traffic::Traffic;
@@ -24,7 +24,7 @@ fn of(frames: &[TimedFrame], function: u32) -> Vec<&TimedFrame> {
 }
 
 /// Returns whether a frame says "stable": a probability above one half, in the first two bytes of the estimate.
-fn stable(frame: &Frame) -> bool {
+fn stable(frame: &BusFrame) -> bool {
     matches!(frame.data[..], [_, high, ..] if high >= 0x80)
 }
 
@@ -71,7 +71,7 @@ fn two_runs_give_identical_bytes_at_identical_times() {
         let mut board = boot_product(&elf);
         run(&mut board, 500);
         board.push_uart(b"garbage \x00\x01\x02");
-        board.push_can(Frame::new(0x000, &[0x80, 0x00]));
+        board.push_can(BusFrame::new(0x000, &[0x80, 0x00]));
         run(&mut board, 500);
         (
             board.take_uart(),
@@ -212,8 +212,8 @@ fn the_board_survives_garbage_and_a_command_flood() {
     board.push_uart(&garbage);
     for _ in 0..500 {
         // An identity request, then a SYNC.
-        board.push_can(Frame::new(0x611, &[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]));
-        board.push_can(Frame::new(0x080, &[]));
+        board.push_can(BusFrame::new(0x611, &[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]));
+        board.push_can(BusFrame::new(0x080, &[]));
     }
     run(&mut board, 1_000);
     println!(

@@ -12,7 +12,7 @@ use crate::elf::{ElfError, Image};
 use crate::failure::Failure;
 use crate::machine::Machine;
 use crate::memory::{OPTIONS, UNIQUE_NUMBER};
-use crate::part::can::{Frame, TimedFrame};
+use crate::part::can::{BusFrame, TimedFrame};
 use crate::part::usart::TimedByte;
 use crate::wiring::Wiring;
 pub use injection::Injection;
@@ -216,7 +216,7 @@ impl Board {
     }
 
     /// Sends a frame to the board over CAN, as soon as the bus is free.
-    pub fn push_can(&mut self, frame: Frame) {
+    pub fn push_can(&mut self, frame: BusFrame) {
         let mut machine = self.cpu.machine();
         let now = machine.now;
         machine.chip.can.push(frame, now);
@@ -224,7 +224,7 @@ impl Board {
     }
 
     /// Sends a frame to the board over CAN, starting no earlier than `time`. Times must not decrease.
-    pub fn push_can_at(&mut self, frame: Frame, time: u64) {
+    pub fn push_can_at(&mut self, frame: BusFrame, time: u64) {
         let mut machine = self.cpu.machine();
         machine.chip.can.push(frame, time);
         machine.wake();

@@ -35,7 +35,7 @@ pub use table::{HEAD, matrix, row};
 use crate::board::{Board, BoardOptions, Injection};
 use crate::corner::Corner;
 use crate::failure::Failure;
-use crate::part::can::Frame;
+use crate::part::can::BusFrame;
 use crate::part::rcc::ResetCause;
 use crate::time::{PER_SECOND, from_us};
 use watch::Watch;
@@ -246,8 +246,8 @@ impl ScenarioStep {
             Self::Flood(count) => {
                 let address = Address::new(index::IDENTITY, 1);
                 for _ in 0..count {
-                    board.push_can(Frame::new(0x611, &[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]));
-                    board.push_can(Frame::new(0x080, &[]));
+                    board.push_can(BusFrame::new(0x611, &[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]));
+                    board.push_can(BusFrame::new(0x080, &[]));
                     send(board, &Message::ConfigGet(ConfigGet { address }));
                 }
             }

@@ -16,7 +16,7 @@
 
 use super::bus::Carried;
 use super::lawicel;
-use crate::part::can::Frame;
+use crate::part::can::BusFrame;
 
 /// Bit rates of `S0` to `S8`, bit/s.
 const RATES: [u32; 9] = [
@@ -74,7 +74,7 @@ pub struct Reaction {
     /// Answer to a command.
     pub answer: Vec<u8>,
     /// Frame for the bus, with its bit rate, bit/s.
-    pub frame: Option<(Frame, u32)>,
+    pub frame: Option<(BusFrame, u32)>,
 }
 
 impl EmulatedAdapter {
@@ -181,7 +181,7 @@ mod tests {
             node: 0,
             start: 0,
             bit_rate: 1_000_000,
-            frame: Frame::new(id, &[0xAB]),
+            frame: BusFrame::new(id, &[0xAB]),
         }
     }
 

@@ -5,7 +5,7 @@
 
 use std::collections::VecDeque;
 
-use crate::part::can::Frame;
+use crate::part::can::BusFrame;
 use crate::time::cycle;
 
 /// Maximum number of frames of a node that wait for the bus; beyond it the oldest is lost.
@@ -16,7 +16,7 @@ const MOST_WAITING: usize = 256;
 struct Waiting {
     ready: u64,
     bit_rate: u32,
-    frame: Frame,
+    frame: BusFrame,
 }
 
 /// A frame transmitted on the bus.
@@ -29,7 +29,7 @@ pub struct Carried {
     /// Bit rate, bit/s: nodes with another rate do not receive it.
     pub bit_rate: u32,
     /// The frame.
-    pub frame: Frame,
+    pub frame: BusFrame,
 }
 
 /// The bus.
@@ -52,7 +52,7 @@ impl BoardBus {
     }
 
     /// Queues a frame of a node to be sent no earlier than `ready`. Frames of one node keep their order.
-    pub fn send(&mut self, node: usize, frame: Frame, bit_rate: u32, ready: u64) {
+    pub fn send(&mut self, node: usize, frame: BusFrame, bit_rate: u32, ready: u64) {
         // A controller without a bit rate sends nothing.
         let Some(queue) = self.nodes.get_mut(node).filter(|_| bit_rate > 0) else {
             return;
@@ -122,7 +122,7 @@ mod tests {
     fn the_lowest_identifier_wins_and_a_node_keeps_its_order() {
         let mut bus = BoardBus::new(3);
         for (node, id) in [(0, 0x191), (0, 0x080), (1, 0x192), (2, 0x180)] {
-            bus.send(node, Frame::new(id, &[]), RATE, 0);
+            bus.send(node, BusFrame::new(id, &[]), RATE, 0);
         }
         let order = [(2, 0x180), (0, 0x191), (0, 0x080), (1, 0x192)];
         assert_eq!(carried(&mut bus, u64::MAX), order);
@@ -131,11 +131,11 @@ mod tests {
     #[test]
     fn a_frame_takes_its_time_and_waits_until_ready() {
         let mut bus = BoardBus::new(2);
-        let frame = Frame::new(0x200, &[0; 8]);
+        let frame = BusFrame::new(0x200, &[0; 8]);
         let length = frame.bits() * cycle(RATE);
         bus.send(0, frame.clone(), RATE, 10);
         bus.send(0, frame, RATE, 10);
-        bus.send(1, Frame::new(0x100, &[]), RATE, 11);
+        bus.send(1, BusFrame::new(0x100, &[]), RATE, 11);
         let first = bus.next(u64::MAX).expect("a frame");
         assert_eq!((first.node, first.start), (0, 10));
         let second = bus.next(u64::MAX).expect("a frame");
@@ -148,10 +148,10 @@ mod tests {
     fn frames_that_never_find_the_bus_free_are_counted_as_lost() {
         let mut bus = BoardBus::new(1);
         for _ in 0..MOST_WAITING + 3 {
-            bus.send(0, Frame::new(1, &[]), RATE, 0);
+            bus.send(0, BusFrame::new(1, &[]), RATE, 0);
         }
         assert_eq!((bus.waiting(0), bus.lost()), (MOST_WAITING, 3));
-        bus.send(0, Frame::new(1, &[]), 0, 0);
+        bus.send(0, BusFrame::new(1, &[]), 0, 0);
         assert_eq!(bus.lost(), 3, "a controller without a rate sends nothing");
     }
 }

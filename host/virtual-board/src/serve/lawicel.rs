@@ -8,11 +8,11 @@
 
 use std::fmt::Write as _;
 
-use crate::part::can::Frame;
+use crate::part::can::BusFrame;
 
 /// Formats a frame as a line, without its end.
 #[must_use]
-pub fn line(frame: &Frame) -> String {
+pub fn line(frame: &BusFrame) -> String {
     let letter = match (frame.extended, frame.remote) {
         (false, false) => 't',
         (true, false) => 'T',
@@ -30,7 +30,7 @@ pub fn line(frame: &Frame) -> String {
 
 /// Parses a line; `None` if it is not a valid frame.
 #[must_use]
-pub fn frame(line: &str) -> Option<Frame> {
+pub fn frame(line: &str) -> Option<BusFrame> {
     if !line.is_ascii() {
         return None;
     }
@@ -58,7 +58,7 @@ pub fn frame(line: &str) -> Option<Frame> {
         let pair = std::str::from_utf8(pair).ok()?;
         u8::try_from(number(pair)?).ok()
     });
-    Some(Frame {
+    Some(BusFrame {
         id,
         extended,
         remote,
@@ -87,7 +87,7 @@ mod tests {
             let frame = frame(text).unwrap_or_else(|| panic!("{text}"));
             assert_eq!(line(&frame), text);
         }
-        assert_eq!(frame("t191100"), Some(Frame::new(0x191, &[0])));
+        assert_eq!(frame("t191100"), Some(BusFrame::new(0x191, &[0])));
     }
 
     #[test]

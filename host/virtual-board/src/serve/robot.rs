@@ -14,7 +14,7 @@ use super::bus::{BoardBus, Carried};
 use super::foot::{Foot, Make, Order, Programs, Ran, Slice};
 use crate::board::BoardOptions;
 use crate::corner::Corner;
-use crate::part::can::{Frame, TimedFrame};
+use crate::part::can::{BusFrame, TimedFrame};
 use crate::part::rcc::ResetCause;
 use crate::scenario::Problem;
 use crate::time::cycle;
@@ -173,7 +173,7 @@ impl BoardRobot {
     }
 
     /// Sends a frame of the host.
-    pub fn send(&mut self, frame: Frame, bit_rate: u32) {
+    pub fn send(&mut self, frame: BusFrame, bit_rate: u32) {
         let ready = self.before();
         self.bus.send(self.host(), frame, bit_rate, ready);
     }
@@ -264,7 +264,7 @@ impl BoardRobot {
         };
         let (node, ready) = (self.members.len(), self.before());
         for frame in frames {
-            let frame = Frame::new(frame.id(), frame.data());
+            let frame = BusFrame::new(frame.id(), frame.data());
             self.bus.send(node, frame, rate, ready);
         }
     }
@@ -280,7 +280,7 @@ impl Member {
 }
 
 /// Node of a boot-up message.
-fn booted(frame: &Frame) -> Option<NodeId> {
+fn booted(frame: &BusFrame) -> Option<NodeId> {
     let is_boot_up = !frame.extended && !frame.remote && frame.data == [0];
     let id = frame.id.checked_sub(u32::from(cob_id::HEARTBEAT))?;
     NodeId::new(u8::try_from(id).ok()?).filter(|_| is_boot_up)

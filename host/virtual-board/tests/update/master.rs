@@ -6,7 +6,7 @@ use images::{DEVELOPMENT_KEY, Origin, image};
 use lsm6dsox::sim::Stimulus;
 use virtual_board::board::Board;
 use virtual_board::corner::Corner;
-use virtual_board::part::can::{Frame, TimedFrame};
+use virtual_board::part::can::{BusFrame, TimedFrame};
 use virtual_board::serve::lawicel;
 use virtual_board::time::PER_SECOND;
 use virtual_board::wiring::Wiring;
@@ -204,7 +204,7 @@ impl Master {
     }
 
     /// Takes the frames that the foot has sent.
-    fn take(&mut self) -> Vec<Frame> {
+    fn take(&mut self) -> Vec<BusFrame> {
         let Way::Serial(text) = &mut self.way else {
             let sent = self.board.take_can().into_iter();
             return sent.map(|sent| sent.frame).collect();
@@ -225,14 +225,14 @@ impl Master {
             for k in 0..self.traffic {
                 // Process data and SDOs of another node.
                 let id = [0x192, 0x612, 0x592, 0x212][usize::from(k % 4)];
-                self.board.push_can(Frame::new(id, &[k as u8; 8]));
+                self.board.push_can(BusFrame::new(id, &[k as u8; 8]));
             }
             run(&mut self.board, 1);
         }
     }
 
     pub fn push(&mut self, request: &[u8; 8]) {
-        let frame = Frame::new(0x600 + u16::from(self.node), request);
+        let frame = BusFrame::new(0x600 + u16::from(self.node), request);
         match self.way {
             Way::Bus => self.board.push_can(frame),
             Way::Serial(_) => {
@@ -292,7 +292,7 @@ impl Master {
     }
 
     fn nmt(&mut self, command: u8) {
-        self.board.push_can(Frame::new(0, &[command, self.node]));
+        self.board.push_can(BusFrame::new(0, &[command, self.node]));
         self.run(5);
     }
 

@@ -2,7 +2,7 @@
 
 use virtual_board::board::Board;
 use virtual_board::corner::Corner;
-use virtual_board::part::can::Frame;
+use virtual_board::part::can::BusFrame;
 use virtual_board::wiring::Wiring;
 use wire::dictionary::{SIGNATURE_STORE, index};
 
@@ -80,7 +80,7 @@ fn settings_of_every_kind_survive_updates() {
 
 /// Resets the node.
 fn reset(board: &mut Board) {
-    board.push_can(Frame::new(0, &[0x81, 0]));
+    board.push_can(BusFrame::new(0, &[0x81, 0]));
 }
 
 /// Sends an image to the bootloader, and starts it.

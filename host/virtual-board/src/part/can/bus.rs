@@ -1,7 +1,7 @@
 //! The bus: arbitration, the end of a frame, and faults of the lines.
 
 use super::registers::{ABOM, INAK, INRQ, LOOPBACK, NART, SILENT, SLAK, SLEEP};
-use super::{BusFault, Can, Frame, Sender, TimedFrame};
+use super::{BusFault, BusFrame, Can, Sender, TimedFrame};
 use crate::time::NEVER;
 
 impl Can {
@@ -212,6 +212,6 @@ impl Can {
     }
 }
 
-fn flooding() -> Frame {
-    Frame::new(0, &[0x55; 8])
+fn flooding() -> BusFrame {
+    BusFrame::new(0, &[0x55; 8])
 }

@@ -2,7 +2,7 @@
 
 /// A data frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Frame {
+pub struct BusFrame {
     /// Identifier: 11 bits, or 29 if `extended`.
     pub id: u32,
     /// Whether the identifier has 29 bits.
@@ -13,7 +13,7 @@ pub struct Frame {
     pub data: Vec<u8>,
 }
 
-impl Frame {
+impl BusFrame {
     /// A data frame with an identifier of 11 bits.
     #[must_use]
     pub fn new(id: u16, data: &[u8]) -> Self {
@@ -93,7 +93,7 @@ pub struct TimedFrame {
     /// Time of its end, in units of [`time`](crate::time).
     pub time: u64,
     /// The frame.
-    pub frame: Frame,
+    pub frame: BusFrame,
 }
 
 #[cfg(test)]
@@ -103,8 +103,8 @@ mod tests {
     #[test]
     fn a_frame_of_eight_bytes_has_the_specified_length() {
         // 111 bits and intermission without a stuffed bit; at most 24 of them with 8 bytes.
-        let plain = Frame::new(0x555, &[0x55; 8]).bits();
-        let stuffed = Frame::new(0, &[0; 8]).bits();
+        let plain = BusFrame::new(0x555, &[0x55; 8]).bits();
+        let stuffed = BusFrame::new(0, &[0; 8]).bits();
         assert!((111..=113).contains(&plain), "{plain}");
         assert!((125..=135).contains(&stuffed), "{stuffed}");
     }

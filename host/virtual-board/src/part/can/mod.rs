@@ -17,7 +17,7 @@ mod registers;
 use std::collections::VecDeque;
 
 use crate::time::{NEVER, cycle};
-pub use frame::{Frame, TimedFrame};
+pub use frame::{BusFrame, TimedFrame};
 use registers::{INAK, Mailbox, SLAK};
 
 /// A fault of the bus.
@@ -150,7 +150,7 @@ impl Can {
     }
 
     /// Queues a frame of the other node, to be sent no earlier than `time`.
-    pub fn push(&mut self, frame: Frame, time: u64) {
+    pub fn push(&mut self, frame: BusFrame, time: u64) {
         self.incoming.push_back(TimedFrame { time, frame });
     }
 

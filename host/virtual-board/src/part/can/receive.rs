@@ -1,10 +1,10 @@
 //! Reception: filters and the two FIFOs.
 
-use super::{Can, Frame};
+use super::{BusFrame, Can};
 
 impl Can {
     /// Puts a frame into the FIFO of the filter that accepts it.
-    pub(super) fn receive(&mut self, frame: &Frame) {
+    pub(super) fn receive(&mut self, frame: &BusFrame) {
         let Some((fifo, index)) = self.filter(frame) else {
             return;
         };
@@ -41,7 +41,7 @@ impl Can {
     }
 
     /// FIFO and filter number for a frame, if a filter accepts it.
-    fn filter(&self, frame: &Frame) -> Option<(usize, u32)> {
+    fn filter(&self, frame: &BusFrame) -> Option<(usize, u32)> {
         if self.filter_master & 1 != 0 {
             return None;
         }

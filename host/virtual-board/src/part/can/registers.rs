@@ -1,6 +1,6 @@
 //! The registers, the transmit mailboxes, and the interrupt lines (RM0090, 32.9).
 
-use super::{BusFault, Can, Frame, Sender};
+use super::{BusFault, BusFrame, Can, Sender};
 use crate::part::unknown;
 use crate::time::NEVER;
 
@@ -26,7 +26,7 @@ pub(super) struct Mailbox {
 }
 
 impl Mailbox {
-    pub(super) fn frame(&self) -> Frame {
+    pub(super) fn frame(&self) -> BusFrame {
         let [identifier, length, low, high] = self.registers;
         let extended = identifier & 4 != 0;
         let data: Vec<u8> = low
@@ -34,7 +34,7 @@ impl Mailbox {
             .into_iter()
             .chain(high.to_le_bytes())
             .collect();
-        Frame {
+        BusFrame {
             id: if extended {
                 identifier >> 3
             } else {
