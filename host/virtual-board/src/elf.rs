@@ -5,7 +5,7 @@ use object::{Object, ObjectSegment, ObjectSymbol};
 
 /// The parts of an ELF that the board needs.
 #[derive(Clone, Debug, Default)]
-pub struct Image {
+pub struct ElfImage {
     /// Load addresses and their bytes.
     pub segments: Vec<(u32, Vec<u8>)>,
     /// Names and addresses.
@@ -26,7 +26,7 @@ impl core::fmt::Display for ElfError {
 
 impl core::error::Error for ElfError {}
 
-impl Image {
+impl ElfImage {
     /// Parses an ELF.
     ///
     /// # Errors

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 
 use toml::Table;
 
-use crate::elf::Image;
+use crate::elf::ElfImage;
 use crate::part::gpio::Gpio;
 
 /// A pin of the chip.
@@ -161,7 +161,7 @@ impl Wiring {
     /// The board that an ELF is built for, which it names by a symbol `_board_NAME`; without one the reference
     /// board.
     #[must_use]
-    pub fn of(image: &Image) -> &'static Self {
+    pub fn of(image: &ElfImage) -> &'static Self {
         let names_it = |board: &&Self| image.symbol(&format!("_board_{}", board.name)).is_some();
         BOARDS.iter().find(names_it).unwrap_or(&BOARDS[0])
     }

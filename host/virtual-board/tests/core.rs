@@ -8,7 +8,7 @@ use estimator_core::Params;
 use firmware::self_check;
 use host_tests::qemu;
 use virtual_board::core::cpu::{Cpu, State};
-use virtual_board::elf::Image;
+use virtual_board::elf::ElfImage;
 use virtual_board::part::rcc::ResetCause;
 use virtual_board::time;
 
@@ -104,7 +104,7 @@ fn a_stop_at_any_time_has_no_effect() {
     assert_eq!(whole.machine().exceptions, pieces.machine().exceptions);
 }
 
-fn ready_to(image: &Image, misuse: Misuse) -> Cpu {
+fn ready_to(image: &ElfImage, misuse: Misuse) -> Cpu {
     let mut cpu = boot(image);
     for address in [
         mailbox::STARTS,
@@ -120,7 +120,7 @@ fn ready_to(image: &Image, misuse: Misuse) -> Cpu {
     cpu
 }
 
-fn misbehave(image: &Image, misuse: Misuse) -> Cpu {
+fn misbehave(image: &ElfImage, misuse: Misuse) -> Cpu {
     let mut cpu = ready_to(image, misuse);
     cpu.run_until(3 * time::PER_SECOND)
         .expect("nothing that is not modelled");

@@ -8,7 +8,7 @@ use lsm6dsox::sim::{Motion, Part as Sensor, PartOptions, StartTimes, Stimulus};
 use crate::chip::{Chip, ChipOptions, Transaction};
 use crate::core::cpu::Cpu;
 use crate::corner::Corner;
-use crate::elf::{ElfError, Image};
+use crate::elf::{ElfError, ElfImage};
 use crate::failure::Failure;
 use crate::machine::Machine;
 use crate::memory::{OPTIONS, UNIQUE_NUMBER};
@@ -71,7 +71,7 @@ impl Motion for Still {
 /// A board that runs an ELF.
 pub struct Board {
     cpu: Cpu,
-    image: Image,
+    image: ElfImage,
     wiring: &'static Wiring,
     /// Code of the load sensor's voltage without a fault.
     load: u16,
@@ -108,11 +108,11 @@ impl Board {
         options: BoardOptions,
         motion: impl Motion + 'static,
     ) -> Result<Self, ElfError> {
-        let image = Image::parse(elf)?;
+        let image = ElfImage::parse(elf)?;
         let mut segments = image.segments.clone();
         let mut vectors = image.vectors();
         if let Some(elf) = bootloader {
-            let bootloader = Image::parse(elf)?;
+            let bootloader = ElfImage::parse(elf)?;
             vectors = bootloader.vectors();
             segments.extend(bootloader.segments);
         }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::Board;
 use crate::core::cpu::State;
-use crate::elf::Image;
+use crate::elf::ElfImage;
 use crate::machine::{FaultNote, MachineCounters};
 use crate::memory::{FLASH, UNTOUCHED};
 use crate::part::rcc::ResetCause;
@@ -102,7 +102,7 @@ impl Board {
 
     /// The ELF.
     #[must_use]
-    pub const fn image(&self) -> &Image {
+    pub const fn image(&self) -> &ElfImage {
         &self.image
     }
 
