@@ -1,13 +1,13 @@
 //! The schemas in `docs/schemas` match those of the program, and so do the columns in `docs/batch.md`.
 
 use analysis::batch::BatchRow;
-use footfall::schema::Kind;
+use footfall::schema::SchemaKind;
 use host_tests::committed::{assert_block, assert_current, workspace};
 use serde_json::Value;
 
 #[test]
 fn the_documented_schemas_match_the_program() {
-    for kind in Kind::ALL {
+    for kind in SchemaKind::ALL {
         let path = workspace().join(format!("docs/schemas/{}.json", kind.name()));
         assert_current(&path, &kind.text().expect("all features"));
     }
@@ -16,7 +16,7 @@ fn the_documented_schemas_match_the_program() {
 #[test]
 fn the_documented_summary_columns_match_the_program() {
     let schema: Value =
-        serde_json::from_str(&Kind::Batch.text().expect("all features")).expect("JSON");
+        serde_json::from_str(&SchemaKind::Batch.text().expect("all features")).expect("JSON");
     let meanings = &schema["$defs"]["Row"]["properties"];
     let mut table = "| column | type | meaning |\n|---|---|---|\n".to_owned();
     for column in BatchRow::columns() {

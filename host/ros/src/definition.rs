@@ -228,7 +228,7 @@ impl Definition {
 mod tests {
     use super::*;
     use estimator_core::{Flag, Flags, Phase};
-    use recordings::events::Kind;
+    use recordings::events::EventKind;
 
     /// Value of a constant of a definition.
     fn constant(definition: &str, name: &str) -> Option<u8> {
@@ -257,7 +257,7 @@ mod tests {
 
     #[test]
     fn definition_contains_every_kind_of_event() {
-        for kind in Kind::ALL {
+        for kind in EventKind::ALL {
             let name = kind.name().to_uppercase();
             let number = crate::estimates::kind_number(kind);
             assert_eq!(constant(EVENT, &name), Some(number), "{name}");

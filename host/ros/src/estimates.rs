@@ -10,7 +10,7 @@
 use std::sync::Arc;
 
 use estimator_core::{ContactEstimate, Decision, Timestamp};
-use recordings::events::{self, Kind};
+use recordings::events::{self, EventKind};
 use recordings::phase::code_of;
 use wire::Faults;
 use wire::pdo::Status;
@@ -132,13 +132,13 @@ impl EstimateMessages {
 }
 
 /// Number of a kind of event in [`RosEvent`].
-pub(crate) const fn kind_number(kind: Kind) -> u8 {
+pub(crate) const fn kind_number(kind: EventKind) -> u8 {
     match kind {
-        Kind::TouchDown => 1,
-        Kind::LiftOff => 2,
-        Kind::SlipStart => 3,
-        Kind::SlipEnd => 4,
-        Kind::UnstableStart => 5,
-        Kind::UnstableEnd => 6,
+        EventKind::TouchDown => 1,
+        EventKind::LiftOff => 2,
+        EventKind::SlipStart => 3,
+        EventKind::SlipEnd => 4,
+        EventKind::UnstableStart => 5,
+        EventKind::UnstableEnd => 6,
     }
 }

@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use estimator_core::{ContactEstimate, Decision, Phase};
-use recordings::events::{ContactEvent, Kind};
+use recordings::events::{ContactEvent, EventKind};
 use recordings::output::seconds;
 use recordings::parquet_output::ParquetEstimates;
 use recordings::parquet_rows::{DataType, Field, ParquetRows};
@@ -161,17 +161,17 @@ impl Observer for Writer<'_> {
     fn add_event(&mut self, event: &ContactEvent) {
         let counts = &mut self.counts;
         match event.kind {
-            Kind::TouchDown => counts.steps += 1,
-            Kind::LiftOff => counts.lift_offs += 1,
-            Kind::SlipStart => {
+            EventKind::TouchDown => counts.steps += 1,
+            EventKind::LiftOff => counts.lift_offs += 1,
+            EventKind::SlipStart => {
                 counts.slips += 1;
                 if let Some(distance) = event.distance_m {
                     counts.slips_with_distance += 1;
                     counts.slip_distance_m += distance;
                 }
             }
-            Kind::UnstableStart => counts.unstable_stances += 1,
-            Kind::SlipEnd | Kind::UnstableEnd => {}
+            EventKind::UnstableStart => counts.unstable_stances += 1,
+            EventKind::SlipEnd | EventKind::UnstableEnd => {}
         }
         if self.written.is_ok() {
             self.written = self.write_event(event);

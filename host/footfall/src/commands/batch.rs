@@ -27,7 +27,7 @@ use crate::error::Error;
 use crate::messages::{aside, detail, error, warn};
 use crate::progress::Bars;
 use crate::report::{SummaryStyle, print};
-use crate::schema::{Described, Kind};
+use crate::schema::{Described, SchemaKind};
 use crate::targets;
 
 /// Arguments of `footfall batch`.
@@ -104,7 +104,7 @@ pub struct BatchReport {
 }
 
 impl Described for BatchReport {
-    const KIND: Kind = Kind::Batch;
+    const KIND: SchemaKind = SchemaKind::Batch;
 }
 
 /// Outcome of a recording.

@@ -28,7 +28,7 @@ use crate::messages::detail;
 use crate::plot;
 use crate::progress::{self, Bars};
 use crate::report::{SummaryStyle, print, warn};
-use crate::schema::{Described, Kind};
+use crate::schema::{Described, SchemaKind};
 use crate::targets::{self, Target};
 
 /// Arguments of `footfall calibrate`.
@@ -74,7 +74,7 @@ pub struct FeetReport {
 }
 
 impl Described for FeetReport {
-    const KIND: Kind = Kind::CalibrateFeet;
+    const KIND: SchemaKind = SchemaKind::CalibrateFeet;
 }
 
 impl Display for FeetReport {

@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::robot::{MonitorEvent, MonitorState};
-use crate::schema::{Described, Kind, Line};
+use crate::schema::{Described, DescribedLine, SchemaKind};
 
 /// A foot as it is, for programs.
 #[derive(Debug, JsonSchema, Serialize)]
@@ -61,7 +61,7 @@ pub struct FootLine<'a> {
 }
 
 impl Described for FootLine<'_> {
-    const KIND: Kind = Kind::Monitor;
+    const KIND: SchemaKind = SchemaKind::Monitor;
 }
 
 /// An event, for programs.
@@ -76,7 +76,7 @@ pub struct EventLine<'a> {
 }
 
 impl Described for EventLine<'_> {
-    const KIND: Kind = Kind::MonitorEvent;
+    const KIND: SchemaKind = SchemaKind::MonitorEvent;
 }
 
 fn foot_line<'a>(robot: &MonitorState, foot: &'a LiveFoot) -> FootLine<'a> {
@@ -116,7 +116,7 @@ fn foot_line<'a>(robot: &MonitorState, foot: &'a LiveFoot) -> FootLine<'a> {
 /// Errors of the writer.
 pub fn write_json(robot: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
     for (foot, _) in robot.feet() {
-        serde_json::to_writer(&mut *to, &Line::of(&foot_line(robot, foot)))?;
+        serde_json::to_writer(&mut *to, &DescribedLine::of(&foot_line(robot, foot)))?;
         writeln!(to)?;
     }
     to.flush()
@@ -132,7 +132,7 @@ pub fn write_event_json(event: &MonitorEvent, to: &mut dyn Write) -> io::Result<
         foot: event.foot.as_deref(),
         event: &event.text,
     };
-    serde_json::to_writer(&mut *to, &Line::of(&line))?;
+    serde_json::to_writer(&mut *to, &DescribedLine::of(&line))?;
     writeln!(to)
 }
 

@@ -19,14 +19,14 @@ pub struct Panel {
     /// Displayed quantity, with its unit.
     pub title: String,
     /// Kind of display.
-    pub kind: Kind,
+    pub kind: PanelKind,
     /// Displayed curves.
     pub curves: Vec<PlottedField>,
 }
 
 /// Display of the curves in a panel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Kind {
+pub enum PanelKind {
     /// Lines over time, on an axis of their own.
     Lines,
     /// Lines over time, from 0 to 1.
@@ -101,20 +101,20 @@ pub fn pages(feet: &[String]) -> Vec<Page> {
         panels: vec![
             panel(
                 "P of stable contact",
-                Kind::Probabilities,
+                PanelKind::Probabilities,
                 of_all(|foot, topics| curve(foot, &topics.contact, "p_stable")),
             ),
             panel(
                 "State",
-                Kind::States,
+                PanelKind::States,
                 of_all(|foot, topics| curve(foot, &topics.contact, "state")),
             ),
             panel(
                 "Load (N)",
-                Kind::Lines,
+                PanelKind::Lines,
                 of_all(|foot, topics| curve(foot, &topics.load, "data")),
             ),
-            panel("Faults and counters", Kind::Diagnostics, Vec::new()),
+            panel("Faults and counters", PanelKind::Diagnostics, Vec::new()),
         ],
     };
     let one = |(foot, topics): &(&String, FootTopics)| {
@@ -126,7 +126,7 @@ pub fn pages(feet: &[String]) -> Vec<Page> {
             panels: vec![
                 panel(
                     "Probabilities",
-                    Kind::Probabilities,
+                    PanelKind::Probabilities,
                     vec![
                         curve("stable", contact, "p_stable"),
                         curve("tangential", contact, "p_tangential"),
@@ -135,21 +135,25 @@ pub fn pages(feet: &[String]) -> Vec<Page> {
                 ),
                 panel(
                     "Decision and state",
-                    Kind::States,
+                    PanelKind::States,
                     vec![
                         curve("decision", contact, "decision"),
                         curve("state", contact, "state"),
                     ],
                 ),
-                panel("Load (N)", Kind::Lines, vec![curve("load", load, "data")]),
+                panel(
+                    "Load (N)",
+                    PanelKind::Lines,
+                    vec![curve("load", load, "data")],
+                ),
                 panel(
                     "Acceleration (m/s²)",
-                    Kind::Lines,
+                    PanelKind::Lines,
                     axes(imu, LINEAR_ACCELERATION),
                 ),
                 panel(
                     "Angular rate (rad/s)",
-                    Kind::Lines,
+                    PanelKind::Lines,
                     axes(imu, ANGULAR_VELOCITY),
                 ),
             ],

@@ -3,7 +3,7 @@
 use estimator_core::{ContactEstimate, Phase, Timestamp};
 
 use super::unstable::{SHORTEST_SWING_US, is_motion_unknown};
-use super::{ContactEvent, Kind};
+use super::{ContactEvent, EventKind};
 
 /// Stance of a foot with a load, as long as it has not been stable.
 #[derive(Clone, Copy, Debug, Default)]
@@ -45,6 +45,9 @@ impl Loaded {
             peak,
             ..ContactEvent::new(kind, time)
         };
-        Some([of(Kind::UnstableStart, start), of(Kind::UnstableEnd, now)])
+        Some([
+            of(EventKind::UnstableStart, start),
+            of(EventKind::UnstableEnd, now),
+        ])
     }
 }

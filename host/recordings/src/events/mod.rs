@@ -61,7 +61,7 @@ pub use unstable::{LIFTED_BELOW, ROLLS_ABOVE, SHORTEST_SWING_US, SLIDES_BELOW};
 /// | columns | meaning | unit |
 /// |---|---|---|
 /// | `t` | time of the event on the recording's clock, six decimals | s |
-/// | `event` | name of the [`Kind`] | |
+/// | `event` | name of the [`EventKind`] | |
 /// | `duration` | duration of the stance or slip that starts or ends here; blank if its other end is not in the recording | s |
 /// | `p_peak` | greatest probability of stable contact in that stance or slip | [0, 1] |
 /// | `distance` | distance of the slip along the ground; blank for stances, for slips that have not ended, and if a sample in it was missing or doubtful | m |
@@ -69,7 +69,7 @@ pub const HEADER: &str = "t,event,duration,p_peak,distance";
 
 /// Kind of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum EventKind {
     /// Start of a stance: the decision changes to "stable" after a swing.
     TouchDown,
     /// End of a stance: the decision changes to "not stable" before a swing.
@@ -84,7 +84,7 @@ pub enum Kind {
     UnstableEnd,
 }
 
-impl Kind {
+impl EventKind {
     /// All kinds.
     pub const ALL: [Self; 6] = [
         Self::TouchDown,
@@ -115,7 +115,7 @@ pub struct ContactEvent {
     /// Time of the event.
     pub time: Timestamp,
     /// Kind of the event.
-    pub kind: Kind,
+    pub kind: EventKind,
     /// Duration of the stance or slip that starts or ends here, µs; `None` if its other end is unknown.
     pub duration_us: Option<u64>,
     /// Greatest probability of stable contact in it, in [0, 1], as far as known.
@@ -218,7 +218,8 @@ impl Events {
                     touch_down: Some(now),
                     peak: 0.0,
                 };
-                self.waiting.push(ContactEvent::new(Kind::TouchDown, now));
+                self.waiting
+                    .push(ContactEvent::new(EventKind::TouchDown, now));
             }
             Verdict::Unknown => {
                 self.close(None);
@@ -242,7 +243,7 @@ impl Events {
         self.known.push_back(ContactEvent {
             duration_us,
             peak: self.stance.peak,
-            ..ContactEvent::new(Kind::LiftOff, lift_off)
+            ..ContactEvent::new(EventKind::LiftOff, lift_off)
         });
     }
 
@@ -259,9 +260,9 @@ impl Events {
             distance_m,
             ..ContactEvent::new(kind, time)
         };
-        self.push(of(Kind::SlipStart, unstable.start));
+        self.push(of(EventKind::SlipStart, unstable.start));
         if let Some(end) = end {
-            self.push(of(Kind::SlipEnd, end));
+            self.push(of(EventKind::SlipEnd, end));
         }
     }
 
@@ -285,7 +286,7 @@ impl Events {
 }
 
 impl ContactEvent {
-    const fn new(kind: Kind, time: Timestamp) -> Self {
+    const fn new(kind: EventKind, time: Timestamp) -> Self {
         Self {
             time,
             kind,

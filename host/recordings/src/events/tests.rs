@@ -352,7 +352,7 @@ fn peak_is_that_of_the_stance_or_slip() {
 fn row_has_a_cell_for_every_header_name() {
     let event = ContactEvent {
         time: Timestamp::from_micros(1_500_000),
-        kind: Kind::SlipEnd,
+        kind: EventKind::SlipEnd,
         duration_us: Some(1_000_020),
         peak: 0.25,
         distance_m: Some(0.0123),
@@ -367,7 +367,7 @@ fn row_has_a_cell_for_every_header_name() {
         "-0.500000,slip_end,1.000020,0.25,0.012300\n"
     );
     let blank = ContactEvent {
-        kind: Kind::TouchDown,
+        kind: EventKind::TouchDown,
         duration_us: None,
         distance_m: None,
         ..event

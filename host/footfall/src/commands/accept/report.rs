@@ -10,7 +10,7 @@ use wire::{Address, DataType, NodeId};
 
 use crate::commands::foot::to_json;
 use crate::foot_error::FootError;
-use crate::schema::{Described, Kind, Line};
+use crate::schema::{Described, DescribedLine, SchemaKind};
 
 /// Figures of a healthy foot on the virtual board, by the names of the step and of the quantity.
 const PREDICTIONS: &str = include_str!("virtual-board.csv");
@@ -82,7 +82,7 @@ pub(super) struct Judged {
 }
 
 impl Described for AcceptReport {
-    const KIND: Kind = Kind::Accept;
+    const KIND: SchemaKind = SchemaKind::Accept;
 }
 
 impl AcceptReport {
@@ -129,7 +129,7 @@ impl AcceptReport {
     }
 
     pub(super) fn to_json(&self) -> String {
-        to_json(&Line::of(self))
+        to_json(&DescribedLine::of(self))
     }
 
     /// The values that are out, with their remedies; steps that failed; and the counts.

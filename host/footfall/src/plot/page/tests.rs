@@ -170,7 +170,7 @@ fn excess_events_are_counted() {
     for k in 0..MOST_EVENTS as u64 + 7 {
         busy.add_event(&ContactEvent {
             time: Timestamp::from_micros(k),
-            kind: Kind::ALL[k as usize % 4],
+            kind: EventKind::ALL[k as usize % 4],
             duration_us: Some(1),
             peak: 1.0,
             distance_m: None,
