@@ -8,7 +8,7 @@ use recordings::input::{self, Format, Hints};
 use recordings::recording::{Label, Recording};
 
 use crate::error::Error;
-use crate::sets::{File, Layout, RecordingSource, Set};
+use crate::sets::{File, FileLayout, RecordingSource, Set};
 use crate::window::Reading;
 use gait;
 use scoring::scored::Scored;
@@ -81,15 +81,15 @@ impl Labelled {
             });
         }
         match file.layout {
-            Layout::Robot(labels) => {
+            FileLayout::Robot(labels) => {
                 let (recording, wrenches) = read_with_wrench(&path, labels)?;
                 Ok(Self::new(set, recording, Some(wrenches)))
             }
-            Layout::Walk => {
+            FileLayout::Walk => {
                 let loaded = input::read(&path, Format::Csv, &Hints::default())?;
                 Ok(Self::new(set, loaded.recording, None))
             }
-            Layout::Foot { .. } => {
+            FileLayout::Foot { .. } => {
                 let gravity = match path.with_file_name(GRAVITY_REMOVED).exists() {
                     true => Gravity::Removed,
                     false => Gravity::Included,

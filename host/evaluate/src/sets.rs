@@ -282,12 +282,12 @@ pub struct File {
     /// Its path in that folder.
     pub path: &'static str,
     /// Layout of the file.
-    pub layout: Layout,
+    pub layout: FileLayout,
 }
 
 /// Layout of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Layout {
+pub enum FileLayout {
     /// Force, torque and motion without gravity, of a simulated robot.
     Robot(LabelScheme),
     /// A header and motion with gravity.
@@ -308,7 +308,7 @@ impl File {
     }
 }
 
-impl Layout {
+impl FileLayout {
     /// Origin of files with this layout.
     #[must_use]
     pub const fn origin(self) -> &'static str {
@@ -365,17 +365,17 @@ pub(crate) const SHOE_WALKS: [&str; 12] = [
 ];
 
 const fn atlas(path: &'static str) -> RecordingSource {
-    let layout = Layout::Robot(LabelScheme::StableOrNot);
+    let layout = FileLayout::Robot(LabelScheme::StableOrNot);
     RecordingSource::File(File { path, layout })
 }
 
 const fn lcd(path: &'static str) -> RecordingSource {
-    let layout = Layout::Robot(LabelScheme::ContactClass);
+    let layout = FileLayout::Robot(LabelScheme::ContactClass);
     RecordingSource::File(File { path, layout })
 }
 
 const fn shoe(path: &'static str) -> RecordingSource {
-    let layout = Layout::Walk;
+    let layout = FileLayout::Walk;
     RecordingSource::File(File { path, layout })
 }
 
@@ -385,7 +385,7 @@ const AUTHORS_HISTORY: &str =
 const GEM_HISTORY: &str = "the history of github.com/mrsp/gem, converted to CSV";
 
 const fn foot(path: &'static str, origin: &'static str) -> RecordingSource {
-    let layout = Layout::Foot { origin };
+    let layout = FileLayout::Foot { origin };
     RecordingSource::File(File { path, layout })
 }
 

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use crate::evaluation::{Evaluated, EvaluatedSet, Evaluation};
-use crate::method::Method;
+use crate::method::ComparedMethod;
 use crate::peers::Detector;
 use crate::rates::{AtRate, BOARD_RATE};
 use crate::score::{Figures, Scores};
@@ -106,18 +106,18 @@ impl Scope {
 
 /// Methods in the README: this estimator, the authors' script, detectors without and with tuning, and the best
 /// with a force.
-const BRIEF_METHODS: [Method; 11] = [
-    Method::Default,
-    Method::WarmStart,
-    Method::LeftOut,
-    Method::Paper,
-    Method::Authors,
-    Method::PublishedShoe,
-    Method::PublishedAred,
-    Method::tuned(Detector::Shoe, Teachers::OtherFamilies),
-    Method::tuned(Detector::Force, Teachers::OtherFamilies),
-    Method::ForceTrigger,
-    Method::FuzzyCMeans,
+const BRIEF_METHODS: [ComparedMethod; 11] = [
+    ComparedMethod::Default,
+    ComparedMethod::WarmStart,
+    ComparedMethod::LeftOut,
+    ComparedMethod::Paper,
+    ComparedMethod::Authors,
+    ComparedMethod::PublishedShoe,
+    ComparedMethod::PublishedAred,
+    ComparedMethod::tuned(Detector::Shoe, Teachers::OtherFamilies),
+    ComparedMethod::tuned(Detector::Force, Teachers::OtherFamilies),
+    ComparedMethod::ForceTrigger,
+    ComparedMethod::FuzzyCMeans,
 ];
 
 const BRIEF_COLUMNS: [(Scope, Figure); 9] = [
@@ -156,7 +156,7 @@ pub fn brief_table(evaluation: &Evaluation, style: Style) -> String {
     let at_rate = |at: &AtRate| -> Vec<String> {
         let cells = BRIEF_COLUMNS.iter();
         let cells = cells.map(|(scope, figure)| figure.cell(scope.scores_at_rate(at)));
-        let name = format!("{}, at {}", Method::Default.name(), at.rate.name());
+        let name = format!("{}, at {}", ComparedMethod::Default.name(), at.rate.name());
         [name].into_iter().chain(cells).collect()
     };
     let board = evaluation.rates.iter().filter(|at| at.rate == BOARD_RATE);
