@@ -2,7 +2,7 @@
 
 use bootloader::image::{HEADER, Header, Refusal, Sources, USED};
 use bootloader::layout::Slot;
-use images::{DEVELOPMENT_KEY, Origin, image};
+use images::{DEVELOPMENT_KEY, ProgramOrigin, image};
 use lsm6dsox::sim::Stimulus;
 use virtual_board::board::Board;
 use virtual_board::corner::Corner;
@@ -75,8 +75,8 @@ pub fn number_of(elf: &[u8]) -> u32 {
 }
 
 /// Origin of an image, with this sequence.
-pub const fn origin(sequence: u32) -> Origin {
-    Origin {
+pub const fn origin(sequence: u32) -> ProgramOrigin {
+    ProgramOrigin {
         version: [0, 1, 1],
         commit: [1; 20],
         sources: Sources::Committed,
