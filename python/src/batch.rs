@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
 use analysis::batch::pattern::PathPattern;
-use analysis::batch::run::{Outcome, Reason, Results, Watch};
+use analysis::batch::run::{Reason, RecordingOutcome, Results, Watch};
 use analysis::batch::sources::FoundRecording;
 use analysis::batch::{BatchRow, FeetWanted, Identity, Plausibility, Settings, estimate_recording};
 use analysis::config::{Resolved, parse_window};
@@ -122,10 +122,10 @@ pub(crate) fn batch_settings_hash(
 
 /// Outcome of the single recording of a plan.
 #[derive(Default)]
-struct Planned(Mutex<Option<Outcome>>);
+struct Planned(Mutex<Option<RecordingOutcome>>);
 
 impl Watch for Planned {
-    fn done(&self, _: &FoundRecording, outcome: Outcome) {
+    fn done(&self, _: &FoundRecording, outcome: RecordingOutcome) {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(outcome);
     }
 }
@@ -159,8 +159,8 @@ pub(crate) fn batch_plan(
         .into_inner()
         .unwrap_or_else(PoisonError::into_inner);
     let rows = match outcome {
-        Some(Outcome::UpToDate(rows)) => rows,
-        Some(Outcome::ToDo(reason) | Outcome::Estimated(reason, _)) => {
+        Some(RecordingOutcome::UpToDate(rows)) => rows,
+        Some(RecordingOutcome::ToDo(reason) | RecordingOutcome::Estimated(reason, _)) => {
             return Ok((Some(reason.sentence()), "[]".to_owned()));
         }
         None => return Ok((Some(Reason::Missing.sentence()), "[]".to_owned())),

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use decode::feet::Name;
 use decode::row::Clock;
-use decode::{ContactRow, DecodeError, Feet, Outcome};
+use decode::{ContactRow, DecodeError, Feet, FileOutcome};
 use estimator_core::{Decision, Flag, PerAxis};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1};
@@ -196,7 +196,7 @@ pub(crate) fn decode_file<'py>(
             Ok(())
         })
     });
-    let Outcome { report, notices } = decoded.map_err(|error| match error {
+    let FileOutcome { report, notices } = decoded.map_err(|error| match error {
         DecodeError::Unreadable { .. } => PyOSError::new_err(error.to_string()),
         other => PyValueError::new_err(other.to_string()),
     })?;

@@ -11,7 +11,7 @@ use wire::uart::{ContactMessage, Decoder, Frame, HealthMessage, Kind, Message, P
 use wire::{Fault, NodeId};
 
 use super::report::{BoardReport, Medium, Report};
-use super::{ContactRow, DecodeError, Feet, Outcome, RowSink};
+use super::{ContactRow, DecodeError, Feet, FileOutcome, RowSink};
 
 /// Decodes all bytes of a recording; `None` if it contains no frame with a valid CRC.
 pub(super) fn decode(
@@ -19,7 +19,7 @@ pub(super) fn decode(
     file: &str,
     feet: &Feet,
     sink: RowSink<'_>,
-) -> Result<Option<Outcome>, DecodeError> {
+) -> Result<Option<FileOutcome>, DecodeError> {
     let mut decoder = Decoder::new();
     let mut has_frame = false;
     let mut stream = Stream::new(feet.clone());
@@ -60,7 +60,7 @@ pub(super) fn decode(
     if decoder.is_inside_frame() {
         stream.report.count_problem("unfinished_frames");
     }
-    Ok(Some(Outcome {
+    Ok(Some(FileOutcome {
         report: stream.report,
         notices: Vec::new(),
     }))

@@ -57,7 +57,7 @@ impl Reason {
 
 /// Outcome for a recording.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Outcome {
+pub enum RecordingOutcome {
     /// Estimated or failed, as its rows state.
     Estimated(Reason, Vec<BatchRow>),
     /// Estimated or failed in an earlier run.
@@ -66,7 +66,7 @@ pub enum Outcome {
     ToDo(Reason),
 }
 
-impl Outcome {
+impl RecordingOutcome {
     /// Returns the error of a failed recording.
     #[must_use]
     pub fn error(&self) -> Option<&str> {
@@ -153,7 +153,7 @@ impl Results {
         let hash = settings.blake3();
         let results = jobs::run(&order, jobs, |recording| {
             let outcome = match self.up_to_date(recording, &hash) {
-                Ok(rows) => Outcome::UpToDate(rows),
+                Ok(rows) => RecordingOutcome::UpToDate(rows),
                 Err(reason) => {
                     let key = recording.identity.key();
                     self.remove(&key)?;
@@ -164,7 +164,7 @@ impl Results {
                         &self.out,
                         &watch.progress(recording),
                     )?;
-                    Outcome::Estimated(reason, rows)
+                    RecordingOutcome::Estimated(reason, rows)
                 }
             };
             watch.done(recording, outcome);
@@ -185,8 +185,8 @@ impl Results {
         let hash = settings.blake3();
         jobs::run(recordings, jobs, |recording| {
             let outcome = match self.up_to_date(recording, &hash) {
-                Ok(rows) => Outcome::UpToDate(rows),
-                Err(reason) => Outcome::ToDo(reason),
+                Ok(rows) => RecordingOutcome::UpToDate(rows),
+                Err(reason) => RecordingOutcome::ToDo(reason),
             };
             watch.done(recording, outcome);
             Ok::<(), ()>(())
@@ -289,7 +289,7 @@ pub trait Watch {
     }
 
     /// Called when a recording is done.
-    fn done(&self, recording: &FoundRecording, outcome: Outcome);
+    fn done(&self, recording: &FoundRecording, outcome: RecordingOutcome);
 }
 
 /// Returns whether this identity places a row where it is.

@@ -30,7 +30,7 @@ use wire::{CanFrame, Emergency, Fault, NodeId, Pdo};
 use super::lines::Lines;
 use super::report::{EmergencyReport, Medium, Report};
 use super::row::Clock;
-use super::{ContactRow, DecodeError, Feet, Outcome, RowSink};
+use super::{ContactRow, DecodeError, Feet, FileOutcome, RowSink};
 use crate::can_log::{LogContent, LogTimes, Other, Reader};
 use crate::report::Counted;
 use foot::{Change, LoggedFoot};
@@ -48,7 +48,7 @@ pub(super) fn decode(
     file: &str,
     feet: &Feet,
     sink: RowSink<'_>,
-) -> Result<Outcome, DecodeError> {
+) -> Result<FileOutcome, DecodeError> {
     let mut log = Log::new(feet.clone(), Reception::Logged);
     log.report.log = Some(reader.form());
     let mut notices = Vec::new();
@@ -113,7 +113,7 @@ pub(super) fn decode(
         log.clock_notice(has_times)
             .map(|said| format!("{file}: {said}")),
     );
-    Ok(Outcome {
+    Ok(FileOutcome {
         report: log.report,
         notices,
     })

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use analysis::batch::pattern::PathPattern;
-use analysis::batch::run::{Outcome, Reason, Results, Stale, Watch};
+use analysis::batch::run::{Reason, RecordingOutcome, Results, Stale, Watch};
 use analysis::batch::sources::{FoundRecording, PassedOver, Search, Sources, find};
 use analysis::batch::{BatchRow, FeetWanted, Plausibility, Progress, Settings, Status};
 use analysis::config::parse_window;
@@ -370,7 +370,7 @@ impl Watch for Watching {
         })
     }
 
-    fn done(&self, recording: &FoundRecording, outcome: Outcome) {
+    fn done(&self, recording: &FoundRecording, outcome: RecordingOutcome) {
         let name = &recording.identity.name;
         let mut state = self.state();
         let counted = state.counted.remove(name);
@@ -378,9 +378,9 @@ impl Watch for Watching {
         self.bar.inc(recording.bytes.saturating_sub(counted));
         let is_failed = outcome.error().is_some();
         let (action, reason, rows) = match outcome {
-            Outcome::Estimated(reason, rows) => (Action::Estimated, Some(reason), rows),
-            Outcome::UpToDate(rows) => (Action::UpToDate, None, rows),
-            Outcome::ToDo(reason) => (Action::ToDo, Some(reason), Vec::new()),
+            RecordingOutcome::Estimated(reason, rows) => (Action::Estimated, Some(reason), rows),
+            RecordingOutcome::UpToDate(rows) => (Action::UpToDate, None, rows),
+            RecordingOutcome::ToDo(reason) => (Action::ToDo, Some(reason), Vec::new()),
         };
         for row in &rows {
             if let Some(found) = &row.found {

@@ -1,10 +1,10 @@
 //! The requirements on every scenario, independent of its row in the table.
 
-use super::{Invalid, Outcome, Reports, Scenario};
+use super::{Invalid, Reports, Scenario, ScenarioOutcome};
 
 /// The requirements that an outcome violates; empty if it meets all.
 #[must_use]
-pub fn violations(scenario: &Scenario, outcome: &Outcome) -> Vec<String> {
+pub fn violations(scenario: &Scenario, outcome: &ScenarioOutcome) -> Vec<String> {
     let mut all = Vec::new();
     let mut refuse_if = |wrong: bool, text: String| {
         if wrong {

@@ -8,7 +8,7 @@
 //! | settings pages in which the next store has to erase | `pages` |
 //! | prepare, inject, clear, wait for recovery: [`Scenario::run`] | here |
 //! | record everything the board sends | `watch` |
-//! | measure it against the scenario | `outcome`, [`Outcome`] |
+//! | measure it against the scenario | `outcome`, [`ScenarioOutcome`] |
 //! | compare it with the requirements | `judge` |
 //! | a row of the table | `table` |
 //! | two scenarios at once | [`pairs`] |
@@ -28,7 +28,7 @@ use wire::uart::{self, ConfigGet, ConfigSet, Message, NmtRequest};
 use wire::{Address, Value};
 
 pub use list::ALL;
-pub use outcome::Outcome;
+pub use outcome::ScenarioOutcome;
 pub use pages::Pages;
 pub use table::{HEAD, matrix, row};
 
@@ -272,7 +272,7 @@ impl Scenario {
     ///
     /// # Errors
     /// If the ELF does not fit, or misuses the board.
-    pub fn run(&self, elf: &[u8], case: Case, corner: Corner) -> Result<Outcome, Problem> {
+    pub fn run(&self, elf: &[u8], case: Case, corner: Corner) -> Result<ScenarioOutcome, Problem> {
         let Case { variant, phase } = case;
         self.run_steps(elf, &(self.steps)(variant), phase, corner)
     }
@@ -287,7 +287,7 @@ impl Scenario {
         steps: &[ScenarioStep],
         phase: u64,
         corner: Corner,
-    ) -> Result<Outcome, Problem> {
+    ) -> Result<ScenarioOutcome, Problem> {
         let mut options = BoardOptions::default();
         options.set_corner(corner);
         let filled = self.fill(elf)?;
@@ -338,7 +338,7 @@ impl Scenario {
         while board.now() < latest {
             let until = board.now() + 10 * MILLISECOND;
             watch.run_until(&mut board, until)?;
-            let outcome = Outcome::of(self, &watch, &board, at, end);
+            let outcome = ScenarioOutcome::of(self, &watch, &board, at, end);
             if outcome.is_complete(self) {
                 let since = *healthy_since.get_or_insert(board.now());
                 if board.now() - since >= AFTERWARDS_MS * MILLISECOND {
@@ -348,7 +348,7 @@ impl Scenario {
                 healthy_since = None;
             }
         }
-        let mut outcome = Outcome::of(self, &watch, &board, at, end);
+        let mut outcome = ScenarioOutcome::of(self, &watch, &board, at, end);
         if let Some((address, values)) = self.kept {
             ScenarioStep::Request(address).act(&mut board);
             let until = board.now() + 20 * MILLISECOND;

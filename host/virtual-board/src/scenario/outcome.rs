@@ -11,7 +11,7 @@ use crate::time::{from_us, to_us};
 /// Outcome of a scenario. Times are in µs; "injection" is when the fault is injected, "clearance" when it is
 /// cleared or, if it ends by itself, the injection too.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Outcome {
+pub struct ScenarioOutcome {
     /// Time from the injection to the first contact frame flagged as invalid.
     pub first_invalid_us: Option<f64>,
     /// Time from the injection to the first report: emergency message, log line, boot-up message.
@@ -78,7 +78,7 @@ const STILL: [Counter; 9] = [
     Counter::LateTicks,
 ];
 
-impl Outcome {
+impl ScenarioOutcome {
     pub(super) fn of(
         scenario: &Scenario,
         watch: &Watch,

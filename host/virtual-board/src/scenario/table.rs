@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 
-use super::{Case, Outcome, Scenario};
+use super::{Case, Scenario, ScenarioOutcome};
 use crate::corner::Corner;
 
 /// Runs scenarios in all their variants, on all cores, and returns the worst outcome of each. A run that fails is
@@ -14,7 +14,7 @@ pub fn matrix(
     elf: &[u8],
     corner: Corner,
     rows: &[&'static Scenario],
-) -> Vec<(&'static Scenario, Outcome)> {
+) -> Vec<(&'static Scenario, ScenarioOutcome)> {
     let runs: Vec<(usize, Case)> = rows
         .iter()
         .enumerate()
@@ -42,12 +42,12 @@ pub fn matrix(
         .into_inner()
         .unwrap_or_else(PoisonError::into_inner);
     outcomes.sort_by_key(|(run, _)| *run);
-    let mut worst: Vec<Option<Outcome>> = vec![None; rows.len()];
+    let mut worst: Vec<Option<ScenarioOutcome>> = vec![None; rows.len()];
     for ((index, case), outcome) in outcomes {
         let name = rows[index].name;
-        let outcome = outcome.unwrap_or_else(|problem| Outcome {
+        let outcome = outcome.unwrap_or_else(|problem| ScenarioOutcome {
             violations: vec![format!("{name}:{}: {problem}", case.variant)],
-            ..Outcome::default()
+            ..ScenarioOutcome::default()
         });
         let mut outcome = outcome;
         for text in &mut outcome.violations {
@@ -74,7 +74,7 @@ pub const HEAD: &str = "\
 
 /// A row of the table.
 #[must_use]
-pub fn row(scenario: &Scenario, outcome: &Outcome) -> String {
+pub fn row(scenario: &Scenario, outcome: &ScenarioOutcome) -> String {
     format!(
         "| `{}` | {} | {} | {} | {} | {} | {} |\n",
         scenario.name,
@@ -101,7 +101,7 @@ pub fn row(scenario: &Scenario, outcome: &Outcome) -> String {
     )
 }
 
-fn reported(outcome: &Outcome) -> String {
+fn reported(outcome: &ScenarioOutcome) -> String {
     let mut all = Vec::new();
     for cause in &outcome.resets {
         all.push(format!("reset ({cause:?})"));
@@ -126,7 +126,7 @@ fn reported(outcome: &Outcome) -> String {
     }
 }
 
-fn recovered(scenario: &Scenario, outcome: &Outcome) -> String {
+fn recovered(scenario: &Scenario, outcome: &ScenarioOutcome) -> String {
     let mut text = match (outcome.recovered_us, outcome.cleared_us) {
         (Some(us), _) => time(us),
         (None, Some(us)) => format!("reported cleared after {}", time(us)),

@@ -1,6 +1,6 @@
 //! Report of an acceptance as text and as JSON.
 
-use live::foot::accept::{Figure, Outcome, Verdict};
+use live::foot::accept::{Figure, FigureOutcome, Verdict};
 use live::foot::client::Client;
 use live::foot::update;
 use schemars::JsonSchema;
@@ -170,8 +170,10 @@ impl Judged {
         let limit = figure.limit;
         let finite = |value: f64| value.is_finite().then_some(value);
         let (value, reason) = match &figure.outcome {
-            Outcome::Measured(value) => (finite(*value), ""),
-            Outcome::Failed(reason) | Outcome::NotTested(reason) => (None, reason.as_str()),
+            FigureOutcome::Measured(value) => (finite(*value), ""),
+            FigureOutcome::Failed(reason) | FigureOutcome::NotTested(reason) => {
+                (None, reason.as_str())
+            }
         };
         let verdict = figure.verdict();
         Self {
@@ -186,7 +188,7 @@ impl Judged {
             verdict: verdict.name(),
             detail: figure.detail.clone() + reason,
             remedy: match (verdict, &figure.outcome) {
-                (Verdict::Out, Outcome::Measured(_)) => limit.remedy,
+                (Verdict::Out, FigureOutcome::Measured(_)) => limit.remedy,
                 _ => "",
             },
             range: limit.range(),
@@ -208,9 +210,11 @@ pub(super) fn line(figure: &Figure) -> String {
     let limit = figure.limit;
     let name = limit.name;
     match &figure.outcome {
-        Outcome::NotTested(reason) => format!("{name:<32} not tested: {reason}"),
-        Outcome::Failed(reason) => format!("{name:<32} {}: {reason}", figure.verdict().name()),
-        Outcome::Measured(value) => {
+        FigureOutcome::NotTested(reason) => format!("{name:<32} not tested: {reason}"),
+        FigureOutcome::Failed(reason) => {
+            format!("{name:<32} {}: {reason}", figure.verdict().name())
+        }
+        FigureOutcome::Measured(value) => {
             let value = format!("{} {}", short(*value), limit.unit);
             let range = limit.range();
             let detail = match figure.detail.as_str() {

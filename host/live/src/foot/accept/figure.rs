@@ -23,7 +23,7 @@ pub struct Limit {
 
 /// Value of a quantity, or why there is none.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Outcome {
+pub enum FigureOutcome {
     /// Measured value, in the unit of its [`Limit`].
     Measured(f64),
     /// Reason why the measurement failed, which is the board's fault until it is repeated.
@@ -38,7 +38,7 @@ pub struct Figure {
     /// The quantity.
     pub limit: &'static Limit,
     /// The outcome.
-    pub outcome: Outcome,
+    pub outcome: FigureOutcome,
     /// Parts of the value, such as the names of faults; empty without any.
     pub detail: String,
 }
@@ -70,7 +70,7 @@ impl Limit {
     pub(super) fn measured(&'static self, value: f64) -> Figure {
         Figure {
             limit: self,
-            outcome: Outcome::Measured(value),
+            outcome: FigureOutcome::Measured(value),
             detail: String::new(),
         }
     }
@@ -80,14 +80,14 @@ impl Limit {
     }
 
     pub(super) fn failed(&'static self, reason: &str) -> Figure {
-        self.without_value(Outcome::Failed(reason.to_owned()))
+        self.without_value(FigureOutcome::Failed(reason.to_owned()))
     }
 
     pub(super) fn not_tested(&'static self, reason: &str) -> Figure {
-        self.without_value(Outcome::NotTested(reason.to_owned()))
+        self.without_value(FigureOutcome::NotTested(reason.to_owned()))
     }
 
-    const fn without_value(&'static self, outcome: Outcome) -> Figure {
+    const fn without_value(&'static self, outcome: FigureOutcome) -> Figure {
         Figure {
             limit: self,
             outcome,
@@ -120,13 +120,13 @@ impl Figure {
     #[must_use]
     pub fn verdict(&self) -> Verdict {
         match self.outcome {
-            Outcome::Measured(value)
+            FigureOutcome::Measured(value)
                 if (self.limit.lowest..=self.limit.highest).contains(&value) =>
             {
                 Verdict::Pass
             }
-            Outcome::Measured(_) | Outcome::Failed(_) => Verdict::Out,
-            Outcome::NotTested(_) => Verdict::NotTested,
+            FigureOutcome::Measured(_) | FigureOutcome::Failed(_) => Verdict::Out,
+            FigureOutcome::NotTested(_) => Verdict::NotTested,
         }
     }
 }

@@ -27,7 +27,7 @@ use wire::{Address, Value};
 use super::client::{Client, RequestError};
 use super::self_test::SelfTestError;
 use super::settings::{self, Lasting, SettingsError, Values};
-pub use figure::{Figure, Limit, Outcome, Verdict};
+pub use figure::{Figure, FigureOutcome, Limit, Verdict};
 use thiserror::Error;
 
 /// Error that ends the acceptance.
