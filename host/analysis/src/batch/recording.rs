@@ -11,7 +11,7 @@ use recordings::plausible::Finding;
 use thiserror::Error;
 
 use super::fingerprint::Fingerprint;
-use super::identity::{Day, Identity, Place, day_or_unknown};
+use super::identity::{Day, FootFiles, Identity, day_or_unknown};
 use super::row::{BatchRow, Found, Origin, Status};
 use super::settings::{FeetWanted, Plausibility, Settings};
 use super::tables::{self, Counts, Table, Writer};
@@ -235,10 +235,10 @@ impl Work<'_> {
         format: Format,
         params: &Params,
         progress: &dyn Fn(u64),
-    ) -> Result<Result<(Place, Option<String>, Found), ReplayError>, BatchError> {
+    ) -> Result<Result<(FootFiles, Option<String>, Found), ReplayError>, BatchError> {
         let about = stored.about.clone();
         let day = Day::of_clock(about.start_us).or(self.identity.day);
-        let place = Place {
+        let place = FootFiles {
             robot: self.identity.robot.clone(),
             foot: self.foot(stored),
             day: day_or_unknown(day),
@@ -384,7 +384,7 @@ impl Work<'_> {
         fingerprint: Option<&Fingerprint>,
         Failure { sentence, for_good }: Failure,
     ) -> Result<Vec<BatchRow>, BatchError> {
-        let place = Place {
+        let place = FootFiles {
             robot: self.identity.robot.clone(),
             foot: match &self.settings.feet {
                 FeetWanted::All => self.identity.only_foot(),
@@ -430,13 +430,13 @@ impl Work<'_> {
     fn change(
         &self,
         table: Table,
-        place: &Place,
+        place: &FootFiles,
         how: impl FnOnce(&Path) -> io::Result<()>,
     ) -> Result<(), BatchError> {
         how(&table.path(self.out, place)).map_err(|source| self.output(table, place, source))
     }
 
-    fn output(&self, table: Table, place: &Place, source: io::Error) -> BatchError {
+    fn output(&self, table: Table, place: &FootFiles, source: io::Error) -> BatchError {
         let path = table.path(self.out, place);
         BatchError::Output { path, source }
     }
@@ -459,7 +459,7 @@ impl Work<'_> {
     }
 }
 
-fn row(place: &Place, origin: Origin, found: Option<Found>) -> BatchRow {
+fn row(place: &FootFiles, origin: Origin, found: Option<Found>) -> BatchRow {
     BatchRow {
         robot: place.robot.clone(),
         foot: place.foot.clone(),

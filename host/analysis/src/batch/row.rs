@@ -6,7 +6,7 @@ use recordings::parquet_rows::{DataType, Field};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::identity::Place;
+use super::identity::FootFiles;
 
 /// Whether a recording could be estimated.
 #[derive(Clone, Copy, Debug, Deserialize, Eq, JsonSchema, PartialEq, Serialize)]
@@ -102,8 +102,8 @@ impl BatchRow {
 
     /// Returns the location of its files.
     #[must_use]
-    pub fn place(&self) -> Place {
-        Place {
+    pub fn place(&self) -> FootFiles {
+        FootFiles {
             robot: self.robot.clone(),
             foot: self.foot.clone(),
             day: self.day.clone(),

@@ -11,7 +11,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::fingerprint::Fingerprint;
-use super::identity::{Day, Identity, Place, day_or_unknown};
+use super::identity::{Day, FootFiles, Identity, day_or_unknown};
 use super::index::{Incomplete, Index, remove_empty_folders};
 use super::recording::{BatchError, Progress, estimate_recording_watched};
 use super::row::{BatchRow, Status};
@@ -296,7 +296,7 @@ pub trait Watch {
 fn is_in_place(below: &Path, row: &BatchRow, identity: &Identity) -> bool {
     let clock = row.found.as_ref().map(|found| found.start_s * 1.0e6);
     let day = clock.and_then(|micros| Day::of_clock(micros.round() as i64));
-    let place = Place {
+    let place = FootFiles {
         robot: identity.robot.clone(),
         // A recording with several feet names them itself.
         foot: if row.origin.feet > 1 {

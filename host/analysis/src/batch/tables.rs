@@ -12,7 +12,7 @@ use recordings::parquet_rows::{DataType, Field, ParquetRows};
 use recordings::recording::RecordedSample;
 use serde::Serialize;
 
-use super::identity::Place;
+use super::identity::FootFiles;
 use super::row::BatchRow;
 use crate::replay::foot::Observer;
 use crate::whole_file::WholeFile;
@@ -37,7 +37,7 @@ impl Table {
     }
 
     /// Returns the path of a foot's file.
-    pub(super) fn path(self, out: &Path, place: &Place) -> PathBuf {
+    pub(super) fn path(self, out: &Path, place: &FootFiles) -> PathBuf {
         out.join(self.folder()).join(place.path())
     }
 }
@@ -101,7 +101,7 @@ const REPORTED_EVERY: u64 = 10_000;
 impl<'a> Writer<'a> {
     pub(super) fn new(
         out: &Path,
-        place: &Place,
+        place: &FootFiles,
         recording: &'a str,
         start_us: i64,
         progress: &'a dyn Fn(u64),

@@ -82,7 +82,7 @@ pub(super) fn read(
 mod tests {
     use super::*;
     use crate::input::Opened;
-    use crate::input::error::{Cell, Place};
+    use crate::input::error::{Cell, RowPlace};
     use crate::input::loaded::Loaded;
     use crate::input::options::{TimeUnit, Times, Units};
     use crate::recording::Label;
@@ -138,7 +138,7 @@ mod tests {
             for text in [lines.join(end), lines.join(end) + end] {
                 match read_text(text, &Hints::default()) {
                     Err(InputError::NotANumber { cell, .. }) => {
-                        assert_eq!((cell.place, cell.column), (Place::Line(4), 3));
+                        assert_eq!((cell.place, cell.column), (RowPlace::Line(4), 3));
                     }
                     other => panic!("{other:?}"),
                 }
@@ -371,7 +371,7 @@ mod tests {
             error,
             Err(InputError::NotANumber {
                 cell: Cell {
-                    place: Place::Line(5),
+                    place: RowPlace::Line(5),
                     ..
                 },
                 ..

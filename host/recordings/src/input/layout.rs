@@ -1,6 +1,6 @@
 //! Header of a `csv`, with our names for the known columns.
 
-use super::error::{Cell, InputError, Place, Suggestion};
+use super::error::{Cell, InputError, RowPlace, Suggestion};
 use super::iso8601::micros_since_1970;
 use super::mapping::{Mapping, is_axis, is_ours};
 use super::names::{
@@ -152,7 +152,7 @@ struct Naming {
     taken: Vec<(&'static str, usize)>,
     /// Number of columns with an explicit mapping, whose units are not checked.
     mapped: usize,
-    place: Place,
+    place: RowPlace,
     file: String,
     time_unit: Option<TimeUnit>,
 }

@@ -68,7 +68,7 @@ use std::path::Path;
 pub use candidate::{is_recording, is_rosbag2};
 pub use contacts::ContactUse;
 pub use correction::Correction;
-pub use error::{Cell, HeaderSlip, InputError, Place, Suggestion};
+pub use error::{Cell, HeaderSlip, InputError, RowPlace, Suggestion};
 pub use format::{Content, Format};
 pub use loaded::{Hints, Loaded, Repairs, finite_load, imu_sample, is_among, steady_time};
 pub use mapping::Mapping;

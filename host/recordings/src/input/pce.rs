@@ -272,7 +272,7 @@ fn go1_notice(file: &str, imu_rows: usize, force_rows: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::input::error::Place;
+    use crate::input::error::RowPlace;
     use estimator_core::Vec3;
     use std::fmt::Write as _;
 
@@ -329,7 +329,7 @@ mod tests {
 
         std::fs::write(&path, rows(&[0, 3])).unwrap();
         match read_with_wrench(&path, LabelScheme::ContactClass) {
-            Err(InputError::Label { cell, .. }) => assert_eq!(cell.place, Place::Line(2)),
+            Err(InputError::Label { cell, .. }) => assert_eq!(cell.place, RowPlace::Line(2)),
             other => panic!("{other:?}"),
         }
     }
@@ -383,7 +383,9 @@ mod tests {
     fn imu_values_after_a_row_without_any_are_rejected() {
         let text = "0,0,0,1,0,0,0\n0,,,,,,\n0,0,0,1,0,0,0\n";
         match load(text, read_go1) {
-            Err(InputError::ImuAfterForceOnly { cell }) => assert_eq!(cell.place, Place::Line(3)),
+            Err(InputError::ImuAfterForceOnly { cell }) => {
+                assert_eq!(cell.place, RowPlace::Line(3))
+            }
             other => panic!("{other:?}"),
         }
     }

@@ -8,7 +8,7 @@ use std::rc::Rc;
 
 use csv::{ReaderBuilder, StringRecord, Terminator, Trim};
 
-use super::error::{Cell, InputError, Place};
+use super::error::{Cell, InputError, RowPlace};
 use super::head::{COMMENT, Head};
 use super::iso8601::micros_since_1970;
 use super::lines::{LONGEST_ROW, Progress, Watched};
@@ -67,7 +67,7 @@ impl Table {
             peeked: None,
             comment: head.comment.map(|(line, cells)| Row {
                 file: file.clone(),
-                place: Place::Line(line),
+                place: RowPlace::Line(line),
                 cells,
             }),
             file,
@@ -164,7 +164,7 @@ impl Table {
                     self.check_quotes(&cells, begins)?;
                     let row = Row {
                         file: self.file.clone(),
-                        place: Place::Line(self.line()),
+                        place: RowPlace::Line(self.line()),
                         cells,
                     };
                     return Ok(Some(self.with_points(row)));
@@ -274,7 +274,7 @@ pub fn recording_name(path: &Path) -> String {
 #[derive(Clone)]
 pub(super) struct Row {
     file: String,
-    pub(super) place: Place,
+    pub(super) place: RowPlace,
     cells: StringRecord,
 }
 
@@ -284,7 +284,7 @@ impl Row {
     pub(super) fn of_names(file: &str, names: &[String]) -> Self {
         Self {
             file: file.to_owned(),
-            place: Place::Names,
+            place: RowPlace::Names,
             cells: names.iter().collect(),
         }
     }

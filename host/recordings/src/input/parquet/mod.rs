@@ -24,7 +24,7 @@ use parquet::arrow::arrow_reader::{
 use parquet::errors::ParquetError;
 
 use super::cells::Cells;
-use super::error::{Cell, InputError, Place};
+use super::error::{Cell, InputError, RowPlace};
 use super::extra::ExtraColumns;
 use super::header::Columns;
 use super::intake::{Intake, RowKind};
@@ -270,7 +270,7 @@ impl Cells for BatchRow<'_> {
     fn cell(&self, index: usize, name: &str) -> Cell {
         Cell {
             file: self.file.to_owned(),
-            place: Place::Row(self.number),
+            place: RowPlace::Row(self.number),
             column: index + 1,
             name: name.to_owned(),
         }
