@@ -179,14 +179,14 @@ pub struct Case {
 
 /// Reason why a scenario could not be run.
 #[derive(Clone, Debug)]
-pub enum Problem {
+pub enum ScenarioError {
     /// The ELF does not fit the board.
     Elf(String),
     /// The firmware misused the board.
     Failure(Failure),
 }
 
-impl core::fmt::Display for Problem {
+impl core::fmt::Display for ScenarioError {
     fn fmt(&self, f: &mut core::fmt::Formatter) -> core::fmt::Result {
         match self {
             Self::Elf(text) => f.write_str(text),
@@ -195,9 +195,9 @@ impl core::fmt::Display for Problem {
     }
 }
 
-impl core::error::Error for Problem {}
+impl core::error::Error for ScenarioError {}
 
-impl From<Failure> for Problem {
+impl From<Failure> for ScenarioError {
     fn from(failure: Failure) -> Self {
         Self::Failure(failure)
     }
@@ -272,7 +272,12 @@ impl Scenario {
     ///
     /// # Errors
     /// If the ELF does not fit, or misuses the board.
-    pub fn run(&self, elf: &[u8], case: Case, corner: Corner) -> Result<ScenarioOutcome, Problem> {
+    pub fn run(
+        &self,
+        elf: &[u8],
+        case: Case,
+        corner: Corner,
+    ) -> Result<ScenarioOutcome, ScenarioError> {
         let Case { variant, phase } = case;
         self.run_steps(elf, &(self.steps)(variant), phase, corner)
     }
@@ -287,7 +292,7 @@ impl Scenario {
         steps: &[ScenarioStep],
         phase: u64,
         corner: Corner,
-    ) -> Result<ScenarioOutcome, Problem> {
+    ) -> Result<ScenarioOutcome, ScenarioError> {
         let mut options = BoardOptions::default();
         options.set_corner(corner);
         let filled = self.fill(elf)?;
@@ -299,7 +304,7 @@ impl Scenario {
         (self.board)(&mut options, at_us as u32);
         let (motion, at_s) = (self.motion, at_us as f64 / 1.0e6);
         let mut board = Board::with_motion(elf, options, move |time: f64| motion(time - at_s))
-            .map_err(|error| Problem::Elf(error.to_string()))?;
+            .map_err(|error| ScenarioError::Elf(error.to_string()))?;
         if let Some(filled) = &filled {
             board.set_settings(&filled.bytes);
         }
@@ -360,7 +365,7 @@ impl Scenario {
     }
 
     /// The settings pages at its start.
-    fn fill(&self, elf: &[u8]) -> Result<Option<pages::Filled>, Problem> {
+    fn fill(&self, elf: &[u8]) -> Result<Option<pages::Filled>, ScenarioError> {
         match self.pages {
             Pages::Blank => Ok(None),
             Pages::BeforeAnErase => pages::before_an_erase(elf, list::OLD_SCALE).map(Some),
@@ -371,7 +376,7 @@ impl Scenario {
     ///
     /// # Errors
     /// As [`run`](Self::run).
-    pub fn erasing_operations(&self, elf: &[u8]) -> Result<u64, Problem> {
+    pub fn erasing_operations(&self, elf: &[u8]) -> Result<u64, ScenarioError> {
         Ok(self.fill(elf)?.map_or(0, |filled| filled.operations))
     }
 
@@ -379,7 +384,7 @@ impl Scenario {
     ///
     /// # Errors
     /// As [`run`](Self::run).
-    pub fn prepare(&self, elf: &[u8], board: &mut Board) -> Result<(), Problem> {
+    pub fn prepare(&self, elf: &[u8], board: &mut Board) -> Result<(), ScenarioError> {
         if let Some(filled) = self.fill(elf)? {
             board.set_settings(&filled.bytes);
         }

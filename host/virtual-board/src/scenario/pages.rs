@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use super::{BEFORE_MS, MILLISECOND, Problem, ScenarioStep};
+use super::{BEFORE_MS, MILLISECOND, ScenarioError, ScenarioStep};
 use crate::board::{Board, Injection};
 
 /// The content of the settings pages at power-up.
@@ -34,12 +34,12 @@ static FOUND: Mutex<Vec<(Vec<u8>, Filled)>> = Mutex::new(Vec::new());
 
 /// Has a board with `elf` store its settings, changed by `before`, until it erases. Returns the pages before the
 /// erase.
-pub(super) fn before_an_erase(elf: &[u8], before: ScenarioStep) -> Result<Filled, Problem> {
+pub(super) fn before_an_erase(elf: &[u8], before: ScenarioStep) -> Result<Filled, ScenarioError> {
     let mut found = FOUND.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some((_, filled)) = found.iter().find(|(known, _)| known == elf) {
         return Ok(filled.clone());
     }
-    let mut board = Board::from_elf(elf).map_err(|error| Problem::Elf(error.to_string()))?;
+    let mut board = Board::from_elf(elf).map_err(|error| ScenarioError::Elf(error.to_string()))?;
     board.run_until(BEFORE_MS * MILLISECOND)?;
     before.act(&mut board);
     board.run_for(STORE_MS * MILLISECOND)?;
@@ -68,5 +68,5 @@ pub(super) fn before_an_erase(elf: &[u8], before: ScenarioStep) -> Result<Filled
         board.take_uart();
         board.take_can_requests();
     }
-    Err(Problem::Elf("no store erases".into()))
+    Err(ScenarioError::Elf("no store erases".into()))
 }

@@ -1,6 +1,6 @@
 //! Two faults at once, or one shortly after the other.
 
-use super::{ALL, Invalid, Pages, Problem, Reports, Scenario, ScenarioOutcome, ScenarioStep};
+use super::{ALL, Invalid, Pages, Reports, Scenario, ScenarioError, ScenarioOutcome, ScenarioStep};
 use crate::corner::Corner;
 
 /// Delays from the first to the second fault, µs.
@@ -116,7 +116,7 @@ impl Pair {
     ///
     /// # Errors
     /// As [`Scenario::run`].
-    pub fn run(&self, elf: &[u8]) -> Result<ScenarioOutcome, Problem> {
+    pub fn run(&self, elf: &[u8]) -> Result<ScenarioOutcome, ScenarioError> {
         let mut steps = (self.first.steps)(self.first.variants.0);
         if self.delay_us > 0 {
             steps.push(ScenarioStep::Wait(self.delay_us));

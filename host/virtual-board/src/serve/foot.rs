@@ -16,7 +16,7 @@ use crate::board::{Board, BoardOptions};
 use crate::fault::SelectedFault;
 use crate::part::can::TimedFrame;
 use crate::part::rcc::ResetCause;
-use crate::scenario::{BEFORE_MS, Problem, ScenarioStep};
+use crate::scenario::{BEFORE_MS, ScenarioError, ScenarioStep};
 use crate::time::{PER_SECOND, from_us};
 
 /// Time for a board to apply its settings, and to store them, ms.
@@ -113,7 +113,7 @@ pub struct Ran {
 /// Handle of a running foot.
 pub struct Foot {
     slices: Sender<Slice>,
-    ran: Receiver<Result<Ran, Problem>>,
+    ran: Receiver<Result<Ran, ScenarioError>>,
 }
 
 impl Foot {
@@ -153,8 +153,12 @@ impl Foot {
     ///
     /// # Errors
     /// As [`Board::run_for`], and if the ELF does not fit or does not store its settings.
-    pub fn finish(&self) -> Result<Ran, Problem> {
-        let gone = || Err(Problem::Elf("the thread of the board has ended".into()));
+    pub fn finish(&self) -> Result<Ran, ScenarioError> {
+        let gone = || {
+            Err(ScenarioError::Elf(
+                "the thread of the board has ended".into(),
+            ))
+        };
         self.ran.recv().unwrap_or_else(|_| gone())
     }
 }
@@ -178,7 +182,7 @@ struct Runner {
 }
 
 impl Runner {
-    fn new(make: Make) -> Result<Self, Problem> {
+    fn new(make: Make) -> Result<Self, ScenarioError> {
         let pages = stored(&make.programs.program, &make.settings)?;
         let walk = EndlessGait::new(make.gait, make.seed, make.phase_s);
         let hands = Hands::default();
@@ -198,7 +202,7 @@ impl Runner {
         self.on_since + self.board.now()
     }
 
-    fn run(&mut self, slice: Slice) -> Result<Ran, Problem> {
+    fn run(&mut self, slice: Slice) -> Result<Ran, ScenarioError> {
         for order in slice.orders {
             self.obey(order)?;
         }
@@ -248,12 +252,12 @@ impl Runner {
         frames
     }
 
-    fn run_until(&mut self, until: u64) -> Result<(), Problem> {
+    fn run_until(&mut self, until: u64) -> Result<(), ScenarioError> {
         self.board.run_until(until.saturating_sub(self.on_since))?;
         Ok(())
     }
 
-    fn obey(&mut self, order: Order) -> Result<(), Problem> {
+    fn obey(&mut self, order: Order) -> Result<(), ScenarioError> {
         match order {
             Order::Gait(gait) => self.moved.borrow_mut().walk.change(gait),
             Order::Hold(side) => {
@@ -289,7 +293,7 @@ impl Runner {
     }
 
     /// Switches the board off and on again, with `options`. Its flash keeps its content.
-    fn switch_on(&mut self, options: BoardOptions) -> Result<(), Problem> {
+    fn switch_on(&mut self, options: BoardOptions) -> Result<(), ScenarioError> {
         let pages = self.board.settings();
         let now = self.now();
         self.board = switched_on(&self.make, options, &self.moved, now, &pages)?;
@@ -311,7 +315,7 @@ fn switched_on(
     moved: &Rc<RefCell<Moved>>,
     now: u64,
     pages: &[u8],
-) -> Result<Board, Problem> {
+) -> Result<Board, ScenarioError> {
     let (moved, on_since_s) = (Rc::clone(moved), seconds(now));
     let motion = move |time_s: f64| {
         let time_s = on_since_s + time_s;
@@ -325,18 +329,18 @@ fn switched_on(
         bootloader,
     } = &make.programs;
     let board = Board::with_bootloader(bootloader.as_deref(), program, options, motion);
-    let mut board = board.map_err(|error| Problem::Elf(error.to_string()))?;
+    let mut board = board.map_err(|error| ScenarioError::Elf(error.to_string()))?;
     board.set_settings(pages);
     board.set_serial_number(FIRST_NUMBER + u32::from(make.position.code()) - 1);
     Ok(board)
 }
 
 /// Settings pages of a board whose firmware has stored these settings; blank if there are none.
-fn stored(elf: &[u8], settings: &[(Address, Value)]) -> Result<Vec<u8>, Problem> {
+fn stored(elf: &[u8], settings: &[(Address, Value)]) -> Result<Vec<u8>, ScenarioError> {
     if settings.is_empty() {
         return Ok(Vec::new());
     }
-    let mut board = Board::from_elf(elf).map_err(|error| Problem::Elf(error.to_string()))?;
+    let mut board = Board::from_elf(elf).map_err(|error| ScenarioError::Elf(error.to_string()))?;
     board.run_until(BEFORE_MS * MILLISECOND)?;
     for &(address, value) in settings {
         ScenarioStep::Set(address, value).act(&mut board);
@@ -346,7 +350,7 @@ fn stored(elf: &[u8], settings: &[(Address, Value)]) -> Result<Vec<u8>, Problem>
     board.run_for(SETTING_MS * MILLISECOND)?;
     let pages = board.settings();
     if pages.iter().all(|byte| *byte == 0xFF) {
-        return Err(Problem::Elf(
+        return Err(ScenarioError::Elf(
             "the program does not store its settings".into(),
         ));
     }

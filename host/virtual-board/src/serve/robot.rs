@@ -16,7 +16,7 @@ use crate::board::BoardOptions;
 use crate::corner::Corner;
 use crate::part::can::{BusFrame, TimedFrame};
 use crate::part::rcc::ResetCause;
-use crate::scenario::Problem;
+use crate::scenario::ScenarioError;
 use crate::time::cycle;
 
 /// Maximum number of bytes on their way to a board over a serial line: as many as 1 Mbaud carries in two
@@ -58,7 +58,7 @@ pub struct Stopped {
     /// Position of the foot.
     pub foot: Position,
     /// Reason.
-    pub problem: Problem,
+    pub problem: ScenarioError,
 }
 
 impl core::fmt::Display for Stopped {
