@@ -60,7 +60,7 @@ impl Image {
 
 /// Program of a foot.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Program {
+pub struct FootProgram {
     /// Version; `None` while the bootloader runs.
     pub version: Option<String>,
     /// Value of object 0x1F56: the first bytes of the program's hash; of one that a probe has written those of its
@@ -92,9 +92,9 @@ pub struct Updated {
     /// Serial number of the foot.
     pub serial: u32,
     /// Program before.
-    pub before: Program,
+    pub before: FootProgram,
     /// Program that runs now, and is confirmed; `None` if it ran before, and was only confirmed.
-    pub after: Option<Program>,
+    pub after: Option<FootProgram>,
 }
 
 /// Reason why a foot was not updated.
@@ -163,9 +163,9 @@ struct Installed {
     /// Its node id; `None` on a serial line.
     node: Option<NodeId>,
     serial: u32,
-    before: Program,
+    before: FootProgram,
     /// The new program; `None` if it ran before, perhaps without its confirmation.
-    after: Option<Program>,
+    after: Option<FootProgram>,
     /// Number of its starts until now.
     starts: usize,
 }
@@ -374,8 +374,8 @@ fn number(client: &mut Client, address: Address) -> Result<u32, RequestError> {
     Ok(client.read(address, DataType::Unsigned32)?.to_raw())
 }
 
-fn program(client: &mut Client, runs: Runs) -> Result<Program, RequestError> {
-    Ok(Program {
+fn program(client: &mut Client, runs: Runs) -> Result<FootProgram, RequestError> {
+    Ok(FootProgram {
         identification: identification(client)?,
         version: match runs {
             Runs::Bootloader => None,

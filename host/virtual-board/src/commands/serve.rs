@@ -16,7 +16,7 @@ use virtual_board::corner::Corner;
 
 use virtual_board::serve::pace::Speed;
 use virtual_board::serve::robot::{ControlNode, RobotOptions};
-use virtual_board::serve::{self, Note, Planned, Programs, Summary};
+use virtual_board::serve::{self, BoardPrograms, Note, Planned, Summary};
 use virtual_board::wiring::Wiring;
 
 use super::elf;
@@ -82,7 +82,7 @@ pub fn serve(arguments: &ServeArguments) -> Result<(), Box<dyn core::error::Erro
         Some(path) => Some(elf::read(Some(path), arguments.board)?.into()),
         None => None,
     };
-    let programs = Programs {
+    let programs = BoardPrograms {
         program: elf.into(),
         bootloader,
     };

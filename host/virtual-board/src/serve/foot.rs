@@ -33,7 +33,7 @@ const FIRST_NUMBER: u32 = 0x0034_001F;
 #[derive(Clone)]
 pub struct Make {
     /// ELF of the firmware.
-    pub programs: Programs,
+    pub programs: BoardPrograms,
     /// Options of the board.
     pub options: BoardOptions,
     /// Position of the foot.
@@ -65,14 +65,14 @@ pub enum Order {
 
 /// Programs in the flash of a board.
 #[derive(Clone)]
-pub struct Programs {
+pub struct BoardPrograms {
     /// ELF of the foot's program.
     pub program: Arc<[u8]>,
     /// ELF of the bootloader; without one the program starts at once.
     pub bootloader: Option<Arc<[u8]>>,
 }
 
-impl From<Vec<u8>> for Programs {
+impl From<Vec<u8>> for BoardPrograms {
     fn from(program: Vec<u8>) -> Self {
         Self {
             program: program.into(),
@@ -324,7 +324,7 @@ fn switched_on(
         let felt = gait::sensor::felt_by(&state, crate::motion::TEMPERATURE);
         moved.hands.felt(&felt, time_s)
     };
-    let Programs {
+    let BoardPrograms {
         program,
         bootloader,
     } = &make.programs;

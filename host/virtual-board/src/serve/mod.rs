@@ -35,8 +35,8 @@ use crate::time::{PER_SECOND, to_us};
 use adapter::EmulatedAdapter;
 pub use commands::fault_at;
 use commands::{Command, HELP};
+pub use foot::BoardPrograms;
 use foot::Order;
-pub use foot::Programs;
 use links::Links;
 use pace::{Pace, Speed};
 use robot::{BoardRobot, RobotOptions, Stopped};
@@ -144,7 +144,7 @@ struct Server<'a> {
 /// # Errors
 /// If a terminal or a link cannot be created, or a foot fails.
 pub fn serve(
-    programs: impl Into<Programs>,
+    programs: impl Into<BoardPrograms>,
     options: &Options,
     typed: &Receiver<String>,
     stop: &AtomicBool,

@@ -11,7 +11,7 @@ use wire::{Address, Foot as Position, NodeId, Value};
 
 use super::MILLISECOND;
 use super::bus::{BoardBus, Carried};
-use super::foot::{Foot, Make, Order, Programs, Ran, Slice};
+use super::foot::{BoardPrograms, Foot, Make, Order, Ran, Slice};
 use crate::board::BoardOptions;
 use crate::corner::Corner;
 use crate::part::can::{BusFrame, TimedFrame};
@@ -105,7 +105,10 @@ impl BoardRobot {
     ///
     /// # Errors
     /// If the ELF is invalid, or its program does not store its settings.
-    pub fn start(programs: impl Into<Programs>, options: &RobotOptions) -> Result<Self, Stopped> {
+    pub fn start(
+        programs: impl Into<BoardPrograms>,
+        options: &RobotOptions,
+    ) -> Result<Self, Stopped> {
         let programs = programs.into();
         let positions = gait::control::feet(options.feet);
         let members: Vec<Member> = (0..)
@@ -286,7 +289,7 @@ fn booted(frame: &BusFrame) -> Option<NodeId> {
     NodeId::new(u8::try_from(id).ok()?).filter(|_| is_boot_up)
 }
 
-fn make(programs: &Programs, options: &RobotOptions, index: u64, position: Position) -> Make {
+fn make(programs: &BoardPrograms, options: &RobotOptions, index: u64, position: Position) -> Make {
     let mut board = BoardOptions::default();
     board.set_corner(options.corner);
     let seed = options.seed.wrapping_add(index);

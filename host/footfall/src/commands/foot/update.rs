@@ -9,7 +9,7 @@ use indicatif::ProgressBar;
 use live::foot::client::{Client, RequestError};
 use live::foot::scan;
 use live::foot::serial;
-use live::foot::update::{self, Image, Program, UpdateStage, Updated};
+use live::foot::update::{self, FootProgram, Image, UpdateStage, Updated};
 use live::link::Link;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -113,7 +113,7 @@ impl FootArguments {
 
 impl FootUpdate {
     fn of<E: ToString>(node: Option<NodeId>, result: &Result<Updated, E>) -> Self {
-        let number = |program: &Program| format!("{:08X}", program.identification);
+        let number = |program: &FootProgram| format!("{:08X}", program.identification);
         let done = result.as_ref().ok();
         let after = done.and_then(|done| done.after.as_ref());
         Self {
@@ -137,7 +137,7 @@ fn line(updated: &Updated) -> String {
     }
 }
 
-fn name(program: &Program) -> String {
+fn name(program: &FootProgram) -> String {
     match (program.version.as_deref(), program.identification) {
         (None, _) => "no program".to_owned(),
         (Some(version), 0) => version.to_owned(),
