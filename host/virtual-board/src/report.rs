@@ -47,7 +47,7 @@ const LEARNING: &str = "9stillness9Stillness6finish";
 
 /// Options of a run.
 #[derive(Clone, Debug, Default)]
-pub struct Run {
+pub struct RunOptions {
     /// Duration, ms.
     pub milliseconds: u64,
     /// Injected faults, as given on the command line.
@@ -240,7 +240,11 @@ impl Log {
 ///
 /// # Errors
 /// If the directory cannot be written to, or the firmware misuses the board.
-pub fn run(board: &mut Board, run: &Run, out: &Path) -> Result<Value, Box<dyn core::error::Error>> {
+pub fn run(
+    board: &mut Board,
+    run: &RunOptions,
+    out: &Path,
+) -> Result<Value, Box<dyn core::error::Error>> {
     std::fs::create_dir_all(out)?;
     let create = |name: &str| File::create(out.join(name)).map(BufWriter::new);
     let first = board.now().div_ceil(MILLISECOND);
@@ -344,7 +348,13 @@ pub fn profile(board: &Board, milliseconds: u64) -> String {
     text
 }
 
-fn report(board: &mut Board, run: &Run, log: &Log, parity: Option<Parity>, watched: bool) -> Value {
+fn report(
+    board: &mut Board,
+    run: &RunOptions,
+    log: &Log,
+    parity: Option<Parity>,
+    watched: bool,
+) -> Value {
     let count = |counter: Counter| log.health.map(|health| health.counters.get(counter));
     let stack = match ["_stack_end", "_stack_start"].map(|name| board.image().symbol(name)) {
         [Some(low), Some(high)] => Some(board.stack_high_water(low, high)),

@@ -7,7 +7,7 @@ use common::{directory, products, run};
 use lsm6dsox::sim::Stimulus;
 use virtual_board::board::{Board, BoardOptions, Injection};
 use virtual_board::motion;
-use virtual_board::report::{self, Run};
+use virtual_board::report::{self, RunOptions};
 use virtual_board::scenario::ScenarioStep;
 use virtual_board::wiring::{Pin, Wiring};
 use wire::dictionary::index;
@@ -56,9 +56,9 @@ fn samples_of_every_board_have_times_and_bits_of_their_edges() {
     for (wiring, elf) in products() {
         let gait = motion::gait(gait::GaitName::Walk, 10.0, 1);
         let mut board = Board::with_motion(&elf, BoardOptions::default(), gait).expect("it fits");
-        let run = Run {
+        let run = RunOptions {
             milliseconds: 10_000,
-            ..Run::default()
+            ..RunOptions::default()
         };
         let folder = directory(&format!("boards-{}", wiring.name));
         let report = report::run(&mut board, &run, &folder).expect("it runs");

@@ -7,7 +7,7 @@ use host_tests::committed::assert_block;
 use serde_json::Value;
 use virtual_board::board::{Board, BoardOptions};
 use virtual_board::part::can::BusFrame;
-use virtual_board::report::{self, Run};
+use virtual_board::report::{self, RunOptions};
 use virtual_board::traffic::Traffic;
 use virtual_board::{motion, streams, time};
 
@@ -93,9 +93,9 @@ fn with_all_streams(elf: &[u8], name: &str) -> Value {
     let gait = motion::gait(gait::GaitName::Walk, 4.0, 1);
     let mut board = Board::with_motion(elf, BoardOptions::default(), gait).expect("it fits");
     streams::turn_all_on(&mut board).expect("it runs");
-    let run = Run {
+    let run = RunOptions {
         milliseconds: MEASURED,
-        ..Run::default()
+        ..RunOptions::default()
     };
     report::run(&mut board, &run, &directory(&format!("budgets-{name}"))).expect("it runs")
 }
@@ -105,10 +105,10 @@ fn under_full_load(elf: &[u8], name: &str) -> Value {
     let seconds = MEASURED_UNDER_FULL_LOAD as f64 / 1.0e3;
     let gait = motion::gait(gait::GaitName::Walk, seconds, 1);
     let mut board = Board::with_motion(elf, BoardOptions::default(), gait).expect("it fits");
-    let run = Run {
+    let run = RunOptions {
         milliseconds: MEASURED_UNDER_FULL_LOAD,
         traffic: Traffic::Full,
-        ..Run::default()
+        ..RunOptions::default()
     };
     report::run(&mut board, &run, &directory(&format!("full-load-{name}"))).expect("it runs")
 }

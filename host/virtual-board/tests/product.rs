@@ -7,7 +7,7 @@ use virtual_board::board::{Board, BoardOptions, Injection};
 use virtual_board::chip::Crystal;
 use virtual_board::motion;
 use virtual_board::part::can::{BusFault, BusFrame, TimedFrame};
-use virtual_board::report::{self, Run, TimedStep};
+use virtual_board::report::{self, RunOptions, TimedStep};
 use virtual_board::scenario::ScenarioStep;
 use virtual_board::traffic::Traffic;
 
@@ -153,9 +153,9 @@ fn walking(elf: &[u8], seconds: f64) -> Board {
 fn every_estimate_of_a_walk_has_the_bits_of_the_host() {
     let Some(elf) = product() else { return };
     let mut board = walking(&elf, 60.0);
-    let run = Run {
+    let run = RunOptions {
         milliseconds: 60_000,
-        ..Run::default()
+        ..RunOptions::default()
     };
     let report = report::run(&mut board, &run, &directory("parity")).expect("it runs");
     for line in ["uart", "can"] {
@@ -179,7 +179,7 @@ fn two_reports_of_the_same_run_are_identical() {
         "plot.svg",
         "report.json",
     ];
-    let run = Run {
+    let run = RunOptions {
         milliseconds: 1_500,
         faults: vec!["frozen@1000".into()],
         actions: vec![TimedStep {

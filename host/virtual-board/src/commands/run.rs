@@ -135,7 +135,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), Box<dyn core::error::Error>> 
             scenario.prepare(&elf, &mut board)?;
         }
     }
-    let run = report::Run {
+    let run = report::RunOptions {
         milliseconds: (seconds * 1000.0) as u64,
         faults: arguments
             .faults

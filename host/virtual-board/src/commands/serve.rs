@@ -16,7 +16,7 @@ use virtual_board::corner::Corner;
 
 use virtual_board::serve::pace::Speed;
 use virtual_board::serve::robot::{ControlNode, RobotOptions};
-use virtual_board::serve::{self, BoardPrograms, Note, Planned, Summary};
+use virtual_board::serve::{self, BoardPrograms, Note, Planned, ServeSummary};
 use virtual_board::wiring::Wiring;
 
 use super::elf;
@@ -90,7 +90,7 @@ pub fn serve(arguments: &ServeArguments) -> Result<(), Box<dyn core::error::Erro
         true => ControlNode::Absent,
         false => ControlNode::Present,
     };
-    let options = serve::Options {
+    let options = serve::ServeOptions {
         robot: RobotOptions {
             feet: arguments.feet,
             gait: arguments.gait,
@@ -137,7 +137,7 @@ fn typed() -> Receiver<String> {
     lines
 }
 
-fn print(summary: &Summary) {
+fn print(summary: &ServeSummary) {
     let seconds = summary.ms as f64 * 1e-3;
     let took = summary.took.as_secs_f64();
     eprintln!(

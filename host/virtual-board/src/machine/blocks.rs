@@ -3,7 +3,7 @@
 use super::{Machine, Stop};
 use crate::block::{Block, TAKEN, literals};
 use crate::memory::{FLASH, Memory};
-use crate::part::flash::accelerator::Run;
+use crate::part::flash::accelerator::StraightRun;
 
 /// A block that executes.
 #[derive(Clone, Copy, Debug)]
@@ -100,7 +100,7 @@ impl Machine {
             return;
         }
         let (first, count) = (block.literals.0 as usize, usize::from(block.literals.1));
-        let run = Run {
+        let run = StraightRun {
             address,
             size: block.size,
             cycles: block.cycles,

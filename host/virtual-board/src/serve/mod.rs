@@ -49,7 +49,7 @@ pub type Planned = (Option<Position>, SelectedFault, u64);
 
 /// Options of a server.
 #[derive(Clone)]
-pub struct Options {
+pub struct ServeOptions {
     /// The robot.
     pub robot: RobotOptions,
     /// Directory for links to the terminals.
@@ -113,7 +113,7 @@ pub enum Note<'a> {
 
 /// Statistics of a run.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Summary {
+pub struct ServeSummary {
     /// Virtual time, ms.
     pub ms: u64,
     /// Real time.
@@ -145,11 +145,11 @@ struct Server<'a> {
 /// If a terminal or a link cannot be created, or a foot fails.
 pub fn serve(
     programs: impl Into<BoardPrograms>,
-    options: &Options,
+    options: &ServeOptions,
     typed: &Receiver<String>,
     stop: &AtomicBool,
     tell: &mut dyn FnMut(Note),
-) -> Result<Summary, ServeError> {
+) -> Result<ServeSummary, ServeError> {
     let robot = BoardRobot::start(programs, &options.robot)?;
     let mut serial = Vec::new();
     for position in robot.positions() {
@@ -193,7 +193,7 @@ pub fn serve(
     let lines = server.serial.iter();
     let lines = lines.map(|(name, terminal)| (format!("{name}.uart"), terminal.lost()));
     let bus = (format!("{BUS}.slcan"), server.slcan.lost());
-    Ok(Summary {
+    Ok(ServeSummary {
         ms: server.robot.ms(),
         took: pace.elapsed(),
         behind: pace.lost(),
@@ -204,7 +204,7 @@ pub fn serve(
 
 impl Server<'_> {
     /// Reports the sources.
-    fn announce(&mut self, options: &Options, links: &mut Links) -> Result<(), ServeError> {
+    fn announce(&mut self, options: &ServeOptions, links: &mut Links) -> Result<(), ServeError> {
         let serial = self.serial.iter();
         let serial = serial.map(|(name, terminal)| (*name, "uart", terminal));
         for (name, kind, terminal) in serial.chain([(BUS, "slcan", &self.slcan)]) {

@@ -146,7 +146,7 @@ pub struct Literal {
 
 /// A straight run of instructions that is about to execute.
 #[derive(Clone, Copy, Debug)]
-pub struct Run<'a> {
+pub struct StraightRun<'a> {
     /// Start address.
     pub address: u32,
     /// Length, bytes.
@@ -270,7 +270,7 @@ impl Accelerator {
     }
 
     /// Fetches a run that begins at a cycle. Returns the number of cycles the core waits for flash in it.
-    pub fn fetch(&mut self, at: u64, run: &Run) -> u64 {
+    pub fn fetch(&mut self, at: u64, run: &StraightRun) -> u64 {
         let from = run.address.wrapping_sub(FLASH.start);
         let (first, last) = (from >> LINE, (from + run.size.max(1) - 1) >> LINE);
         // The cycle of an instruction is interpolated by the bytes before it.
@@ -305,8 +305,8 @@ mod tests {
     }
 
     /// A run of instructions of four bytes and a cycle each.
-    const fn run(line: u32, lines: u32) -> Run<'static> {
-        Run {
+    const fn run(line: u32, lines: u32) -> StraightRun<'static> {
+        StraightRun {
             address: FLASH.start + (line << LINE),
             size: lines << LINE,
             cycles: lines << 2,
@@ -374,7 +374,7 @@ mod tests {
                 offset: 0,
                 address: FLASH.start + (line << LINE),
             }];
-            let run = Run {
+            let run = StraightRun {
                 literals: &literals,
                 ..run(0, 1)
             };
