@@ -28,7 +28,7 @@ const READ_STATUS: u8 = 0x9E;
 
 /// A message that the board has sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SentContact {
+pub struct SentMessage {
     /// Time at which its first byte left, in units of [`time`](crate::time).
     pub began: u64,
     /// The message.
@@ -103,7 +103,7 @@ pub struct ParityCheck {
     /// Offset of the board's clock behind virtual time, µs, once known.
     offset: Option<f64>,
     bursts: VecDeque<Burst>,
-    contacts: VecDeque<SentContact>,
+    contacts: VecDeque<SentMessage>,
     frames: VecDeque<TimedFrame>,
     /// Recent estimates in the short form of CAN, as far back as a frame may be.
     short: VecDeque<([u8; 2], [u8; 4])>,
@@ -133,7 +133,7 @@ impl ParityCheck {
     }
 
     /// Adds a message sent over the serial line, in order.
-    pub fn contact(&mut self, sent: SentContact) {
+    pub fn contact(&mut self, sent: SentMessage) {
         self.contacts.push_back(sent);
         if self.offset.is_none() && self.contacts.len() >= FOR_CLOCK {
             self.find_clock();
@@ -176,7 +176,7 @@ impl ParityCheck {
     }
 
     fn compare_contact(&mut self) {
-        let (Some(SentContact { message, .. }), Some(offset)) =
+        let (Some(SentMessage { message, .. }), Some(offset)) =
             (self.contacts.pop_front(), self.offset)
         else {
             return;
@@ -308,7 +308,7 @@ fn missing(timestamp: Timestamp) -> ImuSample {
 
 /// Offset of the board's clock behind virtual time, µs. A message belongs to the last edge before it was sent,
 /// unless it had to wait; most do not, so the most frequent offset is taken.
-fn clock_offset(bursts: &[Burst], sent: &[SentContact]) -> Option<f64> {
+fn clock_offset(bursts: &[Burst], sent: &[SentMessage]) -> Option<f64> {
     let offsets: Vec<f64> = sent
         .iter()
         .rev()

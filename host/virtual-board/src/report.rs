@@ -14,7 +14,7 @@ use wire::uart::{ContactMessage, Decoder, HealthMessage, Message};
 
 use crate::board::Board;
 use crate::chip::Transaction;
-use crate::parity::{self, Parity, ParityCheck, SentContact};
+use crate::parity::{self, Parity, ParityCheck, SentMessage};
 use crate::part::can::TimedFrame;
 use crate::part::usart::TimedByte;
 use crate::scenario::ScenarioStep;
@@ -157,7 +157,7 @@ impl Log {
         self.curve.push(self.contacts, &message);
         self.contacts += 1;
         if let Some(comparison) = &mut self.comparison {
-            comparison.contact(SentContact { began, message });
+            comparison.contact(SentMessage { began, message });
         }
         writeln!(
             self.samples,
