@@ -11,7 +11,7 @@ use crate::part::gpio::Gpio;
 
 /// A pin of the chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Pin {
+pub struct ChipPin {
     /// Port, A first.
     pub port: usize,
     /// Number in the port, 0 to 15.
@@ -22,7 +22,7 @@ pub struct Pin {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Connection {
     /// The pin.
-    pub pin: Pin,
+    pub pin: ChipPin,
     /// Name of the function, for instance `SPI1_SCK`.
     pub name: &'static str,
     /// Number of the alternate function.
@@ -43,9 +43,9 @@ pub struct Wiring {
     /// Clock of the sensor, data to and from it.
     pub sensor_bus: [Connection; 3],
     /// Chip select of the sensor.
-    pub select: Pin,
+    pub select: ChipPin,
     /// INT1 of the sensor.
-    pub data_ready: Pin,
+    pub data_ready: ChipPin,
     /// To and from the CAN transceiver.
     pub can: [Connection; 2],
     /// Controller of the serial line: USART1, 2, 3 and 6.
@@ -53,11 +53,11 @@ pub struct Wiring {
     /// To and from the serial line.
     pub serial: [Connection; 2],
     /// Pin of the load sensor, and its channel of the converter.
-    pub load: (Pin, usize),
+    pub load: (ChipPin, usize),
     /// The LED.
-    pub led: Pin,
+    pub led: ChipPin,
     /// Pins that the board connects to a supply: a program that drives one shorts it.
-    pub tied: Vec<Pin>,
+    pub tied: Vec<ChipPin>,
 }
 
 /// Name and table of each board.
@@ -79,7 +79,7 @@ static BOARDS: LazyLock<Vec<Wiring>> = LazyLock::new(|| {
     TABLES.iter().map(parse).collect()
 });
 
-impl Pin {
+impl ChipPin {
     /// Reads a name such as `PA5`.
     fn parse(name: &str) -> Option<Self> {
         let mut letters = name.strip_prefix('P')?.chars();
@@ -171,7 +171,7 @@ impl Wiring {
         let table: Table = text.parse().map_err(|error| format!("{error}"))?;
         let wires = table.get("wire").and_then(toml::Value::as_array);
         let wires = wires.ok_or("there are no wires")?;
-        let find = |signal: &str| -> Result<(Pin, &'static str), String> {
+        let find = |signal: &str| -> Result<(ChipPin, &'static str), String> {
             let is_it = |wire: &&toml::Value| {
                 wire.get("signal").and_then(toml::Value::as_str) == Some(signal)
             };
@@ -182,7 +182,7 @@ impl Wiring {
                 value.ok_or_else(|| format!("{signal}: `{key}` is missing"))
             };
             let pin = field("pin")?;
-            let pin = Pin::parse(pin).ok_or_else(|| format!("{signal}: {pin} is not a pin"))?;
+            let pin = ChipPin::parse(pin).ok_or_else(|| format!("{signal}: {pin} is not a pin"))?;
             // Tables live as long as the program, a handful of names too.
             Ok((pin, String::leak(field("function")?.to_owned())))
         };
@@ -208,7 +208,8 @@ impl Wiring {
         let tied = table.get("tied").and_then(toml::Value::as_array);
         let tied = tied.into_iter().flatten().map(|entry| {
             let pin = entry.get("pin").and_then(toml::Value::as_str);
-            pin.and_then(Pin::parse).ok_or("a tied pin is not a pin")
+            pin.and_then(ChipPin::parse)
+                .ok_or("a tied pin is not a pin")
         });
         Ok(Self {
             name,
@@ -243,14 +244,14 @@ mod tests {
         );
         assert_eq!(
             feather.data_ready,
-            Pin {
+            ChipPin {
                 port: 1,
                 number: 10
             }
         );
         assert_eq!(feather.tied.len(), 2);
         assert_eq!(reference.sensor_bus[2].name, "SPI1_MISO");
-        assert_eq!(reference.load, (Pin { port: 2, number: 0 }, 10));
+        assert_eq!(reference.load, (ChipPin { port: 2, number: 0 }, 10));
     }
 
     #[test]
@@ -258,7 +259,10 @@ mod tests {
         let text = TABLES[0].1.replace("\"from_sensor\"", "\"nothing\"");
         let error = Wiring::parse("test", String::leak(text)).expect_err("a signal is missing");
         assert_eq!(error, "there is no wire for the signal from_sensor");
-        assert_eq!(Pin::parse("PA16"), None);
-        assert_eq!(Pin::parse("PB10").map(Pin::name), Some("PB10".into()));
+        assert_eq!(ChipPin::parse("PA16"), None);
+        assert_eq!(
+            ChipPin::parse("PB10").map(ChipPin::name),
+            Some("PB10".into())
+        );
     }
 }

@@ -9,7 +9,7 @@ use virtual_board::board::{Board, BoardOptions, Injection};
 use virtual_board::motion;
 use virtual_board::report::{self, RunOptions};
 use virtual_board::scenario::ScenarioStep;
-use virtual_board::wiring::{Pin, Wiring};
+use virtual_board::wiring::{ChipPin, Wiring};
 use wire::dictionary::index;
 use wire::uart::Message;
 use wire::{Address, Value};
@@ -87,10 +87,10 @@ fn the_led_blinks_and_the_load_is_analogue_on_every_board() {
             run(&mut board, 10);
             let machine = board.cpu().machine();
             let ports = &machine.chip.ports;
-            let Pin { port, number } = wiring.led;
+            let ChipPin { port, number } = wiring.led;
             assert_eq!(ports[port].mode(number), OUTPUT, "{}", wiring.name);
             levels.push(ports[port].level(number));
-            let Pin { port, number } = wiring.load.0;
+            let ChipPin { port, number } = wiring.load.0;
             assert_eq!(ports[port].mode(number), ANALOGUE, "{}", wiring.name);
         }
         levels.dedup();
@@ -134,14 +134,14 @@ fn program_of_another_board_is_noticed_by_its_first_pin() {
 }
 
 /// Moves a wire of a board to another pin.
-type Move = fn(&mut Wiring, Pin);
+type Move = fn(&mut Wiring, ChipPin);
 
 /// A board with one wire at a pin that no board uses.
 fn moved(wiring: &Wiring, change: Move) -> &'static Wiring {
     let mut moved = wiring.clone();
     change(
         &mut moved,
-        Pin {
+        ChipPin {
             port: 2,
             number: 13,
         },

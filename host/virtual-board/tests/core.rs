@@ -7,7 +7,7 @@ use common::{boot, build, image};
 use estimator_core::Params;
 use firmware::self_check;
 use host_tests::qemu;
-use virtual_board::core::cpu::{Cpu, State};
+use virtual_board::core::cpu::{CoreState, Cpu};
 use virtual_board::elf::ElfImage;
 use virtual_board::part::rcc::ResetCause;
 use virtual_board::time;
@@ -171,7 +171,7 @@ fn a_fault_in_the_fault_handler_causes_lockup() {
     let image = image("board-proofs", "faults");
     let cpu = misbehave(&image, Misuse::LockUp);
     let here = image.symbol("undefined_here").expect("a global symbol") & !1;
-    assert_eq!(cpu.state(), State::LockedUp { pc: here });
+    assert_eq!(cpu.state(), CoreState::LockedUp { pc: here });
 }
 
 #[test]
@@ -180,7 +180,7 @@ fn a_stack_overflow_out_of_ram_causes_a_fault() {
     let cpu = misbehave(&image, Misuse::Overflow);
     assert!(!cpu.machine().faults.is_empty());
     assert!(
-        matches!(cpu.state(), State::LockedUp { .. }),
+        matches!(cpu.state(), CoreState::LockedUp { .. }),
         "{:?}",
         cpu.state()
     );

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::Board;
-use crate::core::cpu::State;
+use crate::core::cpu::CoreState;
 use crate::elf::ElfImage;
 use crate::machine::{FaultNote, MachineCounters};
 use crate::memory::{FLASH, UNTOUCHED};
@@ -18,7 +18,7 @@ impl Board {
 
     /// The state of the core.
     #[must_use]
-    pub const fn state(&self) -> State {
+    pub const fn state(&self) -> CoreState {
         self.cpu.state()
     }
 

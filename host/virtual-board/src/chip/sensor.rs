@@ -17,7 +17,7 @@ const TRIGGERS: [[Option<usize>; 4]; 4] = [
 
 /// Timer and channel, counted from 0, whose input a pin is in an alternate function (DS8626, table 9): of TIM2 in
 /// function 1, of TIM5 in 2.
-const fn timer_input(pin: wiring::Pin, function: u32) -> Option<(usize, usize)> {
+const fn timer_input(pin: wiring::ChipPin, function: u32) -> Option<(usize, usize)> {
     Some(match (pin.port, pin.number, function) {
         (0, 0 | 5 | 15, 1) => (0, 0),
         (0, 1, 1) | (1, 3, 1) => (0, 1),

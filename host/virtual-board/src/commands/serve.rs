@@ -14,7 +14,7 @@ use rustix::process::getpgrp;
 use rustix::termios::tcgetpgrp;
 use virtual_board::corner::Corner;
 
-use virtual_board::serve::pace::Speed;
+use virtual_board::serve::pace::VirtualSpeed;
 use virtual_board::serve::robot::{ControlNode, RobotOptions};
 use virtual_board::serve::{self, BoardPrograms, Note, Planned, ServeSummary};
 use virtual_board::wiring::Wiring;
@@ -61,7 +61,7 @@ pub struct ServeArguments {
     seconds: Option<f64>,
     /// How many times as fast as real time, or max.
     #[arg(long, default_value = "1")]
-    speed: Speed,
+    speed: VirtualSpeed,
 }
 
 fn feet(text: &str) -> Result<usize, String> {

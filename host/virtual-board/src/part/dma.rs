@@ -17,7 +17,7 @@ pub struct Item {
 
 /// One stream.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Stream {
+pub struct DmaStream {
     control: u32,
     left: u32,
     length: u32,
@@ -39,7 +39,7 @@ const TC: u32 = 1 << 5;
 const HT: u32 = 1 << 4;
 const TE: u32 = 1 << 3;
 
-impl Stream {
+impl DmaStream {
     /// Channel of the stream; `None` while it is disabled.
     #[must_use]
     pub const fn channel(&self) -> Option<u32> {
@@ -115,7 +115,7 @@ impl Stream {
 #[derive(Clone, Debug, Default)]
 pub struct Dma {
     /// Streams of the controller.
-    pub streams: [Stream; 8],
+    pub streams: [DmaStream; 8],
 }
 
 const SHIFTS: [u32; 4] = [0, 6, 16, 22];
@@ -198,7 +198,7 @@ impl Dma {
     }
 }
 
-impl Stream {
+impl DmaStream {
     fn set_control(&mut self, value: u32) -> Result<(), String> {
         let was_on = self.control & EN != 0;
         self.control = value & 0x0FEF_FFFF;

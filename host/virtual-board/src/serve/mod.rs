@@ -38,7 +38,7 @@ use commands::{Command, HELP};
 pub use foot::BoardPrograms;
 use foot::Order;
 use links::Links;
-use pace::{Pace, Speed};
+use pace::{Pace, VirtualSpeed};
 use robot::{BoardRobot, RobotOptions, Stopped};
 use terminal::{Sent, Terminal};
 
@@ -59,7 +59,7 @@ pub struct ServeOptions {
     /// Duration, ms; `None` to run until the end is requested.
     pub ms: Option<u64>,
     /// Speed of virtual time.
-    pub speed: Speed,
+    pub speed: VirtualSpeed,
 }
 
 /// Reason why feet cannot be served.

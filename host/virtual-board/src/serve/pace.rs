@@ -14,14 +14,14 @@ const SLOWEST: f64 = 0.001;
 
 /// The speed of virtual time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Speed {
+pub enum VirtualSpeed {
     /// A multiple of real time.
     Times(f64),
     /// As fast as possible.
     Max,
 }
 
-impl core::str::FromStr for Speed {
+impl core::str::FromStr for VirtualSpeed {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -39,7 +39,7 @@ impl core::str::FromStr for Speed {
 /// Pace of a run.
 #[derive(Debug)]
 pub struct Pace {
-    speed: Speed,
+    speed: VirtualSpeed,
     began: Instant,
     /// Real time of virtual time 0, shifted by the losses.
     zero: Instant,
@@ -50,7 +50,7 @@ pub struct Pace {
 impl Pace {
     /// Starts virtual time now.
     #[must_use]
-    pub fn new(speed: Speed) -> Self {
+    pub fn new(speed: VirtualSpeed) -> Self {
         let now = Instant::now();
         Self {
             speed,
@@ -63,7 +63,7 @@ impl Pace {
 
     /// Waits until a virtual time, ms, is due.
     pub fn wait(&mut self, ms: u64) {
-        let Speed::Times(times) = self.speed else {
+        let VirtualSpeed::Times(times) = self.speed else {
             return;
         };
         let due = self.zero + Duration::from_secs_f64(ms as f64 * 1.0e-3 / times);
@@ -105,7 +105,7 @@ mod tests {
 
     #[test]
     fn virtual_time_follows_real_time_and_long_delays_are_lost() {
-        let mut pace = Pace::new(Speed::Times(2.0));
+        let mut pace = Pace::new(VirtualSpeed::Times(2.0));
         pace.wait(40);
         let took = pace.elapsed();
         assert!(took >= Duration::from_millis(20), "{took:?}");
@@ -123,10 +123,10 @@ mod tests {
 
     #[test]
     fn a_speed_is_a_number_above_0_or_max() {
-        assert_eq!("max".parse(), Ok(Speed::Max));
-        assert_eq!("0.5".parse(), Ok(Speed::Times(0.5)));
+        assert_eq!("max".parse(), Ok(VirtualSpeed::Max));
+        assert_eq!("0.5".parse(), Ok(VirtualSpeed::Times(0.5)));
         for text in ["0", "-1", "fast", "inf", "nan"] {
-            assert!(text.parse::<Speed>().is_err(), "{text}");
+            assert!(text.parse::<VirtualSpeed>().is_err(), "{text}");
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use unicorn_engine::{RegisterARM, Unicorn};
 
-use super::{Cpu, State};
+use super::{CoreState, Cpu};
 use crate::core::nvic::{THREAD, exception};
 use crate::core::scb::{FORCED, VECTTBL, cfsr};
 use crate::machine::Machine;
@@ -86,7 +86,7 @@ impl Cpu {
                 exception::HARD_FAULT
             } else {
                 drop(machine);
-                self.state = State::LockedUp { pc };
+                self.state = CoreState::LockedUp { pc };
                 return;
             }
         };
@@ -178,7 +178,7 @@ impl Cpu {
             Some(vector) if vector & 1 == 1 => self.set(RegisterARM::PC, vector),
             _ => {
                 self.machine.borrow_mut().scb.hfsr |= VECTTBL;
-                self.state = State::LockedUp { pc: return_address };
+                self.state = CoreState::LockedUp { pc: return_address };
             }
         }
         self.fresh_flags();
@@ -281,7 +281,7 @@ impl Cpu {
         }
         self.returned = tail;
         if thread && machine.scb.scr & 2 != 0 {
-            self.state = State::WaitingForInterrupt;
+            self.state = CoreState::WaitingForInterrupt;
         }
     }
 }

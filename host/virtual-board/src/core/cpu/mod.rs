@@ -44,7 +44,7 @@ const R: [RegisterARM; 13] = [
 
 /// The state of the core.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum State {
+pub enum CoreState {
     /// Executes.
     Running,
     /// Waits for an interrupt.
@@ -71,7 +71,7 @@ pub enum Interrupts {
 pub struct Cpu {
     engine: Engine,
     machine: Rc<RefCell<Machine>>,
-    state: State,
+    state: CoreState,
     event: bool,
     /// Whether the next exception is entered directly from the end of another (tail-chaining).
     returned: bool,
@@ -97,7 +97,7 @@ impl Cpu {
         let mut cpu = Self {
             engine: engine::with_memory(segments)?,
             machine: Rc::new(RefCell::new(machine)),
-            state: State::Running,
+            state: CoreState::Running,
             event: false,
             returned: false,
             runs_from_ram: Rc::default(),
@@ -118,7 +118,7 @@ impl Cpu {
 
     /// The state of the core.
     #[must_use]
-    pub const fn state(&self) -> State {
+    pub const fn state(&self) -> CoreState {
         self.state
     }
 
@@ -133,7 +133,7 @@ impl Cpu {
         self.set(RegisterARM::PC, address | 1);
         // Out of any IT block.
         self.set(RegisterARM::EPSR, 0x0100_0000);
-        self.state = State::Running;
+        self.state = CoreState::Running;
     }
 
     /// Moves the current stack pointer.
@@ -164,7 +164,7 @@ impl Cpu {
 
     /// Restarts the core; the machine has been reset.
     fn reset(&mut self) {
-        self.state = State::Running;
+        self.state = CoreState::Running;
         self.event = false;
         self.returned = false;
         // The program may be another one than that which the engine has translated.
@@ -240,11 +240,11 @@ impl Cpu {
                 continue;
             }
             let next = self.machine.borrow().nvic.next();
-            if let State::LockedUp { pc } = self.state {
+            if let CoreState::LockedUp { pc } = self.state {
                 // Only an NMI ends it, unless it is in one (ARMv7-M, B1.5.15).
                 match next {
                     Some((exception::NMI, priority)) if priority < self.execution_priority() => {
-                        self.state = State::Running;
+                        self.state = CoreState::Running;
                         self.enter(exception::NMI, pc);
                     }
                     _ => self.machine.borrow_mut().sleep(&mut self.engine),
@@ -253,20 +253,20 @@ impl Cpu {
             }
             if let Some((number, priority)) = next {
                 if priority < self.execution_priority() {
-                    self.state = State::Running;
+                    self.state = CoreState::Running;
                     let pc = self.get(RegisterARM::PC);
                     self.enter(number, pc);
                     continue;
                 }
-                if self.state == State::WaitingForInterrupt && self.wakes(priority) {
-                    self.state = State::Running;
+                if self.state == CoreState::WaitingForInterrupt && self.wakes(priority) {
+                    self.state = CoreState::Running;
                 }
             }
             self.returned = false;
-            if self.state == State::WaitingForEvent && core::mem::take(&mut self.event) {
-                self.state = State::Running;
+            if self.state == CoreState::WaitingForEvent && core::mem::take(&mut self.event) {
+                self.state = CoreState::Running;
             }
-            if self.state != State::Running {
+            if self.state != CoreState::Running {
                 self.machine.borrow_mut().sleep(&mut self.engine);
                 continue;
             }

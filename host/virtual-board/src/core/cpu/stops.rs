@@ -3,7 +3,7 @@
 use unicorn_engine::RegisterARM;
 
 use super::exceptions::CoreFault;
-use super::{Cpu, State, engine};
+use super::{CoreState, Cpu, engine};
 use crate::block::Block;
 use crate::core::nvic::exception;
 use crate::core::scb::cfsr;
@@ -76,7 +76,7 @@ impl Cpu {
                     self.fault(pc, CoreFault::usage(cfsr::INVSTATE), None);
                 } else if at_end && last == WFE {
                     if !core::mem::take(&mut self.event) {
-                        self.state = State::WaitingForEvent;
+                        self.state = CoreState::WaitingForEvent;
                     }
                 } else if !(at_end && last == YIELD) {
                     self.fault(pc, CoreFault::usage(cfsr::UNDEFINSTR), None);
@@ -84,7 +84,7 @@ impl Cpu {
             }
             None => match result {
                 Ok(()) if self.half(pc.wrapping_sub(2)) == WFI => {
-                    self.state = State::WaitingForInterrupt;
+                    self.state = CoreState::WaitingForInterrupt;
                 }
                 Ok(()) => {}
                 Err(error) => {
