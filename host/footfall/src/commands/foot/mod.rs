@@ -25,7 +25,7 @@ use live::foot::calibration;
 use live::foot::client::{Client, RequestError};
 use live::foot::position;
 use live::foot::scan;
-use live::foot::self_test::{self, Verdict};
+use live::foot::self_test::{self, SelfTestResult};
 use live::foot::settings::{self, Lasting, Values};
 use live::link::{self, pace::Speed};
 use wire::dictionary::index;
@@ -286,8 +286,8 @@ impl FootArguments {
             }
             FootAction::Calibrate { seconds, .. } => self.calibrate(client, *seconds)?,
             FootAction::Selftest => match self_test::run(client).map_err(FootError::from)? {
-                Verdict::Passed => "the sensor has passed its self-test\n".to_owned(),
-                Verdict::Failed(axes) => return Err(FootError::TestFailed { axes }.into()),
+                SelfTestResult::Passed => "the sensor has passed its self-test\n".to_owned(),
+                SelfTestResult::Failed(axes) => return Err(FootError::TestFailed { axes }.into()),
             },
             FootAction::Diff { file } => {
                 let own = settings::read(client).map_err(FootError::from)?;
