@@ -7,7 +7,9 @@ use std::sync::{Mutex, PoisonError};
 use analysis::batch::pattern::PathPattern;
 use analysis::batch::run::{Reason, RecordingOutcome, Results, Watch};
 use analysis::batch::sources::FoundRecording;
-use analysis::batch::{BatchRow, FeetWanted, Identity, Plausibility, Settings, estimate_recording};
+use analysis::batch::{
+    BatchRow, BatchSettings, FeetWanted, Identity, Plausibility, estimate_recording,
+};
 use analysis::config::{Resolved, parse_window};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
@@ -58,7 +60,7 @@ fn all_settings(
     options: &Options,
     settings: &SettingsArguments,
     batch: BatchArguments,
-) -> PyResult<Settings> {
+) -> PyResult<BatchSettings> {
     let settings = settings.read()?;
     let window = batch.window.map(|window| parse_window(&window));
     let resolved = Resolved {
@@ -66,7 +68,7 @@ fn all_settings(
         ..settings.resolved
     };
     let (hints, format) = options.hints(&resolved)?;
-    Ok(Settings {
+    Ok(BatchSettings {
         hints,
         resolved,
         format,

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use analysis::batch::{
-    BatchRow, FeetWanted, Identity, Plausibility, Settings, Status, estimate_recording,
+    BatchRow, BatchSettings, FeetWanted, Identity, Plausibility, Status, estimate_recording,
 };
 use gait::{GaitName, Ground, Plan, SensorParams, record};
 use recordings::output::write_recording;
@@ -22,7 +22,7 @@ fn walk(seconds: f64) -> Vec<u8> {
 struct Bench {
     folder: TempDir,
     identity: Identity,
-    settings: Settings,
+    settings: BatchSettings,
 }
 
 impl Bench {
@@ -30,7 +30,7 @@ impl Bench {
         let bench = Self {
             folder: tempfile::tempdir().unwrap(),
             identity: Identity::new("logs/spot/fl.csv", "spot"),
-            settings: Settings::default(),
+            settings: BatchSettings::default(),
         };
         fs::write(bench.input(), content).unwrap();
         bench

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use analysis::batch::run::{Reason, RecordingOutcome, Results, Watch};
 use analysis::batch::sources::{FoundRecording, Search, find};
-use analysis::batch::{Settings, Status};
+use analysis::batch::{BatchSettings, Status};
 use recordings::input::Topics;
 use rusqlite::Connection;
 use std::num::NonZeroUsize;
@@ -75,7 +75,7 @@ impl Watch for Outcomes {
 
 /// Estimates the only recording below a folder and returns its outcome.
 fn run(logs: &Path, out: &Path, topics: Topics) -> RecordingOutcome {
-    let mut settings = Settings::default();
+    let mut settings = BatchSettings::default();
     settings.hints.bag.topics = topics;
     let found = find(&[logs.to_owned()], &Search::default()).unwrap();
     assert_eq!(found.recordings.len(), 1, "{found:?}");

@@ -29,4 +29,4 @@ mod tables;
 pub use identity::Identity;
 pub use recording::{BatchError, Progress, estimate_recording, estimate_recording_watched};
 pub use row::{BatchRow, Status};
-pub use settings::{FeetWanted, Plausibility, Settings};
+pub use settings::{BatchSettings, FeetWanted, Plausibility};

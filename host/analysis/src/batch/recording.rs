@@ -13,7 +13,7 @@ use thiserror::Error;
 use super::fingerprint::Fingerprint;
 use super::identity::{Day, FootFiles, Identity, day_or_unknown};
 use super::row::{BatchRow, Found, Origin, Status};
-use super::settings::{FeetWanted, Plausibility, Settings};
+use super::settings::{BatchSettings, FeetWanted, Plausibility};
 use super::tables::{self, Counts, Table, Writer};
 use crate::config::{GRAVITIES, word_of};
 use crate::parameters::{CorrectionReport, ParametersReport};
@@ -63,7 +63,7 @@ struct Failure {
 pub fn estimate_recording(
     path: &Path,
     identity: &Identity,
-    settings: &Settings,
+    settings: &BatchSettings,
     out: &Path,
 ) -> Result<Vec<BatchRow>, BatchError> {
     estimate_recording_watched(
@@ -82,7 +82,7 @@ pub fn estimate_recording(
 pub fn estimate_recording_watched(
     path: &Path,
     identity: &Identity,
-    settings: &Settings,
+    settings: &BatchSettings,
     out: &Path,
     progress: &Progress,
 ) -> Result<Vec<BatchRow>, BatchError> {
@@ -113,7 +113,7 @@ pub fn estimate_recording_watched(
 struct Work<'a> {
     path: &'a Path,
     identity: &'a Identity,
-    settings: &'a Settings,
+    settings: &'a BatchSettings,
     out: &'a Path,
     progress: &'a Progress,
     key: String,

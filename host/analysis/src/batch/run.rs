@@ -15,7 +15,7 @@ use super::identity::{Day, FootFiles, Identity, day_or_unknown};
 use super::index::{Incomplete, Index, remove_empty_folders};
 use super::recording::{BatchError, Progress, estimate_recording_watched};
 use super::row::{BatchRow, Status};
-use super::settings::Settings;
+use super::settings::BatchSettings;
 use super::sources::{FoundRecording, name};
 use crate::replay::jobs;
 
@@ -144,7 +144,7 @@ impl Results {
     pub fn estimate(
         &self,
         recordings: &[FoundRecording],
-        settings: &Settings,
+        settings: &BatchSettings,
         jobs: NonZeroUsize,
         watch: &(dyn Watch + Sync),
     ) -> Result<(), BatchError> {
@@ -178,7 +178,7 @@ impl Results {
     pub fn plan(
         &self,
         recordings: &[FoundRecording],
-        settings: &Settings,
+        settings: &BatchSettings,
         jobs: NonZeroUsize,
         watch: &(dyn Watch + Sync),
     ) {

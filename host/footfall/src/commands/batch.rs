@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use analysis::batch::pattern::PathPattern;
 use analysis::batch::run::{Reason, RecordingOutcome, Results, Stale, Watch};
 use analysis::batch::sources::{FoundRecording, PassedOver, Search, Sources, find};
-use analysis::batch::{BatchRow, FeetWanted, Plausibility, Progress, Settings, Status};
+use analysis::batch::{BatchRow, BatchSettings, FeetWanted, Plausibility, Progress, Status};
 use analysis::config::parse_window;
 use analysis::replay::jobs;
 use clap::Args;
@@ -287,10 +287,10 @@ impl BatchArguments {
 
     /// Returns the settings of the estimation. Errors that do not depend on the recording are reported before any
     /// recording is read.
-    fn settings(&self) -> Result<Settings, Error> {
+    fn settings(&self) -> Result<BatchSettings, Error> {
         let reading = &self.recording.reading;
         let resolved = self.recording.resolved(self.window)?;
-        let settings = Settings {
+        let settings = BatchSettings {
             hints: Hints {
                 contacts: ContactUse::unless_estimated(self.estimate_again),
                 ..reading.hints(&resolved)?
