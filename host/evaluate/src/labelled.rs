@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use estimator_core::Gravity;
-use recordings::input::pce::{Wrench, read_with_wrench};
+use recordings::input::published::simulated::{Wrench, read_with_wrench};
 use recordings::input::{self, Format, Hints};
 use recordings::recording::{Label, Recording};
 

@@ -9,7 +9,7 @@ use serde::Serialize;
 use gait::plan::DEMO_SEED;
 use gait::slips;
 use gait::{GaitName, Ground, Plan, SensorParams};
-use recordings::input::pce::LabelScheme;
+use recordings::input::published::simulated::LabelScheme;
 
 /// Duration of each simulated walk, trot and run, s.
 const STEADY_SECONDS: f64 = 30.0;

@@ -22,7 +22,11 @@ const SETS: [Set; 9] = [
 /// Index of a recording that is no teacher within its family.
 const SLIP: usize = 2;
 
-type Row = (recordings::input::pce::Wrench, [f64; 6], Label);
+type Row = (
+    recordings::input::published::simulated::Wrench,
+    [f64; 6],
+    Label,
+);
 
 /// Walk of a foot that turns `slowness` times slower in its swing than in the first walk.
 fn rows(slowness: f64) -> impl Iterator<Item = Row> {

@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 
 use evaluate::labelled::GRAVITY_REMOVED;
 use evaluate::sets::{File, FileLayout, files};
-use recordings::input::pce::LabelScheme;
+use recordings::input::published::simulated::LabelScheme;
 use tempfile::TempDir;
 
 pub struct Bench {

@@ -9,7 +9,7 @@ use analysis::replay::span::Span;
 use decode::ContactRow;
 use estimator_core::{Flag, Flags, Params, PerAxis, Probabilities};
 use recordings::input::Stored;
-use recordings::input::contacts::{
+use recordings::input::store::contacts::{
     Contacts, NO_VECTOR, NewestOrientation, SentContact, flags_of_contact,
 };
 

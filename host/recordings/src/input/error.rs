@@ -6,11 +6,11 @@ use thiserror::Error;
 
 use super::format::Format;
 use super::iso8601::micros_since_1970;
-use super::mapping::{Mapping, is_ours};
-use super::options::{TimeUnit, Units};
 pub use super::place::{Cell, RowPlace};
 use super::refusal::ContainerError;
-use super::sensors::options;
+use super::table::mapping::{Mapping, is_ours};
+use super::table::options::{TimeUnit, Units};
+use super::table::sensors::options;
 use super::time::{MAX_TIME_S, MILLISECONDS_HINT};
 use crate::number::{shown, shown_rate};
 

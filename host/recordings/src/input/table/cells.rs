@@ -4,14 +4,14 @@ use std::borrow::Cow;
 
 use estimator_core::Validity;
 
-use super::error::{Cell, InputError};
-use super::iso8601::micros_since_1970;
-use super::table::Row;
+use super::reader::Row;
+use crate::input::error::{Cell, InputError};
+use crate::input::iso8601::micros_since_1970;
 use crate::recording::Label;
 use crate::validity::VALIDITIES;
 
 /// A row of a table; columns are indexed from 0.
-pub(super) trait Cells {
+pub(in crate::input) trait Cells {
     /// Returns whether a cell is blank.
     fn is_blank(&self, index: usize) -> bool;
 
@@ -95,7 +95,11 @@ pub(super) fn number(text: &str) -> Option<f64> {
 }
 
 /// Label in column `index`: 1 stable, 0 not.
-pub(super) fn label(row: &impl Cells, index: usize, value: f64) -> Result<Label, InputError> {
+pub(in crate::input) fn label(
+    row: &impl Cells,
+    index: usize,
+    value: f64,
+) -> Result<Label, InputError> {
     if value == 1.0 {
         Ok(Label::Stable)
     } else if value == 0.0 {

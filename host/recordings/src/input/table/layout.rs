@@ -1,16 +1,16 @@
 //! Header of a `csv`, with our names for the known columns.
 
-use super::error::{Cell, InputError, RowPlace, Suggestion};
-use super::iso8601::micros_since_1970;
 use super::mapping::{Mapping, is_axis, is_ours};
 use super::names::{
     Found, FoundTime, Triple, find_time, find_with_units, guess, position, split_unit,
     without_units,
 };
 use super::options::{AccelerationUnit, RateUnit, TableOptions, TimeUnit, Units};
+use super::reader::{Row, Table};
 use super::ros2;
 use super::sensors::choices;
-use super::table::{Row, Table};
+use crate::input::error::{Cell, InputError, RowPlace, Suggestion};
+use crate::input::iso8601::micros_since_1970;
 
 /// Name of the nanoseconds of a stamp whose seconds are `t`.
 pub(super) const NANOSECONDS: &str = "t.nanosec";
@@ -55,7 +55,7 @@ pub(super) struct Layout {
 }
 
 /// Returns whether a table has a header, with our names or those of others, or has the cells of a known message.
-pub(super) fn is_table(table: &mut Table) -> Result<bool, InputError> {
+pub(in crate::input) fn is_table(table: &mut Table) -> Result<bool, InputError> {
     if table.comment_header().is_some() {
         return Ok(true);
     }
@@ -348,7 +348,7 @@ pub(super) fn suggestion(header: &Row, missing: &[&'static str]) -> Option<Sugge
 }
 
 /// Example of a mapping of the first columns of a file, if they have names.
-pub(super) fn example(wanted: &[&str], names: &[String]) -> Option<Suggestion> {
+pub(in crate::input) fn example(wanted: &[&str], names: &[String]) -> Option<Suggestion> {
     let is_name =
         |name: &&String| !name.is_empty() && name.parse::<f64>().is_err() && !is_ours(name);
     let mut theirs: Vec<&String> = Vec::new();

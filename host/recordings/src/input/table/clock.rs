@@ -1,10 +1,10 @@
 //! The clock of a table: the column `t`.
 
 use super::cells::Cells;
-use super::error::InputError;
 use super::options::TimeUnit;
-use super::rows::NotAfter;
-use super::time::MAX_TIME_S;
+use crate::input::error::InputError;
+use crate::input::store::rows::NotAfter;
+use crate::input::time::MAX_TIME_S;
 
 /// Largest distance from 1970 of times with a known unit, µs; it includes the year 9999.
 const LATEST_US: u64 = 1 << 58;

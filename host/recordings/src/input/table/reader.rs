@@ -8,12 +8,12 @@ use std::rc::Rc;
 
 use csv::{ReaderBuilder, StringRecord, Terminator, Trim};
 
-use super::error::{Cell, InputError, RowPlace};
 use super::head::{COMMENT, Head};
-use super::iso8601::micros_since_1970;
 use super::lines::{LONGEST_ROW, Progress, Watched};
 use super::names;
 use super::options::Decimal;
+use crate::input::error::{Cell, InputError, RowPlace};
+use crate::input::iso8601::micros_since_1970;
 use samples::compressed::decompressed;
 
 /// Number of separators from which a line is a row: six axes need them.
@@ -23,7 +23,7 @@ const SEPARATORS_OF_A_ROW: usize = 5;
 type Text = Chain<Watched<Box<dyn Read>>, &'static [u8]>;
 
 /// A file that is read row by row.
-pub(super) struct Table {
+pub(in crate::input) struct Table {
     file: String,
     recording_name: String,
     reader: csv::Reader<Text>,
@@ -41,7 +41,7 @@ pub(super) struct Table {
 
 impl Table {
     /// Opens a file that is known to be a table.
-    pub(super) fn open(path: &Path) -> Result<Self, InputError> {
+    pub(in crate::input) fn open(path: &Path) -> Result<Self, InputError> {
         let name = path.display().to_string();
         let opened = File::open(path).and_then(|file| decompressed(Box::new(file)));
         match opened.and_then(|text| Self::of(name.clone(), recording_name(path), text)) {
@@ -51,7 +51,7 @@ impl Table {
     }
 
     /// Creates the table of a text.
-    pub(super) fn of(
+    pub(in crate::input) fn of(
         file: String,
         recording_name: String,
         mut text: Box<dyn Read>,
@@ -95,17 +95,17 @@ impl Table {
     }
 
     /// Path of the file, as given.
-    pub(super) fn file(&self) -> &str {
+    pub(in crate::input) fn file(&self) -> &str {
         &self.file
     }
 
     /// Name of the recording in the file.
-    pub(super) fn recording_name(&self) -> &str {
+    pub(in crate::input) fn recording_name(&self) -> &str {
         &self.recording_name
     }
 
     /// Sets the mark before the fractions of all numbers that are not read yet.
-    pub(super) fn set_decimal(&mut self, decimal: Decimal) {
+    pub(in crate::input) fn set_decimal(&mut self, decimal: Decimal) {
         self.decimal = decimal;
         if let Some(row) = self.peeked.take() {
             self.peeked = Some(self.with_points(row));
@@ -133,7 +133,7 @@ impl Table {
     }
 
     /// The row that [`next_row`](Self::next_row) returns next.
-    pub(super) fn peek_row(&mut self) -> Result<Option<&Row>, InputError> {
+    pub(in crate::input) fn peek_row(&mut self) -> Result<Option<&Row>, InputError> {
         if self.peeked.is_none() {
             self.peeked = self.next_row()?;
         }
@@ -141,14 +141,14 @@ impl Table {
     }
 
     /// Error about a file without samples.
-    pub(super) fn empty(&self) -> InputError {
+    pub(in crate::input) fn empty(&self) -> InputError {
         InputError::Empty {
             file: self.file.clone(),
         }
     }
 
     /// Returns the next line that is not blank; `None` at the end of the file.
-    pub(super) fn next_row(&mut self) -> Result<Option<Row>, InputError> {
+    pub(in crate::input) fn next_row(&mut self) -> Result<Option<Row>, InputError> {
         if let Some(row) = self.peeked.take() {
             return Ok(Some(row));
         }
@@ -272,7 +272,7 @@ pub fn recording_name(path: &Path) -> String {
 
 /// A row of the table.
 #[derive(Clone)]
-pub(super) struct Row {
+pub(in crate::input) struct Row {
     file: String,
     pub(super) place: RowPlace,
     cells: StringRecord,
@@ -290,7 +290,7 @@ impl Row {
     }
 
     /// Cells, without surrounding space.
-    pub(super) fn cells(&self) -> impl Iterator<Item = &str> {
+    pub(in crate::input) fn cells(&self) -> impl Iterator<Item = &str> {
         self.cells.iter()
     }
 
@@ -309,7 +309,7 @@ impl Row {
     }
 
     /// Checks that the row has `expected` cells.
-    pub(super) fn expect_columns(&self, expected: usize) -> Result<(), InputError> {
+    pub(in crate::input) fn expect_columns(&self, expected: usize) -> Result<(), InputError> {
         if self.cells.len() == expected {
             Ok(())
         } else {

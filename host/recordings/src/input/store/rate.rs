@@ -1,6 +1,6 @@
 //! Sample rate of a `csv`: that of the times between its rows, or the given one.
 
-use super::error::InputError;
+use crate::input::error::InputError;
 use crate::steps::{Steps, median};
 
 /// Largest deviation of a given sample rate from that of the times, as a fraction.

@@ -8,9 +8,9 @@
 //! They are not part of a recording: a replay must not see them.
 
 use super::cells::Cells;
-use super::error::InputError;
 use super::extra::ExtraColumns;
-use super::table::Row;
+use super::reader::Row;
+use crate::input::error::InputError;
 use crate::space::{Rotation, Vector};
 
 const QUATERNION: [&str; 4] = ["qw", "qx", "qy", "qz"];
@@ -25,10 +25,10 @@ const LENGTH_TOLERANCE: f64 = 0.01;
 
 /// Collects the orientation of each row, if it is known and counts.
 #[derive(Default)]
-pub(super) struct Orientations {
+pub(in crate::input) struct Orientations {
     quaternion: [usize; 4],
     movement: Option<usize>,
-    pub(super) rows: Vec<Option<Rotation>>,
+    pub(in crate::input) rows: Vec<Option<Rotation>>,
 }
 
 impl ExtraColumns for Orientations {

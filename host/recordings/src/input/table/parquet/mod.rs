@@ -24,17 +24,17 @@ use parquet::arrow::arrow_reader::{
 use parquet::errors::ParquetError;
 
 use super::cells::Cells;
-use super::error::{Cell, InputError, RowPlace};
 use super::extra::ExtraColumns;
 use super::header::Columns;
 use super::intake::{Intake, RowKind};
-use super::iso8601::micros_since_1970;
 use super::layout::{Index, Layout};
-use super::loaded::Hints;
-use super::open::Container;
-use super::refusal::ContainerError;
-use super::stored::Stored;
-use super::table::Row;
+use super::reader::Row;
+use crate::input::error::{Cell, InputError, RowPlace};
+use crate::input::iso8601::micros_since_1970;
+use crate::input::loaded::Hints;
+use crate::input::open::Container;
+use crate::input::refusal::ContainerError;
+use crate::input::store::stored::Stored;
 use column::{Column, Kind};
 use guarded::guarded;
 
@@ -48,7 +48,7 @@ const PANDAS_INDEX: &str = "__index_level_";
 ///
 /// # Errors
 /// The first error found, with its row and column.
-pub(super) fn read(
+pub(in crate::input) fn read(
     container: &Container,
     hints: &Hints,
     extra: &mut impl ExtraColumns,

@@ -197,7 +197,7 @@ impl RateUnit {
 
 impl Units {
     /// Returns whether this is the name of a unit.
-    pub(super) fn are_named(text: &str) -> bool {
+    pub(in crate::input) fn are_named(text: &str) -> bool {
         AccelerationUnit::written(text).is_some() || RateUnit::written(text).is_some()
     }
 
@@ -297,7 +297,7 @@ impl TimeUnit {
     }
 
     /// The unit with this spelling.
-    pub(super) fn written(text: &str) -> Option<Self> {
+    pub(in crate::input) fn written(text: &str) -> Option<Self> {
         match text {
             "s" | "sec" => Some(Self::Seconds),
             "ms" => Some(Self::Milliseconds),

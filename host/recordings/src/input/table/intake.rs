@@ -4,15 +4,15 @@ use estimator_core::Gravity;
 
 use super::cells::Cells;
 use super::clock::{TimeColumn, unit_since_1970};
-use super::error::InputError;
 use super::header::Columns;
 use super::layout::{Blanks, Layout};
-use super::loaded::{Hints, OLDEST_LOAD_US, finite_load};
 use super::names::{FoundTime, find_time, guess};
 use super::options::TimeUnit;
-use super::rows::{Refused, Rows, Source};
-use super::stored::Stored;
-use super::table::Row;
+use super::reader::Row;
+use crate::input::error::InputError;
+use crate::input::loaded::{Hints, OLDEST_LOAD_US, finite_load};
+use crate::input::store::rows::{Refused, Rows, Source};
+use crate::input::store::stored::Stored;
 
 /// Title of a column `force`.
 pub(super) const LOAD_TITLE: &str = "force (N)";

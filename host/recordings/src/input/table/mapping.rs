@@ -9,12 +9,12 @@ use estimator_core::Axis;
 const OTHERS: [&str; 4] = ["t", "force", "label", "validity"];
 
 /// Returns whether a column of a `csv` may have this name.
-pub(super) fn is_ours(name: &str) -> bool {
+pub(in crate::input) fn is_ours(name: &str) -> bool {
     OTHERS.contains(&name) || is_axis(name)
 }
 
 /// Returns whether this is the name of an axis.
-pub(super) fn is_axis(name: &str) -> bool {
+pub(in crate::input) fn is_axis(name: &str) -> bool {
     Axis::ALL.iter().any(|axis| axis.name() == name)
 }
 

@@ -32,7 +32,7 @@ pub(super) fn choices(triple: Triple, found: &[[usize; 3]], names: &[String]) ->
 }
 
 /// Options with mappings, for an error.
-pub(super) fn options(mappings: &[Mapping]) -> String {
+pub(in crate::input) fn options(mappings: &[Mapping]) -> String {
     let options = mappings.iter().map(|mapping| format!("--map {mapping}"));
     options.collect::<Vec<_>>().join(" or ")
 }

@@ -66,14 +66,14 @@ const STAMP: [&str; 2] = ["stamp.sec", "stamp.nanosec"];
 
 /// The three axes of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Triple {
+pub(in crate::input) enum Triple {
     Acceleration,
     Rate,
 }
 
 impl Triple {
     /// Our names of the axes.
-    pub(super) const fn ours(self) -> [&'static str; 3] {
+    pub(in crate::input) const fn ours(self) -> [&'static str; 3] {
         match self {
             Self::Acceleration => ["ax", "ay", "az"],
             Self::Rate => ["wx", "wy", "wz"],
@@ -90,7 +90,7 @@ impl Triple {
 
 /// Position of the three axes of a sensor.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Found {
+pub(in crate::input) enum Found {
     Nowhere,
     /// At these indices.
     At([usize; 3]),
@@ -99,7 +99,7 @@ pub(super) enum Found {
 }
 
 /// Finds the three axes of a sensor in a header.
-pub(super) fn find(triple: Triple, names: &[String]) -> Found {
+pub(in crate::input) fn find(triple: Triple, names: &[String]) -> Found {
     let normal: Vec<String> = names.iter().map(|name| normal(name)).collect();
     for sensor in triple.theirs() {
         let triples: Vec<_> = triples(sensor, &normal).collect();

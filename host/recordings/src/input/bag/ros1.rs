@@ -6,21 +6,21 @@ use std::process::{Command, Stdio};
 
 use tempfile::TempDir;
 
-use super::error::InputError;
-use super::refusal::ContainerError;
+use crate::input::error::InputError;
+use crate::input::refusal::ContainerError;
 use samples::foreign::Foreign;
 
 /// Program that converts.
 const PROGRAM: &str = "rosbags-convert";
 
 /// A rosbag2 in a temporary folder, which is removed with it.
-pub(super) struct Converted {
+pub(in crate::input) struct Converted {
     folder: TempDir,
 }
 
 impl Converted {
     /// Folder of the bag.
-    pub(super) fn path(&self) -> PathBuf {
+    pub(in crate::input) fn path(&self) -> PathBuf {
         self.folder.path().join("bag")
     }
 }
@@ -29,7 +29,7 @@ impl Converted {
 ///
 /// # Errors
 /// The program is not installed, cannot be run, or refuses the bag.
-pub(super) fn converted(path: &Path) -> Result<Converted, InputError> {
+pub(in crate::input) fn converted(path: &Path) -> Result<Converted, InputError> {
     let file = path.display().to_string();
     let unusable = |source: io::Error| InputError::Spool {
         file: file.clone(),

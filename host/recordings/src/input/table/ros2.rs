@@ -5,7 +5,7 @@
 
 use csv::StringRecord;
 
-use super::table::Row;
+use super::reader::Row;
 
 /// Number of cells of a message: a stamp in two cells, a name, a quaternion and its covariance, two vectors and
 /// their covariances.

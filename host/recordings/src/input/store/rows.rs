@@ -4,37 +4,37 @@ use std::io;
 
 use estimator_core::{Gravity, Timestamp};
 
-use super::error::InputError;
-use super::loaded::{Hints, Repairs, steady_time};
-use super::options::Times;
 use super::rate::sample_rate;
 use super::stored::{About, Stored, Timing};
 use super::times::{longest_increase, mean_rate, moved};
+use crate::input::error::InputError;
+use crate::input::loaded::{Hints, Repairs, steady_time};
+use crate::input::table::options::Times;
 use crate::recording::RecordedSample;
 use crate::spool::Spool;
 use crate::steps::Steps;
 
 /// Properties of a recording known from its source.
-pub(super) struct Source<'a> {
+pub(in crate::input) struct Source<'a> {
     /// Path of the file, as given.
-    pub(super) file: &'a str,
-    pub(super) name: String,
-    pub(super) foot: Option<String>,
+    pub(in crate::input) file: &'a str,
+    pub(in crate::input) name: String,
+    pub(in crate::input) foot: Option<String>,
     /// Whether the accelerations contain gravity by default.
-    pub(super) gravity: Gravity,
-    pub(super) load_title: String,
-    pub(super) notices: Vec<String>,
+    pub(in crate::input) gravity: Gravity,
+    pub(in crate::input) load_title: String,
+    pub(in crate::input) notices: Vec<String>,
 }
 
 /// Rows of one recording.
-pub(super) struct Rows {
+pub(in crate::input) struct Rows {
     times: Times,
     spool: Spool,
     clock: Option<Clock>,
     steps: Steps,
     /// Times of the clock, µs, if they need not be in order.
     unordered_us: Vec<i64>,
-    pub(super) repairs: Repairs,
+    pub(in crate::input) repairs: Repairs,
 }
 
 /// First and newest time, µs.
@@ -45,19 +45,19 @@ struct Clock {
 }
 
 /// A time that is not after that of the previous row, µs.
-pub(super) struct NotAfter {
-    pub(super) previous_us: i64,
+pub(in crate::input) struct NotAfter {
+    pub(in crate::input) previous_us: i64,
 }
 
 /// Reason why a row was rejected.
-pub(super) enum Refused {
+pub(in crate::input) enum Refused {
     Time(NotAfter),
     Spool(io::Error),
 }
 
 impl Refused {
     /// Error about times that cannot be attributed to a cell.
-    pub(super) fn into_error(self, file: &str) -> InputError {
+    pub(in crate::input) fn into_error(self, file: &str) -> InputError {
         match self {
             Self::Time(NotAfter { previous_us }) => InputError::MessageOrder {
                 file: file.to_owned(),
@@ -72,7 +72,7 @@ impl Refused {
 }
 
 impl Rows {
-    pub(super) fn new(times: Times) -> Self {
+    pub(in crate::input) fn new(times: Times) -> Self {
         Self {
             times,
             spool: Spool::default(),
@@ -84,7 +84,7 @@ impl Rows {
     }
 
     /// Appends a row; `clock_us` is the time of the file's clock, given for all rows or for none.
-    pub(super) fn push(
+    pub(in crate::input) fn push(
         &mut self,
         clock_us: Option<i64>,
         mut sample: RecordedSample,
@@ -120,12 +120,12 @@ impl Rows {
     }
 
     /// Flags of the rows that are kept, if some may be left out.
-    pub(super) fn kept(&self) -> Option<Vec<bool>> {
+    pub(in crate::input) fn kept(&self) -> Option<Vec<bool>> {
         (self.times == Times::DropBad).then(|| longest_increase(&self.unordered_us))
     }
 
     /// Returns the recording, with the rows selected by [`Self::kept`].
-    pub(super) fn finish(
+    pub(in crate::input) fn finish(
         mut self,
         source: Source<'_>,
         hints: &Hints,

@@ -1,11 +1,11 @@
 //! Columns of a `csv` that are not part of a recording.
 
 use super::cells::Cells;
-use super::error::InputError;
-use super::table::Row;
+use super::reader::Row;
+use crate::input::error::InputError;
 
 /// Reader of the columns of a table that are not part of a recording.
-pub(super) trait ExtraColumns {
+pub(in crate::input) trait ExtraColumns {
     /// Returns whether it reads the column of this name.
     fn reads(&self, name: &str) -> bool;
 

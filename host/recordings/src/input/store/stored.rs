@@ -5,9 +5,9 @@ use std::io;
 use estimator_core::{ContactEstimate, Gravity, ImuSample, LinearAcceleration, Timestamp};
 
 use super::contacts::{Contacts, Reading};
-use super::correction::Correction;
-use super::loaded::{Loaded, OLDEST_LOAD_US, Repairs, steady_time};
-use super::options::Units;
+use crate::input::correction::Correction;
+use crate::input::loaded::{Loaded, OLDEST_LOAD_US, Repairs, steady_time};
+use crate::input::table::options::Units;
 use crate::recording::{RecordedSample, Recording};
 use crate::spool::{Samples, Spool};
 
@@ -166,14 +166,14 @@ impl Stored {
     }
 
     /// Corrects samples that were stored as they were measured.
-    pub(super) fn correct(&mut self, correction: Correction) {
+    pub(in crate::input) fn correct(&mut self, correction: Correction) {
         self.about.correction = correction;
         self.pending = Some(correction);
     }
 
     /// Makes these contacts the estimates, and describes them in place of the samples; returns false, and changes
     /// nothing, if they are fewer than two.
-    pub(super) fn use_contacts(&mut self, contacts: Contacts) -> bool {
+    pub(in crate::input) fn use_contacts(&mut self, contacts: Contacts) -> bool {
         let Some(((first_us, last_us), rate)) = contacts.span_and_rate() else {
             return false;
         };
@@ -241,7 +241,7 @@ impl Stored {
     }
 
     /// Stores a recording that is in memory.
-    pub(super) fn from_loaded(loaded: Loaded) -> io::Result<Self> {
+    pub(in crate::input) fn from_loaded(loaded: Loaded) -> io::Result<Self> {
         let recording = loaded.recording;
         let mut spool = Spool::default();
         for sample in &recording.samples {

@@ -3,15 +3,15 @@
 use estimator_core::{Axis, Timestamp, Validity};
 
 use super::cells::{Cells, optional_label, validity};
-use super::error::{HeaderSlip, InputError};
 use super::layout::{Blanks, NANOSECONDS, shortened, suggestion};
-use super::loaded::{Hints, finite_load, imu_sample};
 use super::mapping::is_ours;
-use super::table::Row;
+use super::reader::Row;
+use crate::input::error::{HeaderSlip, InputError};
+use crate::input::loaded::{Hints, finite_load, imu_sample};
 use crate::recording::RecordedSample;
 
 /// Returns whether a row is a header, even a malformed one: it contains a known name.
-pub(super) fn is_header(row: &Row) -> bool {
+pub(in crate::input) fn is_header(row: &Row) -> bool {
     row.cells()
         .flat_map(|cell| cell.split(OTHER_SEPARATORS))
         .any(|name| is_ours(&name.to_lowercase()))

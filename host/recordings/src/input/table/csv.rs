@@ -17,20 +17,20 @@
 //! [`Mapping`](super::Mapping). In them a blank cell of an axis is not a number, and a row without any axis
 //! belongs to another signal: it is left out and counted. Times may be dates with times as in ISO 8601.
 
-use super::error::InputError;
 use super::extra::ExtraColumns;
 use super::header::Columns;
 use super::intake::{Intake, RowKind};
 use super::layout::Layout;
-use super::loaded::Hints;
-use super::stored::Stored;
-use super::table::Table;
+use super::reader::Table;
+use crate::input::error::InputError;
+use crate::input::loaded::Hints;
+use crate::input::store::stored::Stored;
 
 /// Reads a table with a header, and the `extra` columns in addition to those of a recording.
 ///
 /// # Errors
 /// The first error found, with file, line and column.
-pub(super) fn read(
+pub(in crate::input) fn read(
     mut table: Table,
     hints: &Hints,
     extra: &mut impl ExtraColumns,
@@ -84,7 +84,7 @@ mod tests {
     use crate::input::Opened;
     use crate::input::error::{Cell, RowPlace};
     use crate::input::loaded::Loaded;
-    use crate::input::options::{TimeUnit, Times, Units};
+    use crate::input::{TimeUnit, Times, Units};
     use crate::recording::Label;
     use crate::validity::VALIDITIES;
     use estimator_core::{Gravity, Load, Timestamp, Validity, Vec3};
@@ -251,7 +251,7 @@ mod tests {
         .unwrap();
         let mut hints = Hints::default();
         hints.table.times = Times::DropBad;
-        let mut truth = crate::input::truth::Orientations::default();
+        let mut truth = crate::input::table::truth::Orientations::default();
         let table = Table::open(file.path()).unwrap();
         let stored = read(table, &hints, &mut truth).unwrap();
         let loaded = stored.into_loaded().unwrap();
