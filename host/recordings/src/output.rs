@@ -34,7 +34,7 @@ use crate::validity::name_of;
 pub const HEADER: &str = "t,p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx,p_wy,p_wz,\
      qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,sigma_v,state,decision,flags";
 
-/// Header of a recording, as [`input::csv`](crate::input::csv) reads it.
+/// Header of a recording, as [`input::table::csv`](crate::input::table::csv) reads it.
 const RECORDING_HEADER: &str = "t,ax,ay,az,wx,wy,wz,force,label,validity";
 
 /// Column before those of [`HEADER`] in a table of several feet: the name of the foot.

@@ -14,7 +14,7 @@
 //! the times between rows, gaps excluded, or the given rate; if both are known they must agree within 1 %.
 //!
 //! Tables of other origin are read by their names for these columns, listed in `names`, or by a
-//! [`Mapping`](super::Mapping). In them a blank cell of an axis is not a number, and a row without any axis
+//! [`Mapping`](super::mapping::Mapping). In them a blank cell of an axis is not a number, and a row without any axis
 //! belongs to another signal: it is left out and counted. Times may be dates with times as in ISO 8601.
 
 use super::extra::ExtraColumns;
