@@ -5,11 +5,12 @@ mod common;
 use common::{directory, is_built_here, product, products};
 use host_tests::committed::assert_block;
 use serde_json::Value;
-use virtual_board::board::{Board, BoardOptions};
-use virtual_board::part::can::BusFrame;
-use virtual_board::report::{self, RunOptions};
-use virtual_board::traffic::Traffic;
-use virtual_board::{motion, streams, time};
+use virtual_board::emulator::board::{Board, BoardOptions};
+use virtual_board::emulator::part::can::BusFrame;
+use virtual_board::emulator::time;
+use virtual_board::product::report::{self, RunOptions};
+use virtual_board::product::traffic::Traffic;
+use virtual_board::product::{motion, streams};
 
 /// Duration of a measurement, ms; the first half second is for settling.
 const MEASURED: u64 = 3_500;

@@ -7,10 +7,10 @@ use common::{boot, build, image};
 use estimator_core::Params;
 use firmware::self_check;
 use host_tests::qemu;
-use virtual_board::core::cpu::{CoreState, Cpu};
-use virtual_board::elf::ElfImage;
-use virtual_board::part::rcc::ResetCause;
-use virtual_board::time;
+use virtual_board::emulator::core::cpu::{CoreState, Cpu};
+use virtual_board::emulator::elf::ElfImage;
+use virtual_board::emulator::part::rcc::ResetCause;
+use virtual_board::emulator::time;
 
 const MILLISECOND: u64 = time::PER_SECOND / 1000;
 

@@ -5,9 +5,9 @@
 mod common;
 
 use common::{boot_product, product};
-use virtual_board::board::Board;
-use virtual_board::part::can::BusFrame;
-use virtual_board::time;
+use virtual_board::emulator::board::Board;
+use virtual_board::emulator::part::can::BusFrame;
+use virtual_board::emulator::time;
 use wire::dictionary::{self, Access, Entry, Limits, Role, index};
 use wire::{Address, Value};
 

@@ -10,10 +10,10 @@ use common::{directory, everything, product};
 use gait::GaitName;
 use host_tests::committed::{assert_block, workspace};
 use serde_json::Value;
-use virtual_board::board::{Board, BoardOptions};
-use virtual_board::motion;
-use virtual_board::report::{self, RunOptions};
-use virtual_board::traffic::Traffic;
+use virtual_board::emulator::board::{Board, BoardOptions};
+use virtual_board::product::motion;
+use virtual_board::product::report::{self, RunOptions};
+use virtual_board::product::traffic::Traffic;
 
 const SECONDS: u64 = 3600;
 

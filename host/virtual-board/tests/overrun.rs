@@ -3,8 +3,8 @@
 mod common;
 
 use common::{boot_product, product};
-use virtual_board::part::can::BusFrame;
-use virtual_board::time::PER_SECOND;
+use virtual_board::emulator::part::can::BusFrame;
+use virtual_board::emulator::time::PER_SECOND;
 use wire::{Emergency, Fault};
 
 const MILLISECOND: u64 = PER_SECOND / 1000;

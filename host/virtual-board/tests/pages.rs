@@ -8,10 +8,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
 use common::{boot_product, everything, product};
-use virtual_board::board::Injection;
-use virtual_board::corner::Corner;
-use virtual_board::scenario::{Scenario, ScenarioStep};
-use virtual_board::time;
+use virtual_board::emulator::board::Injection;
+use virtual_board::emulator::corner::Corner;
+use virtual_board::emulator::time;
+use virtual_board::product::scenario::{Scenario, ScenarioStep};
 
 const MILLISECOND: u64 = time::PER_SECOND / 1000;
 const ESTIMATE: u32 = 0x191;

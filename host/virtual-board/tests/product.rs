@@ -3,13 +3,13 @@
 mod common;
 
 use common::{MILLISECOND, boot_product, directory, options, product, run};
-use virtual_board::board::{Board, BoardOptions, Injection};
-use virtual_board::chip::Crystal;
-use virtual_board::motion;
-use virtual_board::part::can::{BusFault, BusFrame, TimedFrame};
-use virtual_board::report::{self, RunOptions, TimedStep};
-use virtual_board::scenario::ScenarioStep;
-use virtual_board::traffic::Traffic;
+use virtual_board::emulator::board::{Board, BoardOptions, Injection};
+use virtual_board::emulator::chip::Crystal;
+use virtual_board::emulator::part::can::{BusFault, BusFrame, TimedFrame};
+use virtual_board::product::motion;
+use virtual_board::product::report::{self, RunOptions, TimedStep};
+use virtual_board::product::scenario::ScenarioStep;
+use virtual_board::product::traffic::Traffic;
 
 /// Function codes of `CANopen`; the node's number is added.
 const EMERGENCY: u32 = 0x080;

@@ -11,9 +11,9 @@ use common::{directory, everything, is_built_here, product};
 use host_tests::committed::assert_block;
 use host_tests::datasets::recorded;
 use recordings::input::Format;
-use virtual_board::board::{Board, BoardOptions};
-use virtual_board::recorded;
-use virtual_board::report::{self, RunOptions};
+use virtual_board::emulator::board::{Board, BoardOptions};
+use virtual_board::product::recorded;
+use virtual_board::product::report::{self, RunOptions};
 
 /// A recording, and the start of its playback, s: those of `broad` rest for half a minute.
 struct Recorded {

@@ -3,10 +3,10 @@
 mod common;
 
 use common::{boot_product, product};
-use virtual_board::board::{Board, Injection};
-use virtual_board::part::can::{BusFault, BusFrame};
-use virtual_board::part::usart::TimedByte;
-use virtual_board::time::PER_SECOND;
+use virtual_board::emulator::board::{Board, Injection};
+use virtual_board::emulator::part::can::{BusFault, BusFrame};
+use virtual_board::emulator::part::usart::TimedByte;
+use virtual_board::emulator::time::PER_SECOND;
 use wire::node::Command;
 use wire::uart::{Decoder, Message, NmtRequest, encode};
 

@@ -3,10 +3,10 @@
 mod common;
 
 use common::{MILLISECOND, boot_product, options, product, run, watch};
-use virtual_board::board::{Board, Injection};
-use virtual_board::corner::Corner;
-use virtual_board::part::can::BusFrame;
-use virtual_board::part::rcc::ResetCause;
+use virtual_board::emulator::board::{Board, Injection};
+use virtual_board::emulator::corner::Corner;
+use virtual_board::emulator::part::can::BusFrame;
+use virtual_board::emulator::part::rcc::ResetCause;
 use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
 
 /// Addresses of the settings pages.

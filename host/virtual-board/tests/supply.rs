@@ -4,8 +4,8 @@ mod common;
 
 use common::{options, product, run, watch};
 use lsm6dsox::sim::Stimulus;
-use virtual_board::board::{Board, Injection};
-use virtual_board::part::can::BusFrame;
+use virtual_board::emulator::board::{Board, Injection};
+use virtual_board::emulator::part::can::BusFrame;
 use wire::Emergency;
 use wire::dictionary::{SIGNATURE_BROWN_OUT, SIGNATURE_STORE, index};
 

@@ -3,8 +3,8 @@
 mod common;
 
 use common::{MILLISECOND, boot_product, product, run};
-use virtual_board::part::can::{BusFrame, TimedFrame};
-use virtual_board::time::PER_SECOND;
+use virtual_board::emulator::part::can::{BusFrame, TimedFrame};
+use virtual_board::emulator::time::PER_SECOND;
 use wire::pdo::{Health, Pdo};
 
 const MICROSECOND: u64 = PER_SECOND / 1_000_000;

@@ -7,15 +7,15 @@ use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gait::GaitName;
 use recordings::input::Format;
-use virtual_board::board::{Board, BoardOptions};
-use virtual_board::corner::Corner;
-use virtual_board::fault::SelectedFault;
-use virtual_board::recorded;
-use virtual_board::report::TimedStep;
-use virtual_board::scenario;
-use virtual_board::traffic::Traffic;
-use virtual_board::wiring::Wiring;
-use virtual_board::{motion, report, streams};
+use virtual_board::emulator::board::{Board, BoardOptions};
+use virtual_board::emulator::corner::Corner;
+use virtual_board::emulator::wiring::Wiring;
+use virtual_board::product::fault::SelectedFault;
+use virtual_board::product::recorded;
+use virtual_board::product::report::TimedStep;
+use virtual_board::product::scenario;
+use virtual_board::product::traffic::Traffic;
+use virtual_board::product::{motion, report, streams};
 
 use super::elf;
 use super::options::{duration, fault_at, seconds};
@@ -169,8 +169,8 @@ pub fn run(arguments: &RunArguments) -> Result<(), Box<dyn core::error::Error>> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use virtual_board::board::Injection;
-    use virtual_board::scenario::ScenarioStep;
+    use virtual_board::emulator::board::Injection;
+    use virtual_board::product::scenario::ScenarioStep;
 
     #[test]
     fn preparing_steps_come_first() {

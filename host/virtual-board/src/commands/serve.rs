@@ -12,12 +12,12 @@ use gait::GaitName;
 use gait::control::MOST_FEET;
 use rustix::process::getpgrp;
 use rustix::termios::tcgetpgrp;
-use virtual_board::corner::Corner;
+use virtual_board::emulator::corner::Corner;
 
-use virtual_board::serve::pace::VirtualSpeed;
-use virtual_board::serve::robot::{ControlNode, RobotOptions};
-use virtual_board::serve::{self, BoardPrograms, Note, Planned, ServeSummary};
-use virtual_board::wiring::Wiring;
+use virtual_board::emulator::wiring::Wiring;
+use virtual_board::product::serve::pace::VirtualSpeed;
+use virtual_board::product::serve::robot::{ControlNode, RobotOptions};
+use virtual_board::product::serve::{self, BoardPrograms, Note, Planned, ServeSummary};
 
 use super::elf;
 use super::options::duration;

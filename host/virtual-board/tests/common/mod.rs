@@ -12,13 +12,13 @@ use std::sync::Mutex;
 use host_tests::committed::workspace;
 use host_tests::requirements::unmet;
 use lsm6dsox::sim::Stimulus;
-use virtual_board::board::{Board, BoardOptions};
-use virtual_board::chip::Chip;
-use virtual_board::core::cpu::Cpu;
-use virtual_board::elf::ElfImage;
-use virtual_board::machine::Machine;
-use virtual_board::time::PER_SECOND;
-use virtual_board::wiring::Wiring;
+use virtual_board::emulator::board::{Board, BoardOptions};
+use virtual_board::emulator::chip::Chip;
+use virtual_board::emulator::core::cpu::Cpu;
+use virtual_board::emulator::elf::ElfImage;
+use virtual_board::emulator::machine::Machine;
+use virtual_board::emulator::time::PER_SECOND;
+use virtual_board::emulator::wiring::Wiring;
 use wire::Emergency;
 
 /// Millisecond of virtual time.

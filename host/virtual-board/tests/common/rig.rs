@@ -1,10 +1,10 @@
 //! A board with a master on both of its lines: requests, answers and frames.
 
 use estimator_core::Decision;
-use virtual_board::board::{Board, Injection};
-use virtual_board::part::can::BusFrame;
-use virtual_board::part::rcc::ResetCause;
-use virtual_board::part::usart::LineFault;
+use virtual_board::emulator::board::{Board, Injection};
+use virtual_board::emulator::part::can::BusFrame;
+use virtual_board::emulator::part::rcc::ResetCause;
+use virtual_board::emulator::part::usart::LineFault;
 use wire::dictionary::{SIGNATURE_STORE, index};
 use wire::uart::{Answer, ConfigGet, ConfigSet, Decoder, HealthMessage, Message, encode};
 use wire::{Address, Emergency, Value, pdo};

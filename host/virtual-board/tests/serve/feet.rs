@@ -5,8 +5,8 @@ use std::io::Write as _;
 use std::thread;
 use std::time::Duration;
 
-use virtual_board::corner::Corner;
-use virtual_board::serve::robot::{BoardRobot, ControlNode, RobotOptions};
+use virtual_board::emulator::corner::Corner;
+use virtual_board::product::serve::robot::{BoardRobot, ControlNode, RobotOptions};
 
 use crate::common::product;
 use crate::server::Server;

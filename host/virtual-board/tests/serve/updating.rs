@@ -10,7 +10,7 @@ use host_tests::committed::workspace;
 use host_tests::requirements::unmet;
 use images::{DEVELOPMENT_KEY, ProgramOrigin, image};
 use serde_json::Value as Json;
-use virtual_board::wiring::Wiring;
+use virtual_board::emulator::wiring::Wiring;
 
 use crate::common::{build_bootloader, product};
 use crate::environment;

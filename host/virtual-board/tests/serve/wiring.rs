@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use host_tests::committed::assert_block;
-use virtual_board::corner::Corner;
-use virtual_board::serve::robot::{BoardRobot, ControlNode, RobotOptions};
-use virtual_board::time::{PER_SECOND, cycle};
+use virtual_board::emulator::corner::Corner;
+use virtual_board::emulator::time::{PER_SECOND, cycle};
+use virtual_board::product::serve::robot::{BoardRobot, ControlNode, RobotOptions};
 use wire::dictionary::index;
 use wire::{Address, Foot, Pdo, Value, pdo};
 

@@ -14,11 +14,11 @@ use master::{
     CLEAR, CONFIRM, INSTALLED_MS, Master, NEW, OLD, START, boot, boot_without_program, bootloader,
     changed_image, new_image, number_of,
 };
-use virtual_board::board::{Board, Injection};
-use virtual_board::chip::Crystal;
-use virtual_board::corner::Corner;
-use virtual_board::part::can::BusFrame;
-use virtual_board::wiring::Wiring;
+use virtual_board::emulator::board::{Board, Injection};
+use virtual_board::emulator::chip::Crystal;
+use virtual_board::emulator::corner::Corner;
+use virtual_board::emulator::part::can::BusFrame;
+use virtual_board::emulator::wiring::Wiring;
 use wire::dictionary::{SIGNATURE_STORE, index};
 
 use crate::common::build_bootloader;
@@ -145,7 +145,7 @@ fn foot_is_updated_over_can() {
     assert_eq!(master.number(index::PROGRAM_ID), sent.identification());
     assert_eq!(master.control(START)[0], 0x60);
     master.boot_up(INSTALLED_MS);
-    let seconds = (master.board.now() - begin) / virtual_board::time::PER_SECOND;
+    let seconds = (master.board.now() - begin) / virtual_board::emulator::time::PER_SECOND;
     assert!(seconds < 30, "{seconds} s");
     assert_eq!(master.version(), NEW);
     assert_eq!(master.number(index::PROGRAM_ID), sent.identification());

@@ -4,12 +4,12 @@ use bootloader::image::{HEADER, Header, Refusal, Sources, USED};
 use bootloader::layout::Slot;
 use images::{DEVELOPMENT_KEY, ProgramOrigin, image};
 use lsm6dsox::sim::Stimulus;
-use virtual_board::board::Board;
-use virtual_board::corner::Corner;
-use virtual_board::part::can::{BusFrame, TimedFrame};
-use virtual_board::serve::lawicel;
-use virtual_board::time::PER_SECOND;
-use virtual_board::wiring::Wiring;
+use virtual_board::emulator::board::Board;
+use virtual_board::emulator::corner::Corner;
+use virtual_board::emulator::part::can::{BusFrame, TimedFrame};
+use virtual_board::emulator::time::PER_SECOND;
+use virtual_board::emulator::wiring::Wiring;
+use virtual_board::product::serve::lawicel;
 use wire::dictionary::{Address, index};
 use wire::node::Command;
 use wire::uart::{ConfigGet, ConfigSet, Message, NmtRequest, encode};
@@ -63,7 +63,7 @@ pub fn boot_without_program(wiring: &'static Wiring, corner: Corner) -> Board {
 
 /// Number of a program that a probe has written, by the header in its ELF.
 pub fn number_of(elf: &[u8]) -> u32 {
-    let parsed = virtual_board::elf::ElfImage::parse(elf).expect("an ELF");
+    let parsed = virtual_board::emulator::elf::ElfImage::parse(elf).expect("an ELF");
     let header = parsed
         .segments
         .iter()
@@ -110,7 +110,7 @@ pub fn other_version(elf: &mut [u8]) {
 /// Image of a program whose first instruction is this one.
 pub fn image_beginning_with(elf: &[u8], instruction: [u8; 2]) -> Vec<u8> {
     changed_image(elf, |elf| {
-        let parsed = virtual_board::elf::ElfImage::parse(elf).expect("an ELF");
+        let parsed = virtual_board::emulator::elf::ElfImage::parse(elf).expect("an ELF");
         let reset = parsed.symbol("Reset").expect("a handler") & !1;
         let holds_it = |(start, bytes): &&(u32, Vec<u8>)| {
             (*start..*start + bytes.len() as u32).contains(&reset)

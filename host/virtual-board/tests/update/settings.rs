@@ -1,9 +1,9 @@
 //! Settings of every kind over an update, over CAN and over the serial line.
 
-use virtual_board::board::Board;
-use virtual_board::corner::Corner;
-use virtual_board::part::can::BusFrame;
-use virtual_board::wiring::Wiring;
+use virtual_board::emulator::board::Board;
+use virtual_board::emulator::corner::Corner;
+use virtual_board::emulator::part::can::BusFrame;
+use virtual_board::emulator::wiring::Wiring;
 use wire::dictionary::{SIGNATURE_STORE, index};
 
 use crate::common::product;
