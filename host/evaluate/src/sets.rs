@@ -57,65 +57,47 @@ impl Family {
     }
 }
 
-/// Recordings that are scored as one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Set {
-    /// ATLAS on a floor with grip.
-    Ground,
-    /// ATLAS, three steps.
-    ThreeSteps,
-    /// ATLAS on a slippery floor, on which the paper compares.
-    Slip,
-    /// LCD's ATLAS.
-    Atlas7k,
-    /// LCD's NAO.
-    Nao,
-    /// Twelve walks in a shoe.
-    Shoe,
-    /// The walk of `footfall demo`: firm, greased and soft ground.
-    Demo,
-    /// A simulated walk on firm ground.
-    Walk,
-    /// A simulated trot on firm ground.
-    Trot,
-    /// A simulated run on firm ground.
-    Run,
-    /// Simulated walks in which every other stance slips: a sample of [`slips::profiles`].
-    Slips,
-    /// ATLAS at 500 Hz, other runs than the sets at 1 kHz.
-    Atlas500,
-    /// A real TALOS.
-    Talos,
-    /// A real NAO.
-    RealNao,
-    /// A real GO1.
-    Go1,
-    /// A real NAO that is pushed, by the IMU of a leg.
-    PushedNao,
+samples::named! {
+    /// Recordings that are scored as one.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Set {
+        /// ATLAS on a floor with grip.
+        Ground = "ground",
+        /// ATLAS, three steps.
+        ThreeSteps = "3 steps",
+        /// ATLAS on a slippery floor, on which the paper compares.
+        Slip = "slip",
+        /// LCD's ATLAS.
+        Atlas7k = "ATLAS 7k",
+        /// LCD's NAO.
+        Nao = "NAO",
+        /// Twelve walks in a shoe.
+        Shoe = "shoe",
+        /// The walk of `footfall demo`: firm, greased and soft ground.
+        Demo = "demo",
+        /// A simulated walk on firm ground.
+        Walk = "walk",
+        /// A simulated trot on firm ground.
+        Trot = "trot",
+        /// A simulated run on firm ground.
+        Run = "run",
+        /// Simulated walks in which every other stance slips: a sample of [`slips::profiles`].
+        Slips = "slips",
+        /// ATLAS at 500 Hz, other runs than the sets at 1 kHz.
+        Atlas500 = "ATLAS 500 Hz",
+        /// A real TALOS.
+        Talos = "TALOS",
+        /// A real NAO.
+        RealNao = "real NAO",
+        /// A real GO1.
+        Go1 = "GO1",
+        /// A real NAO that is pushed, by the IMU of a leg.
+        PushedNao = "pushed NAO",
+    }
 }
 
 impl Set {
-    /// All sets in display order.
-    pub const ALL: [Self; 16] = [
-        Self::Ground,
-        Self::ThreeSteps,
-        Self::Slip,
-        Self::Atlas7k,
-        Self::Nao,
-        Self::Shoe,
-        Self::Demo,
-        Self::Walk,
-        Self::Trot,
-        Self::Run,
-        Self::Slips,
-        Self::Atlas500,
-        Self::Talos,
-        Self::RealNao,
-        Self::Go1,
-        Self::PushedNao,
-    ];
-
     /// Sets included in the mean. The others cover the gaits of the simulated foot, which would outweigh all
     /// other recordings in the mean.
     pub const AVERAGED: [Self; 7] = [
@@ -130,29 +112,6 @@ impl Set {
 
     /// Sets of real robots, which have a separate mean.
     pub const ROBOTS: [Self; 4] = [Self::Talos, Self::RealNao, Self::Go1, Self::PushedNao];
-
-    /// Its name in tables.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Ground => "ground",
-            Self::ThreeSteps => "3 steps",
-            Self::Slip => "slip",
-            Self::Atlas7k => "ATLAS 7k",
-            Self::Nao => "NAO",
-            Self::Shoe => "shoe",
-            Self::Demo => "demo",
-            Self::Walk => "walk",
-            Self::Trot => "trot",
-            Self::Run => "run",
-            Self::Slips => "slips",
-            Self::Atlas500 => "ATLAS 500 Hz",
-            Self::Talos => "TALOS",
-            Self::RealNao => "real NAO",
-            Self::Go1 => "GO1",
-            Self::PushedNao => "pushed NAO",
-        }
-    }
 
     /// Family of the set.
     #[must_use]
@@ -218,20 +177,19 @@ impl Set {
     }
 }
 
-/// Sets whose samples are also scored together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Pool {
-    /// The three sets of ATLAS at 1 kHz, on which the paper reports.
-    Atlas,
-    /// The two sets of LCD.
-    Lcd,
+samples::named! {
+    /// Sets whose samples are also scored together.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Pool {
+        /// The three sets of ATLAS at 1 kHz, on which the paper reports.
+        Atlas = "ATLAS pooled",
+        /// The two sets of LCD.
+        Lcd = "LCD pooled",
+    }
 }
 
 impl Pool {
-    /// All pools in display order.
-    pub const ALL: [Self; 2] = [Self::Atlas, Self::Lcd];
-
     /// Sets in the pool.
     #[must_use]
     pub const fn sets(self) -> &'static [Set] {
@@ -247,15 +205,6 @@ impl Pool {
         match self {
             Self::Atlas => Family::Atlas,
             Self::Lcd => Family::Lcd,
-        }
-    }
-
-    /// Its name in tables.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Atlas => "ATLAS pooled",
-            Self::Lcd => "LCD pooled",
         }
     }
 }

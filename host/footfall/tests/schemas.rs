@@ -10,6 +10,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use clap::ValueEnum;
 use common::feet::{csv, image, lying};
 use common::{AXES, Bench, standing, unmet};
 use footfall::schema::SchemaKind;
@@ -28,7 +29,7 @@ struct Objects {
 impl Objects {
     fn new() -> Self {
         let bench = Bench::new();
-        for kind in SchemaKind::ALL {
+        for &kind in SchemaKind::value_variants() {
             let schema = bench.stdout(&format!("schema {}", kind.name()));
             fs::write(bench.path(&schema_file(kind)), schema).expect("a file");
         }
@@ -74,8 +75,9 @@ fn schema_file(kind: SchemaKind) -> String {
 
 /// Returns the kind named by an object.
 fn kind_of(object: &Value) -> SchemaKind {
-    let named = SchemaKind::ALL
-        .into_iter()
+    let named = SchemaKind::value_variants()
+        .iter()
+        .copied()
         .find(|kind| object["schema"] == kind.id());
     named.expect("a schema")
 }

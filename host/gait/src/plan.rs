@@ -10,29 +10,16 @@ use crate::step::{PlannedStep, Sinking, Slip, Spring, TouchDown, Tremor};
 /// Seed of the walk that `footfall demo` shows, which is also one of the scored sets.
 pub const DEMO_SEED: u64 = 1;
 
-/// Ground under the foot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ground {
-    /// A firm floor with grip: a short, hard landing, then rest.
-    Hard,
-    /// The same floor without grip: the loaded foot slides.
-    Greased,
-    /// A mat or soil: a soft landing, then the foot sinks and rocks before it rests.
-    Soft,
-}
-
-impl Ground {
-    /// All kinds of ground.
-    pub const ALL: [Self; 3] = [Self::Hard, Self::Greased, Self::Soft];
-
-    /// Returns the name.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Hard => "hard",
-            Self::Greased => "greased",
-            Self::Soft => "soft",
-        }
+samples::named! {
+    /// Ground under the foot.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Ground {
+        /// A firm floor with grip: a short, hard landing, then rest.
+        Hard = "hard",
+        /// The same floor without grip: the loaded foot slides.
+        Greased = "greased",
+        /// A mat or soil: a soft landing, then the foot sinks and rocks before it rests.
+        Soft = "soft",
     }
 }
 
@@ -42,34 +29,22 @@ impl fmt::Display for Ground {
     }
 }
 
-/// Named gaits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum GaitName {
-    /// Standing still: no steps at all.
-    Stand,
-    /// A slow walk: a stride of 0.9 s, 62 % of it in stance.
-    Walk,
-    /// A trot: a stride of 0.52 s, 54 % of it in stance.
-    Trot,
-    /// A run: a stride of 0.42 s, 38 % of it in stance, with landings beyond ±16 g.
-    Run,
+samples::named! {
+    /// Named gaits.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum GaitName {
+        /// Standing still: no steps at all.
+        Stand = "stand",
+        /// A slow walk: a stride of 0.9 s, 62 % of it in stance.
+        Walk = "walk",
+        /// A trot: a stride of 0.52 s, 54 % of it in stance.
+        Trot = "trot",
+        /// A run: a stride of 0.42 s, 38 % of it in stance, with landings beyond ±16 g.
+        Run = "run",
+    }
 }
 
 impl GaitName {
-    /// All gaits.
-    pub const ALL: [Self; 4] = [Self::Stand, Self::Walk, Self::Trot, Self::Run];
-
-    /// Returns the name as people write it.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Stand => "stand",
-            Self::Walk => "walk",
-            Self::Trot => "trot",
-            Self::Run => "run",
-        }
-    }
-
     const fn style(self) -> Option<Style> {
         match self {
             Self::Stand => None,

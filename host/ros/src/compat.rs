@@ -57,37 +57,28 @@ pub const STANDS: i16 = 100;
 /// Listening time after the first contact after which feet without one are named as absent, µs.
 const ABSENT_US: u64 = 1_000_000;
 
-/// Program whose messages are created.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Compat {
-    /// Decisions as 0 or 1, for pronto.
-    Pronto,
-    /// Decisions, for champ.
-    Champ,
-    /// Numbered decisions, for `InEKF`.
-    Inekf,
-    /// Numbered decisions, right feet first, for DRIFT.
-    Drift,
-    /// Decisions, for MUSE.
-    Muse,
-    /// A decision on a topic of each foot.
-    Bool,
-    /// Decisions as the forces of Unitree's state.
-    Unitree,
+samples::named! {
+    /// Program whose messages are created.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum Compat {
+        /// Decisions as 0 or 1, for pronto.
+        Pronto = "pronto",
+        /// Decisions, for champ.
+        Champ = "champ",
+        /// Numbered decisions, for `InEKF`.
+        Inekf = "inekf",
+        /// Numbered decisions, right feet first, for DRIFT.
+        Drift = "drift",
+        /// Decisions, for MUSE.
+        Muse = "muse",
+        /// A decision on a topic of each foot.
+        Bool = "bool",
+        /// Decisions as the forces of Unitree's state.
+        Unitree = "unitree",
+    }
 }
 
 impl Compat {
-    /// All programs, in the order of the help.
-    pub const ALL: [Self; 7] = [
-        Self::Pronto,
-        Self::Champ,
-        Self::Inekf,
-        Self::Drift,
-        Self::Muse,
-        Self::Bool,
-        Self::Unitree,
-    ];
-
     /// Type and topic of its messages, for the help.
     #[must_use]
     pub const fn about(self) -> &'static str {
@@ -105,20 +96,6 @@ impl Compat {
             Self::Unitree => {
                 "`unitree_go/msg/LowState` on /footfall/lowstate, whose forces are 100 or 0"
             }
-        }
-    }
-
-    /// Name in options.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Pronto => "pronto",
-            Self::Champ => "champ",
-            Self::Inekf => "inekf",
-            Self::Drift => "drift",
-            Self::Muse => "muse",
-            Self::Bool => "bool",
-            Self::Unitree => "unitree",
         }
     }
 

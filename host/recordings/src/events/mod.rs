@@ -67,45 +67,22 @@ pub use unstable::{LIFTED_BELOW, ROLLS_ABOVE, SHORTEST_SWING_US, SLIDES_BELOW};
 /// | `distance` | distance of the slip along the ground; blank for stances, for slips that have not ended, and if a sample in it was missing or doubtful | m |
 pub const HEADER: &str = "t,event,duration,p_peak,distance";
 
-/// Kind of an event.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum EventKind {
-    /// Start of a stance: the decision changes to "stable" after a swing.
-    TouchDown,
-    /// End of a stance: the decision changes to "not stable" before a swing.
-    LiftOff,
-    /// Start of a slide.
-    SlipStart,
-    /// End of a slide: the foot stands again or is lifted.
-    SlipEnd,
-    /// Start of a stance in which the foot is loaded and never stable.
-    UnstableStart,
-    /// End of a stance in which the foot was loaded and never stable.
-    UnstableEnd,
-}
-
-impl EventKind {
-    /// All kinds.
-    pub const ALL: [Self; 6] = [
-        Self::TouchDown,
-        Self::LiftOff,
-        Self::SlipStart,
-        Self::SlipEnd,
-        Self::UnstableStart,
-        Self::UnstableEnd,
-    ];
-
-    /// Name in files, such as `touch_down`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::TouchDown => "touch_down",
-            Self::LiftOff => "lift_off",
-            Self::SlipStart => "slip_start",
-            Self::SlipEnd => "slip_end",
-            Self::UnstableStart => "unstable_start",
-            Self::UnstableEnd => "unstable_end",
-        }
+samples::named! {
+    /// Kind of an event.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum EventKind {
+        /// Start of a stance: the decision changes to "stable" after a swing.
+        TouchDown = "touch_down",
+        /// End of a stance: the decision changes to "not stable" before a swing.
+        LiftOff = "lift_off",
+        /// Start of a slide.
+        SlipStart = "slip_start",
+        /// End of a slide: the foot stands again or is lifted.
+        SlipEnd = "slip_end",
+        /// Start of a stance in which the foot is loaded and never stable.
+        UnstableStart = "unstable_start",
+        /// End of a stance in which the foot was loaded and never stable.
+        UnstableEnd = "unstable_end",
     }
 }
 

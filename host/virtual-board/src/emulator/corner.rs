@@ -6,16 +6,18 @@
 
 use core::str::FromStr;
 
-/// Speed of the chip's internal operations and oscillators.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Corner {
-    /// Oscillators at the upper limit, times at the lower.
-    Fast,
-    /// Typical values of the data sheets.
-    #[default]
-    Typical,
-    /// Oscillators at the lower limit, times at the upper.
-    Slow,
+samples::named! {
+    /// Speed of the chip's internal operations and oscillators.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum Corner {
+        /// Oscillators at the upper limit, times at the lower.
+        Fast = "fast",
+        /// Typical values of the data sheets.
+        #[default]
+        Typical = "typical",
+        /// Oscillators at the lower limit, times at the upper.
+        Slow = "slow",
+    }
 }
 
 impl FromStr for Corner {
@@ -30,19 +32,6 @@ impl FromStr for Corner {
 }
 
 impl Corner {
-    /// All corners.
-    pub const ALL: [Self; 3] = [Self::Fast, Self::Typical, Self::Slow];
-
-    /// Name on the command line.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Fast => "fast",
-            Self::Typical => "typical",
-            Self::Slow => "slow",
-        }
-    }
-
     const fn pick(self, [fast, typical, slow]: [u32; 3]) -> u32 {
         match self {
             Self::Fast => fast,

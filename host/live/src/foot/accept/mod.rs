@@ -44,55 +44,30 @@ pub enum AcceptError {
     SelfTest(SelfTestError),
 }
 
-/// A step of the acceptance, in the order in which they are done.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum AcceptStep {
-    /// Faults, supply and temperature, as the board reports them.
-    Board,
-    /// Self-test of the sensor, which resets the board.
-    SelfTest,
-    /// The foot lies still.
-    Still,
-    /// The foot is put on each of its six sides.
-    Sides,
-    /// The sole is tapped.
-    Taps,
-    /// The foot takes steps.
-    Steps,
-    /// The foot is loaded and unloaded.
-    Load,
-    /// The sensor is unplugged and plugged in again.
-    Unplug,
+samples::named! {
+    /// A step of the acceptance, in the order in which they are done.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum AcceptStep {
+        /// Faults, supply and temperature, as the board reports them.
+        Board = "board",
+        /// Self-test of the sensor, which resets the board.
+        SelfTest = "self-test",
+        /// The foot lies still.
+        Still = "still",
+        /// The foot is put on each of its six sides.
+        Sides = "sides",
+        /// The sole is tapped.
+        Taps = "taps",
+        /// The foot takes steps.
+        Steps = "steps",
+        /// The foot is loaded and unloaded.
+        Load = "load",
+        /// The sensor is unplugged and plugged in again.
+        Unplug = "unplug",
+    }
 }
 
 impl AcceptStep {
-    /// All steps.
-    pub const ALL: [Self; 8] = [
-        Self::Board,
-        Self::SelfTest,
-        Self::Still,
-        Self::Sides,
-        Self::Taps,
-        Self::Steps,
-        Self::Load,
-        Self::Unplug,
-    ];
-
-    /// Name, as on the command line.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Board => "board",
-            Self::SelfTest => "self-test",
-            Self::Still => "still",
-            Self::Sides => "sides",
-            Self::Taps => "taps",
-            Self::Steps => "steps",
-            Self::Load => "load",
-            Self::Unplug => "unplug",
-        }
-    }
-
     /// Quantities measured in this step.
     pub fn limits(self) -> impl Iterator<Item = &'static Limit> {
         figure::LIMITS

@@ -262,40 +262,23 @@ impl FromStr for Units {
     }
 }
 
-/// Unit of a table's times.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum TimeUnit {
-    /// s.
-    #[default]
-    Seconds,
-    /// ms.
-    Milliseconds,
-    /// µs.
-    Microseconds,
-    /// ns.
-    Nanoseconds,
+samples::named! {
+    /// Unit of a table's times.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum TimeUnit {
+        /// s.
+        #[default]
+        Seconds = "s",
+        /// ms.
+        Milliseconds = "ms",
+        /// µs.
+        Microseconds = "us",
+        /// ns.
+        Nanoseconds = "ns",
+    }
 }
 
 impl TimeUnit {
-    /// All units.
-    pub const ALL: [Self; 4] = [
-        Self::Seconds,
-        Self::Milliseconds,
-        Self::Microseconds,
-        Self::Nanoseconds,
-    ];
-
-    /// Name in options.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Seconds => "s",
-            Self::Milliseconds => "ms",
-            Self::Microseconds => "us",
-            Self::Nanoseconds => "ns",
-        }
-    }
-
     /// The unit with this spelling.
     pub(in crate::input) fn written(text: &str) -> Option<Self> {
         match text {
