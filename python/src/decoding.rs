@@ -15,6 +15,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::output::seconds;
 use recordings::phase::code_of;
+use samples::space::components;
 use wire::NodeId;
 
 use crate::outputs::table;
@@ -111,7 +112,7 @@ impl Columns {
             (&mut self.gyro_bias, row.bias),
         ];
         for (column, vector) in vectors {
-            let vector = vector.map(|v| [v.x, v.y, v.z]);
+            let vector = vector.map(components);
             column.extend(vector.unwrap_or([f32::NAN; 3]));
         }
         self.temperature.push(row.temperature.unwrap_or(f32::NAN));

@@ -9,6 +9,7 @@ use recordings::events::{ContactEvent, Events};
 use recordings::input::{finite_load, imu_sample, steady_time};
 use recordings::recording::RecordedSample;
 use recordings::replay::Replay;
+use samples::space::components;
 
 use crate::estimate::{readings, validity_at};
 use crate::parameters::{Settings, SettingsArguments};
@@ -142,17 +143,12 @@ impl Estimator {
 fn row(estimate: &ContactEstimate, now_us: i64) -> Row {
     let p = estimate.probabilities;
     let Quaternion { w, x, y, z } = estimate.orientation;
-    let Vec3 {
-        x: lax,
-        y: lay,
-        z: laz,
-    } = estimate.linear_acceleration.0;
     (
         now_us as f64 / 1.0e6,
         (p.stable, p.tangential, p.vertical),
         p.axes.to_array(),
         [w, x, y, z],
-        [lax, lay, laz],
+        components(estimate.linear_acceleration.0),
         estimate.velocity_sigma.0,
         (
             Phase::name(estimate.phase),

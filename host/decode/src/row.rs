@@ -4,6 +4,7 @@ use std::io::{self, Write};
 use std::sync::Arc;
 
 use estimator_core::{Decision, Flag, Flags, ImuSample, PerAxis, Quaternion, Timestamp, Vec3};
+use samples::space::components;
 use wire::NodeId;
 use wire::pdo::Status;
 
@@ -179,7 +180,7 @@ pub fn write_row(row: &ContactRow, to: &mut dyn Write) -> io::Result<()> {
     cells(to, row.axes.map(PerAxis::to_array))?;
     cells(to, row.orientation.map(|q| [q.w, q.x, q.y, q.z]))?;
     for vector in [row.acceleration, row.rate, row.bias] {
-        cells(to, vector.map(|v| [v.x, v.y, v.z]))?;
+        cells(to, vector.map(components))?;
     }
     cells(to, row.temperature.map(|celsius| [celsius]))?;
     let decision = u8::from(row.status.decision() == Decision::Stable);

@@ -6,6 +6,7 @@ use std::io::{self, Write};
 use estimator_core::{
     ContactEstimate, Decision, Flag, Load, Quaternion, Timestamp, Validity, Vec3,
 };
+use samples::space::components;
 
 use crate::recording::{Label, RecordedSample};
 use crate::validity::name_of;
@@ -202,18 +203,22 @@ pub(crate) fn write_time(
     write!(to, "{sign}{}.{:06}", size / 1_000_000, size % 1_000_000)
 }
 
-/// Writes a row of [`HEADER`] without the time.
-fn write_estimate(estimate: &ContactEstimate, to: &mut dyn Write) -> io::Result<()> {
+/// Numbers of a row of [`HEADER`], without the time.
+pub(crate) fn numbers(estimate: &ContactEstimate) -> impl Iterator<Item = f32> {
     let p = estimate.probabilities;
     let Quaternion { w, x, y, z } = estimate.orientation;
-    let numbers = [p.stable, p.tangential, p.vertical]
+    [p.stable, p.tangential, p.vertical]
         .into_iter()
         .chain(p.axes.to_array())
         .chain([w, x, y, z])
         .chain(components(estimate.linear_acceleration.0))
         .chain(components(estimate.gyro_bias.0))
-        .chain([estimate.velocity_sigma.0]);
-    for number in numbers {
+        .chain([estimate.velocity_sigma.0])
+}
+
+/// Writes a row of [`HEADER`] without the time.
+fn write_estimate(estimate: &ContactEstimate, to: &mut dyn Write) -> io::Result<()> {
+    for number in numbers(estimate) {
         // The shortest decimals that read back as the same f32.
         match number.is_nan() {
             true => write!(to, ",")?,
@@ -224,10 +229,6 @@ fn write_estimate(estimate: &ContactEstimate, to: &mut dyn Write) -> io::Result<
     let decision = u8::from(estimate.decision == Decision::Stable);
     let phase = estimate.phase.name();
     write!(to, ",{phase},{decision},{}", flags.join("|"))
-}
-
-fn components(Vec3 { x, y, z }: Vec3) -> [f32; 3] {
-    [x, y, z]
 }
 
 #[cfg(test)]

@@ -17,11 +17,11 @@ use arrow_array::builder::{
 };
 use arrow_array::types::Int32Type;
 use arrow_schema::{DataType, Field, Schema};
-use estimator_core::{ContactEstimate, Decision, Flag, Quaternion, Vec3};
+use estimator_core::{ContactEstimate, Decision, Flag};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::errors::ParquetError;
 
-use crate::output::{FOOT, HEADER, TableFeet, seconds};
+use crate::output::{FOOT, HEADER, TableFeet, numbers, seconds};
 use crate::parquet_encoder::{BATCH, Encoder};
 
 /// Numbers of a row between `t` and `state`.
@@ -147,45 +147,6 @@ pub fn join(tables: Vec<File>, to: impl Write) -> io::Result<()> {
     encoder.map_or(Ok(()), |encoder| encoder.finish().map(|_| ()))
 }
 
-/// The numbers of a row, in the order of [`HEADER`].
-fn numbers(estimate: &ContactEstimate) -> [f32; NUMBERS] {
-    let p = estimate.probabilities;
-    let [ax, ay, az, wx, wy, wz] = p.axes.to_array();
-    let Quaternion { w, x, y, z } = estimate.orientation;
-    let Vec3 {
-        x: lax,
-        y: lay,
-        z: laz,
-    } = estimate.linear_acceleration.0;
-    let Vec3 {
-        x: bwx,
-        y: bwy,
-        z: bwz,
-    } = estimate.gyro_bias.0;
-    [
-        p.stable,
-        p.tangential,
-        p.vertical,
-        ax,
-        ay,
-        az,
-        wx,
-        wy,
-        wz,
-        w,
-        x,
-        y,
-        z,
-        lax,
-        lay,
-        laz,
-        bwx,
-        bwy,
-        bwz,
-        estimate.velocity_sigma.0,
-    ]
-}
-
 fn schema(name: Option<&'static str>) -> Schema {
     let text = || DataType::Dictionary(Box::new(DataType::Int32), Box::new(DataType::Utf8));
     let field = |column: &str| {
@@ -214,6 +175,7 @@ mod tests {
         AngularRate, Flags, LinearAcceleration, PerAxis, Phase, Probabilities, Timestamp,
         VelocitySigma,
     };
+    use estimator_core::{Quaternion, Vec3};
     use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
 
     use crate::output::{write_header, write_row};

@@ -75,18 +75,20 @@ const IN_HEADER: [(&str, &str); 2] = [
 ];
 
 impl Definition {
+    const fn plain(name: &'static str, own: &'static str) -> Self {
+        let others = &[];
+        Self { name, own, others }
+    }
+
+    const fn stamped(name: &'static str, own: &'static str) -> Self {
+        let others = &IN_HEADER;
+        Self { name, own, others }
+    }
+
     /// Contact.
-    pub const CONTACT: Self = Self {
-        name: "footfall_msgs/msg/Contact",
-        own: CONTACT,
-        others: &IN_HEADER,
-    };
+    pub const CONTACT: Self = Self::stamped("footfall_msgs/msg/Contact", CONTACT);
     /// Event.
-    pub const EVENT: Self = Self {
-        name: "footfall_msgs/msg/Event",
-        own: EVENT,
-        others: &IN_HEADER,
-    };
+    pub const EVENT: Self = Self::stamped("footfall_msgs/msg/Event", EVENT);
     /// IMU sample.
     pub const IMU: Self = Self {
         name: "sensor_msgs/msg/Imu",
@@ -111,23 +113,11 @@ impl Definition {
         ],
     };
     /// Number.
-    pub const FLOAT64: Self = Self {
-        name: "std_msgs/msg/Float64",
-        own: FLOAT64,
-        others: &[],
-    };
+    pub const FLOAT64: Self = Self::plain("std_msgs/msg/Float64", FLOAT64);
     /// Text.
-    pub const STRING: Self = Self {
-        name: "std_msgs/msg/String",
-        own: STRING,
-        others: &[],
-    };
+    pub const STRING: Self = Self::plain("std_msgs/msg/String", STRING);
     /// Truth value.
-    pub const BOOL: Self = Self {
-        name: "std_msgs/msg/Bool",
-        own: BOOL,
-        others: &[],
-    };
+    pub const BOOL: Self = Self::plain("std_msgs/msg/Bool", BOOL);
     /// Diagnostics.
     pub const DIAGNOSTICS: Self = Self {
         name: "diagnostic_msgs/msg/DiagnosticArray",
@@ -141,17 +131,9 @@ impl Definition {
     };
 
     /// All feet, for champ.
-    pub const CHAMP: Self = Self {
-        name: "champ_msgs/msg/ContactsStamped",
-        own: CONTACTS_STAMPED,
-        others: &IN_HEADER,
-    };
+    pub const CHAMP: Self = Self::stamped("champ_msgs/msg/ContactsStamped", CONTACTS_STAMPED);
     /// All feet, for pronto.
-    pub const PRONTO: Self = Self {
-        name: "pronto_msgs/msg/QuadrupedStance",
-        own: QUADRUPED_STANCE,
-        others: &IN_HEADER,
-    };
+    pub const PRONTO: Self = Self::stamped("pronto_msgs/msg/QuadrupedStance", QUADRUPED_STANCE);
 
     /// All feet, for `InEKF`.
     pub const INEKF: Self = Self {
@@ -174,17 +156,12 @@ impl Definition {
         ],
     };
     /// All feet, for MUSE.
-    pub const MUSE: Self = Self {
-        name: "state_estimator_msgs/msg/ContactDetection",
-        own: CONTACT_DETECTION,
-        others: &IN_HEADER,
-    };
+    pub const MUSE: Self = Self::stamped(
+        "state_estimator_msgs/msg/ContactDetection",
+        CONTACT_DETECTION,
+    );
     /// All feet, as Unitree has them.
-    pub const UNITREE: Self = Self {
-        name: "unitree_go/msg/LowState",
-        own: LOW_STATE,
-        others: &[],
-    };
+    pub const UNITREE: Self = Self::plain("unitree_go/msg/LowState", LOW_STATE);
 
     /// Returns the definition of a message.
     #[must_use]

@@ -8,6 +8,7 @@ use estimator_core::{
 use live::LiveFoot;
 use live::session::SEVERAL_BOARDS;
 use recordings::phase::code_of;
+use samples::space::components;
 use wire::uart::RawSample;
 use wire::{Counter, Fault, Faults};
 
@@ -313,22 +314,18 @@ fn quaternion(q: Orientation) -> RosQuaternion {
 }
 
 pub(crate) fn vector(v: Vec3) -> Vector3 {
-    let [x, y, z] = [v.x, v.y, v.z].map(f64::from);
+    let [x, y, z] = components(v).map(f64::from);
     Vector3 { x, y, z }
 }
 
 /// Specific force as measured by an accelerometer: `acceleration` plus gravity, in the frame of the foot.
 fn with_gravity(acceleration: Vec3, orientation: Orientation) -> Vector3 {
     let RosQuaternion { x, y, z, w } = quaternion(orientation);
-    let Vector3 {
-        x: ax,
-        y: ay,
-        z: az,
-    } = vector(acceleration);
+    let measured = vector(acceleration);
     // Third row of the rotation: world z in the frame of the foot.
     Vector3 {
-        x: ax + GRAVITY * 2.0 * (x * z - w * y),
-        y: ay + GRAVITY * 2.0 * (y * z + w * x),
-        z: az + GRAVITY * (1.0 - 2.0 * (x * x + y * y)),
+        x: measured.x + GRAVITY * 2.0 * (x * z - w * y),
+        y: measured.y + GRAVITY * 2.0 * (y * z + w * x),
+        z: measured.z + GRAVITY * (1.0 - 2.0 * (x * x + y * y)),
     }
 }

@@ -31,6 +31,10 @@ pub struct Region {
 }
 
 impl Region {
+    const fn new(start: u32, size: usize) -> Self {
+        Self { start, size }
+    }
+
     /// Address after the last byte.
     #[must_use]
     pub const fn end(&self) -> u32 {
@@ -51,37 +55,22 @@ impl Region {
 }
 
 /// Flash.
-pub const FLASH: Region = Region {
-    start: 0x0800_0000,
-    size: 1 << 20,
-};
+pub const FLASH: Region = Region::new(0x0800_0000, 1 << 20);
 
 /// Unique number of the chip, three words of the factory area.
 pub const UNIQUE_NUMBER: u32 = 0x1FFF_7A10;
 
 /// RAM that only the core can access, not DMA.
-pub const CCM: Region = Region {
-    start: 0x1000_0000,
-    size: 0x1_0000,
-};
+pub const CCM: Region = Region::new(0x1000_0000, 0x1_0000);
 
 /// Area programmed in the factory: serial number, size of flash.
-pub const FACTORY: Region = Region {
-    start: 0x1FFF_7000,
-    size: 0x1000,
-};
+pub const FACTORY: Region = Region::new(0x1FFF_7000, 0x1000);
 
 /// Option bytes, mapped as memory.
-pub const OPTIONS: Region = Region {
-    start: 0x1FFF_C000,
-    size: 0x1000,
-};
+pub const OPTIONS: Region = Region::new(0x1FFF_C000, 0x1000);
 
 /// RAM.
-pub const RAM: Region = Region {
-    start: 0x2000_0000,
-    size: 0x2_0000,
-};
+pub const RAM: Region = Region::new(0x2000_0000, 0x2_0000);
 
 /// Accesses that a region permits to the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

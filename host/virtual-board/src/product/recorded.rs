@@ -11,6 +11,7 @@ use estimator_core::Gravity;
 use gait::sensor::GRAVITY;
 use lsm6dsox::sim::{Interpolation, Recording, Stimulus};
 use recordings::input::{Format, Hints, Opened};
+use samples::space::components;
 
 /// Reads a file, without its first `skip` seconds.
 ///
@@ -32,10 +33,10 @@ pub fn read(path: &Path, format: Option<Format>, skip: f64) -> Result<Recording,
         .skip((skip * rate) as usize)
         .map(|sample| {
             let (force, rate) = (sample.imu.specific_force.0, sample.imu.angular_rate.0);
-            let [ax, ay, az] = [force.x, force.y, force.z].map(f64::from);
+            let [ax, ay, az] = components(force).map(f64::from);
             Stimulus {
                 specific_force: [ax, ay, az + added],
-                angular_rate: [rate.x, rate.y, rate.z].map(f64::from),
+                angular_rate: components(rate).map(f64::from),
                 temperature: 25.0,
             }
         })

@@ -6,6 +6,7 @@ use estimator_core::{
     AngularRate, ContactEstimate, Decision, Flag, Flags, LinearAcceleration, PerAxis, Phase,
     Probabilities, Quaternion, Timestamp, Vec3, VelocitySigma,
 };
+use samples::space::components;
 use tempfile::SpooledTempFile;
 
 use super::rate::TimesSoFar;
@@ -212,33 +213,12 @@ impl Iterator for Reading<'_> {
 
 fn encode(contact: &SentContact) -> [u8; ROW] {
     let p = &contact.probabilities;
-    let [ax, ay, az, wx, wy, wz] = p.axes.to_array();
     let Quaternion { w, x, y, z } = contact.orientation;
-    let Vec3 {
-        x: lax,
-        y: lay,
-        z: laz,
-    } = contact.acceleration;
-    let (stable, sigma) = (p.stable, contact.velocity_sigma);
-    let numbers: [f32; NUMBERS] = [
-        stable,
-        p.tangential,
-        p.vertical,
-        ax,
-        ay,
-        az,
-        wx,
-        wy,
-        wz,
-        sigma,
-        w,
-        x,
-        y,
-        z,
-        lax,
-        lay,
-        laz,
-    ];
+    let numbers = [p.stable, p.tangential, p.vertical]
+        .into_iter()
+        .chain(p.axes.to_array())
+        .chain([contact.velocity_sigma, w, x, y, z])
+        .chain(components(contact.acceleration));
     let mut row = [0; ROW];
     let (time, rest) = row.split_at_mut(8);
     time.copy_from_slice(&contact.time_us.to_le_bytes());
