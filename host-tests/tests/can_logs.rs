@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 use std::sync::LazyLock;
 
 use decode::row::write_row;
-use decode::{DecodeError, Decoded, Feet, Row, decode};
+use decode::{ContactRow, DecodeError, Decoded, Feet, decode};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use gait::plan::DEMO_SEED;
@@ -34,8 +34,8 @@ fn decoded(bytes: &[u8]) -> Decoded {
 }
 
 /// A row without the fields that other log formats name differently.
-fn bare(row: &Row) -> String {
-    let row = Row {
+fn bare(row: &ContactRow) -> String {
+    let row = ContactRow {
         received: None,
         common: None,
         interface: None,
@@ -47,8 +47,8 @@ fn bare(row: &Row) -> String {
 }
 
 /// Times of reception since the first row, µs.
-fn received(rows: &[Row]) -> Vec<i64> {
-    let micros = |row: &Row| row.received.expect("a time").as_micros() as i64;
+fn received(rows: &[ContactRow]) -> Vec<i64> {
+    let micros = |row: &ContactRow| row.received.expect("a time").as_micros() as i64;
     let first = rows.first().map_or(0, micros);
     rows.iter().map(|row| micros(row) - first).collect()
 }

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use analysis::replay::span::Span;
 use estimator_core::{AngularRate, ImuSample, Load, SpecificForce, Timestamp, Validity, Vec3};
-use footfall::convert::{Bag, ConvertedFoot, Form, each, write_table};
+use footfall::convert::{Bag, ConvertFormat, ConvertedFoot, each, write_table};
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, simulate};
 use host_tests::requirements::unmet;
@@ -26,16 +26,16 @@ const REQUIREMENTS: &str = include_str!("python/roads.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/convert.py");
 
 /// Targets of the conversion of a walk.
-const TARGETS: [(&str, Form); 5] = [
-    ("walk.csv.gz", Form::CsvGz),
-    ("walk.parquet", Form::Parquet),
-    ("walk.mcap", Form::Mcap),
-    ("walk", Form::Rosbag2),
-    ("again.csv", Form::Csv),
+const TARGETS: [(&str, ConvertFormat); 5] = [
+    ("walk.csv.gz", ConvertFormat::CsvGz),
+    ("walk.parquet", ConvertFormat::Parquet),
+    ("walk.mcap", ConvertFormat::Mcap),
+    ("walk", ConvertFormat::Rosbag2),
+    ("again.csv", ConvertFormat::Csv),
 ];
 
 /// Converts as the command does, without its messages.
-fn convert(folder: &Path, target: &str, form: Form) {
+fn convert(folder: &Path, target: &str, form: ConvertFormat) {
     let opened = Opened::new(&folder.join("walk.csv"), None);
     let stored = opened.and_then(|opened| opened.store(&Hints::default()));
     let name = "walk".to_owned();
@@ -50,14 +50,14 @@ fn convert(folder: &Path, target: &str, form: Form) {
     .expect("samples");
     let path = folder.join(target);
     let written = match form {
-        Form::Csv | Form::CsvGz | Form::Parquet => {
+        ConvertFormat::Csv | ConvertFormat::CsvGz | ConvertFormat::Parquet => {
             let mut file = File::create(&path).expect("a file");
             write_table(form, &mut foot.stored, span, &mut file)
         }
-        Form::Mcap | Form::Rosbag2 => {
+        ConvertFormat::Mcap | ConvertFormat::Rosbag2 => {
             let bag = Bag::new(&feet, has_load).expect("before 2038");
             match form {
-                Form::Mcap => {
+                ConvertFormat::Mcap => {
                     let mut file = File::create(&path).expect("a file");
                     bag.write_mcap(&mut feet, span, &mut file)
                 }

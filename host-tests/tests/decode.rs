@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::process::Command;
 use std::sync::LazyLock;
 
-use decode::{Decoded, Feet, Row, decode};
+use decode::{ContactRow, Decoded, Feet, decode};
 use estimator_core::{ContactEstimate, Decision, Flag, Saturation, Timestamp, Validity, Vec3};
 use firmware::foot::SOUND_TICKS;
 use firmware::sampling::{Measurement, SensorFault};
@@ -47,12 +47,12 @@ fn decoded(bytes: &[u8]) -> Decoded {
     decode(bytes, "file", &Feet::default()).expect("a recording")
 }
 
-fn probabilities(row: &Row) -> [f32; 3] {
+fn probabilities(row: &ContactRow) -> [f32; 3] {
     [row.stable, row.tangential, row.vertical]
 }
 
 /// Asserts the decided status, which a doubtful estimate does not have.
-fn assert_status(row: &Row, estimate: &ContactEstimate) {
+fn assert_status(row: &ContactRow, estimate: &ContactEstimate) {
     let status = row.status;
     if estimate.flags.are_doubt() {
         assert_eq!(status.decision(), Decision::NotStable);
@@ -206,7 +206,7 @@ fn can_preserves_times_probabilities_and_states() {
         }
         assert_status(row, estimate);
     }
-    let with = |what: fn(&Row) -> bool| rows.iter().filter(|row| what(row)).count();
+    let with = |what: fn(&ContactRow) -> bool| rows.iter().filter(|row| what(row)).count();
     let twentieth = rows.len() / 20;
     assert_eq!(with(|row| row.axes.is_some()), twentieth);
     assert_eq!(with(|row| row.orientation.is_some()), twentieth);

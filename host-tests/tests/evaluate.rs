@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::OnceLock;
 
 use evaluate::evaluation::Evaluation;
-use evaluate::method::{Causality, Method};
+use evaluate::method::{Causality, ComparedMethod};
 use evaluate::peers::Detector;
 use evaluate::report::{brief_table, cells::Style, full_tables, histogram, reliability};
 use evaluate::score::Scores;
@@ -31,18 +31,18 @@ fn evaluation() -> Option<&'static Evaluation> {
         .as_ref()
 }
 
-fn on_set(evaluation: &Evaluation, method: Method, set: Set) -> &Scores {
+fn on_set(evaluation: &Evaluation, method: ComparedMethod, set: Set) -> &Scores {
     let evaluated = evaluation.evaluated(method).expect("every method");
     &evaluated.on_set(set).expect("a method for this set").scores
 }
 
-fn on_atlas(evaluation: &Evaluation, method: Method) -> &Scores {
+fn on_atlas(evaluation: &Evaluation, method: ComparedMethod) -> &Scores {
     let evaluated = evaluation.evaluated(method).expect("every method");
     let pooled = evaluated.on_pool(Pool::Atlas);
     &pooled.expect("every method runs on ATLAS").scores
 }
 
-fn mean(evaluation: &Evaluation, method: Method) -> &Scores {
+fn mean(evaluation: &Evaluation, method: ComparedMethod) -> &Scores {
     let evaluated = evaluation.evaluated(method).expect("every method");
     evaluated.mean.as_ref().expect("a method for all sets")
 }
@@ -64,7 +64,7 @@ fn the_authors_script_reproduces_its_python_results() {
         (Set::ThreeSteps, 0.2438, 0.955, 0.917),
         (Set::Slip, 0.3538, 0.927, 0.691),
     ] {
-        let figures = on_set(evaluation, Method::Authors, set);
+        let figures = on_set(evaluation, ComparedMethod::Authors, set);
         assert_near(figures.rmse, rmse, 0.00005, set.name());
         assert_near(
             figures.roc_auc.expect("both labels"),
@@ -82,7 +82,7 @@ fn the_paper_preset_reaches_the_parity_target_on_whole_files() {
         return;
     };
     for (set, rmse) in ATLAS.into_iter().zip([0.2493, 0.2566, 0.3472]) {
-        let figures = on_set(evaluation, Method::Paper, set);
+        let figures = on_set(evaluation, ComparedMethod::Paper, set);
         assert_near(figures.rmse, rmse, 0.0005, set.name());
     }
 }
@@ -99,14 +99,14 @@ fn the_peers_match_an_independent_computation() {
         (Detector::Amvd, 0.359, 0.920, 0.724),
         (Detector::Ared, 0.429, 0.895, 0.678),
     ] {
-        let method = Method::tuned(detector, Teachers::SameFamily);
+        let method = ComparedMethod::tuned(detector, Teachers::SameFamily);
         let figures = on_set(evaluation, method, Set::Slip);
         let name = detector.name();
         assert_near(figures.rmse, rmse, 0.003, name);
         assert_near(figures.roc_auc.expect("labels"), auc, 0.0006, name);
         assert_near(figures.best_f1.expect("labels"), best_f1, 0.0006, name);
     }
-    let trigger = on_set(evaluation, Method::ForceTrigger, Set::Slip);
+    let trigger = on_set(evaluation, ComparedMethod::ForceTrigger, Set::Slip);
     assert_near(trigger.rmse, 0.667, 0.001, "trigger");
     assert_near(trigger.roc_auc.expect("labels"), 0.723, 0.0006, "trigger");
 }
@@ -125,7 +125,7 @@ fn published_shoe_matches_an_independent_computation() {
         (Set::Nao, 0.415),
         (Set::Shoe, 0.380),
     ] {
-        let figures = on_set(evaluation, Method::PublishedShoe, set);
+        let figures = on_set(evaluation, ComparedMethod::PublishedShoe, set);
         assert_near(figures.rmse, rmse, 0.0006, set.name());
     }
 }
@@ -135,7 +135,7 @@ fn a_mean_over_sets_is_the_mean_of_the_seven_sets() {
     let Some(evaluation) = evaluation() else {
         return;
     };
-    for method in [Method::Default, Method::PublishedShoe] {
+    for method in [ComparedMethod::Default, ComparedMethod::PublishedShoe] {
         let rmse = |set| on_set(evaluation, method, set).rmse;
         let expected = Set::AVERAGED.map(rmse).iter().sum::<f64>() / 7.0;
         let actual = mean(evaluation, method).rmse;
@@ -145,11 +145,11 @@ fn a_mean_over_sets_is_the_mean_of_the_seven_sets() {
 
 #[test]
 fn no_method_but_the_authors_script_looks_ahead() {
-    let ahead = Method::ALL.into_iter();
+    let ahead = ComparedMethod::ALL.into_iter();
     let ahead: Vec<_> = ahead
         .filter(|m| m.causality() == Causality::LooksAhead)
         .collect();
-    assert_eq!(ahead, [Method::Authors]);
+    assert_eq!(ahead, [ComparedMethod::Authors]);
 }
 
 #[test]
@@ -159,7 +159,11 @@ fn the_readme_shows_the_comparison_of_the_methods() {
     };
     let atlas = |method| on_atlas(evaluation, method).rmse;
     let sets = |method| mean(evaluation, method).rmse;
-    let (ours, paper, shoe) = (Method::Default, Method::Paper, Method::PublishedShoe);
+    let (ours, paper, shoe) = (
+        ComparedMethod::Default,
+        ComparedMethod::Paper,
+        ComparedMethod::PublishedShoe,
+    );
     assert_block(
         "README.md",
         "evaluate",
@@ -221,7 +225,10 @@ fn most_errors_in_the_picture_are_small() {
         let far = errors.iter().filter(|error| **error > 0.5).count();
         far as f64 / errors.len() as f64
     };
-    let (ours, fuzzy) = (errors(Method::Default), errors(Method::FuzzyCMeans));
+    let (ours, fuzzy) = (
+        errors(ComparedMethod::Default),
+        errors(ComparedMethod::FuzzyCMeans),
+    );
     let median = ours[ours.len() / 2];
     assert!(median <= MEDIAN_ERROR, "{median}");
     let share = far_share(&ours);
@@ -242,7 +249,7 @@ fn the_reliability_picture_shows_a_calibrated_probability() {
         return;
     };
     for (pool, limit) in CALIBRATION_ERRORS {
-        let scored = evaluation.scored(Method::Default, |set| pool.sets().contains(&set));
+        let scored = evaluation.scored(ComparedMethod::Default, |set| pool.sets().contains(&set));
         let error = calibration_error(&scored).expect("samples");
         assert!(error <= limit, "{}: {error}", pool.name());
         for bin in bins(&scored).iter().filter(|bin| bin.samples >= 1000) {

@@ -11,7 +11,7 @@ use gait::{Activity, FootState, GaitName, Ground, Plan, Simulation, Track, simul
 use host_tests::committed::assert_block;
 use host_tests::datasets::recorded;
 use labelled::of_sets;
-use recordings::events::{Event, Events, Kind};
+use recordings::events::{ContactEvent, EventKind, Events};
 use recordings::input::{self, Format, Hints};
 use recordings::recording::{Label, RecordedSample, Recording};
 use recordings::replay::Replay;
@@ -25,11 +25,11 @@ const LANDING: f64 = 0.12;
 /// Time before the end of a recording in which an event may remain undecided, s.
 const UNDECIDED: f64 = 0.2;
 
-fn events(recording: &Recording) -> Vec<Event> {
+fn events(recording: &Recording) -> Vec<ContactEvent> {
     events_with(&default_params(), recording)
 }
 
-fn events_with(params: &Params, recording: &Recording) -> Vec<Event> {
+fn events_with(params: &Params, recording: &Recording) -> Vec<ContactEvent> {
     let mut replay =
         Replay::new(recording.sample_rate, recording.gravity, params).expect("the preset");
     let mut events = Events::default();
@@ -62,7 +62,7 @@ fn seconds(time: Timestamp) -> f64 {
     time.as_micros() as f64 / 1.0e6
 }
 
-fn times(events: &[Event], kind: Kind) -> Vec<f64> {
+fn times(events: &[ContactEvent], kind: EventKind) -> Vec<f64> {
     let of_kind = events.iter().filter(|event| event.kind == kind);
     of_kind.map(|event| seconds(event.time)).collect()
 }
@@ -110,7 +110,7 @@ fn every_touch_down_has_exactly_one_event_within_the_debounce() {
             assert!(rests.len() > 15, "{gait}: {}", rests.len());
             for recording in with_and_without_load(&simulation) {
                 let events = events(&recording);
-                let mut found = times(&events, Kind::TouchDown);
+                let mut found = times(&events, EventKind::TouchDown);
                 drop_undecided(&mut found, rests.len(), &plan);
                 assert_eq!(found.len(), rests.len(), "{gait}, seed {seed}");
                 for (rest, event) in rests.iter().zip(&found) {
@@ -118,8 +118,11 @@ fn every_touch_down_has_exactly_one_event_within_the_debounce() {
                     assert!((-0.01..DEBOUNCE).contains(&late), "{gait}, {rest}: {late}");
                 }
                 // In a run the decision ends once in a few hundred good stances (`tests/slip.rs`).
-                assert!(times(&events, Kind::UnstableStart).is_empty(), "{gait}");
-                let false_slips = times(&events, Kind::SlipStart).len();
+                assert!(
+                    times(&events, EventKind::UnstableStart).is_empty(),
+                    "{gait}"
+                );
+                let false_slips = times(&events, EventKind::SlipStart).len();
                 let most = usize::from(gait == GaitName::Run);
                 assert!(false_slips <= most, "{gait}, seed {seed}: {false_slips}");
             }
@@ -141,7 +144,7 @@ fn every_lift_off_has_one_event_while_the_foot_peels_off() {
             .filter(|peel| is_decided(peel[0], &plan))
             .collect();
         for recording in with_and_without_load(&simulation) {
-            let mut found = times(&events(&recording), Kind::LiftOff);
+            let mut found = times(&events(&recording), EventKind::LiftOff);
             drop_undecided(&mut found, peels.len(), &plan);
             assert_eq!(found.len(), peels.len(), "{gait}");
             for (peel, event) in peels.iter().zip(found) {
@@ -161,11 +164,11 @@ fn yielding_soft_ground_is_not_a_slip() {
         let (plan, simulation) = steady(gait, Ground::Soft, 3);
         for recording in with_and_without_load(&simulation) {
             let events = events(&recording);
-            assert!(times(&events, Kind::SlipStart).is_empty(), "{gait}");
+            assert!(times(&events, EventKind::SlipStart).is_empty(), "{gait}");
             let track = Track::new(&plan);
             let impacts = track.impacts().filter(|t| t + 0.2 < plan.duration);
             assert_eq!(
-                times(&events, Kind::TouchDown).len(),
+                times(&events, EventKind::TouchDown).len(),
                 impacts.count(),
                 "{gait}"
             );
@@ -221,16 +224,18 @@ struct Found {
 }
 
 impl Found {
-    fn add(&mut self, truth: &[TrueSlip], events: &[Event]) {
-        let starts = events.iter().filter(|event| event.kind == Kind::SlipStart);
+    fn add(&mut self, truth: &[TrueSlip], events: &[ContactEvent]) {
+        let starts = events
+            .iter()
+            .filter(|event| event.kind == EventKind::SlipStart);
         let found: Vec<_> = starts.collect();
-        let overlap = |slip: &TrueSlip, event: &Event| {
+        let overlap = |slip: &TrueSlip, event: &ContactEvent| {
             let start = seconds(event.time);
             let end = start + event.duration_us.unwrap_or(0) as f64 / 1.0e6;
             // The sensor's filter and the burst delay it by up to 2 ms.
             start < slip.to + 2e-3 && slip.from < end
         };
-        let is_false = |event: &&&Event| !truth.iter().any(|slip| overlap(slip, event));
+        let is_false = |event: &&&ContactEvent| !truth.iter().any(|slip| overlap(slip, event));
         self.false_events += found.iter().filter(is_false).count();
         for slip in truth {
             self.slips += 1;
@@ -293,10 +298,10 @@ const FEW: usize = 20;
 
 /// Numbers of touch-downs and slips in recordings of feet that are not known to slip, from the IMU alone.
 fn touch_downs_and_slips(recordings: &[&Recording]) -> [usize; 2] {
-    let events: Vec<Event> = (recordings.iter())
+    let events: Vec<ContactEvent> = (recordings.iter())
         .flat_map(|recording| events(&without_load(recording)))
         .collect();
-    [Kind::TouchDown, Kind::SlipStart].map(|kind| times(&events, kind).len())
+    [EventKind::TouchDown, EventKind::SlipStart].map(|kind| times(&events, kind).len())
 }
 
 #[test]
@@ -349,7 +354,7 @@ fn stances_that_slide_throughout_are_events_of_a_go1() {
         let format = Format::PceGo1;
         let loaded = input::read(&path, format, &Hints::default()).expect("a readable file");
         let events = events_with(&Preset::Default.params(format), &loaded.recording);
-        let stances = times(&events, Kind::UnstableStart);
+        let stances = times(&events, EventKind::UnstableStart);
         println!("{file}: {stances:?}");
         assert!(
             (least..=most).contains(&stances.len()),
@@ -365,8 +370,10 @@ fn the_demo_has_the_events_of_its_ground() {
     for recording in with_and_without_load(&simulation) {
         let events = events(&recording);
         let count = |kind| times(&events, kind).len();
-        assert_eq!(Kind::ALL.map(count), [12, 12, 4, 4, 0, 0]);
-        let distances = events.iter().filter(|event| event.kind == Kind::SlipEnd);
+        assert_eq!(EventKind::ALL.map(count), [12, 12, 4, 4, 0, 0]);
+        let distances = events
+            .iter()
+            .filter(|event| event.kind == EventKind::SlipEnd);
         let distances: Vec<_> = distances.filter_map(|event| event.distance_m).collect();
         assert_eq!(truth.len(), 4);
         for (found, slip) in distances.iter().zip(&truth) {

@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use estimator_core::{AttitudeFilter, Params, Validity};
 use gait::sensor::{AxisErrors, GRAVITY, Temperature};
-use gait::step::Step;
+use gait::step::PlannedStep;
 use gait::{GaitName, Ground, Plan, SensorParams, simulate};
 use host_tests::committed::assert_block;
 use scoring::inclination::inclination_error_degrees;
@@ -72,7 +72,7 @@ fn follow(plan: &Plan, seed: u64) -> (Vec<Moment>, usize) {
 /// A gait for 20 s, then 2 s of standing.
 fn stopping(gait: GaitName, ground: Ground, seed: u64) -> Plan {
     let mut plan = Plan::steady(gait, ground, 20.0, seed);
-    let moving: f64 = plan.steps.iter().map(Step::duration).sum();
+    let moving: f64 = plan.steps.iter().map(PlannedStep::duration).sum();
     plan.duration = plan.standing + moving + 2.0;
     plan
 }

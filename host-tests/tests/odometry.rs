@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use evaluate::Odometry;
-use evaluate::odometry::{Detector, OfDetector};
+use evaluate::odometry::{OfDetector, ZeroVelocity};
 use evaluate::report::{cells::Style, odometry_tables};
 use host_tests::committed::assert_block;
 use host_tests::datasets::recorded;
@@ -21,7 +21,7 @@ fn odometry() -> Option<&'static Odometry> {
         .as_ref()
 }
 
-fn of(odometry: &Odometry, detector: Detector) -> &OfDetector {
+fn of(odometry: &Odometry, detector: ZeroVelocity) -> &OfDetector {
     odometry.of(detector).expect("every detector")
 }
 
@@ -36,7 +36,10 @@ fn odometry_is_documented_in_full() {
 #[test]
 fn shoe_errors_match_an_independent_computation() {
     let Some(odometry) = odometry() else { return };
-    for (detector, expected) in [(Detector::PyShoe, 0.106), (Detector::OpenShoe, 0.091)] {
+    for (detector, expected) in [
+        (ZeroVelocity::PyShoe, 0.106),
+        (ZeroVelocity::OpenShoe, 0.091),
+    ] {
         let found = of(odometry, detector).mean_error_m;
         assert!((found - expected).abs() < 0.002, "{detector:?}: {found}");
     }
@@ -45,7 +48,7 @@ fn shoe_errors_match_an_independent_computation() {
 #[test]
 fn sigma_v_keeps_the_error_below_9_cm() {
     let Some(odometry) = odometry() else { return };
-    let sigma = of(odometry, Detector::Sigma);
+    let sigma = of(odometry, ZeroVelocity::Sigma);
     assert!(sigma.mean_error_m <= 0.09, "{}", sigma.mean_error_m);
     let nis = sigma.mean_nis.expect("measurements");
     assert!((1.5..=4.0).contains(&nis), "{nis}");
@@ -57,12 +60,12 @@ fn sigma_v_keeps_the_error_below_9_cm() {
 #[test]
 fn sigma_v_beats_decision_and_thresholds() {
     let Some(odometry) = odometry() else { return };
-    let sigma = of(odometry, Detector::Sigma).mean_error_m;
+    let sigma = of(odometry, ZeroVelocity::Sigma).mean_error_m;
     // Of all thresholds 0.9 comes closest, and has twice the largest error.
     for (detector, share) in [
-        (Detector::Decision, 0.8),
-        (Detector::Half, 0.8),
-        (Detector::NineTenths, 0.9),
+        (ZeroVelocity::Decision, 0.8),
+        (ZeroVelocity::Half, 0.8),
+        (ZeroVelocity::NineTenths, 0.9),
     ] {
         let error = of(odometry, detector).mean_error_m;
         assert!(sigma < share * error, "{detector:?}: {error}");

@@ -11,7 +11,7 @@ use estimator_core::{ContactEstimate, Decision, Load, Phase};
 use footfall::plot::page::{self, PageFoot};
 use gait::{Plan, SensorParams, simulate};
 use host_tests::requirements::unmet;
-use recordings::events::{Event, Events, Kind};
+use recordings::events::{ContactEvent, EventKind, Events};
 use recordings::input::About;
 use recordings::recording::{Label, Recording};
 use recordings::replay::replay;
@@ -101,7 +101,7 @@ struct Foot {
     name: String,
     recording: Recording,
     estimates: Vec<ContactEstimate>,
-    events: Vec<Event>,
+    events: Vec<ContactEvent>,
 }
 
 impl Foot {
@@ -153,7 +153,7 @@ impl Foot {
         starts.count() as f64
     }
 
-    fn counts(&self, kind: Kind) -> f64 {
+    fn counts(&self, kind: EventKind) -> f64 {
         self.events
             .iter()
             .filter(|event| event.kind == kind)
@@ -226,10 +226,16 @@ fn assert_shows(document: &str, feet: &[Foot]) {
         }
         assert_eq!(
             number(tracks, "data-touch_downs"),
-            foot.counts(Kind::TouchDown)
+            foot.counts(EventKind::TouchDown)
         );
-        assert_eq!(number(tracks, "data-lift_offs"), foot.counts(Kind::LiftOff));
-        assert_eq!(number(tracks, "data-slips"), foot.counts(Kind::SlipStart));
+        assert_eq!(
+            number(tracks, "data-lift_offs"),
+            foot.counts(EventKind::LiftOff)
+        );
+        assert_eq!(
+            number(tracks, "data-slips"),
+            foot.counts(EventKind::SlipStart)
+        );
     }
     assert!(panels.next().is_none());
 }
@@ -359,7 +365,7 @@ fn the_mouse_zooms_reads_out_and_restores_all_feet() {
         let times = foot
             .events
             .iter()
-            .filter(|event| event.kind == Kind::TouchDown);
+            .filter(|event| event.kind == EventKind::TouchDown);
         let times = times.map(|event| event.time.as_micros() as f64 / 1.0e6);
         times
             .filter(|time| (from..to).contains(time))

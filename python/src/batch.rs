@@ -5,9 +5,11 @@ use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
 use analysis::batch::pattern::PathPattern;
-use analysis::batch::run::{Outcome, Reason, Results, Watch};
+use analysis::batch::run::{Reason, RecordingOutcome, Results, Watch};
 use analysis::batch::sources::FoundRecording;
-use analysis::batch::{FeetWanted, Identity, Plausibility, Row, Settings, estimate_recording};
+use analysis::batch::{
+    BatchRow, BatchSettings, FeetWanted, Identity, Plausibility, estimate_recording,
+};
 use analysis::config::{Resolved, parse_window};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
@@ -58,7 +60,7 @@ fn all_settings(
     options: &Options,
     settings: &SettingsArguments,
     batch: BatchArguments,
-) -> PyResult<Settings> {
+) -> PyResult<BatchSettings> {
     let settings = settings.read()?;
     let window = batch.window.map(|window| parse_window(&window));
     let resolved = Resolved {
@@ -66,7 +68,7 @@ fn all_settings(
         ..settings.resolved
     };
     let (hints, format) = options.hints(&resolved)?;
-    Ok(Settings {
+    Ok(BatchSettings {
         hints,
         resolved,
         format,
@@ -100,7 +102,7 @@ pub(crate) fn batch_recording(
 }
 
 /// Returns rows as JSON.
-fn json(rows: &[Row]) -> PyResult<String> {
+fn json(rows: &[BatchRow]) -> PyResult<String> {
     serde_json::to_string(rows).map_err(value_error)
 }
 
@@ -122,10 +124,10 @@ pub(crate) fn batch_settings_hash(
 
 /// Outcome of the single recording of a plan.
 #[derive(Default)]
-struct Planned(Mutex<Option<Outcome>>);
+struct Planned(Mutex<Option<RecordingOutcome>>);
 
 impl Watch for Planned {
-    fn done(&self, _: &FoundRecording, outcome: Outcome) {
+    fn done(&self, _: &FoundRecording, outcome: RecordingOutcome) {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(outcome);
     }
 }
@@ -159,8 +161,8 @@ pub(crate) fn batch_plan(
         .into_inner()
         .unwrap_or_else(PoisonError::into_inner);
     let rows = match outcome {
-        Some(Outcome::UpToDate(rows)) => rows,
-        Some(Outcome::ToDo(reason) | Outcome::Estimated(reason, _)) => {
+        Some(RecordingOutcome::UpToDate(rows)) => rows,
+        Some(RecordingOutcome::ToDo(reason) | RecordingOutcome::Estimated(reason, _)) => {
             return Ok((Some(reason.sentence()), "[]".to_owned()));
         }
         None => return Ok((Some(Reason::Missing.sentence()), "[]".to_owned())),

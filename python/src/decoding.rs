@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use decode::feet::Name;
 use decode::row::Clock;
-use decode::{DecodeError, Feet, Outcome, Row};
+use decode::{ContactRow, DecodeError, Feet, FileOutcome};
 use estimator_core::{Decision, Flag, PerAxis};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1};
@@ -15,6 +15,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::output::seconds;
 use recordings::phase::code_of;
+use samples::space::components;
 use wire::NodeId;
 
 use crate::outputs::table;
@@ -86,7 +87,7 @@ struct Columns {
 }
 
 impl Columns {
-    fn push(&mut self, row: &Row, flags: &[&str]) {
+    fn push(&mut self, row: &ContactRow, flags: &[&str]) {
         let time = |time| seconds(time, 0);
         self.time_s.push(time(row.timestamp));
         self.received_s.push(row.received.map_or(f64::NAN, time));
@@ -111,7 +112,7 @@ impl Columns {
             (&mut self.gyro_bias, row.bias),
         ];
         for (column, vector) in vectors {
-            let vector = vector.map(|v| [v.x, v.y, v.z]);
+            let vector = vector.map(components);
             column.extend(vector.unwrap_or([f32::NAN; 3]));
         }
         self.temperature.push(row.temperature.unwrap_or(f32::NAN));
@@ -196,7 +197,7 @@ pub(crate) fn decode_file<'py>(
             Ok(())
         })
     });
-    let Outcome { report, notices } = decoded.map_err(|error| match error {
+    let FileOutcome { report, notices } = decoded.map_err(|error| match error {
         DecodeError::Unreadable { .. } => PyOSError::new_err(error.to_string()),
         other => PyValueError::new_err(other.to_string()),
     })?;

@@ -1,12 +1,13 @@
 //! Estimates as arrays: one allocation each, which Python then owns.
 
-use estimator_core::{ContactEstimate, Decision, Quaternion, Vec3};
+use estimator_core::{ContactEstimate, Decision, Quaternion};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::output::seconds;
 use recordings::phase::code_of;
+use samples::space::components;
 
 /// Columns of estimates while no Python code runs.
 #[derive(Default)]
@@ -63,8 +64,8 @@ impl Columns {
             (&mut self.angular_rate, estimate.angular_rate.0),
             (&mut self.gyro_bias, estimate.gyro_bias.0),
         ];
-        for (column, Vec3 { x, y, z }) in vectors {
-            column.extend([x, y, z]);
+        for (column, vector) in vectors {
+            column.extend(components(vector));
         }
         self.sigma_v.push(estimate.velocity_sigma.0);
         self.state.push(code_of(estimate.phase));

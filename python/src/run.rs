@@ -8,7 +8,7 @@ use estimator_core::{ContactEstimate, Gravity, Mounting, Params, ParamsError};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use recordings::events::{Event, Events};
+use recordings::events::{ContactEvent, Events};
 use recordings::input::{RecordedEstimate, Stored};
 use recordings::output::seconds;
 use recordings::plausible::{Check, Finding};
@@ -34,7 +34,7 @@ pub(crate) struct Recorded {
 /// Estimate of a recording.
 pub(crate) struct Estimated {
     columns: Columns,
-    events: Vec<Event>,
+    events: Vec<ContactEvent>,
     /// Names, and sentences for people.
     findings: Vec<(&'static str, String)>,
     learnt: Vec<f32>,
@@ -124,7 +124,7 @@ fn sentence(finding: Finding) -> (&'static str, String) {
 #[derive(Default)]
 struct FoundEvents {
     finder: Events,
-    events: Vec<Event>,
+    events: Vec<ContactEvent>,
 }
 
 impl FoundEvents {
@@ -134,7 +134,7 @@ impl FoundEvents {
         self.events.extend(std::iter::from_fn(|| finder.pop()));
     }
 
-    fn finish(mut self) -> Vec<Event> {
+    fn finish(mut self) -> Vec<ContactEvent> {
         self.events.extend(self.finder.finish());
         self.events
     }
@@ -144,7 +144,7 @@ impl FoundEvents {
 pub(crate) type EventRow = (&'static str, f64, Option<f64>, f32, Option<f64>);
 
 /// An event of a recording whose clock begins at `start_us`.
-pub(crate) fn event_row(event: &Event, start_us: i64) -> EventRow {
+pub(crate) fn event_row(event: &ContactEvent, start_us: i64) -> EventRow {
     let duration_s = event.duration_us.map(|micros| micros as f64 / 1.0e6);
     let time_s = seconds(event.time, start_us);
     let kind = event.kind.name();

@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use estimator_core::Vec3;
-use gait::{Activity, Ground, Rests, Robot, SensorParams, Simulation, Temperature};
+use gait::{Activity, Ground, Rests, RobotParams, SensorParams, Simulation, Temperature};
 use numpy::IntoPyArray;
 use numpy::ndarray::Array2;
 use pyo3::exceptions::PyValueError;
@@ -66,11 +66,11 @@ fn rests((every, lasting): (f64, f64)) -> PyResult<Rests> {
 }
 
 impl Walk {
-    fn robot(&self) -> PyResult<Robot> {
+    fn robot(&self) -> PyResult<RobotParams> {
         let unknown = |error: gait::plan::UnknownGait| PyValueError::new_err(error.to_string());
         let mut grounds = Ground::ALL.into_iter();
         let ground = grounds.find(|known| known.name() == self.ground);
-        Ok(Robot {
+        Ok(RobotParams {
             gait: self.gait.parse().map_err(unknown)?,
             ground: ground.ok_or_else(|| {
                 let known = Ground::ALL.map(Ground::name).join(", ");

@@ -5,10 +5,11 @@ use estimator_core::{
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use recordings::events::{Event, Events};
+use recordings::events::{ContactEvent, Events};
 use recordings::input::{finite_load, imu_sample, steady_time};
 use recordings::recording::RecordedSample;
 use recordings::replay::Replay;
+use samples::space::components;
 
 use crate::estimate::{readings, validity_at};
 use crate::parameters::{Settings, SettingsArguments};
@@ -112,7 +113,7 @@ impl Estimator {
     /// Events that are complete and were not returned before; at the end of the stream all others, too.
     fn events(&mut self, ended: bool) -> Vec<EventRow> {
         let start_us = self.start_us.unwrap_or(0);
-        let mut found: Vec<Event> = std::iter::from_fn(|| self.events.pop()).collect();
+        let mut found: Vec<ContactEvent> = std::iter::from_fn(|| self.events.pop()).collect();
         if ended {
             found.extend(std::mem::take(&mut self.events).finish());
         }
@@ -142,17 +143,12 @@ impl Estimator {
 fn row(estimate: &ContactEstimate, now_us: i64) -> Row {
     let p = estimate.probabilities;
     let Quaternion { w, x, y, z } = estimate.orientation;
-    let Vec3 {
-        x: lax,
-        y: lay,
-        z: laz,
-    } = estimate.linear_acceleration.0;
     (
         now_us as f64 / 1.0e6,
         (p.stable, p.tangential, p.vertical),
         p.axes.to_array(),
         [w, x, y, z],
-        [lax, lay, laz],
+        components(estimate.linear_acceleration.0),
         estimate.velocity_sigma.0,
         (
             Phase::name(estimate.phase),

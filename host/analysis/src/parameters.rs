@@ -6,6 +6,7 @@ use estimator_core::stillness::slide_weight;
 use estimator_core::{GyroTiming, Method, Parameter, Params, WindowLength};
 use recordings::input::{Correction, Format};
 use recordings::number::shown;
+use samples::space::components;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -118,7 +119,7 @@ impl From<&Correction> for CorrectionReport {
             correction.accelerometer.scale,
             correction.gyroscope_bias,
         ]
-        .map(|vector| [vector.x, vector.y, vector.z]);
+        .map(components);
         Self {
             accelerometer_bias_m_s2: bias,
             accelerometer_scale: scale,

@@ -98,7 +98,7 @@ pub struct FindingReport {
 
 /// File that was read.
 #[derive(Clone, Copy, Debug)]
-pub struct Source<'a> {
+pub struct InputFile<'a> {
     /// Name of the file, as given.
     pub file: &'a str,
     /// Format of the file.
@@ -108,14 +108,14 @@ pub struct Source<'a> {
 impl InputReport {
     /// Reports on a file in memory and its findings.
     #[must_use]
-    pub fn of(source: Source<'_>, loaded: &Loaded, findings: &[Finding]) -> Self {
+    pub fn of(source: InputFile<'_>, loaded: &Loaded, findings: &[Finding]) -> Self {
         Self::new(source, &loaded.notices, loaded.repairs, findings)
     }
 
     /// Reports the notices, repairs and findings of a file.
     #[must_use]
     pub fn new(
-        source: Source<'_>,
+        source: InputFile<'_>,
         notices: &[String],
         repairs: Repairs,
         findings: &[Finding],

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use analysis::batch::{
-    FeetWanted, Identity, Plausibility, Row, Settings, Status, estimate_recording,
+    BatchRow, BatchSettings, FeetWanted, Identity, Plausibility, Status, estimate_recording,
 };
 use gait::{GaitName, Ground, Plan, SensorParams, record};
 use recordings::output::write_recording;
@@ -22,7 +22,7 @@ fn walk(seconds: f64) -> Vec<u8> {
 struct Bench {
     folder: TempDir,
     identity: Identity,
-    settings: Settings,
+    settings: BatchSettings,
 }
 
 impl Bench {
@@ -30,7 +30,7 @@ impl Bench {
         let bench = Self {
             folder: tempfile::tempdir().unwrap(),
             identity: Identity::new("logs/spot/fl.csv", "spot"),
-            settings: Settings::default(),
+            settings: BatchSettings::default(),
         };
         fs::write(bench.input(), content).unwrap();
         bench
@@ -44,7 +44,7 @@ impl Bench {
         self.folder.path().join("out")
     }
 
-    fn run(&self) -> Vec<Row> {
+    fn run(&self) -> Vec<BatchRow> {
         estimate_recording(&self.input(), &self.identity, &self.settings, &self.out()).unwrap()
     }
 
@@ -56,13 +56,13 @@ impl Bench {
         files
     }
 
-    fn row_on_disk(&self, row: &Row) -> Row {
+    fn row_on_disk(&self, row: &BatchRow) -> BatchRow {
         let path = self.out().join("recordings").join(row.place().path());
-        let mut rows: Vec<Row> = read(fs::File::open(path).unwrap()).unwrap();
+        let mut rows: Vec<BatchRow> = read(fs::File::open(path).unwrap()).unwrap();
         let read = rows.remove(0);
         assert!(rows.is_empty());
         // Robot, foot and day are in the path only.
-        Row {
+        BatchRow {
             robot: row.robot.clone(),
             foot: row.foot.clone(),
             day: row.day.clone(),

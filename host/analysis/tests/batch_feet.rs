@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use analysis::batch::run::{Outcome, Reason, Results, Watch};
+use analysis::batch::run::{Reason, RecordingOutcome, Results, Watch};
 use analysis::batch::sources::{FoundRecording, Search, find};
-use analysis::batch::{Settings, Status};
+use analysis::batch::{BatchSettings, Status};
 use recordings::input::Topics;
 use rusqlite::Connection;
 use std::num::NonZeroUsize;
@@ -65,17 +65,17 @@ fn write_bag(folder: &Path, topics: &[&str]) {
 }
 
 #[derive(Default)]
-struct Outcomes(Mutex<Vec<Outcome>>);
+struct Outcomes(Mutex<Vec<RecordingOutcome>>);
 
 impl Watch for Outcomes {
-    fn done(&self, _: &FoundRecording, outcome: Outcome) {
+    fn done(&self, _: &FoundRecording, outcome: RecordingOutcome) {
         self.0.lock().unwrap().push(outcome);
     }
 }
 
 /// Estimates the only recording below a folder and returns its outcome.
-fn run(logs: &Path, out: &Path, topics: Topics) -> Outcome {
-    let mut settings = Settings::default();
+fn run(logs: &Path, out: &Path, topics: Topics) -> RecordingOutcome {
+    let mut settings = BatchSettings::default();
     settings.hints.bag.topics = topics;
     let found = find(&[logs.to_owned()], &Search::default()).unwrap();
     assert_eq!(found.recordings.len(), 1, "{found:?}");
@@ -103,7 +103,7 @@ fn bag_feet_have_rows_and_lost_feet_are_removed() {
     let (logs, out) = (folder.path().join("logs"), folder.path().join("out"));
     let bag = logs.join("spot/walk");
     write_bag(&bag, &["/imu/fl", "/imu/fr"]);
-    let Outcome::Estimated(Reason::Missing, rows) = run(&logs, &out, Topics::All) else {
+    let RecordingOutcome::Estimated(Reason::Missing, rows) = run(&logs, &out, Topics::All) else {
         panic!("it is new");
     };
     let named: Vec<_> = rows
@@ -115,19 +115,22 @@ fn bag_feet_have_rows_and_lost_feet_are_removed() {
     assert_eq!(feet(&out, "samples"), ["foot=fl", "foot=fr"]);
     assert!(matches!(
         run(&logs, &out, Topics::All),
-        Outcome::UpToDate(_)
+        RecordingOutcome::UpToDate(_)
     ));
     // A missing row is detected although the other is present.
     fs::remove_dir_all(out.join("recordings/robot=spot/foot=fr")).unwrap();
     let again = run(&logs, &out, Topics::All);
     assert!(
-        matches!(again, Outcome::Estimated(Reason::Incomplete, _)),
+        matches!(again, RecordingOutcome::Estimated(Reason::Incomplete, _)),
         "{again:?}"
     );
     write_bag(&bag, &["/imu/fl", "/imu/hl"]);
     let changed = run(&logs, &out, Topics::All);
     assert!(
-        matches!(changed, Outcome::Estimated(Reason::InputChanged, _)),
+        matches!(
+            changed,
+            RecordingOutcome::Estimated(Reason::InputChanged, _)
+        ),
         "{changed:?}"
     );
     for table in ["samples", "events", "recordings"] {
@@ -139,5 +142,5 @@ fn bag_feet_have_rows_and_lost_feet_are_removed() {
     assert_eq!(feet(&out, "recordings"), ["foot=walk"]);
     assert!(!out.join("samples").exists());
     let same = run(&logs, &out, Topics::TheOnly);
-    assert!(matches!(same, Outcome::UpToDate(_)) && same.error().is_some());
+    assert!(matches!(same, RecordingOutcome::UpToDate(_)) && same.error().is_some());
 }

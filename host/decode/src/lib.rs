@@ -37,7 +37,7 @@ use thiserror::Error;
 pub use feet::Feet;
 pub use least_delay::LeastDelay;
 pub use report::{Medium, Report};
-pub use row::Row;
+pub use row::ContactRow;
 
 use crate::can_log::recognise::recognise;
 use lines::Lines;
@@ -87,11 +87,11 @@ pub enum DecodeError {
 }
 
 /// Receives rows, in the order of the file.
-pub type RowSink<'a> = &'a mut dyn FnMut(Row) -> io::Result<()>;
+pub type RowSink<'a> = &'a mut dyn FnMut(ContactRow) -> io::Result<()>;
 
 /// Result of decoding a file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Outcome {
+pub struct FileOutcome {
     /// Counts of what was received and what is missing.
     pub report: Report,
     /// One sentence for the user on everything that was skipped or assumed.
@@ -102,10 +102,10 @@ pub struct Outcome {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Decoded {
     /// One per contact frame or message, in the order of the file.
-    pub rows: Vec<Row>,
+    pub rows: Vec<ContactRow>,
     /// Counts of what was received and what is missing.
     pub report: Report,
-    /// As in [`Outcome`].
+    /// As in [`FileOutcome`].
     pub notices: Vec<String>,
 }
 
@@ -114,7 +114,7 @@ pub struct Decoded {
 /// # Errors
 /// The file cannot be read, is empty, or is neither a CAN log nor a recording of the serial line; or `sink`
 /// fails. Damage within a file is counted in the report and is not an error.
-pub fn read(path: &Path, feet: &Feet, sink: RowSink<'_>) -> Result<Outcome, DecodeError> {
+pub fn read(path: &Path, feet: &Feet, sink: RowSink<'_>) -> Result<FileOutcome, DecodeError> {
     if path == Path::new("-") {
         return stream(Box::new(io::stdin()), STANDARD_INPUT, feet, sink);
     }
@@ -132,7 +132,7 @@ pub fn read(path: &Path, feet: &Feet, sink: RowSink<'_>) -> Result<Outcome, Deco
 pub fn decode(bytes: &[u8], file: &str, feet: &Feet) -> Result<Decoded, DecodeError> {
     let mut rows = Vec::new();
     let source = Box::new(Cursor::new(bytes.to_vec()));
-    let Outcome { report, notices } = stream(source, file, feet, &mut |row| {
+    let FileOutcome { report, notices } = stream(source, file, feet, &mut |row| {
         rows.push(row);
         Ok(())
     })?;
@@ -148,7 +148,7 @@ fn stream(
     file: &str,
     feet: &Feet,
     sink: RowSink<'_>,
-) -> Result<Outcome, DecodeError> {
+) -> Result<FileOutcome, DecodeError> {
     let unreadable = |source| DecodeError::Unreadable {
         file: file.to_owned(),
         source,

@@ -15,7 +15,7 @@ use wire::{CanFrame, Emergency, Faults, NodeId, Pdo};
 
 use crate::can::{Log, Reception};
 use crate::uart::{self, Stream};
-use crate::{Feet, Report, Row};
+use crate::{ContactRow, Feet, Report};
 
 /// Timeout of a contact that waits for further frames if its foot sends no other contact, µs.
 const LONGEST_WAIT_US: u64 = 20_000;
@@ -50,7 +50,7 @@ pub struct Heard {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Said {
     /// Contact, with all values sent for the same sample.
-    Contact(Box<Row>),
+    Contact(Box<ContactRow>),
     /// Raw sample of the sensor; serial line only.
     Raw(RawSample),
     /// State of the board; serial line only.
@@ -196,7 +196,7 @@ impl Listener {
     }
 
     /// Adds the row of an estimate computed elsewhere, received at `at`.
-    pub fn row(&mut self, row: Box<Row>, at: Timestamp) {
+    pub fn row(&mut self, row: Box<ContactRow>, at: Timestamp) {
         let line = self.line(row.interface.as_deref().unwrap_or_default());
         let node = row.node.map(NodeId::get);
         let foot = FootKey { line, node };
@@ -256,7 +256,7 @@ impl Listener {
     }
 
     fn settle(&mut self, overdue: Timestamp) {
-        let rows: Vec<Row> = self.can.settle_closed(overdue).collect();
+        let rows: Vec<ContactRow> = self.can.settle_closed(overdue).collect();
         for row in rows {
             let line = row.interface.clone();
             let foot = FootKey {
@@ -341,7 +341,7 @@ mod tests {
     }
 
     /// Returns the row and foot of the only contact received.
-    fn only_contact(heard: &[Heard]) -> (&FootKey, &Row) {
+    fn only_contact(heard: &[Heard]) -> (&FootKey, &ContactRow) {
         match heard {
             [
                 Heard {

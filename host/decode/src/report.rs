@@ -6,7 +6,7 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::row::Row;
+use super::row::ContactRow;
 use crate::can_log::Form;
 
 /// The line that the foot has sent on.
@@ -164,7 +164,7 @@ impl Report {
     }
 
     /// Counts a complete row.
-    pub(super) fn count_row(&mut self, row: &Row) {
+    pub(super) fn count_row(&mut self, row: &ContactRow) {
         let t = seconds(row.timestamp.as_micros());
         self.rows += 1;
         self.first_s = Some(self.first_s.map_or(t, |first| first.min(t)));

@@ -4,6 +4,7 @@ use std::io::{self, Write};
 use std::sync::Arc;
 
 use estimator_core::{Decision, Flag, Flags, ImuSample, PerAxis, Quaternion, Timestamp, Vec3};
+use samples::space::components;
 use wire::NodeId;
 use wire::pdo::Status;
 
@@ -62,7 +63,7 @@ pub enum Turn {
 
 /// Values sent for one sample.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Row {
+pub struct ContactRow {
     /// Time of the sample.
     pub timestamp: Timestamp,
     /// Whether that time may be wrong by whole turns of the foot's 16-bit clock.
@@ -110,7 +111,7 @@ pub struct Row {
     pub measured: Option<ImuSample>,
 }
 
-impl Row {
+impl ContactRow {
     /// Names in the column `flags`.
     #[must_use]
     pub fn flag_names(&self) -> Vec<&'static str> {
@@ -154,7 +155,7 @@ pub fn write_header(to: &mut dyn Write) -> io::Result<()> {
 ///
 /// # Errors
 /// The writer fails.
-pub fn write_row(row: &Row, to: &mut dyn Write) -> io::Result<()> {
+pub fn write_row(row: &ContactRow, to: &mut dyn Write) -> io::Result<()> {
     write_time(row.timestamp, to)?;
     write!(to, ",")?;
     if let Some(received) = row.received {
@@ -179,7 +180,7 @@ pub fn write_row(row: &Row, to: &mut dyn Write) -> io::Result<()> {
     cells(to, row.axes.map(PerAxis::to_array))?;
     cells(to, row.orientation.map(|q| [q.w, q.x, q.y, q.z]))?;
     for vector in [row.acceleration, row.rate, row.bias] {
-        cells(to, vector.map(|v| [v.x, v.y, v.z]))?;
+        cells(to, vector.map(components))?;
     }
     cells(to, row.temperature.map(|celsius| [celsius]))?;
     let decision = u8::from(row.status.decision() == Decision::Stable);
@@ -208,7 +209,7 @@ fn cells<const N: usize>(to: &mut dyn Write, numbers: Option<[f32; N]>) -> io::R
 mod tests {
     use super::*;
 
-    fn written(row: &Row) -> Vec<String> {
+    fn written(row: &ContactRow) -> Vec<String> {
         let mut bytes = Vec::new();
         write_row(row, &mut bytes).unwrap();
         let text = String::from_utf8(bytes).unwrap();
@@ -218,12 +219,12 @@ mod tests {
 
     #[test]
     fn every_column_has_a_cell_blank_if_no_value_was_sent() {
-        let bare = Row {
+        let bare = ContactRow {
             timestamp: Timestamp::from_micros(1_000_010),
             stable: 0.5,
-            ..Row::default()
+            ..ContactRow::default()
         };
-        let full = Row {
+        let full = ContactRow {
             timestamp: Timestamp::from_micros(2_345_678),
             turn: Turn::NotYet,
             missing: 0,
@@ -321,10 +322,10 @@ mod tests {
     fn flags_are_as_precise_as_the_frames_received() {
         let names = |status: u8, flags: Option<u8>| {
             let status = Status::from_bits(status);
-            Row {
+            ContactRow {
                 status,
                 flags,
-                ..Row::default()
+                ..ContactRow::default()
             }
             .flag_names()
             .join("|")

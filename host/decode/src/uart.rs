@@ -11,7 +11,7 @@ use wire::uart::{ContactMessage, Decoder, Frame, HealthMessage, Kind, Message, P
 use wire::{Fault, NodeId};
 
 use super::report::{BoardReport, Medium, Report};
-use super::{DecodeError, Feet, Outcome, Row, RowSink};
+use super::{ContactRow, DecodeError, Feet, FileOutcome, RowSink};
 
 /// Decodes all bytes of a recording; `None` if it contains no frame with a valid CRC.
 pub(super) fn decode(
@@ -19,7 +19,7 @@ pub(super) fn decode(
     file: &str,
     feet: &Feet,
     sink: RowSink<'_>,
-) -> Result<Option<Outcome>, DecodeError> {
+) -> Result<Option<FileOutcome>, DecodeError> {
     let mut decoder = Decoder::new();
     let mut has_frame = false;
     let mut stream = Stream::new(feet.clone());
@@ -60,7 +60,7 @@ pub(super) fn decode(
     if decoder.is_inside_frame() {
         stream.report.count_problem("unfinished_frames");
     }
-    Ok(Some(Outcome {
+    Ok(Some(FileOutcome {
         report: stream.report,
         notices: Vec::new(),
     }))
@@ -128,7 +128,7 @@ impl Stream {
     }
 
     /// Processes a frame; returns a row for a contact.
-    pub(crate) fn take(&mut self, frame: &Frame) -> Option<Row> {
+    pub(crate) fn take(&mut self, frame: &Frame) -> Option<ContactRow> {
         self.report.count_frame(kind_name(frame.message.kind()));
         if self.restarts(&frame.message) {
             self.segment += 1;
@@ -162,9 +162,9 @@ impl Stream {
         }
     }
 
-    fn contact(&mut self, contact: &ContactMessage, sequence: u16) -> Row {
+    fn contact(&mut self, contact: &ContactMessage, sequence: u16) -> ContactRow {
         let shown = std::mem::replace(&mut self.shown_missing, self.report.missing);
-        let row = Row {
+        let row = ContactRow {
             timestamp: Timestamp::from_micros(contact.timestamp.as_micros()),
             missing: self.report.missing.wrapping_sub(shown).cast_signed(),
             node: self.node,
@@ -177,7 +177,7 @@ impl Stream {
             axes: Some(contact.axes.map(P16::probability)),
             status: contact.status,
             flags: Some(contact.flags),
-            ..Row::default()
+            ..ContactRow::default()
         };
         if let Some((last, segment)) = self.last
             && segment == row.segment

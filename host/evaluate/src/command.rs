@@ -18,7 +18,7 @@ const DATASETS: &str = "../shared/datasets";
 /// Scores this estimator and the methods of others on all recordings that have labels, and on simulated walks
 #[derive(Debug, Parser)]
 #[command(version, max_term_width = 100, after_help = sets::needed())]
-pub struct Arguments {
+pub struct EvaluateArguments {
     /// The folder with pce/, lcd/, pyshoe/ and robots/ in it, and pyshoe-positions/ for --odometry
     #[arg(long, value_name = "DIR", env = "FOOTFALL_DATASETS", default_value = DATASETS)]
     pub datasets: PathBuf,
@@ -39,7 +39,7 @@ pub struct Arguments {
     pub reliability: Option<PathBuf>,
 }
 
-impl Arguments {
+impl EvaluateArguments {
     /// Runs the evaluation and writes the requested output.
     ///
     /// # Errors

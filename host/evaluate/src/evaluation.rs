@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::error::Error;
 use crate::labelled::Labelled;
-use crate::method::{Causality, Knowledge, Method, Run};
+use crate::method::{Causality, ComparedMethod, Knowledge, MethodRun};
 #[cfg(doc)]
 use crate::rates::SampleRate;
 use crate::rates::{self, AtRate};
@@ -21,7 +21,7 @@ use scoring::scored::Scored;
 
 /// Recordings that are evaluated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct About {
+pub struct EvaluatedSet {
     /// The set.
     pub set: Set,
     /// The family it belongs to.
@@ -64,7 +64,7 @@ pub struct OnPool {
 #[derive(Clone, Debug, Serialize)]
 pub struct Evaluated {
     /// The method.
-    pub method: Method,
+    pub method: ComparedMethod,
     /// Its name in tables.
     pub name: String,
     /// Whether a robot can run it.
@@ -83,8 +83,8 @@ pub struct Evaluated {
 #[derive(Clone, Debug, Serialize)]
 pub struct Evaluation {
     /// The sets, in the order of [`Set::ALL`].
-    pub sets: Vec<About>,
-    /// The methods, in the order of [`Method::ALL`].
+    pub sets: Vec<EvaluatedSet>,
+    /// The methods, in the order of [`ComparedMethod::ALL`].
     pub methods: Vec<Evaluated>,
     /// The default preset at several sample rates, in the order of [`SampleRate::ALL`].
     pub rates: Vec<AtRate>,
@@ -97,7 +97,7 @@ impl Evaluation {
     /// A recording is missing or damaged, or the estimator refuses its sample rate.
     pub fn run(datasets: &Path) -> Result<Self, Error> {
         let recordings = Labelled::all(datasets)?;
-        let methods = Method::ALL
+        let methods = ComparedMethod::ALL
             .into_iter()
             .map(|method| {
                 let runs = method.run(&recordings)?;
@@ -105,7 +105,9 @@ impl Evaluation {
             })
             .collect::<Result<_, Error>>()?;
         Ok(Self {
-            sets: Set::ALL.map(|set| About::of(set, &recordings)).into(),
+            sets: Set::ALL
+                .map(|set| EvaluatedSet::of(set, &recordings))
+                .into(),
             methods,
             rates: rates::evaluate(&recordings, &Params::DEFAULT)?,
         })
@@ -113,20 +115,20 @@ impl Evaluation {
 
     /// Figures of a method; `None` if it was not run.
     #[must_use]
-    pub fn evaluated(&self, method: Method) -> Option<&Evaluated> {
+    pub fn evaluated(&self, method: ComparedMethod) -> Option<&Evaluated> {
         self.methods.iter().find(|e| e.method == method)
     }
 
     /// Probabilities of a method at each sample of the sets selected by `of`.
     #[must_use]
-    pub fn scored(&self, method: Method, of: impl Fn(Set) -> bool) -> Vec<Scored> {
+    pub fn scored(&self, method: ComparedMethod, of: impl Fn(Set) -> bool) -> Vec<Scored> {
         let sets = self.evaluated(method).into_iter().flat_map(|e| &e.sets);
         let scored = sets.filter(|on| of(on.set)).flat_map(|on| &on.scored);
         scored.copied().collect()
     }
 }
 
-impl About {
+impl EvaluatedSet {
     fn of(set: Set, recordings: &[Labelled]) -> Self {
         let of_set = || recordings.iter().filter(|file| file.set == set);
         let labels = || of_set().flat_map(Labelled::labels);
@@ -143,8 +145,8 @@ impl About {
 }
 
 impl Evaluated {
-    fn of(method: Method, recordings: &[Labelled], runs: &[Option<Run>]) -> Self {
-        let runs_on = |holds: &dyn Fn(Set) -> bool| -> Vec<&Run> {
+    fn of(method: ComparedMethod, recordings: &[Labelled], runs: &[Option<MethodRun>]) -> Self {
+        let runs_on = |holds: &dyn Fn(Set) -> bool| -> Vec<&MethodRun> {
             let runs = recordings.iter().zip(runs);
             let held = runs.filter(|(file, _)| holds(file.set));
             held.filter_map(|(_, run)| run.as_ref()).collect()
@@ -190,7 +192,7 @@ impl Evaluated {
 }
 
 impl OnSet {
-    fn of(set: Set, runs: &[&Run]) -> Option<Self> {
+    fn of(set: Set, runs: &[&MethodRun]) -> Option<Self> {
         let answers: Vec<&Answers> = runs.iter().map(|run| &run.answers).collect();
         let scored = answers.iter().flat_map(|answers| &answers.scored);
         Some(Self {
@@ -203,7 +205,7 @@ impl OnSet {
 }
 
 impl OnPool {
-    fn of(pool: Pool, runs: &[&Run]) -> Option<Self> {
+    fn of(pool: Pool, runs: &[&MethodRun]) -> Option<Self> {
         let answers: Vec<&Answers> = runs.iter().map(|run| &run.answers).collect();
         Some(Self {
             pool,

@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use estimator_core::Gravity;
-use recordings::input::pce::{Wrench, read_with_wrench};
+use recordings::input::published::simulated::{Wrench, read_with_wrench};
 use recordings::input::{self, Format, Hints};
 use recordings::recording::{Label, Recording};
 
 use crate::error::Error;
-use crate::sets::{File, Layout, Set, Source};
+use crate::sets::{File, FileLayout, RecordingSource, Set};
 use crate::window::Reading;
 use gait;
 use scoring::scored::Scored;
@@ -64,8 +64,8 @@ impl Labelled {
             .flat_map(|set| set.sources().into_iter().map(move |source| (set, source)));
         sources
             .map(|(set, source)| match source {
-                Source::File(file) => Self::read(set, &file, datasets),
-                Source::Simulated { plan, sensor, seed } => {
+                RecordingSource::File(file) => Self::read(set, &file, datasets),
+                RecordingSource::Simulated { plan, sensor, seed } => {
                     Ok(Self::new(set, gait::record(&plan, &sensor, seed), None))
                 }
             })
@@ -81,15 +81,15 @@ impl Labelled {
             });
         }
         match file.layout {
-            Layout::Robot(labels) => {
+            FileLayout::Robot(labels) => {
                 let (recording, wrenches) = read_with_wrench(&path, labels)?;
                 Ok(Self::new(set, recording, Some(wrenches)))
             }
-            Layout::Walk => {
+            FileLayout::Walk => {
                 let loaded = input::read(&path, Format::Csv, &Hints::default())?;
                 Ok(Self::new(set, loaded.recording, None))
             }
-            Layout::Foot { .. } => {
+            FileLayout::Foot { .. } => {
                 let gravity = match path.with_file_name(GRAVITY_REMOVED).exists() {
                     true => Gravity::Removed,
                     false => Gravity::Included,

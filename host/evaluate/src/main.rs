@@ -3,9 +3,9 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use evaluate::command::Arguments;
+use evaluate::command::EvaluateArguments;
 use footfall::program;
 
 fn main() -> ExitCode {
-    program::run(|| Arguments::parse().run())
+    program::run(|| EvaluateArguments::parse().run())
 }

@@ -9,7 +9,7 @@ use serde::Serialize;
 use gait::plan::DEMO_SEED;
 use gait::slips;
 use gait::{GaitName, Ground, Plan, SensorParams};
-use recordings::input::pce::LabelScheme;
+use recordings::input::published::simulated::LabelScheme;
 
 /// Duration of each simulated walk, trot and run, s.
 const STEADY_SECONDS: f64 = 30.0;
@@ -57,65 +57,47 @@ impl Family {
     }
 }
 
-/// Recordings that are scored as one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Set {
-    /// ATLAS on a floor with grip.
-    Ground,
-    /// ATLAS, three steps.
-    ThreeSteps,
-    /// ATLAS on a slippery floor, on which the paper compares.
-    Slip,
-    /// LCD's ATLAS.
-    Atlas7k,
-    /// LCD's NAO.
-    Nao,
-    /// Twelve walks in a shoe.
-    Shoe,
-    /// The walk of `footfall demo`: firm, greased and soft ground.
-    Demo,
-    /// A simulated walk on firm ground.
-    Walk,
-    /// A simulated trot on firm ground.
-    Trot,
-    /// A simulated run on firm ground.
-    Run,
-    /// Simulated walks in which every other stance slips: a sample of [`slips::profiles`].
-    Slips,
-    /// ATLAS at 500 Hz, other runs than the sets at 1 kHz.
-    Atlas500,
-    /// A real TALOS.
-    Talos,
-    /// A real NAO.
-    RealNao,
-    /// A real GO1.
-    Go1,
-    /// A real NAO that is pushed, by the IMU of a leg.
-    PushedNao,
+samples::named! {
+    /// Recordings that are scored as one.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Set {
+        /// ATLAS on a floor with grip.
+        Ground = "ground",
+        /// ATLAS, three steps.
+        ThreeSteps = "3 steps",
+        /// ATLAS on a slippery floor, on which the paper compares.
+        Slip = "slip",
+        /// LCD's ATLAS.
+        Atlas7k = "ATLAS 7k",
+        /// LCD's NAO.
+        Nao = "NAO",
+        /// Twelve walks in a shoe.
+        Shoe = "shoe",
+        /// The walk of `footfall demo`: firm, greased and soft ground.
+        Demo = "demo",
+        /// A simulated walk on firm ground.
+        Walk = "walk",
+        /// A simulated trot on firm ground.
+        Trot = "trot",
+        /// A simulated run on firm ground.
+        Run = "run",
+        /// Simulated walks in which every other stance slips: a sample of [`slips::profiles`].
+        Slips = "slips",
+        /// ATLAS at 500 Hz, other runs than the sets at 1 kHz.
+        Atlas500 = "ATLAS 500 Hz",
+        /// A real TALOS.
+        Talos = "TALOS",
+        /// A real NAO.
+        RealNao = "real NAO",
+        /// A real GO1.
+        Go1 = "GO1",
+        /// A real NAO that is pushed, by the IMU of a leg.
+        PushedNao = "pushed NAO",
+    }
 }
 
 impl Set {
-    /// All sets in display order.
-    pub const ALL: [Self; 16] = [
-        Self::Ground,
-        Self::ThreeSteps,
-        Self::Slip,
-        Self::Atlas7k,
-        Self::Nao,
-        Self::Shoe,
-        Self::Demo,
-        Self::Walk,
-        Self::Trot,
-        Self::Run,
-        Self::Slips,
-        Self::Atlas500,
-        Self::Talos,
-        Self::RealNao,
-        Self::Go1,
-        Self::PushedNao,
-    ];
-
     /// Sets included in the mean. The others cover the gaits of the simulated foot, which would outweigh all
     /// other recordings in the mean.
     pub const AVERAGED: [Self; 7] = [
@@ -130,29 +112,6 @@ impl Set {
 
     /// Sets of real robots, which have a separate mean.
     pub const ROBOTS: [Self; 4] = [Self::Talos, Self::RealNao, Self::Go1, Self::PushedNao];
-
-    /// Its name in tables.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Ground => "ground",
-            Self::ThreeSteps => "3 steps",
-            Self::Slip => "slip",
-            Self::Atlas7k => "ATLAS 7k",
-            Self::Nao => "NAO",
-            Self::Shoe => "shoe",
-            Self::Demo => "demo",
-            Self::Walk => "walk",
-            Self::Trot => "trot",
-            Self::Run => "run",
-            Self::Slips => "slips",
-            Self::Atlas500 => "ATLAS 500 Hz",
-            Self::Talos => "TALOS",
-            Self::RealNao => "real NAO",
-            Self::Go1 => "GO1",
-            Self::PushedNao => "pushed NAO",
-        }
-    }
 
     /// Family of the set.
     #[must_use]
@@ -175,7 +134,7 @@ impl Set {
 
     /// Sources of its recordings, in the order of scoring.
     #[must_use]
-    pub fn sources(self) -> Vec<Source> {
+    pub fn sources(self) -> Vec<RecordingSource> {
         match self {
             Self::Ground => vec![atlas("pce/ATLAS_01ground.csv")],
             Self::ThreeSteps => vec![atlas("pce/ATLAS_01ground_3steps.csv")],
@@ -183,7 +142,7 @@ impl Set {
             Self::Atlas7k => vec![lcd("lcd/ATLAS_7k_04ground.csv")],
             Self::Nao => vec![lcd("lcd/NAO_05ground.csv")],
             Self::Shoe => SHOE_WALKS.map(shoe).into(),
-            Self::Demo => vec![Source::Simulated {
+            Self::Demo => vec![RecordingSource::Simulated {
                 plan: Plan::demo(DEMO_SEED),
                 sensor: SensorParams::LSM6DSOX,
                 seed: DEMO_SEED,
@@ -193,7 +152,7 @@ impl Set {
             Self::Run => vec![steady(GaitName::Run)],
             Self::Slips => (SLIPS_SEED..)
                 .zip(slips::profiles().step_by(SLIPS_STEP))
-                .map(|(seed, profile)| Source::Simulated {
+                .map(|(seed, profile)| RecordingSource::Simulated {
                     plan: profile.plan(SLIPS_SECONDS, seed),
                     sensor: slips::SENSOR,
                     seed,
@@ -218,20 +177,19 @@ impl Set {
     }
 }
 
-/// Sets whose samples are also scored together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Pool {
-    /// The three sets of ATLAS at 1 kHz, on which the paper reports.
-    Atlas,
-    /// The two sets of LCD.
-    Lcd,
+samples::named! {
+    /// Sets whose samples are also scored together.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Pool {
+        /// The three sets of ATLAS at 1 kHz, on which the paper reports.
+        Atlas = "ATLAS pooled",
+        /// The two sets of LCD.
+        Lcd = "LCD pooled",
+    }
 }
 
 impl Pool {
-    /// All pools in display order.
-    pub const ALL: [Self; 2] = [Self::Atlas, Self::Lcd];
-
     /// Sets in the pool.
     #[must_use]
     pub const fn sets(self) -> &'static [Set] {
@@ -249,20 +207,11 @@ impl Pool {
             Self::Lcd => Family::Lcd,
         }
     }
-
-    /// Its name in tables.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Atlas => "ATLAS pooled",
-            Self::Lcd => "LCD pooled",
-        }
-    }
 }
 
 /// Source of a recording.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Source {
+pub enum RecordingSource {
     /// A file in the folder of datasets.
     File(File),
     /// A foot simulated by [`gait::simulate`].
@@ -282,12 +231,12 @@ pub struct File {
     /// Its path in that folder.
     pub path: &'static str,
     /// Layout of the file.
-    pub layout: Layout,
+    pub layout: FileLayout,
 }
 
 /// Layout of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Layout {
+pub enum FileLayout {
     /// Force, torque and motion without gravity, of a simulated robot.
     Robot(LabelScheme),
     /// A header and motion with gravity.
@@ -308,7 +257,7 @@ impl File {
     }
 }
 
-impl Layout {
+impl FileLayout {
     /// Origin of files with this layout.
     #[must_use]
     pub const fn origin(self) -> &'static str {
@@ -328,8 +277,8 @@ impl Layout {
 pub fn files() -> Vec<File> {
     let sources = Set::ALL.into_iter().flat_map(Set::sources);
     let file = |source| match source {
-        Source::File(file) => Some(file),
-        Source::Simulated { .. } => None,
+        RecordingSource::File(file) => Some(file),
+        RecordingSource::Simulated { .. } => None,
     };
     sources.filter_map(file).collect()
 }
@@ -364,19 +313,19 @@ pub(crate) const SHOE_WALKS: [&str; 12] = [
     "pyshoe/2017-11-22-11-36-45.csv",
 ];
 
-const fn atlas(path: &'static str) -> Source {
-    let layout = Layout::Robot(LabelScheme::StableOrNot);
-    Source::File(File { path, layout })
+const fn atlas(path: &'static str) -> RecordingSource {
+    let layout = FileLayout::Robot(LabelScheme::StableOrNot);
+    RecordingSource::File(File { path, layout })
 }
 
-const fn lcd(path: &'static str) -> Source {
-    let layout = Layout::Robot(LabelScheme::ContactClass);
-    Source::File(File { path, layout })
+const fn lcd(path: &'static str) -> RecordingSource {
+    let layout = FileLayout::Robot(LabelScheme::ContactClass);
+    RecordingSource::File(File { path, layout })
 }
 
-const fn shoe(path: &'static str) -> Source {
-    let layout = Layout::Walk;
-    Source::File(File { path, layout })
+const fn shoe(path: &'static str) -> RecordingSource {
+    let layout = FileLayout::Walk;
+    RecordingSource::File(File { path, layout })
 }
 
 const AUTHORS_HISTORY: &str =
@@ -384,13 +333,13 @@ const AUTHORS_HISTORY: &str =
 
 const GEM_HISTORY: &str = "the history of github.com/mrsp/gem, converted to CSV";
 
-const fn foot(path: &'static str, origin: &'static str) -> Source {
-    let layout = Layout::Foot { origin };
-    Source::File(File { path, layout })
+const fn foot(path: &'static str, origin: &'static str) -> RecordingSource {
+    let layout = FileLayout::Foot { origin };
+    RecordingSource::File(File { path, layout })
 }
 
-fn steady(gait: GaitName) -> Source {
-    Source::Simulated {
+fn steady(gait: GaitName) -> RecordingSource {
+    RecordingSource::Simulated {
         plan: Plan::steady(gait, Ground::Hard, STEADY_SECONDS, STEADY_SEED),
         sensor: SensorParams::LSM6DSOX,
         seed: STEADY_SEED,

@@ -2,7 +2,7 @@
 
 use estimator_core::params::STANDARD_GRAVITY;
 use estimator_core::{AngularRate, Gravity, ImuSample, SpecificForce, Timestamp, Vec3};
-use recordings::input::pce::Wrench;
+use recordings::input::published::simulated::Wrench;
 use recordings::recording::{Label, RecordedSample, Recording};
 
 use crate::labelled::Labelled;

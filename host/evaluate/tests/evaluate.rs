@@ -5,7 +5,7 @@ mod bench;
 use std::fs;
 
 use bench::Bench;
-use evaluate::method::Method;
+use evaluate::method::ComparedMethod;
 use evaluate::sets::{Set, files};
 use serde_json::Value;
 
@@ -19,7 +19,7 @@ fn methods_are_scored_on_all_sets_with_their_inputs() {
     let evaluation: Value = serde_json::from_str(&json).expect("JSON");
     assert_eq!(array(&evaluation, "sets").len(), Set::ALL.len());
     let methods = array(&evaluation, "methods");
-    assert_eq!(methods.len(), Method::ALL.len());
+    assert_eq!(methods.len(), ComparedMethod::ALL.len());
     for method in methods {
         let sets = array(method, "sets");
         let count = match method["method"].as_str() {

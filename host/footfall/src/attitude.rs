@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use scoring::inclination::InclinationScore;
 use serde::Serialize;
 
-use crate::schema::{Described, Kind};
+use crate::schema::{Described, SchemaKind};
 
 /// The scores of several recordings. `Display` is the report for the terminal.
 #[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
@@ -61,7 +61,7 @@ impl AttitudeReport {
 }
 
 impl Described for AttitudeReport {
-    const KIND: Kind = Kind::Attitude;
+    const KIND: SchemaKind = SchemaKind::Attitude;
 }
 
 impl fmt::Display for AttitudeReport {

@@ -5,7 +5,7 @@ use std::io;
 #[cfg(feature = "parquet")]
 use analysis::batch::{BatchError, sources::NoSource};
 use analysis::calibrate::CalibrationError;
-use analysis::config::{ConfigError, Refusal};
+use analysis::config::{ConfigError, ParameterRefusal};
 use analysis::replay::foot::ReplayError;
 use decode::DecodeError;
 use decode::feet::NamedTwice;
@@ -54,7 +54,7 @@ pub enum Error {
     Params(#[from] ParamsError),
     /// The parameters are invalid; described by the option or key that sets them.
     #[error(transparent)]
-    Refused(#[from] Refusal),
+    Refused(#[from] ParameterRefusal),
     /// The recordings do not contain the data a calibration needs.
     #[error(transparent)]
     Calibration(#[from] CalibrationError),

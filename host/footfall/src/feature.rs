@@ -6,51 +6,30 @@ use std::sync::LazyLock;
 
 use thiserror::Error;
 
-/// A part that is built with `--features NAME`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Feature {
-    /// Reads and writes ROS 2 bags, MCAP and rosbag2.
-    Bags,
-    /// Shows streaming feet in Foxglove and `PlotJuggler`.
-    Foxglove,
-    /// Reads and writes Parquet, and converts directories of recordings to Parquet tables.
-    Parquet,
-    /// Draws replays as PNG.
-    Png,
-    /// Publishes streaming feet as a ROS 2 node.
-    Ros2,
-    /// Shows the feet on a terminal in `footfall monitor`.
-    Screen,
+samples::named! {
+    /// A part that is built with `--features NAME`.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Feature {
+        /// Reads and writes ROS 2 bags, MCAP and rosbag2.
+        Bags = "bags",
+        /// Shows streaming feet in Foxglove and `PlotJuggler`.
+        Foxglove = "foxglove",
+        /// Reads and writes Parquet, and converts directories of recordings to Parquet tables.
+        Parquet = "parquet",
+        /// Draws replays as PNG.
+        Png = "png",
+        /// Publishes streaming feet as a ROS 2 node.
+        Ros2 = "ros2",
+        /// Shows the feet on a terminal in `footfall monitor`.
+        Screen = "screen",
+    }
 }
 
 impl Feature {
-    /// All features.
-    pub const ALL: [Self; 6] = [
-        Self::Bags,
-        Self::Foxglove,
-        Self::Parquet,
-        Self::Png,
-        Self::Ros2,
-        Self::Screen,
-    ];
-
     /// Returns the feature with this name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|feature| feature.name() == name)
-    }
-
-    /// Returns its name in `--features`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Bags => "bags",
-            Self::Foxglove => "foxglove",
-            Self::Parquet => "parquet",
-            Self::Png => "png",
-            Self::Ros2 => "ros2",
-            Self::Screen => "screen",
-        }
     }
 
     /// Returns whether this program is built with the feature.

@@ -1,13 +1,13 @@
 //! Names of feet whose topics differ, for bags.
 
-use ros::Topics;
+use ros::FootTopics;
 
 /// Returns a foot name whose topics differ from those of these names.
 #[must_use]
 pub fn unlike(name: &str, taken: &[String]) -> String {
     let is_free = |name: &String| {
-        let topics = Topics::of(name);
-        taken.iter().all(|other| Topics::of(other) != topics)
+        let topics = FootTopics::of(name);
+        taken.iter().all(|other| FootTopics::of(other) != topics)
     };
     let numbered = (2..).map(|number: u32| format!("{name}_{number}"));
     let mut names = std::iter::once(name.to_owned()).chain(numbered);

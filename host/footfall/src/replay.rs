@@ -6,7 +6,7 @@ use analysis::replay::foot::{self, Observer, Replayed};
 use analysis::replay::span::Span;
 use estimator_core::ContactEstimate;
 use indicatif::ProgressBar;
-use recordings::events::{self, Event};
+use recordings::events::{self, ContactEvent};
 use recordings::input::Stored;
 use recordings::recording::RecordedSample;
 
@@ -14,13 +14,13 @@ use crate::files::{OutputError, write_file};
 use crate::plot::page::{self, PageFoot};
 #[cfg(feature = "png")]
 use crate::plot::png::png;
-use crate::plot::{self, Figure};
+use crate::plot::{self, RecordingPlot};
 use crate::targets::{self, Drawing};
 
 /// Picture of a foot.
 pub enum Picture {
     /// A figure of its own.
-    Figure(Figure),
+    Figure(RecordingPlot),
     /// Its part of a page.
     Page(PageFoot),
 }
@@ -34,9 +34,12 @@ impl Picture {
         let (from_s, to_s) = span.within(about.duration_us);
         let span = plot::span(from_s, to_s - from_s, about.sample_rate);
         match drawing {
-            Drawing::Svg | Drawing::Png => {
-                Self::Figure(Figure::new(&name, about.start_us, &about.load_title, span))
-            }
+            Drawing::Svg | Drawing::Png => Self::Figure(RecordingPlot::new(
+                &name,
+                about.start_us,
+                &about.load_title,
+                span,
+            )),
             Drawing::Page => Self::Page(PageFoot::new(&name, about, span)),
         }
     }
@@ -49,7 +52,7 @@ pub struct Watched {
     /// Picture of the foot, if drawn.
     pub picture: Option<Picture>,
     /// Events of the foot, if kept.
-    pub events: Option<Vec<Event>>,
+    pub events: Option<Vec<ContactEvent>>,
 }
 
 impl Observer for Watched {
@@ -65,7 +68,7 @@ impl Observer for Watched {
         }
     }
 
-    fn add_event(&mut self, event: &Event) {
+    fn add_event(&mut self, event: &ContactEvent) {
         if let Some(events) = &mut self.events {
             events.push(*event);
         }

@@ -13,7 +13,7 @@ use serde::Serialize;
 
 /// The kinds of objects that are printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Kind {
+pub enum SchemaKind {
     /// Of `footfall replay --json`
     Replay,
     /// Of `footfall batch --json`
@@ -46,46 +46,11 @@ pub enum Kind {
     Accept,
 }
 
-impl Kind {
-    /// All kinds.
-    pub const ALL: [Self; 15] = [
-        Self::Replay,
-        Self::Batch,
-        Self::Calibrate,
-        Self::CalibrateFeet,
-        Self::CalibrateRests,
-        Self::Decode,
-        Self::Attitude,
-        Self::Monitor,
-        Self::MonitorEvent,
-        Self::FootScan,
-        Self::FootInfo,
-        Self::FootGet,
-        Self::FootChanges,
-        Self::FootUpdate,
-        Self::Accept,
-    ];
-
-    /// Returns the name used by `footfall schema`.
+impl SchemaKind {
+    /// Returns the name used by `footfall schema`, which is part of the id.
     #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Replay => "replay",
-            Self::Batch => "batch",
-            Self::Calibrate => "calibrate",
-            Self::CalibrateFeet => "calibrate-feet",
-            Self::CalibrateRests => "calibrate-rests",
-            Self::Decode => "decode",
-            Self::Attitude => "attitude",
-            Self::Monitor => "monitor",
-            Self::MonitorEvent => "monitor-event",
-            Self::FootScan => "foot-scan",
-            Self::FootInfo => "foot-info",
-            Self::FootGet => "foot-get",
-            Self::FootChanges => "foot-changes",
-            Self::FootUpdate => "foot-update",
-            Self::Accept => "accept",
-        }
+    pub fn name(self) -> &'static str {
+        self.id().split(':').nth(2).unwrap_or_default()
     }
 
     /// Returns the id of the schema, with its version number.
@@ -114,23 +79,23 @@ impl Kind {
 /// A report that can be printed as JSON.
 pub trait Described: Serialize + JsonSchema {
     /// Kind of the report.
-    const KIND: Kind;
+    const KIND: SchemaKind;
 }
 
 impl Described for Summaries {
-    const KIND: Kind = Kind::Replay;
+    const KIND: SchemaKind = SchemaKind::Replay;
 }
 
 impl Described for WithInputs<LearntFoot> {
-    const KIND: Kind = Kind::Calibrate;
+    const KIND: SchemaKind = SchemaKind::Calibrate;
 }
 
 impl Described for WithInputs<SensorCalibration> {
-    const KIND: Kind = Kind::CalibrateRests;
+    const KIND: SchemaKind = SchemaKind::CalibrateRests;
 }
 
 impl Described for decode::Report {
-    const KIND: Kind = Kind::Decode;
+    const KIND: SchemaKind = SchemaKind::Decode;
 }
 
 /// An object as it is printed.
@@ -158,14 +123,14 @@ impl<'a, R: Described> Document<'a, R> {
 /// An object about feet as it is printed: without the version of the program, which would stand in
 /// every line, or beside that of a foot.
 #[derive(Debug, JsonSchema, Serialize)]
-pub struct Line<'a, R> {
+pub struct DescribedLine<'a, R> {
     /// Identifier of the schema that describes this object.
     schema: &'static str,
     #[serde(flatten)]
     line: &'a R,
 }
 
-impl<'a, R: Described> Line<'a, R> {
+impl<'a, R: Described> DescribedLine<'a, R> {
     /// Wraps the state of a foot for printing.
     pub const fn of(line: &'a R) -> Self {
         Self {
@@ -184,12 +149,11 @@ mod tests {
 
     #[test]
     fn kind_names_match_the_option_and_the_schema() {
-        for kind in Kind::ALL {
+        for &kind in SchemaKind::value_variants() {
             let value = kind.to_possible_value().expect("none is hidden");
             assert_eq!(value.get_name(), kind.name());
             assert_eq!(kind.id(), format!("urn:footfall:{}:1", kind.name()));
         }
-        assert_eq!(Kind::ALL, Kind::value_variants());
     }
 
     #[test]

@@ -8,8 +8,10 @@ use std::sync::Arc;
 use common::{Bench, read, text};
 use estimator_core::Timestamp;
 use recordings::parquet_rows;
-use ros::message::{Contact, Header, Imu, Quaternion, Time, TwistWithCovarianceStamped, Vector3};
-use ros::{McapFile, Message, Published};
+use ros::message::{
+    Header, Imu, RosContact, RosQuaternion, Time, TwistWithCovarianceStamped, Vector3,
+};
+use ros::{McapFile, Published, RosMessage};
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -50,7 +52,7 @@ fn bag_of(bench: &Bench, linear_acceleration: Vector3) {
         };
         let (p_stable, sigma) = numbers(ms);
         let swings = SWING.contains(&ms);
-        let contact = Contact {
+        let contact = RosContact {
             header: header.clone(),
             foot: "FL".to_owned(),
             p_stable,
@@ -59,7 +61,7 @@ fn bag_of(bench: &Bench, linear_acceleration: Vector3) {
             p_axes: [f32::NAN; 6],
             decision: !swings,
             valid: true,
-            ..Contact::default()
+            ..RosContact::default()
         };
         let mut velocity = TwistWithCovarianceStamped {
             header: header.clone(),
@@ -67,21 +69,21 @@ fn bag_of(bench: &Bench, linear_acceleration: Vector3) {
         };
         velocity.twist.covariance[0][0] = f64::from(sigma).powi(2);
         let mut messages = vec![
-            ("contact", Message::Contact(contact)),
-            ("velocity", Message::Velocity(Box::new(velocity))),
+            ("contact", RosMessage::Contact(contact)),
+            ("velocity", RosMessage::Velocity(Box::new(velocity))),
         ];
         // The first sample is later than the first contact.
         if ms % 20 == 7 {
             let imu = Imu {
                 header,
-                orientation: Quaternion {
+                orientation: RosQuaternion {
                     w: 1.0,
-                    ..Quaternion::default()
+                    ..RosQuaternion::default()
                 },
                 linear_acceleration,
                 ..Imu::default()
             };
-            messages.push(("imu", Message::Imu(Box::new(imu))));
+            messages.push(("imu", RosMessage::Imu(Box::new(imu))));
         }
         for (topic, message) in messages {
             let topic: Arc<str> = format!("/footfall/FL/{topic}").into();

@@ -10,9 +10,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use clap::ValueEnum;
 use common::feet::{csv, image, lying};
 use common::{AXES, Bench, standing, unmet};
-use footfall::schema::Kind;
+use footfall::schema::SchemaKind;
 use gait::GaitName;
 use serde_json::Value;
 
@@ -28,7 +29,7 @@ struct Objects {
 impl Objects {
     fn new() -> Self {
         let bench = Bench::new();
-        for kind in Kind::ALL {
+        for &kind in SchemaKind::value_variants() {
             let schema = bench.stdout(&format!("schema {}", kind.name()));
             fs::write(bench.path(&schema_file(kind)), schema).expect("a file");
         }
@@ -38,14 +39,14 @@ impl Objects {
         }
     }
 
-    fn add(&mut self, kind: Kind, json: &str) {
+    fn add(&mut self, kind: SchemaKind, json: &str) {
         let schema = self.bench.path(&schema_file(kind));
         let object = self.bench.path(&format!("{}.json", self.files.len()));
         fs::write(&object, json).expect("a file");
         self.files.extend([schema, object]);
     }
 
-    fn has(&self, kind: Kind) -> bool {
+    fn has(&self, kind: SchemaKind) -> bool {
         self.files.contains(&self.bench.path(&schema_file(kind)))
     }
 
@@ -68,14 +69,15 @@ impl Objects {
     }
 }
 
-fn schema_file(kind: Kind) -> String {
+fn schema_file(kind: SchemaKind) -> String {
     format!("{}.schema.json", kind.name())
 }
 
 /// Returns the kind named by an object.
-fn kind_of(object: &Value) -> Kind {
-    let named = Kind::ALL
-        .into_iter()
+fn kind_of(object: &Value) -> SchemaKind {
+    let named = SchemaKind::value_variants()
+        .iter()
+        .copied()
         .find(|kind| object["schema"] == kind.id());
     named.expect("a schema")
 }
@@ -144,34 +146,46 @@ fn every_object_matches_its_schema() {
         "nan.csv",
     ] {
         objects.add(
-            Kind::Replay,
+            SchemaKind::Replay,
             &bench.stdout(&format!("replay {arguments} --json")),
         );
     }
     fs::write(bench.path("broken.csv"), "t,ax\n0,0\n").expect("a file");
     let all = "batch . --out out --json";
-    objects.add(Kind::Batch, &bench.stdout(&format!("{all} --dry-run")));
+    objects.add(
+        SchemaKind::Batch,
+        &bench.stdout(&format!("{all} --dry-run")),
+    );
     // Some recordings fail; their rows are still in the report.
     for _ in 0..2 {
-        objects.add(Kind::Batch, &common::text(&bench.run(all).stdout));
+        objects.add(SchemaKind::Batch, &common::text(&bench.run(all).stdout));
     }
-    objects.add(Kind::Calibrate, &bench.stdout("calibrate walk.csv --json"));
     objects.add(
-        Kind::CalibrateRests,
+        SchemaKind::Calibrate,
+        &bench.stdout("calibrate walk.csv --json"),
+    );
+    objects.add(
+        SchemaKind::CalibrateRests,
         &bench.stdout("calibrate --rests rests.csv --json"),
     );
-    objects.add(Kind::Attitude, &bench.stdout("attitude level.csv --json"));
+    objects.add(
+        SchemaKind::Attitude,
+        &bench.stdout("attitude level.csv --json"),
+    );
     bench.stdout("demo --out demo");
     for log in ["can.log", "uart.bin"] {
         objects.add(
-            Kind::Decode,
+            SchemaKind::Decode,
             &bench.stdout(&format!("decode demo/{log} --json")),
         );
     }
     // Frames with damage and a fault.
     let damaged = "(1.000000) can0 091#0170010100000000\n(1.000000) can0 191#FF\nnonsense\n";
     fs::write(bench.path("damaged.log"), damaged).expect("a file");
-    objects.add(Kind::Decode, &bench.stdout("decode damaged.log --json"));
+    objects.add(
+        SchemaKind::Decode,
+        &bench.stdout("decode damaged.log --json"),
+    );
     for source in [
         "demo:feet=2,speed=max,seconds=3",
         "demo:line=uart,speed=max,seconds=3",
@@ -185,17 +199,17 @@ fn every_object_matches_its_schema() {
     }
     fs::write(bench.path("foot.img"), image()).expect("a file");
     for (kind, arguments) in [
-        (Kind::FootScan, "demo:feet=2,speed=10 scan"),
-        (Kind::FootInfo, "demo:speed=10 info"),
-        (Kind::FootInfo, "demo:speed=10,line=uart info"),
-        (Kind::FootGet, "demo:speed=10 get"),
+        (SchemaKind::FootScan, "demo:feet=2,speed=10 scan"),
+        (SchemaKind::FootInfo, "demo:speed=10 info"),
+        (SchemaKind::FootInfo, "demo:speed=10,line=uart info"),
+        (SchemaKind::FootGet, "demo:speed=10 get"),
         (
-            Kind::FootGet,
+            SchemaKind::FootGet,
             "demo:speed=10 get manufacturer_software_version stage",
         ),
-        (Kind::FootChanges, "demo:speed=10 diff"),
+        (SchemaKind::FootChanges, "demo:speed=10 diff"),
         (
-            Kind::FootChanges,
+            SchemaKind::FootChanges,
             "demo:speed=10 set decision.threshold=0.6 tpdo2_communication_parameter.cob_id=off",
         ),
     ] {
@@ -203,8 +217,11 @@ fn every_object_matches_its_schema() {
         objects.add(kind, &json);
     }
     let update = "foot demo:speed=10 --node 99 update foot.img --json";
-    objects.add(Kind::FootUpdate, &common::text(&bench.run(update).stdout));
-    let kinds = [Kind::Monitor, Kind::MonitorEvent];
+    objects.add(
+        SchemaKind::FootUpdate,
+        &common::text(&bench.run(update).stdout),
+    );
+    let kinds = [SchemaKind::Monitor, SchemaKind::MonitorEvent];
     assert!(kinds.map(|kind| objects.has(kind)) == [true, true]);
     if let Err(missing) = objects.check() {
         unmet(&missing);

@@ -14,7 +14,7 @@ use std::process::Command;
 
 use common::{Bench, text, unmet};
 use footfall::commands::view::Viewer;
-use ros::Topics;
+use ros::FootTopics;
 use ros::definition::Definition;
 use serde_json::Value;
 
@@ -54,7 +54,7 @@ fn third_party_client_receives_every_recorded_message() {
         return;
     };
     let counts: BTreeMap<String, usize> = serde_json::from_str(&counts).expect("counts");
-    let topics = FEET.map(Topics::of);
+    let topics = FEET.map(FootTopics::of);
     for topics in &topics {
         for (topic, _) in topics.all() {
             assert!(counts.contains_key(topic), "{topic}: {counts:?}");
@@ -144,10 +144,10 @@ fn type_of(definition: Definition, path: &str) -> Option<String> {
 
 /// Checks that a numeric field named by a layout is published.
 fn assert_published(topic: &str, field: &str) {
-    let published = FEET.map(Topics::of);
+    let published = FEET.map(FootTopics::of);
     let definition = published
         .iter()
-        .flat_map(Topics::all)
+        .flat_map(FootTopics::all)
         .find(|(name, _)| *name == topic)
         .map(|(_, definition)| definition);
     let definition = definition.unwrap_or_else(|| panic!("nothing is published on {topic}"));
@@ -199,7 +199,7 @@ fn foxglove_layout_uses_published_fields() {
             assert_eq!(diagnostics, Some(ros::topics::DIAGNOSTICS));
         }
     }
-    for topics in FEET.map(Topics::of) {
+    for topics in FEET.map(FootTopics::of) {
         // P three times and once for all feet; decision; state, and once for all feet; the load twice.
         for (topic, times) in [(topics.contact, 7), (topics.load, 2), (topics.imu, 6)] {
             assert_eq!(shown.get(topic.as_ref()), Some(&times), "{topic}");
@@ -231,7 +231,7 @@ fn plotjuggler_layout_uses_published_fields() {
         let name = name.split('"').next().expect("a name");
         // One topic name may be the prefix of another: the longest match is used.
         let mut topics: Vec<String> = FEET
-            .map(Topics::of)
+            .map(FootTopics::of)
             .iter()
             .flat_map(|topics| topics.all().map(|(topic, _)| format!("{topic}/")))
             .filter(|topic| name.starts_with(topic.as_str()))

@@ -43,7 +43,7 @@ mod turn;
 
 pub use activity::Activity;
 pub use endless::{EndlessGait, EndlessRounds};
-pub use plan::{GaitName, Ground, Plan, Rests, Robot};
+pub use plan::{GaitName, Ground, Plan, Rests, RobotParams};
 pub use record::{Simulation, Walked, Walking, record, simulate};
 pub use sensor::{SensorParams, Temperature};
 pub use track::{FootState, Track};

@@ -5,34 +5,21 @@ use std::ops::Range;
 use std::str::FromStr;
 
 use crate::random::{Random, Stream};
-use crate::step::{Sinking, Slip, Spring, Step, TouchDown, Tremor};
+use crate::step::{PlannedStep, Sinking, Slip, Spring, TouchDown, Tremor};
 
 /// Seed of the walk that `footfall demo` shows, which is also one of the scored sets.
 pub const DEMO_SEED: u64 = 1;
 
-/// Ground under the foot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ground {
-    /// A firm floor with grip: a short, hard landing, then rest.
-    Hard,
-    /// The same floor without grip: the loaded foot slides.
-    Greased,
-    /// A mat or soil: a soft landing, then the foot sinks and rocks before it rests.
-    Soft,
-}
-
-impl Ground {
-    /// All kinds of ground.
-    pub const ALL: [Self; 3] = [Self::Hard, Self::Greased, Self::Soft];
-
-    /// Returns the name.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Hard => "hard",
-            Self::Greased => "greased",
-            Self::Soft => "soft",
-        }
+samples::named! {
+    /// Ground under the foot.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Ground {
+        /// A firm floor with grip: a short, hard landing, then rest.
+        Hard = "hard",
+        /// The same floor without grip: the loaded foot slides.
+        Greased = "greased",
+        /// A mat or soil: a soft landing, then the foot sinks and rocks before it rests.
+        Soft = "soft",
     }
 }
 
@@ -42,34 +29,22 @@ impl fmt::Display for Ground {
     }
 }
 
-/// Named gaits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum GaitName {
-    /// Standing still: no steps at all.
-    Stand,
-    /// A slow walk: a stride of 0.9 s, 62 % of it in stance.
-    Walk,
-    /// A trot: a stride of 0.52 s, 54 % of it in stance.
-    Trot,
-    /// A run: a stride of 0.42 s, 38 % of it in stance, with landings beyond ±16 g.
-    Run,
+samples::named! {
+    /// Named gaits.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum GaitName {
+        /// Standing still: no steps at all.
+        Stand = "stand",
+        /// A slow walk: a stride of 0.9 s, 62 % of it in stance.
+        Walk = "walk",
+        /// A trot: a stride of 0.52 s, 54 % of it in stance.
+        Trot = "trot",
+        /// A run: a stride of 0.42 s, 38 % of it in stance, with landings beyond ±16 g.
+        Run = "run",
+    }
 }
 
 impl GaitName {
-    /// All gaits.
-    pub const ALL: [Self; 4] = [Self::Stand, Self::Walk, Self::Trot, Self::Run];
-
-    /// Returns the name as people write it.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Stand => "stand",
-            Self::Walk => "walk",
-            Self::Trot => "trot",
-            Self::Run => "run",
-        }
-    }
-
     const fn style(self) -> Option<Style> {
         match self {
             Self::Stand => None,
@@ -168,10 +143,10 @@ impl Style {
         load_change: 0.06,
     };
 
-    fn step(&self, ground: Ground, random: &mut Random) -> Step {
+    fn step(&self, ground: Ground, random: &mut Random) -> PlannedStep {
         let vary = |value: f64, random: &mut Random| value * random.uniform(0.95..1.05);
         let stance = vary(self.contact - self.peel, random);
-        Step {
+        PlannedStep {
             peel: vary(self.peel, random),
             swing: vary(self.swing, random),
             stance,
@@ -269,9 +244,9 @@ fn slip(when: Range<f64>, random: &mut Random) -> Slip {
 }
 
 /// Returns firm ground, a greased patch, a soft mat and firm ground again, of three steps each.
-fn round(random: &mut Random) -> Vec<Step> {
+fn round(random: &mut Random) -> Vec<PlannedStep> {
     let grounds = [Ground::Hard, Ground::Greased, Ground::Soft, Ground::Hard];
-    let mut steps: Vec<Step> = grounds
+    let mut steps: Vec<PlannedStep> = grounds
         .into_iter()
         .flat_map(|ground| [ground; 3])
         .map(|ground| Style::WALK.step(ground, random))
@@ -300,7 +275,7 @@ pub struct Plan {
     /// Standing time at the beginning, s.
     pub standing: f64,
     /// Steps in order of time. After the last touch-down the foot stays in place.
-    pub steps: Vec<Step>,
+    pub steps: Vec<PlannedStep>,
     /// Duration of the recording, s.
     pub duration: f64,
 }
@@ -311,7 +286,7 @@ impl Plan {
     #[must_use]
     pub fn demo(seed: u64) -> Self {
         let steps = round(&mut Random::new(seed, Stream::Steps));
-        let moving: f64 = steps.iter().map(Step::duration).sum();
+        let moving: f64 = steps.iter().map(PlannedStep::duration).sum();
         Self {
             name: format!("demo walk, seed {seed}"),
             standing: STANDING_BEFORE,
@@ -329,7 +304,7 @@ impl Plan {
         let mut end = STANDING_BEFORE;
         while end < seconds {
             let round = round(&mut random);
-            end += round.iter().map(Step::duration).sum::<f64>();
+            end += round.iter().map(PlannedStep::duration).sum::<f64>();
             steps.extend(round);
         }
         Self {
@@ -344,10 +319,10 @@ impl Plan {
     /// in any activity. `seconds` is finite.
     #[must_use]
     pub fn steady(gait: GaitName, ground: Ground, seconds: f64, seed: u64) -> Self {
-        let robot = Robot {
+        let robot = RobotParams {
             gait,
             ground,
-            ..Robot::default()
+            ..RobotParams::default()
         };
         robot.plan(seconds, seed)
     }
@@ -355,7 +330,7 @@ impl Plan {
 
 /// Properties of a robot and of its ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Robot {
+pub struct RobotParams {
     /// Gait.
     pub gait: GaitName,
     /// Ground under its feet.
@@ -380,7 +355,7 @@ pub struct Rests {
     pub lasting: f64,
 }
 
-impl Default for Robot {
+impl Default for RobotParams {
     /// Returns a robot that walks on a firm floor, with the usual values.
     fn default() -> Self {
         Self {
@@ -394,7 +369,7 @@ impl Default for Robot {
     }
 }
 
-impl Robot {
+impl RobotParams {
     /// Plans one of its feet for `seconds`, including the standing at the beginning. The recording may end in any
     /// activity. `seconds` is finite.
     #[must_use]
@@ -449,7 +424,7 @@ mod tests {
     #[test]
     fn robot_settings_change_rests_slips_and_steps() {
         let usual = Plan::steady(GaitName::Trot, Ground::Hard, 300.0, 5);
-        let robot = Robot {
+        let robot = RobotParams {
             gait: GaitName::Trot,
             greased: 0.2,
             step_length: 1.5,
@@ -458,7 +433,7 @@ mod tests {
                 every: 20.0,
                 lasting: 3.0,
             }),
-            ..Robot::default()
+            ..RobotParams::default()
         };
         let plan = robot.plan(300.0, 5);
         let rests = plan.steps.iter().filter(|step| step.stance > 3.0);
@@ -527,7 +502,7 @@ mod tests {
     #[test]
     fn a_steady_gait_walks_until_the_recording_ends() {
         let plan = Plan::steady(GaitName::Run, Ground::Soft, 30.0, 1);
-        let walked: f64 = plan.steps.iter().map(Step::duration).sum();
+        let walked: f64 = plan.steps.iter().map(PlannedStep::duration).sum();
         assert!(plan.standing + walked >= 30.0);
         assert_eq!(plan.duration, 30.0);
         assert_eq!(plan.name, "run on soft ground, seed 1");

@@ -172,7 +172,7 @@ mod tests {
     use crate::plan::{GaitName, Ground};
     use estimator_core::{ContactEstimator, Params, Validity, Vec3};
     use samples::recording::Label;
-    use samples::space::Vector;
+    use samples::space::{Vector, components};
     use samples::validity::VALIDITIES;
 
     fn demo(seed: u64) -> Simulation {
@@ -190,7 +190,7 @@ mod tests {
         for sample in &recording.samples {
             add(sample.imu.timestamp.as_micros());
             for v in [sample.imu.specific_force.0, sample.imu.angular_rate.0] {
-                for value in [v.x, v.y, v.z] {
+                for value in components(v) {
                     add(u64::from(value.to_bits()));
                 }
             }

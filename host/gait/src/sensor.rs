@@ -174,20 +174,15 @@ mod tests {
     use super::*;
     use crate::plan::{GaitName, Ground, Plan};
     use crate::record::record;
-    use estimator_core::Vec3;
 
     /// Returns force and rate of each sample of a standing foot.
     fn standing(seconds: u32, params: &SensorParams, seed: u64) -> Vec<[Vector; 2]> {
         let plan = Plan::steady(GaitName::Stand, Ground::Hard, f64::from(seconds), 1);
-        let double = |v: Vec3| Vector::from_array([v.x, v.y, v.z].map(f64::from));
         record(&plan, params, seed)
             .samples
             .iter()
             .map(|sample| {
-                [
-                    double(sample.imu.specific_force.0),
-                    double(sample.imu.angular_rate.0),
-                ]
+                [sample.imu.specific_force.0, sample.imu.angular_rate.0].map(Vector::from)
             })
             .collect()
     }

@@ -4,7 +4,7 @@
 
 /// A swing and the stance after it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Step {
+pub struct PlannedStep {
     /// Duration of the peel off the ground, s.
     pub peel: f64,
     /// Time in the air, s.
@@ -101,7 +101,7 @@ pub struct Tremor {
     pub rate: f64,
 }
 
-impl Step {
+impl PlannedStep {
     /// Returns the time from touch-down to the beginning of the next peel, s, including all slips.
     #[must_use]
     pub fn standing(&self) -> f64 {

@@ -5,7 +5,7 @@ use crate::segment::{
     CHANNELS, Change, Kind, LoadProfile, PITCH, Pose, ROLL, Segment, X, Y, YAW, Z,
 };
 use crate::shape::{Quintic, Shape, Term};
-use crate::step::{Slip, Spring, Step};
+use crate::step::{PlannedStep, Slip, Spring};
 
 /// Time constants after which a ring has ended: e⁻¹⁰ of 25 g is 0.01 m/s², less than the noise.
 const RING_TIME_CONSTANTS: f64 = 10.0;
@@ -30,7 +30,7 @@ const ONE_PERIOD_PEAK: f64 = 0.56;
 const VERTICAL_CHATTER: f64 = 1.0 / 3.0;
 
 /// Stands still at the origin and level, from time 0 until the step `next` begins at `until` in s.
-pub(crate) fn standing_still(until: f64, next: Option<&Step>) -> Segment {
+pub(crate) fn standing_still(until: f64, next: Option<&PlannedStep>) -> Segment {
     Segment {
         kind: Kind::Stance {
             settled: f64::NEG_INFINITY,
@@ -52,8 +52,8 @@ pub(crate) fn standing_still(until: f64, next: Option<&Step>) -> Segment {
 pub(crate) fn stride(
     before: &Segment,
     start: f64,
-    step: &Step,
-    next: Option<&Step>,
+    step: &PlannedStep,
+    next: Option<&PlannedStep>,
 ) -> [Segment; 3] {
     let stood_at = before.pose(start);
     let (peel, lifted) = peel(step, start, &stood_at, before.load);
@@ -65,14 +65,19 @@ pub(crate) fn stride(
 
 /// Decrease of the load before the lift-off of the step `next`, whose peel begins at `peel_start`: much of it is
 /// gone before the foot moves.
-fn unloading(peel_start: f64, next: Option<&Step>) -> Change {
+fn unloading(peel_start: f64, next: Option<&PlannedStep>) -> Change {
     next.map_or(Change::NEVER, |next| Change {
         start: peel_start + next.peel - next.load_change,
         duration: next.load_change,
     })
 }
 
-fn peel(step: &Step, start: f64, stood_at: &Pose, load: Option<LoadProfile>) -> (Segment, Pose) {
+fn peel(
+    step: &PlannedStep,
+    start: f64,
+    stood_at: &Pose,
+    load: Option<LoadProfile>,
+) -> (Segment, Pose) {
     let mut lifted = *stood_at;
     lifted[PITCH] += PEEL_PITCH;
     lifted[Z] += PEEL_HEIGHT;
@@ -86,7 +91,7 @@ fn peel(step: &Step, start: f64, stood_at: &Pose, load: Option<LoadProfile>) -> 
     (segment, lifted)
 }
 
-fn swing(step: &Step, start: f64, lifted: &Pose, stood_at: &Pose) -> (Segment, Pose) {
+fn swing(step: &PlannedStep, start: f64, lifted: &Pose, stood_at: &Pose) -> (Segment, Pose) {
     let duration = step.swing;
     let landing = &step.touch_down;
     let [roll, pitch, yaw] = step.tilt;
@@ -122,7 +127,7 @@ fn swing(step: &Step, start: f64, lifted: &Pose, stood_at: &Pose) -> (Segment, P
     (segment, landed)
 }
 
-fn stance(step: &Step, start: f64, landed: &Pose, next: Option<&Step>) -> Segment {
+fn stance(step: &PlannedStep, start: f64, landed: &Pose, next: Option<&PlannedStep>) -> Segment {
     let standing = step.standing();
     let landing = &step.touch_down;
     let springs = [
@@ -194,7 +199,7 @@ fn ring(speed: f64, spring: Spring, start: f64, at_most: f64) -> Term {
 }
 
 /// Returns a sine with its own phase for every axis that trembles.
-fn tremor(step: &Step, start: f64, duration: f64) -> [(usize, Term); 5] {
+fn tremor(step: &PlannedStep, start: f64, duration: f64) -> [(usize, Term); 5] {
     let angular_frequency = std::f64::consts::TAU * step.tremor.frequency;
     let length = step.tremor.acceleration / (angular_frequency * angular_frequency);
     let angle = step.tremor.rate / angular_frequency;

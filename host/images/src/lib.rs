@@ -40,7 +40,7 @@ pub enum ImageError {
 
 /// Origin of a program, for its header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Origin {
+pub struct ProgramOrigin {
     /// Version: major, minor, patch.
     pub version: [u8; 3],
     /// Commit.
@@ -55,7 +55,7 @@ pub struct Origin {
 ///
 /// # Errors
 /// The ELF is not a program that a bootloader starts.
-pub fn image(elf: &[u8], origin: &Origin, key: &[u8; 32]) -> Result<Vec<u8>, ImageError> {
+pub fn image(elf: &[u8], origin: &ProgramOrigin, key: &[u8; 32]) -> Result<Vec<u8>, ImageError> {
     let mut slot = contents(elf)?;
     let bytes = slot.first_chunk::<HEADER>();
     let bytes = bytes.ok_or(ImageError::Length { length: slot.len() })?;

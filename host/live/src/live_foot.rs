@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use decode::Row;
+use decode::ContactRow;
 use decode::live::{FootKey, Heard, Said};
 use decode::row::{Clock, Turn};
 use estimator_core::{Flag, Flags, Quaternion, Timestamp};
@@ -27,7 +27,7 @@ pub struct LiveFoot {
     /// Name of the node id or in the recording, if any.
     pub name: Option<Arc<str>>,
     /// Newest contact; on CAN with the flags of the newest health frame.
-    pub row: Option<Row>,
+    pub row: Option<ContactRow>,
     /// Time of reception of the newest contact, and listening time at it, µs.
     pub contact: Option<(Timestamp, u64)>,
     /// Time of the newest contact or raw sample on the receiver's clock.
@@ -107,7 +107,7 @@ impl LiveFoot {
         }
     }
 
-    fn take_contact(&mut self, mut row: Row, at: Timestamp) {
+    fn take_contact(&mut self, mut row: ContactRow, at: Timestamp) {
         // On CAN, health frames carry the flags at 10 Hz.
         let saturated = match row.status.is_saturated() {
             true => Flags::NONE.with(Flag::Saturated).bits(),

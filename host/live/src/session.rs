@@ -195,7 +195,7 @@ impl Session {
 mod tests {
     use super::*;
     use crate::Arrival;
-    use decode::Row;
+    use decode::ContactRow;
     use wire::CanFrame;
 
     fn at(ms: u64) -> Timestamp {
@@ -213,10 +213,10 @@ mod tests {
     }
 
     fn estimate(session: &mut Session, ms: u64, foot: &str) {
-        let row = Row {
+        let row = ContactRow {
             timestamp: at(ms),
             foot: Some(foot.into()),
-            ..Row::default()
+            ..ContactRow::default()
         };
         session.take(Fed::Arrived((at(ms), Arrival::Estimate(Box::new(row)))));
     }

@@ -11,7 +11,7 @@ use live::foot::calibration;
 use live::foot::client::{Client, RequestError};
 use live::foot::position::{self, PositionError};
 use live::foot::scan;
-use live::foot::self_test::{self, Verdict};
+use live::foot::self_test::{self, SelfTestResult};
 use live::foot::settings::{self, Lasting, SettingsError, Undone, Values};
 use live::foot::sync::Clocks;
 use live::link::{self, Arrived};
@@ -628,7 +628,7 @@ fn self_test_reports_failed_axes_and_restores_settings() {
         let mut good = client_at(name, 1);
         assert_eq!(
             self_test::run(&mut good).expect("a verdict"),
-            Verdict::Passed,
+            SelfTestResult::Passed,
             "{name}"
         );
         let mut robot = Robot::new(1, 1, line);
@@ -636,7 +636,7 @@ fn self_test_reports_failed_axes_and_restores_settings() {
         let mut bad = Client::new(Box::new(Failing { robot, line }), None).expect("a foot");
         let verdict = self_test::run(&mut bad).expect("a verdict");
         let axes = (name == "can").then(|| vec![Axis::Ay, Axis::Wy]);
-        assert_eq!(verdict, Verdict::Failed(axes), "{name}");
+        assert_eq!(verdict, SelfTestResult::Failed(axes), "{name}");
         for client in [&mut good, &mut bad] {
             assert_eq!(get(client, "self_test_at_start"), "0");
             assert_eq!(client.state().expect("a state"), State::Operational);

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use decode::live::{Heard, Listener, Said};
 use live::feed::Fed;
 use live::link;
-use live::link::slcan::{Word, Words};
+use live::link::slcan::{SlcanWord, Words};
 use live::robot::Robot;
 use live::source::DemoLine;
 use live::{Feed, Sending, Source};
@@ -138,13 +138,13 @@ fn adapter(ours: OwnedFd) -> Receiver<CanFrame> {
         loop {
             for byte in commands.try_iter().flatten() {
                 let answer: &[u8] = match words.push(byte) {
-                    Some(Word::Frame(frame)) => {
+                    Some(SlcanWord::Frame(frame)) => {
                         robot.send(frame);
                         // The test may have ended.
                         let _ = to_test.send(frame);
                         b"z\r"
                     }
-                    Some(Word::Line(command)) => match command.as_str() {
+                    Some(SlcanWord::Line(command)) => match command.as_str() {
                         "S8" if !is_open => b"\r",
                         "O" if !is_open => {
                             is_open = true;

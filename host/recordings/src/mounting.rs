@@ -219,10 +219,8 @@ mod tests {
     fn rotation_turns_as_the_mounting_does() {
         let vector = Vec3::new(0.3, -7.0, 2.0);
         for mounting in mountings() {
-            let turned = mounting.turn(vector);
-            let expected = Vector::new(turned.x.into(), turned.y.into(), turned.z.into());
-            let [x, y, z] = [vector.x, vector.y, vector.z].map(f64::from);
-            let found = rotation(&mounting).to_world(Vector::new(x, y, z));
+            let expected = Vector::from(mounting.turn(vector));
+            let found = rotation(&mounting).to_world(vector.into());
             assert!((found - expected).length() < 1e-5, "{mounting}");
         }
     }

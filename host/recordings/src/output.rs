@@ -6,6 +6,7 @@ use std::io::{self, Write};
 use estimator_core::{
     ContactEstimate, Decision, Flag, Load, Quaternion, Timestamp, Validity, Vec3,
 };
+use samples::space::components;
 
 use crate::recording::{Label, RecordedSample};
 use crate::validity::name_of;
@@ -34,7 +35,7 @@ use crate::validity::name_of;
 pub const HEADER: &str = "t,p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx,p_wy,p_wz,\
      qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,sigma_v,state,decision,flags";
 
-/// Header of a recording, as [`input::csv`](crate::input::csv) reads it.
+/// Header of a recording, as [`input::table::csv`](crate::input::table::csv) reads it.
 const RECORDING_HEADER: &str = "t,ax,ay,az,wx,wy,wz,force,label,validity";
 
 /// Column before those of [`HEADER`] in a table of several feet: the name of the foot.
@@ -42,7 +43,7 @@ pub const FOOT: &str = "foot";
 
 /// Whether a table of estimates names the foot in each row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Feet {
+pub enum TableFeet {
     /// The table is of one foot.
     One,
     /// The table is of several feet, one after the other.
@@ -53,10 +54,10 @@ pub enum Feet {
 ///
 /// # Errors
 /// Any error of the writer.
-pub fn write_header(feet: Feet, to: &mut dyn Write) -> io::Result<()> {
+pub fn write_header(feet: TableFeet, to: &mut dyn Write) -> io::Result<()> {
     match feet {
-        Feet::One => writeln!(to, "{HEADER}"),
-        Feet::Several => writeln!(to, "{FOOT},{HEADER}"),
+        TableFeet::One => writeln!(to, "{HEADER}"),
+        TableFeet::Several => writeln!(to, "{FOOT},{HEADER}"),
     }
 }
 
@@ -97,7 +98,7 @@ pub fn write_estimates(
     start_us: i64,
     to: &mut dyn Write,
 ) -> io::Result<()> {
-    write_header(Feet::One, to)?;
+    write_header(TableFeet::One, to)?;
     for estimate in estimates {
         write_row(None, estimate, start_us, to)?;
     }
@@ -202,18 +203,22 @@ pub(crate) fn write_time(
     write!(to, "{sign}{}.{:06}", size / 1_000_000, size % 1_000_000)
 }
 
-/// Writes a row of [`HEADER`] without the time.
-fn write_estimate(estimate: &ContactEstimate, to: &mut dyn Write) -> io::Result<()> {
+/// Numbers of a row of [`HEADER`], without the time.
+pub(crate) fn numbers(estimate: &ContactEstimate) -> impl Iterator<Item = f32> {
     let p = estimate.probabilities;
     let Quaternion { w, x, y, z } = estimate.orientation;
-    let numbers = [p.stable, p.tangential, p.vertical]
+    [p.stable, p.tangential, p.vertical]
         .into_iter()
         .chain(p.axes.to_array())
         .chain([w, x, y, z])
         .chain(components(estimate.linear_acceleration.0))
         .chain(components(estimate.gyro_bias.0))
-        .chain([estimate.velocity_sigma.0]);
-    for number in numbers {
+        .chain([estimate.velocity_sigma.0])
+}
+
+/// Writes a row of [`HEADER`] without the time.
+fn write_estimate(estimate: &ContactEstimate, to: &mut dyn Write) -> io::Result<()> {
+    for number in numbers(estimate) {
         // The shortest decimals that read back as the same f32.
         match number.is_nan() {
             true => write!(to, ",")?,
@@ -224,10 +229,6 @@ fn write_estimate(estimate: &ContactEstimate, to: &mut dyn Write) -> io::Result<
     let decision = u8::from(estimate.decision == Decision::Stable);
     let phase = estimate.phase.name();
     write!(to, ",{phase},{decision},{}", flags.join("|"))
-}
-
-fn components(Vec3 { x, y, z }: Vec3) -> [f32; 3] {
-    [x, y, z]
 }
 
 #[cfg(test)]

@@ -17,11 +17,11 @@ use arrow_array::builder::{
 };
 use arrow_array::types::Int32Type;
 use arrow_schema::{DataType, Field, Schema};
-use estimator_core::{ContactEstimate, Decision, Flag, Quaternion, Vec3};
+use estimator_core::{ContactEstimate, Decision, Flag};
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use parquet::errors::ParquetError;
 
-use crate::output::{FOOT, Feet, HEADER, seconds};
+use crate::output::{FOOT, HEADER, TableFeet, numbers, seconds};
 use crate::parquet_encoder::{BATCH, Encoder};
 
 /// Numbers of a row between `t` and `state`.
@@ -45,12 +45,12 @@ impl<W: Write> ParquetEstimates<W> {
     ///
     /// # Errors
     /// Any error of the writer.
-    pub fn new(to: W, feet: Feet) -> io::Result<Self> {
+    pub fn new(to: W, feet: TableFeet) -> io::Result<Self> {
         Self::with_name(
             to,
             match feet {
-                Feet::One => None,
-                Feet::Several => Some(FOOT),
+                TableFeet::One => None,
+                TableFeet::Several => Some(FOOT),
             },
         )
     }
@@ -147,45 +147,6 @@ pub fn join(tables: Vec<File>, to: impl Write) -> io::Result<()> {
     encoder.map_or(Ok(()), |encoder| encoder.finish().map(|_| ()))
 }
 
-/// The numbers of a row, in the order of [`HEADER`].
-fn numbers(estimate: &ContactEstimate) -> [f32; NUMBERS] {
-    let p = estimate.probabilities;
-    let [ax, ay, az, wx, wy, wz] = p.axes.to_array();
-    let Quaternion { w, x, y, z } = estimate.orientation;
-    let Vec3 {
-        x: lax,
-        y: lay,
-        z: laz,
-    } = estimate.linear_acceleration.0;
-    let Vec3 {
-        x: bwx,
-        y: bwy,
-        z: bwz,
-    } = estimate.gyro_bias.0;
-    [
-        p.stable,
-        p.tangential,
-        p.vertical,
-        ax,
-        ay,
-        az,
-        wx,
-        wy,
-        wz,
-        w,
-        x,
-        y,
-        z,
-        lax,
-        lay,
-        laz,
-        bwx,
-        bwy,
-        bwz,
-        estimate.velocity_sigma.0,
-    ]
-}
-
 fn schema(name: Option<&'static str>) -> Schema {
     let text = || DataType::Dictionary(Box::new(DataType::Int32), Box::new(DataType::Utf8));
     let field = |column: &str| {
@@ -214,6 +175,7 @@ mod tests {
         AngularRate, Flags, LinearAcceleration, PerAxis, Phase, Probabilities, Timestamp,
         VelocitySigma,
     };
+    use estimator_core::{Quaternion, Vec3};
     use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
 
     use crate::output::{write_header, write_row};
@@ -273,7 +235,7 @@ mod tests {
 
     #[test]
     fn table_equals_the_csv_over_all_batches() {
-        for (feet, foot) in [(Feet::One, None), (Feet::Several, Some("fl"))] {
+        for (feet, foot) in [(TableFeet::One, None), (TableFeet::Several, Some("fl"))] {
             let mut csv = Vec::new();
             write_header(feet, &mut csv).unwrap();
             let mut table = ParquetEstimates::new(Vec::new(), feet).unwrap();
@@ -300,7 +262,7 @@ mod tests {
 
     #[test]
     fn unknown_number_is_null() {
-        let mut table = ParquetEstimates::new(Vec::new(), Feet::One).unwrap();
+        let mut table = ParquetEstimates::new(Vec::new(), TableFeet::One).unwrap();
         let unknown = ContactEstimate {
             velocity_sigma: VelocitySigma(f32::NAN),
             ..estimate(1)
@@ -317,7 +279,7 @@ mod tests {
 
     #[test]
     fn table_without_rows_has_its_columns() {
-        let table = ParquetEstimates::new(Vec::new(), Feet::One).unwrap();
+        let table = ParquetEstimates::new(Vec::new(), TableFeet::One).unwrap();
         let bytes = bytes::Bytes::from(table.finish().unwrap());
         let reader = ParquetRecordBatchReader::try_new(bytes, BATCH).unwrap();
         use arrow_array::RecordBatchReader;
@@ -335,7 +297,7 @@ mod tests {
                 Ok(())
             }
         }
-        let mut table = ParquetEstimates::new(Full, Feet::One).unwrap();
+        let mut table = ParquetEstimates::new(Full, TableFeet::One).unwrap();
         table.add(None, &estimate(1), 0).unwrap();
         let error = table.finish().err().unwrap();
         assert_eq!(error.kind(), io::ErrorKind::StorageFull);

@@ -14,7 +14,7 @@ use parquet::errors::ParquetError;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::input::parquet::guarded::guarded;
+use crate::input::table::parquet::guarded::guarded;
 use crate::parquet_encoder::{BATCH, Encoder};
 
 pub use arrow_schema::{DataType, Field};

@@ -16,7 +16,8 @@ use arrow_array::builder::{
 };
 use arrow_array::types::Int32Type;
 use arrow_schema::{DataType, Field, Schema};
-use estimator_core::{Axis, Load, Vec3};
+use estimator_core::{Axis, Load};
+use samples::space::components;
 
 use crate::output::seconds;
 use crate::parquet_encoder::{BATCH, Encoder};
@@ -56,13 +57,9 @@ impl<W: Write> ParquetSamples<W> {
     pub fn add(&mut self, sample: &RecordedSample, start_us: i64) -> io::Result<()> {
         let imu = &sample.imu;
         self.t.append_value(seconds(imu.timestamp, start_us));
-        let Vec3 { x, y, z } = imu.specific_force.0;
-        let Vec3 {
-            x: wx,
-            y: wy,
-            z: wz,
-        } = imu.angular_rate.0;
-        for (builder, value) in self.axes.iter_mut().zip([x, y, z, wx, wy, wz]) {
+        let force = components(imu.specific_force.0).into_iter();
+        let values = force.chain(components(imu.angular_rate.0));
+        for (builder, value) in self.axes.iter_mut().zip(values) {
             builder.append_value(value);
         }
         self.force.append_option(sample.load.map(|Load(load)| load));

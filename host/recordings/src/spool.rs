@@ -4,6 +4,7 @@
 use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 
 use estimator_core::{AngularRate, ImuSample, Load, SpecificForce, Timestamp, Validity, Vec3};
+use samples::space::components;
 use tempfile::SpooledTempFile;
 
 use crate::recording::{Label, RecordedSample};
@@ -93,12 +94,6 @@ impl Iterator for Samples<'_> {
 impl ExactSizeIterator for Samples<'_> {}
 
 fn encode(sample: &RecordedSample) -> [u8; ROW] {
-    let Vec3 { x, y, z } = sample.imu.specific_force.0;
-    let Vec3 {
-        x: wx,
-        y: wy,
-        z: wz,
-    } = sample.imu.angular_rate.0;
     let load = sample.load.map_or(0.0, |Load(load)| load);
     let validity = VALIDITIES
         .iter()
@@ -111,7 +106,11 @@ fn encode(sample: &RecordedSample) -> [u8; ROW] {
     let mut row = [0; ROW];
     let (time, rest) = row.split_at_mut(8);
     time.copy_from_slice(&sample.imu.timestamp.as_micros().to_le_bytes());
-    for (bytes, value) in rest.chunks_exact_mut(4).zip([x, y, z, wx, wy, wz, load]) {
+    let values = components(sample.imu.specific_force.0)
+        .into_iter()
+        .chain(components(sample.imu.angular_rate.0))
+        .chain([load]);
+    for (bytes, value) in rest.chunks_exact_mut(4).zip(values) {
         bytes.copy_from_slice(&value.to_le_bytes());
     }
     row[ROW - 3] = validity.unwrap_or(VALIDITIES.len()) as u8;

@@ -25,7 +25,7 @@ use live::{LiveFoot, Session, Update};
 
 use crate::compat::{AllFeet, Compat};
 use crate::foot::Foot;
-use crate::message::{Contact, Float64, Message};
+use crate::message::{Float64, RosContact, RosMessage};
 use crate::published::Published;
 
 /// Messages from the updates of a session.
@@ -104,7 +104,7 @@ impl Bridge {
         state: &LiveFoot,
         Heard { at, said, .. }: &Heard,
         published: &mut Vec<Published>,
-    ) -> Option<Contact> {
+    ) -> Option<RosContact> {
         let made = || Foot::new(state, &self.frame);
         let foot = self.feet.entry(index).or_insert_with(made);
         if foot.node != state.key.node {
@@ -125,20 +125,24 @@ impl Bridge {
                 } else {
                     0.0
                 };
-                let velocity = Message::Velocity(Box::new(foot.velocity(&contact, row.timestamp)));
-                publish(&foot.topics.contact, Message::Contact(contact));
+                let velocity =
+                    RosMessage::Velocity(Box::new(foot.velocity(&contact, row.timestamp)));
+                publish(&foot.topics.contact, RosMessage::Contact(contact));
                 publish(&foot.topics.velocity, velocity);
-                publish(&foot.topics.probability, Message::Number(Float64 { data }));
+                publish(
+                    &foot.topics.probability,
+                    RosMessage::Number(Float64 { data }),
+                );
             }
             Said::Raw(raw) => imu = foot.raw(raw, state.stamp),
             Said::Load(newtons) => {
                 let data = f64::from(*newtons);
-                publish(&foot.topics.load, Message::Number(Float64 { data }));
+                publish(&foot.topics.load, RosMessage::Number(Float64 { data }));
             }
             _ => {}
         }
         if let Some(imu) = imu {
-            publish(&foot.topics.imu, Message::Imu(Box::new(imu)));
+            publish(&foot.topics.imu, RosMessage::Imu(Box::new(imu)));
         }
         published.extend(foot.diagnostics(state, *at));
         sent
@@ -165,7 +169,7 @@ impl Bridge {
         for (state, foot) in silent {
             if !foot.is_silent {
                 foot.is_silent = true;
-                let nothing = Message::Number(Float64 { data: 0.0 });
+                let nothing = RosMessage::Number(Float64 { data: 0.0 });
                 published.push(Published::new(&foot.topics.probability, at, nothing));
             }
             published.extend(foot.diagnostics(state, at));
@@ -178,7 +182,7 @@ impl Bridge {
 mod tests {
     use std::time::Duration;
 
-    use decode::{Feet, Row};
+    use decode::{ContactRow, Feet};
     use live::feed::Fed;
     use live::session::SEVERAL_BOARDS;
     use live::{Arrival, Feed};
@@ -213,11 +217,11 @@ mod tests {
         }
     }
 
-    fn contacts(published: &[Published]) -> impl Iterator<Item = &Contact> {
+    fn contacts(published: &[Published]) -> impl Iterator<Item = &RosContact> {
         published
             .iter()
             .filter_map(|published| match &published.message {
-                Message::Contact(contact) => Some(contact),
+                RosMessage::Contact(contact) => Some(contact),
                 _ => None,
             })
     }
@@ -225,7 +229,7 @@ mod tests {
     /// Returns for each diagnostic message whether it reports several boards.
     fn diagnoses(published: &[Published]) -> Vec<bool> {
         let of = |published: &Published| match &published.message {
-            Message::Diagnostics(array) => {
+            RosMessage::Diagnostics(array) => {
                 let status = array.status.first()?;
                 let says = status.message.contains(SEVERAL_BOARDS);
                 assert_eq!(says, matches!(status.level, Level::Error));
@@ -259,7 +263,9 @@ mod tests {
         let numbers = published
             .iter()
             .filter_map(|published| match published.message {
-                Message::Number(Float64 { data }) if published.topic.ends_with("probability") => {
+                RosMessage::Number(Float64 { data })
+                    if published.topic.ends_with("probability") =>
+                {
                     Some(data)
                 }
                 _ => None,
@@ -282,7 +288,7 @@ mod tests {
         let velocities = published
             .iter()
             .filter_map(|published| match &published.message {
-                Message::Velocity(velocity) => Some(&velocity.twist),
+                RosMessage::Velocity(velocity) => Some(&velocity.twist),
                 _ => None,
             });
         let mut precise = 0;
@@ -309,9 +315,9 @@ mod tests {
     /// Formats the messages published after the last contact of a foot.
     fn last_words(published: &[Published]) -> Vec<String> {
         let words = published.iter().map(|published| match &published.message {
-            Message::Number(number) => format!("{} {}", published.topic, number.data),
-            Message::Diagnostics(array) => array.status[0].message.clone(),
-            Message::Champ(champ) => format!("{:?}", champ.contacts),
+            RosMessage::Number(number) => format!("{} {}", published.topic, number.data),
+            RosMessage::Diagnostics(array) => array.status[0].message.clone(),
+            RosMessage::Champ(champ) => format!("{:?}", champ.contacts),
             other => panic!("{other:?}"),
         });
         words.collect()
@@ -330,10 +336,10 @@ mod tests {
         };
         let contact = |session: &mut Session, ms: u64| {
             let at = Timestamp::from_micros(1000 * ms);
-            let row = Row {
+            let row = ContactRow {
                 timestamp: at,
                 foot: Some("FL".into()),
-                ..Row::default()
+                ..ContactRow::default()
             };
             session.take(Fed::Arrived((at, Arrival::Estimate(Box::new(row)))));
         };
@@ -371,7 +377,7 @@ mod tests {
         let said = back
             .iter()
             .filter_map(|published| match &published.message {
-                Message::Diagnostics(array) => Some(array.status[0].message.as_str()),
+                RosMessage::Diagnostics(array) => Some(array.status[0].message.as_str()),
                 _ => None,
             });
         assert!(said.eq(["no fault"]));

@@ -30,8 +30,8 @@ use estimator_core::Timestamp;
 use live::silence::COMPLETION_WAIT_US;
 
 use crate::message::{
-    Bool, Contact, ContactArray, ContactDetection, ContactsStamped, Header, LowState, Message,
-    NumberedContact, QuadrupedStance, Time,
+    Bool, ContactArray, ContactDetection, ContactsStamped, Header, LowState, NumberedContact,
+    QuadrupedStance, RosContact, RosMessage, Time,
 };
 use crate::published::Published;
 
@@ -57,37 +57,28 @@ pub const STANDS: i16 = 100;
 /// Listening time after the first contact after which feet without one are named as absent, µs.
 const ABSENT_US: u64 = 1_000_000;
 
-/// Program whose messages are created.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Compat {
-    /// Decisions as 0 or 1, for pronto.
-    Pronto,
-    /// Decisions, for champ.
-    Champ,
-    /// Numbered decisions, for `InEKF`.
-    Inekf,
-    /// Numbered decisions, right feet first, for DRIFT.
-    Drift,
-    /// Decisions, for MUSE.
-    Muse,
-    /// A decision on a topic of each foot.
-    Bool,
-    /// Decisions as the forces of Unitree's state.
-    Unitree,
+samples::named! {
+    /// Program whose messages are created.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum Compat {
+        /// Decisions as 0 or 1, for pronto.
+        Pronto = "pronto",
+        /// Decisions, for champ.
+        Champ = "champ",
+        /// Numbered decisions, for `InEKF`.
+        Inekf = "inekf",
+        /// Numbered decisions, right feet first, for DRIFT.
+        Drift = "drift",
+        /// Decisions, for MUSE.
+        Muse = "muse",
+        /// A decision on a topic of each foot.
+        Bool = "bool",
+        /// Decisions as the forces of Unitree's state.
+        Unitree = "unitree",
+    }
 }
 
 impl Compat {
-    /// All programs, in the order of the help.
-    pub const ALL: [Self; 7] = [
-        Self::Pronto,
-        Self::Champ,
-        Self::Inekf,
-        Self::Drift,
-        Self::Muse,
-        Self::Bool,
-        Self::Unitree,
-    ];
-
     /// Type and topic of its messages, for the help.
     #[must_use]
     pub const fn about(self) -> &'static str {
@@ -108,20 +99,6 @@ impl Compat {
         }
     }
 
-    /// Name in options.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Pronto => "pronto",
-            Self::Champ => "champ",
-            Self::Inekf => "inekf",
-            Self::Drift => "drift",
-            Self::Muse => "muse",
-            Self::Bool => "bool",
-            Self::Unitree => "unitree",
-        }
-    }
-
     /// Topics of its messages.
     #[must_use]
     pub fn topics(self) -> Vec<String> {
@@ -130,12 +107,12 @@ impl Compat {
     }
 
     /// Messages with their topics: whether the feet stand, in the order of [`FEET`].
-    fn messages(self, header: &Header, stands: [bool; 4]) -> Vec<(String, Message)> {
+    fn messages(self, header: &Header, stands: [bool; 4]) -> Vec<(String, RosMessage)> {
         let header = header.clone();
         let (topic, message) = match self {
             Self::Champ => {
                 let contacts = stands.to_vec();
-                let message = Message::Champ(ContactsStamped { header, contacts });
+                let message = RosMessage::Champ(ContactsStamped { header, contacts });
                 ("/foot_contacts", message)
             }
             Self::Pronto => {
@@ -147,18 +124,18 @@ impl Compat {
                     lh,
                     rh,
                 };
-                ("/footfall/stance", Message::Pronto(stance))
+                ("/footfall/stance", RosMessage::Pronto(stance))
             }
             Self::Inekf => {
                 let contacts = numbered(stands);
                 (
                     "/contact",
-                    Message::Inekf(ContactArray { header, contacts }),
+                    RosMessage::Inekf(ContactArray { header, contacts }),
                 )
             }
             Self::Drift => {
                 let contacts = numbered(RIGHT_FIRST.map(|foot| stands[foot]));
-                let message = Message::Drift(ContactArray { header, contacts });
+                let message = RosMessage::Drift(ContactArray { header, contacts });
                 ("/footfall/drift/contacts", message)
             }
             Self::Muse => {
@@ -166,18 +143,18 @@ impl Compat {
                     header,
                     stance: stands,
                 };
-                ("/footfall/contact_detection", Message::Muse(detection))
+                ("/footfall/contact_detection", RosMessage::Muse(detection))
             }
             Self::Unitree => {
                 let forces = RIGHT_FIRST.map(|foot| if stands[foot] { STANDS } else { 0 });
                 let state = Box::new(LowState::with_forces(forces));
-                (LOW_STATE_TOPIC, Message::Unitree(state))
+                (LOW_STATE_TOPIC, RosMessage::Unitree(state))
             }
             Self::Bool => {
                 let feet = FEET.iter().zip(stands);
                 let of_foot = feet.map(|([name, _], data)| {
                     let topic = format!("/footfall/{name}/contact/decision");
-                    (topic, Message::Bool(Bool { data }))
+                    (topic, RosMessage::Bool(Bool { data }))
                 });
                 return of_foot.collect();
             }
@@ -251,7 +228,12 @@ impl AllFeet {
     }
 
     /// Processes a contact received at `at` and `listened_us` of the listening time; returns the messages that it completes.
-    pub fn take(&mut self, contact: &Contact, at: Timestamp, listened_us: u64) -> Vec<Published> {
+    pub fn take(
+        &mut self,
+        contact: &RosContact,
+        at: Timestamp,
+        listened_us: u64,
+    ) -> Vec<Published> {
         let name = contact.foot.as_str();
         let Some(place) = place(name) else {
             if !self.others.contains(name) {
@@ -319,19 +301,19 @@ mod tests {
     use super::*;
     use live::silence::Listening;
 
-    fn contact(foot: &str, p_stable: f32, us: u64) -> (Contact, Timestamp) {
+    fn contact(foot: &str, p_stable: f32, us: u64) -> (RosContact, Timestamp) {
         let at = Timestamp::from_micros(us);
         let header = Header {
             stamp: at.into(),
             frame_id: "ignored".to_owned(),
         };
-        let contact = Contact {
+        let contact = RosContact {
             header,
             foot: foot.to_owned(),
             p_stable,
             decision: p_stable > 0.5,
             valid: p_stable < 0.95,
-            ..Contact::default()
+            ..RosContact::default()
         };
         (contact, at)
     }
@@ -353,7 +335,7 @@ mod tests {
             Self { all, listening }
         }
 
-        fn take(&mut self, contact: &Contact, at: Timestamp) -> Option<Published> {
+        fn take(&mut self, contact: &RosContact, at: Timestamp) -> Option<Published> {
             self.listening.arrive(at);
             one(self.all.take(contact, at, self.listening.us()))
         }
@@ -384,8 +366,8 @@ mod tests {
         let micros = |header: Header| header.stamp.nanosec / 1000;
         messages
             .map(|published| match published.message {
-                Message::Pronto(m) => (micros(m.header), [m.lf, m.rf, m.lh, m.rh]),
-                Message::Champ(m) => {
+                RosMessage::Pronto(m) => (micros(m.header), [m.lf, m.rf, m.lh, m.rh]),
+                RosMessage::Champ(m) => {
                     let numbers = m.contacts.iter().map(|stands| f32::from(u8::from(*stands)));
                     let numbers: Vec<_> = numbers.collect();
                     (micros(m.header), numbers.try_into().expect("four feet"))
@@ -428,7 +410,7 @@ mod tests {
         let micros = Timestamp::from_micros;
         assert_eq!((all.idle(micros(5)), all.end()), (None, None));
         let of = |published: Option<Published>| match published?.message {
-            Message::Champ(message) => Some((message.header.stamp, message.contacts)),
+            RosMessage::Champ(message) => Some((message.header.stamp, message.contacts)),
             other => panic!("{other:?}"),
         };
         for foot in ["FL", "FR", "RL", "RR"] {

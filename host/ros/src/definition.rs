@@ -3,7 +3,7 @@
 //!
 //! Definitions other than footfall's are interfaces of ROS 2, with names, types and order of their fields.
 
-use crate::message::Message;
+use crate::message::RosMessage;
 
 /// Separator between definitions.
 const BETWEEN: &str =
@@ -75,18 +75,20 @@ const IN_HEADER: [(&str, &str); 2] = [
 ];
 
 impl Definition {
+    const fn plain(name: &'static str, own: &'static str) -> Self {
+        let others = &[];
+        Self { name, own, others }
+    }
+
+    const fn stamped(name: &'static str, own: &'static str) -> Self {
+        let others = &IN_HEADER;
+        Self { name, own, others }
+    }
+
     /// Contact.
-    pub const CONTACT: Self = Self {
-        name: "footfall_msgs/msg/Contact",
-        own: CONTACT,
-        others: &IN_HEADER,
-    };
+    pub const CONTACT: Self = Self::stamped("footfall_msgs/msg/Contact", CONTACT);
     /// Event.
-    pub const EVENT: Self = Self {
-        name: "footfall_msgs/msg/Event",
-        own: EVENT,
-        others: &IN_HEADER,
-    };
+    pub const EVENT: Self = Self::stamped("footfall_msgs/msg/Event", EVENT);
     /// IMU sample.
     pub const IMU: Self = Self {
         name: "sensor_msgs/msg/Imu",
@@ -111,23 +113,11 @@ impl Definition {
         ],
     };
     /// Number.
-    pub const FLOAT64: Self = Self {
-        name: "std_msgs/msg/Float64",
-        own: FLOAT64,
-        others: &[],
-    };
+    pub const FLOAT64: Self = Self::plain("std_msgs/msg/Float64", FLOAT64);
     /// Text.
-    pub const STRING: Self = Self {
-        name: "std_msgs/msg/String",
-        own: STRING,
-        others: &[],
-    };
+    pub const STRING: Self = Self::plain("std_msgs/msg/String", STRING);
     /// Truth value.
-    pub const BOOL: Self = Self {
-        name: "std_msgs/msg/Bool",
-        own: BOOL,
-        others: &[],
-    };
+    pub const BOOL: Self = Self::plain("std_msgs/msg/Bool", BOOL);
     /// Diagnostics.
     pub const DIAGNOSTICS: Self = Self {
         name: "diagnostic_msgs/msg/DiagnosticArray",
@@ -141,17 +131,9 @@ impl Definition {
     };
 
     /// All feet, for champ.
-    pub const CHAMP: Self = Self {
-        name: "champ_msgs/msg/ContactsStamped",
-        own: CONTACTS_STAMPED,
-        others: &IN_HEADER,
-    };
+    pub const CHAMP: Self = Self::stamped("champ_msgs/msg/ContactsStamped", CONTACTS_STAMPED);
     /// All feet, for pronto.
-    pub const PRONTO: Self = Self {
-        name: "pronto_msgs/msg/QuadrupedStance",
-        own: QUADRUPED_STANCE,
-        others: &IN_HEADER,
-    };
+    pub const PRONTO: Self = Self::stamped("pronto_msgs/msg/QuadrupedStance", QUADRUPED_STANCE);
 
     /// All feet, for `InEKF`.
     pub const INEKF: Self = Self {
@@ -174,36 +156,31 @@ impl Definition {
         ],
     };
     /// All feet, for MUSE.
-    pub const MUSE: Self = Self {
-        name: "state_estimator_msgs/msg/ContactDetection",
-        own: CONTACT_DETECTION,
-        others: &IN_HEADER,
-    };
+    pub const MUSE: Self = Self::stamped(
+        "state_estimator_msgs/msg/ContactDetection",
+        CONTACT_DETECTION,
+    );
     /// All feet, as Unitree has them.
-    pub const UNITREE: Self = Self {
-        name: "unitree_go/msg/LowState",
-        own: LOW_STATE,
-        others: &[],
-    };
+    pub const UNITREE: Self = Self::plain("unitree_go/msg/LowState", LOW_STATE);
 
     /// Returns the definition of a message.
     #[must_use]
-    pub const fn of(message: &Message) -> Self {
+    pub const fn of(message: &RosMessage) -> Self {
         match message {
-            Message::Contact(_) => Self::CONTACT,
-            Message::Event(_) => Self::EVENT,
-            Message::Imu(_) => Self::IMU,
-            Message::Velocity(_) => Self::VELOCITY,
-            Message::Number(_) => Self::FLOAT64,
-            Message::Text(_) => Self::STRING,
-            Message::Bool(_) => Self::BOOL,
-            Message::Diagnostics(_) => Self::DIAGNOSTICS,
-            Message::Champ(_) => Self::CHAMP,
-            Message::Pronto(_) => Self::PRONTO,
-            Message::Inekf(_) => Self::INEKF,
-            Message::Drift(_) => Self::DRIFT,
-            Message::Muse(_) => Self::MUSE,
-            Message::Unitree(_) => Self::UNITREE,
+            RosMessage::Contact(_) => Self::CONTACT,
+            RosMessage::Event(_) => Self::EVENT,
+            RosMessage::Imu(_) => Self::IMU,
+            RosMessage::Velocity(_) => Self::VELOCITY,
+            RosMessage::Number(_) => Self::FLOAT64,
+            RosMessage::Text(_) => Self::STRING,
+            RosMessage::Bool(_) => Self::BOOL,
+            RosMessage::Diagnostics(_) => Self::DIAGNOSTICS,
+            RosMessage::Champ(_) => Self::CHAMP,
+            RosMessage::Pronto(_) => Self::PRONTO,
+            RosMessage::Inekf(_) => Self::INEKF,
+            RosMessage::Drift(_) => Self::DRIFT,
+            RosMessage::Muse(_) => Self::MUSE,
+            RosMessage::Unitree(_) => Self::UNITREE,
         }
     }
 
@@ -228,7 +205,7 @@ impl Definition {
 mod tests {
     use super::*;
     use estimator_core::{Flag, Flags, Phase};
-    use recordings::events::Kind;
+    use recordings::events::EventKind;
 
     /// Value of a constant of a definition.
     fn constant(definition: &str, name: &str) -> Option<u8> {
@@ -257,7 +234,7 @@ mod tests {
 
     #[test]
     fn definition_contains_every_kind_of_event() {
-        for kind in Kind::ALL {
+        for kind in EventKind::ALL {
             let name = kind.name().to_uppercase();
             let number = crate::estimates::kind_number(kind);
             assert_eq!(constant(EVENT, &name), Some(number), "{name}");

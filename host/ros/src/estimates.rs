@@ -10,31 +10,31 @@
 use std::sync::Arc;
 
 use estimator_core::{ContactEstimate, Decision, Timestamp};
-use recordings::events::{self, Kind};
+use recordings::events::{self, EventKind};
 use recordings::phase::code_of;
 use wire::Faults;
 use wire::pdo::Status;
 
 use crate::foot::zero_velocity;
-use crate::message::{Contact, Event, Float64, Header, Message, Time};
+use crate::message::{Float64, Header, RosContact, RosEvent, RosMessage, Time};
 use crate::published::Published;
-use crate::topics::Topics;
+use crate::topics::FootTopics;
 
 /// Converter of the estimates of a foot.
 #[derive(Debug)]
-pub struct Estimates {
+pub struct EstimateMessages {
     name: String,
-    topics: Topics,
+    topics: FootTopics,
     sequence: u16,
 }
 
-impl Estimates {
+impl EstimateMessages {
     /// Creates a converter for the foot `name`.
     #[must_use]
     pub fn new(name: &str) -> Self {
         Self {
             name: name.to_owned(),
-            topics: Topics::of(name),
+            topics: FootTopics::of(name),
             sequence: 0,
         }
     }
@@ -42,7 +42,7 @@ impl Estimates {
     /// Topics of the messages.
     #[must_use]
     pub fn topics(&self) -> [&Arc<str>; 4] {
-        let Topics {
+        let FootTopics {
             contact,
             probability,
             velocity,
@@ -61,8 +61,13 @@ impl Estimates {
 
     /// Returns the message of an event at `stamp` since 1970, which is written at `at`.
     #[must_use]
-    pub fn event(&self, event: &events::Event, stamp: Timestamp, at: Timestamp) -> Published {
-        let message = Event {
+    pub fn event(
+        &self,
+        event: &events::ContactEvent,
+        stamp: Timestamp,
+        at: Timestamp,
+    ) -> Published {
+        let message = RosEvent {
             header: self.header(stamp),
             foot: self.name.clone(),
             kind: kind_number(event.kind),
@@ -73,7 +78,7 @@ impl Estimates {
         Published {
             topic: Arc::clone(&self.topics.event),
             at,
-            message: Message::Event(message),
+            message: RosMessage::Event(message),
         }
     }
 
@@ -92,7 +97,7 @@ impl Estimates {
             Faults::NONE,
         );
         let probabilities = &estimate.probabilities;
-        let contact = Contact {
+        let contact = RosContact {
             header: self.header(stamp),
             foot: self.name.clone(),
             node: 0,
@@ -119,21 +124,21 @@ impl Estimates {
             message,
         };
         [
-            publish(on_velocity, Message::Velocity(Box::new(velocity))),
-            publish(on_probability, Message::Number(Float64 { data })),
-            publish(on_contact, Message::Contact(contact)),
+            publish(on_velocity, RosMessage::Velocity(Box::new(velocity))),
+            publish(on_probability, RosMessage::Number(Float64 { data })),
+            publish(on_contact, RosMessage::Contact(contact)),
         ]
     }
 }
 
-/// Number of a kind of event in [`Event`].
-pub(crate) const fn kind_number(kind: Kind) -> u8 {
+/// Number of a kind of event in [`RosEvent`].
+pub(crate) const fn kind_number(kind: EventKind) -> u8 {
     match kind {
-        Kind::TouchDown => 1,
-        Kind::LiftOff => 2,
-        Kind::SlipStart => 3,
-        Kind::SlipEnd => 4,
-        Kind::UnstableStart => 5,
-        Kind::UnstableEnd => 6,
+        EventKind::TouchDown => 1,
+        EventKind::LiftOff => 2,
+        EventKind::SlipStart => 3,
+        EventKind::SlipEnd => 4,
+        EventKind::UnstableStart => 5,
+        EventKind::UnstableEnd => 6,
     }
 }

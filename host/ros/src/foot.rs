@@ -1,6 +1,6 @@
 //! Messages of a foot while it streams.
 
-use decode::Row;
+use decode::ContactRow;
 use estimator_core::{
     Decision, Flags, ImuSample, PerAxis, Phase, Quaternion as Orientation, Timestamp, Validity,
     Vec3, VelocityCoefficients, VelocityParams, VelocitySigma,
@@ -8,15 +8,16 @@ use estimator_core::{
 use live::LiveFoot;
 use live::session::SEVERAL_BOARDS;
 use recordings::phase::code_of;
+use samples::space::components;
 use wire::uart::RawSample;
 use wire::{Counter, Fault, Faults};
 
 use crate::message::{
-    Contact, DiagnosticArray, DiagnosticStatus, Header, Imu, KeyValue, Level, Message, Quaternion,
-    Time, TwistWithCovariance, TwistWithCovarianceStamped, Vector3,
+    DiagnosticArray, DiagnosticStatus, Header, Imu, KeyValue, Level, RosContact, RosMessage,
+    RosQuaternion, Time, TwistWithCovariance, TwistWithCovarianceStamped, Vector3,
 };
 use crate::published::Published;
-use crate::topics::{DIAGNOSTICS, NODE, Topics};
+use crate::topics::{DIAGNOSTICS, FootTopics, NODE};
 
 /// Standard gravity, m/s².
 const GRAVITY: f64 = 9.806_65;
@@ -66,7 +67,7 @@ type Condition = (Faults, bool, bool);
 /// State of the messages of a foot.
 #[derive(Debug)]
 pub(crate) struct Foot {
-    pub(crate) topics: Topics,
+    pub(crate) topics: FootTopics,
     name: String,
     /// Node id for which the topics were created.
     pub(crate) node: Option<u8>,
@@ -83,7 +84,7 @@ impl Foot {
     pub(crate) fn new(state: &LiveFoot, frame: &str) -> Self {
         let name = state.name_or(NODE);
         Self {
-            topics: Topics::with_frame(&name, frame),
+            topics: FootTopics::with_frame(&name, frame),
             name: name.into_owned(),
             node: state.key.node,
             is_silent: false,
@@ -100,12 +101,16 @@ impl Foot {
         }
     }
 
-    pub(crate) fn contact(&mut self, row: &Row, foot: &LiveFoot) -> (Contact, Option<Imu>) {
+    pub(crate) fn contact(
+        &mut self,
+        row: &ContactRow,
+        foot: &LiveFoot,
+    ) -> (RosContact, Option<Imu>) {
         self.is_silent = false;
         let stamp = foot.stamp;
         let health = foot.health.unwrap_or_default();
         let axes = row.axes.map(PerAxis::to_array);
-        let contact = Contact {
+        let contact = RosContact {
             header: self.header(stamp),
             foot: self.name.clone(),
             node: row.node.map_or(0, wire::NodeId::get),
@@ -120,7 +125,7 @@ impl Foot {
             sequence: row.sequence,
         };
         if foot.is_of_several_boards() {
-            let contact = Contact {
+            let contact = RosContact {
                 p_stable: 0.0,
                 p_tangential: 0.0,
                 p_vertical: 0.0,
@@ -184,7 +189,7 @@ impl Foot {
     /// information if the contact is invalid or the rate unknown. The angular part never carries information.
     pub(crate) fn velocity(
         &self,
-        contact: &Contact,
+        contact: &RosContact,
         made: Timestamp,
     ) -> TwistWithCovarianceStamped {
         const COEFFICIENTS: VelocityCoefficients =
@@ -207,7 +212,7 @@ impl Foot {
         let [of_rate, of_acceleration] = noise();
         (!matches!(raw.validity, Validity::Invalid)).then(|| Imu {
             header: self.header(stamp),
-            orientation: Quaternion::default(),
+            orientation: RosQuaternion::default(),
             orientation_covariance: ABSENT,
             angular_velocity: scaled(raw.rate, raw.rate_scale),
             angular_velocity_covariance: of_rate,
@@ -257,7 +262,7 @@ impl Foot {
             header: self.header(at),
             status: vec![status],
         };
-        let message = Message::Diagnostics(array);
+        let message = RosMessage::Diagnostics(array);
         Some(Published::new(&DIAGNOSTICS.into(), at, message))
     }
 }
@@ -303,28 +308,24 @@ const fn is_near(earlier: Timestamp, time: Timestamp) -> bool {
     matches!(time.as_micros().checked_sub(earlier.as_micros()), Some(age) if age <= BESIDE_US)
 }
 
-fn quaternion(q: Orientation) -> Quaternion {
+fn quaternion(q: Orientation) -> RosQuaternion {
     let [w, x, y, z] = [q.w, q.x, q.y, q.z].map(f64::from);
-    Quaternion { x, y, z, w }
+    RosQuaternion { x, y, z, w }
 }
 
 pub(crate) fn vector(v: Vec3) -> Vector3 {
-    let [x, y, z] = [v.x, v.y, v.z].map(f64::from);
+    let [x, y, z] = components(v).map(f64::from);
     Vector3 { x, y, z }
 }
 
 /// Specific force as measured by an accelerometer: `acceleration` plus gravity, in the frame of the foot.
 fn with_gravity(acceleration: Vec3, orientation: Orientation) -> Vector3 {
-    let Quaternion { x, y, z, w } = quaternion(orientation);
-    let Vector3 {
-        x: ax,
-        y: ay,
-        z: az,
-    } = vector(acceleration);
+    let RosQuaternion { x, y, z, w } = quaternion(orientation);
+    let measured = vector(acceleration);
     // Third row of the rotation: world z in the frame of the foot.
     Vector3 {
-        x: ax + GRAVITY * 2.0 * (x * z - w * y),
-        y: ay + GRAVITY * 2.0 * (y * z + w * x),
-        z: az + GRAVITY * (1.0 - 2.0 * (x * x + y * y)),
+        x: measured.x + GRAVITY * 2.0 * (x * z - w * y),
+        y: measured.y + GRAVITY * 2.0 * (y * z + w * x),
+        z: measured.z + GRAVITY * (1.0 - 2.0 * (x * x + y * y)),
     }
 }

@@ -32,12 +32,12 @@ pub mod topics;
 
 pub use bridge::Bridge;
 pub use compat::{AllFeet, Compat};
-pub use estimates::Estimates;
+pub use estimates::EstimateMessages;
 #[cfg(feature = "bags")]
 pub use mcap_file::McapFile;
-pub use message::Message;
+pub use message::RosMessage;
 pub use published::Published;
 #[cfg(feature = "bags")]
 pub use rosbag2_file::Rosbag2File;
-pub use samples::Samples;
-pub use topics::Topics;
+pub use samples::SampleMessages;
+pub use topics::FootTopics;

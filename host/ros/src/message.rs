@@ -34,7 +34,7 @@ pub struct Header {
 /// `geometry_msgs/msg/Quaternion`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "its components")]
-pub struct Quaternion {
+pub struct RosQuaternion {
     pub x: f64,
     pub y: f64,
     pub z: f64,
@@ -57,7 +57,7 @@ pub struct Imu {
     /// When the sample was acquired.
     pub header: Header,
     /// Foot → world.
-    pub orientation: Quaternion,
+    pub orientation: RosQuaternion,
     /// Of the orientation.
     pub orientation_covariance: [f64; 9],
     /// rad/s.
@@ -100,7 +100,7 @@ pub struct TwistWithCovarianceStamped {
 /// `footfall_msgs/msg/Contact`; `ros2/footfall_msgs/msg/Contact.msg` says what its fields mean.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "the definition has them")]
-pub struct Contact {
+pub struct RosContact {
     pub header: Header,
     pub foot: String,
     pub node: u8,
@@ -118,7 +118,7 @@ pub struct Contact {
 /// `footfall_msgs/msg/Event`; `ros2/footfall_msgs/msg/Event.msg` describes its fields.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "the definition has them")]
-pub struct Event {
+pub struct RosEvent {
     pub header: Header,
     pub foot: String,
     pub kind: u8,
@@ -136,7 +136,7 @@ pub struct Float64 {
 
 /// `std_msgs/msg/String`.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct Text {
+pub struct RosString {
     /// The text.
     pub data: String,
 }
@@ -279,11 +279,11 @@ pub struct DiagnosticArray {
 /// A message that is published. Its bytes are those of what it holds.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
-pub enum Message {
+pub enum RosMessage {
     /// The contact.
-    Contact(Contact),
+    Contact(RosContact),
     /// Event of a recording.
-    Event(Event),
+    Event(RosEvent),
     /// The IMU.
     Imu(Box<Imu>),
     /// A velocity.
@@ -291,7 +291,7 @@ pub enum Message {
     /// A number: a probability or a load.
     Number(Float64),
     /// How far a sample is to be trusted.
-    Text(Text),
+    Text(RosString),
     /// A decision, or the truth about a sample.
     Bool(Bool),
     /// How the board is.
@@ -311,7 +311,7 @@ pub enum Message {
 }
 
 #[cfg(feature = "cdr")]
-impl Message {
+impl RosMessage {
     /// Returns the encoded message with its header.
     #[must_use]
     pub fn cdr(&self) -> Vec<u8> {
@@ -330,9 +330,9 @@ mod tests {
 
     #[test]
     fn fields_are_aligned_as_cdr_requires() {
-        let number = Message::Number(Float64 { data: 0.5 }).cdr();
+        let number = RosMessage::Number(Float64 { data: 0.5 }).cdr();
         assert_eq!(number, [0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0xE0, 0x3F]);
-        let contact = Contact {
+        let contact = RosContact {
             header: Header {
                 stamp: Time { sec: 1, nanosec: 2 },
                 frame_id: "ab".to_owned(),
@@ -342,9 +342,9 @@ mod tests {
             p_stable: 1.0,
             decision: true,
             sequence: 0x1234,
-            ..Contact::default()
+            ..RosContact::default()
         };
-        let bytes = Message::Contact(contact).cdr();
+        let bytes = RosMessage::Contact(contact).cdr();
         // stamp 8, "ab" 4 + 3 + 1, "F" 4 + 2, node 1, + 1, nine floats, four bytes, 2.
         let body = &bytes[4..];
         assert_eq!(body.len(), 8 + 8 + 6 + 1 + 1 + 36 + 4 + 2);
@@ -365,19 +365,19 @@ mod tests {
             ..DiagnosticArray::default()
         };
         for message in [
-            Message::Contact(Contact::default()),
-            Message::Event(Event::default()),
-            Message::Imu(Box::default()),
-            Message::Velocity(Box::default()),
-            Message::Number(Float64::default()),
-            Message::Text(Text::default()),
-            Message::Diagnostics(diagnostics),
-            Message::Champ(ContactsStamped::default()),
-            Message::Pronto(QuadrupedStance::default()),
-            Message::Inekf(ContactArray::default()),
-            Message::Drift(ContactArray::default()),
-            Message::Muse(ContactDetection::default()),
-            Message::Unitree(Box::default()),
+            RosMessage::Contact(RosContact::default()),
+            RosMessage::Event(RosEvent::default()),
+            RosMessage::Imu(Box::default()),
+            RosMessage::Velocity(Box::default()),
+            RosMessage::Number(Float64::default()),
+            RosMessage::Text(RosString::default()),
+            RosMessage::Diagnostics(diagnostics),
+            RosMessage::Champ(ContactsStamped::default()),
+            RosMessage::Pronto(QuadrupedStance::default()),
+            RosMessage::Inekf(ContactArray::default()),
+            RosMessage::Drift(ContactArray::default()),
+            RosMessage::Muse(ContactDetection::default()),
+            RosMessage::Unitree(Box::default()),
         ] {
             assert!(message.cdr().len() > 8, "{message:?}");
         }

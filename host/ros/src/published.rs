@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use estimator_core::Timestamp;
 
-use crate::message::Message;
+use crate::message::RosMessage;
 
 /// A message with its topic and time of reception.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,11 +14,11 @@ pub struct Published {
     /// Time of reception of its data.
     pub at: Timestamp,
     /// The message.
-    pub message: Message,
+    pub message: RosMessage,
 }
 
 impl Published {
-    pub(crate) fn new(topic: &Arc<str>, at: Timestamp, message: Message) -> Self {
+    pub(crate) fn new(topic: &Arc<str>, at: Timestamp, message: RosMessage) -> Self {
         let topic = Arc::clone(topic);
         Self { topic, at, message }
     }

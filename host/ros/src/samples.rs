@@ -17,9 +17,9 @@ use recordings::recording::{Label, RecordedSample};
 use recordings::validity::name_of;
 
 use crate::foot::{ABSENT, vector};
-use crate::message::{Bool, Float64, Header, Imu, Message, Text, Time};
+use crate::message::{Bool, Float64, Header, Imu, RosMessage, RosString, Time};
 use crate::published::Published;
-use crate::topics::Topics;
+use crate::topics::FootTopics;
 
 /// Latest time that a message of ROS 2 can have, µs since 1970: in the year 2038.
 pub const LAST_US: i64 = i32::MAX as i64 * 1_000_000;
@@ -40,18 +40,18 @@ pub const fn clock_shift_us(start_us: i64) -> i64 {
 
 /// Converter of the samples of a foot.
 #[derive(Debug)]
-pub struct Samples {
-    topics: Topics,
+pub struct SampleMessages {
+    topics: FootTopics,
     validity: Arc<str>,
     label: Arc<str>,
     has_load: bool,
 }
 
-impl Samples {
+impl SampleMessages {
     /// Creates a converter for the foot `name`.
     #[must_use]
     pub fn new(name: &str) -> Self {
-        let topics = Topics::of(name);
+        let topics = FootTopics::of(name);
         Self {
             validity: format!("{}/validity", topics.imu).into(),
             label: format!("{}/label", topics.imu).into(),
@@ -71,7 +71,7 @@ impl Samples {
 
     /// Topics of the foot.
     #[must_use]
-    pub const fn topics(&self) -> &Topics {
+    pub const fn topics(&self) -> &FootTopics {
         &self.topics
     }
 
@@ -88,16 +88,16 @@ impl Samples {
         let load = sample.load.filter(|Load(load)| load.is_finite());
         if load.is_some() || self.has_load {
             let data = load.map_or(f64::NAN, |Load(load)| f64::from(load));
-            publish(&self.topics.load, Message::Number(Float64 { data }));
+            publish(&self.topics.load, RosMessage::Number(Float64 { data }));
         }
         self.has_load = load.is_some();
         if sample.imu.validity != Validity::Valid {
             let data = name_of(sample.imu.validity).to_owned();
-            publish(&self.validity, Message::Text(Text { data }));
+            publish(&self.validity, RosMessage::Text(RosString { data }));
         }
         if let Some(label) = sample.label {
             let data = label == Label::Stable;
-            publish(&self.label, Message::Bool(Bool { data }));
+            publish(&self.label, RosMessage::Bool(Bool { data }));
         }
         let imu = Imu {
             header: Header {
@@ -109,7 +109,7 @@ impl Samples {
             linear_acceleration: vector(sample.imu.specific_force.0),
             ..Imu::default()
         };
-        publish(&self.topics.imu, Message::Imu(Box::new(imu)));
+        publish(&self.topics.imu, RosMessage::Imu(Box::new(imu)));
         published
     }
 }
@@ -134,7 +134,7 @@ mod tests {
 
     #[test]
     fn end_of_the_load_is_published_once() {
-        let mut samples = Samples::new("FL");
+        let mut samples = SampleMessages::new("FL");
         let mut loads = |load: Option<f32>| -> Vec<f64> {
             let sample = RecordedSample {
                 imu: ImuSample::default(),
@@ -143,7 +143,7 @@ mod tests {
             };
             let published = samples.messages(&sample, Timestamp::default());
             let number = |published: Published| match published.message {
-                Message::Number(Float64 { data }) => Some(data),
+                RosMessage::Number(Float64 { data }) => Some(data),
                 _ => None,
             };
             published.into_iter().filter_map(number).collect()

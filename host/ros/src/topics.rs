@@ -15,7 +15,7 @@ pub const FRAME: &str = "footfall_{foot}";
 
 /// Topics of a foot.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Topics {
+pub struct FootTopics {
     /// `footfall_msgs/msg/Contact`.
     pub contact: Arc<str>,
     /// `std_msgs/msg/Float64`.
@@ -34,7 +34,7 @@ pub struct Topics {
     pub hardware: Arc<str>,
 }
 
-impl Topics {
+impl FootTopics {
     /// Creates the topics of the foot `name`.
     #[must_use]
     pub fn of(name: &str) -> Self {

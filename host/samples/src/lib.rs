@@ -9,10 +9,12 @@
 //! | gzip and zstd | [`compressed`] |
 //! | kinds of files by their first bytes | [`magic`] |
 //! | kinds of files that are not read, and advice for each | [`foreign`] |
+//! | enums whose variants have names | [`named`] |
 
 pub mod compressed;
 pub mod foreign;
 pub mod magic;
+pub mod named;
 pub mod phase;
 pub mod recording;
 pub mod space;

@@ -1,5 +1,13 @@
 //! Vectors and rotations in f64: the truth needs more digits than the estimator.
 
+use estimator_core::Vec3;
+
+/// Components of a vector in the order x, y, z.
+#[must_use]
+pub const fn components(v: Vec3) -> [f32; 3] {
+    [v.x, v.y, v.z]
+}
+
 /// Three components along the axes of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Vector {
@@ -56,6 +64,12 @@ impl Vector {
             self.z * other.x - self.x * other.z,
             self.x * other.y - self.y * other.x,
         )
+    }
+}
+
+impl From<Vec3> for Vector {
+    fn from(v: Vec3) -> Self {
+        Self::from_array(components(v).map(f64::from))
     }
 }
 

@@ -13,8 +13,7 @@ use samples::space::{Rotation, Vector};
 /// Angle between the vertical of the estimate and that of the truth in the sensor frame, 0 to 180 degrees.
 #[must_use]
 pub fn inclination_error_degrees(estimate: Quaternion, truth: Rotation) -> f64 {
-    let up = estimate.up();
-    let estimated = Vector::from_array([up.x, up.y, up.z].map(f64::from));
+    let estimated = Vector::from(estimate.up());
     let true_up = truth.to_sensor(Vector::new(0.0, 0.0, 1.0));
     estimated.angle_to(true_up).to_degrees()
 }

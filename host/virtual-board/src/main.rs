@@ -20,11 +20,11 @@ struct Cli {
 #[derive(Subcommand)]
 enum Sub {
     /// Run an ELF and write uart.bin, can.log, samples.csv, plot.svg and report.json.
-    Run(commands::run::Arguments),
+    Run(commands::run::RunArguments),
     /// Run an ELF at the speed of real time behind pseudo-terminals: a serial line for each foot, and one bus
     /// behind an slcan adapter.
     #[cfg(unix)]
-    Serve(commands::serve::Arguments),
+    Serve(commands::serve::ServeArguments),
 }
 
 fn main() -> ExitCode {

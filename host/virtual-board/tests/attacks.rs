@@ -7,9 +7,9 @@ use common::rig::{
 };
 use common::{MILLISECOND, product};
 use lsm6dsox::sim::PartFault as SensorFault;
-use virtual_board::board::Injection;
-use virtual_board::part::can::BusFault;
-use virtual_board::part::rcc::ResetCause;
+use virtual_board::emulator::board::Injection;
+use virtual_board::emulator::part::can::BusFault;
+use virtual_board::emulator::part::rcc::ResetCause;
 use wire::Value;
 use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
 use wire::uart::Message;

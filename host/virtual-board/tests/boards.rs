@@ -5,11 +5,11 @@ mod common;
 use common::rig::Rig;
 use common::{directory, products, run};
 use lsm6dsox::sim::Stimulus;
-use virtual_board::board::{Board, BoardOptions, Injection};
-use virtual_board::motion;
-use virtual_board::report::{self, Run};
-use virtual_board::scenario::Step;
-use virtual_board::wiring::{Pin, Wiring};
+use virtual_board::emulator::board::{Board, BoardOptions, Injection};
+use virtual_board::emulator::wiring::{ChipPin, Wiring};
+use virtual_board::product::motion;
+use virtual_board::product::report::{self, RunOptions};
+use virtual_board::product::scenario::ScenarioStep;
 use wire::dictionary::index;
 use wire::uart::Message;
 use wire::{Address, Value};
@@ -56,9 +56,9 @@ fn samples_of_every_board_have_times_and_bits_of_their_edges() {
     for (wiring, elf) in products() {
         let gait = motion::gait(gait::GaitName::Walk, 10.0, 1);
         let mut board = Board::with_motion(&elf, BoardOptions::default(), gait).expect("it fits");
-        let run = Run {
+        let run = RunOptions {
             milliseconds: 10_000,
-            ..Run::default()
+            ..RunOptions::default()
         };
         let folder = directory(&format!("boards-{}", wiring.name));
         let report = report::run(&mut board, &run, &folder).expect("it runs");
@@ -87,10 +87,10 @@ fn the_led_blinks_and_the_load_is_analogue_on_every_board() {
             run(&mut board, 10);
             let machine = board.cpu().machine();
             let ports = &machine.chip.ports;
-            let Pin { port, number } = wiring.led;
+            let ChipPin { port, number } = wiring.led;
             assert_eq!(ports[port].mode(number), OUTPUT, "{}", wiring.name);
             levels.push(ports[port].level(number));
-            let Pin { port, number } = wiring.load.0;
+            let ChipPin { port, number } = wiring.load.0;
             assert_eq!(ports[port].mode(number), ANALOGUE, "{}", wiring.name);
         }
         levels.dedup();
@@ -100,7 +100,7 @@ fn the_led_blinks_and_the_load_is_analogue_on_every_board() {
 
 #[test]
 fn the_load_is_read_at_the_input_of_every_board() {
-    let from_analog = Step::Set(Address::new(index::LOAD_INPUT, 1), Value::U8(1));
+    let from_analog = ScenarioStep::Set(Address::new(index::LOAD_INPUT, 1), Value::U8(1));
     let open = wire::Fault::LoadSensorOpen.code();
     for (wiring, elf) in products() {
         let mut rig = Rig::of(boot(&elf, wiring));
@@ -134,14 +134,14 @@ fn program_of_another_board_is_noticed_by_its_first_pin() {
 }
 
 /// Moves a wire of a board to another pin.
-type Move = fn(&mut Wiring, Pin);
+type Move = fn(&mut Wiring, ChipPin);
 
 /// A board with one wire at a pin that no board uses.
 fn moved(wiring: &Wiring, change: Move) -> &'static Wiring {
     let mut moved = wiring.clone();
     change(
         &mut moved,
-        Pin {
+        ChipPin {
             port: 2,
             number: 13,
         },

@@ -4,11 +4,11 @@ mod common;
 
 use common::{build_bring_up, options, run};
 use lsm6dsox::sim::{PartFault, Stimulus};
-use virtual_board::board::{Board, BoardOptions, Injection};
-use virtual_board::chip::Crystal;
-use virtual_board::part::can::BusFault;
-use virtual_board::part::rcc::ResetCause;
-use virtual_board::wiring::Wiring;
+use virtual_board::emulator::board::{Board, BoardOptions, Injection};
+use virtual_board::emulator::chip::Crystal;
+use virtual_board::emulator::part::can::BusFault;
+use virtual_board::emulator::part::rcc::ResetCause;
+use virtual_board::emulator::wiring::Wiring;
 
 /// Longest time of a report, ms.
 const REPORT_MS: u64 = 12_000;

@@ -5,11 +5,12 @@ mod common;
 use common::{directory, is_built_here, product, products};
 use host_tests::committed::assert_block;
 use serde_json::Value;
-use virtual_board::board::{Board, BoardOptions};
-use virtual_board::part::can::Frame;
-use virtual_board::report::{self, Run};
-use virtual_board::traffic::Traffic;
-use virtual_board::{motion, streams, time};
+use virtual_board::emulator::board::{Board, BoardOptions};
+use virtual_board::emulator::part::can::BusFrame;
+use virtual_board::emulator::time;
+use virtual_board::product::report::{self, RunOptions};
+use virtual_board::product::traffic::Traffic;
+use virtual_board::product::{motion, streams};
 
 /// Duration of a measurement, ms; the first half second is for settling.
 const MEASURED: u64 = 3_500;
@@ -93,9 +94,9 @@ fn with_all_streams(elf: &[u8], name: &str) -> Value {
     let gait = motion::gait(gait::GaitName::Walk, 4.0, 1);
     let mut board = Board::with_motion(elf, BoardOptions::default(), gait).expect("it fits");
     streams::turn_all_on(&mut board).expect("it runs");
-    let run = Run {
+    let run = RunOptions {
         milliseconds: MEASURED,
-        ..Run::default()
+        ..RunOptions::default()
     };
     report::run(&mut board, &run, &directory(&format!("budgets-{name}"))).expect("it runs")
 }
@@ -105,10 +106,10 @@ fn under_full_load(elf: &[u8], name: &str) -> Value {
     let seconds = MEASURED_UNDER_FULL_LOAD as f64 / 1.0e3;
     let gait = motion::gait(gait::GaitName::Walk, seconds, 1);
     let mut board = Board::with_motion(elf, BoardOptions::default(), gait).expect("it fits");
-    let run = Run {
+    let run = RunOptions {
         milliseconds: MEASURED_UNDER_FULL_LOAD,
         traffic: Traffic::Full,
-        ..Run::default()
+        ..RunOptions::default()
     };
     report::run(&mut board, &run, &directory(&format!("full-load-{name}"))).expect("it runs")
 }
@@ -187,8 +188,8 @@ fn request_floods_delay_an_estimate_by_three_frames_at_most() {
     board.take_can();
     // A SYNC and an identity request, repeated without a pause.
     for _ in 0..3_000 {
-        board.push_can(Frame::new(0x080, &[]));
-        board.push_can(Frame::new(0x611, &[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]));
+        board.push_can(BusFrame::new(0x080, &[]));
+        board.push_can(BusFrame::new(0x611, &[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]));
     }
     board.run_for(300 * MILLISECOND).expect("it runs");
     let sent = board.take_can();

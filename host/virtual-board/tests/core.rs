@@ -7,10 +7,10 @@ use common::{boot, build, image};
 use estimator_core::Params;
 use firmware::self_check;
 use host_tests::qemu;
-use virtual_board::core::cpu::{Cpu, State};
-use virtual_board::elf::Image;
-use virtual_board::part::rcc::ResetCause;
-use virtual_board::time;
+use virtual_board::emulator::core::cpu::{CoreState, Cpu};
+use virtual_board::emulator::elf::ElfImage;
+use virtual_board::emulator::part::rcc::ResetCause;
+use virtual_board::emulator::time;
 
 const MILLISECOND: u64 = time::PER_SECOND / 1000;
 
@@ -104,7 +104,7 @@ fn a_stop_at_any_time_has_no_effect() {
     assert_eq!(whole.machine().exceptions, pieces.machine().exceptions);
 }
 
-fn ready_to(image: &Image, misuse: Misuse) -> Cpu {
+fn ready_to(image: &ElfImage, misuse: Misuse) -> Cpu {
     let mut cpu = boot(image);
     for address in [
         mailbox::STARTS,
@@ -120,7 +120,7 @@ fn ready_to(image: &Image, misuse: Misuse) -> Cpu {
     cpu
 }
 
-fn misbehave(image: &Image, misuse: Misuse) -> Cpu {
+fn misbehave(image: &ElfImage, misuse: Misuse) -> Cpu {
     let mut cpu = ready_to(image, misuse);
     cpu.run_until(3 * time::PER_SECOND)
         .expect("nothing that is not modelled");
@@ -171,7 +171,7 @@ fn a_fault_in_the_fault_handler_causes_lockup() {
     let image = image("board-proofs", "faults");
     let cpu = misbehave(&image, Misuse::LockUp);
     let here = image.symbol("undefined_here").expect("a global symbol") & !1;
-    assert_eq!(cpu.state(), State::LockedUp { pc: here });
+    assert_eq!(cpu.state(), CoreState::LockedUp { pc: here });
 }
 
 #[test]
@@ -180,7 +180,7 @@ fn a_stack_overflow_out_of_ram_causes_a_fault() {
     let cpu = misbehave(&image, Misuse::Overflow);
     assert!(!cpu.machine().faults.is_empty());
     assert!(
-        matches!(cpu.state(), State::LockedUp { .. }),
+        matches!(cpu.state(), CoreState::LockedUp { .. }),
         "{:?}",
         cpu.state()
     );

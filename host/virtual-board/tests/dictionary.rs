@@ -5,9 +5,9 @@
 mod common;
 
 use common::{boot_product, product};
-use virtual_board::board::Board;
-use virtual_board::part::can::Frame;
-use virtual_board::time;
+use virtual_board::emulator::board::Board;
+use virtual_board::emulator::part::can::BusFrame;
+use virtual_board::emulator::time;
 use wire::dictionary::{self, Access, Entry, Limits, Role, index};
 use wire::{Address, Value};
 
@@ -73,7 +73,7 @@ fn bytes(value: Value) -> Vec<u8> {
 /// Sends a request. Returns the answer, if it arrives in time.
 fn ask(board: &mut Board, request: [u8; 8], deadline_ms: u64) -> Option<[u8; 8]> {
     board.take_can();
-    board.push_can(Frame::new(REQUEST, &request));
+    board.push_can(BusFrame::new(REQUEST, &request));
     for _ in 0..4 * deadline_ms {
         board.run_for(MILLISECOND / 4).expect("nothing is misused");
         let mut answers = board.take_can().into_iter();
@@ -99,7 +99,7 @@ fn write(address: Address, data: &[u8]) -> [u8; 8] {
 }
 
 fn command(board: &mut Board, command: u8) {
-    board.push_can(Frame::new(0x000, &[command, 0x11]));
+    board.push_can(BusFrame::new(0x000, &[command, 0x11]));
     board.run_for(5 * MILLISECOND).expect("it runs");
 }
 

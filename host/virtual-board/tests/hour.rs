@@ -10,10 +10,10 @@ use common::{directory, everything, product};
 use gait::GaitName;
 use host_tests::committed::{assert_block, workspace};
 use serde_json::Value;
-use virtual_board::board::{Board, BoardOptions};
-use virtual_board::motion;
-use virtual_board::report::{self, Run};
-use virtual_board::traffic::Traffic;
+use virtual_board::emulator::board::{Board, BoardOptions};
+use virtual_board::product::motion;
+use virtual_board::product::report::{self, RunOptions};
+use virtual_board::product::traffic::Traffic;
 
 const SECONDS: u64 = 3600;
 
@@ -40,10 +40,10 @@ fn an_hour_has_no_late_tick_no_drop_and_the_hosts_bits() {
     let gait = motion::gait(GaitName::Walk, SECONDS as f64, 1);
     let mut board =
         Board::with_motion(&elf, BoardOptions::default(), gait).expect("it fits the flash");
-    let run = Run {
+    let run = RunOptions {
         milliseconds: SECONDS * 1000,
         traffic: Traffic::Full,
-        ..Run::default()
+        ..RunOptions::default()
     };
     let out = directory("hour");
     let began = Instant::now();

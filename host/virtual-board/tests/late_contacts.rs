@@ -6,10 +6,10 @@ mod common;
 use common::{boot_product, product};
 use estimator_core::Decision;
 use lsm6dsox::sim::PartFault as Sensor;
-use virtual_board::board::Injection;
-use virtual_board::part::usart::TimedByte;
-use virtual_board::scenario::Step;
-use virtual_board::time::{PER_SECOND, to_us};
+use virtual_board::emulator::board::Injection;
+use virtual_board::emulator::part::usart::TimedByte;
+use virtual_board::emulator::time::{PER_SECOND, to_us};
+use virtual_board::product::scenario::ScenarioStep;
 use wire::dictionary::index;
 use wire::node::Command;
 use wire::uart::{Answer, ConfigSet, Decoder, Message, NmtRequest, encode};
@@ -45,7 +45,7 @@ fn last_stable_us(elf: &[u8], phase_us: u64) -> (f64, usize) {
     let phase = phase_us * MILLISECOND / 1000;
     board.run_for(1_000 * MILLISECOND + phase).expect("it runs");
     board.take_uart();
-    Step::Flood(1_000).act(&mut board);
+    ScenarioStep::Flood(1_000).act(&mut board);
     board.run_for(12 * MILLISECOND).expect("it runs");
     let at = board.now();
     board.inject(Injection::Sensor(Sensor::MisoStuckLow));
@@ -95,7 +95,7 @@ fn contacts_are_fresh_and_requests_answered_at_a_slow_rate() {
     board.run_for(500 * MILLISECOND).expect("it runs");
     board.take_uart();
     for _ in 0..5 {
-        Step::Request(Address::new(index::IDENTITY, 1)).act(&mut board);
+        ScenarioStep::Request(Address::new(index::IDENTITY, 1)).act(&mut board);
         board.run_for(100 * MILLISECOND).expect("it runs");
     }
     let sent = messages(&board.take_uart());

@@ -4,8 +4,8 @@ mod common;
 
 use common::{is_built_here, product, products};
 use host_tests::committed::assert_block;
-use virtual_board::corner::Corner;
-use virtual_board::scenario::{self, Scenario};
+use virtual_board::emulator::corner::Corner;
+use virtual_board::product::scenario::{self, Scenario};
 
 /// Rows to run: those that `FOOTFALL_ROWS` names, separated by commas, or all.
 fn chosen() -> Vec<&'static Scenario> {

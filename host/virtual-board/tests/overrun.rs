@@ -3,8 +3,8 @@
 mod common;
 
 use common::{boot_product, product};
-use virtual_board::part::can::Frame;
-use virtual_board::time::PER_SECOND;
+use virtual_board::emulator::part::can::BusFrame;
+use virtual_board::emulator::time::PER_SECOND;
 use wire::{Emergency, Fault};
 
 const MILLISECOND: u64 = PER_SECOND / 1000;
@@ -18,7 +18,7 @@ fn flood(elf: &[u8], syncs: usize, after_tick: u64) -> (u64, bool) {
         .expect("it runs");
     board.take_can();
     for _ in 0..syncs {
-        board.push_can(Frame::new(0x080, &[]));
+        board.push_can(BusFrame::new(0x080, &[]));
     }
     board.run_for(100 * MILLISECOND).expect("it runs");
     let reported = board

@@ -8,10 +8,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
 use common::{boot_product, everything, product};
-use virtual_board::board::Injection;
-use virtual_board::corner::Corner;
-use virtual_board::scenario::{Scenario, Step};
-use virtual_board::time;
+use virtual_board::emulator::board::Injection;
+use virtual_board::emulator::corner::Corner;
+use virtual_board::emulator::time;
+use virtual_board::product::scenario::{Scenario, ScenarioStep};
 
 const MILLISECOND: u64 = time::PER_SECOND / 1000;
 const ESTIMATE: u32 = 0x191;
@@ -82,8 +82,8 @@ fn an_erasing_store_may_be_cut_off_at_any_operation() {
     let cuts: Vec<u64> = (1..=operations).step_by(stride as usize).collect();
     println!("{} of {operations} operations", cuts.len());
     let wrong = on_all_cores(&cuts, |operation| {
-        let cut = Step::Inject(Injection::CutInFlash(operation));
-        match row.run_steps(&elf, &[cut, Step::StoreStopped], 0, Corner::Typical) {
+        let cut = ScenarioStep::Inject(Injection::CutInFlash(operation));
+        match row.run_steps(&elf, &[cut, ScenarioStep::StoreStopped], 0, Corner::Typical) {
             Ok(outcome) => outcome.violations,
             Err(problem) => vec![problem.to_string()],
         }

@@ -10,7 +10,7 @@ use std::thread;
 
 use common::{is_built_here, product};
 use host_tests::committed::assert_block;
-use virtual_board::scenario::pairs::{self, Pair};
+use virtual_board::product::scenario::pairs::{self, Pair};
 
 /// By default one pair in this many runs: a prime, so that all kinds occur.
 const STRIDE: usize = 97;

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 
 use host_tests::committed::{assert_block, assert_current, workspace};
 use toml::Table;
-use virtual_board::wiring::{TABLES, Wiring};
+use virtual_board::emulator::wiring::{TABLES, Wiring};
 
 /// Rows of a table of a board, as fields by their names.
 struct Pins {

@@ -3,13 +3,13 @@
 mod common;
 
 use common::{MILLISECOND, boot_product, directory, options, product, run};
-use virtual_board::board::{Board, BoardOptions, Injection};
-use virtual_board::chip::Crystal;
-use virtual_board::motion;
-use virtual_board::part::can::{BusFault, Frame, TimedFrame};
-use virtual_board::report::{self, Action, Run};
-use virtual_board::scenario::Step;
-use virtual_board::traffic::Traffic;
+use virtual_board::emulator::board::{Board, BoardOptions, Injection};
+use virtual_board::emulator::chip::Crystal;
+use virtual_board::emulator::part::can::{BusFault, BusFrame, TimedFrame};
+use virtual_board::product::motion;
+use virtual_board::product::report::{self, RunOptions, TimedStep};
+use virtual_board::product::scenario::ScenarioStep;
+use virtual_board::product::traffic::Traffic;
 
 /// Function codes of `CANopen`; the node's number is added.
 const EMERGENCY: u32 = 0x080;
@@ -24,7 +24,7 @@ fn of(frames: &[TimedFrame], function: u32) -> Vec<&TimedFrame> {
 }
 
 /// Returns whether a frame says "stable": a probability above one half, in the first two bytes of the estimate.
-fn stable(frame: &Frame) -> bool {
+fn stable(frame: &BusFrame) -> bool {
     matches!(frame.data[..], [_, high, ..] if high >= 0x80)
 }
 
@@ -71,7 +71,7 @@ fn two_runs_give_identical_bytes_at_identical_times() {
         let mut board = boot_product(&elf);
         run(&mut board, 500);
         board.push_uart(b"garbage \x00\x01\x02");
-        board.push_can(Frame::new(0x000, &[0x80, 0x00]));
+        board.push_can(BusFrame::new(0x000, &[0x80, 0x00]));
         run(&mut board, 500);
         (
             board.take_uart(),
@@ -153,9 +153,9 @@ fn walking(elf: &[u8], seconds: f64) -> Board {
 fn every_estimate_of_a_walk_has_the_bits_of_the_host() {
     let Some(elf) = product() else { return };
     let mut board = walking(&elf, 60.0);
-    let run = Run {
+    let run = RunOptions {
         milliseconds: 60_000,
-        ..Run::default()
+        ..RunOptions::default()
     };
     let report = report::run(&mut board, &run, &directory("parity")).expect("it runs");
     for line in ["uart", "can"] {
@@ -179,12 +179,12 @@ fn two_reports_of_the_same_run_are_identical() {
         "plot.svg",
         "report.json",
     ];
-    let run = Run {
+    let run = RunOptions {
         milliseconds: 1_500,
         faults: vec!["frozen@1000".into()],
-        actions: vec![Action {
+        actions: vec![TimedStep {
             ms: 1_000,
-            step: Step::Inject(Injection::Sensor(lsm6dsox::sim::PartFault::FrozenOutput)),
+            step: ScenarioStep::Inject(Injection::Sensor(lsm6dsox::sim::PartFault::FrozenOutput)),
         }],
         traffic: Traffic::Full,
     };
@@ -212,8 +212,8 @@ fn the_board_survives_garbage_and_a_command_flood() {
     board.push_uart(&garbage);
     for _ in 0..500 {
         // An identity request, then a SYNC.
-        board.push_can(Frame::new(0x611, &[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]));
-        board.push_can(Frame::new(0x080, &[]));
+        board.push_can(BusFrame::new(0x611, &[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]));
+        board.push_can(BusFrame::new(0x080, &[]));
     }
     run(&mut board, 1_000);
     println!(

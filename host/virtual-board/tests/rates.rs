@@ -3,9 +3,9 @@
 mod common;
 
 use common::{boot_product, product};
-use virtual_board::board::Board;
-use virtual_board::part::usart::TimedByte;
-use virtual_board::time::PER_SECOND;
+use virtual_board::emulator::board::Board;
+use virtual_board::emulator::part::usart::TimedByte;
+use virtual_board::emulator::time::PER_SECOND;
 use wire::dictionary::{SIGNATURE_STORE, index};
 use wire::node::Command;
 use wire::uart::{ConfigSet, Decoder, Message, NmtRequest, encode};
@@ -31,7 +31,7 @@ fn set(object: u16, subindex: u8, value: Value) -> Message {
 /// Shortest time from one byte to the next, µs.
 fn micros_a_byte(bytes: &[TimedByte]) -> f64 {
     let gaps = bytes.windows(2).map(|pair| pair[1].time - pair[0].time);
-    virtual_board::time::to_us(gaps.min().expect("bytes"))
+    virtual_board::emulator::time::to_us(gaps.min().expect("bytes"))
 }
 
 #[test]

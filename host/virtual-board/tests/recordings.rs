@@ -11,9 +11,9 @@ use common::{directory, everything, is_built_here, product};
 use host_tests::committed::assert_block;
 use host_tests::datasets::recorded;
 use recordings::input::Format;
-use virtual_board::board::{Board, BoardOptions};
-use virtual_board::recorded;
-use virtual_board::report::{self, Run};
+use virtual_board::emulator::board::{Board, BoardOptions};
+use virtual_board::product::recorded;
+use virtual_board::product::report::{self, RunOptions};
 
 /// A recording, and the start of its playback, s: those of `broad` rest for half a minute.
 struct Recorded {
@@ -84,9 +84,9 @@ fn play(elf: &[u8], which: &Recorded) -> Option<String> {
     } else {
         whole.min(LONGEST)
     };
-    let run = Run {
+    let run = RunOptions {
         milliseconds: (seconds * 1000.0) as u64,
-        ..Run::default()
+        ..RunOptions::default()
     };
     let mut board =
         Board::with_motion(elf, BoardOptions::default(), motion).expect("it fits the flash");

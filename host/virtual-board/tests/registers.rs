@@ -3,10 +3,10 @@
 mod common;
 
 use common::{boot_product, product};
-use virtual_board::board::{Board, Injection};
-use virtual_board::part::can::{BusFault, Frame};
-use virtual_board::part::usart::TimedByte;
-use virtual_board::time::PER_SECOND;
+use virtual_board::emulator::board::{Board, Injection};
+use virtual_board::emulator::part::can::{BusFault, BusFrame};
+use virtual_board::emulator::part::usart::TimedByte;
+use virtual_board::emulator::time::PER_SECOND;
 use wire::node::Command;
 use wire::uart::{Decoder, Message, NmtRequest, encode};
 
@@ -122,7 +122,7 @@ fn a_length_code_above_eight_means_eight_bytes() {
         // A vendor request in an SDO frame that exceeds the maximum length.
         let mut data = vec![0x40, 0x18, 0x10, 1];
         data.resize(length, 0);
-        board.push_can(Frame {
+        board.push_can(BusFrame {
             id: 0x611,
             extended: false,
             remote: false,

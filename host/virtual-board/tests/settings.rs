@@ -3,10 +3,10 @@
 mod common;
 
 use common::{MILLISECOND, boot_product, options, product, run, watch};
-use virtual_board::board::{Board, Injection};
-use virtual_board::corner::Corner;
-use virtual_board::part::can::Frame;
-use virtual_board::part::rcc::ResetCause;
+use virtual_board::emulator::board::{Board, Injection};
+use virtual_board::emulator::corner::Corner;
+use virtual_board::emulator::part::can::BusFrame;
+use virtual_board::emulator::part::rcc::ResetCause;
 use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
 
 /// Addresses of the settings pages.
@@ -29,14 +29,14 @@ fn board(elf: &[u8]) -> Board {
 }
 
 fn command(board: &mut Board, command: u8) {
-    board.push_can(Frame::new(0x000, &[command, 0x11]));
+    board.push_can(BusFrame::new(0x000, &[command, 0x11]));
     run(board, 5);
 }
 
 /// Sends an SDO request. Returns its answer, if it arrives within two seconds.
 fn ask(board: &mut Board, request: &[u8; 8]) -> Option<[u8; 8]> {
     board.take_can();
-    board.push_can(Frame::new(0x611, request));
+    board.push_can(BusFrame::new(0x611, request));
     for _ in 0..200 {
         run(board, 10);
         let frames = board.take_can();
@@ -204,7 +204,7 @@ fn ticks_lost_to_an_erase_are_counted_and_ticks_resume() {
         let mut board = in_corner(&elf, &full, corner);
         run(&mut board, 1_000);
         command(&mut board, PRE_OPERATIONAL);
-        board.push_can(Frame::new(
+        board.push_can(BusFrame::new(
             0x611,
             &[0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e'],
         ));
@@ -243,7 +243,7 @@ fn a_cut_erasing_store_leaves_the_old_or_new_settings() {
         command(&mut board, PRE_OPERATIONAL);
         set_scale(&mut board, 55.0);
         board.inject(Injection::CutInFlash(operation));
-        board.push_can(Frame::new(
+        board.push_can(BusFrame::new(
             0x611,
             &[0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e'],
         ));
@@ -396,7 +396,7 @@ fn damaged_settings_are_reported_after_communication_resets() {
     run(&mut board, 300);
     assert_eq!(store(&mut board).map(|a| a[0]), Some(WRITTEN));
     board.inject(Injection::SettingsDamaged);
-    board.push_can(Frame::new(0x000, &[RESET_COMMUNICATION, 0x11]));
+    board.push_can(BusFrame::new(0x000, &[RESET_COMMUNICATION, 0x11]));
     let (codes, _) = watch(&mut board, 200);
     assert_eq!(codes, [wire::Fault::ConfigCorrupted.code()]);
     assert_eq!(board.resets(), []);

@@ -4,8 +4,8 @@ mod common;
 
 use common::{options, product, run, watch};
 use lsm6dsox::sim::Stimulus;
-use virtual_board::board::{Board, Injection};
-use virtual_board::part::can::Frame;
+use virtual_board::emulator::board::{Board, Injection};
+use virtual_board::emulator::part::can::BusFrame;
 use wire::Emergency;
 use wire::dictionary::{SIGNATURE_BROWN_OUT, SIGNATURE_STORE, index};
 
@@ -16,7 +16,7 @@ const DEVICE_STATE: [u8; 4] = 0x0800_0022_u32.to_le_bytes();
 /// Sends an SDO request. Returns its answer, and the emergency messages before it.
 fn ask(board: &mut Board, request: &[u8; 8]) -> ([u8; 8], Vec<Emergency>) {
     board.take_can();
-    board.push_can(Frame::new(0x611, request));
+    board.push_can(BusFrame::new(0x611, request));
     // The option bytes take as long as an erase by bytes: 0.8 s at most.
     run(board, 1_000);
     let frames = board.take_can();
@@ -42,7 +42,7 @@ fn level(board: &mut Board) -> u8 {
 }
 
 fn pre_operational(board: &mut Board) {
-    board.push_can(Frame::new(0x000, &[0x80, 0x11]));
+    board.push_can(BusFrame::new(0x000, &[0x80, 0x11]));
     run(board, 5);
 }
 

@@ -3,8 +3,8 @@
 mod common;
 
 use common::{MILLISECOND, boot_product, product, run};
-use virtual_board::part::can::{Frame, TimedFrame};
-use virtual_board::time::PER_SECOND;
+use virtual_board::emulator::part::can::{BusFrame, TimedFrame};
+use virtual_board::emulator::time::PER_SECOND;
 use wire::pdo::{Health, Pdo};
 
 const MICROSECOND: u64 = PER_SECOND / 1_000_000;
@@ -43,7 +43,7 @@ fn a_sync_has_the_time_of_its_end_at_each_phase() {
         let phase_us = PHASE_STEP_US * u64::from(number);
         let begin =
             (board.now() + MILLISECOND).next_multiple_of(MILLISECOND) + phase_us * MICROSECOND;
-        let sync = Frame::new(0x080, &[number]);
+        let sync = BusFrame::new(0x080, &[number]);
         let end = begin + sync.bits() * BIT;
         board.push_can_at(sync, begin);
         run(&mut board, 150);

@@ -3,8 +3,8 @@
 mod common;
 
 use common::{MILLISECOND, boot_product, product, watch};
-use virtual_board::board::{Board, Injection};
-use virtual_board::time::PER_SECOND;
+use virtual_board::emulator::board::{Board, Injection};
+use virtual_board::emulator::time::PER_SECOND;
 
 const MICROSECOND: u64 = PER_SECOND / 1_000_000;
 /// Stalls the core from its next access to a peripheral on.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use bootloader::image::Sources;
-use images::{DEVELOPMENT_KEY, Origin, image};
+use images::{DEVELOPMENT_KEY, ProgramOrigin, image};
 
 use crate::boards;
 use crate::command::{Step, root};
@@ -93,7 +93,7 @@ fn keep(elf: &Path, number: u32) -> Result<()> {
 }
 
 /// The commit that is checked out.
-fn origin() -> Result<Origin> {
+fn origin() -> Result<ProgramOrigin> {
     let git = |arguments: &[&str]| Step::program("git").with(arguments).output();
     let shown = git(&["log", "-1", "--format=%H %ct"])?;
     let (hash, time) = shown.trim().split_once(' ').context("git shows a commit")?;
@@ -103,7 +103,7 @@ fn origin() -> Result<Origin> {
     }
     let changed = !git(&["status", "--porcelain"])?.is_empty();
     let number = |text: &str| text.parse().context("a version of numbers");
-    Ok(Origin {
+    Ok(ProgramOrigin {
         version: [
             number(env!("CARGO_PKG_VERSION_MAJOR"))?,
             number(env!("CARGO_PKG_VERSION_MINOR"))?,

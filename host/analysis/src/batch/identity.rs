@@ -77,7 +77,7 @@ impl Identity {
 
 /// Location of the files of one foot of a recording, below the folder of a table.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Place {
+pub struct FootFiles {
     /// The robot.
     pub robot: String,
     /// The foot.
@@ -88,7 +88,7 @@ pub struct Place {
     pub key: String,
 }
 
-impl Place {
+impl FootFiles {
     /// Returns the path of the file, below the folder of a table.
     #[must_use]
     pub fn path(&self) -> PathBuf {
@@ -328,7 +328,7 @@ mod tests {
 
     #[test]
     fn place_path_consists_of_partitions() {
-        let place = Place {
+        let place = FootFiles {
             robot: "spot 1".to_owned(),
             foot: "fl".to_owned(),
             day: "2024-05-01".to_owned(),

@@ -9,7 +9,7 @@ use recordings::parquet_rows::read;
 use walkdir::WalkDir;
 
 use super::identity::decoded;
-use super::row::{Row, Status};
+use super::row::{BatchRow, Status};
 use super::tables::Table;
 use crate::whole_file::is_unfinished;
 
@@ -59,7 +59,7 @@ impl Index {
 
     /// Returns the rows of a recording if exactly its files are present; each with its path below the folder of a
     /// table.
-    pub(super) fn complete_rows(&self, key: &str) -> Result<Vec<(PathBuf, Row)>, Incomplete> {
+    pub(super) fn complete_rows(&self, key: &str) -> Result<Vec<(PathBuf, BatchRow)>, Incomplete> {
         let files = self.files.get(key).ok_or(Incomplete::Missing)?;
         let folder = self.out.join(Table::Recordings.folder());
         let mut rows = Vec::new();
@@ -144,15 +144,15 @@ fn remove(path: &PathBuf) -> Result<(), (PathBuf, io::Error)> {
 }
 
 /// Reads the row in a file; robot, foot and day come from its path.
-fn read_row(file: &Path, below: &Path) -> Option<Row> {
-    let mut rows: Vec<Row> = read(File::open(file).ok()?).ok()?;
+fn read_row(file: &Path, below: &Path) -> Option<BatchRow> {
+    let mut rows: Vec<BatchRow> = read(File::open(file).ok()?).ok()?;
     let row = rows.pop().filter(|_| rows.is_empty())?;
     let mut partitions = below.components().map(|part| {
         let part = part.as_os_str().to_string_lossy();
         part.split_once('=').map(|(_, value)| decoded(value))
     });
     let mut next = || partitions.next().flatten();
-    Some(Row {
+    Some(BatchRow {
         robot: next()?,
         foot: next()?,
         day: next()?,

@@ -28,5 +28,5 @@ mod tables;
 
 pub use identity::Identity;
 pub use recording::{BatchError, Progress, estimate_recording, estimate_recording_watched};
-pub use row::{Row, Status};
-pub use settings::{FeetWanted, Plausibility, Settings};
+pub use row::{BatchRow, Status};
+pub use settings::{BatchSettings, FeetWanted, Plausibility};

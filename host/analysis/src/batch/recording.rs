@@ -11,9 +11,9 @@ use recordings::plausible::Finding;
 use thiserror::Error;
 
 use super::fingerprint::Fingerprint;
-use super::identity::{Day, Identity, Place, day_or_unknown};
-use super::row::{Found, Origin, Row, Status};
-use super::settings::{FeetWanted, Plausibility, Settings};
+use super::identity::{Day, FootFiles, Identity, day_or_unknown};
+use super::row::{BatchRow, Found, Origin, Status};
+use super::settings::{BatchSettings, FeetWanted, Plausibility};
 use super::tables::{self, Counts, Table, Writer};
 use crate::config::{GRAVITIES, word_of};
 use crate::parameters::{CorrectionReport, ParametersReport};
@@ -63,9 +63,9 @@ struct Failure {
 pub fn estimate_recording(
     path: &Path,
     identity: &Identity,
-    settings: &Settings,
+    settings: &BatchSettings,
     out: &Path,
-) -> Result<Vec<Row>, BatchError> {
+) -> Result<Vec<BatchRow>, BatchError> {
     estimate_recording_watched(
         path,
         identity,
@@ -82,10 +82,10 @@ pub fn estimate_recording(
 pub fn estimate_recording_watched(
     path: &Path,
     identity: &Identity,
-    settings: &Settings,
+    settings: &BatchSettings,
     out: &Path,
     progress: &Progress,
-) -> Result<Vec<Row>, BatchError> {
+) -> Result<Vec<BatchRow>, BatchError> {
     let work = Work {
         path,
         identity,
@@ -113,7 +113,7 @@ pub fn estimate_recording_watched(
 struct Work<'a> {
     path: &'a Path,
     identity: &'a Identity,
-    settings: &'a Settings,
+    settings: &'a BatchSettings,
     out: &'a Path,
     progress: &'a Progress,
     key: String,
@@ -122,7 +122,10 @@ struct Work<'a> {
 
 impl Work<'_> {
     /// Returns the rows of all feet, or the failure.
-    fn estimate(&self, fingerprint: &Fingerprint) -> Result<Result<Vec<Row>, Failure>, BatchError> {
+    fn estimate(
+        &self,
+        fingerprint: &Fingerprint,
+    ) -> Result<Result<Vec<BatchRow>, Failure>, BatchError> {
         let file = self.path.display().to_string();
         let for_good = |sentence: String| Failure {
             sentence: self.by_name(&sentence),
@@ -232,10 +235,10 @@ impl Work<'_> {
         format: Format,
         params: &Params,
         progress: &dyn Fn(u64),
-    ) -> Result<Result<(Place, Option<String>, Found), ReplayError>, BatchError> {
+    ) -> Result<Result<(FootFiles, Option<String>, Found), ReplayError>, BatchError> {
         let about = stored.about.clone();
         let day = Day::of_clock(about.start_us).or(self.identity.day);
-        let place = Place {
+        let place = FootFiles {
             robot: self.identity.robot.clone(),
             foot: self.foot(stored),
             day: day_or_unknown(day),
@@ -380,8 +383,8 @@ impl Work<'_> {
         &self,
         fingerprint: Option<&Fingerprint>,
         Failure { sentence, for_good }: Failure,
-    ) -> Result<Vec<Row>, BatchError> {
-        let place = Place {
+    ) -> Result<Vec<BatchRow>, BatchError> {
+        let place = FootFiles {
             robot: self.identity.robot.clone(),
             foot: match &self.settings.feet {
                 FeetWanted::All => self.identity.only_foot(),
@@ -418,7 +421,7 @@ impl Work<'_> {
         }
     }
 
-    fn write_row(&self, row: &Row) -> Result<(), BatchError> {
+    fn write_row(&self, row: &BatchRow) -> Result<(), BatchError> {
         self.change(Table::Recordings, &row.place(), |path| {
             tables::write_row(path, row)
         })
@@ -427,13 +430,13 @@ impl Work<'_> {
     fn change(
         &self,
         table: Table,
-        place: &Place,
+        place: &FootFiles,
         how: impl FnOnce(&Path) -> io::Result<()>,
     ) -> Result<(), BatchError> {
         how(&table.path(self.out, place)).map_err(|source| self.output(table, place, source))
     }
 
-    fn output(&self, table: Table, place: &Place, source: io::Error) -> BatchError {
+    fn output(&self, table: Table, place: &FootFiles, source: io::Error) -> BatchError {
         let path = table.path(self.out, place);
         BatchError::Output { path, source }
     }
@@ -456,8 +459,8 @@ impl Work<'_> {
     }
 }
 
-fn row(place: &Place, origin: Origin, found: Option<Found>) -> Row {
-    Row {
+fn row(place: &FootFiles, origin: Origin, found: Option<Found>) -> BatchRow {
+    BatchRow {
         robot: place.robot.clone(),
         foot: place.foot.clone(),
         day: place.day.clone(),

@@ -6,7 +6,7 @@ use recordings::parquet_rows::{DataType, Field};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::identity::Place;
+use super::identity::FootFiles;
 
 /// Whether a recording could be estimated.
 #[derive(Clone, Copy, Debug, Deserialize, Eq, JsonSchema, PartialEq, Serialize)]
@@ -72,7 +72,8 @@ macro_rules! columns {
 
 /// Result of one foot of a recording.
 #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Serialize)]
-pub struct Row {
+#[schemars(rename = "Row")]
+pub struct BatchRow {
     /// The robot; in the table it is a partition.
     #[serde(default)]
     pub robot: String,
@@ -90,7 +91,7 @@ pub struct Row {
     pub found: Option<Found>,
 }
 
-impl Row {
+impl BatchRow {
     /// Returns the columns of a table of rows. Robot, foot and day are partitions.
     #[must_use]
     pub fn columns() -> Vec<Field> {
@@ -101,8 +102,8 @@ impl Row {
 
     /// Returns the location of its files.
     #[must_use]
-    pub fn place(&self) -> Place {
-        Place {
+    pub fn place(&self) -> FootFiles {
+        FootFiles {
             robot: self.robot.clone(),
             foot: self.foot.clone(),
             day: self.day.clone(),
@@ -268,7 +269,7 @@ mod tests {
 
     #[test]
     fn every_state_and_flag_has_a_column() {
-        let columns = Row::columns();
+        let columns = BatchRow::columns();
         let has = |name: String| columns.iter().any(|column| *column.name() == name);
         for phase in Phase::ALL {
             assert!(has(format!("{}_s", phase.name())), "{phase:?}");

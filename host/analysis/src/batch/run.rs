@@ -11,11 +11,11 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::fingerprint::Fingerprint;
-use super::identity::{Day, Identity, Place, day_or_unknown};
+use super::identity::{Day, FootFiles, Identity, day_or_unknown};
 use super::index::{Incomplete, Index, remove_empty_folders};
 use super::recording::{BatchError, Progress, estimate_recording_watched};
-use super::row::{Row, Status};
-use super::settings::Settings;
+use super::row::{BatchRow, Status};
+use super::settings::BatchSettings;
 use super::sources::{FoundRecording, name};
 use crate::replay::jobs;
 
@@ -57,16 +57,16 @@ impl Reason {
 
 /// Outcome for a recording.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Outcome {
+pub enum RecordingOutcome {
     /// Estimated or failed, as its rows state.
-    Estimated(Reason, Vec<Row>),
+    Estimated(Reason, Vec<BatchRow>),
     /// Estimated or failed in an earlier run.
-    UpToDate(Vec<Row>),
+    UpToDate(Vec<BatchRow>),
     /// Due for estimation.
     ToDo(Reason),
 }
 
-impl Outcome {
+impl RecordingOutcome {
     /// Returns the error of a failed recording.
     #[must_use]
     pub fn error(&self) -> Option<&str> {
@@ -144,7 +144,7 @@ impl Results {
     pub fn estimate(
         &self,
         recordings: &[FoundRecording],
-        settings: &Settings,
+        settings: &BatchSettings,
         jobs: NonZeroUsize,
         watch: &(dyn Watch + Sync),
     ) -> Result<(), BatchError> {
@@ -153,7 +153,7 @@ impl Results {
         let hash = settings.blake3();
         let results = jobs::run(&order, jobs, |recording| {
             let outcome = match self.up_to_date(recording, &hash) {
-                Ok(rows) => Outcome::UpToDate(rows),
+                Ok(rows) => RecordingOutcome::UpToDate(rows),
                 Err(reason) => {
                     let key = recording.identity.key();
                     self.remove(&key)?;
@@ -164,7 +164,7 @@ impl Results {
                         &self.out,
                         &watch.progress(recording),
                     )?;
-                    Outcome::Estimated(reason, rows)
+                    RecordingOutcome::Estimated(reason, rows)
                 }
             };
             watch.done(recording, outcome);
@@ -178,15 +178,15 @@ impl Results {
     pub fn plan(
         &self,
         recordings: &[FoundRecording],
-        settings: &Settings,
+        settings: &BatchSettings,
         jobs: NonZeroUsize,
         watch: &(dyn Watch + Sync),
     ) {
         let hash = settings.blake3();
         jobs::run(recordings, jobs, |recording| {
             let outcome = match self.up_to_date(recording, &hash) {
-                Ok(rows) => Outcome::UpToDate(rows),
-                Err(reason) => Outcome::ToDo(reason),
+                Ok(rows) => RecordingOutcome::UpToDate(rows),
+                Err(reason) => RecordingOutcome::ToDo(reason),
             };
             watch.done(recording, outcome);
             Ok::<(), ()>(())
@@ -243,14 +243,18 @@ impl Results {
 
     /// Returns the rows of a recording that is up to date, or the reason to estimate it. The recording is read
     /// only if everything else matches.
-    fn up_to_date(&self, recording: &FoundRecording, settings: &str) -> Result<Vec<Row>, Reason> {
+    fn up_to_date(
+        &self,
+        recording: &FoundRecording,
+        settings: &str,
+    ) -> Result<Vec<BatchRow>, Reason> {
         let FoundRecording { path, identity, .. } = recording;
         let rows = self.index.complete_rows(&identity.key());
         let rows = rows.map_err(|incomplete| match incomplete {
             Incomplete::Missing => Reason::Missing,
             Incomplete::Unfinished => Reason::Incomplete,
         })?;
-        let all = |is_same: &dyn Fn(&Row) -> bool| rows.iter().all(|(_, row)| is_same(row));
+        let all = |is_same: &dyn Fn(&BatchRow) -> bool| rows.iter().all(|(_, row)| is_same(row));
         if !all(&|row| row.origin.version == env!("CARGO_PKG_VERSION")) {
             return Err(Reason::OtherVersion);
         }
@@ -267,7 +271,8 @@ impl Results {
             return Err(Reason::WasUnreadable);
         }
         let fingerprint = Fingerprint::of(path).map_err(|_| Reason::InputChanged)?;
-        let is_same = |row: &Row| row.origin.input_blake3.as_ref() == Some(&fingerprint.blake3);
+        let is_same =
+            |row: &BatchRow| row.origin.input_blake3.as_ref() == Some(&fingerprint.blake3);
         if all(&is_same) {
             Ok(rows.into_iter().map(|(_, row)| row).collect())
         } else {
@@ -284,14 +289,14 @@ pub trait Watch {
     }
 
     /// Called when a recording is done.
-    fn done(&self, recording: &FoundRecording, outcome: Outcome);
+    fn done(&self, recording: &FoundRecording, outcome: RecordingOutcome);
 }
 
 /// Returns whether this identity places a row where it is.
-fn is_in_place(below: &Path, row: &Row, identity: &Identity) -> bool {
+fn is_in_place(below: &Path, row: &BatchRow, identity: &Identity) -> bool {
     let clock = row.found.as_ref().map(|found| found.start_s * 1.0e6);
     let day = clock.and_then(|micros| Day::of_clock(micros.round() as i64));
-    let place = Place {
+    let place = FootFiles {
         robot: identity.robot.clone(),
         // A recording with several feet names them itself.
         foot: if row.origin.feet > 1 {

@@ -33,7 +33,7 @@ pub enum FeetWanted {
 
 /// Settings for reading and estimating recordings.
 #[derive(Debug, Default)]
-pub struct Settings {
+pub struct BatchSettings {
     /// Settings of preset, configuration file and options.
     pub resolved: Resolved,
     /// Format of all recordings, if given.
@@ -46,7 +46,7 @@ pub struct Settings {
     pub feet: FeetWanted,
 }
 
-impl Settings {
+impl BatchSettings {
     /// Returns the feet with a correction of their own that is that of no recording: neither are they among the names
     /// `feet`, nor is their correction among `corrections`, each a JSON object as in the row of a recording.
     #[must_use]
@@ -187,15 +187,15 @@ mod tests {
         fn threshold() -> Overrides {
             Overrides::parse("decision.threshold = 0.6", "x").unwrap()
         }
-        let set = |change: fn(&mut Settings)| {
-            let mut settings = Settings::default();
+        let set = |change: fn(&mut BatchSettings)| {
+            let mut settings = BatchSettings::default();
             change(&mut settings);
             settings.blake3()
         };
         let of_feet = |text: &str| {
             let overrides = Overrides::parse(text, "x").unwrap();
             let foot_corrections = overrides.foot_corrections("x").unwrap();
-            let mut settings = Settings::default();
+            let mut settings = BatchSettings::default();
             settings.resolved.overrides = overrides;
             settings.hints.foot_corrections = foot_corrections;
             settings.blake3()

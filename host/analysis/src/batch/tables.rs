@@ -5,15 +5,15 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use estimator_core::{ContactEstimate, Decision, Phase};
-use recordings::events::{Event, Kind};
+use recordings::events::{ContactEvent, EventKind};
 use recordings::output::seconds;
 use recordings::parquet_output::ParquetEstimates;
 use recordings::parquet_rows::{DataType, Field, ParquetRows};
 use recordings::recording::RecordedSample;
 use serde::Serialize;
 
-use super::identity::Place;
-use super::row::Row;
+use super::identity::FootFiles;
+use super::row::BatchRow;
 use crate::replay::foot::Observer;
 use crate::whole_file::WholeFile;
 
@@ -37,7 +37,7 @@ impl Table {
     }
 
     /// Returns the path of a foot's file.
-    pub(super) fn path(self, out: &Path, place: &Place) -> PathBuf {
+    pub(super) fn path(self, out: &Path, place: &FootFiles) -> PathBuf {
         out.join(self.folder()).join(place.path())
     }
 }
@@ -101,7 +101,7 @@ const REPORTED_EVERY: u64 = 10_000;
 impl<'a> Writer<'a> {
     pub(super) fn new(
         out: &Path,
-        place: &Place,
+        place: &FootFiles,
         recording: &'a str,
         start_us: i64,
         progress: &'a dyn Fn(u64),
@@ -127,7 +127,7 @@ impl<'a> Writer<'a> {
         self.events.finish()?.finish()
     }
 
-    fn write_event(&mut self, event: &Event) -> io::Result<()> {
+    fn write_event(&mut self, event: &ContactEvent) -> io::Result<()> {
         self.events.add(&EventRow {
             recording: self.recording,
             t: seconds(event.time, self.start_us),
@@ -158,20 +158,20 @@ impl Observer for Writer<'_> {
         }
     }
 
-    fn add_event(&mut self, event: &Event) {
+    fn add_event(&mut self, event: &ContactEvent) {
         let counts = &mut self.counts;
         match event.kind {
-            Kind::TouchDown => counts.steps += 1,
-            Kind::LiftOff => counts.lift_offs += 1,
-            Kind::SlipStart => {
+            EventKind::TouchDown => counts.steps += 1,
+            EventKind::LiftOff => counts.lift_offs += 1,
+            EventKind::SlipStart => {
                 counts.slips += 1;
                 if let Some(distance) = event.distance_m {
                     counts.slips_with_distance += 1;
                     counts.slip_distance_m += distance;
                 }
             }
-            Kind::UnstableStart => counts.unstable_stances += 1,
-            Kind::SlipEnd | Kind::UnstableEnd => {}
+            EventKind::UnstableStart => counts.unstable_stances += 1,
+            EventKind::SlipEnd | EventKind::UnstableEnd => {}
         }
         if self.written.is_ok() {
             self.written = self.write_event(event);
@@ -180,8 +180,8 @@ impl Observer for Writer<'_> {
 }
 
 /// Writes the row of a foot.
-pub(super) fn write_row(path: &Path, row: &Row) -> io::Result<()> {
-    let mut table = ParquetRows::new(create(path)?, Row::columns())?;
+pub(super) fn write_row(path: &Path, row: &BatchRow) -> io::Result<()> {
+    let mut table = ParquetRows::new(create(path)?, BatchRow::columns())?;
     table.add(row)?;
     table.finish()?.finish()
 }

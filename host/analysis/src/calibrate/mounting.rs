@@ -48,7 +48,8 @@ impl RestingUp {
 /// Where a mounting comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Source {
+#[schemars(rename = "Source")]
+pub enum MountingSource {
     /// It was found at rest.
     Found,
     /// It was given, and nothing speaks against it.
@@ -63,7 +64,7 @@ pub struct MountingReport {
     #[schemars(with = "String")]
     pub axes: Mounting,
     /// Where it comes from.
-    pub source: Source,
+    pub source: MountingSource,
     /// With it, the angle between z and what was up at rest, degrees; `None` where no recording shows
     /// gravity at rest.
     pub tilt_deg: Option<f64>,
@@ -79,8 +80,8 @@ impl MountingReport {
         let up = rest.mean().filter(|_| rest.disagreement().is_none());
         let found = up.and_then(mounting::with_z_up);
         let (axes, source) = match &found {
-            Some(found) => (mounting::then(given, found), Source::Found),
-            None => (*given, Source::Given),
+            Some(found) => (mounting::then(given, found), MountingSource::Found),
+            None => (*given, MountingSource::Given),
         };
         let turned = up.map(|up| found.unwrap_or_default().turn(up));
         (axes != Mounting::IDENTITY).then(|| Self {
@@ -95,11 +96,11 @@ impl MountingReport {
     #[must_use]
     pub fn remark(&self) -> String {
         match (self.source, self.tilt_deg) {
-            (Source::Found, _) => "axes from gravity where the foot stood still".to_owned(),
-            (Source::Given, Some(tilt)) => {
+            (MountingSource::Found, _) => "axes from gravity where the foot stood still".to_owned(),
+            (MountingSource::Given, Some(tilt)) => {
                 format!("axes as given: z was within {tilt:.0}° of up where the foot stood still")
             }
-            (Source::Given, None) => {
+            (MountingSource::Given, None) => {
                 "axes as given: gravity does not show which way is up".to_owned()
             }
         }
@@ -110,7 +111,7 @@ impl fmt::Display for MountingReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "axes {}", self.axes)?;
         match (self.source, self.tilt_deg) {
-            (Source::Found, Some(tilt)) => writeln!(
+            (MountingSource::Found, Some(tilt)) => writeln!(
                 f,
                 "z was not up where the foot stood still; with these axes it is, within {tilt:.0}°"
             )?,

@@ -1,6 +1,7 @@
 //! Still stretches of a recording, and the sensor's readings in each.
 
-use estimator_core::{RestParams, Validity, Vec3};
+use estimator_core::{RestParams, Validity};
+use samples::space::components;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -61,8 +62,8 @@ struct Stretch<'a> {
 impl<'a> Stretch<'a> {
     /// Adds a valid sample close to those so far; returns whether it was added.
     fn takes(&mut self, sample: &'a RecordedSample) -> bool {
-        let force = double(sample.imu.specific_force.0);
-        let rate = double(sample.imu.angular_rate.0);
+        let force = components(sample.imu.specific_force.0).map(f64::from);
+        let rate = components(sample.imu.angular_rate.0).map(f64::from);
         let alike = self.samples.is_empty()
             || (distance(force, self.force.value()) <= FORCE_TOLERANCE
                 && distance(rate, self.rate.value()) <= RATE_TOLERANCE);
@@ -83,10 +84,18 @@ impl<'a> Stretch<'a> {
         let (first, last) = (inside.first()?, inside.last()?);
         let duration = last.time_s() - first.time_s();
         let force = |samples: &[&RecordedSample]| {
-            mean(samples.iter().map(|s| double(s.imu.specific_force.0)))
+            mean(
+                samples
+                    .iter()
+                    .map(|s| components(s.imu.specific_force.0).map(f64::from)),
+            )
         };
         let (early, late) = inside.split_at(inside.len() / 2);
-        let rate = mean(inside.iter().map(|s| double(s.imu.angular_rate.0)));
+        let rate = mean(
+            inside
+                .iter()
+                .map(|s| components(s.imu.angular_rate.0).map(f64::from)),
+        );
         // A larger rate is rotation, because no bias is that large.
         let largest_bias = f64::from(RestParams::DEFAULT.bias_limit);
         let still = duration + 2.0 * MARGIN >= SHORTEST
@@ -124,10 +133,6 @@ fn mean(values: impl Iterator<Item = [f64; 3]>) -> [f64; 3] {
     mean.value()
 }
 
-fn double(v: Vec3) -> [f64; 3] {
-    [v.x, v.y, v.z].map(f64::from)
-}
-
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     let squares = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b));
     squares.sum::<f64>().sqrt()
@@ -136,6 +141,7 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use estimator_core::Vec3;
     use estimator_core::{AngularRate, Gravity, ImuSample, SpecificForce, Timestamp};
 
     /// Returns a recording at 100 Hz.

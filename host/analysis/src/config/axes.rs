@@ -8,8 +8,6 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-use super::set;
-
 /// A value for each axis of both sensors.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
@@ -60,30 +58,22 @@ pub struct AngularRateAxes {
 
 impl SensorOverrides {
     pub(super) fn apply(&self, params: &mut PerAxis<f32>) {
-        let PerAxis {
-            ax,
-            ay,
-            az,
-            wx,
-            wy,
-            wz,
-        } = params;
-        let [by_x, by_y, by_z] = match &self.acceleration_m_s2 {
-            AxisOverrides::Unset => [None; 3],
-            AxisOverrides::All(value) => [Some(*value); 3],
-            AxisOverrides::Each(axes) => [axes.ax, axes.ay, axes.az],
-        };
-        set(ax, by_x);
-        set(ay, by_y);
-        set(az, by_z);
-        let [by_x, by_y, by_z] = match &self.angular_rate_rad_s {
-            AxisOverrides::Unset => [None; 3],
-            AxisOverrides::All(value) => [Some(*value); 3],
-            AxisOverrides::Each(axes) => [axes.wx, axes.wy, axes.wz],
-        };
-        set(wx, by_x);
-        set(wy, by_y);
-        set(wz, by_z);
+        let acceleration = &self.acceleration_m_s2;
+        let [ax, ay, az] = acceleration.values(|axes| [axes.ax, axes.ay, axes.az]);
+        let rate = &self.angular_rate_rad_s;
+        let [wx, wy, wz] = rate.values(|axes| [axes.wx, axes.wy, axes.wz]);
+        let overrides = PerAxis::from_array([ax, ay, az, wx, wy, wz]);
+        *params = params.zip_with(overrides, |value, given| given.unwrap_or(value));
+    }
+}
+
+impl<A> AxisOverrides<A> {
+    fn values(&self, each: impl Fn(&A) -> [Option<f32>; 3]) -> [Option<f32>; 3] {
+        match self {
+            Self::Unset => [None; 3],
+            Self::All(value) => [Some(*value); 3],
+            Self::Each(axes) => each(axes),
+        }
     }
 }
 

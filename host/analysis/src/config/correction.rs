@@ -5,7 +5,7 @@ use recordings::input::Correction;
 use recordings::number::shown;
 use serde::Deserialize;
 
-use super::{AccelerationAxes, AngularRateAxes, Refusal};
+use super::{AccelerationAxes, AngularRateAxes, ParameterRefusal};
 
 /// Systematic errors of an accelerometer.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
@@ -81,7 +81,7 @@ pub(super) fn correction(
         Option<Mounting>,
     ),
     (file, table): (&str, &str),
-) -> Result<Correction, Refusal> {
+) -> Result<Correction, ParameterRefusal> {
     let Correction {
         accelerometer: AccelerometerCorrection { bias, scale },
         gyroscope_bias,
@@ -111,14 +111,19 @@ pub(super) fn correction(
 }
 
 impl Limits {
-    fn checked(&self, (file, table): (&str, &str), axis: &str, value: f32) -> Result<f32, Refusal> {
+    fn checked(
+        &self,
+        (file, table): (&str, &str),
+        axis: &str,
+        value: f32,
+    ) -> Result<f32, ParameterRefusal> {
         if (self.least..=self.most).contains(&value) {
             return Ok(value);
         }
         let key = format!("{table}{}.{axis}", self.key);
         let [is, low, high] = [value, self.least, self.most].map(shown);
         let sentence = format!("{file}: {key} is {is}, allowed is {low} to {high}");
-        Err(Refusal::new(sentence).of_key(key))
+        Err(ParameterRefusal::new(sentence).of_key(key))
     }
 }
 

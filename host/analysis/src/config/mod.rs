@@ -115,7 +115,7 @@ pub use learnt::{ClassesValues, LearntValues};
 pub use numbers::Numbers;
 pub use position::Position;
 pub use preset::{Preset, default_params};
-pub use refusal::{Origins, RateOrigin, Refusal};
+pub use refusal::{Origins, ParameterRefusal, RateOrigin};
 pub use resolved::{ConfigFile, NoSuchFoot, Resolved};
 pub use value::{
     FootAxes, GRAVITIES, LEARNINGS, METHODS, gyro_timing_text, parse_axes, parse_gravity,
@@ -273,7 +273,7 @@ impl Overrides {
     ///
     /// # Errors
     /// A value out of range.
-    pub fn correction(&self, file: &str) -> Result<Correction, Refusal> {
+    pub fn correction(&self, file: &str) -> Result<Correction, ParameterRefusal> {
         let of_all = (&self.accelerometer, &self.gyroscope, self.axes);
         correction::correction(Correction::NONE, of_all, (file, ""))
     }
@@ -282,12 +282,15 @@ impl Overrides {
     ///
     /// # Errors
     /// A value out of range.
-    pub fn foot_corrections(&self, file: &str) -> Result<BTreeMap<String, Correction>, Refusal> {
+    pub fn foot_corrections(
+        &self,
+        file: &str,
+    ) -> Result<BTreeMap<String, Correction>, ParameterRefusal> {
         let all = self.correction(file)?;
         for (name, other) in self.feet.keys().zip(self.feet.keys().skip(1)) {
             if name.eq_ignore_ascii_case(other) {
                 let sentence = format!("{file}: feet.{name} and feet.{other} are one foot");
-                return Err(Refusal::new(sentence).of_key(format!("feet.{other}")));
+                return Err(ParameterRefusal::new(sentence).of_key(format!("feet.{other}")));
             }
         }
         let feet = self.feet.iter().map(|(name, foot)| {

@@ -27,20 +27,19 @@ fn with_bandwidth_of(noise: &Noise, params: Params) -> Params {
     }
 }
 
-/// Preset from which the parameters start.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Preset {
-    /// Settings for an LSM6DSOX on a robot's foot.
-    #[default]
-    Default,
-    /// Settings of the paper.
-    Paper,
+samples::named! {
+    /// Preset from which the parameters start.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum Preset {
+        /// Settings for an LSM6DSOX on a robot's foot.
+        #[default]
+        Default = "default",
+        /// Settings of the paper.
+        Paper = "paper",
+    }
 }
 
 impl Preset {
-    /// All presets.
-    pub const ALL: [Self; 2] = [Self::Default, Self::Paper];
-
     /// Returns the purpose, in one line.
     #[must_use]
     pub const fn help(self) -> &'static str {
@@ -49,15 +48,6 @@ impl Preset {
             Self::Paper => {
                 "The paper's settings: those for the GO1 with --format pce-go1, else those for ATLAS"
             }
-        }
-    }
-
-    /// Returns the name, as `--preset` takes it.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Default => "default",
-            Self::Paper => "paper",
         }
     }
 

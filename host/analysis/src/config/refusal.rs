@@ -15,7 +15,7 @@ use super::{FootOverrides, Overrides, SensorOverrides};
 /// the source of the parameter, its value, unit and range.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("{sentence}")]
-pub struct Refusal {
+pub struct ParameterRefusal {
     sentence: String,
     /// Key, if the sentence begins with the file and has no position.
     key: Option<String>,
@@ -52,7 +52,7 @@ pub struct Origins<'a> {
     pub sample_rate: RateOrigin,
 }
 
-impl Refusal {
+impl ParameterRefusal {
     pub(super) const fn new(sentence: String) -> Self {
         Self {
             sentence,
@@ -86,7 +86,7 @@ impl Origins<'_> {
     ///
     /// # Errors
     /// The first option or key without effect, or out of range in the table of a foot.
-    pub fn check_effects(&self, params: &Params) -> Result<(), Refusal> {
+    pub fn check_effects(&self, params: &Params) -> Result<(), ParameterRefusal> {
         for (foot, own) in &self.overrides.feet {
             let mut of_foot = *params;
             own.apply(&mut of_foot);
@@ -116,7 +116,7 @@ impl Origins<'_> {
         } else {
             return Ok(());
         };
-        Err(Refusal::new(format!(
+        Err(ParameterRefusal::new(format!(
             "{set} has an effect with method = \"half_widths\" only, and the method is \
              \"self_calibrating\", which needs no half-widths: {way}, or set method = \
              \"half_widths\" in the configuration"
@@ -125,8 +125,8 @@ impl Origins<'_> {
 
     /// Describes `error`, which `params` caused, by the options or keys that set them.
     #[must_use]
-    pub fn explain(&self, error: &ParamsError, params: &Params) -> Refusal {
-        Refusal::new(match error {
+    pub fn explain(&self, error: &ParamsError, params: &Params) -> ParameterRefusal {
+        ParameterRefusal::new(match error {
             ParamsError::WindowLength { samples, capacity } => format!(
                 "{} comes to {samples} samples at this sample rate, allowed is 1 to {capacity}",
                 self.window_name()
@@ -166,7 +166,7 @@ impl Origins<'_> {
         (foot, own): (&str, &FootOverrides),
         error: &ParamsError,
         params: &Params,
-    ) -> Option<Refusal> {
+    ) -> Option<ParameterRefusal> {
         let ParamsError::OutOfRange {
             field,
             value,
@@ -183,7 +183,7 @@ impl Origins<'_> {
         } = params.load;
         let is_load = *field == Parameter::LoadOffThreshold.name() && off_threshold > on_threshold;
         if is_load && numbers.keys().any(|name| name.starts_with("load.")) {
-            return Some(Refusal::new(format!(
+            return Some(ParameterRefusal::new(format!(
                 "{} has an off_threshold of {}, which is above the on_threshold, {}: \
                  a load that ends a stance must not exceed the one that starts it",
                 self.in_file(&format!("feet.{foot}.load")),
@@ -196,7 +196,7 @@ impl Origins<'_> {
         let [is, low, high] = [*value, *min, *max].map(|v| notation.number(v));
         let unit = notation.symbol();
         let key = self.in_file(&format!("feet.{foot}.{name}"));
-        Some(Refusal::new(format!(
+        Some(ParameterRefusal::new(format!(
             "{key} is {is}{unit}, allowed is {low} to {high}{unit}"
         )))
     }

@@ -8,7 +8,7 @@ use recordings::input::{
 };
 use recordings::replay::CAPACITY;
 
-use super::{ConfigError, FootAxes, Origins, Overrides, Preset, RateOrigin, Refusal};
+use super::{ConfigError, FootAxes, Origins, Overrides, ParameterRefusal, Preset, RateOrigin};
 
 /// Name and text of a configuration file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -85,7 +85,7 @@ impl Resolved {
     ///
     /// # Errors
     /// A correction in the file is out of range.
-    pub fn hints(&self, table: TableOptions, bag: BagOptions) -> Result<Hints, Refusal> {
+    pub fn hints(&self, table: TableOptions, bag: BagOptions) -> Result<Hints, ParameterRefusal> {
         let (mut correction, mut foot_corrections) = self.corrections()?;
         if let Some(axes) = &self.axes {
             axes.set(&mut correction, &mut foot_corrections);
@@ -102,7 +102,7 @@ impl Resolved {
     }
 
     /// Returns the correction that the file sets for all feet, and those of single feet.
-    fn corrections(&self) -> Result<(Correction, BTreeMap<String, Correction>), Refusal> {
+    fn corrections(&self) -> Result<(Correction, BTreeMap<String, Correction>), ParameterRefusal> {
         let (file, text) = (self.file_name(), self.file_text());
         let corrections = self.overrides.correction(file).and_then(|all| {
             let feet = self.overrides.foot_corrections(file)?;
@@ -132,7 +132,7 @@ impl Resolved {
     ///
     /// # Errors
     /// The first setting that is out of range or has no effect.
-    pub fn check(&self, format: Format) -> Result<(), Refusal> {
+    pub fn check(&self, format: Format) -> Result<(), ParameterRefusal> {
         self.check_params(format, |_| true)?;
         self.corrections().map(|_| ())
     }
@@ -142,7 +142,7 @@ impl Resolved {
     ///
     /// # Errors
     /// The first parameter that is out of range or has no effect.
-    pub fn check_before_reading(&self, format: Format) -> Result<(), Refusal> {
+    pub fn check_before_reading(&self, format: Format) -> Result<(), ParameterRefusal> {
         self.check_params(format, |error| {
             !matches!(error, ParamsError::WindowLength { .. })
         })
@@ -152,7 +152,7 @@ impl Resolved {
         &self,
         format: Format,
         counts: impl FnOnce(&ParamsError) -> bool,
-    ) -> Result<(), Refusal> {
+    ) -> Result<(), ParameterRefusal> {
         let params = self.params(format);
         let origins = self.origins("");
         origins.check_effects(&params)?;

@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use estimator_core::ContactEstimate;
-use recordings::output::{Feet, write_header};
+use recordings::output::{TableFeet, write_header};
 #[cfg(feature = "parquet")]
 use recordings::parquet_output::{ParquetEstimates, join};
 
@@ -69,7 +69,7 @@ impl Estimates {
             }
             #[cfg(feature = "parquet")]
             Layout::Parquet => {
-                let feet = foot.as_ref().map_or(Feet::One, |_| Feet::Several);
+                let feet = foot.as_ref().map_or(TableFeet::One, |_| TableFeet::Several);
                 Self::Parquet {
                     foot,
                     start_us,
@@ -100,7 +100,7 @@ impl Estimates {
 ///
 /// # Errors
 /// The errors of the writer and the temporary files.
-pub fn write(tables: Vec<Estimates>, feet: Feet, to: &mut dyn Write) -> io::Result<()> {
+pub fn write(tables: Vec<Estimates>, feet: TableFeet, to: &mut dyn Write) -> io::Result<()> {
     #[cfg(feature = "parquet")]
     let mut files = Vec::new();
     let mut has_header = false;

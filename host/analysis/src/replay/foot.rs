@@ -3,7 +3,7 @@
 use std::io;
 
 use estimator_core::{AngularRate, ContactEstimate, Learnt, Params, ParamsError, Timestamp};
-use recordings::events::{Event, Events};
+use recordings::events::{ContactEvent, Events};
 use recordings::input::{RecordedEstimate, Stored};
 use recordings::plausible::{Check, Finding};
 use recordings::recording::RecordedSample;
@@ -51,7 +51,7 @@ pub trait Observer {
     fn add(&mut self, _sample: &RecordedSample, _estimate: &ContactEstimate) {}
 
     /// Called for each event in the selected part.
-    fn add_event(&mut self, _event: &Event) {}
+    fn add_event(&mut self, _event: &ContactEvent) {}
 }
 
 /// Observer that does nothing.
@@ -297,7 +297,7 @@ struct Found<'a, O> {
 
 impl<O: Observer> Found<'_, O> {
     /// Adds an event if it is in the selected part.
-    fn add(&mut self, event: &Event) -> io::Result<()> {
+    fn add(&mut self, event: &ContactEvent) -> io::Result<()> {
         if !self.span.contains(event.time) {
             return Ok(());
         }

@@ -3,7 +3,7 @@
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 
 use estimator_core::ContactEstimate;
-use recordings::events::{Event, write_event};
+use recordings::events::{ContactEvent, write_event};
 use recordings::output::write_row;
 use tempfile::SpooledTempFile;
 
@@ -46,7 +46,7 @@ impl Part {
     ///
     /// # Errors
     /// The temporary file cannot be written.
-    pub fn add_event(&mut self, event: &Event) -> io::Result<()> {
+    pub fn add_event(&mut self, event: &ContactEvent) -> io::Result<()> {
         write_event(self.foot.as_deref(), event, self.start_us, &mut self.rows)
     }
 

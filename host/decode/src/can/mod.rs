@@ -30,8 +30,8 @@ use wire::{CanFrame, Emergency, Fault, NodeId, Pdo};
 use super::lines::Lines;
 use super::report::{EmergencyReport, Medium, Report};
 use super::row::Clock;
-use super::{DecodeError, Feet, Outcome, Row, RowSink};
-use crate::can_log::{Content, Other, Reader, Times};
+use super::{ContactRow, DecodeError, Feet, FileOutcome, RowSink};
+use crate::can_log::{LogContent, LogTimes, Other, Reader};
 use crate::report::Counted;
 use foot::{Change, LoggedFoot};
 use pending::Pending;
@@ -48,7 +48,7 @@ pub(super) fn decode(
     file: &str,
     feet: &Feet,
     sink: RowSink<'_>,
-) -> Result<Outcome, DecodeError> {
+) -> Result<FileOutcome, DecodeError> {
     let mut log = Log::new(feet.clone(), Reception::Logged);
     log.report.log = Some(reader.form());
     let mut notices = Vec::new();
@@ -65,12 +65,12 @@ pub(super) fn decode(
         let read = reader.read(&line);
         has_times |= matches!(&read, Some(read) if read.time.is_some());
         match read.map(|read| (read.content, read.time)) {
-            Some((Content::Frame(interface, frame), at)) => log.take(interface, &frame, at),
-            Some((Content::Other(other), _)) => log.report.count_frame(other_name(other)),
-            Some((Content::Dropped(count), _)) => {
+            Some((LogContent::Frame(interface, frame), at)) => log.take(interface, &frame, at),
+            Some((LogContent::Other(other), _)) => log.report.count_frame(other_name(other)),
+            Some((LogContent::Dropped(count), _)) => {
                 log.report.count_problems("dropped_before_the_log", count);
             }
-            Some((Content::Aside, _)) => {}
+            Some((LogContent::Aside, _)) => {}
             None => {
                 log.report.count_problem("malformed_lines");
                 malformed += 1;
@@ -104,7 +104,7 @@ pub(super) fn decode(
             feet.ids()
         ));
     }
-    if reader.times() == Times::Differences {
+    if reader.times() == LogTimes::Differences {
         notices.push(format!(
             "{file}: its times are differences from line to line; t_received is their sum"
         ));
@@ -113,7 +113,7 @@ pub(super) fn decode(
         log.clock_notice(has_times)
             .map(|said| format!("{file}: {said}")),
     );
-    Ok(Outcome {
+    Ok(FileOutcome {
         report: log.report,
         notices,
     })
@@ -357,7 +357,7 @@ impl Log {
         match change {
             Change::None => {}
             Change::Turn(from, shift_us) => {
-                let common = |row: &mut Row| {
+                let common = |row: &mut ContactRow| {
                     row.common = foot.common(row.timestamp.as_micros()).or(row.common);
                 };
                 self.rows.place(from, newest, shift_us, common);
@@ -368,7 +368,7 @@ impl Log {
                 let key = (interface.to_owned(), node.get());
                 let segment = self.segments.entry(key).or_default();
                 *segment += 1;
-                let restarted = |row: &mut Row| {
+                let restarted = |row: &mut ContactRow| {
                     row.segment = *segment;
                     row.common = row.received.map(|at| (at, Clock::Received));
                 };
@@ -387,7 +387,7 @@ impl Log {
 
     /// Returns the rows that are final: their foot has sent its next contact, or they were received before
     /// `overdue`.
-    pub(crate) fn settle_closed(&mut self, overdue: Timestamp) -> impl Iterator<Item = Row> {
+    pub(crate) fn settle_closed(&mut self, overdue: Timestamp) -> impl Iterator<Item = ContactRow> {
         let (rows, feet, report) = (&mut self.rows, &self.feet, &mut self.report);
         std::iter::from_fn(move || {
             let index = rows.first_index();

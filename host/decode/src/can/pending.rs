@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use estimator_core::Timestamp;
 
 use crate::report::Report;
-use crate::row::{Clock, Row, Turn};
+use crate::row::{Clock, ContactRow, Turn};
 use crate::{DecodeError, RowSink};
 
 /// Number of rows kept: a second of four feet. The other frames of a sample follow the contact within
@@ -15,7 +15,7 @@ const KEPT: usize = 4096;
 /// The newest rows of a log, and the number of rows already handed on.
 #[derive(Default)]
 pub(crate) struct Pending {
-    rows: VecDeque<Row>,
+    rows: VecDeque<ContactRow>,
     left: usize,
 }
 
@@ -30,12 +30,12 @@ impl Pending {
         self.left
     }
 
-    pub(super) fn push(&mut self, row: Row) {
+    pub(super) fn push(&mut self, row: ContactRow) {
         self.rows.push_back(row);
     }
 
     /// The row with this index; `None` if it was handed on.
-    pub(super) fn get_mut(&mut self, index: usize) -> Option<&mut Row> {
+    pub(super) fn get_mut(&mut self, index: usize) -> Option<&mut ContactRow> {
         self.rows.get_mut(index.checked_sub(self.left)?)
     }
 
@@ -66,7 +66,7 @@ impl Pending {
         from: usize,
         newest: usize,
         shift_us: i64,
-        change: impl Fn(&mut Row),
+        change: impl Fn(&mut ContactRow),
     ) {
         let Some(last) = self.get_mut(newest) else {
             return;
@@ -112,7 +112,7 @@ impl Pending {
     }
 
     /// Removes and returns the oldest row.
-    pub(super) fn take(&mut self, report: &mut Report) -> Option<Row> {
+    pub(super) fn take(&mut self, report: &mut Report) -> Option<ContactRow> {
         let row = self.rows.pop_front()?;
         self.left += 1;
         report.count_row(&row);

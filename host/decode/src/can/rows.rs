@@ -4,11 +4,11 @@ use estimator_core::Timestamp;
 use wire::pdo::{Acceleration, Attitude, Axes, Bias, Contact, Health, P8, Rate, ShortTime};
 use wire::{NodeId, Pdo};
 
-use crate::row::{Row, Turn};
+use crate::row::{ContactRow, Turn};
 
 /// Returns the row of a contact at `micros` on its foot's clock.
-pub(super) fn row_of(contact: &Contact, micros: u64, turn: Turn, node: NodeId) -> Row {
-    Row {
+pub(super) fn row_of(contact: &Contact, micros: u64, turn: Turn, node: NodeId) -> ContactRow {
+    ContactRow {
         timestamp: Timestamp::from_micros(micros),
         turn,
         node: Some(node),
@@ -17,7 +17,7 @@ pub(super) fn row_of(contact: &Contact, micros: u64, turn: Turn, node: NodeId) -
         tangential: contact.tangential.probability(),
         vertical: contact.vertical.probability(),
         status: contact.status,
-        ..Row::default()
+        ..ContactRow::default()
     }
 }
 
@@ -31,7 +31,12 @@ pub(super) enum Belongs {
 }
 
 /// Completes the row of the contact at `short` with another frame of the foot.
-pub(super) fn complete(row: &mut Row, pdo: Pdo, bytes: &[u8; 8], short: ShortTime) -> Belongs {
+pub(super) fn complete(
+    row: &mut ContactRow,
+    pdo: Pdo,
+    bytes: &[u8; 8],
+    short: ShortTime,
+) -> Belongs {
     let mut time = short;
     match pdo {
         Pdo::Contact => {}

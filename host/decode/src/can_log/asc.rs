@@ -5,25 +5,25 @@
 //! 1.4.6; and the files of python-can 4.6 and of can-utils' `log2asc`.
 
 use super::text::{Identifier, bytes, seconds};
-use super::{Content, Line, Other, Times, is_name};
+use super::{LogContent, LogLine, LogTimes, Other, is_name};
 
 /// Flag of a CAN FD line: the frame has the format of CAN FD.
 const EDL: u32 = 1 << 12;
 
 /// Settings read from the header so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Header {
+pub struct AscHeader {
     /// Base of identifiers and data: 10 or 16.
     base: u32,
     /// Reference of the times.
-    pub(super) times: Times,
+    pub(super) times: LogTimes,
 }
 
-impl Default for Header {
+impl Default for AscHeader {
     fn default() -> Self {
         Self {
             base: 16,
-            times: Times::Absolute,
+            times: LogTimes::Absolute,
         }
     }
 }
@@ -31,16 +31,16 @@ impl Default for Header {
 /// Returns whether a line is a header line unique to ASC.
 #[must_use]
 pub fn is_header(line: &str) -> bool {
-    Header::default().header_line(line).is_some_and(|is| is)
+    AscHeader::default().header_line(line).is_some_and(|is| is)
 }
 
-impl Header {
+impl AscHeader {
     /// Reads a line; `None` if it is not a line of an ASC log.
-    pub fn read<'a>(&mut self, line: &'a str) -> Option<Line<'a>> {
+    pub fn read<'a>(&mut self, line: &'a str) -> Option<LogLine<'a>> {
         if self.header_line(line).is_some() {
-            return Some(Line {
+            return Some(LogLine {
                 time: None,
-                content: Content::Aside,
+                content: LogContent::Aside,
             });
         }
         let (time, event) = line
@@ -48,7 +48,7 @@ impl Header {
             .split_once(|c: char| c.is_ascii_whitespace())?;
         let time = Some(seconds(time)?);
         let content = self.event(event.trim())?;
-        Some(Line { time, content })
+        Some(LogLine { time, content })
     }
 
     /// Reads a line above or between events. Returns whether it states the base; `None` if it is an event or
@@ -64,8 +64,8 @@ impl Header {
                     _ => return None,
                 };
                 self.times = match (words.next()?, words.next()?) {
-                    ("timestamps", "absolute") => Times::Absolute,
-                    ("timestamps", "relative") => Times::Differences,
+                    ("timestamps", "absolute") => LogTimes::Absolute,
+                    ("timestamps", "relative") => LogTimes::Differences,
                     _ => return None,
                 };
                 // A further word belongs to the next line, whose beginning is lost.
@@ -78,7 +78,7 @@ impl Header {
     }
 
     /// Reads the part of a line after the time.
-    fn event<'a>(&self, event: &'a str) -> Option<Content<'a>> {
+    fn event<'a>(&self, event: &'a str) -> Option<LogContent<'a>> {
         let mut words = event.split_ascii_whitespace();
         let first = words.next()?;
         if first == "CANFD" {
@@ -86,21 +86,21 @@ impl Header {
         }
         if !first.bytes().all(|byte| byte.is_ascii_digit()) {
             // An event of the program, or of a bus other than CAN.
-            return Some(Content::Other(Other::Event));
+            return Some(LogContent::Other(Other::Event));
         }
         match words.next()? {
-            "ErrorFrame" => Some(Content::Other(Other::Error)),
-            "OverloadFrame" | "Statistic:" => Some(Content::Other(Other::Event)),
+            "ErrorFrame" => Some(LogContent::Other(Other::Error)),
+            "OverloadFrame" | "Statistic:" => Some(LogContent::Other(Other::Event)),
             id => {
                 let id = self.identifier(id)?;
                 match words.next()? {
                     "Rx" | "Tx" => {}
                     // A transmit request, not on the bus yet.
-                    "TxRq" => return Some(Content::Other(Other::Event)),
+                    "TxRq" => return Some(LogContent::Other(Other::Event)),
                     _ => return None,
                 }
                 match words.next()? {
-                    "r" => Some(Content::Other(Other::Remote)),
+                    "r" => Some(LogContent::Other(Other::Remote)),
                     "d" => {
                         // A length code of more than eight means eight bytes.
                         let length = usize::from_str_radix(words.next()?, 16).ok()?;
@@ -114,15 +114,15 @@ impl Header {
     }
 
     /// Reads a line of a CAN FD channel, which may also carry classic frames.
-    fn fd<'a>(&self, mut words: impl Iterator<Item = &'a str>) -> Option<Content<'a>> {
+    fn fd<'a>(&self, mut words: impl Iterator<Item = &'a str>) -> Option<LogContent<'a>> {
         let channel = words.next()?;
         match words.next()? {
             "Rx" | "Tx" => {}
-            "TxRq" => return Some(Content::Other(Other::Event)),
+            "TxRq" => return Some(LogContent::Other(Other::Event)),
             _ => return None,
         }
         let id = match words.next()? {
-            "ErrorFrame" => return Some(Content::Other(Other::Error)),
+            "ErrorFrame" => return Some(LogContent::Other(Other::Error)),
             id => self.identifier(id)?,
         };
         // An optional message name, then the flags for bit rate switch and error passive sender.
@@ -143,9 +143,9 @@ impl Header {
         let flags = u32::from_str_radix(flags, 16).ok()?;
         let is_remote = flags & 0x10 != 0;
         if flags & EDL != 0 {
-            Some(Content::Other(Other::Fd))
+            Some(LogContent::Other(Other::Fd))
         } else if is_remote {
-            Some(Content::Other(Other::Remote))
+            Some(LogContent::Other(Other::Remote))
         } else if data.get().len() == length && is_name(channel) {
             id.frame(channel, data.get())
         } else {
@@ -159,7 +159,7 @@ impl Header {
         channel: &'a str,
         length: usize,
         words: impl Iterator<Item = &'a str>,
-    ) -> Option<Content<'a>> {
+    ) -> Option<LogContent<'a>> {
         let data = bytes(words.take(length), self.base)?;
         if data.get().len() != length || !is_name(channel) {
             return None;
@@ -186,12 +186,12 @@ mod tests {
 
     const DATA: [u8; 8] = [0xFF, 0xFF, 0x80, 0x80, 0x0C, 0x00, 0x07, 0xD8];
 
-    fn frame() -> Content<'static> {
-        Content::Frame("1", CanFrame::new(0x191, &DATA).unwrap())
+    fn frame() -> LogContent<'static> {
+        LogContent::Frame("1", CanFrame::new(0x191, &DATA).unwrap())
     }
 
-    fn read(line: &str) -> Option<(Option<u64>, Content<'_>)> {
-        let read = Header::default().read(line)?;
+    fn read(line: &str) -> Option<(Option<u64>, LogContent<'_>)> {
+        let read = AscHeader::default().read(line)?;
         Some((read.time.map(Timestamp::as_micros), read.content))
     }
 
@@ -207,7 +207,7 @@ mod tests {
         ] {
             assert_eq!(read(line), Some((Some(111), frame())), "{line}");
         }
-        let mut header = Header::default();
+        let mut header = AscHeader::default();
         for line in [
             "date Fri Jan 1 12:00:00.000 am 2021",
             "base dec  timestamps relative",
@@ -216,9 +216,9 @@ mod tests {
             "Begin Triggerblock Fri Jan 01 00:00:00.0 2021",
         ] {
             let read = header.read(line).map(|line| line.content);
-            assert_eq!(read, Some(Content::Aside), "{line}");
+            assert_eq!(read, Some(LogContent::Aside), "{line}");
         }
-        assert_eq!(header.times, Times::Differences);
+        assert_eq!(header.times, LogTimes::Differences);
         let line = "0.5 1 401 Rx d 8 255 255 128 128 12 0 7 216";
         assert_eq!(header.read(line).map(|line| line.content), Some(frame()));
         assert_eq!(header.read("0.5 1 401 Rx d 1 256"), None);
@@ -255,7 +255,7 @@ mod tests {
             ("0.1 LIN 1 LIN_Msg", Other::Event),
         ] {
             let read = read(line).map(|(_, content)| content);
-            assert_eq!(read, Some(Content::Other(other)), "{line}");
+            assert_eq!(read, Some(LogContent::Other(other)), "{line}");
         }
     }
 

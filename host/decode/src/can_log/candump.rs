@@ -8,34 +8,34 @@ use estimator_core::Timestamp;
 use wire::CanFrame;
 
 use super::text::{Identifier, Payload, bytes as spaced_bytes};
-use super::{Content, Line, Other, is_name};
+use super::{LogContent, LogLine, Other, is_name};
 
 /// Flag in identifiers of eight digits: error frame (`CAN_ERR_FLAG`).
 const ERROR_FLAG: u32 = 0x2000_0000;
 
 /// Reads a line of either format; `None` if it matches neither.
 #[must_use]
-pub fn parse(line: &str) -> Option<Line<'_>> {
+pub fn parse(line: &str) -> Option<LogLine<'_>> {
     log_line(line)
         .or_else(|| terminal_line(line))
         .or_else(|| explanation(line))
 }
 
 /// Reads the textual explanation of an error frame, on an indented line of its own (`-e`).
-fn explanation(line: &str) -> Option<Line<'_>> {
-    line.starts_with('\t').then_some(Line {
+fn explanation(line: &str) -> Option<LogLine<'_>> {
+    line.starts_with('\t').then_some(LogLine {
         time: None,
-        content: Content::Other(Other::Event),
+        content: LogContent::Other(Other::Event),
     })
 }
 
 /// Reads a line of `candump -l`; `None` if it has another format.
 #[must_use]
-pub fn log_line(line: &str) -> Option<Line<'_>> {
+pub fn log_line(line: &str) -> Option<LogLine<'_>> {
     if let Some(count) = dropped(line) {
-        return Some(Line {
+        return Some(LogLine {
             time: None,
-            content: Content::Dropped(count),
+            content: LogContent::Dropped(count),
         });
     }
     let mut words = line.split_ascii_whitespace();
@@ -49,21 +49,21 @@ pub fn log_line(line: &str) -> Option<Line<'_>> {
         .strip_suffix(')')
         .and_then(micros)
         .filter(|_| is_name(interface))?;
-    Some(Line {
+    Some(LogLine {
         time: Some(time),
         content: compact(interface, frame)?,
     })
 }
 
 /// Parses an identifier, `#`, and flags, data or length of the frame.
-fn compact<'a>(interface: &'a str, frame: &str) -> Option<Content<'a>> {
+fn compact<'a>(interface: &'a str, frame: &str) -> Option<LogContent<'a>> {
     let (id, content) = frame.split_once('#')?;
     let (id, kind) = identifier(id)?;
     if let Some(fd) = content.strip_prefix('#') {
         let (flags, payload) = fd.split_at_checked(1)?;
         let is_flags = flags.bytes().all(|byte| byte.is_ascii_hexdigit());
         let length = bytes(payload)?.len();
-        return (is_flags && is_fd_length(length)).then_some(Content::Other(Other::Fd));
+        return (is_flags && is_fd_length(length)).then_some(LogContent::Other(Other::Fd));
     }
     let (content, raw_length) = match content.split_once('_') {
         Some((content, raw)) => (content, Some(raw)),
@@ -82,18 +82,18 @@ fn compact<'a>(interface: &'a str, frame: &str) -> Option<Content<'a>> {
         return None;
     }
     if content.starts_with('R') {
-        return Some(Content::Other(Other::Remote));
+        return Some(LogContent::Other(Other::Remote));
     }
     if let Some(other) = kind {
-        return Some(Content::Other(other));
+        return Some(LogContent::Other(other));
     }
     let frame = CanFrame::new(u16::try_from(id).ok()?, &bytes(content)?)?;
-    Some(Content::Frame(interface, frame))
+    Some(LogContent::Frame(interface, frame))
 }
 
 /// Reads a line of terminal output of `candump`; `None` if it has another format.
 #[must_use]
-pub fn terminal_line(line: &str) -> Option<Line<'_>> {
+pub fn terminal_line(line: &str) -> Option<LogLine<'_>> {
     let (time, rest) = leading_time(line.trim())?;
     let (interface, rest) = word(rest)?;
     if !is_name(interface) {
@@ -111,7 +111,7 @@ pub fn terminal_line(line: &str) -> Option<Line<'_>> {
     }
     let (length, rest) = word(rest)?;
     let content = printed(interface, identifier(id)?, length, rest)?;
-    Some(Line { time, content })
+    Some(LogLine { time, content })
 }
 
 /// Parses a frame whose length and data are separate words.
@@ -120,7 +120,7 @@ fn printed<'a>(
     (id, kind): (u32, Option<Other>),
     length: &str,
     rest: &str,
-) -> Option<Content<'a>> {
+) -> Option<LogContent<'a>> {
     // A raw length of more than eight is in braces (-8).
     let (length, most) = if let Some(raw) = within(length, '{', '}') {
         (is_raw_length(raw).then_some(8)?, 8)
@@ -131,15 +131,15 @@ fn printed<'a>(
         return None;
     }
     if rest == "remote request" {
-        return Some(Content::Other(Other::Remote));
+        return Some(LogContent::Other(Other::Remote));
     }
     let data: Payload = spaced_bytes(rest.split_ascii_whitespace().take(length), 16)?;
     if data.get().len() != length {
         return None;
     }
     match kind {
-        Some(other @ Other::Error) => Some(Content::Other(other)),
-        _ if length > 8 => Some(Content::Other(Other::Fd)),
+        Some(other @ Other::Error) => Some(LogContent::Other(other)),
+        _ if length > 8 => Some(LogContent::Other(Other::Fd)),
         Some(_) => Identifier::Extended.frame(interface, data.get()),
         None => Identifier::new(id, false)?.frame(interface, data.get()),
     }
@@ -273,14 +273,14 @@ mod tests {
         }
     }
 
-    fn line_of(time: Option<Timestamp>, frame: CanFrame) -> Line<'static> {
-        Line {
+    fn line_of(time: Option<Timestamp>, frame: CanFrame) -> LogLine<'static> {
+        LogLine {
             time,
-            content: Content::Frame("can0", frame),
+            content: LogContent::Frame("can0", frame),
         }
     }
 
-    fn content(line: &str) -> Option<Content<'_>> {
+    fn content(line: &str) -> Option<LogContent<'_>> {
         parse(line).map(|line| line.content)
     }
 
@@ -299,7 +299,9 @@ mod tests {
             assert_eq!(log_line(&line), read, "{line:?}");
         }
         let empty = log_line("(0.000000) vcan1 080#").map(|line| line.content);
-        assert!(matches!(empty, Some(Content::Frame("vcan1", frame)) if frame.data().is_empty()));
+        assert!(
+            matches!(empty, Some(LogContent::Frame("vcan1", frame)) if frame.data().is_empty())
+        );
     }
 
     #[test]
@@ -318,7 +320,7 @@ mod tests {
             ("18DAF110##F00", Other::Fd),
         ] {
             let line = format!("(1.000000) can0 {frame}");
-            assert_eq!(content(&line), Some(Content::Other(other)), "{line}");
+            assert_eq!(content(&line), Some(LogContent::Other(other)), "{line}");
         }
     }
 
@@ -407,10 +409,10 @@ mod tests {
                 Other::Error,
             ),
         ] {
-            assert_eq!(content(line), Some(Content::Other(other)), "{line}");
+            assert_eq!(content(line), Some(LogContent::Other(other)), "{line}");
         }
         let empty = content("can0  080   [0]  ");
-        assert!(matches!(empty, Some(Content::Frame("can0", frame)) if frame.data().is_empty()));
+        assert!(matches!(empty, Some(LogContent::Frame("can0", frame)) if frame.data().is_empty()));
     }
 
     #[test]
@@ -465,12 +467,12 @@ mod tests {
     #[test]
     fn explanation_of_an_error_frame_is_an_event() {
         let line = "\tcontroller-problem{tx-error-warning}";
-        assert_eq!(content(line), Some(Content::Other(Other::Event)));
+        assert_eq!(content(line), Some(LogContent::Other(Other::Event)));
     }
 
     #[test]
     fn dropcount_line_counts_lost_frames() {
         let line = "DROPCOUNT: dropped 3 CAN frames on 'can0' socket (total drops 3)";
-        assert_eq!(content(line), Some(Content::Dropped(3)));
+        assert_eq!(content(line), Some(LogContent::Dropped(3)));
     }
 }

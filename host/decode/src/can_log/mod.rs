@@ -53,16 +53,16 @@ impl Logged {
 
 /// A line of a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Line<'a> {
+pub struct LogLine<'a> {
     /// Time in the log, if given.
     pub time: Option<Timestamp>,
     /// Content of the line.
-    pub content: Content<'a>,
+    pub content: LogContent<'a>,
 }
 
 /// Content of a line of a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Content<'a> {
+pub enum LogContent<'a> {
     /// A classic data frame with a standard identifier, and the interface that received it; blank if the
     /// log does not name it.
     Frame(&'a str, CanFrame),
@@ -91,7 +91,7 @@ pub enum Other {
 
 /// Reference of the times in a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Times {
+pub enum LogTimes {
     /// Relative to one moment: 1970, or the first frame.
     Absolute,
     /// Relative to the previous frame (`candump -td`).
@@ -142,8 +142,8 @@ impl Form {
 #[derive(Clone, Debug)]
 pub struct Reader {
     form: Form,
-    times: Times,
-    asc: asc::Header,
+    times: LogTimes,
+    asc: asc::AscHeader,
     /// Sum of the times so far if they are differences, µs.
     elapsed: u64,
 }
@@ -151,11 +151,11 @@ pub struct Reader {
 impl Reader {
     /// Creates a reader for `form`. `times` is ignored for ASC, whose header states it.
     #[must_use]
-    pub fn new(form: Form, times: Times) -> Self {
+    pub fn new(form: Form, times: LogTimes) -> Self {
         Self {
             form,
             times,
-            asc: asc::Header::default(),
+            asc: asc::AscHeader::default(),
             elapsed: 0,
         }
     }
@@ -168,12 +168,12 @@ impl Reader {
 
     /// Reference of the times.
     #[must_use]
-    pub const fn times(&self) -> Times {
+    pub const fn times(&self) -> LogTimes {
         self.times
     }
 
     /// Reads the next line; `None` if it is not a line of the log's format.
-    pub fn read<'a>(&mut self, line: &'a str) -> Option<Line<'a>> {
+    pub fn read<'a>(&mut self, line: &'a str) -> Option<LogLine<'a>> {
         let mut read = match self.form {
             // A file may contain both: terminal output appended to a log.
             Form::CandumpLog | Form::CandumpTerminal => candump::parse(line)?,
@@ -184,7 +184,7 @@ impl Reader {
             }
             Form::PythonCanCsv => python_can::parse(line)?,
         };
-        if let (Times::Differences, Some(time)) = (self.times, &mut read.time) {
+        if let (LogTimes::Differences, Some(time)) = (self.times, &mut read.time) {
             self.elapsed = self.elapsed.saturating_add(time.as_micros());
             *time = Timestamp::from_micros(self.elapsed);
         }

@@ -5,19 +5,19 @@ use base64::engine::general_purpose::STANDARD as BASE64;
 use estimator_core::Timestamp;
 
 use super::text::{Identifier, seconds};
-use super::{Content, Line, Other};
+use super::{LogContent, LogLine, Other};
 
 /// First line of each file.
 pub const HEADER: &str = "timestamp,arbitration_id,extended,remote,error,dlc,data";
 
 /// Reads a line; `None` if it is not a row of such a table.
 #[must_use]
-pub fn parse(line: &str) -> Option<Line<'_>> {
+pub fn parse(line: &str) -> Option<LogLine<'_>> {
     let line = line.trim();
     if line == HEADER {
-        return Some(Line {
+        return Some(LogLine {
             time: None,
-            content: Content::Aside,
+            content: LogContent::Aside,
         });
     }
     let mut cells = line.split(',');
@@ -37,16 +37,16 @@ pub fn parse(line: &str) -> Option<Line<'_>> {
     }
     let id = Identifier::new(id, extended)?;
     let content = if error {
-        Content::Other(Other::Error)
+        LogContent::Other(Other::Error)
     } else if remote {
-        Content::Other(Other::Remote)
+        LogContent::Other(Other::Remote)
     } else if length > 8 {
         // The table does not distinguish shorter FD frames.
-        Content::Other(Other::Fd)
+        LogContent::Other(Other::Fd)
     } else {
         id.frame("", &data)?
     };
-    Some(Line { time, content })
+    Some(LogLine { time, content })
 }
 
 /// Parses seconds formatted as a Python float.
@@ -81,7 +81,7 @@ mod tests {
             Some(1_609_459_200_000_111)
         );
         let frame = CanFrame::new(0x191, &data).unwrap();
-        assert_eq!(read.content, Content::Frame("", frame));
+        assert_eq!(read.content, LogContent::Frame("", frame));
         assert_eq!(parse(&format!("{LINE}\r")), Some(read));
         for (text, micros) in [
             ("1.6e-05", 16),
@@ -97,16 +97,19 @@ mod tests {
     #[test]
     fn frames_not_sent_by_a_foot_are_recognised() {
         for (line, content) in [
-            (HEADER, Content::Aside),
+            (HEADER, LogContent::Aside),
             (
                 "1.0,0x18daf110,1,0,0,2,AQI=",
-                Content::Other(Other::Extended),
+                LogContent::Other(Other::Extended),
             ),
-            ("1.0,0x711,0,1,0,4,", Content::Other(Other::Remote)),
-            ("1.0,0x4,1,0,1,8,AAQAAAAAAAA=", Content::Other(Other::Error)),
+            ("1.0,0x711,0,1,0,4,", LogContent::Other(Other::Remote)),
+            (
+                "1.0,0x4,1,0,1,8,AAQAAAAAAAA=",
+                LogContent::Other(Other::Error),
+            ),
             (
                 "1.0,0x191,0,0,0,12,AAECAwQFBgcICQoL",
-                Content::Other(Other::Fd),
+                LogContent::Other(Other::Fd),
             ),
         ] {
             assert_eq!(

@@ -2,7 +2,7 @@
 
 use estimator_core::Timestamp;
 
-use super::{Content, Form, Line, Reader, Times, asc, candump, python_can};
+use super::{Form, LogContent, LogLine, LogTimes, Reader, asc, candump, python_can};
 
 /// Returns a reader for the log that begins with these bytes; `None` if no line matches a format. The
 /// first line that matches decides. Bytes that are not text are skipped.
@@ -12,7 +12,7 @@ pub fn recognise(head: &[u8]) -> Option<Reader> {
     let form = text.lines().find_map(form_of)?;
     let times = match form {
         Form::CandumpTerminal => printed_times(&text),
-        _ => Times::Absolute,
+        _ => LogTimes::Absolute,
     };
     Some(Reader::new(form, times))
 }
@@ -23,7 +23,7 @@ fn form_of(line: &str) -> Option<Form> {
         Some(Form::CandumpLog)
     } else if candump::terminal_line(line).is_some() {
         Some(Form::CandumpTerminal)
-    } else if asc::is_header(line) || is_frame(asc::Header::default().read(line)) {
+    } else if asc::is_header(line) || is_frame(asc::AscHeader::default().read(line)) {
         Some(Form::VectorAsc)
     } else if python_can::parse(line).is_some() {
         Some(Form::PythonCanCsv)
@@ -32,8 +32,8 @@ fn form_of(line: &str) -> Option<Form> {
     }
 }
 
-fn is_frame(line: Option<Line<'_>>) -> bool {
-    matches!(line, Some(line) if matches!(line.content, Content::Frame(..)))
+fn is_frame(line: Option<LogLine<'_>>) -> bool {
+    matches!(line, Some(line) if matches!(line.content, LogContent::Frame(..)))
 }
 
 /// Upper limit of the time between two frames of a log, µs: eleven days.
@@ -41,7 +41,7 @@ const LONGEST_DIFFERENCE_US: u64 = 1_000_000_000_000;
 
 /// Distinguishes differences from absolute times: absolute times rarely decrease, differences do every few
 /// lines.
-fn printed_times(text: &str) -> Times {
+fn printed_times(text: &str) -> LogTimes {
     let times: Vec<u64> = text
         .lines()
         .filter_map(candump::terminal_line)
@@ -53,12 +53,12 @@ fn printed_times(text: &str) -> Times {
     let is_steady = rises <= 1 && times.len() > 2 && times.last() > Some(&0);
     if times.iter().any(|time| *time > LONGEST_DIFFERENCE_US) {
         // Times since 1970: the clocks of two interfaces may differ, or stamp several frames alike.
-        return Times::Absolute;
+        return LogTimes::Absolute;
     }
     if falls * 10 > falls + rises || is_steady {
-        Times::Differences
+        LogTimes::Differences
     } else {
-        Times::Absolute
+        LogTimes::Absolute
     }
 }
 
@@ -66,7 +66,7 @@ fn printed_times(text: &str) -> Times {
 mod tests {
     use super::*;
 
-    fn recognised(text: &str) -> Option<(Form, Times)> {
+    fn recognised(text: &str) -> Option<(Form, LogTimes)> {
         recognise(text.as_bytes()).map(|reader| (reader.form(), reader.times()))
     }
 
@@ -110,11 +110,14 @@ mod tests {
         for (times, expected) in [
             (
                 &["000.000000", "000.001000", "000.002000"][..],
-                Times::Absolute,
+                LogTimes::Absolute,
             ),
-            (&["1609459200.000000", "1609459200.001000"], Times::Absolute),
-            (&["000.000000"], Times::Absolute),
-            (&["1609459200.000000"; 4], Times::Absolute),
+            (
+                &["1609459200.000000", "1609459200.001000"],
+                LogTimes::Absolute,
+            ),
+            (&["000.000000"], LogTimes::Absolute),
+            (&["1609459200.000000"; 4], LogTimes::Absolute),
             (
                 &[
                     "1609459200.000000",
@@ -122,7 +125,7 @@ mod tests {
                     "1609459200.001000",
                     "1609459199.001000",
                 ],
-                Times::Absolute,
+                LogTimes::Absolute,
             ),
             (
                 &[
@@ -132,18 +135,18 @@ mod tests {
                     "000.000889",
                     "000.000111",
                 ],
-                Times::Differences,
+                LogTimes::Differences,
             ),
             (
                 &["000.000000", "000.001000", "000.001000", "000.001000"],
-                Times::Differences,
+                LogTimes::Differences,
             ),
         ] {
             assert_eq!(log(times), Some(expected), "{times:?}");
         }
         assert_eq!(
             recognised("can0  191   [1]  00\n".repeat(3).as_str()),
-            Some((Form::CandumpTerminal, Times::Absolute))
+            Some((Form::CandumpTerminal, LogTimes::Absolute))
         );
     }
 }

@@ -3,7 +3,7 @@
 use estimator_core::Timestamp;
 use wire::CanFrame;
 
-use super::{Content, Other};
+use super::{LogContent, Other};
 
 /// Parses seconds with one to nine decimals, rounded to microseconds.
 pub(super) fn seconds(text: &str) -> Option<Timestamp> {
@@ -76,10 +76,10 @@ impl Identifier {
     }
 
     /// A classic data frame with this identifier; `None` for more than eight bytes.
-    pub(super) fn frame<'a>(self, interface: &'a str, data: &[u8]) -> Option<Content<'a>> {
+    pub(super) fn frame<'a>(self, interface: &'a str, data: &[u8]) -> Option<LogContent<'a>> {
         match self {
-            Self::Standard(id) => Some(Content::Frame(interface, CanFrame::new(id, data)?)),
-            Self::Extended => (data.len() <= 8).then_some(Content::Other(Other::Extended)),
+            Self::Standard(id) => Some(LogContent::Frame(interface, CanFrame::new(id, data)?)),
+            Self::Extended => (data.len() <= 8).then_some(LogContent::Other(Other::Extended)),
         }
     }
 }

@@ -17,7 +17,7 @@ use scoring::scored::Scored;
 /// A method that is compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Method {
+pub enum ComparedMethod {
     /// This estimator, default preset.
     Default,
     /// This estimator, default preset, with what the foot has learnt in another recording.
@@ -69,14 +69,14 @@ pub struct Knowledge {
 
 /// Run of one method on one recording.
 #[derive(Clone, Debug)]
-pub struct Run {
+pub struct MethodRun {
     /// Answers of the method.
     pub answers: Answers,
     /// Knowledge of the method.
     pub knowledge: Knowledge,
 }
 
-impl Method {
+impl ComparedMethod {
     /// All methods in display order.
     pub const ALL: [Self; 20] = [
         Self::Default,
@@ -145,7 +145,7 @@ impl Method {
     ///
     /// # Errors
     /// The estimator refuses a recording's sample rate.
-    pub fn run(self, recordings: &[Labelled]) -> Result<Vec<Option<Run>>, ParamsError> {
+    pub fn run(self, recordings: &[Labelled]) -> Result<Vec<Option<MethodRun>>, ParamsError> {
         match self {
             Self::Default => each(recordings, |_, file| {
                 estimated(file, &Params::DEFAULT, "preset as it is").map(Some)
@@ -191,13 +191,13 @@ impl Method {
                 let from = &recordings[teaching::unlabelled(recordings, index)];
                 let learnt = format!("clusters from {}, no labels", from.name());
                 let probabilities = fuzzy::probabilities(from, file);
-                Ok(probabilities.map(|p| Run::of(file, &p, &learnt)))
+                Ok(probabilities.map(|p| MethodRun::of(file, &p, &learnt)))
             }),
         }
     }
 }
 
-impl Run {
+impl MethodRun {
     /// Run of a method without labels, whose ranking is its probability.
     fn of(file: &Labelled, probabilities: &[f64], learnt: &str) -> Self {
         let scored = file.scored(probabilities);
@@ -228,10 +228,10 @@ impl Run {
 impl Knowledge {
     /// Merges the knowledge of several runs without duplicates.
     #[must_use]
-    pub fn of_all(runs: &[&Run]) -> Self {
+    pub fn of_all(runs: &[&MethodRun]) -> Self {
         let mut learnt: Vec<&str> = Vec::new();
         let mut labels_of: Vec<String> = Vec::new();
-        for Run { knowledge, .. } in runs {
+        for MethodRun { knowledge, .. } in runs {
             if !learnt.contains(&knowledge.learnt.as_str()) {
                 learnt.push(&knowledge.learnt);
             }
@@ -250,8 +250,8 @@ impl Knowledge {
 
 fn each(
     recordings: &[Labelled],
-    run: impl Fn(usize, &Labelled) -> Result<Option<Run>, ParamsError>,
-) -> Result<Vec<Option<Run>>, ParamsError> {
+    run: impl Fn(usize, &Labelled) -> Result<Option<MethodRun>, ParamsError>,
+) -> Result<Vec<Option<MethodRun>>, ParamsError> {
     let runs = recordings.iter().enumerate();
     runs.map(|(index, file)| run(index, file)).collect()
 }
@@ -264,36 +264,40 @@ fn paper_params() -> Params {
     }
 }
 
-fn estimated(file: &Labelled, params: &Params, learnt: &str) -> Result<Run, ParamsError> {
+fn estimated(file: &Labelled, params: &Params, learnt: &str) -> Result<MethodRun, ParamsError> {
     let estimates = replay(&file.recording, params)?;
     let stable = |estimate: &ContactEstimate| f64::from(estimate.probabilities.stable);
     let probabilities: Vec<f64> = estimates.iter().map(stable).collect();
-    Ok(Run::of(file, &probabilities, learnt))
+    Ok(MethodRun::of(file, &probabilities, learnt))
 }
 
 /// Runs the authors' script, which cannot remove gravity.
-fn authors_run(file: &Labelled) -> Option<Run> {
+fn authors_run(file: &Labelled) -> Option<MethodRun> {
     match file.recording.gravity {
         Gravity::Included => None,
         Gravity::Removed => {
             let window = file.samples_in(f64::from(PAPER_WINDOW));
             let probabilities = authors::probabilities(&file.readings, window, &Params::PAPER);
-            Some(Run::of(file, &probabilities, "parameters as published"))
+            Some(MethodRun::of(
+                file,
+                &probabilities,
+                "parameters as published",
+            ))
         }
     }
 }
 
-fn published_run(file: &Labelled, scores: &[f64]) -> Run {
+fn published_run(file: &Labelled, scores: &[f64]) -> MethodRun {
     let knowledge = Knowledge {
         learnt: "constants as published".to_owned(),
         labels_of: Vec::new(),
     };
-    Run::thresholded(file, scores, -published::THRESHOLD, knowledge)
+    MethodRun::thresholded(file, scores, -published::THRESHOLD, knowledge)
 }
 
-fn force_trigger_run(file: &Labelled) -> Option<Run> {
+fn force_trigger_run(file: &Labelled) -> Option<MethodRun> {
     let shares = grf::load_shares(file.ground_reaction.as_ref()?);
-    Some(Run::of(
+    Some(MethodRun::of(
         file,
         &grf::schmitt_trigger(&shares),
         "levels as published, weight from the load",
@@ -302,7 +306,11 @@ fn force_trigger_run(file: &Labelled) -> Option<Run> {
 
 /// Runs a detector with the threshold that gives the fewest wrong answers on its teachers' recordings, each
 /// family with equal weight.
-fn tuned(recordings: &[Labelled], detector: Detector, teachers: Teachers) -> Vec<Option<Run>> {
+fn tuned(
+    recordings: &[Labelled],
+    detector: Detector,
+    teachers: Teachers,
+) -> Vec<Option<MethodRun>> {
     let scores: Vec<_> = recordings
         .iter()
         .map(|file| detector.scores(file))
@@ -331,7 +339,12 @@ fn tuned(recordings: &[Labelled], detector: Detector, teachers: Teachers) -> Vec
                 scores[index].as_deref().unwrap_or_default()
             }))
         });
-        Some(Run::thresholded(file, scores_here, threshold, knowledge))
+        Some(MethodRun::thresholded(
+            file,
+            scores_here,
+            threshold,
+            knowledge,
+        ))
     };
     recordings.iter().enumerate().map(of_index).collect()
 }

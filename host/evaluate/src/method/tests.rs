@@ -22,7 +22,11 @@ const SETS: [Set; 9] = [
 /// Index of a recording that is no teacher within its family.
 const SLIP: usize = 2;
 
-type Row = (recordings::input::pce::Wrench, [f64; 6], Label);
+type Row = (
+    recordings::input::published::simulated::Wrench,
+    [f64; 6],
+    Label,
+);
 
 /// Walk of a foot that turns `slowness` times slower in its swing than in the first walk.
 fn rows(slowness: f64) -> impl Iterator<Item = Row> {
@@ -58,7 +62,7 @@ fn with_labels_turned(walks: &[Labelled], turns: impl Fn(usize) -> bool) -> Vec<
     turned
 }
 
-fn probabilities(run: Option<&Run>) -> Option<Vec<f64>> {
+fn probabilities(run: Option<&MethodRun>) -> Option<Vec<f64>> {
     let scored = run?.answers.scored.iter();
     Some(scored.map(|s| s.probability).collect())
 }
@@ -66,7 +70,7 @@ fn probabilities(run: Option<&Run>) -> Option<Vec<f64>> {
 #[test]
 fn threshold_depends_on_the_other_recordings_only() {
     for teachers in [Teachers::OtherFamilies, Teachers::SameFamily] {
-        let method = Method::tuned(Detector::Shoe, teachers);
+        let method = ComparedMethod::tuned(Detector::Shoe, teachers);
         let mut files = walks();
         let before = method.run(&files).unwrap().swap_remove(0).unwrap();
         // Another motion in the recordings that tune the first changes its threshold …
@@ -87,7 +91,7 @@ fn causal_methods_do_not_depend_on_later_samples() {
     // The learnt values do not change, because no method learns from the slip set here.
     let keep = 1000;
     cut[SLIP] = labelled(Set::Slip, rows(1.2).take(keep));
-    for method in Method::ALL {
+    for method in ComparedMethod::ALL {
         let slip = |files| method.run(files).unwrap().swap_remove(SLIP);
         let whole = slip(&files).unwrap().answers.scored;
         let part = slip(&cut).unwrap().answers.scored;
@@ -103,7 +107,7 @@ fn causal_methods_do_not_depend_on_later_samples() {
 #[test]
 fn scored_recording_does_not_provide_labels() {
     let files = walks();
-    for method in Method::ALL {
+    for method in ComparedMethod::ALL {
         let before = method.run(&files).unwrap();
         for (index, run) in before.iter().enumerate() {
             let turned = with_labels_turned(&files, |other| other == index);
@@ -120,8 +124,8 @@ fn scored_recording_does_not_provide_labels() {
 #[test]
 fn other_families_tuning_uses_no_labels_of_the_own_family() {
     let files = walks();
-    let tuned = Method::ALL.into_iter().filter(|method| {
-        matches!(method, Method::Tuned { teachers, .. } if *teachers == Teachers::OtherFamilies)
+    let tuned = ComparedMethod::ALL.into_iter().filter(|method| {
+        matches!(method, ComparedMethod::Tuned { teachers, .. } if *teachers == Teachers::OtherFamilies)
     });
     for method in tuned {
         let before = method.run(&files).unwrap();
@@ -144,13 +148,13 @@ fn other_families_tuning_uses_no_labels_of_the_own_family() {
 #[test]
 fn force_methods_are_skipped_without_a_force() {
     let files = walks();
-    for method in Method::ALL {
+    for method in ComparedMethod::ALL {
         let needs_robot = matches!(
             method,
-            Method::Authors
-                | Method::ForceTrigger
-                | Method::FuzzyCMeans
-                | Method::Tuned {
+            ComparedMethod::Authors
+                | ComparedMethod::ForceTrigger
+                | ComparedMethod::FuzzyCMeans
+                | ComparedMethod::Tuned {
                     detector: Detector::Force,
                     ..
                 }
@@ -164,10 +168,10 @@ fn force_methods_are_skipped_without_a_force() {
 
 #[test]
 fn knowledge_of_several_runs_is_merged() {
-    let runs = Method::tuned(Detector::Ared, Teachers::SameFamily)
+    let runs = ComparedMethod::tuned(Detector::Ared, Teachers::SameFamily)
         .run(&walks())
         .unwrap();
-    let atlas: Vec<&Run> = runs[..3].iter().flatten().collect();
+    let atlas: Vec<&MethodRun> = runs[..3].iter().flatten().collect();
     let knowledge = Knowledge::of_all(&atlas);
     assert_eq!(
         knowledge.learnt,

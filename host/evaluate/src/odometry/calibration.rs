@@ -9,14 +9,14 @@ use recordings::replay::replay;
 use super::walk::Walk;
 use crate::error::Error;
 use crate::labelled::Labelled;
-use crate::sets::{Set, Source};
+use crate::sets::{RecordingSource, Set};
 
 /// Maximum `sigma_v` at which a foot is considered standing, m/s.
 pub const SMALL: f32 = 0.03;
 
 /// Agreement of `sigma_v` with the velocity of the feet of a set.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Calibration {
+pub struct SigmaCalibration {
     /// The set.
     pub set: Set,
     /// Mean of v²/σ² over all reliable samples, 3 if σ is correct; `None` if the velocity is unknown.
@@ -39,10 +39,10 @@ struct Sample {
 ///
 /// # Errors
 /// A recording is missing or invalid.
-pub fn by_family(walks: &[Walk], datasets: &Path) -> Result<Vec<Calibration>, Error> {
+pub fn by_family(walks: &[Walk], datasets: &Path) -> Result<Vec<SigmaCalibration>, Error> {
     Set::ALL
         .into_iter()
-        .map(|set| Ok(Calibration::of(set, &samples(set, walks, datasets)?)))
+        .map(|set| Ok(SigmaCalibration::of(set, &samples(set, walks, datasets)?)))
         .collect()
 }
 
@@ -65,10 +65,10 @@ fn samples(set: Set, walks: &[Walk], datasets: &Path) -> Result<Vec<Sample>, Err
 }
 
 /// True speeds of a simulated foot, m/s; empty for a file.
-fn speeds_of(source: Source) -> Vec<Option<f64>> {
+fn speeds_of(source: RecordingSource) -> Vec<Option<f64>> {
     match source {
-        Source::File(_) => Vec::new(),
-        Source::Simulated { plan, sensor, seed } => gait::simulate(&plan, &sensor, seed)
+        RecordingSource::File(_) => Vec::new(),
+        RecordingSource::Simulated { plan, sensor, seed } => gait::simulate(&plan, &sensor, seed)
             .truth
             .iter()
             .map(|state| Some(state.velocity.length()))
@@ -90,7 +90,7 @@ fn add(
     }));
 }
 
-impl Calibration {
+impl SigmaCalibration {
     fn of(set: Set, samples: &[Sample]) -> Self {
         let known = || samples.iter().filter(|of| !of.estimate.flags.are_doubt());
         let squares: Vec<f64> = known()
@@ -140,7 +140,7 @@ mod tests {
             sample(1.0, 1.0, Label::NotStable),
             doubtful,
         ];
-        let calibration = Calibration::of(Set::Walk, &samples);
+        let calibration = SigmaCalibration::of(Set::Walk, &samples);
         let mean_square = calibration.mean_square.expect("speeds");
         assert!((mean_square - 2.0).abs() < 1.0e-5, "{mean_square}");
         assert_eq!(calibration.small_share, 0.5);

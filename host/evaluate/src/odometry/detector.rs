@@ -29,55 +29,30 @@ const PYSHOE_THRESHOLD: f64 = 5.0e7;
 /// Lowest and highest threshold of SHOE in the search for the best of a walk, and their number.
 const BEST_AMONG: (f64, f64, u32) = (1.0e6, 1.0e9, 25);
 
-/// Source of zero-velocity measurements and their standard deviation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Detector {
-    /// `sigma_v` at each sample.
-    Sigma,
-    /// This estimator's debounced decision.
-    Decision,
-    /// P above 0.5.
-    Half,
-    /// P above 0.9.
-    NineTenths,
-    /// SHOE with the constants of `OpenShoe`.
-    OpenShoe,
-    /// SHOE with the constants of `PyShoe`.
-    PyShoe,
-    /// SHOE with the best threshold for this walk, by its truth.
-    BestShoe,
-    /// ARED with the constants of `OpenShoe`.
-    Ared,
+samples::named! {
+    /// Source of zero-velocity measurements and their standard deviation.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum ZeroVelocity {
+        /// `sigma_v` at each sample.
+        Sigma = "footfall, sigma_v",
+        /// P above 0.9.
+        NineTenths = "footfall, P > 0.9",
+        /// P above 0.5.
+        Half = "footfall, P > 0.5",
+        /// This estimator's debounced decision.
+        Decision = "footfall, decision",
+        /// SHOE with the constants of `PyShoe`.
+        PyShoe = "SHOE, constants of PyShoe",
+        /// SHOE with the constants of `OpenShoe`.
+        OpenShoe = "SHOE, constants of OpenShoe",
+        /// ARED with the constants of `OpenShoe`.
+        Ared = "ARED, constants of OpenShoe",
+        /// SHOE with the best threshold for this walk, by its truth.
+        BestShoe = "SHOE, best threshold of each walk",
+    }
 }
 
-impl Detector {
-    /// All detectors in display order.
-    pub const ALL: [Self; 8] = [
-        Self::Sigma,
-        Self::NineTenths,
-        Self::Half,
-        Self::Decision,
-        Self::PyShoe,
-        Self::OpenShoe,
-        Self::Ared,
-        Self::BestShoe,
-    ];
-
-    /// Its name in tables.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Sigma => "footfall, sigma_v",
-            Self::Decision => "footfall, decision",
-            Self::Half => "footfall, P > 0.5",
-            Self::NineTenths => "footfall, P > 0.9",
-            Self::OpenShoe => "SHOE, constants of OpenShoe",
-            Self::PyShoe => "SHOE, constants of PyShoe",
-            Self::BestShoe => "SHOE, best threshold of each walk",
-            Self::Ared => "ARED, constants of OpenShoe",
-        }
-    }
-
+impl ZeroVelocity {
     /// Candidate standard deviations at each sample, m/s, `None` without a measurement. If there are several
     /// candidates, the best by the truth is used.
     #[must_use]

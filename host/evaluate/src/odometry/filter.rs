@@ -32,7 +32,7 @@ const START_SAMPLES: usize = 20;
 
 /// Estimated motion.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Track {
+pub struct EstimatedTrack {
     /// Position at each sample, m; z is up, the heading is arbitrary.
     pub positions: Vec<Vector>,
     /// Mean over all measurements of the normalised innovation squared, vᵀ S⁻¹ v, expected to be 3 if all σ
@@ -63,7 +63,7 @@ struct Filter {
 /// Runs the filter over readings with a spacing of `period`, s. `sigmas` is the standard deviation of the
 /// measured velocity at each sample, m/s; `None` without a measurement.
 #[must_use]
-pub fn navigate(readings: &[Reading], period: f64, sigmas: &[Option<f64>]) -> Track {
+pub fn navigate(readings: &[Reading], period: f64, sigmas: &[Option<f64>]) -> EstimatedTrack {
     let mut filter = Filter::new(readings);
     let mut positions = vec![filter.position];
     let (mut sum, mut count) = (0.0, 0);
@@ -76,7 +76,7 @@ pub fn navigate(readings: &[Reading], period: f64, sigmas: &[Option<f64>]) -> Tr
         }
         positions.push(filter.position);
     }
-    Track {
+    EstimatedTrack {
         positions,
         nis: (count > 0).then(|| sum / f64::from(count)),
     }

@@ -23,9 +23,9 @@ pub mod walk;
 
 use std::path::Path;
 
-pub use calibration::Calibration;
+pub use calibration::SigmaCalibration;
 pub use constants::SplitHalf;
-pub use detector::Detector;
+pub use detector::ZeroVelocity;
 
 use crate::error::Error;
 use error::position_error;
@@ -47,7 +47,7 @@ pub struct OnWalk {
 #[derive(Clone, Debug, PartialEq)]
 pub struct OfDetector {
     /// The detector.
-    pub detector: Detector,
+    pub detector: ZeroVelocity,
     /// Its name in tables.
     pub name: String,
     /// Mean error of the walks, m.
@@ -63,12 +63,12 @@ pub struct OfDetector {
 /// Figures of all detectors on all walks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Odometry {
-    /// Detectors in the order of [`Detector::ALL`].
+    /// Detectors in the order of [`ZeroVelocity::ALL`].
     pub detectors: Vec<OfDetector>,
     /// Constants of `sigma_v` chosen on one half of the walks and scored on the other.
     pub halves: Vec<SplitHalf>,
     /// Velocity of feet in units of `sigma_v`, for each family.
-    pub calibration: Vec<Calibration>,
+    pub calibration: Vec<SigmaCalibration>,
 }
 
 impl Odometry {
@@ -79,7 +79,7 @@ impl Odometry {
     pub fn run(datasets: &Path) -> Result<Self, Error> {
         let walks = Walk::all(datasets)?;
         Ok(Self {
-            detectors: Detector::ALL
+            detectors: ZeroVelocity::ALL
                 .into_iter()
                 .map(|detector| OfDetector::new(detector, &walks))
                 .collect(),
@@ -90,13 +90,13 @@ impl Odometry {
 
     /// Figures of a detector.
     #[must_use]
-    pub fn of(&self, detector: Detector) -> Option<&OfDetector> {
+    pub fn of(&self, detector: ZeroVelocity) -> Option<&OfDetector> {
         self.detectors.iter().find(|of| of.detector == detector)
     }
 }
 
 impl OfDetector {
-    fn new(detector: Detector, walks: &[Walk]) -> Self {
+    fn new(detector: ZeroVelocity, walks: &[Walk]) -> Self {
         let on_walk = |walk: &Walk| {
             let best = detector
                 .candidates(walk)

@@ -9,7 +9,7 @@ use recordings::space::Vector;
 
 use crate::error::Error;
 use crate::labelled::Labelled;
-use crate::sets::{Layout, SHOE_WALKS, Set};
+use crate::sets::{FileLayout, SHOE_WALKS, Set};
 use crate::window::Reading;
 
 /// Folder of the positions, next to that of the recordings.
@@ -78,7 +78,7 @@ fn columns<const N: usize>(
     let file = path.display().to_string();
     let no_dataset = |_| Error::NoDataset {
         file: file.clone(),
-        origin: Layout::Walk.origin(),
+        origin: FileLayout::Walk.origin(),
     };
     let text = fs::read_to_string(path).map_err(no_dataset)?;
     parsed(&text, names, rows).ok_or(Error::Truth { file })

@@ -19,7 +19,7 @@ pub const BARS: usize = 20;
 
 /// Errors of one method.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Series {
+pub struct ErrorSeries {
     /// The method, for the legend.
     pub name: String,
     /// |P − label| of each sample, in [0, 1].
@@ -30,13 +30,13 @@ pub struct Series {
 ///
 /// # Errors
 /// The drawing library reports an error, which is not expected when writing to memory.
-pub fn svg(title: &str, series: &[Series; 2]) -> io::Result<String> {
+pub fn svg(title: &str, series: &[ErrorSeries; 2]) -> io::Result<String> {
     let mut text = String::new();
     draw(&mut text, title, series).map_err(io::Error::other)?;
     Ok(text)
 }
 
-fn draw(text: &mut String, title: &str, series: &[Series; 2]) -> Drawn {
+fn draw(text: &mut String, title: &str, series: &[ErrorSeries; 2]) -> Drawn {
     let colours = [TANGENTIAL_COLOUR, VERTICAL_COLOUR];
     let shares = series.each_ref().map(|series| shares(&series.errors));
     let highest = shares.iter().flatten().copied().fold(1.0, f64::max);
@@ -95,7 +95,7 @@ mod tests {
 
     #[test]
     fn picture_labels_both_methods_and_axes() {
-        let series = |name: &str| Series {
+        let series = |name: &str| ErrorSeries {
             name: name.to_owned(),
             errors: vec![0.1, 0.9],
         };

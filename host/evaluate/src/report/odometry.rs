@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::Odometry;
 use crate::odometry::calibration::SMALL;
-use crate::odometry::{Calibration, OfDetector, SplitHalf};
+use crate::odometry::{OfDetector, SigmaCalibration, SplitHalf};
 
 use super::cells::{Style, Table, none, write_title, written};
 
@@ -61,9 +61,9 @@ fn halves(halves: &[SplitHalf]) -> Table {
     }
 }
 
-fn calibration(sets: &[Calibration]) -> Table {
+fn calibration(sets: &[SigmaCalibration]) -> Table {
     let percent = |share: f64| format!("{:.1} %", 100.0 * share);
-    let row = |of: &Calibration| {
+    let row = |of: &SigmaCalibration| {
         vec![
             of.set.name().to_owned(),
             of.mean_square

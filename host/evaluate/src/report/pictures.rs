@@ -3,7 +3,7 @@
 use std::io;
 
 use crate::evaluation::Evaluation;
-use crate::method::Method;
+use crate::method::ComparedMethod;
 use crate::sets::{Pool, Set};
 use scoring::reliability::{bins, calibration_error};
 
@@ -15,13 +15,15 @@ use super::{histogram as histogram_plot, reliability as reliability_diagram};
 /// # Errors
 /// The drawing library reports an error.
 pub fn histogram(evaluation: &Evaluation) -> io::Result<String> {
-    let series = [Method::Default, Method::FuzzyCMeans].map(|method| histogram_plot::Series {
-        name: method.name(),
-        errors: evaluation
-            .scored(method, |set| set == Set::Slip)
-            .iter()
-            .map(|s| (s.probability - s.truth()).abs())
-            .collect(),
+    let series = [ComparedMethod::Default, ComparedMethod::FuzzyCMeans].map(|method| {
+        histogram_plot::ErrorSeries {
+            name: method.name(),
+            errors: evaluation
+                .scored(method, |set| set == Set::Slip)
+                .iter()
+                .map(|s| (s.probability - s.truth()).abs())
+                .collect(),
+        }
     });
     let title = "Distance of the probability from the label, ATLAS on a slippery floor";
     histogram_plot::svg(title, &series)
@@ -34,13 +36,17 @@ pub fn histogram(evaluation: &Evaluation) -> io::Result<String> {
 /// The drawing library reports an error.
 pub fn reliability(evaluation: &Evaluation) -> io::Result<String> {
     let panels = Pool::ALL.map(|pool| {
-        let methods = [Method::Default, Method::Paper, Method::FuzzyCMeans];
-        reliability_diagram::Panel {
+        let methods = [
+            ComparedMethod::Default,
+            ComparedMethod::Paper,
+            ComparedMethod::FuzzyCMeans,
+        ];
+        reliability_diagram::ReliabilityDiagram {
             title: pool.family().name().to_owned(),
             series: methods.map(|method| {
                 let scored = evaluation.scored(method, |set| pool.sets().contains(&set));
                 let error = calibration_error(&scored).unwrap_or(0.0);
-                reliability_diagram::Series {
+                reliability_diagram::BinSeries {
                     name: format!("{}: {error:.3}", method.name()),
                     bins: bins(&scored),
                 }

@@ -19,7 +19,7 @@ const LEGEND_HEIGHT: u32 = 150;
 
 /// One line of a diagram.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Series {
+pub struct BinSeries {
     /// Name in the legend.
     pub name: String,
     /// Bins in order of probability.
@@ -28,24 +28,24 @@ pub struct Series {
 
 /// One diagram.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Panel {
+pub struct ReliabilityDiagram {
     /// Title of the diagram.
     pub title: String,
     /// Lines of the diagram.
-    pub series: [Series; 3],
+    pub series: [BinSeries; 3],
 }
 
 /// Draws two diagrams side by side. The area of a dot grows with the number of samples in its bin.
 ///
 /// # Errors
 /// The drawing library reports an error, which is not expected when writing to memory.
-pub fn svg(title: &str, panels: &[Panel; 2]) -> io::Result<String> {
+pub fn svg(title: &str, panels: &[ReliabilityDiagram; 2]) -> io::Result<String> {
     let mut text = String::new();
     draw(&mut text, title, panels).map_err(io::Error::other)?;
     Ok(text)
 }
 
-fn draw(text: &mut String, title: &str, panels: &[Panel; 2]) -> Drawn {
+fn draw(text: &mut String, title: &str, panels: &[ReliabilityDiagram; 2]) -> Drawn {
     let root = SVGBackend::with_string(text, (WIDTH, HEIGHT)).into_drawing_area();
     root.fill(&WHITE)?;
     let (head, rest) = root.split_vertically(TITLE_HEIGHT);
@@ -58,7 +58,7 @@ fn draw(text: &mut String, title: &str, panels: &[Panel; 2]) -> Drawn {
     Ok(())
 }
 
-fn draw_panel(area: &Area<'_>, panel: &Panel) -> Drawn {
+fn draw_panel(area: &Area<'_>, panel: &ReliabilityDiagram) -> Drawn {
     let colours = [TANGENTIAL_COLOUR, VERTICAL_COLOUR, TOTAL_COLOUR];
     let (legend, area) = area.split_vertically(LEGEND_HEIGHT);
     let beside = text_style(TEXT_SIZE).pos(Pos::new(HPos::Left, VPos::Center));
@@ -101,10 +101,10 @@ fn radius(samples: usize, all: usize) -> i32 {
 mod tests {
     use super::*;
 
-    fn panel(title: &str) -> Panel {
-        Panel {
+    fn panel(title: &str) -> ReliabilityDiagram {
+        ReliabilityDiagram {
             title: title.to_owned(),
-            series: [1, 2, 3].map(|k| Series {
+            series: [1, 2, 3].map(|k| BinSeries {
                 name: format!("{title} {k}"),
                 bins: vec![
                     Bin {

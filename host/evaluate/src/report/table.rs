@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use crate::evaluation::{About, Evaluated, Evaluation};
-use crate::method::Method;
+use crate::evaluation::{Evaluated, EvaluatedSet, Evaluation};
+use crate::method::ComparedMethod;
 use crate::peers::Detector;
 use crate::rates::{AtRate, BOARD_RATE};
 use crate::score::{Figures, Scores};
@@ -14,41 +14,21 @@ use scoring::metrics::Latency;
 use super::cells::{Style, Table, none, write_title, written};
 use super::rates;
 
-/// Figure of merit in a table.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Figure {
-    Rmse,
-    Brier,
-    RocAuc,
-    F1,
-    BestF1,
-    CalibrationError,
-    FalseStable,
+samples::named! {
+    /// Figure of merit in a table.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    enum Figure {
+        Rmse = "RMSE",
+        Brier = "Brier",
+        RocAuc = "ROC-AUC",
+        F1 = "F1 at 0.5",
+        BestF1 = "best F1",
+        CalibrationError = "calibration error",
+        FalseStable = "false stable",
+    }
 }
 
 impl Figure {
-    const ALL: [Self; 7] = [
-        Self::Rmse,
-        Self::Brier,
-        Self::RocAuc,
-        Self::F1,
-        Self::BestF1,
-        Self::CalibrationError,
-        Self::FalseStable,
-    ];
-
-    const fn title(self) -> &'static str {
-        match self {
-            Self::Rmse => "RMSE",
-            Self::Brier => "Brier",
-            Self::RocAuc => "ROC-AUC",
-            Self::F1 => "F1 at 0.5",
-            Self::BestF1 => "best F1",
-            Self::CalibrationError => "calibration error",
-            Self::FalseStable => "false stable",
-        }
-    }
-
     fn cell(self, scores: Option<&Scores>) -> String {
         let Some(scores) = scores else { return none() };
         match self {
@@ -106,18 +86,18 @@ impl Scope {
 
 /// Methods in the README: this estimator, the authors' script, detectors without and with tuning, and the best
 /// with a force.
-const BRIEF_METHODS: [Method; 11] = [
-    Method::Default,
-    Method::WarmStart,
-    Method::LeftOut,
-    Method::Paper,
-    Method::Authors,
-    Method::PublishedShoe,
-    Method::PublishedAred,
-    Method::tuned(Detector::Shoe, Teachers::OtherFamilies),
-    Method::tuned(Detector::Force, Teachers::OtherFamilies),
-    Method::ForceTrigger,
-    Method::FuzzyCMeans,
+const BRIEF_METHODS: [ComparedMethod; 11] = [
+    ComparedMethod::Default,
+    ComparedMethod::WarmStart,
+    ComparedMethod::LeftOut,
+    ComparedMethod::Paper,
+    ComparedMethod::Authors,
+    ComparedMethod::PublishedShoe,
+    ComparedMethod::PublishedAred,
+    ComparedMethod::tuned(Detector::Shoe, Teachers::OtherFamilies),
+    ComparedMethod::tuned(Detector::Force, Teachers::OtherFamilies),
+    ComparedMethod::ForceTrigger,
+    ComparedMethod::FuzzyCMeans,
 ];
 
 const BRIEF_COLUMNS: [(Scope, Figure); 9] = [
@@ -147,7 +127,7 @@ const COMPARED: [Figure; 5] = [
 pub fn brief_table(evaluation: &Evaluation, style: Style) -> String {
     let methods = evaluation.methods.iter();
     let brief = methods.filter(|evaluated| BRIEF_METHODS.contains(&evaluated.method));
-    let title = |(scope, figure): &(Scope, Figure)| format!("{} {}", scope.name(), figure.title());
+    let title = |(scope, figure): &(Scope, Figure)| format!("{} {}", scope.name(), figure.name());
     let row = |evaluated: &Evaluated| -> Vec<String> {
         let cells = BRIEF_COLUMNS.iter();
         let cells = cells.map(|(scope, figure)| figure.cell(scope.scores(evaluated)));
@@ -156,7 +136,7 @@ pub fn brief_table(evaluation: &Evaluation, style: Style) -> String {
     let at_rate = |at: &AtRate| -> Vec<String> {
         let cells = BRIEF_COLUMNS.iter();
         let cells = cells.map(|(scope, figure)| figure.cell(scope.scores_at_rate(at)));
-        let name = format!("{}, at {}", Method::Default.name(), at.rate.name());
+        let name = format!("{}, at {}", ComparedMethod::Default.name(), at.rate.name());
         [name].into_iter().chain(cells).collect()
     };
     let board = evaluation.rates.iter().filter(|at| at.rate == BOARD_RATE);
@@ -190,7 +170,7 @@ pub fn full_tables(evaluation: &Evaluation, style: Style) -> String {
         }
         for figure in COMPARED {
             to.push('\n');
-            write_title(&format!("{} by set", figure.title()), style, to)?;
+            write_title(&format!("{} by set", figure.name()), style, to)?;
             figure_table(evaluation, figure).write(style, to)?;
         }
         for about in &evaluation.sets {
@@ -211,7 +191,7 @@ fn scope_table(evaluation: &Evaluation, scope: Scope) -> Table {
         Some([evaluated.name.clone()].into_iter().chain(cells).collect())
     };
     Table {
-        head: head(Figure::ALL.map(|figure| figure.title().to_owned())),
+        head: head(Figure::ALL.map(|figure| figure.name().to_owned())),
         rows: evaluation.methods.iter().filter_map(row).collect(),
     }
 }
@@ -236,7 +216,7 @@ fn figure_table(evaluation: &Evaluation, figure: Figure) -> Table {
 
 /// Table of all figures on a set, for the methods that can run on it.
 fn set_table(evaluation: &Evaluation, set: Set) -> Table {
-    let titles = Figure::ALL.into_iter().map(Figure::title);
+    let titles = Figure::ALL.into_iter().map(Figure::name);
     let titles = titles.chain(["on", "off", "missed", "what it knew"]);
     let row = |evaluated: &Evaluated| {
         let on = evaluated.sets.iter().find(|on| on.set == set)?;
@@ -262,14 +242,14 @@ fn head(titles: impl IntoIterator<Item = String>) -> Vec<String> {
 }
 
 /// Name of a set, with that of its recording if it has only one.
-fn set_title(about: &About) -> String {
+fn set_title(about: &EvaluatedSet) -> String {
     match about.recordings.as_slice() {
         [recording] => format!("{}: {recording}", about.set.name()),
         recordings => format!("{}: {} recordings", about.set.name(), recordings.len()),
     }
 }
 
-fn described(about: &About) -> String {
+fn described(about: &EvaluatedSet) -> String {
     format!(
         "{} samples at {} Hz, {:.1} % of them stable.",
         about.samples,

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use std::process::{Command, Output};
 
 use evaluate::labelled::GRAVITY_REMOVED;
-use evaluate::sets::{File, Layout, files};
-use recordings::input::pce::LabelScheme;
+use evaluate::sets::{File, FileLayout, files};
+use recordings::input::published::simulated::LabelScheme;
 use tempfile::TempDir;
 
 pub struct Bench {
@@ -67,10 +67,10 @@ impl Bench {
 
 fn content(file: &File) -> String {
     let (header, per_turn) = match file.layout {
-        Layout::Robot(LabelScheme::StableOrNot) => ("", 300),
-        Layout::Robot(LabelScheme::ContactClass) => ("", 30),
-        Layout::Walk => ("t,ax,ay,az,wx,wy,wz,speed,label\n", 60),
-        Layout::Foot { .. } => ("t,ax,ay,az,wx,wy,wz,force,label\n", 60),
+        FileLayout::Robot(LabelScheme::StableOrNot) => ("", 300),
+        FileLayout::Robot(LabelScheme::ContactClass) => ("", 30),
+        FileLayout::Walk => ("t,ax,ay,az,wx,wy,wz,speed,label\n", 60),
+        FileLayout::Foot { .. } => ("t,ax,ay,az,wx,wy,wz,force,label\n", 60),
     };
     let row = |k: u32| {
         let noise = 0.02 * (f64::from(k * 7919 % 1000) / 1000.0 - 0.5);
@@ -83,18 +83,18 @@ fn content(file: &File) -> String {
             [[0.0; 6], [a, 7.0, 6.0, 3.0, 2.0, noise]]
         };
         match file.layout {
-            Layout::Robot(scheme) => {
+            FileLayout::Robot(scheme) => {
                 let label = match (scheme, stands) {
                     (LabelScheme::StableOrNot, true) | (LabelScheme::ContactClass, false) => 1,
                     (LabelScheme::StableOrNot, false) | (LabelScheme::ContactClass, true) => 0,
                 };
                 format!("{},{},{label}\n", cells(wrench), cells(motion))
             }
-            Layout::Foot { .. } if file.path.contains("atlas500") => {
+            FileLayout::Foot { .. } if file.path.contains("atlas500") => {
                 let time = f64::from(k) / 200.0;
                 format!("{time},{},0.0,{}\n", cells(motion), i32::from(stands))
             }
-            Layout::Walk | Layout::Foot { .. } => {
+            FileLayout::Walk | FileLayout::Foot { .. } => {
                 let [ax, ay, az, wx, wy, wz] = motion;
                 let force = cells([ax, ay, az - 9.81, wx, wy, wz]);
                 let time = f64::from(k) / 200.0;

@@ -14,12 +14,12 @@ use std::path::Path;
 use analysis::replay::span::Span;
 use estimator_core::Params;
 use mcap::write::NoSeek;
-use recordings::events::Event;
+use recordings::events::ContactEvent;
 use recordings::input::Stored;
 use recordings::input::bag::{Channel, Receiver, Written, copy};
 use ros::compat::{FEET, LOW_STATE_TOPIC, place};
 use ros::mcap_file::{Declared, Times};
-use ros::{AllFeet, Compat, McapFile, Message};
+use ros::{AllFeet, Compat, McapFile, RosMessage};
 
 use crate::error::Error;
 use crate::files::write_file;
@@ -42,7 +42,7 @@ pub struct CopiedFoot {
     /// Part of the recording whose contacts are written.
     pub span: Span,
     /// Events in that part.
-    pub events: Vec<Event>,
+    pub events: Vec<ContactEvent>,
 }
 
 /// Messages of all feet in the copy.
@@ -210,7 +210,7 @@ impl<W: Write + io::Seek> Merging<'_, '_, W> {
             let (messages, load) = self.streams[index].take(due);
             for published in messages {
                 self.bag.write(&published).map_err(io_error)?;
-                let Message::Contact(contact) = published.message else {
+                let RosMessage::Contact(contact) = published.message else {
                     continue;
                 };
                 let stands = contact.valid && contact.decision;

@@ -5,10 +5,10 @@ use std::io;
 use std::iter::Peekable;
 
 use estimator_core::{ContactEstimate, Load, Timestamp};
-use recordings::events::Event;
+use recordings::events::ContactEvent;
 use recordings::input::About;
 use recordings::replay::Replay;
-use ros::{Estimates, Published};
+use ros::{EstimateMessages, Published};
 
 use super::CopiedFoot;
 
@@ -18,10 +18,10 @@ type Estimated<'a> = Box<dyn Iterator<Item = io::Result<(ContactEstimate, Option
 /// Contacts and events of a foot.
 pub(super) struct Stream<'a> {
     about: About,
-    messages: Estimates,
+    messages: EstimateMessages,
     estimates: Peekable<Estimated<'a>>,
     /// Events in order of time.
-    events: VecDeque<Event>,
+    events: VecDeque<ContactEvent>,
 }
 
 /// Time of the next messages, µs since 1970.
@@ -55,7 +55,7 @@ impl<'a> Stream<'a> {
         let mut events = foot.events.clone();
         events.sort_by_key(|event| event.time);
         Ok(Self {
-            messages: Estimates::new(name),
+            messages: EstimateMessages::new(name),
             about,
             estimates: estimates.peekable(),
             events: events.into(),

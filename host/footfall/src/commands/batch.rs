@@ -9,9 +9,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use analysis::batch::pattern::PathPattern;
-use analysis::batch::run::{Outcome, Reason, Results, Stale, Watch};
+use analysis::batch::run::{Reason, RecordingOutcome, Results, Stale, Watch};
 use analysis::batch::sources::{FoundRecording, PassedOver, Search, Sources, find};
-use analysis::batch::{FeetWanted, Plausibility, Progress, Row, Settings, Status};
+use analysis::batch::{BatchRow, BatchSettings, FeetWanted, Plausibility, Progress, Status};
 use analysis::config::parse_window;
 use analysis::replay::jobs;
 use clap::Args;
@@ -27,7 +27,7 @@ use crate::error::Error;
 use crate::messages::{aside, detail, error, warn};
 use crate::progress::Bars;
 use crate::report::{SummaryStyle, print};
-use crate::schema::{Described, Kind};
+use crate::schema::{Described, SchemaKind};
 use crate::targets;
 
 /// Arguments of `footfall batch`.
@@ -104,7 +104,7 @@ pub struct BatchReport {
 }
 
 impl Described for BatchReport {
-    const KIND: Kind = Kind::Batch;
+    const KIND: SchemaKind = SchemaKind::Batch;
 }
 
 /// Outcome of a recording.
@@ -117,7 +117,7 @@ pub struct RecordingReport {
     /// Why; `null` where nothing had to be done.
     pub reason: Option<Reason>,
     /// The rows of its feet, as the table `recordings` has them.
-    pub rows: Vec<Row>,
+    pub rows: Vec<BatchRow>,
 }
 
 /// Action taken for a recording.
@@ -287,10 +287,10 @@ impl BatchArguments {
 
     /// Returns the settings of the estimation. Errors that do not depend on the recording are reported before any
     /// recording is read.
-    fn settings(&self) -> Result<Settings, Error> {
+    fn settings(&self) -> Result<BatchSettings, Error> {
         let reading = &self.recording.reading;
         let resolved = self.recording.resolved(self.window)?;
-        let settings = Settings {
+        let settings = BatchSettings {
             hints: Hints {
                 contacts: ContactUse::unless_estimated(self.estimate_again),
                 ..reading.hints(&resolved)?
@@ -370,7 +370,7 @@ impl Watch for Watching {
         })
     }
 
-    fn done(&self, recording: &FoundRecording, outcome: Outcome) {
+    fn done(&self, recording: &FoundRecording, outcome: RecordingOutcome) {
         let name = &recording.identity.name;
         let mut state = self.state();
         let counted = state.counted.remove(name);
@@ -378,9 +378,9 @@ impl Watch for Watching {
         self.bar.inc(recording.bytes.saturating_sub(counted));
         let is_failed = outcome.error().is_some();
         let (action, reason, rows) = match outcome {
-            Outcome::Estimated(reason, rows) => (Action::Estimated, Some(reason), rows),
-            Outcome::UpToDate(rows) => (Action::UpToDate, None, rows),
-            Outcome::ToDo(reason) => (Action::ToDo, Some(reason), Vec::new()),
+            RecordingOutcome::Estimated(reason, rows) => (Action::Estimated, Some(reason), rows),
+            RecordingOutcome::UpToDate(rows) => (Action::UpToDate, None, rows),
+            RecordingOutcome::ToDo(reason) => (Action::ToDo, Some(reason), Vec::new()),
         };
         for row in &rows {
             if let Some(found) = &row.found {
@@ -412,7 +412,7 @@ impl Watch for Watching {
 }
 
 /// Prints the findings of a recording when it is estimated, and its failure in each run.
-fn say(name: &str, action: Action, rows: &[Row]) {
+fn say(name: &str, action: Action, rows: &[BatchRow]) {
     for row in rows {
         let of_feet = if rows.len() > 1 {
             format!("{name} {}", row.foot)

@@ -11,7 +11,7 @@ use analysis::calibrate::mounting::{MountingReport, RestingUp};
 use analysis::calibrate::robot_file::RobotFile;
 use analysis::calibrate::sensor::SensorCalibration;
 use analysis::config::{ConfigError, Resolved};
-use analysis::summary::{InputReport, Source, WithInputs};
+use analysis::summary::{InputFile, InputReport, WithInputs};
 use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
 use estimator_core::Params;
@@ -28,7 +28,7 @@ use crate::messages::detail;
 use crate::plot;
 use crate::progress::{self, Bars};
 use crate::report::{SummaryStyle, print, warn};
-use crate::schema::{Described, Kind};
+use crate::schema::{Described, SchemaKind};
 use crate::targets::{self, Target};
 
 /// Arguments of `footfall calibrate`.
@@ -74,7 +74,7 @@ pub struct FeetReport {
 }
 
 impl Described for FeetReport {
-    const KIND: Kind = Kind::CalibrateFeet;
+    const KIND: SchemaKind = SchemaKind::CalibrateFeet;
 }
 
 impl Display for FeetReport {
@@ -236,7 +236,7 @@ impl CalibrateArguments {
             let findings = check(&loaded.recording, &loaded.recording.name, hints);
             let place = recording::place(&file, foot);
             self.recording.reading.report(&place, &findings)?;
-            let source = Source {
+            let source = InputFile {
                 file: &file,
                 format,
             };
@@ -288,7 +288,7 @@ impl CalibrateArguments {
             let file = input.display().to_string();
             let place = recording::place(&file, self.foot.as_deref());
             self.recording.reading.report(&place, &findings)?;
-            let source = Source {
+            let source = InputFile {
                 file: &file,
                 format: *format,
             };

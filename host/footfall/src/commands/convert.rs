@@ -11,11 +11,11 @@ use estimator_core::params::LoadParams;
 use recordings::input::{Format, InputError, TimesSoFar};
 use recordings::plausible::{Check, Finding};
 use recordings::recording::RecordedSample;
-use ros::Topics;
+use ros::FootTopics;
 
 use super::headings::{INPUT, OUTPUT};
 use super::recording::{self, ReadingArguments, with_mounting};
-use crate::convert::{Bag, ConvertedFoot, Form, each, write_table};
+use crate::convert::{Bag, ConvertFormat, ConvertedFoot, each, write_table};
 use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
 use crate::foot_names::unlike;
@@ -42,7 +42,7 @@ pub struct ConvertArguments {
     pub to: Option<f64>,
     /// Format of the output, where its name does not say it
     #[arg(long = "as", value_name = "FORMAT", help_heading = OUTPUT)]
-    pub form: Option<Form>,
+    pub form: Option<ConvertFormat>,
     /// Replace a file of this name
     #[arg(long, help_heading = OUTPUT)]
     pub overwrite: bool,
@@ -113,21 +113,21 @@ impl ConvertArguments {
     }
 
     /// Returns the output format if it can be written.
-    fn form(&self) -> Result<Form, OutputError> {
+    fn form(&self) -> Result<ConvertFormat, OutputError> {
         let output = self.output.as_path();
         let named = || output.display().to_string();
-        let form = self.form.or_else(|| Form::of(output));
+        let form = self.form.or_else(|| ConvertFormat::of(output));
         let form = form.ok_or_else(|| OutputError::Extension {
             file: named(),
             kind: "recordings are CSV, Parquet or bags",
-            expected: Form::ENDINGS.to_owned(),
+            expected: ConvertFormat::ENDINGS.to_owned(),
         })?;
         if let Some(feature) = form.feature() {
             feature.needed_for(named())?;
         }
         let target = Target::Samples(output);
         targets::check(std::slice::from_ref(&self.input), &[target])?;
-        let is_there = if form == Form::Rosbag2 {
+        let is_there = if form == ConvertFormat::Rosbag2 {
             output.exists()
         } else {
             output.is_file() && !self.overwrite
@@ -135,11 +135,11 @@ impl ConvertArguments {
         if is_there {
             let file = named();
             return Err(match form {
-                Form::Rosbag2 => OutputError::NotReplaced { file },
+                ConvertFormat::Rosbag2 => OutputError::NotReplaced { file },
                 _ => OutputError::Exists { file },
             });
         }
-        if form == Form::Rosbag2 && output == Path::new(STANDARD) {
+        if form == ConvertFormat::Rosbag2 && output == Path::new(STANDARD) {
             return Err(OutputError::NoStdout);
         }
         Ok(form)
@@ -147,7 +147,7 @@ impl ConvertArguments {
 
     fn write(
         &self,
-        form: Form,
+        form: ConvertFormat,
         feet: &mut [ConvertedFoot],
         looked: &[Looked],
         span: Span,
@@ -165,7 +165,7 @@ impl ConvertArguments {
             return Err(OutputError::TooLate { file }.into());
         };
         #[cfg(feature = "bags")]
-        if form == Form::Mcap {
+        if form == ConvertFormat::Mcap {
             write_file(path, |to| bag.write_mcap(feet, span, to))?;
         } else {
             let written = bag.write_rosbag2(feet, span, path);
@@ -202,7 +202,7 @@ impl ConvertArguments {
         }
         if let Some(bag) = bag.filter(|bag| bag.has_loads) {
             // `--topic all` expects the load topics in the order of the feet's topic names.
-            let mut topics: Vec<&Topics> = bag.topics.iter().collect();
+            let mut topics: Vec<&FootTopics> = bag.topics.iter().collect();
             topics.sort_by(|a, b| a.imu.cmp(&b.imu));
             options.extend(
                 topics

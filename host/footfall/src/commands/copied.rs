@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use analysis::replay::span::Span;
 use clap::Args;
 use estimator_core::Params;
-use recordings::events::Event;
+use recordings::events::ContactEvent;
 use recordings::input::Stored;
 use ros::Compat;
 
@@ -43,7 +43,7 @@ pub struct CopiedArguments {
 }
 
 /// A foot whose contacts go into the copy: its samples, the parameters of its estimate, its events.
-pub(super) type Copied = (Stored, Params, Vec<Event>);
+pub(super) type Copied = (Stored, Params, Vec<ContactEvent>);
 
 impl CopiedArguments {
     /// Checks that the options apply: there is a copy, or none of them is given.

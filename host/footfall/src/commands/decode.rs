@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use analysis::replay::estimates::Layout;
 use clap::Args;
-use decode::{self, DecodeError, Feet, Outcome, Row};
+use decode::{self, ContactRow, DecodeError, Feet, FileOutcome};
 use recordings::input::recording_name;
 
 use super::feet::FeetArguments;
@@ -88,7 +88,7 @@ impl DecodeArguments {
     }
 
     /// Keeps a row for events and plots, if there are any.
-    fn collect(&self, decoded: &mut DecodedFeet, row: &Row) -> io::Result<()> {
+    fn collect(&self, decoded: &mut DecodedFeet, row: &ContactRow) -> io::Result<()> {
         match self.has_feet() {
             true => decoded.add(row),
             false => Ok(()),
@@ -101,7 +101,7 @@ impl DecodeArguments {
         path: &Path,
         feet: &Feet,
         decoded: &mut DecodedFeet,
-    ) -> Result<Option<Outcome>, Error> {
+    ) -> Result<Option<FileOutcome>, Error> {
         let mut result = None;
         let written = write_file(path, |to| {
             let mut table = Some(DecodedTable::new(Layout::of(path), to)?);
@@ -163,7 +163,7 @@ impl DecodeArguments {
 
     fn report(
         &self,
-        Outcome { report, notices }: &Outcome,
+        FileOutcome { report, notices }: &FileOutcome,
         written: &[PathBuf],
     ) -> Result<(), Error> {
         notices.iter().for_each(warn);

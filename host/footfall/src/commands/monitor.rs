@@ -17,7 +17,7 @@ use crate::messages::aside;
 use crate::monitor::robot::PICTURE;
 #[cfg(feature = "screen")]
 use crate::monitor::terminal::watch_screen;
-use crate::monitor::{Robot, lines};
+use crate::monitor::{MonitorState, lines};
 use crate::stream::{deadline, is_over, next, warn_of_lost};
 
 /// Period of the lines of a foot.
@@ -53,7 +53,7 @@ impl MonitorArguments {
         let end = deadline(self.seconds);
         let (source, feet) = self.listen.listen(Speed::REAL)?;
         let feed = Feed::open(source);
-        let mut robot = Robot::new(feet);
+        let mut robot = MonitorState::new(feet);
         let watched = match (self.json, self.plain || !io::stdout().is_terminal()) {
             (true, _) => unless_closed(watch_lines(&feed, &mut robot, end, Form::Json)),
             (false, true) => unless_closed(watch_lines(&feed, &mut robot, end, Form::Text)),
@@ -73,7 +73,12 @@ impl MonitorArguments {
     }
 }
 
-fn watch_lines(feed: &Feed, robot: &mut Robot, end: Option<Instant>, form: Form) -> io::Result<()> {
+fn watch_lines(
+    feed: &Feed,
+    robot: &mut MonitorState,
+    end: Option<Instant>,
+    form: Form,
+) -> io::Result<()> {
     let mut to = io::stdout().lock();
     let mut seen = 0;
     loop {

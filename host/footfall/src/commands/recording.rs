@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use analysis::config::{
-    ConfigError, ConfigFile, FootAxes, GRAVITIES, Preset, Refusal, Resolved, parse_gravity,
-    parse_sample_rate,
+    ConfigError, ConfigFile, FootAxes, GRAVITIES, ParameterRefusal, Preset, Resolved,
+    parse_gravity, parse_sample_rate,
 };
 use analysis::parameters::differences;
 use analysis::replay::span::Span;
@@ -307,7 +307,7 @@ impl ReadingArguments {
     }
 
     /// Returns the properties of the files that their format does not define.
-    pub(super) fn hints(&self, resolved: &Resolved) -> Result<Hints, Refusal> {
+    pub(super) fn hints(&self, resolved: &Resolved) -> Result<Hints, ParameterRefusal> {
         resolved.hints(self.table.options(), self.bag.options())
     }
 }

@@ -11,11 +11,11 @@ use analysis::replay::estimates::{self, Layout};
 use analysis::replay::foot::{ReplayError, Table, Wanted, replay};
 use analysis::replay::jobs;
 use analysis::replay::span::Span;
-use analysis::summary::{InputReport, Source, Summaries, Summary};
+use analysis::summary::{InputFile, InputReport, Summaries, Summary};
 use clap::Args;
 use estimator_core::{Params, WindowLength};
 use recordings::input::{About, ContactUse, Format, Hints, Stored};
-use recordings::output::Feet;
+use recordings::output::TableFeet;
 
 use super::copied::{Copied, CopiedArguments};
 use super::headings::{ESTIMATOR, INPUT, OUTPUT};
@@ -317,7 +317,7 @@ impl ReplayArguments {
             })?;
             let about = &stored.about;
             foot.findings = with_mounting(foot.findings, &about.correction.mounting);
-            let source = Source {
+            let source = InputFile {
                 file: &file,
                 format,
             };
@@ -377,7 +377,11 @@ impl ReplayArguments {
         if let Some(path) = &self.output {
             let tables = feet.iter_mut().filter_map(|foot| foot.foot.table.take());
             let tables = tables.collect();
-            let named = if several { Feet::Several } else { Feet::One };
+            let named = if several {
+                TableFeet::Several
+            } else {
+                TableFeet::One
+            };
             if !is_bag(path) {
                 write_file(path, |to| estimates::write(tables, named, to))?;
             }

@@ -21,14 +21,14 @@ use crate::feature::Feature;
 use crate::feature::NotBuilt;
 use crate::monitor::lines::{EventLine, FootLine};
 use crate::report::print_text;
-use crate::schema::{Document, Kind, Line};
+use crate::schema::{DescribedLine, Document, SchemaKind};
 
 /// Arguments of `footfall schema`.
 #[derive(Debug, Args)]
 pub struct SchemaArguments {
     /// Whose JSON is described
     #[arg(value_enum)]
-    pub kind: Kind,
+    pub kind: SchemaKind,
 }
 
 impl SchemaArguments {
@@ -37,7 +37,7 @@ impl SchemaArguments {
     }
 }
 
-impl Kind {
+impl SchemaKind {
     /// Returns the schema as text with a final newline.
     ///
     /// # Errors
@@ -56,14 +56,14 @@ impl Kind {
             Self::CalibrateRests => self.schema::<Document<'_, WithInputs<SensorCalibration>>>(),
             Self::Decode => self.schema::<Document<'_, decode::Report>>(),
             Self::Attitude => self.schema::<Document<'_, AttitudeReport>>(),
-            Self::Monitor => self.schema::<Line<'_, FootLine<'_>>>(),
-            Self::MonitorEvent => self.schema::<Line<'_, EventLine<'_>>>(),
+            Self::Monitor => self.schema::<DescribedLine<'_, FootLine<'_>>>(),
+            Self::MonitorEvent => self.schema::<DescribedLine<'_, EventLine<'_>>>(),
             Self::FootScan => self.schema::<FootScan>(),
-            Self::FootInfo => self.schema::<Line<'_, FootInfo>>(),
+            Self::FootInfo => self.schema::<DescribedLine<'_, FootInfo>>(),
             Self::FootGet => self.schema::<FootValues>(),
             Self::FootChanges => self.schema::<FootChanges>(),
             Self::FootUpdate => self.schema::<FootUpdates>(),
-            Self::Accept => self.schema::<Line<'_, AcceptReport>>(),
+            Self::Accept => self.schema::<DescribedLine<'_, AcceptReport>>(),
         };
         Ok(format!("{:#}\n", schema.as_value()))
     }

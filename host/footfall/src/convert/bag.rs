@@ -9,7 +9,7 @@ use analysis::whole_file::WholeFolder;
 use estimator_core::Timestamp;
 use mcap::write::NoSeek;
 use recordings::recording::RecordedSample;
-use ros::{McapFile, Rosbag2File, Samples};
+use ros::{McapFile, Rosbag2File, SampleMessages};
 
 use super::{Bag, ConvertedFoot, samples};
 use crate::mcap_recording::io_error;
@@ -25,7 +25,7 @@ impl Bag {
         let mut streams = Vec::new();
         for foot in feet {
             let offset_us = foot.stored.about.start_us + self.shift_us;
-            let messages = Samples::new(&foot.name);
+            let messages = SampleMessages::new(&foot.name);
             streams.push(Stream {
                 offset_us,
                 messages: if self.has_loads {
@@ -99,7 +99,7 @@ impl Bag {
 struct Stream<I: Iterator<Item = io::Result<RecordedSample>>> {
     /// Offset added to the timestamps, µs.
     offset_us: i64,
-    messages: Samples,
+    messages: SampleMessages,
     samples: Peekable<I>,
 }
 

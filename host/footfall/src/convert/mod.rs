@@ -19,7 +19,7 @@ use recordings::output::{write_recording_header, write_recording_row};
 #[cfg(feature = "parquet")]
 use recordings::parquet_samples::ParquetSamples;
 use recordings::recording::RecordedSample;
-use ros::Topics;
+use ros::FootTopics;
 use ros::samples::{LAST_US, clock_shift_us};
 
 use crate::feature::Feature;
@@ -27,7 +27,7 @@ use crate::files::STANDARD;
 
 /// Output formats of a conversion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Form {
+pub enum ConvertFormat {
     /// A table: .csv
     Csv,
     /// A table, compressed with gzip: .csv.gz
@@ -40,7 +40,7 @@ pub enum Form {
     Rosbag2,
 }
 
-impl Form {
+impl ConvertFormat {
     /// Accepted file extensions, for messages.
     pub const ENDINGS: &'static str =
         "csv, .csv.gz, .parquet or .mcap; or add --as, such as --as rosbag2 for a folder";
@@ -119,20 +119,20 @@ pub fn each(
 /// # Errors
 /// Errors of the writer and of the temporary file.
 pub fn write_table(
-    form: Form,
+    form: ConvertFormat,
     stored: &mut Stored,
     span: Span,
     to: &mut dyn Write,
 ) -> io::Result<()> {
     let start_us = stored.about.start_us;
     match form {
-        Form::CsvGz => {
+        ConvertFormat::CsvGz => {
             let mut packed = GzEncoder::new(to, Compression::default());
-            write_table(Form::Csv, stored, span, &mut packed)?;
+            write_table(ConvertFormat::Csv, stored, span, &mut packed)?;
             packed.finish()?;
         }
         #[cfg(feature = "parquet")]
-        Form::Parquet => {
+        ConvertFormat::Parquet => {
             let mut table = ParquetSamples::new(to)?;
             for sample in samples(stored, span)? {
                 table.add(&sample?, start_us)?;
@@ -153,7 +153,7 @@ pub fn write_table(
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Bag {
     /// Topics of each foot.
-    pub topics: Vec<Topics>,
+    pub topics: Vec<FootTopics>,
     /// Whether the feet have loads: all or none.
     pub has_loads: bool,
     /// Offset of the bag's clock from the recording's, µs.
@@ -174,7 +174,7 @@ impl Bag {
         let ends_us = abouts.map(last).max().unwrap_or_default();
         let is_in_time = ends_us.saturating_add(shift_us) <= LAST_US;
         is_in_time.then(|| Self {
-            topics: feet.iter().map(|foot| Topics::of(&foot.name)).collect(),
+            topics: feet.iter().map(|foot| FootTopics::of(&foot.name)).collect(),
             has_loads,
             shift_us,
         })

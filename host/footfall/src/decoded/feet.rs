@@ -6,10 +6,10 @@ use std::sync::Arc;
 
 use analysis::replay::foot::{ReplayError, Table, Wanted, replay};
 use analysis::replay::span::Span;
-use decode::Row;
+use decode::ContactRow;
 use estimator_core::{Flag, Flags, Params, PerAxis, Probabilities};
 use recordings::input::Stored;
-use recordings::input::contacts::{
+use recordings::input::store::contacts::{
     Contacts, NO_VECTOR, NewestOrientation, SentContact, flags_of_contact,
 };
 
@@ -51,7 +51,7 @@ impl DecodedFeet {
     ///
     /// # Errors
     /// A temporary file cannot be written.
-    pub fn add(&mut self, row: &Row) -> io::Result<()> {
+    pub fn add(&mut self, row: &ContactRow) -> io::Result<()> {
         let is_on_bus = row.received.is_some() || row.interface.is_some();
         let key = Key {
             interface: row.interface.clone(),
@@ -143,7 +143,7 @@ fn names(feet: &BTreeMap<Key, DecodedFoot>) -> Vec<String> {
 }
 
 impl DecodedFoot {
-    fn add(&mut self, row: &Row) -> io::Result<()> {
+    fn add(&mut self, row: &ContactRow) -> io::Result<()> {
         // On a serial line they are known from the first health message on.
         if row.foot.is_some() {
             self.name.clone_from(&row.foot);
@@ -193,7 +193,7 @@ impl DecodedFoot {
 }
 
 /// Flags of a row; most frames on CAN have those of their status alone.
-fn flags(row: &Row) -> Flags {
+fn flags(row: &ContactRow) -> Flags {
     let status = row.status;
     let flags = match row.flags {
         Some(bits) => Flags::from_bits(bits),

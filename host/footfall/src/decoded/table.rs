@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use analysis::replay::estimates::Layout;
-use decode::Row;
+use decode::ContactRow;
 use decode::row::{write_header, write_row};
 
 #[cfg(feature = "parquet")]
@@ -37,7 +37,7 @@ impl<'a> DecodedTable<'a> {
     ///
     /// # Errors
     /// Any error of the writer.
-    pub fn add(&mut self, row: &Row) -> io::Result<()> {
+    pub fn add(&mut self, row: &ContactRow) -> io::Result<()> {
         match self {
             Self::Csv(to, is_begun) => {
                 if !std::mem::replace(is_begun, true) {
@@ -68,7 +68,7 @@ impl<'a> DecodedTable<'a> {
 mod parquet {
     use std::io::{self, Write};
 
-    use decode::Row;
+    use decode::ContactRow;
     use decode::row::HEADER;
     use estimator_core::{Decision, PerAxis, Timestamp, Vec3};
     use recordings::parquet_rows::{DataType, Field, ParquetRows};
@@ -97,7 +97,7 @@ mod parquet {
             Ok(Self(ParquetRows::new(to, columns)?))
         }
 
-        pub(super) fn add(&mut self, row: &Row) -> io::Result<()> {
+        pub(super) fn add(&mut self, row: &ContactRow) -> io::Result<()> {
             self.0.add(&Cells(row))
         }
 
@@ -119,7 +119,7 @@ mod parquet {
     }
 
     /// Cells of a row by the names of their columns; blank ones are left out.
-    struct Cells<'a>(&'a Row);
+    struct Cells<'a>(&'a ContactRow);
 
     impl Serialize for Cells<'_> {
         fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

@@ -9,8 +9,8 @@ use live::session::SEVERAL_BOARDS;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::robot::{Event, Robot};
-use crate::schema::{Described, Kind, Line};
+use super::robot::{MonitorEvent, MonitorState};
+use crate::schema::{Described, DescribedLine, SchemaKind};
 
 /// A foot as it is, for programs.
 #[derive(Debug, JsonSchema, Serialize)]
@@ -61,7 +61,7 @@ pub struct FootLine<'a> {
 }
 
 impl Described for FootLine<'_> {
-    const KIND: Kind = Kind::Monitor;
+    const KIND: SchemaKind = SchemaKind::Monitor;
 }
 
 /// An event, for programs.
@@ -76,10 +76,10 @@ pub struct EventLine<'a> {
 }
 
 impl Described for EventLine<'_> {
-    const KIND: Kind = Kind::MonitorEvent;
+    const KIND: SchemaKind = SchemaKind::MonitorEvent;
 }
 
-fn foot_line<'a>(robot: &Robot, foot: &'a LiveFoot) -> FootLine<'a> {
+fn foot_line<'a>(robot: &MonitorState, foot: &'a LiveFoot) -> FootLine<'a> {
     let now = robot.session().now();
     let silent = foot.is_silent(now);
     let several_boards = foot.second.is_of_several_boards(now);
@@ -95,7 +95,7 @@ fn foot_line<'a>(robot: &Robot, foot: &'a LiveFoot) -> FootLine<'a> {
         p_vertical: row.map(|row| row.vertical),
         state: row.map(|row| row.status.phase().name()),
         decision: row.map(|row| u8::from(row.status.decision() == Decision::Stable)),
-        flags: row.map(decode::Row::flag_names).unwrap_or_default(),
+        flags: row.map(decode::ContactRow::flag_names).unwrap_or_default(),
         faults: foot.faults.iter().map(wire::Fault::name).collect(),
         rate_hz: foot.second.rate_hz(),
         jitter_ms: foot.second.jitter_ms(),
@@ -114,9 +114,9 @@ fn foot_line<'a>(robot: &Robot, foot: &'a LiveFoot) -> FootLine<'a> {
 ///
 /// # Errors
 /// Errors of the writer.
-pub fn write_json(robot: &Robot, to: &mut dyn Write) -> io::Result<()> {
+pub fn write_json(robot: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
     for (foot, _) in robot.feet() {
-        serde_json::to_writer(&mut *to, &Line::of(&foot_line(robot, foot)))?;
+        serde_json::to_writer(&mut *to, &DescribedLine::of(&foot_line(robot, foot)))?;
         writeln!(to)?;
     }
     to.flush()
@@ -126,13 +126,13 @@ pub fn write_json(robot: &Robot, to: &mut dyn Write) -> io::Result<()> {
 ///
 /// # Errors
 /// Errors of the writer.
-pub fn write_event_json(event: &Event, to: &mut dyn Write) -> io::Result<()> {
+pub fn write_event_json(event: &MonitorEvent, to: &mut dyn Write) -> io::Result<()> {
     let line = EventLine {
         t: event.t,
         foot: event.foot.as_deref(),
         event: &event.text,
     };
-    serde_json::to_writer(&mut *to, &Line::of(&line))?;
+    serde_json::to_writer(&mut *to, &DescribedLine::of(&line))?;
     writeln!(to)
 }
 
@@ -140,7 +140,7 @@ pub fn write_event_json(event: &Event, to: &mut dyn Write) -> io::Result<()> {
 ///
 /// # Errors
 /// Errors of the writer.
-pub fn write_text(robot: &Robot, to: &mut dyn Write) -> io::Result<()> {
+pub fn write_text(robot: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
     for (foot, _) in robot.feet() {
         let line = foot_line(robot, foot);
         write!(to, "{:9.3} s  {:<4}", line.t, line.foot)?;
@@ -176,8 +176,8 @@ pub fn write_text(robot: &Robot, to: &mut dyn Write) -> io::Result<()> {
 ///
 /// # Errors
 /// Errors of the writer.
-pub fn write_event(event: &Event, to: &mut dyn Write) -> io::Result<()> {
-    let Event { t, foot, text } = event;
+pub fn write_event(event: &MonitorEvent, to: &mut dyn Write) -> io::Result<()> {
+    let MonitorEvent { t, foot, text } = event;
     writeln!(
         to,
         "{t:9.3} s  {:<4}  {text}",

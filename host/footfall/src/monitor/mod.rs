@@ -19,4 +19,4 @@ pub mod screen;
 #[cfg(feature = "screen")]
 pub mod terminal;
 
-pub use robot::Robot;
+pub use robot::MonitorState;

@@ -22,7 +22,7 @@ const EVENTS: usize = 1000;
 
 /// An event.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Event {
+pub struct MonitorEvent {
     /// Time since the first arrival, s.
     pub t: f64,
     /// Foot to which the event belongs, if any.
@@ -33,11 +33,11 @@ pub struct Event {
 
 /// State of all feet on all lines.
 #[derive(Default)]
-pub struct Robot {
+pub struct MonitorState {
     session: Session,
     /// Newest probabilities and reported faults of each foot of the session.
     shown: Vec<(Curve, Faults)>,
-    events: VecDeque<Event>,
+    events: VecDeque<MonitorEvent>,
     /// Number of events dropped from the front, so that readers can keep their position.
     forgotten: usize,
     /// Resource the line is waiting for.
@@ -48,7 +48,7 @@ pub struct Robot {
     recorder: Option<Recorder>,
 }
 
-impl Robot {
+impl MonitorState {
     /// Creates the state before the first arrival.
     #[must_use]
     pub fn new(feet: Feet) -> Self {
@@ -121,7 +121,7 @@ impl Robot {
             self.forgotten += 1;
         }
         let t = self.session.elapsed_s();
-        self.events.push_back(Event { t, foot, text });
+        self.events.push_back(MonitorEvent { t, foot, text });
     }
 
     /// Starts a recording in the current directory, or stops the current one, and reports the result as an event.
@@ -186,12 +186,12 @@ impl Robot {
 
     /// Returns the events, newest last.
     #[must_use]
-    pub const fn events(&self) -> &VecDeque<Event> {
+    pub const fn events(&self) -> &VecDeque<MonitorEvent> {
         &self.events
     }
 
     /// Returns the events after the first `seen`, and the total number of events so far.
-    pub fn events_since(&self, seen: usize) -> (impl Iterator<Item = &Event>, usize) {
+    pub fn events_since(&self, seen: usize) -> (impl Iterator<Item = &MonitorEvent>, usize) {
         let skipped = seen.saturating_sub(self.forgotten);
         (
             self.events.iter().skip(skipped),
@@ -265,7 +265,7 @@ mod tests {
     use live::Arrival;
     use wire::CanFrame;
 
-    impl Robot {
+    impl MonitorState {
         fn take(&mut self, fed: Fed) {
             self.session.take(fed);
             self.follow();
@@ -277,9 +277,9 @@ mod tests {
         }
     }
 
-    fn watched(source: &str) -> Robot {
+    fn watched(source: &str) -> MonitorState {
         let feed = Feed::open(source.parse().expect("a source"));
-        let mut robot = Robot::new(Feet::default());
+        let mut robot = MonitorState::new(Feet::default());
         while !robot.has_ended() {
             robot.listen(&feed, Instant::now() + Duration::from_secs(10));
         }
@@ -333,7 +333,7 @@ mod tests {
     #[test]
     fn two_boards_with_one_id_report_no_decision() {
         let feed = Feed::open("demo:feet=2,speed=max,seconds=3".parse().expect("a source"));
-        let mut robot = Robot::new(Feet::default());
+        let mut robot = MonitorState::new(Feet::default());
         while !robot.has_ended() {
             let mut fed = feed.next(Duration::from_secs(5)).expect("it ends");
             if let Fed::Arrived((_, Arrival::Frame { frame, .. })) = &mut fed
@@ -396,7 +396,7 @@ mod tests {
     }
 
     /// Receives a frame from the bus.
-    fn receive(robot: &mut Robot, ms: u64, id: u16, data: &[u8]) {
+    fn receive(robot: &mut MonitorState, ms: u64, id: u16, data: &[u8]) {
         let at = Timestamp::from_micros(ms * 1000);
         let interface = "can0".into();
         let frame = CanFrame::new(id, data).expect("a frame");
@@ -405,7 +405,7 @@ mod tests {
 
     #[test]
     fn faults_are_tracked_and_explain_a_restart() {
-        let mut robot = Robot::new(Feet::default());
+        let mut robot = MonitorState::new(Feet::default());
         let mut receive = |ms, id, data: &[u8]| receive(&mut robot, ms, id, data);
         let raised = Emergency::raised(Fault::WatchdogReset, 3, Faults::NONE).encode();
         let cleared = Emergency::cleared(Fault::WatchdogReset, Faults::NONE).encode();
@@ -413,7 +413,8 @@ mod tests {
         receive(10, 0x091, &raised);
         receive(500, 0x711, &[5]);
         receive(900, 0x091, &cleared);
-        let reason = |robot: &Robot| robot.feet()[0].0.started.and_then(|(_, reason)| reason);
+        let reason =
+            |robot: &MonitorState| robot.feet()[0].0.started.and_then(|(_, reason)| reason);
         assert_eq!(reason(&robot), Some(Fault::WatchdogReset));
         assert_eq!(robot.feet()[0].0.faults, Faults::NONE);
         let texts: Vec<_> = robot
@@ -431,7 +432,7 @@ mod tests {
 
     #[test]
     fn fault_just_before_boot_up_belongs_to_the_new_start() {
-        let mut robot = Robot::new(Feet::default());
+        let mut robot = MonitorState::new(Feet::default());
         let mut receive = |ms, id, data: &[u8]| receive(&mut robot, ms, id, data);
         let frozen = Emergency::raised(Fault::SensorFrozen, 0, Faults::NONE).encode();
         let watchdog = Emergency::raised(Fault::WatchdogReset, 3, Faults::NONE).encode();
@@ -462,7 +463,7 @@ mod tests {
     fn missing_contacts_are_counted() {
         use estimator_core::ContactEstimate;
         use wire::pdo::Contact;
-        let mut robot = Robot::new(Feet::default());
+        let mut robot = MonitorState::new(Feet::default());
         for ms in (0..300_u64).filter(|ms| !(100..105).contains(ms) && *ms != 200) {
             let estimate = ContactEstimate {
                 timestamp: Timestamp::from_micros(ms * 1000),
@@ -480,7 +481,7 @@ mod tests {
     #[test]
     fn contacts_lost_in_a_stall_are_counted() {
         use wire::pdo::{ClockReading, Contact, Health, ShortTime};
-        let mut robot = Robot::new(Feet::default());
+        let mut robot = MonitorState::new(Feet::default());
         for ms in (0..6000_u64).filter(|ms| !(2300..5000).contains(ms)) {
             // Edges have 10 % jitter; nothing is read from 2 s to 5 s.
             let made_us = ms * 1000 + ms * 37 % 100;

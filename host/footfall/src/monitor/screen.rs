@@ -10,7 +10,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Paragraph, Sparkline};
 
 use super::curve::Curve;
-use super::robot::{Event, Robot};
+use super::robot::{MonitorEvent, MonitorState};
 
 /// Minimum and maximum lines per foot: two lines of text, the rest for the curve.
 const LINES: (u16, u16) = (4, 10);
@@ -31,7 +31,7 @@ pub enum Running {
 }
 
 /// Draws the whole display.
-pub fn draw(frame: &mut Frame<'_>, robot: &Robot, source: &str, running: Running) {
+pub fn draw(frame: &mut Frame<'_>, robot: &MonitorState, source: &str, running: Running) {
     let all = robot.feet();
     let feet = u16::try_from(all.len()).unwrap_or(u16::MAX);
     let height = frame.area().height;
@@ -59,7 +59,12 @@ fn faint() -> Style {
     Style::new().add_modifier(Modifier::DIM)
 }
 
-fn headline(robot: &Robot, source: &str, running: Running, hidden: u16) -> Paragraph<'static> {
+fn headline(
+    robot: &MonitorState,
+    source: &str,
+    running: Running,
+    hidden: u16,
+) -> Paragraph<'static> {
     let mut spans = vec![
         Span::styled("footfall ", Style::new().add_modifier(Modifier::BOLD)),
         Span::raw(format!("{source}   {:.1} s", robot.session().elapsed_s())),
@@ -90,7 +95,13 @@ fn headline(robot: &Robot, source: &str, running: Running, hidden: u16) -> Parag
     Paragraph::new(Line::from(spans))
 }
 
-fn draw_foot(frame: &mut Frame<'_>, robot: &Robot, foot: &LiveFoot, curve: &Curve, area: Rect) {
+fn draw_foot(
+    frame: &mut Frame<'_>,
+    robot: &MonitorState,
+    foot: &LiveFoot,
+    curve: &Curve,
+    area: Rect,
+) {
     let [first, middle, second] = Layout::vertical([
         Constraint::Length(1),
         Constraint::Min(1),
@@ -121,7 +132,7 @@ fn colour(foot: &LiveFoot) -> Color {
     }
 }
 
-fn contact_line(robot: &Robot, foot: &LiveFoot) -> Paragraph<'static> {
+fn contact_line(robot: &MonitorState, foot: &LiveFoot) -> Paragraph<'static> {
     let name = format!("{:<5}", foot.name_or("node "));
     let mut spans = vec![Span::styled(
         name,
@@ -170,7 +181,7 @@ fn health_line(foot: &LiveFoot) -> Paragraph<'static> {
         let text = format!("started after: {}", reason.name());
         words.push(Span::styled(text, alarm));
     }
-    let flags = foot.row.as_ref().map(decode::Row::flag_names);
+    let flags = foot.row.as_ref().map(decode::ContactRow::flag_names);
     for flag in flags.unwrap_or_default() {
         words.push(Span::styled(flag, Style::new().fg(Color::Yellow)));
     }
@@ -204,11 +215,11 @@ fn health_line(foot: &LiveFoot) -> Paragraph<'static> {
     Paragraph::new(Line::from(spans))
 }
 
-fn event_lines(robot: &Robot, height: u16) -> Paragraph<'static> {
+fn event_lines(robot: &MonitorState, height: u16) -> Paragraph<'static> {
     let height = usize::from(height);
     let events = robot.events();
     let newest = events.iter().skip(events.len().saturating_sub(height));
-    let line = |Event { t, foot, text }: &Event| {
+    let line = |MonitorEvent { t, foot, text }: &MonitorEvent| {
         let foot = foot.as_deref().unwrap_or("");
         Line::from(format!("{t:9.1} s  {foot:<4} {text}"))
     };
@@ -226,7 +237,7 @@ mod tests {
 
     fn shown(source: &str, width: u16, height: u16, running: Running) -> String {
         let feed = Feed::open(source.parse().expect("a source"));
-        let mut robot = Robot::new(Feet::default());
+        let mut robot = MonitorState::new(Feet::default());
         while !robot.has_ended() {
             robot.listen(&feed, Instant::now() + Duration::from_secs(10));
         }

@@ -7,7 +7,7 @@ use live::Feed;
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
 
-use super::Robot;
+use super::MonitorState;
 use super::hang_up::Keyboard;
 use super::robot::PICTURE;
 use super::screen::{Running, draw};
@@ -21,7 +21,7 @@ use crate::stream::{is_over, next};
 /// The terminal cannot be used.
 pub fn watch_screen(
     feed: &Feed,
-    robot: &mut Robot,
+    robot: &mut MonitorState,
     end: Option<Instant>,
     source: &str,
 ) -> io::Result<()> {
@@ -48,7 +48,7 @@ fn watch(
     terminal: &mut DefaultTerminal,
     keyboard: &Keyboard,
     feed: &Feed,
-    robot: &mut Robot,
+    robot: &mut MonitorState,
     end: Option<Instant>,
     source: &str,
 ) -> io::Result<()> {

@@ -88,14 +88,14 @@ pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub type Drawn = Result<(), Box<dyn std::error::Error + Send + Sync>>;
 
 /// Figure of one recording, drawn once all samples are added.
-pub struct Figure {
+pub struct RecordingPlot {
     title: String,
     start_us: i64,
     load_title: String,
     collector: Collector,
 }
 
-impl Figure {
+impl RecordingPlot {
     /// Creates a figure of a recording from `span.start` to `span.end`, s, whose clock reads `start_us`, µs, at
     /// timestamp 0. The axis counts from that time and states it, since a time since 1970 does not fit at every
     /// tick.
@@ -141,12 +141,12 @@ pub fn span(start_s: f64, duration_s: f64, sample_rate: f32) -> Range<f64> {
 /// Draws a recording with its estimates, one per sample.
 ///
 /// # Errors
-/// Those of [`Figure::svg`].
+/// Those of [`RecordingPlot::svg`].
 pub fn svg(recording: &Recording, estimates: &[ContactEstimate]) -> io::Result<String> {
     let first = recording.samples.first();
     let start_s = first.map_or(0.0, RecordedSample::time_s);
     let span = span(start_s, recording.duration_s(), recording.sample_rate);
-    let mut figure = Figure::new(&recording.name, 0, &recording.load_title, span);
+    let mut figure = RecordingPlot::new(&recording.name, 0, &recording.load_title, span);
     for (sample, estimate) in recording.samples.iter().zip(estimates) {
         figure.add(sample, estimate);
     }

@@ -3,7 +3,7 @@
 use ros::topics::DIAGNOSTICS;
 use serde_json::{Map, Value, json};
 
-use super::pages::{Kind, Page, Panel};
+use super::pages::{Page, Panel, PanelKind};
 
 /// Time range shown of streaming data, s.
 const SHOWN_S: f64 = 10.0;
@@ -78,17 +78,17 @@ fn settings(panel: &Panel) -> (&'static str, Value) {
         "showYAxisLabels": true,
     });
     match panel.kind {
-        Kind::Lines => ("Plot", plot),
-        Kind::Probabilities => {
+        PanelKind::Lines => ("Plot", plot),
+        PanelKind::Probabilities => {
             plot["minYValue"] = json!(0);
             plot["maxYValue"] = json!(1);
             ("Plot", plot)
         }
-        Kind::States => (
+        PanelKind::States => (
             "StateTransitions",
             json!({"foxglovePanelTitle": title, "paths": paths, "isSynced": true}),
         ),
-        Kind::Diagnostics => (
+        PanelKind::Diagnostics => (
             "DiagnosticSummary",
             json!({
                 "foxglovePanelTitle": title,

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ros::Topics;
+use ros::FootTopics;
 
 /// A page of stacked panels.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,14 +19,14 @@ pub struct Panel {
     /// Displayed quantity, with its unit.
     pub title: String,
     /// Kind of display.
-    pub kind: Kind,
+    pub kind: PanelKind,
     /// Displayed curves.
-    pub curves: Vec<Curve>,
+    pub curves: Vec<PlottedField>,
 }
 
 /// Display of the curves in a panel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Kind {
+pub enum PanelKind {
     /// Lines over time, on an axis of their own.
     Lines,
     /// Lines over time, from 0 to 1.
@@ -39,7 +39,7 @@ pub enum Kind {
 
 /// A numeric field of a topic.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Curve {
+pub struct PlottedField {
     /// Label in the panel.
     pub label: String,
     /// Topic of the messages.
@@ -48,8 +48,8 @@ pub struct Curve {
     pub field: &'static str,
 }
 
-fn curve(label: impl Into<String>, topic: &Arc<str>, field: &'static str) -> Curve {
-    Curve {
+fn curve(label: impl Into<String>, topic: &Arc<str>, field: &'static str) -> PlottedField {
+    PlottedField {
         label: label.into(),
         topic: Arc::clone(topic),
         field,
@@ -71,7 +71,7 @@ const ANGULAR_VELOCITY: [&str; 3] = [
 ];
 
 /// Returns a curve for each of three axes.
-fn axes(topic: &Arc<str>, fields: [&'static str; 3]) -> Vec<Curve> {
+fn axes(topic: &Arc<str>, fields: [&'static str; 3]) -> Vec<PlottedField> {
     let named = ["x", "y", "z"].into_iter().zip(fields);
     named
         .map(|(name, field)| curve(name, topic, field))
@@ -81,8 +81,11 @@ fn axes(topic: &Arc<str>, fields: [&'static str; 3]) -> Vec<Curve> {
 /// Returns the pages of feet with these names.
 #[must_use]
 pub fn pages(feet: &[String]) -> Vec<Page> {
-    let topics: Vec<(&String, Topics)> = feet.iter().map(|foot| (foot, Topics::of(foot))).collect();
-    let of_all = |curve_of: fn(&String, &Topics) -> Curve| -> Vec<Curve> {
+    let topics: Vec<(&String, FootTopics)> = feet
+        .iter()
+        .map(|foot| (foot, FootTopics::of(foot)))
+        .collect();
+    let of_all = |curve_of: fn(&String, &FootTopics) -> PlottedField| -> Vec<PlottedField> {
         topics
             .iter()
             .map(|(foot, topics)| curve_of(foot, topics))
@@ -98,24 +101,24 @@ pub fn pages(feet: &[String]) -> Vec<Page> {
         panels: vec![
             panel(
                 "P of stable contact",
-                Kind::Probabilities,
+                PanelKind::Probabilities,
                 of_all(|foot, topics| curve(foot, &topics.contact, "p_stable")),
             ),
             panel(
                 "State",
-                Kind::States,
+                PanelKind::States,
                 of_all(|foot, topics| curve(foot, &topics.contact, "state")),
             ),
             panel(
                 "Load (N)",
-                Kind::Lines,
+                PanelKind::Lines,
                 of_all(|foot, topics| curve(foot, &topics.load, "data")),
             ),
-            panel("Faults and counters", Kind::Diagnostics, Vec::new()),
+            panel("Faults and counters", PanelKind::Diagnostics, Vec::new()),
         ],
     };
-    let one = |(foot, topics): &(&String, Topics)| {
-        let Topics {
+    let one = |(foot, topics): &(&String, FootTopics)| {
+        let FootTopics {
             contact, load, imu, ..
         } = topics;
         Page {
@@ -123,7 +126,7 @@ pub fn pages(feet: &[String]) -> Vec<Page> {
             panels: vec![
                 panel(
                     "Probabilities",
-                    Kind::Probabilities,
+                    PanelKind::Probabilities,
                     vec![
                         curve("stable", contact, "p_stable"),
                         curve("tangential", contact, "p_tangential"),
@@ -132,21 +135,25 @@ pub fn pages(feet: &[String]) -> Vec<Page> {
                 ),
                 panel(
                     "Decision and state",
-                    Kind::States,
+                    PanelKind::States,
                     vec![
                         curve("decision", contact, "decision"),
                         curve("state", contact, "state"),
                     ],
                 ),
-                panel("Load (N)", Kind::Lines, vec![curve("load", load, "data")]),
+                panel(
+                    "Load (N)",
+                    PanelKind::Lines,
+                    vec![curve("load", load, "data")],
+                ),
                 panel(
                     "Acceleration (m/s²)",
-                    Kind::Lines,
+                    PanelKind::Lines,
                     axes(imu, LINEAR_ACCELERATION),
                 ),
                 panel(
                     "Angular rate (rad/s)",
-                    Kind::Lines,
+                    PanelKind::Lines,
                     axes(imu, ANGULAR_VELOCITY),
                 ),
             ],

@@ -3,7 +3,7 @@
 
 use std::fmt::{self, Write};
 
-use super::pages::{Kind, Page, Panel};
+use super::pages::{Page, Panel, PanelKind};
 
 /// Distinguishable colours for curves, also for colour-blind readers: Okabe and Ito.
 const COLOURS: [&str; 6] = [
@@ -49,8 +49,8 @@ fn write_layout(pages: &[Page], to: &mut String) -> fmt::Result {
 
 fn write_panel(panel: &Panel, to: &mut String) -> fmt::Result {
     let style = match panel.kind {
-        Kind::States => "Steps",
-        Kind::Lines | Kind::Probabilities | Kind::Diagnostics => "Lines",
+        PanelKind::States => "Steps",
+        PanelKind::Lines | PanelKind::Probabilities | PanelKind::Diagnostics => "Lines",
     };
     let title = escaped(&panel.title);
     writeln!(to, "     <DockArea name=\"{title}\">")?;
@@ -63,8 +63,10 @@ fn write_panel(panel: &Panel, to: &mut String) -> fmt::Result {
         "       <range left=\"0\" right=\"10\" bottom=\"0\" top=\"1\"/>"
     )?;
     match panel.kind {
-        Kind::Probabilities => writeln!(to, "       <limitY min=\"0\" max=\"1\"/>")?,
-        Kind::Lines | Kind::States | Kind::Diagnostics => writeln!(to, "       <limitY/>")?,
+        PanelKind::Probabilities => writeln!(to, "       <limitY min=\"0\" max=\"1\"/>")?,
+        PanelKind::Lines | PanelKind::States | PanelKind::Diagnostics => {
+            writeln!(to, "       <limitY/>")?
+        }
     }
     for (curve, colour) in panel.curves.iter().zip(COLOURS.iter().cycle()) {
         let field = curve.field.replace('.', "/");

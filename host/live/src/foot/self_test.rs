@@ -22,7 +22,7 @@ const REPORT: Duration = Duration::from_millis(100);
 
 /// Result of a self-test.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum SelfTestResult {
     /// All axes react within the limits of the data sheet.
     Passed,
     /// Some axes have failed; `None` if the foot does not report which, as on a serial line.
@@ -56,7 +56,7 @@ pub enum SelfTestError {
 ///
 /// # Errors
 /// The self-test has no result.
-pub fn run(client: &mut Client) -> Result<Verdict, SelfTestError> {
+pub fn run(client: &mut Client) -> Result<SelfTestResult, SelfTestError> {
     client.is_alone()?;
     let before = client.state()?;
     let setting = Address::new(index::SELF_TEST, 0);
@@ -79,7 +79,7 @@ pub fn run(client: &mut Client) -> Result<Verdict, SelfTestError> {
     }
     let resumed = client.bring_to(before);
     // A failed test counts, also of a foot that does not resume.
-    if !matches!(verdict, Ok(Verdict::Failed(_)) | Err(_)) {
+    if !matches!(verdict, Ok(SelfTestResult::Failed(_)) | Err(_)) {
         resumed?;
     }
     verdict
@@ -98,7 +98,7 @@ const ON: Value = Value::U8(1);
 const OFF: Value = Value::U8(0);
 
 /// Resets the foot and watches it start.
-fn watched(client: &mut Client) -> Result<Verdict, SelfTestError> {
+fn watched(client: &mut Client) -> Result<SelfTestResult, SelfTestError> {
     client.take_emergencies();
     client.reset(None)?;
     let end = Instant::now() + START;
@@ -133,15 +133,15 @@ fn watched(client: &mut Client) -> Result<Verdict, SelfTestError> {
             .into_iter()
             .zip(0..)
             .filter(|(_, bit)| bits >> bit & 1 != 0);
-        return Ok(Verdict::Failed(Some(
+        return Ok(SelfTestResult::Failed(Some(
             failed.map(|(axis, _)| axis).collect(),
         )));
     }
     if faults.contains(Fault::SensorSelfTest) {
-        return Ok(Verdict::Failed(None));
+        return Ok(SelfTestResult::Failed(None));
     }
     if !has_run {
         return Err(SelfTestError::NotRun);
     }
-    Ok(Verdict::Passed)
+    Ok(SelfTestResult::Passed)
 }

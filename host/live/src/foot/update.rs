@@ -60,7 +60,7 @@ impl Image {
 
 /// Program of a foot.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Program {
+pub struct FootProgram {
     /// Version; `None` while the bootloader runs.
     pub version: Option<String>,
     /// Value of object 0x1F56: the first bytes of the program's hash; of one that a probe has written those of its
@@ -70,7 +70,7 @@ pub struct Program {
 
 /// Step of an update.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Step {
+pub enum UpdateStage {
     /// The foot restarts into its bootloader.
     Stopping,
     /// The image is being sent.
@@ -92,9 +92,9 @@ pub struct Updated {
     /// Serial number of the foot.
     pub serial: u32,
     /// Program before.
-    pub before: Program,
+    pub before: FootProgram,
     /// Program that runs now, and is confirmed; `None` if it ran before, and was only confirmed.
-    pub after: Option<Program>,
+    pub after: Option<FootProgram>,
 }
 
 /// Reason why a foot was not updated.
@@ -163,9 +163,9 @@ struct Installed {
     /// Its node id; `None` on a serial line.
     node: Option<NodeId>,
     serial: u32,
-    before: Program,
+    before: FootProgram,
     /// The new program; `None` if it ran before, perhaps without its confirmation.
-    after: Option<Program>,
+    after: Option<FootProgram>,
     /// Number of its starts until now.
     starts: usize,
 }
@@ -176,7 +176,7 @@ pub fn update(
     client: &mut Client,
     feet: &[Option<NodeId>],
     image: &Image,
-    report: &mut dyn FnMut(&str, Step),
+    report: &mut dyn FnMut(&str, UpdateStage),
 ) -> Vec<Result<Updated, UpdateError>> {
     let mut installed = Vec::new();
     for node in feet {
@@ -188,7 +188,7 @@ pub fn update(
     let begin = Instant::now();
     let confirm = |foot: Result<Installed, UpdateError>| {
         let foot = foot?;
-        report(&foot.foot, Step::Confirming);
+        report(&foot.foot, UpdateStage::Confirming);
         client.wait(CONFIRMATION.saturating_sub(begin.elapsed()))?;
         confirm(client, foot, image)
     };
@@ -199,7 +199,7 @@ pub fn update(
 fn install(
     client: &mut Client,
     image: &Image,
-    report: &mut dyn FnMut(&str, Step),
+    report: &mut dyn FnMut(&str, UpdateStage),
 ) -> Result<Installed, UpdateError> {
     let foot = client.foot();
     client.is_alone()?;
@@ -224,7 +224,7 @@ fn install(
         Runs::Program => client.state()?,
     };
     if runs == Runs::Program {
-        report(&foot, Step::Stopping);
+        report(&foot, UpdateStage::Stopping);
         client.command(Command::EnterPreOperational)?;
         if let Err(error) = control(client, control::STOP) {
             client.bring_to(state)?;
@@ -241,7 +241,7 @@ fn install(
     // Also after a refusal: the previous program goes on then.
     let started = control(client, control::START);
     let why = sent.err();
-    report(&foot, Step::Installing);
+    report(&foot, UpdateStage::Installing);
     match started {
         // The response may be lost, and the foot restarts.
         Ok(()) | Err(RequestError::NoAnswer { .. }) => {}
@@ -281,7 +281,7 @@ fn send(
     client: &mut Client,
     foot: &str,
     image: &Image,
-    report: &mut dyn FnMut(Step),
+    report: &mut dyn FnMut(UpdateStage),
 ) -> Result<(), UpdateError> {
     let Some(node) = client.node() else {
         return Ok(());
@@ -293,7 +293,7 @@ fn send(
         let total = image.bytes.len();
         let mut sent = |bytes| {
             let percent = (bytes * 100 / total) as u8;
-            report(Step::Sending { percent });
+            report(UpdateStage::Sending { percent });
         };
         let failed = match client.download(node, data, &image.bytes, &mut sent) {
             Ok(()) => return Ok(()),
@@ -374,8 +374,8 @@ fn number(client: &mut Client, address: Address) -> Result<u32, RequestError> {
     Ok(client.read(address, DataType::Unsigned32)?.to_raw())
 }
 
-fn program(client: &mut Client, runs: Runs) -> Result<Program, RequestError> {
-    Ok(Program {
+fn program(client: &mut Client, runs: Runs) -> Result<FootProgram, RequestError> {
+    Ok(FootProgram {
         identification: identification(client)?,
         version: match runs {
             Runs::Bootloader => None,

@@ -23,7 +23,7 @@ use std::io;
 use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use decode::Row;
+use decode::ContactRow;
 use decode::live::Listener;
 use estimator_core::Timestamp;
 use thiserror::Error;
@@ -54,7 +54,7 @@ pub enum Arrival {
         bytes: Vec<u8>,
     },
     /// An estimate computed here from a recording of an IMU.
-    Estimate(Box<Row>),
+    Estimate(Box<ContactRow>),
     /// Unreadable line of a log or of an slcan adapter.
     Unreadable(String),
     /// Sentence about a recording that is played, such as an implausible unit. A [`Feed`](crate::Feed) returns it
@@ -179,7 +179,7 @@ pub trait Link {
 pub fn open(source: &Source) -> Result<Box<dyn Link>, LinkError> {
     Ok(match source {
         Source::Uart { port, baud } => Box::new(SerialLine::open(port, *baud)?),
-        Source::Slcan { port, kbit } => Box::new(slcan::Adapter::open(port, *kbit)?),
+        Source::Slcan { port, kbit } => Box::new(slcan::SlcanAdapter::open(port, *kbit)?),
         #[cfg(target_os = "linux")]
         Source::Can { interface } => Box::new(can::Interface::open(interface)?),
         #[cfg(not(target_os = "linux"))]

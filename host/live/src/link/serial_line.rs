@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::serial::Port;
-use super::slcan::Adapter;
+use super::slcan::SlcanAdapter;
 use super::{Arrival, Arrived, Link, LinkError, Sending, now};
 use crate::source::DEFAULT_KBIT;
 
@@ -19,7 +19,7 @@ pub enum Language {
 /// Serial line of a foot.
 pub struct SerialLine {
     /// The bootloader as an adapter, and the port of both.
-    adapter: Adapter,
+    adapter: SlcanAdapter,
     language: Language,
 }
 
@@ -30,7 +30,7 @@ impl SerialLine {
     /// The port is missing or cannot be used.
     pub fn open(port: &str, baud: u32) -> Result<Self, LinkError> {
         Ok(Self {
-            adapter: Adapter::at(Port::open(port, baud)?),
+            adapter: SlcanAdapter::at(Port::open(port, baud)?),
             language: Language::Messages,
         })
     }

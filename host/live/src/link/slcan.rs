@@ -31,7 +31,7 @@ const ANSWER_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Command to an adapter, or response from it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Word {
+pub enum SlcanWord {
     /// A frame.
     Frame(CanFrame),
     /// A frame of a kind that feet do not send.
@@ -53,19 +53,19 @@ pub struct Words {
 
 impl Words {
     /// Parses a byte; returns a word when it is complete.
-    pub fn push(&mut self, byte: u8) -> Option<Word> {
+    pub fn push(&mut self, byte: u8) -> Option<SlcanWord> {
         match byte {
             CR => {
                 let line = std::mem::take(&mut self.line);
                 if std::mem::take(&mut self.is_too_long) {
-                    return Some(Word::Line(String::from_utf8_lossy(&line).into_owned()));
+                    return Some(SlcanWord::Line(String::from_utf8_lossy(&line).into_owned()));
                 }
                 Some(word(&line))
             }
             BEL => {
                 self.line.clear();
                 self.is_too_long = false;
-                Some(Word::Failed)
+                Some(SlcanWord::Failed)
             }
             b'\n' => None,
             _ if self.line.len() == LONGEST_LINE => {
@@ -80,21 +80,21 @@ impl Words {
     }
 }
 
-fn word(line: &[u8]) -> Word {
+fn word(line: &[u8]) -> SlcanWord {
     match line {
         // z and Z acknowledge a sent frame, Z an extended one.
-        [] | [b'z' | b'Z'] => Word::Done,
+        [] | [b'z' | b'Z'] => SlcanWord::Done,
         [b't', ..] => match slcan::decode(line) {
-            Some(frame) => Word::Frame(frame),
-            None => Word::Line(String::from_utf8_lossy(line).into_owned()),
+            Some(frame) => SlcanWord::Frame(frame),
+            None => SlcanWord::Line(String::from_utf8_lossy(line).into_owned()),
         },
-        [b'T' | b'r' | b'R' | b'd' | b'D' | b'b' | b'B', _, ..] => Word::OtherFrame,
-        _ => Word::Line(String::from_utf8_lossy(line).into_owned()),
+        [b'T' | b'r' | b'R' | b'd' | b'D' | b'b' | b'B', _, ..] => SlcanWord::OtherFrame,
+        _ => SlcanWord::Line(String::from_utf8_lossy(line).into_owned()),
     }
 }
 
 /// Adapter.
-pub struct Adapter {
+pub struct SlcanAdapter {
     pub(super) port: Port,
     interface: Arc<str>,
     words: Words,
@@ -102,7 +102,7 @@ pub struct Adapter {
     is_open: bool,
 }
 
-impl Adapter {
+impl SlcanAdapter {
     /// Opens the adapter at `port`, and the bus at `kbit` kbit/s.
     ///
     /// # Errors
@@ -167,10 +167,10 @@ impl Adapter {
             }
             for byte in self.port.read(left)? {
                 match self.words.push(byte) {
-                    Some(Word::Done) => return Ok(()),
-                    Some(Word::Failed) => return Err(error("it refused a command")),
-                    Some(Word::Frame(frame)) => self.waiting.push_back(self.arrived(frame)),
-                    Some(Word::OtherFrame | Word::Line(_)) | None => {}
+                    Some(SlcanWord::Done) => return Ok(()),
+                    Some(SlcanWord::Failed) => return Err(error("it refused a command")),
+                    Some(SlcanWord::Frame(frame)) => self.waiting.push_back(self.arrived(frame)),
+                    Some(SlcanWord::OtherFrame | SlcanWord::Line(_)) | None => {}
                 }
             }
         }
@@ -182,7 +182,7 @@ impl Adapter {
     }
 }
 
-impl Link for Adapter {
+impl Link for SlcanAdapter {
     fn receive(&mut self, longest: Duration) -> Result<Option<Arrived>, LinkError> {
         let end = Instant::now() + longest;
         while self.waiting.is_empty() {
@@ -190,11 +190,11 @@ impl Link for Adapter {
             let bytes = self.port.read(left)?;
             for byte in &bytes {
                 match self.words.push(*byte) {
-                    Some(Word::Frame(frame)) => self.waiting.push_back(self.arrived(frame)),
-                    Some(Word::Line(line)) => {
+                    Some(SlcanWord::Frame(frame)) => self.waiting.push_back(self.arrived(frame)),
+                    Some(SlcanWord::Line(line)) => {
                         self.waiting.push_back((now(), Arrival::Unreadable(line)));
                     }
-                    Some(Word::Done | Word::Failed | Word::OtherFrame) | None => {}
+                    Some(SlcanWord::Done | SlcanWord::Failed | SlcanWord::OtherFrame) | None => {}
                 }
             }
             if bytes.is_empty() || left.is_zero() {
@@ -215,7 +215,7 @@ impl Link for Adapter {
     }
 }
 
-impl Drop for Adapter {
+impl Drop for SlcanAdapter {
     fn drop(&mut self) {
         self.leave();
     }
@@ -225,28 +225,28 @@ impl Drop for Adapter {
 mod tests {
     use super::*;
 
-    fn words(bytes: &[u8]) -> Vec<Word> {
+    fn words(bytes: &[u8]) -> Vec<SlcanWord> {
         let mut words = Words::default();
         bytes.iter().filter_map(|byte| words.push(*byte)).collect()
     }
 
     #[test]
     fn other_lines_are_not_parsed_as_data_frames() {
-        let line = |text: &str| Word::Line(text.to_owned());
+        let line = |text: &str| SlcanWord::Line(text.to_owned());
         for (text, word) in [
             ("t19\r", line("t19")),
             ("t1919\r", line("t1919")),
             (
                 "t0800\r",
-                Word::Frame(CanFrame::new(0x080, &[]).expect("a frame")),
+                SlcanWord::Frame(CanFrame::new(0x080, &[]).expect("a frame")),
             ),
             ("t19\u{e4}1AB\r", line("t19\u{e4}1AB")),
-            ("T000001911AB\r", Word::OtherFrame),
-            ("r1910\r", Word::OtherFrame),
+            ("T000001911AB\r", SlcanWord::OtherFrame),
+            ("r1910\r", SlcanWord::OtherFrame),
             ("V1013\r", line("V1013")),
-            ("\r", Word::Done),
-            ("z\r", Word::Done),
-            ("garbage\u{7}", Word::Failed),
+            ("\r", SlcanWord::Done),
+            ("z\r", SlcanWord::Done),
+            ("garbage\u{7}", SlcanWord::Failed),
         ] {
             assert_eq!(words(text.as_bytes()), [word], "{text:?}");
         }
@@ -259,7 +259,7 @@ mod tests {
             assert_eq!(words.push(b't'), None);
         }
         assert!(words.line.len() <= LONGEST_LINE);
-        assert!(matches!(words.push(CR), Some(Word::Line(_))));
-        assert_eq!(words.push(CR), Some(Word::Done));
+        assert!(matches!(words.push(CR), Some(SlcanWord::Line(_))));
+        assert_eq!(words.push(CR), Some(SlcanWord::Done));
     }
 }

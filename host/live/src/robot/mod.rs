@@ -189,7 +189,7 @@ mod tests {
             listener.frame("can0", &frame, at);
         }
         let heard: Vec<Heard> = std::iter::from_fn(|| listener.next_heard()).collect();
-        let stable = |row: &decode::Row| row.stable > 0.9;
+        let stable = |row: &decode::ContactRow| row.stable > 0.9;
         let rows: Vec<_> = heard
             .iter()
             .filter_map(|heard| match &heard.said {

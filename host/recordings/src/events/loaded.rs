@@ -3,7 +3,7 @@
 use estimator_core::{ContactEstimate, Phase, Timestamp};
 
 use super::unstable::{SHORTEST_SWING_US, is_motion_unknown};
-use super::{Event, Kind};
+use super::{ContactEvent, EventKind};
 
 /// Stance of a foot with a load, as long as it has not been stable.
 #[derive(Clone, Copy, Debug, Default)]
@@ -19,7 +19,7 @@ pub(super) enum Loaded {
 
 impl Loaded {
     /// Processes the next estimate; returns start and end of a stance that ends here and was never stable.
-    pub(super) fn add(&mut self, estimate: &ContactEstimate) -> Option<[Event; 2]> {
+    pub(super) fn add(&mut self, estimate: &ContactEstimate) -> Option<[ContactEvent; 2]> {
         let now = estimate.timestamp;
         let before = *self;
         *self = match (estimate.phase, before) {
@@ -40,11 +40,14 @@ impl Loaded {
         let duration_us = now
             .micros_since(start)
             .filter(|us| *us >= SHORTEST_SWING_US)?;
-        let of = |kind, time| Event {
+        let of = |kind, time| ContactEvent {
             duration_us: Some(duration_us),
             peak,
-            ..Event::new(kind, time)
+            ..ContactEvent::new(kind, time)
         };
-        Some([of(Kind::UnstableStart, start), of(Kind::UnstableEnd, now)])
+        Some([
+            of(EventKind::UnstableStart, start),
+            of(EventKind::UnstableEnd, now),
+        ])
     }
 }

@@ -61,61 +61,38 @@ pub use unstable::{LIFTED_BELOW, ROLLS_ABOVE, SHORTEST_SWING_US, SLIDES_BELOW};
 /// | columns | meaning | unit |
 /// |---|---|---|
 /// | `t` | time of the event on the recording's clock, six decimals | s |
-/// | `event` | name of the [`Kind`] | |
+/// | `event` | name of the [`EventKind`] | |
 /// | `duration` | duration of the stance or slip that starts or ends here; blank if its other end is not in the recording | s |
 /// | `p_peak` | greatest probability of stable contact in that stance or slip | [0, 1] |
 /// | `distance` | distance of the slip along the ground; blank for stances, for slips that have not ended, and if a sample in it was missing or doubtful | m |
 pub const HEADER: &str = "t,event,duration,p_peak,distance";
 
-/// Kind of an event.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Start of a stance: the decision changes to "stable" after a swing.
-    TouchDown,
-    /// End of a stance: the decision changes to "not stable" before a swing.
-    LiftOff,
-    /// Start of a slide.
-    SlipStart,
-    /// End of a slide: the foot stands again or is lifted.
-    SlipEnd,
-    /// Start of a stance in which the foot is loaded and never stable.
-    UnstableStart,
-    /// End of a stance in which the foot was loaded and never stable.
-    UnstableEnd,
-}
-
-impl Kind {
-    /// All kinds.
-    pub const ALL: [Self; 6] = [
-        Self::TouchDown,
-        Self::LiftOff,
-        Self::SlipStart,
-        Self::SlipEnd,
-        Self::UnstableStart,
-        Self::UnstableEnd,
-    ];
-
-    /// Name in files, such as `touch_down`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::TouchDown => "touch_down",
-            Self::LiftOff => "lift_off",
-            Self::SlipStart => "slip_start",
-            Self::SlipEnd => "slip_end",
-            Self::UnstableStart => "unstable_start",
-            Self::UnstableEnd => "unstable_end",
-        }
+samples::named! {
+    /// Kind of an event.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum EventKind {
+        /// Start of a stance: the decision changes to "stable" after a swing.
+        TouchDown = "touch_down",
+        /// End of a stance: the decision changes to "not stable" before a swing.
+        LiftOff = "lift_off",
+        /// Start of a slide.
+        SlipStart = "slip_start",
+        /// End of a slide: the foot stands again or is lifted.
+        SlipEnd = "slip_end",
+        /// Start of a stance in which the foot is loaded and never stable.
+        UnstableStart = "unstable_start",
+        /// End of a stance in which the foot was loaded and never stable.
+        UnstableEnd = "unstable_end",
     }
 }
 
 /// An event. The duration, peak and distance of a stance or slip are the same at its start and at its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Event {
+pub struct ContactEvent {
     /// Time of the event.
     pub time: Timestamp,
     /// Kind of the event.
-    pub kind: Kind,
+    pub kind: EventKind,
     /// Duration of the stance or slip that starts or ends here, µs; `None` if its other end is unknown.
     pub duration_us: Option<u64>,
     /// Greatest probability of stable contact in it, in [0, 1], as far as known.
@@ -128,11 +105,11 @@ pub struct Event {
 #[derive(Clone, Debug, Default)]
 pub struct Events {
     /// Complete events.
-    known: VecDeque<Event>,
+    known: VecDeque<ContactEvent>,
     /// Touch-down without a known lift-off, and the events after it.
-    waiting: Vec<Event>,
+    waiting: Vec<ContactEvent>,
     /// Stances since the last stable sample that were never stable.
-    unstable: Vec<Event>,
+    unstable: Vec<ContactEvent>,
     loaded: Loaded,
     stance: Stance,
     state: State,
@@ -186,12 +163,12 @@ impl Events {
     }
 
     /// Returns the next complete event, in order of time.
-    pub fn pop(&mut self) -> Option<Event> {
+    pub fn pop(&mut self) -> Option<ContactEvent> {
         self.known.pop_front()
     }
 
     /// Ends the recording and returns the remaining events.
-    pub fn finish(mut self) -> impl Iterator<Item = Event> {
+    pub fn finish(mut self) -> impl Iterator<Item = ContactEvent> {
         if let State::Unstable(unstable) = self.state
             && unstable.stood()
         {
@@ -218,7 +195,8 @@ impl Events {
                     touch_down: Some(now),
                     peak: 0.0,
                 };
-                self.waiting.push(Event::new(Kind::TouchDown, now));
+                self.waiting
+                    .push(ContactEvent::new(EventKind::TouchDown, now));
             }
             Verdict::Unknown => {
                 self.close(None);
@@ -239,10 +217,10 @@ impl Events {
         let begun = self.stance.touch_down;
         let duration_us = begun.and_then(|begun| lift_off.micros_since(begun));
         self.close(duration_us);
-        self.known.push_back(Event {
+        self.known.push_back(ContactEvent {
             duration_us,
             peak: self.stance.peak,
-            ..Event::new(Kind::LiftOff, lift_off)
+            ..ContactEvent::new(EventKind::LiftOff, lift_off)
         });
     }
 
@@ -253,20 +231,20 @@ impl Events {
         end: Option<Timestamp>,
         distance_m: Option<f64>,
     ) {
-        let of = |kind, time| Event {
+        let of = |kind, time| ContactEvent {
             duration_us: end.and_then(|end| end.micros_since(unstable.start)),
             peak: unstable.peak,
             distance_m,
-            ..Event::new(kind, time)
+            ..ContactEvent::new(kind, time)
         };
-        self.push(of(Kind::SlipStart, unstable.start));
+        self.push(of(EventKind::SlipStart, unstable.start));
         if let Some(end) = end {
-            self.push(of(Kind::SlipEnd, end));
+            self.push(of(EventKind::SlipEnd, end));
         }
     }
 
     /// Adds an event within a stance.
-    fn push(&mut self, event: Event) {
+    fn push(&mut self, event: ContactEvent) {
         if self.waiting.is_empty() {
             self.known.push_back(event);
         } else {
@@ -284,8 +262,8 @@ impl Events {
     }
 }
 
-impl Event {
-    const fn new(kind: Kind, time: Timestamp) -> Self {
+impl ContactEvent {
+    const fn new(kind: EventKind, time: Timestamp) -> Self {
         Self {
             time,
             kind,
@@ -303,7 +281,7 @@ impl Event {
 /// Any error of the writer.
 pub fn write_event(
     foot: Option<&str>,
-    event: &Event,
+    event: &ContactEvent,
     start_us: i64,
     to: &mut dyn Write,
 ) -> io::Result<()> {

@@ -65,7 +65,7 @@ fn estimate(does: Does, ms: u64) -> ContactEstimate {
 }
 
 /// Returns the events of a sequence of motions, each with its duration in ms.
-fn events(of: &[(u64, Does)]) -> Vec<Event> {
+fn events(of: &[(u64, Does)]) -> Vec<ContactEvent> {
     let mut events = Events::default();
     let mut found = Vec::new();
     let each = of.iter().flat_map(|(ms, does)| (0..*ms).map(|_| *does));
@@ -80,7 +80,7 @@ fn events(of: &[(u64, Does)]) -> Vec<Event> {
 /// Returns name, time and duration in ms of each event.
 fn said(of: &[(u64, Does)]) -> Vec<(&'static str, u64, Option<u64>)> {
     let ms = |micros: u64| micros / 1000;
-    let say = |e: &Event| (e.kind.name(), ms(e.time.as_micros()), e.duration_us.map(ms));
+    let say = |e: &ContactEvent| (e.kind.name(), ms(e.time.as_micros()), e.duration_us.map(ms));
     events(of).iter().map(say).collect()
 }
 
@@ -350,14 +350,14 @@ fn peak_is_that_of_the_stance_or_slip() {
 
 #[test]
 fn row_has_a_cell_for_every_header_name() {
-    let event = Event {
+    let event = ContactEvent {
         time: Timestamp::from_micros(1_500_000),
-        kind: Kind::SlipEnd,
+        kind: EventKind::SlipEnd,
         duration_us: Some(1_000_020),
         peak: 0.25,
         distance_m: Some(0.0123),
     };
-    let row = |foot, event: &Event, start_us| {
+    let row = |foot, event: &ContactEvent, start_us| {
         let mut bytes = Vec::new();
         write_event(foot, event, start_us, &mut bytes).unwrap();
         String::from_utf8(bytes).unwrap()
@@ -366,8 +366,8 @@ fn row_has_a_cell_for_every_header_name() {
         row(None, &event, -2_000_000),
         "-0.500000,slip_end,1.000020,0.25,0.012300\n"
     );
-    let blank = Event {
-        kind: Kind::TouchDown,
+    let blank = ContactEvent {
+        kind: EventKind::TouchDown,
         duration_us: None,
         distance_m: None,
         ..event

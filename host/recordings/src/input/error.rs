@@ -6,11 +6,11 @@ use thiserror::Error;
 
 use super::format::Format;
 use super::iso8601::micros_since_1970;
-use super::mapping::{Mapping, is_ours};
-use super::options::{TimeUnit, Units};
-pub use super::place::{Cell, Place};
+pub use super::place::{Cell, RowPlace};
 use super::refusal::ContainerError;
-use super::sensors::options;
+use super::table::mapping::{Mapping, is_ours};
+use super::table::options::{TimeUnit, Units};
+use super::table::sensors::options;
 use super::time::{MAX_TIME_S, MILLISECONDS_HINT};
 use crate::number::{shown, shown_rate};
 
@@ -180,7 +180,7 @@ pub enum InputError {
         /// Path of the file, as given.
         file: String,
         /// Position of the header.
-        place: Place,
+        place: RowPlace,
         /// Name of the column.
         name: String,
         /// Unit in its name.
@@ -206,7 +206,7 @@ pub enum InputError {
         /// Path of the file, as given.
         file: String,
         /// Position of the row.
-        place: Place,
+        place: RowPlace,
         /// Number of cells found.
         found: usize,
         /// Number of cells expected.
@@ -221,7 +221,7 @@ pub enum InputError {
         /// Path of the file, as given.
         file: String,
         /// Position of the header.
-        place: Place,
+        place: RowPlace,
         /// Missing names, separated by commas.
         columns: String,
         /// Reason why they may be present after all.
@@ -235,7 +235,7 @@ pub enum InputError {
         /// Path of the file, as given.
         file: String,
         /// Position of the header.
-        place: Place,
+        place: RowPlace,
         /// Name in the mapping.
         name: String,
         /// Names in the header.
@@ -251,7 +251,7 @@ pub enum InputError {
         /// Path of the file, as given.
         file: String,
         /// Position of the header.
-        place: Place,
+        place: RowPlace,
         /// Name in the mapping.
         name: String,
         /// Two columns that match it.
@@ -267,7 +267,7 @@ pub enum InputError {
         /// Path of the file, as given.
         file: String,
         /// Position of the header.
-        place: Place,
+        place: RowPlace,
         /// First axis of each.
         candidates: Vec<String>,
         /// Mapping that selects each.

@@ -5,24 +5,26 @@ use std::str::FromStr;
 
 use samples::magic::ContainerKind;
 
-/// Layout of a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
-    /// Simulated ATLAS of the method's authors: 13 columns, no header, 1 kHz, gravity removed.
-    PceAtlas,
-    /// Real GO1 of the method's authors: force and IMU in g and °/s, no header, 250 Hz.
-    PceGo1,
-    /// Simulated ATLAS and NAO of github.com/mrsp/lcd: 13 columns, no header, 100 Hz, gravity
-    /// removed.
-    Lcd,
-    /// A header naming any of t,ax,ay,az,wx,wy,wz,force,label,validity (s, m/s², rad/s, N, 0/1).
-    Csv,
-    /// The columns of a csv in Parquet.
-    Parquet,
-    /// `sensor_msgs/msg/Imu` of ROS 2 in MCAP.
-    Mcap,
-    /// The same in the `SQLite` database of a rosbag2, or the folder of a rosbag2.
-    Rosbag2,
+samples::named! {
+    /// Layout of a file.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Format {
+        /// Simulated ATLAS of the method's authors: 13 columns, no header, 1 kHz, gravity removed.
+        PceAtlas = "pce-atlas",
+        /// Real GO1 of the method's authors: force and IMU in g and °/s, no header, 250 Hz.
+        PceGo1 = "pce-go1",
+        /// Simulated ATLAS and NAO of github.com/mrsp/lcd: 13 columns, no header, 100 Hz, gravity
+        /// removed.
+        Lcd = "lcd",
+        /// A header naming any of t,ax,ay,az,wx,wy,wz,force,label,validity (s, m/s², rad/s, N, 0/1).
+        Csv = "csv",
+        /// The columns of a csv in Parquet.
+        Parquet = "parquet",
+        /// `sensor_msgs/msg/Imu` of ROS 2 in MCAP.
+        Mcap = "mcap",
+        /// The same in the `SQLite` database of a rosbag2, or the folder of a rosbag2.
+        Rosbag2 = "rosbag2",
+    }
 }
 
 /// Kind of content, which determines the applicable options.
@@ -37,31 +39,6 @@ pub enum Content {
 }
 
 impl Format {
-    /// All formats.
-    pub const ALL: [Self; 7] = [
-        Self::PceAtlas,
-        Self::PceGo1,
-        Self::Lcd,
-        Self::Csv,
-        Self::Parquet,
-        Self::Mcap,
-        Self::Rosbag2,
-    ];
-
-    /// Name in options.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::PceAtlas => "pce-atlas",
-            Self::PceGo1 => "pce-go1",
-            Self::Lcd => "lcd",
-            Self::Csv => "csv",
-            Self::Parquet => "parquet",
-            Self::Mcap => "mcap",
-            Self::Rosbag2 => "rosbag2",
-        }
-    }
-
     /// Description in one line, for the help of an option.
     #[must_use]
     pub const fn help(self) -> &'static str {

@@ -6,10 +6,10 @@ use estimator_core::{
     AngularRate, Gravity, ImuSample, Load, SpecificForce, Timestamp, Validity, Vec3,
 };
 
-use super::contacts::ContactUse;
 use super::correction::Correction;
 use super::format::{Content, Format};
-use super::options::TableOptions;
+use super::store::contacts::ContactUse;
+use super::table::options::TableOptions;
 use super::topics::BagOptions;
 use crate::recording::Recording;
 

@@ -4,14 +4,12 @@
 //! |---|---|
 //! | formats by name, files by their first bytes, opening of files | `format`, [`samples::magic`], `open`, this one |
 //! | recordings among other files | `candidate` |
-//! | gzip and zstd, column separators, rows of cells with their line numbers | [`compressed`], `lines`, `head`, `table` |
-//! | `csv`: a header names the columns | [`csv`]; `header`, `cells`, `intake`, `clock`, `rate`, `time` |
-//! | `parquet`: the same columns | `parquet` |
+//! | gzip and zstd | [`compressed`] |
+//! | `csv`, `parquet`: named columns | [`table`] |
 //! | `mcap`, `rosbag2`: bags of ROS 2 | `bag`; [`topics`] |
-//! | tables of other origin: options, names, ROS 2 without a header, dates, times out of order | [`options`], [`mapping`]; `layout`, `names`, `sensors`, `ros2`, `iso8601`, `times` |
-//! | columns of a `csv` that are not part of a recording: the true orientation | `extra`, `truth` |
-//! | `pce-atlas`, `pce-go1`, `lcd`: published recordings of robots | [`pce`] |
-//! | rows in order, independent of their source, and their storage | `rows`, `stored` |
+//! | `pce-atlas`, `pce-go1`, `lcd`: published recordings of robots | [`published`] |
+//! | rows in order, independent of their source, and their storage | [`store`] |
+//! | dates, ranges of times | `iso8601`, [`time`] |
 //! | static calibration and mounting of the sensor | `correction` |
 //! | results and errors | `loaded`, [`error`], `place`, [`refusal`] |
 //!
@@ -24,71 +22,52 @@
 #[cfg(feature = "bags")]
 pub mod bag;
 mod candidate;
-mod cells;
-mod clock;
-pub mod contacts;
 mod correction;
-pub mod csv;
 pub mod error;
-mod extra;
 mod format;
-mod head;
-mod header;
-mod intake;
 mod iso8601;
-mod layout;
-mod lines;
 mod loaded;
-pub mod mapping;
-mod names;
 mod open;
-pub mod options;
-#[cfg(feature = "parquet")]
-pub(crate) mod parquet;
-pub mod pce;
 mod place;
-mod rate;
+pub mod published;
 pub mod refusal;
-#[cfg(feature = "bags")]
-mod ros1;
-mod ros2;
-mod rows;
-mod sensors;
-mod stored;
-mod table;
+pub mod store;
+pub mod table;
 pub mod time;
-mod times;
 pub mod topics;
-mod truth;
 
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
 pub use candidate::{is_recording, is_rosbag2};
-pub use contacts::ContactUse;
 pub use correction::Correction;
-pub use error::{Cell, HeaderSlip, InputError, Place, Suggestion};
+pub use error::{Cell, HeaderSlip, InputError, RowPlace, Suggestion};
 pub use format::{Content, Format};
 pub use loaded::{Hints, Loaded, Repairs, finite_load, imu_sample, is_among, steady_time};
-pub use mapping::Mapping;
-pub use options::{
-    AccelerationUnit, Decimal, RateUnit, Scale, TableOptions, TimeUnit, Times, Units,
-};
-pub use rate::{TimesSoFar, rate_of_times};
 pub use refusal::ContainerError;
 pub use samples::compressed;
 pub use samples::foreign::Foreign;
-pub use stored::{About, RecordedEstimate, Stored};
-pub use table::recording_name;
+pub use store::contacts::ContactUse;
+pub use store::rate::{TimesSoFar, rate_of_times};
+pub use store::stored::{About, RecordedEstimate, Stored};
+pub use table::mapping::Mapping;
+pub use table::options::{
+    AccelerationUnit, Decimal, RateUnit, Scale, TableOptions, TimeUnit, Times, Units,
+};
+pub use table::reader::recording_name;
 pub use topics::{BagOptions, LoadTopic, Topics};
 
 use crate::mounting;
 use crate::space::Rotation;
 use open::{Container, Source};
-use pce::LabelScheme;
-use table::Table;
-use truth::Orientations;
+use published::go1;
+use published::simulated::{self, LabelScheme};
+#[cfg(feature = "parquet")]
+use table::parquet;
+use table::reader::Table;
+use table::truth::Orientations;
+use table::{csv, header, layout};
 
 /// An open file of known format. A table is read once and sequentially, so it may be a pipe.
 pub struct Opened {
@@ -303,9 +282,9 @@ impl Opened {
 fn read_table(table: Table, format: Format, hints: &Hints) -> Result<Stored, InputError> {
     let file = table.file().to_owned();
     let loaded = match format {
-        Format::PceAtlas => pce::read_robot(table, LabelScheme::StableOrNot, hints),
-        Format::Lcd => pce::read_robot(table, LabelScheme::ContactClass, hints),
-        Format::PceGo1 => pce::read_go1(table, hints),
+        Format::PceAtlas => simulated::read(table, LabelScheme::StableOrNot, hints),
+        Format::Lcd => simulated::read(table, LabelScheme::ContactClass, hints),
+        Format::PceGo1 => go1::read(table, hints),
         // The content of a container is not a table.
         Format::Csv | Format::Parquet | Format::Mcap | Format::Rosbag2 => {
             return csv::read(table, hints, &mut ());

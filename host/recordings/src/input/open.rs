@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 
 use tempfile::{NamedTempFile, TempPath};
 
+#[cfg(feature = "bags")]
+use super::bag::ros1::{self, Converted};
 use super::error::InputError;
 use super::format::Format;
 use super::refusal::ContainerError;
-#[cfg(feature = "bags")]
-use super::ros1::{self, Converted};
-use super::table::{Table, recording_name};
+use super::table::reader::{Table, recording_name};
 use samples::compressed::decompressed;
 use samples::foreign::Foreign;
 use samples::magic::{self, Known};

@@ -4,7 +4,7 @@ use std::fmt;
 
 /// Position of a row in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum RowPlace {
     /// Line number in a text, from 1.
     Line(u64),
     /// Row number, from 1, in a file without lines.
@@ -13,7 +13,7 @@ pub enum Place {
     Names,
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for RowPlace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Line(line) => write!(f, ", line {line}"),
@@ -29,7 +29,7 @@ pub struct Cell {
     /// Path of the file, as given.
     pub file: String,
     /// Row of the cell.
-    pub place: Place,
+    pub place: RowPlace,
     /// Column, from 1.
     pub column: usize,
     /// Name of the column.

@@ -2,6 +2,7 @@
 //! repeatedly reaches the same largest reading and stays there for some samples.
 
 use estimator_core::{Decision, Saturation, Validity};
+use samples::space::components;
 
 use super::Finding;
 use crate::recording::RecordedSample;
@@ -115,8 +116,8 @@ impl Clipping {
         let sensors = self.sensors.iter_mut().zip([accelerometer, gyroscope]);
         for ((sensor, declared), reading) in sensors.zip(readings) {
             sensor.declared += u64::from(declared);
-            let axes = [reading.x, reading.y, reading.z];
-            let both = axes.into_iter().flat_map(|value| [value, -value]);
+            let axes = components(reading).into_iter();
+            let both = axes.flat_map(|value| [value, -value]);
             for (end, value) in sensor.ends.iter_mut().zip(both) {
                 if value.is_finite() {
                     end.add(value);

@@ -1,6 +1,7 @@
 //! Accelerometer reading at rest, from the quietest accelerations.
 
 use estimator_core::Validity;
+use samples::space::components;
 
 use crate::recording::RecordedSample;
 
@@ -49,7 +50,7 @@ impl RestSearch {
         let force = sample.imu.specific_force.0;
         let is_number = force.x.is_finite() && force.y.is_finite() && force.z.is_finite();
         self.valid &= is_number && sample.imu.validity == Validity::Valid;
-        for (sum, value) in self.sums.iter_mut().zip([force.x, force.y, force.z]) {
+        for (sum, value) in self.sums.iter_mut().zip(components(force)) {
             *sum += f64::from(value);
             self.squares += f64::from(value) * f64::from(value);
         }

@@ -24,7 +24,7 @@ use rustdds::DomainParticipantBuilder;
 use thiserror::Error;
 
 use crate::definition::Definition;
-use crate::{Message, Published};
+use crate::{Published, RosMessage};
 pub use options::{Options, Reliability};
 
 /// Time for subscribers to request lost messages at shutdown: five heartbeats.
@@ -102,7 +102,7 @@ pub struct FootNode {
 }
 
 struct Topic {
-    publisher: Publisher<Message>,
+    publisher: Publisher<RosMessage>,
     sent: Sent,
 }
 
@@ -214,7 +214,7 @@ impl FootNode {
         Ok(())
     }
 
-    fn publisher(&mut self, published: &Published) -> Result<Publisher<Message>, NodeError> {
+    fn publisher(&mut self, published: &Published) -> Result<Publisher<RosMessage>, NodeError> {
         let name = self.options.topic(&published.topic);
         let name = name.ok_or_else(|| NodeError::Name {
             what: "topic",

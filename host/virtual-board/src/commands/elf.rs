@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use virtual_board::wiring::Wiring;
+use virtual_board::emulator::wiring::Wiring;
 
 /// Reads the named ELF, or builds the firmware for the board.
 pub fn read(named: Option<&Path>, board: &Wiring) -> Result<Vec<u8>, String> {

@@ -1,6 +1,6 @@
 //! Option values that the commands share.
 
-use virtual_board::fault::Fault;
+use virtual_board::product::fault::SelectedFault;
 
 /// One day: a larger value is rejected as a mistake.
 const MOST_SECONDS: f64 = 86_400.0;
@@ -20,9 +20,9 @@ pub fn duration(text: &str) -> Result<f64, String> {
 }
 
 /// Parses a fault and its time of injection, ms: `NAME@MS` or `NAME:VARIANT@MS`.
-pub fn fault_at(text: &str) -> Result<(Fault, u32), String> {
+pub fn fault_at(text: &str) -> Result<(SelectedFault, u32), String> {
     let Some((name, ms)) = text.split_once('@') else {
-        let names = virtual_board::fault::names();
+        let names = virtual_board::product::fault::names();
         return Err(format!("NAME@MS, the name one of {names}"));
     };
     let ms = ms.parse().map_err(|_| format!("{ms} is no time in ms"))?;

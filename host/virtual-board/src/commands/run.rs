@@ -7,22 +7,22 @@ use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gait::GaitName;
 use recordings::input::Format;
-use virtual_board::board::{Board, BoardOptions};
-use virtual_board::corner::Corner;
-use virtual_board::fault::Fault;
-use virtual_board::recorded;
-use virtual_board::report::Action;
-use virtual_board::scenario;
-use virtual_board::traffic::Traffic;
-use virtual_board::wiring::Wiring;
-use virtual_board::{motion, report, streams};
+use virtual_board::emulator::board::{Board, BoardOptions};
+use virtual_board::emulator::corner::Corner;
+use virtual_board::emulator::wiring::Wiring;
+use virtual_board::product::fault::SelectedFault;
+use virtual_board::product::recorded;
+use virtual_board::product::report::TimedStep;
+use virtual_board::product::scenario;
+use virtual_board::product::traffic::Traffic;
+use virtual_board::product::{motion, report, streams};
 
 use super::elf;
 use super::options::{duration, fault_at, seconds};
 
 /// The options of `run`.
 #[derive(Args)]
-pub struct Arguments {
+pub struct RunArguments {
     /// The ELF; without it the firmware is built first.
     #[arg(long)]
     elf: Option<PathBuf>,
@@ -75,7 +75,7 @@ pub struct Arguments {
 #[derive(Clone)]
 struct Planned {
     text: String,
-    fault: Fault,
+    fault: SelectedFault,
     ms: u32,
 }
 
@@ -92,13 +92,13 @@ fn planned(text: &str) -> Result<Planned, String> {
 
 impl Planned {
     /// Actions with their times, ms; preparation comes first.
-    fn actions(&self) -> Vec<Action> {
+    fn actions(&self) -> Vec<TimedStep> {
         let ms = u64::from(self.ms);
-        let before = self.fault.before().iter().map(|&step| Action {
+        let before = self.fault.before().iter().map(|&step| TimedStep {
             ms: ms.min(scenario::BEFORE_MS),
             step,
         });
-        let steps = self.fault.steps().into_iter().map(|(us, step)| Action {
+        let steps = self.fault.steps().into_iter().map(|(us, step)| TimedStep {
             ms: ms + us / 1000,
             step,
         });
@@ -107,7 +107,7 @@ impl Planned {
 }
 
 /// Runs the board and writes its files.
-pub fn run(arguments: &Arguments) -> Result<(), Box<dyn core::error::Error>> {
+pub fn run(arguments: &RunArguments) -> Result<(), Box<dyn core::error::Error>> {
     let elf = elf::read(arguments.elf.as_deref(), arguments.board)?;
     let mut options = BoardOptions::default();
     options.set_corner(arguments.corner);
@@ -135,7 +135,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn core::error::Error>> {
             scenario.prepare(&elf, &mut board)?;
         }
     }
-    let run = report::Run {
+    let run = report::RunOptions {
         milliseconds: (seconds * 1000.0) as u64,
         faults: arguments
             .faults
@@ -169,8 +169,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Box<dyn core::error::Error>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use virtual_board::board::Injection;
-    use virtual_board::scenario::Step;
+    use virtual_board::emulator::board::Injection;
+    use virtual_board::product::scenario::ScenarioStep;
 
     #[test]
     fn preparing_steps_come_first() {
@@ -180,7 +180,7 @@ mod tests {
         assert_eq!(times, [300, 300, 300, 1000, 1000], "settings come first");
         assert_eq!(
             actions.get(3).map(|action| action.step),
-            Some(Step::Inject(Injection::CutInFlash(17)))
+            Some(ScenarioStep::Inject(Injection::CutInFlash(17)))
         );
     }
 }

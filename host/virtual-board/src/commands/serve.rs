@@ -12,19 +12,19 @@ use gait::GaitName;
 use gait::control::MOST_FEET;
 use rustix::process::getpgrp;
 use rustix::termios::tcgetpgrp;
-use virtual_board::corner::Corner;
+use virtual_board::emulator::corner::Corner;
 
-use virtual_board::serve::pace::Speed;
-use virtual_board::serve::robot::{ControlNode, RobotOptions};
-use virtual_board::serve::{self, Note, Planned, Programs, Summary};
-use virtual_board::wiring::Wiring;
+use virtual_board::emulator::wiring::Wiring;
+use virtual_board::product::serve::pace::VirtualSpeed;
+use virtual_board::product::serve::robot::{ControlNode, RobotOptions};
+use virtual_board::product::serve::{self, BoardPrograms, Note, Planned, ServeSummary};
 
 use super::elf;
 use super::options::duration;
 
 /// The options of `serve`.
 #[derive(Args)]
-pub struct Arguments {
+pub struct ServeArguments {
     /// The ELF; without it the firmware is built first.
     #[arg(long)]
     elf: Option<PathBuf>,
@@ -61,7 +61,7 @@ pub struct Arguments {
     seconds: Option<f64>,
     /// How many times as fast as real time, or max.
     #[arg(long, default_value = "1")]
-    speed: Speed,
+    speed: VirtualSpeed,
 }
 
 fn feet(text: &str) -> Result<usize, String> {
@@ -73,7 +73,7 @@ fn feet(text: &str) -> Result<usize, String> {
 }
 
 /// Serves feet until the end is requested.
-pub fn serve(arguments: &Arguments) -> Result<(), Box<dyn core::error::Error>> {
+pub fn serve(arguments: &ServeArguments) -> Result<(), Box<dyn core::error::Error>> {
     let stop = Arc::new(AtomicBool::new(false));
     let stopped = Arc::clone(&stop);
     ctrlc::set_handler(move || stopped.store(true, Ordering::Relaxed))?;
@@ -82,7 +82,7 @@ pub fn serve(arguments: &Arguments) -> Result<(), Box<dyn core::error::Error>> {
         Some(path) => Some(elf::read(Some(path), arguments.board)?.into()),
         None => None,
     };
-    let programs = Programs {
+    let programs = BoardPrograms {
         program: elf.into(),
         bootloader,
     };
@@ -90,7 +90,7 @@ pub fn serve(arguments: &Arguments) -> Result<(), Box<dyn core::error::Error>> {
         true => ControlNode::Absent,
         false => ControlNode::Present,
     };
-    let options = serve::Options {
+    let options = serve::ServeOptions {
         robot: RobotOptions {
             feet: arguments.feet,
             gait: arguments.gait,
@@ -137,7 +137,7 @@ fn typed() -> Receiver<String> {
     lines
 }
 
-fn print(summary: &Summary) {
+fn print(summary: &ServeSummary) {
     let seconds = summary.ms as f64 * 1e-3;
     let took = summary.took.as_secs_f64();
     eprintln!(

@@ -12,13 +12,13 @@ use std::sync::Mutex;
 use host_tests::committed::workspace;
 use host_tests::requirements::unmet;
 use lsm6dsox::sim::Stimulus;
-use virtual_board::board::{Board, BoardOptions};
-use virtual_board::chip::Chip;
-use virtual_board::core::cpu::Cpu;
-use virtual_board::elf::Image;
-use virtual_board::machine::Machine;
-use virtual_board::time::PER_SECOND;
-use virtual_board::wiring::Wiring;
+use virtual_board::emulator::board::{Board, BoardOptions};
+use virtual_board::emulator::chip::Chip;
+use virtual_board::emulator::core::cpu::Cpu;
+use virtual_board::emulator::elf::ElfImage;
+use virtual_board::emulator::machine::Machine;
+use virtual_board::emulator::time::PER_SECOND;
+use virtual_board::emulator::wiring::Wiring;
 use wire::Emergency;
 
 /// Millisecond of virtual time.
@@ -96,13 +96,13 @@ fn build_with(chosen: &[&str], program: &str) -> PathBuf {
 }
 
 /// Parsed ELF of a program.
-pub fn image(package: &str, program: &str) -> Image {
+pub fn image(package: &str, program: &str) -> ElfImage {
     let elf = std::fs::read(build(package, program)).expect("the ELF was built");
-    Image::parse(&elf).expect("it is an ELF")
+    ElfImage::parse(&elf).expect("it is an ELF")
 }
 
 /// Boots a core with a program in flash.
-pub fn boot(image: &Image) -> Cpu {
+pub fn boot(image: &ElfImage) -> Cpu {
     Cpu::new(
         Machine::new(Chip::default()),
         &image.segments,

@@ -1,10 +1,10 @@
 //! A board with a master on both of its lines: requests, answers and frames.
 
 use estimator_core::Decision;
-use virtual_board::board::{Board, Injection};
-use virtual_board::part::can::Frame;
-use virtual_board::part::rcc::ResetCause;
-use virtual_board::part::usart::LineFault;
+use virtual_board::emulator::board::{Board, Injection};
+use virtual_board::emulator::part::can::BusFrame;
+use virtual_board::emulator::part::rcc::ResetCause;
+use virtual_board::emulator::part::usart::LineFault;
 use wire::dictionary::{SIGNATURE_STORE, index};
 use wire::uart::{Answer, ConfigGet, ConfigSet, Decoder, HealthMessage, Message, encode};
 use wire::{Address, Emergency, Value, pdo};
@@ -21,7 +21,7 @@ pub const RESET_COMMUNICATION: u8 = 0x82;
 pub struct Rig {
     pub board: Board,
     decoder: Decoder,
-    frames: Vec<(u64, Frame)>,
+    frames: Vec<(u64, BusFrame)>,
     pub messages: Vec<(u64, Message)>,
 }
 
@@ -68,7 +68,7 @@ impl Rig {
     }
 
     pub fn can(&mut self, id: u16, data: &[u8]) {
-        self.board.push_can(Frame::new(id, data));
+        self.board.push_can(BusFrame::new(id, data));
     }
 
     pub fn nmt(&mut self, command: u8) {

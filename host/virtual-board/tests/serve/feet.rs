@@ -5,13 +5,13 @@ use std::io::Write as _;
 use std::thread;
 use std::time::Duration;
 
-use virtual_board::corner::Corner;
-use virtual_board::serve::robot::{ControlNode, Robot, RobotOptions};
+use virtual_board::emulator::corner::Corner;
+use virtual_board::product::serve::robot::{BoardRobot, ControlNode, RobotOptions};
 
 use crate::common::product;
 use crate::server::Server;
 
-fn robot(elf: Vec<u8>, feet: usize) -> Robot {
+fn robot(elf: Vec<u8>, feet: usize) -> BoardRobot {
     let options = RobotOptions {
         feet,
         gait: gait::GaitName::Walk,
@@ -20,7 +20,7 @@ fn robot(elf: Vec<u8>, feet: usize) -> Robot {
         control: ControlNode::Present,
         settings: Vec::new(),
     };
-    Robot::start(elf, &options).unwrap_or_else(|error| panic!("{error}"))
+    BoardRobot::start(elf, &options).unwrap_or_else(|error| panic!("{error}"))
 }
 
 #[test]

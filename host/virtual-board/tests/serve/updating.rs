@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 use bootloader::image::Sources;
 use host_tests::committed::workspace;
 use host_tests::requirements::unmet;
-use images::{DEVELOPMENT_KEY, Origin, image};
+use images::{DEVELOPMENT_KEY, ProgramOrigin, image};
 use serde_json::Value as Json;
-use virtual_board::wiring::Wiring;
+use virtual_board::emulator::wiring::Wiring;
 
 use crate::common::{build_bootloader, product};
 use crate::environment;
@@ -18,7 +18,7 @@ use crate::server::{Server, footfall, program};
 
 /// Image of a program with another hash than that of the server's boards, which a probe has written.
 fn new_image(elf: &[u8]) -> Vec<u8> {
-    let origin = Origin {
+    let origin = ProgramOrigin {
         version: [0, 1, 1],
         commit: [1; 20],
         sources: Sources::Committed,

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use host_tests::committed::assert_block;
-use virtual_board::corner::Corner;
-use virtual_board::serve::robot::{ControlNode, Robot, RobotOptions};
-use virtual_board::time::{PER_SECOND, cycle};
+use virtual_board::emulator::corner::Corner;
+use virtual_board::emulator::time::{PER_SECOND, cycle};
+use virtual_board::product::serve::robot::{BoardRobot, ControlNode, RobotOptions};
 use wire::dictionary::index;
 use wire::{Address, Foot, Pdo, Value, pdo};
 
@@ -71,7 +71,7 @@ fn carry(profile: &Profile, elf: &[u8]) -> Carried {
             (Address::new(index::TPDO, 5), Value::U16(profile.period_ms)),
         ],
     };
-    let robot = Robot::start(elf.to_vec(), &options);
+    let robot = BoardRobot::start(elf.to_vec(), &options);
     let mut robot = robot.unwrap_or_else(|error| panic!("{error}"));
     let positions: Vec<Foot> = robot.positions().collect();
     let mut all = Carried::default();

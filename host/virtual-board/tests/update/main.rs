@@ -14,11 +14,11 @@ use master::{
     CLEAR, CONFIRM, INSTALLED_MS, Master, NEW, OLD, START, boot, boot_without_program, bootloader,
     changed_image, new_image, number_of,
 };
-use virtual_board::board::{Board, Injection};
-use virtual_board::chip::Crystal;
-use virtual_board::corner::Corner;
-use virtual_board::part::can::Frame;
-use virtual_board::wiring::Wiring;
+use virtual_board::emulator::board::{Board, Injection};
+use virtual_board::emulator::chip::Crystal;
+use virtual_board::emulator::corner::Corner;
+use virtual_board::emulator::part::can::BusFrame;
+use virtual_board::emulator::wiring::Wiring;
 use wire::dictionary::{SIGNATURE_STORE, index};
 
 use crate::common::build_bootloader;
@@ -145,7 +145,7 @@ fn foot_is_updated_over_can() {
     assert_eq!(master.number(index::PROGRAM_ID), sent.identification());
     assert_eq!(master.control(START)[0], 0x60);
     master.boot_up(INSTALLED_MS);
-    let seconds = (master.board.now() - begin) / virtual_board::time::PER_SECOND;
+    let seconds = (master.board.now() - begin) / virtual_board::emulator::time::PER_SECOND;
     assert!(seconds < 30, "{seconds} s");
     assert_eq!(master.version(), NEW);
     assert_eq!(master.number(index::PROGRAM_ID), sent.identification());
@@ -184,10 +184,10 @@ fn foot_without_a_program_is_updated() {
     // LSS: identify, by its vendor id.
     master
         .board
-        .push_can(Frame::new(0x7E5, &[0x04, 1, 0, 0, 0, 0, 0, 0]));
+        .push_can(BusFrame::new(0x7E5, &[0x04, 1, 0, 0, 0, 0, 0, 0]));
     master
         .board
-        .push_can(Frame::new(0x7E5, &[0x5B, 0, 0, 0, 0, 0, 0, 0]));
+        .push_can(BusFrame::new(0x7E5, &[0x5B, 0, 0, 0, 0, 0, 0, 0]));
     master.run(5);
     let frames = master.board.take_can();
     let lss = frames.iter().find(|sent| sent.frame.id == 0x7E4);
@@ -195,7 +195,7 @@ fn foot_without_a_program_is_updated() {
     assert_eq!(lss.frame.data[..5], *b"\x5Btoof");
     master
         .board
-        .push_can(Frame::new(0x7E5, &[0x04, 0, 0, 0, 0, 0, 0, 0]));
+        .push_can(BusFrame::new(0x7E5, &[0x04, 0, 0, 0, 0, 0, 0, 0]));
     let image = changed_image(&elf, |_| ());
     assert_eq!(master.send(&image)[0], 0xA1);
     assert_eq!(master.control(START)[0], 0x60);

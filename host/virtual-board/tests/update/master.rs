@@ -2,14 +2,14 @@
 
 use bootloader::image::{HEADER, Header, Refusal, Sources, USED};
 use bootloader::layout::Slot;
-use images::{DEVELOPMENT_KEY, Origin, image};
+use images::{DEVELOPMENT_KEY, ProgramOrigin, image};
 use lsm6dsox::sim::Stimulus;
-use virtual_board::board::Board;
-use virtual_board::corner::Corner;
-use virtual_board::part::can::{Frame, TimedFrame};
-use virtual_board::serve::lawicel;
-use virtual_board::time::PER_SECOND;
-use virtual_board::wiring::Wiring;
+use virtual_board::emulator::board::Board;
+use virtual_board::emulator::corner::Corner;
+use virtual_board::emulator::part::can::{BusFrame, TimedFrame};
+use virtual_board::emulator::time::PER_SECOND;
+use virtual_board::emulator::wiring::Wiring;
+use virtual_board::product::serve::lawicel;
 use wire::dictionary::{Address, index};
 use wire::node::Command;
 use wire::uart::{ConfigGet, ConfigSet, Message, NmtRequest, encode};
@@ -63,7 +63,7 @@ pub fn boot_without_program(wiring: &'static Wiring, corner: Corner) -> Board {
 
 /// Number of a program that a probe has written, by the header in its ELF.
 pub fn number_of(elf: &[u8]) -> u32 {
-    let parsed = virtual_board::elf::Image::parse(elf).expect("an ELF");
+    let parsed = virtual_board::emulator::elf::ElfImage::parse(elf).expect("an ELF");
     let header = parsed
         .segments
         .iter()
@@ -75,8 +75,8 @@ pub fn number_of(elf: &[u8]) -> u32 {
 }
 
 /// Origin of an image, with this sequence.
-pub const fn origin(sequence: u32) -> Origin {
-    Origin {
+pub const fn origin(sequence: u32) -> ProgramOrigin {
+    ProgramOrigin {
         version: [0, 1, 1],
         commit: [1; 20],
         sources: Sources::Committed,
@@ -110,7 +110,7 @@ pub fn other_version(elf: &mut [u8]) {
 /// Image of a program whose first instruction is this one.
 pub fn image_beginning_with(elf: &[u8], instruction: [u8; 2]) -> Vec<u8> {
     changed_image(elf, |elf| {
-        let parsed = virtual_board::elf::Image::parse(elf).expect("an ELF");
+        let parsed = virtual_board::emulator::elf::ElfImage::parse(elf).expect("an ELF");
         let reset = parsed.symbol("Reset").expect("a handler") & !1;
         let holds_it = |(start, bytes): &&(u32, Vec<u8>)| {
             (*start..*start + bytes.len() as u32).contains(&reset)
@@ -204,7 +204,7 @@ impl Master {
     }
 
     /// Takes the frames that the foot has sent.
-    fn take(&mut self) -> Vec<Frame> {
+    fn take(&mut self) -> Vec<BusFrame> {
         let Way::Serial(text) = &mut self.way else {
             let sent = self.board.take_can().into_iter();
             return sent.map(|sent| sent.frame).collect();
@@ -225,14 +225,14 @@ impl Master {
             for k in 0..self.traffic {
                 // Process data and SDOs of another node.
                 let id = [0x192, 0x612, 0x592, 0x212][usize::from(k % 4)];
-                self.board.push_can(Frame::new(id, &[k as u8; 8]));
+                self.board.push_can(BusFrame::new(id, &[k as u8; 8]));
             }
             run(&mut self.board, 1);
         }
     }
 
     pub fn push(&mut self, request: &[u8; 8]) {
-        let frame = Frame::new(0x600 + u16::from(self.node), request);
+        let frame = BusFrame::new(0x600 + u16::from(self.node), request);
         match self.way {
             Way::Bus => self.board.push_can(frame),
             Way::Serial(_) => {
@@ -292,7 +292,7 @@ impl Master {
     }
 
     fn nmt(&mut self, command: u8) {
-        self.board.push_can(Frame::new(0, &[command, self.node]));
+        self.board.push_can(BusFrame::new(0, &[command, self.node]));
         self.run(5);
     }
 

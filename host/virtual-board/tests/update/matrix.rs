@@ -8,12 +8,12 @@ use bootloader::image::Refusal;
 use bootloader::layout::{SLOT_SIZE, Slot};
 use host_tests::committed::assert_block;
 use images::{DEVELOPMENT_KEY, image};
-use virtual_board::board::Injection;
-use virtual_board::corner::Corner;
-use virtual_board::part::can::BusFault;
-use virtual_board::part::rcc::ResetCause;
-use virtual_board::part::usart::LineFault;
-use virtual_board::wiring::Wiring;
+use virtual_board::emulator::board::Injection;
+use virtual_board::emulator::corner::Corner;
+use virtual_board::emulator::part::can::BusFault;
+use virtual_board::emulator::part::rcc::ResetCause;
+use virtual_board::emulator::part::usart::LineFault;
+use virtual_board::emulator::wiring::Wiring;
 
 use crate::common::{is_built_here, products};
 use crate::master::{

@@ -1,9 +1,9 @@
 //! Settings of every kind over an update, over CAN and over the serial line.
 
-use virtual_board::board::Board;
-use virtual_board::corner::Corner;
-use virtual_board::part::can::Frame;
-use virtual_board::wiring::Wiring;
+use virtual_board::emulator::board::Board;
+use virtual_board::emulator::corner::Corner;
+use virtual_board::emulator::part::can::BusFrame;
+use virtual_board::emulator::wiring::Wiring;
 use wire::dictionary::{SIGNATURE_STORE, index};
 
 use crate::common::product;
@@ -80,7 +80,7 @@ fn settings_of_every_kind_survive_updates() {
 
 /// Resets the node.
 fn reset(board: &mut Board) {
-    board.push_can(Frame::new(0, &[0x81, 0]));
+    board.push_can(BusFrame::new(0, &[0x81, 0]));
 }
 
 /// Sends an image to the bootloader, and starts it.

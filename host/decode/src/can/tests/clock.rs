@@ -11,7 +11,7 @@ use super::decode;
 use crate::Report;
 use crate::can_log::Logged;
 use crate::live::{Listener, Said};
-use crate::row::{Row, Turn};
+use crate::row::{ContactRow, Turn};
 
 /// Start of the receiver's clock, µs.
 const EPOCH_US: u64 = 1_700_000_000_000_000;
@@ -130,7 +130,7 @@ struct Stall {
 /// A decoded contact, with its true time; times in µs.
 struct Timed {
     node: u8,
-    row: Row,
+    row: ContactRow,
     clock_us: u64,
 }
 

@@ -606,7 +606,7 @@ fn rows_of_long_logs_are_complete_and_in_order() {
     let decoded = decode(&log.collect::<String>(), "can.log", &[]);
     assert_eq!((decoded.report.rows, decoded.rows.len()), (10_000, 10_000));
     assert!(decoded.report.problems.is_empty(), "{}", decoded.report);
-    let in_order = |(k, row): (usize, &Row)| {
+    let in_order = |(k, row): (usize, &ContactRow)| {
         row.timestamp.as_micros() == 1000 * k as u64 && row.axes.is_some()
     };
     assert!(decoded.rows.iter().enumerate().all(in_order));

@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use clap::Args;
 use live::Source;
-use live::foot::accept::{self, AcceptError, Figure, Person, Step, Verdict};
+use live::foot::accept::{self, AcceptError, AcceptStep, Figure, Person, Verdict};
 use live::foot::client::Client;
 use live::link::{self, pace::Speed};
 use wire::NodeId;
@@ -41,7 +41,7 @@ pub struct AcceptArguments {
     pub node: Option<NodeId>,
     /// Do these steps alone, such as still,sides: board, self-test, still, sides, taps, steps, load, unplug
     #[arg(long, value_name = "STEPS", value_delimiter = ',', value_parser = parse_step)]
-    pub only: Vec<Step>,
+    pub only: Vec<AcceptStep>,
     /// How long each step waits for you, s
     #[arg(long, value_name = "S", default_value_t = 120, value_parser = clap::value_parser!(u16).range(1..=3600))]
     pub seconds: u16,
@@ -53,10 +53,10 @@ pub struct AcceptArguments {
     pub page: Option<PathBuf>,
 }
 
-fn parse_step(text: &str) -> Result<Step, String> {
-    let step = Step::ALL.into_iter().find(|step| step.name() == text);
+fn parse_step(text: &str) -> Result<AcceptStep, String> {
+    let step = AcceptStep::ALL.into_iter().find(|step| step.name() == text);
     step.ok_or_else(|| {
-        let names = Step::ALL.map(Step::name);
+        let names = AcceptStep::ALL.map(AcceptStep::name);
         format!("write some of {}, with commas between", names.join(", "))
     })
 }
@@ -71,7 +71,7 @@ impl AcceptArguments {
         finish_when_interrupted();
         let mut report = AcceptReport::of(&mut client)?;
         let mut steps = match self.only.is_empty() {
-            true => Step::ALL.to_vec(),
+            true => AcceptStep::ALL.to_vec(),
             false => self.only.clone(),
         };
         steps.sort_unstable();
@@ -91,7 +91,7 @@ impl AcceptArguments {
             Ok(()) => is_interrupted().then(|| "interrupted".to_owned()),
         };
         if let Some(reason) = &reason {
-            let is_done = |step: Step| figures.iter().any(|figure| figure.limit.step == step);
+            let is_done = |step: AcceptStep| figures.iter().any(|figure| figure.limit.step == step);
             let rest: Vec<_> = steps.iter().filter(|step| !is_done(**step)).collect();
             figures.extend(rest.into_iter().flat_map(|step| step.not_tested(reason)));
         }

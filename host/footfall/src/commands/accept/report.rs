@@ -1,6 +1,6 @@
 //! Report of an acceptance as text and as JSON.
 
-use live::foot::accept::{Figure, Outcome, Verdict};
+use live::foot::accept::{Figure, FigureOutcome, Verdict};
 use live::foot::client::Client;
 use live::foot::update;
 use schemars::JsonSchema;
@@ -10,7 +10,7 @@ use wire::{Address, DataType, NodeId};
 
 use crate::commands::foot::to_json;
 use crate::foot_error::FootError;
-use crate::schema::{Described, Kind, Line};
+use crate::schema::{Described, DescribedLine, SchemaKind};
 
 /// Figures of a healthy foot on the virtual board, by the names of the step and of the quantity.
 const PREDICTIONS: &str = include_str!("virtual-board.csv");
@@ -82,7 +82,7 @@ pub(super) struct Judged {
 }
 
 impl Described for AcceptReport {
-    const KIND: Kind = Kind::Accept;
+    const KIND: SchemaKind = SchemaKind::Accept;
 }
 
 impl AcceptReport {
@@ -129,7 +129,7 @@ impl AcceptReport {
     }
 
     pub(super) fn to_json(&self) -> String {
-        to_json(&Line::of(self))
+        to_json(&DescribedLine::of(self))
     }
 
     /// The values that are out, with their remedies; steps that failed; and the counts.
@@ -170,8 +170,10 @@ impl Judged {
         let limit = figure.limit;
         let finite = |value: f64| value.is_finite().then_some(value);
         let (value, reason) = match &figure.outcome {
-            Outcome::Measured(value) => (finite(*value), ""),
-            Outcome::Failed(reason) | Outcome::NotTested(reason) => (None, reason.as_str()),
+            FigureOutcome::Measured(value) => (finite(*value), ""),
+            FigureOutcome::Failed(reason) | FigureOutcome::NotTested(reason) => {
+                (None, reason.as_str())
+            }
         };
         let verdict = figure.verdict();
         Self {
@@ -186,7 +188,7 @@ impl Judged {
             verdict: verdict.name(),
             detail: figure.detail.clone() + reason,
             remedy: match (verdict, &figure.outcome) {
-                (Verdict::Out, Outcome::Measured(_)) => limit.remedy,
+                (Verdict::Out, FigureOutcome::Measured(_)) => limit.remedy,
                 _ => "",
             },
             range: limit.range(),
@@ -208,9 +210,11 @@ pub(super) fn line(figure: &Figure) -> String {
     let limit = figure.limit;
     let name = limit.name;
     match &figure.outcome {
-        Outcome::NotTested(reason) => format!("{name:<32} not tested: {reason}"),
-        Outcome::Failed(reason) => format!("{name:<32} {}: {reason}", figure.verdict().name()),
-        Outcome::Measured(value) => {
+        FigureOutcome::NotTested(reason) => format!("{name:<32} not tested: {reason}"),
+        FigureOutcome::Failed(reason) => {
+            format!("{name:<32} {}: {reason}", figure.verdict().name())
+        }
+        FigureOutcome::Measured(value) => {
             let value = format!("{} {}", short(*value), limit.unit);
             let range = limit.range();
             let detail = match figure.detail.as_str() {

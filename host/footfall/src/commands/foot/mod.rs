@@ -25,7 +25,7 @@ use live::foot::calibration;
 use live::foot::client::{Client, RequestError};
 use live::foot::position;
 use live::foot::scan;
-use live::foot::self_test::{self, Verdict};
+use live::foot::self_test::{self, SelfTestResult};
 use live::foot::settings::{self, Lasting, Values};
 use live::link::{self, pace::Speed};
 use wire::dictionary::index;
@@ -58,12 +58,12 @@ pub struct FootArguments {
     pub json: bool,
     /// Action on the foot.
     #[command(subcommand)]
-    pub action: Action,
+    pub action: FootAction,
 }
 
 /// Actions on a foot.
 #[derive(Debug, Subcommand)]
-pub enum Action {
+pub enum FootAction {
     /// List the feet that are heard
     Scan,
     /// Show which foot it is, its program, its stage and its faults
@@ -147,7 +147,7 @@ pub enum Action {
     Reset,
 }
 
-impl Action {
+impl FootAction {
     /// Returns whether interrupting the action would leave the foot in an intermediate state.
     const fn is_whole(&self) -> bool {
         match self {
@@ -201,11 +201,11 @@ fn parse_position(text: &str) -> Result<wire::Foot, String> {
 
 impl FootArguments {
     pub(super) fn run(self) -> Result<(), Error> {
-        if let Action::Export { file } = &self.action {
+        if let FootAction::Export { file } = &self.action {
             targets::check(&[], &[Target::Settings(file)])?;
         }
         let mut link = link::open(&self.source.clone().at_speed(Speed::REAL))?;
-        if let Action::Scan = self.action {
+        if let FootAction::Scan = self.action {
             let mut listener = Listener::default();
             let feet = scan::feet(link.as_mut(), &mut listener, scan::SCAN)?;
             if feet.is_empty() {
@@ -213,11 +213,11 @@ impl FootArguments {
             }
             return print_text(&self.feet(feet.iter(), &listener)).map_err(Error::Print);
         }
-        if let Action::Sync { seconds, send } = self.action {
+        if let FootAction::Sync { seconds, send } = self.action {
             let text = self.sync(link.as_mut(), seconds, send)?;
             return print_text(&text).map_err(Error::Print);
         }
-        if let Action::Update { image, all, serial } = &self.action {
+        if let FootAction::Update { image, all, serial } = &self.action {
             // A foot that is left in its bootloader is silent.
             finish_when_interrupted();
             let which = match (all, serial.as_slice()) {
@@ -241,10 +241,10 @@ impl FootArguments {
         }
         Ok(match &self.action {
             // Handled before.
-            Action::Scan | Action::Sync { .. } | Action::Update { .. } => String::new(),
-            Action::Info => self.info(client)?,
-            Action::Get { names } => self.get(client, names)?,
-            Action::Set { settings, save } => {
+            FootAction::Scan | FootAction::Sync { .. } | FootAction::Update { .. } => String::new(),
+            FootAction::Info => self.info(client)?,
+            FootAction::Get { names } => self.get(client, names)?,
+            FootAction::Set { settings, save } => {
                 let mut values = Values::new();
                 for setting in settings {
                     let (name, value) = setting
@@ -267,29 +267,29 @@ impl FootArguments {
                 };
                 self.write(client, &values, lasting)?
             }
-            Action::Save => {
+            FootAction::Save => {
                 settings::while_paused(client, settings::store).map_err(FootError::from)?;
                 "stored\n".to_owned()
             }
-            Action::Restore => {
+            FootAction::Restore => {
                 settings::restore(client).map_err(FootError::from)?;
                 "stored settings forgotten; the foot has started again with its defaults\n"
                     .to_owned()
             }
-            Action::Id { foot } => {
+            FootAction::Id { foot } => {
                 position::set(client, *foot).map_err(FootError::from)?;
                 self.info(client)?
             }
-            Action::Calibrate { forget: true, .. } => {
+            FootAction::Calibrate { forget: true, .. } => {
                 calibration::store(client, Calibration::Forget).map_err(FootError::from)?;
                 "what was learnt is forgotten\n".to_owned()
             }
-            Action::Calibrate { seconds, .. } => self.calibrate(client, *seconds)?,
-            Action::Selftest => match self_test::run(client).map_err(FootError::from)? {
-                Verdict::Passed => "the sensor has passed its self-test\n".to_owned(),
-                Verdict::Failed(axes) => return Err(FootError::TestFailed { axes }.into()),
+            FootAction::Calibrate { seconds, .. } => self.calibrate(client, *seconds)?,
+            FootAction::Selftest => match self_test::run(client).map_err(FootError::from)? {
+                SelfTestResult::Passed => "the sensor has passed its self-test\n".to_owned(),
+                SelfTestResult::Failed(axes) => return Err(FootError::TestFailed { axes }.into()),
             },
-            Action::Diff { file } => {
+            FootAction::Diff { file } => {
                 let own = settings::read(client).map_err(FootError::from)?;
                 let other = match file {
                     None => settings::defaults(node),
@@ -297,7 +297,7 @@ impl FootArguments {
                 };
                 self.changes(&settings::differences(&other, &own))
             }
-            Action::Export { file } => {
+            FootAction::Export { file } => {
                 let own = settings::read(client).map_err(FootError::from)?;
                 let version = client.read_text(Address::new(index::SOFTWARE_VERSION, 0));
                 let version = version.map_err(FootError::from)?;
@@ -308,11 +308,11 @@ impl FootArguments {
                 write_file(file, |to| to.write_all(text.as_bytes()))?;
                 String::new()
             }
-            Action::Import { file } => {
+            FootAction::Import { file } => {
                 let values = read_file(file, node)?;
                 self.write(client, &values, Lasting::Stored)?
             }
-            Action::Reset => {
+            FootAction::Reset => {
                 client.start_again().map_err(FootError::from)?;
                 "the foot has started again\n".to_owned()
             }

@@ -16,7 +16,7 @@ use wire::{Address, DataType, Fault, NodeId, Value};
 use super::FootArguments;
 use crate::error::Error;
 use crate::foot_error::FootError;
-use crate::schema::{Described, Kind, Line};
+use crate::schema::{Described, DescribedLine, SchemaKind};
 
 /// Which foot it is, its program, its stage and its faults.
 #[derive(Debug, JsonSchema, Serialize)]
@@ -49,7 +49,7 @@ pub struct FootInfo {
 }
 
 impl Described for FootInfo {
-    const KIND: Kind = Kind::FootInfo;
+    const KIND: SchemaKind = SchemaKind::FootInfo;
 }
 
 /// The feet that are heard.
@@ -211,7 +211,7 @@ impl FootArguments {
             Err(error) => return Err(error.into()),
         };
         if self.json {
-            return Ok(to_json(&Line::of(&FootInfo {
+            return Ok(to_json(&DescribedLine::of(&FootInfo {
                 foot,
                 node,
                 device,

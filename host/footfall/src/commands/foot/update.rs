@@ -9,7 +9,7 @@ use indicatif::ProgressBar;
 use live::foot::client::{Client, RequestError};
 use live::foot::scan;
 use live::foot::serial;
-use live::foot::update::{self, Image, Program, Step, Updated};
+use live::foot::update::{self, FootProgram, Image, UpdateStage, Updated};
 use live::link::Link;
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -113,7 +113,7 @@ impl FootArguments {
 
 impl FootUpdate {
     fn of<E: ToString>(node: Option<NodeId>, result: &Result<Updated, E>) -> Self {
-        let number = |program: &Program| format!("{:08X}", program.identification);
+        let number = |program: &FootProgram| format!("{:08X}", program.identification);
         let done = result.as_ref().ok();
         let after = done.and_then(|done| done.after.as_ref());
         Self {
@@ -137,7 +137,7 @@ fn line(updated: &Updated) -> String {
     }
 }
 
-fn name(program: &Program) -> String {
+fn name(program: &FootProgram) -> String {
     match (program.version.as_deref(), program.identification) {
         (None, _) => "no program".to_owned(),
         (Some(version), 0) => version.to_owned(),
@@ -148,12 +148,12 @@ fn name(program: &Program) -> String {
 /// Progress on standard error: a line for each step, and a bar while an image is sent.
 #[derive(Default)]
 struct Progress {
-    last: Option<(String, Step)>,
+    last: Option<(String, UpdateStage)>,
     bar: Option<ProgressBar>,
 }
 
 impl Progress {
-    fn show(&mut self, foot: &str, step: Step) {
+    fn show(&mut self, foot: &str, step: UpdateStage) {
         let last = self.last.replace((foot.to_owned(), step));
         let is_same =
             last.is_some_and(|(of, last)| of == foot && discriminant(&last) == discriminant(&step));
@@ -161,7 +161,7 @@ impl Progress {
             self.end_bar();
             messages::aside(format!("{foot}: {}", words(step)));
         }
-        if let Step::Sending { percent } = step {
+        if let UpdateStage::Sending { percent } = step {
             let bar = self.bar.get_or_insert_with(|| Bars::default().sending());
             bar.set_position(percent.into());
         }
@@ -174,11 +174,11 @@ impl Progress {
     }
 }
 
-const fn words(step: Step) -> &'static str {
+const fn words(step: UpdateStage) -> &'static str {
     match step {
-        Step::Stopping => "restarting into its bootloader",
-        Step::Sending { .. } => "sending",
-        Step::Installing => "installing",
-        Step::Confirming => "running the program, until it has confirmed itself",
+        UpdateStage::Stopping => "restarting into its bootloader",
+        UpdateStage::Sending { .. } => "sending",
+        UpdateStage::Installing => "installing",
+        UpdateStage::Confirming => "running the program, until it has confirmed itself",
     }
 }

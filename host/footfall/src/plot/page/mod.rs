@@ -11,7 +11,7 @@ use std::io::{self, Write};
 use std::ops::Range;
 
 use estimator_core::{ContactEstimate, Decision, Phase};
-use recordings::events::{Event, Kind};
+use recordings::events::{ContactEvent, EventKind};
 use recordings::input::About;
 use recordings::recording::{Label, RecordedSample};
 
@@ -49,9 +49,9 @@ pub struct PageFoot {
     samples: usize,
     collector: Collector,
     decisions: Stretching<Decision>,
-    events: Vec<Event>,
-    /// Number of events per kind, in the order of [`Kind::ALL`].
-    counts: [usize; Kind::ALL.len()],
+    events: Vec<ContactEvent>,
+    /// Number of events per kind, in the order of [`EventKind::ALL`].
+    counts: [usize; EventKind::ALL.len()],
 }
 
 impl PageFoot {
@@ -72,7 +72,7 @@ impl PageFoot {
             collector: Collector::new(width.clone(), 1),
             decisions: Stretching::new(width),
             events: Vec::new(),
-            counts: [0; Kind::ALL.len()],
+            counts: [0; EventKind::ALL.len()],
         }
     }
 
@@ -84,7 +84,7 @@ impl PageFoot {
     }
 
     /// Adds an event.
-    pub fn add_event(&mut self, event: &Event) {
+    pub fn add_event(&mut self, event: &ContactEvent) {
         self.counts[event.kind as usize] += 1;
         if self.events.len() < MOST_EVENTS {
             self.events.push(*event);
@@ -112,7 +112,7 @@ impl PageFoot {
             self.span.end - self.span.start,
             counted - self.events.len(),
         )?;
-        for (k, (kind, count)) in Kind::ALL.into_iter().zip(self.counts).enumerate() {
+        for (k, (kind, count)) in EventKind::ALL.into_iter().zip(self.counts).enumerate() {
             let comma = if k > 0 { "," } else { "" };
             write!(to, "{comma}\"{}\":{count}", kind.name())?;
         }
@@ -200,7 +200,7 @@ fn data(title: &str, feet: Vec<PageFoot>) -> Result<String, std::fmt::Error> {
         pack::names(Phase::ALL.map(Phase::name)),
         pack::names(DECISION_NAMES),
         pack::names(LABEL_NAMES),
-        pack::names(Kind::ALL.map(Kind::name)),
+        pack::names(EventKind::ALL.map(EventKind::name)),
     )?;
     // As in the figure of a foot, 0 on an axis is timestamp 0 of its first foot.
     let origins: Vec<i64> = (0..axes.len())

@@ -3,7 +3,7 @@
 use std::fmt::{self, Write};
 use std::ops::Range;
 
-use recordings::events::{Event, Kind};
+use recordings::events::{ContactEvent, EventKind};
 
 use crate::plot::decimate::Trace;
 
@@ -135,11 +135,13 @@ pub(super) fn stretches<T: PartialEq>(
 }
 
 /// Appends events: time and kind, duration and distance.
-pub(super) fn events(events: &[Event], to: &mut String) -> fmt::Result {
+pub(super) fn events(events: &[ContactEvent], to: &mut String) -> fmt::Result {
     to.push('[');
     for (k, event) in events.iter().enumerate() {
         let comma = if k > 0 { "," } else { "" };
-        let kind = Kind::ALL.into_iter().position(|kind| kind == event.kind);
+        let kind = EventKind::ALL
+            .into_iter()
+            .position(|kind| kind == event.kind);
         let time = event.time.as_micros();
         write!(to, "{comma}[{time},{},", kind.unwrap_or(0))?;
         match event.duration_us {

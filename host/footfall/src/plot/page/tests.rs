@@ -168,9 +168,9 @@ fn feet_with_overlapping_times_share_an_axis() {
 fn excess_events_are_counted() {
     let mut busy = foot("busy", 0, 100);
     for k in 0..MOST_EVENTS as u64 + 7 {
-        busy.add_event(&Event {
+        busy.add_event(&ContactEvent {
             time: Timestamp::from_micros(k),
-            kind: Kind::ALL[k as usize % 4],
+            kind: EventKind::ALL[k as usize % 4],
             duration_us: Some(1),
             peak: 1.0,
             distance_m: None,

@@ -7,9 +7,9 @@ use wire::pdo::{Quantity, TEMPERATURE_STEP};
 use wire::{Address, DataType, Fault, Faults, Value};
 
 use super::figure::{self, Figure};
-use super::{Person, Step};
+use super::{AcceptStep, Person};
 use crate::foot::client::{Client, RequestError};
-use crate::foot::self_test::{self, SelfTestError, Verdict};
+use crate::foot::self_test::{self, SelfTestError, SelfTestResult};
 
 /// Polling interval of a temperature, and number of attempts.
 const LOOK: Duration = Duration::from_millis(100);
@@ -63,15 +63,15 @@ pub(super) fn test_sensor(
         "put the foot down, and do not touch it: the sensor tests itself, and the board starts again",
     );
     let figure = match self_test::run(client)? {
-        Verdict::Passed => figure::SELF_TEST.measured(0.0),
-        Verdict::Failed(Some(axes)) => {
+        SelfTestResult::Passed => figure::SELF_TEST.measured(0.0),
+        SelfTestResult::Failed(Some(axes)) => {
             let names: Vec<_> = axes.iter().map(|axis| axis.name()).collect();
             figure::SELF_TEST.counted(axes.len()).with(names.join(", "))
         }
-        Verdict::Failed(None) => figure::SELF_TEST
+        SelfTestResult::Failed(None) => figure::SELF_TEST
             .measured(f64::NAN)
             .with("which axes is said over CAN only".to_owned()),
     };
-    debug_assert_eq!(figure.limit.step, Step::SelfTest);
+    debug_assert_eq!(figure.limit.step, AcceptStep::SelfTest);
     Ok(vec![figure])
 }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use decode::Row;
+use decode::ContactRow;
 use estimator_core::{Decision, Phase, Timestamp};
 use wire::dictionary::index;
 use wire::node::CalibrationState;
@@ -10,7 +10,7 @@ use wire::{Address, DataType, Fault, Faults};
 
 use super::figure::{self, Figure};
 use super::moments::{Moment, watch};
-use super::{Person, Step};
+use super::{AcceptStep, Person};
 use crate::foot::calibration;
 use crate::foot::client::{Client, RequestError};
 
@@ -39,7 +39,7 @@ fn listen(
     client: &mut Client,
     has_left: &dyn Fn() -> bool,
     patience: Duration,
-    mut is_complete: impl FnMut(&Row) -> bool,
+    mut is_complete: impl FnMut(&ContactRow) -> bool,
 ) -> Result<(), RequestError> {
     watch(client, has_left, patience, |moment| match moment {
         Moment::Contact(row) => is_complete(row).then_some(()),
@@ -59,7 +59,7 @@ struct Taps {
 }
 
 impl Taps {
-    fn take(&mut self, row: &Row) {
+    fn take(&mut self, row: &ContactRow) {
         let at = row.timestamp.as_micros();
         self.clipped += usize::from(row.status.is_saturated());
         let is_stable = row.status.decision() == Decision::Stable && row.stable >= MOTION;
@@ -85,7 +85,7 @@ pub(super) fn taps(client: &mut Client, person: &mut Person) -> Result<Vec<Figur
         is_ready
     })?;
     if !is_ready {
-        return Ok(Step::Taps.failed("the foot was not stable before the first tap"));
+        return Ok(AcceptStep::Taps.failed("the foot was not stable before the first tap"));
     }
     tell("now");
     let mut taps = Taps::default();
@@ -118,7 +118,7 @@ struct Steps {
 }
 
 impl Steps {
-    fn take(&mut self, row: &Row) {
+    fn take(&mut self, row: &ContactRow) {
         let (decision, at) = (row.status.decision(), row.timestamp.as_micros());
         let since = match self.now {
             Some((last, since)) if last == decision => since,
@@ -175,7 +175,7 @@ pub(super) fn load(client: &mut Client, person: &mut Person) -> Result<Vec<Figur
     let (patience, tell, has_left) = person.parts();
     let source = Address::new(index::LOAD_INPUT, 1);
     if client.read(source, DataType::Unsigned8)?.to_raw() == 0 {
-        return Ok(Step::Load.not_tested("the foot has no load input (load_input.source)"));
+        return Ok(AcceptStep::Load.not_tested("the foot has no load input (load_input.source)"));
     }
     tell("load and unload the foot three times, a second each");
     let (mut contacts, mut known, mut loads) = (0_usize, 0_usize, 0);
@@ -224,7 +224,7 @@ impl Unplugged {
     }
 
     /// Takes a contact; returns whether the foot has recovered.
-    fn take(&mut self, row: &Row) -> bool {
+    fn take(&mut self, row: &ContactRow) -> bool {
         let (is_valid, at) = (row.status.is_valid(), row.timestamp);
         if self.first_fault.is_none() {
             if row.status.has_fault() {
@@ -244,7 +244,7 @@ impl Unplugged {
 }
 
 /// Returns whether a contact of a foot without a sensor says "stable".
-fn says_stable(row: &Row) -> bool {
+fn says_stable(row: &ContactRow) -> bool {
     let is_doubtful = !row.status.is_valid() && !row.status.has_fault();
     row.status.decision() == Decision::Stable || row.stable > MOTION && !is_doubtful
 }
@@ -265,7 +265,9 @@ pub(super) fn unplug(
         last_valid.is_some()
     })?;
     let Some(last_valid) = last_valid else {
-        return Ok(Step::Unplug.failed("the foot had a fault before the sensor was unplugged"));
+        return Ok(
+            AcceptStep::Unplug.failed("the foot had a fault before the sensor was unplugged")
+        );
     };
     tell("unplug the sensor while the board runs, or pull its wire INT1");
     let mut unplugged = Unplugged::after(last_valid);
@@ -275,7 +277,7 @@ pub(super) fn unplug(
     })?;
     let Some(first) = unplugged.first_fault else {
         let reason = format!("no fault within {} s", patience.as_secs());
-        return Ok(Step::Unplug.not_tested(&reason));
+        return Ok(AcceptStep::Unplug.not_tested(&reason));
     };
     tell("the foot has noticed; leave it so for two seconds");
     listen(client, has_left, UNPLUGGED, |row| {
@@ -312,8 +314,8 @@ mod tests {
     use estimator_core::{Flag, Flags};
     use wire::pdo::Status;
 
-    fn row(ms: u64, decision: Decision, faults: Faults) -> Row {
-        Row {
+    fn row(ms: u64, decision: Decision, faults: Faults) -> ContactRow {
+        ContactRow {
             timestamp: Timestamp::from_micros(1000 * ms),
             stable: if decision == Decision::Stable {
                 0.9
@@ -321,11 +323,11 @@ mod tests {
                 0.1
             },
             status: Status::new(decision, Phase::Unknown, Flags::NONE, faults),
-            ..Row::default()
+            ..ContactRow::default()
         }
     }
 
-    fn alternating(stable_ms: u64, not_ms: u64, rounds: u64) -> impl Iterator<Item = Row> {
+    fn alternating(stable_ms: u64, not_ms: u64, rounds: u64) -> impl Iterator<Item = ContactRow> {
         let period = stable_ms + not_ms;
         (0..rounds * period).map(move |ms| {
             let is_stable = ms % period >= not_ms;

@@ -1,12 +1,12 @@
 //! Quantities that are measured, with their limits, and the figures found.
 
-use super::Step;
+use super::AcceptStep;
 
 /// A quantity, its limits, and what to do where it is out.
 #[derive(Debug, PartialEq)]
 pub struct Limit {
     /// Step in which it is measured.
-    pub step: Step,
+    pub step: AcceptStep,
     /// Name.
     pub name: &'static str,
     /// Unit; empty for counts and codes.
@@ -23,7 +23,7 @@ pub struct Limit {
 
 /// Value of a quantity, or why there is none.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Outcome {
+pub enum FigureOutcome {
     /// Measured value, in the unit of its [`Limit`].
     Measured(f64),
     /// Reason why the measurement failed, which is the board's fault until it is repeated.
@@ -38,7 +38,7 @@ pub struct Figure {
     /// The quantity.
     pub limit: &'static Limit,
     /// The outcome.
-    pub outcome: Outcome,
+    pub outcome: FigureOutcome,
     /// Parts of the value, such as the names of faults; empty without any.
     pub detail: String,
 }
@@ -70,7 +70,7 @@ impl Limit {
     pub(super) fn measured(&'static self, value: f64) -> Figure {
         Figure {
             limit: self,
-            outcome: Outcome::Measured(value),
+            outcome: FigureOutcome::Measured(value),
             detail: String::new(),
         }
     }
@@ -80,14 +80,14 @@ impl Limit {
     }
 
     pub(super) fn failed(&'static self, reason: &str) -> Figure {
-        self.without_value(Outcome::Failed(reason.to_owned()))
+        self.without_value(FigureOutcome::Failed(reason.to_owned()))
     }
 
     pub(super) fn not_tested(&'static self, reason: &str) -> Figure {
-        self.without_value(Outcome::NotTested(reason.to_owned()))
+        self.without_value(FigureOutcome::NotTested(reason.to_owned()))
     }
 
-    const fn without_value(&'static self, outcome: Outcome) -> Figure {
+    const fn without_value(&'static self, outcome: FigureOutcome) -> Figure {
         Figure {
             limit: self,
             outcome,
@@ -120,379 +120,143 @@ impl Figure {
     #[must_use]
     pub fn verdict(&self) -> Verdict {
         match self.outcome {
-            Outcome::Measured(value)
+            FigureOutcome::Measured(value)
                 if (self.limit.lowest..=self.limit.highest).contains(&value) =>
             {
                 Verdict::Pass
             }
-            Outcome::Measured(_) | Outcome::Failed(_) => Verdict::Out,
-            Outcome::NotTested(_) => Verdict::NotTested,
+            FigureOutcome::Measured(_) | FigureOutcome::Failed(_) => Verdict::Out,
+            FigureOutcome::NotTested(_) => Verdict::NotTested,
         }
     }
 }
 
-/// Creates a row of the table.
-macro_rules! limit {
-    ($step:ident, $name:literal, $unit:literal, $lowest:expr, $highest:expr, $source:literal, $remedy:literal) => {
-        Limit {
-            step: Step::$step,
+/// Defines the quantities by step, name, unit, least and greatest accepted value, origin of the limits and remedy, and
+/// [`LIMITS`], which has all of them.
+macro_rules! limits {
+    ($($limit:ident: $step:ident, $name:literal, $unit:literal, $lowest:expr, $highest:expr, $source:literal, $remedy:literal;)+) => {
+        $(pub(super) static $limit: Limit = Limit {
+            step: AcceptStep::$step,
             name: $name,
             unit: $unit,
             lowest: $lowest,
             highest: $highest,
             source: $source,
             remedy: $remedy,
-        }
+        };)+
+
+        /// All quantities, in the order of their steps.
+        pub static LIMITS: [&Limit; [$($name),+].len()] = [$(&$limit),+];
     };
 }
 
 const NONE: f64 = f64::NEG_INFINITY;
 const ANY: f64 = f64::INFINITY;
 
-pub(super) static FAULTS: Limit = limit!(
-    Board,
-    "active faults",
-    "",
-    0.0,
-    0.0,
-    "a board without faults",
-    "footfall explain says for each what to do"
-);
-pub(super) static CRASH: Limit = limit!(
-    Board,
-    "last crash",
-    "",
-    0.0,
-    0.0,
-    "code of the emergency; 0 is none",
-    "footfall explain names the code; switch the board off and on, and repeat"
-);
-pub(super) static BROWN_OUT: Limit = limit!(
-    Board,
-    "brown-out level",
-    "",
-    3.0,
-    3.0,
-    "the chip's clock needs 2.7 V (DS8626)",
-    "switch the board off and on once: the first start sets the level"
-);
-pub(super) static TEMPERATURE: Limit = limit!(
-    Board,
-    "sensor temperature",
-    "°C",
-    0.0,
-    60.0,
-    "a room, and the part's own heat; the part takes −40 to 85 °C (DS12814)",
-    "let the board come to the temperature of the room"
-);
-pub(super) static SELF_TEST: Limit = limit!(
-    SelfTest,
-    "axes that failed",
-    "",
-    0.0,
-    0.0,
-    "self-test of the sensor (DS12814)",
-    "repeat it with the foot still; if it fails again, replace the sensor"
-);
-pub(super) static CONTACT_RATE: Limit = limit!(
-    Still,
-    "contact rate",
-    "%",
-    99.9,
-    100.1,
-    "of the set rate, on the foot's clock",
-    "look at late ticks and missing contacts"
-);
-pub(super) static MISSING: Limit = limit!(
-    Still,
-    "missing contacts",
-    "%",
-    0.0,
-    0.1,
-    "contacts are numbered",
-    "check termination and ground of the bus, the adapter, and what else this machine does"
-);
-pub(super) static VALID: Limit = limit!(
-    Still,
-    "valid contacts",
-    "%",
-    99.9,
-    100.0,
-    "no fault and no doubt",
-    "footfall monitor names the flag or fault"
-);
-pub(super) static STABLE: Limit = limit!(
-    Still,
-    "stable contacts",
-    "%",
-    99.0,
-    100.0,
-    "a foot at rest",
-    "let nothing shake the table; then compare noise and bias"
-);
-pub(super) static FORCE: Limit = limit!(
-    Still,
-    "specific force at rest",
-    "m/s²",
-    9.32,
-    10.30,
-    "gravity ± 5 %: offset 20 mg, sensitivity 1 % (DS12814), and soldering",
-    "half or twice as much is another part, such as an LSM6DSO32; otherwise footfall calibrate --rests"
-);
-pub(super) static FORCE_NOISE: Limit = limit!(
-    Still,
-    "noise of the accelerometer",
-    "m/s²",
-    0.002,
-    0.1,
-    "above a code of 0.005 m/s² by half, or the sensor counts as frozen; 110 µg/√Hz (DS12814) is some 0.025",
-    "too much: vibration or supply; too little: a filter is set wrongly"
-);
-pub(super) static RATE_NOISE: Limit = limit!(
-    Still,
-    "noise of the gyroscope",
-    "°/s",
-    0.02,
-    0.5,
-    "above a code of 0.07 °/s by half, or it counts as frozen; 3.8 mdps/√Hz (DS12814) is some 0.09",
-    "too much: vibration or supply; too little: a filter is set wrongly"
-);
-pub(super) static BIAS: Limit = limit!(
-    Still,
-    "bias of the gyroscope",
-    "°/s",
-    0.0,
-    10.0,
-    "zero-rate level 1 °/s (DS12814); more than 10 is a fault",
-    "replace the sensor"
-);
-pub(super) static MISSED: Limit = limit!(
-    Still,
-    "missed samples",
-    "",
-    0.0,
-    0.0,
-    "counter of the board",
-    "check the wires of SPI and INT1, and their length"
-);
-pub(super) static RESTARTS: Limit = limit!(
-    Still,
-    "sensor restarts",
-    "",
-    0.0,
-    0.0,
-    "counter of the board",
-    "check the supply of the sensor and the wires of SPI and INT1"
-);
-pub(super) static LATE: Limit = limit!(
-    Still,
-    "late ticks",
-    "",
-    0.0,
-    0.0,
-    "counter of the board",
-    "the clock is not that of the board, or the program is not this one"
-);
-pub(super) static DROPPED: Limit = limit!(
-    Still,
-    "dropped frames",
-    "",
-    0.0,
-    0.0,
-    "counters of the board, CAN and UART",
-    "too much other traffic, or no acknowledgement: check the bus"
-);
-pub(super) static SIDES: Limit = limit!(
-    Sides,
-    "sides",
-    "",
-    6.0,
-    6.0,
-    "six sides",
-    "an axis that has no side is stuck, or wired to another"
-);
-pub(super) static SIDE_LEAST: Limit = limit!(
-    Sides,
-    "least force on a side",
-    "m/s²",
-    9.32,
-    10.30,
-    "as at rest",
-    "footfall calibrate --rests finds bias and scale"
-);
-pub(super) static SIDE_MOST: Limit = limit!(
-    Sides,
-    "greatest force on a side",
-    "m/s²",
-    9.32,
-    10.30,
-    "as at rest",
-    "footfall calibrate --rests finds bias and scale"
-);
-pub(super) static TURN_X: Limit = limit!(
-    Sides,
-    "error of a turn about x",
-    "°",
-    0.0,
-    5.0,
-    "gyroscope against gravity: sensitivity 1 % (DS12814), bias, and the hand",
-    "turn it slower; more than 20: an axis has the wrong sign or scale, see mounting"
-);
-pub(super) static TURN_Y: Limit = limit!(
-    Sides,
-    "error of a turn about y",
-    "°",
-    0.0,
-    5.0,
-    "gyroscope against gravity: sensitivity 1 % (DS12814), bias, and the hand",
-    "turn it slower; more than 20: an axis has the wrong sign or scale, see mounting"
-);
-pub(super) static TURN_Z: Limit = limit!(
-    Sides,
-    "error of a turn about z",
-    "°",
-    0.0,
-    5.0,
-    "gyroscope against gravity: sensitivity 1 % (DS12814), bias, and the hand",
-    "turn it slower; more than 20: an axis has the wrong sign or scale, see mounting"
-);
-pub(super) static TAPS: Limit = limit!(
-    Taps,
-    "taps seen",
-    "",
-    5.0,
-    ANY,
-    "five taps",
-    "tap harder; is the sensor's board fixed to the foot?"
-);
-pub(super) static TAP_RECOVERY: Limit = limit!(
-    Taps,
-    "longest time back to stable",
-    "ms",
-    NONE,
-    1000.0,
-    "window and debouncing",
-    "something still moves after a tap: fix the sensor's board and its wires"
-);
-pub(super) static CLIPPED: Limit = limit!(
-    Taps,
-    "clipped contacts",
-    "",
-    0.0,
-    50.0,
-    "10 ms for each tap at ± 16 g",
-    "tap softer; the sensor's board may ring"
-);
-pub(super) static STEPS: Limit = limit!(
-    Steps,
-    "steps seen",
-    "",
-    10.0,
-    ANY,
-    "ten steps",
-    "leave the foot on the ground for half a second in each step"
-);
-pub(super) static STEPS_VALID: Limit = limit!(
-    Steps,
-    "valid contacts in steps",
-    "%",
-    95.0,
-    100.0,
-    "impacts of 10 ms may clip",
-    "footfall monitor names the flag or fault"
-);
-pub(super) static SETTLED: Limit = limit!(
-    Steps,
-    "calibration settled",
-    "",
-    1.0,
-    1.0,
-    "1: what the foot has learnt has settled",
-    "take more steps; 2: learning is off"
-);
-pub(super) static LOADS: Limit = limit!(
-    Load,
-    "loads seen",
-    "",
-    3.0,
-    ANY,
-    "three loads",
-    "check source, scale and thresholds of the load input"
-);
-pub(super) static LOAD_KNOWN: Limit = limit!(
-    Load,
-    "contacts with a known load",
-    "%",
-    99.0,
-    100.0,
-    "a load a second at least over CAN",
-    "the robot has to send RPDO1"
-);
-pub(super) static DETECTED: Limit = limit!(
-    Unplug,
-    "time to a fault",
-    "ms",
-    0.0,
-    100.0,
-    "fault matrix of the virtual board",
-    "the board believes a sensor that is not there: report it"
-);
-pub(super) static STABLE_UNPLUGGED: Limit = limit!(
-    Unplug,
-    "stable contacts without a sensor",
-    "",
-    0.0,
-    0.0,
-    "with doubtful data the board never says \"stable\"",
-    "do not use this board: report it"
-);
-pub(super) static RECOVERED: Limit = limit!(
-    Unplug,
-    "recovered",
-    "",
-    1.0,
-    1.0,
-    "1: contacts are valid again",
-    "switch the board off and on"
-);
-
-/// All quantities, in the order of their steps.
-pub static LIMITS: [&Limit; 34] = [
-    &FAULTS,
-    &CRASH,
-    &BROWN_OUT,
-    &TEMPERATURE,
-    &SELF_TEST,
-    &CONTACT_RATE,
-    &MISSING,
-    &VALID,
-    &STABLE,
-    &FORCE,
-    &FORCE_NOISE,
-    &RATE_NOISE,
-    &BIAS,
-    &MISSED,
-    &RESTARTS,
-    &LATE,
-    &DROPPED,
-    &SIDES,
-    &SIDE_LEAST,
-    &SIDE_MOST,
-    &TURN_X,
-    &TURN_Y,
-    &TURN_Z,
-    &TAPS,
-    &TAP_RECOVERY,
-    &CLIPPED,
-    &STEPS,
-    &STEPS_VALID,
-    &SETTLED,
-    &LOADS,
-    &LOAD_KNOWN,
-    &DETECTED,
-    &STABLE_UNPLUGGED,
-    &RECOVERED,
-];
+limits! {
+    FAULTS: Board, "active faults", "", 0.0, 0.0,
+        "a board without faults",
+        "footfall explain says for each what to do";
+    CRASH: Board, "last crash", "", 0.0, 0.0,
+        "code of the emergency; 0 is none",
+        "footfall explain names the code; switch the board off and on, and repeat";
+    BROWN_OUT: Board, "brown-out level", "", 3.0, 3.0,
+        "the chip's clock needs 2.7 V (DS8626)",
+        "switch the board off and on once: the first start sets the level";
+    TEMPERATURE: Board, "sensor temperature", "°C", 0.0, 60.0,
+        "a room, and the part's own heat; the part takes −40 to 85 °C (DS12814)",
+        "let the board come to the temperature of the room";
+    SELF_TEST: SelfTest, "axes that failed", "", 0.0, 0.0,
+        "self-test of the sensor (DS12814)",
+        "repeat it with the foot still; if it fails again, replace the sensor";
+    CONTACT_RATE: Still, "contact rate", "%", 99.9, 100.1,
+        "of the set rate, on the foot's clock",
+        "look at late ticks and missing contacts";
+    MISSING: Still, "missing contacts", "%", 0.0, 0.1,
+        "contacts are numbered",
+        "check termination and ground of the bus, the adapter, and what else this machine does";
+    VALID: Still, "valid contacts", "%", 99.9, 100.0,
+        "no fault and no doubt",
+        "footfall monitor names the flag or fault";
+    STABLE: Still, "stable contacts", "%", 99.0, 100.0,
+        "a foot at rest",
+        "let nothing shake the table; then compare noise and bias";
+    FORCE: Still, "specific force at rest", "m/s²", 9.32, 10.30,
+        "gravity ± 5 %: offset 20 mg, sensitivity 1 % (DS12814), and soldering",
+        "half or twice as much is another part, such as an LSM6DSO32; otherwise footfall calibrate --rests";
+    FORCE_NOISE: Still, "noise of the accelerometer", "m/s²", 0.002, 0.1,
+        "above a code of 0.005 m/s² by half, or the sensor counts as frozen; 110 µg/√Hz (DS12814) is some 0.025",
+        "too much: vibration or supply; too little: a filter is set wrongly";
+    RATE_NOISE: Still, "noise of the gyroscope", "°/s", 0.02, 0.5,
+        "above a code of 0.07 °/s by half, or it counts as frozen; 3.8 mdps/√Hz (DS12814) is some 0.09",
+        "too much: vibration or supply; too little: a filter is set wrongly";
+    BIAS: Still, "bias of the gyroscope", "°/s", 0.0, 10.0,
+        "zero-rate level 1 °/s (DS12814); more than 10 is a fault",
+        "replace the sensor";
+    MISSED: Still, "missed samples", "", 0.0, 0.0,
+        "counter of the board",
+        "check the wires of SPI and INT1, and their length";
+    RESTARTS: Still, "sensor restarts", "", 0.0, 0.0,
+        "counter of the board",
+        "check the supply of the sensor and the wires of SPI and INT1";
+    LATE: Still, "late ticks", "", 0.0, 0.0,
+        "counter of the board",
+        "the clock is not that of the board, or the program is not this one";
+    DROPPED: Still, "dropped frames", "", 0.0, 0.0,
+        "counters of the board, CAN and UART",
+        "too much other traffic, or no acknowledgement: check the bus";
+    SIDES: Sides, "sides", "", 6.0, 6.0,
+        "six sides",
+        "an axis that has no side is stuck, or wired to another";
+    SIDE_LEAST: Sides, "least force on a side", "m/s²", 9.32, 10.30,
+        "as at rest",
+        "footfall calibrate --rests finds bias and scale";
+    SIDE_MOST: Sides, "greatest force on a side", "m/s²", 9.32, 10.30,
+        "as at rest",
+        "footfall calibrate --rests finds bias and scale";
+    TURN_X: Sides, "error of a turn about x", "°", 0.0, 5.0,
+        "gyroscope against gravity: sensitivity 1 % (DS12814), bias, and the hand",
+        "turn it slower; more than 20: an axis has the wrong sign or scale, see mounting";
+    TURN_Y: Sides, "error of a turn about y", "°", 0.0, 5.0,
+        "gyroscope against gravity: sensitivity 1 % (DS12814), bias, and the hand",
+        "turn it slower; more than 20: an axis has the wrong sign or scale, see mounting";
+    TURN_Z: Sides, "error of a turn about z", "°", 0.0, 5.0,
+        "gyroscope against gravity: sensitivity 1 % (DS12814), bias, and the hand",
+        "turn it slower; more than 20: an axis has the wrong sign or scale, see mounting";
+    TAPS: Taps, "taps seen", "", 5.0, ANY,
+        "five taps",
+        "tap harder; is the sensor's board fixed to the foot?";
+    TAP_RECOVERY: Taps, "longest time back to stable", "ms", NONE, 1000.0,
+        "window and debouncing",
+        "something still moves after a tap: fix the sensor's board and its wires";
+    CLIPPED: Taps, "clipped contacts", "", 0.0, 50.0,
+        "10 ms for each tap at ± 16 g",
+        "tap softer; the sensor's board may ring";
+    STEPS: Steps, "steps seen", "", 10.0, ANY,
+        "ten steps",
+        "leave the foot on the ground for half a second in each step";
+    STEPS_VALID: Steps, "valid contacts in steps", "%", 95.0, 100.0,
+        "impacts of 10 ms may clip",
+        "footfall monitor names the flag or fault";
+    SETTLED: Steps, "calibration settled", "", 1.0, 1.0,
+        "1: what the foot has learnt has settled",
+        "take more steps; 2: learning is off";
+    LOADS: Load, "loads seen", "", 3.0, ANY,
+        "three loads",
+        "check source, scale and thresholds of the load input";
+    LOAD_KNOWN: Load, "contacts with a known load", "%", 99.0, 100.0,
+        "a load a second at least over CAN",
+        "the robot has to send RPDO1";
+    DETECTED: Unplug, "time to a fault", "ms", 0.0, 100.0,
+        "fault matrix of the virtual board",
+        "the board believes a sensor that is not there: report it";
+    STABLE_UNPLUGGED: Unplug, "stable contacts without a sensor", "", 0.0, 0.0,
+        "with doubtful data the board never says \"stable\"",
+        "do not use this board: report it";
+    RECOVERED: Unplug, "recovered", "", 1.0, 1.0,
+        "1: contacts are valid again",
+        "switch the board off and on";
+}
 
 #[cfg(test)]
 mod tests {

@@ -27,7 +27,7 @@ use wire::{Address, Value};
 use super::client::{Client, RequestError};
 use super::self_test::SelfTestError;
 use super::settings::{self, Lasting, SettingsError, Values};
-pub use figure::{Figure, Limit, Outcome, Verdict};
+pub use figure::{Figure, FigureOutcome, Limit, Verdict};
 use thiserror::Error;
 
 /// Error that ends the acceptance.
@@ -44,55 +44,30 @@ pub enum AcceptError {
     SelfTest(SelfTestError),
 }
 
-/// A step of the acceptance, in the order in which they are done.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Step {
-    /// Faults, supply and temperature, as the board reports them.
-    Board,
-    /// Self-test of the sensor, which resets the board.
-    SelfTest,
-    /// The foot lies still.
-    Still,
-    /// The foot is put on each of its six sides.
-    Sides,
-    /// The sole is tapped.
-    Taps,
-    /// The foot takes steps.
-    Steps,
-    /// The foot is loaded and unloaded.
-    Load,
-    /// The sensor is unplugged and plugged in again.
-    Unplug,
+samples::named! {
+    /// A step of the acceptance, in the order in which they are done.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum AcceptStep {
+        /// Faults, supply and temperature, as the board reports them.
+        Board = "board",
+        /// Self-test of the sensor, which resets the board.
+        SelfTest = "self-test",
+        /// The foot lies still.
+        Still = "still",
+        /// The foot is put on each of its six sides.
+        Sides = "sides",
+        /// The sole is tapped.
+        Taps = "taps",
+        /// The foot takes steps.
+        Steps = "steps",
+        /// The foot is loaded and unloaded.
+        Load = "load",
+        /// The sensor is unplugged and plugged in again.
+        Unplug = "unplug",
+    }
 }
 
-impl Step {
-    /// All steps.
-    pub const ALL: [Self; 8] = [
-        Self::Board,
-        Self::SelfTest,
-        Self::Still,
-        Self::Sides,
-        Self::Taps,
-        Self::Steps,
-        Self::Load,
-        Self::Unplug,
-    ];
-
-    /// Name, as on the command line.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Board => "board",
-            Self::SelfTest => "self-test",
-            Self::Still => "still",
-            Self::Sides => "sides",
-            Self::Taps => "taps",
-            Self::Steps => "steps",
-            Self::Load => "load",
-            Self::Unplug => "unplug",
-        }
-    }
-
+impl AcceptStep {
     /// Quantities measured in this step.
     pub fn limits(self) -> impl Iterator<Item = &'static Limit> {
         figure::LIMITS
@@ -145,30 +120,30 @@ impl Person<'_> {
 /// The line does not work, or the foot's settings could not be put back.
 pub fn run(
     client: &mut Client,
-    steps: &[Step],
+    steps: &[AcceptStep],
     person: &mut Person,
     found: &mut dyn FnMut(Figure),
 ) -> Result<(), AcceptError> {
     let mut streams = None;
     for step in steps {
-        if *step > Step::SelfTest && streams.is_none() {
+        if *step > AcceptStep::SelfTest && streams.is_none() {
             // The self-test resets the foot, which would end the streams.
             streams = Some(Streams::switch_on(client)?);
         }
         let figures = match step {
-            Step::Board => board::measure(client),
-            Step::SelfTest => match board::test_sensor(client, person) {
+            AcceptStep::Board => board::measure(client),
+            AcceptStep::SelfTest => match board::test_sensor(client, person) {
                 Ok(figures) => Ok(figures),
                 Err(SelfTestError::Request(error)) => Err(error),
                 Err(error @ SelfTestError::StaysOn(_)) => return Err(AcceptError::SelfTest(error)),
                 Err(error) => Ok(step.failed(&error.to_string())),
             },
-            Step::Still => still::measure(client, person),
-            Step::Sides => turns::measure(client, person),
-            Step::Taps => contacts::taps(client, person),
-            Step::Steps => contacts::steps(client, person),
-            Step::Load => contacts::load(client, person),
-            Step::Unplug => contacts::unplug(client, person),
+            AcceptStep::Still => still::measure(client, person),
+            AcceptStep::Sides => turns::measure(client, person),
+            AcceptStep::Taps => contacts::taps(client, person),
+            AcceptStep::Steps => contacts::steps(client, person),
+            AcceptStep::Load => contacts::load(client, person),
+            AcceptStep::Unplug => contacts::unplug(client, person),
         };
         let figures = match figures {
             Ok(figures) => figures,

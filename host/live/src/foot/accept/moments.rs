@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use decode::Row;
+use decode::ContactRow;
 use decode::live::{Heard, Said};
 use estimator_core::{Quaternion, Timestamp, Vec3};
 use recordings::space::{Rotation, Vector};
@@ -38,7 +38,7 @@ pub(super) enum Source {
 
 /// Something received from the foot.
 pub(super) enum Moment<'a> {
-    Contact(&'a Row),
+    Contact(&'a ContactRow),
     Motion(Motion),
     Faults(Faults),
 }
@@ -95,8 +95,8 @@ impl Newest {
                 let sample = raw.to_si();
                 Some(Motion {
                     at: raw.timestamp,
-                    force: double(sample.specific_force.0),
-                    rate: double(sample.angular_rate.0),
+                    force: sample.specific_force.0.into(),
+                    rate: sample.angular_rate.0.into(),
                     source: Source::Raw,
                 })
             }
@@ -109,16 +109,12 @@ impl Newest {
                 let up = orientation.to_sensor(Vector::new(0.0, 0.0, 1.0));
                 Some(Motion {
                     at: row.timestamp,
-                    force: double(row.acceleration?) + up * GRAVITY,
-                    rate: double(self.rate?),
+                    force: Vector::from(row.acceleration?) + up * GRAVITY,
+                    rate: self.rate?.into(),
                     source: Source::Frames,
                 })
             }
             _ => None,
         }
     }
-}
-
-fn double(Vec3 { x, y, z }: Vec3) -> Vector {
-    Vector::from_array([x, y, z].map(f64::from))
 }

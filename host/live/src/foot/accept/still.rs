@@ -9,7 +9,7 @@ use wire::{Address, Counter, Counters, DataType};
 use super::figure::{self, Figure};
 use super::moments::{Moment, Motion, Source, watch};
 use super::rest::{Statistics, Stillness};
-use super::{Person, Step};
+use super::{AcceptStep, Person};
 use crate::foot::client::{Client, RequestError};
 
 /// Time from rest to the measurement, in which the probability rises, and duration of the measurement.
@@ -42,7 +42,7 @@ pub(super) fn measure(
     })?;
     if rest.is_none() {
         let reason = format!("the foot was not at rest within {} s", patience.as_secs());
-        return Ok(Step::Still.failed(&reason));
+        return Ok(AcceptStep::Still.failed(&reason));
     }
     client.wait(RISE)?;
     let before = counters(client)?;

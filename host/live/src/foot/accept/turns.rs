@@ -7,7 +7,7 @@ use recordings::space::{Rotation, Vector};
 use super::figure::{self, Figure};
 use super::moments::{Moment, Motion, watch};
 use super::rest::{Statistics, Stillness};
-use super::{Person, Step};
+use super::{AcceptStep, Person};
 use crate::foot::client::{Client, RequestError};
 
 /// Largest angle between an axis and the vertical on a side, rad: 20°.
@@ -196,7 +196,7 @@ fn figures(progress: &Progress, patience: Duration) -> Vec<Figure> {
     let mut figures = vec![figure::SIDES.counted(forces().count())];
     if forces().count() == 0 {
         let reason = format!("the foot was on no side within {} s", patience.as_secs());
-        return Step::Sides.failed(&reason);
+        return AcceptStep::Sides.failed(&reason);
     }
     figures.extend([
         figure::SIDE_LEAST.measured(forces().fold(f64::INFINITY, f64::min)),

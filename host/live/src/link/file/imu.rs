@@ -7,7 +7,7 @@ use std::sync::mpsc::{IntoIter, SyncSender, sync_channel};
 use std::thread;
 use std::time::Duration;
 
-use decode::Row;
+use decode::ContactRow;
 use estimator_core::{ContactEstimate, Gravity, Timestamp};
 use recordings::input::{Opened, Stored};
 use recordings::plausible::{Check, Finding};
@@ -135,7 +135,7 @@ fn send_estimates(
         check.add_estimate(&sample, &estimate);
         let micros = estimate.timestamp.as_micros();
         at = Timestamp::from_micros(micros.saturating_add_signed(about.start_us));
-        let row = Row {
+        let row = ContactRow {
             received: Some(at),
             interface: Some(Arc::clone(line)),
             foot: Some(Arc::clone(&name)),
@@ -171,8 +171,8 @@ fn broken(error: impl ToString) -> Failure {
     Failure::Broken(error.to_string())
 }
 
-fn row_of(estimate: &ContactEstimate) -> Row {
-    Row {
+fn row_of(estimate: &ContactEstimate) -> ContactRow {
+    ContactRow {
         timestamp: estimate.timestamp,
         stable: estimate.probabilities.stable,
         tangential: estimate.probabilities.tangential,
@@ -189,7 +189,7 @@ fn row_of(estimate: &ContactEstimate) -> Row {
             Faults::NONE,
         ),
         flags: Some(estimate.flags.bits()),
-        ..Row::default()
+        ..ContactRow::default()
     }
 }
 

@@ -4,7 +4,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::sync::Arc;
 use std::time::Duration;
 
-use decode::can_log::{Content, Reader};
+use decode::can_log::{LogContent, Reader};
 use estimator_core::Timestamp;
 
 use crate::link::pace::Pace;
@@ -61,7 +61,7 @@ impl Log {
             if let Some(time) = read.time {
                 self.at = time;
             }
-            if let Content::Frame(interface, frame) = read.content {
+            if let LogContent::Frame(interface, frame) = read.content {
                 if *self.interface != *interface {
                     self.interface = interface.into();
                 }

@@ -11,7 +11,7 @@ use std::io;
 
 use estimator_core::{Decision, Flags, PerAxis, Probabilities, Quaternion};
 
-use super::super::contacts::{
+use super::super::store::contacts::{
     Contacts, NO_ORIENTATION, NO_VECTOR, NewestOrientation, SentContact, flags_of_contact,
 };
 use super::cdr::decode;

@@ -2,8 +2,8 @@
 
 use estimator_core::Axis;
 
-use super::super::mapping::{Mapping, is_axis};
-use super::super::names::{Found, Triple, find};
+use super::super::table::mapping::{Mapping, is_axis};
+use super::super::table::names::{Found, Triple, find};
 use super::cdr::Text;
 use super::definition::{Definition, Path, within};
 use super::messages::{Header, Imu, Time};

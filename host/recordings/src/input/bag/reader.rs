@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 use std::io;
 
-use super::super::contacts::ContactUse;
 use super::super::error::InputError;
 use super::super::loaded::Hints;
-use super::super::mapping::Mapping;
 use super::super::refusal::{ContainerError, ImuTopic};
+use super::super::store::contacts::ContactUse;
+use super::super::table::mapping::Mapping;
 use super::super::topics::{BagOptions, Topics};
 use super::cdr::decode;
 use super::contacts::{ContactFeeds, is_contact};

@@ -1,0 +1,64 @@
+//! Bags of ROS 1, converted to a rosbag2 by the program of <https://gitlab.com/ternaris/rosbags>.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use tempfile::TempDir;
+
+use crate::input::error::InputError;
+use crate::input::refusal::ContainerError;
+use samples::foreign::Foreign;
+
+/// Program that converts.
+const PROGRAM: &str = "rosbags-convert";
+
+/// A rosbag2 in a temporary folder, which is removed with it.
+pub(in crate::input) struct Converted {
+    folder: TempDir,
+}
+
+impl Converted {
+    /// Folder of the bag.
+    pub(in crate::input) fn path(&self) -> PathBuf {
+        self.folder.path().join("bag")
+    }
+}
+
+/// Converts a bag.
+///
+/// # Errors
+/// The program is not installed, cannot be run, or refuses the bag.
+pub(in crate::input) fn converted(path: &Path) -> Result<Converted, InputError> {
+    let file = path.display().to_string();
+    let unusable = |source: io::Error| InputError::Spool {
+        file: file.clone(),
+        source,
+    };
+    let folder = tempfile::tempdir().map_err(unusable)?;
+    let converted = Converted { folder };
+    // An absolute path cannot be taken for an option.
+    let source = path.canonicalize().map_err(unusable)?;
+    let ran = Command::new(PROGRAM)
+        .arg("--src")
+        .arg(source)
+        .arg("--dst")
+        .arg(converted.path())
+        .stdin(Stdio::null())
+        .output();
+    let reason = match ran {
+        Ok(output) if output.status.success() => return Ok(converted),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            let kind = Foreign::Ros1Bag;
+            return Err(ContainerError::Foreign { file, kind }.into());
+        }
+        Err(error) => error.to_string(),
+        Ok(output) => {
+            let said = [output.stderr, output.stdout].concat();
+            let said = String::from_utf8_lossy(&said);
+            let last = said.lines().rfind(|line| !line.trim().is_empty());
+            last.unwrap_or("it failed").trim().to_owned()
+        }
+    };
+    Err(ContainerError::NotConverted { file, reason }.into())
+}

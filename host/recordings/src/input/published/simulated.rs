@@ -1,0 +1,195 @@
+//! Recordings of simulated robots: ATLAS, published with the method, and those of `lcd`, which have the same columns.
+//! They have no header.
+//!
+//! Sources: `offline/data` of the authors' repository,
+//! <https://github.com/MichaelMarav/ProbabilisticContactEstimation>; <https://github.com/mrsp/lcd>.
+//!
+//! # ATLAS
+//! `Fx Fy Fz Tx Ty Tz ax ay az wx wy wz label`, N, N m, m/s², rad/s; 1 kHz; gravity was removed by the simulator.
+//! The load is `Fz`; label 1 is stable.
+//!
+//! # LCD
+//! Simulated ATLAS and NAO, as above but at 100 Hz and with a class as the label: 0 stable, 1 no contact, 2 slip;
+//! the last two count as not stable.
+
+use std::path::Path;
+
+use estimator_core::{Load, Params, Validity};
+
+use crate::input::correction::Correction;
+use crate::input::error::InputError;
+use crate::input::loaded::{Hints, Loaded, Repairs, imu_sample, steady_time};
+use crate::input::table::cells::{Cells, label};
+use crate::input::table::reader::Table;
+use crate::recording::{Label, RecordedSample, Recording};
+
+/// Rate of the ATLAS recordings, Hz.
+pub const ATLAS_SAMPLE_RATE: f32 = Params::PAPER.sample_rate;
+
+/// Rate of the recordings of `lcd`, Hz.
+pub const LCD_SAMPLE_RATE: f32 = 100.0;
+
+const ATLAS_COLUMNS: [&str; 13] = [
+    "Fx", "Fy", "Fz", "Tx", "Ty", "Tz", "ax", "ay", "az", "wx", "wy", "wz", "label",
+];
+
+/// Meaning of the last of the 13 columns, which also distinguishes the recordings of `lcd` from those of the
+/// method's authors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LabelScheme {
+    /// 1 stable, 0 not: the recordings of the method's authors.
+    StableOrNot,
+    /// 0 stable, 1 no contact, 2 slip: the recordings of `lcd`.
+    ContactClass,
+}
+
+impl LabelScheme {
+    /// Sample rate of the recordings with such labels, Hz.
+    #[must_use]
+    pub const fn sample_rate(self) -> f32 {
+        match self {
+            Self::StableOrNot => ATLAS_SAMPLE_RATE,
+            Self::ContactClass => LCD_SAMPLE_RATE,
+        }
+    }
+}
+
+/// Reading of a six-axis force/torque sensor in the ankle: Fx, Fy, Fz in N, Tx, Ty, Tz in N m.
+pub type Wrench = [f64; 6];
+
+/// Reads a recording with ATLAS' 13 columns.
+///
+/// # Errors
+/// The first error found, with file, line and column.
+pub(in crate::input) fn read(
+    table: Table,
+    labels: LabelScheme,
+    hints: &Hints,
+) -> Result<Loaded, InputError> {
+    let sample_rate = hints.sample_rate.unwrap_or(labels.sample_rate());
+    let (mut recording, _) = read_table(table, labels, sample_rate, &hints.correction)?;
+    recording.gravity = hints.gravity.unwrap_or(recording.gravity);
+    Ok(Loaded {
+        start_us: 0,
+        recording,
+        notices: Vec::new(),
+        repairs: Repairs::default(),
+    })
+}
+
+/// Reads a recording with ATLAS' 13 columns, including the whole wrench.
+///
+/// # Errors
+/// The first error found, with file, line and column.
+pub fn read_with_wrench(
+    path: &Path,
+    labels: LabelScheme,
+) -> Result<(Recording, Vec<Wrench>), InputError> {
+    read_table(
+        Table::open(path)?,
+        labels,
+        labels.sample_rate(),
+        &Correction::default(),
+    )
+}
+
+fn read_table(
+    mut table: Table,
+    labels: LabelScheme,
+    sample_rate: f32,
+    correction: &Correction,
+) -> Result<(Recording, Vec<Wrench>), InputError> {
+    let (mut samples, mut wrenches) = (Vec::new(), Vec::new());
+    while let Some(row) = table.next_row()? {
+        row.expect_columns(ATLAS_COLUMNS.len())?;
+        let mut values = [0.0; ATLAS_COLUMNS.len()];
+        for (index, (value, name)) in values.iter_mut().zip(ATLAS_COLUMNS).enumerate() {
+            *value = row.number(index, name)?;
+        }
+        let [fx, fy, fz, tx, ty, tz, ax, ay, az, wx, wy, wz, truth] = values;
+        let time = steady_time(samples.len(), sample_rate);
+        samples.push(RecordedSample {
+            imu: imu_sample(time, [ax, ay, az, wx, wy, wz], Validity::Valid, correction),
+            load: Some(Load(fz as f32)),
+            label: Some(match (labels, truth) {
+                (LabelScheme::ContactClass, 0.0) => Label::Stable,
+                (LabelScheme::ContactClass, 1.0 | 2.0) => Label::NotStable,
+                _ => label(&row, ATLAS_COLUMNS.len() - 1, truth)?,
+            }),
+        });
+        wrenches.push([fx, fy, fz, tx, ty, tz]);
+    }
+    if samples.is_empty() {
+        return Err(table.empty());
+    }
+    let recording = Recording {
+        name: table.recording_name().to_owned(),
+        sample_rate,
+        gravity: Params::PAPER.gravity,
+        load_title: "vertical force (N)".to_owned(),
+        samples,
+    };
+    Ok((recording, wrenches))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::input::error::RowPlace;
+    use estimator_core::Vec3;
+
+    fn load(text: &str) -> Result<Loaded, InputError> {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("recording.csv");
+        std::fs::write(&path, text).unwrap();
+        read(
+            Table::open(&path)?,
+            LabelScheme::StableOrNot,
+            &Hints::default(),
+        )
+    }
+
+    #[test]
+    fn atlas_row_yields_force_motion_and_label() {
+        let text = "1,2,3,4,5,6,7,8,9,10,11,12,1.000000\n1,2,3,4,5,6,7,8,9,10,11,12,0\n";
+        let recording = load(text).unwrap().recording;
+        let sample = recording.samples[0];
+        assert_eq!(sample.load, Some(Load(3.0)));
+        assert_eq!(sample.imu.specific_force.0, Vec3::new(7.0, 8.0, 9.0));
+        assert_eq!(sample.imu.angular_rate.0, Vec3::new(10.0, 11.0, 12.0));
+        assert_eq!(sample.label, Some(Label::Stable));
+        assert_eq!(recording.samples[1].label, Some(Label::NotStable));
+        assert_eq!(recording.samples[1].imu.timestamp.as_micros(), 1000);
+    }
+
+    #[test]
+    fn label_of_another_dataset_is_rejected() {
+        let text = "0,0,0,0,0,0,0,0,0,0,0,0,2\n";
+        match load(text) {
+            Err(InputError::Label { text, .. }) => assert_eq!(text, "2"),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn contact_class_is_mapped_to_stable_or_not() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("robot.csv");
+        let rows = |classes: &[u8]| -> String {
+            let row = |class| format!("1,2,3,4,5,6,7,8,9,10,11,12,{class}\n");
+            classes.iter().map(row).collect()
+        };
+        std::fs::write(&path, rows(&[0, 1, 2])).unwrap();
+        let (recording, wrenches) = read_with_wrench(&path, LabelScheme::ContactClass).unwrap();
+        let labels: Vec<_> = recording.samples.iter().filter_map(|s| s.label).collect();
+        assert_eq!(labels, [Label::Stable, Label::NotStable, Label::NotStable]);
+        assert_eq!(wrenches[2], [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        assert_eq!(recording.samples[1].imu.timestamp.as_micros(), 10_000);
+
+        std::fs::write(&path, rows(&[0, 3])).unwrap();
+        match read_with_wrench(&path, LabelScheme::ContactClass) {
+            Err(InputError::Label { cell, .. }) => assert_eq!(cell.place, RowPlace::Line(2)),
+            other => panic!("{other:?}"),
+        }
+    }
+}

@@ -1,0 +1,425 @@
+//! Result of reading a file: a recording whose samples are in a [`Spool`].
+
+use std::io;
+
+use estimator_core::{ContactEstimate, Gravity, ImuSample, LinearAcceleration, Timestamp};
+
+use super::contacts::{Contacts, Reading};
+use crate::input::correction::Correction;
+use crate::input::loaded::{Loaded, OLDEST_LOAD_US, Repairs, steady_time};
+use crate::input::table::options::Units;
+use crate::recording::{RecordedSample, Recording};
+use crate::spool::{Samples, Spool};
+
+/// Properties of a recording other than its samples.
+#[derive(Clone, Debug, PartialEq)]
+pub struct About {
+    /// Name of the source, for titles and messages.
+    pub name: String,
+    /// Name of the foot, if the file has several or names it.
+    pub foot: Option<String>,
+    /// Topic of the foot in a bag, with its frame if the topic has several.
+    pub address: Option<String>,
+    /// Number of samples.
+    pub samples: usize,
+    /// Duration from the first sample to the last, µs. The first is at time 0.
+    pub duration_us: u64,
+    /// Samples per second.
+    pub sample_rate: f32,
+    /// Whether the accelerations contain gravity.
+    pub gravity: Gravity,
+    /// Units in which the file was read, if different from those of its format.
+    pub units: Units,
+    /// Name and unit of the load signal, such as `vertical force (N)`.
+    pub load_title: String,
+    /// Time of the file's clock at the first sample, µs; 0 if the file has no clock. It may be negative, as before
+    /// a trigger, or count from 1970.
+    pub start_us: i64,
+    /// One sentence for each thing that was left out or reinterpreted, for people to read.
+    pub notices: Vec<String>,
+    /// Rows that were left out or whose time was changed.
+    pub repairs: Repairs,
+    /// Calibration and mounting of the sensor that are applied to the samples.
+    pub correction: Correction,
+    /// Times of the file's clock and those of writing, µs: some samples of a bag, in order.
+    pub anchors_us: Vec<(i64, i64)>,
+}
+
+impl About {
+    /// Creates the properties of an empty recording without a name.
+    #[must_use]
+    pub fn new(name: String, sample_rate: f32, gravity: Gravity) -> Self {
+        Self {
+            name,
+            foot: None,
+            address: None,
+            samples: 0,
+            duration_us: 0,
+            sample_rate,
+            gravity,
+            units: Units::default(),
+            load_title: String::new(),
+            start_us: 0,
+            notices: Vec::new(),
+            repairs: Repairs::default(),
+            correction: Correction::NONE,
+            anchors_us: Vec::new(),
+        }
+    }
+
+    /// Time at which a sample was written to its bag, µs; `time_us` is that of the file's clock, and the result where
+    /// no other is known.
+    #[must_use]
+    pub fn written_us(&self, time_us: i64) -> i64 {
+        let after = self
+            .anchors_us
+            .partition_point(|(time, _)| *time <= time_us);
+        let anchor = self.anchors_us.get(after.saturating_sub(1));
+        anchor.map_or(time_us, |(time, written)| {
+            time_us.saturating_add(written - time)
+        })
+    }
+
+    /// Name of the foot, or that of the recording if it has none.
+    #[must_use]
+    pub fn foot_or_name(&self) -> &str {
+        self.foot.as_deref().unwrap_or(&self.name)
+    }
+
+    /// Names by which settings of single feet apply: [`Self::foot_or_name`], and for the only foot that is read from a
+    /// bag each part of its topic.
+    #[must_use]
+    pub fn names(&self) -> Vec<&str> {
+        let address = self.address.as_deref().filter(|_| self.foot.is_none());
+        let parts = address.into_iter().flat_map(|address| address.split('/'));
+        let parts = parts.filter(|part| !part.is_empty());
+        [self.foot_or_name()].into_iter().chain(parts).collect()
+    }
+
+    /// The same with `foot`, another name of a foot that has none in its file.
+    #[must_use]
+    pub fn names_with<'a>(&'a self, foot: Option<&'a str>) -> Vec<&'a str> {
+        let other = foot.filter(|_| self.foot.is_none());
+        self.names().into_iter().chain(other).collect()
+    }
+
+    /// Time from the first sample to the last, s.
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.duration_us as f64 / 1.0e6
+    }
+}
+
+/// Source of the time of a sample.
+#[derive(Clone, Debug)]
+pub(super) enum Timing {
+    /// Stored time since the first sample.
+    Stored,
+    /// Computed from the sample's index and the sample rate.
+    Steady,
+    /// Time of the file's clock; samples whose flag is false are left out.
+    Clock { kept: Vec<bool> },
+}
+
+/// A recording that has been read. Its memory does not grow with its length.
+pub struct Stored {
+    /// Properties of the recording.
+    pub about: About,
+    spool: Spool,
+    timing: Timing,
+    /// Correction that is applied when the samples are read from here.
+    pending: Option<Correction>,
+    /// Contacts that are the estimates.
+    contacts: Option<Used>,
+}
+
+/// Contacts that are described in the place of the samples.
+struct Used {
+    contacts: Contacts,
+    /// Time of the file's clock at the first sample, µs.
+    samples_start_us: i64,
+    /// Samples per second.
+    sample_rate: f32,
+}
+
+/// Estimate that the foot sent, and that was recorded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RecordedEstimate {
+    /// The newest sample at that time, with the time of the estimate. Its label is that of a sample of this time, its
+    /// load at most 100 ms old.
+    pub sample: RecordedSample,
+    /// The estimate; numbers that were not recorded with it are NaN.
+    pub estimate: ContactEstimate,
+    /// The same with the newest orientation of the foot, at most 25 ms old, and its acceleration, as far as known.
+    pub moved: ContactEstimate,
+}
+
+impl Stored {
+    pub(super) const fn new(about: About, spool: Spool, timing: Timing) -> Self {
+        Self {
+            about,
+            spool,
+            timing,
+            pending: None,
+            contacts: None,
+        }
+    }
+
+    /// Corrects samples that were stored as they were measured.
+    pub(in crate::input) fn correct(&mut self, correction: Correction) {
+        self.about.correction = correction;
+        self.pending = Some(correction);
+    }
+
+    /// Makes these contacts the estimates, and describes them in place of the samples; returns false, and changes
+    /// nothing, if they are fewer than two.
+    pub(in crate::input) fn use_contacts(&mut self, contacts: Contacts) -> bool {
+        let Some(((first_us, last_us), rate)) = contacts.span_and_rate() else {
+            return false;
+        };
+        let about = &mut self.about;
+        let samples_start_us = std::mem::replace(&mut about.start_us, first_us);
+        let sample_rate = std::mem::replace(&mut about.sample_rate, rate);
+        about.samples = contacts.len();
+        about.duration_us = last_us.abs_diff(first_us);
+        self.contacts = Some(Used {
+            contacts,
+            samples_start_us,
+            sample_rate,
+        });
+        true
+    }
+
+    /// Creates the recording of a foot without samples, of which these contacts are known; `None` of fewer than two.
+    #[must_use]
+    pub fn of_contacts(name: String, foot: Option<String>, contacts: Contacts) -> Option<Self> {
+        let about = About {
+            foot,
+            ..About::new(name, 1.0, Gravity::Included)
+        };
+        let mut stored = Self::new(about, Spool::default(), Timing::Stored);
+        stored.use_contacts(contacts).then_some(stored)
+    }
+
+    /// Returns whether the estimates are recorded contacts.
+    #[must_use]
+    pub const fn has_estimates(&self) -> bool {
+        self.contacts.is_some()
+    }
+
+    /// Returns the recorded estimates, from the first; `None` if they are to be computed from the samples.
+    ///
+    /// # Errors
+    /// A temporary file cannot be written or read.
+    pub fn estimates(
+        &mut self,
+    ) -> io::Result<Option<impl Iterator<Item = io::Result<RecordedEstimate>> + '_>> {
+        let Some(Used {
+            contacts,
+            samples_start_us,
+            sample_rate,
+        }) = &mut self.contacts
+        else {
+            return Ok(None);
+        };
+        let samples = Timed {
+            samples: self.spool.samples()?,
+            timing: &self.timing,
+            pending: self.pending,
+            start_us: *samples_start_us,
+            sample_rate: *sample_rate,
+            index: 0,
+        };
+        Ok(Some(Merged {
+            contacts: contacts.read()?,
+            start_us: self.about.start_us,
+            samples,
+            samples_start_us: *samples_start_us,
+            newest: None,
+            next: None,
+        }))
+    }
+
+    /// Stores a recording that is in memory.
+    pub(in crate::input) fn from_loaded(loaded: Loaded) -> io::Result<Self> {
+        let recording = loaded.recording;
+        let mut spool = Spool::default();
+        for sample in &recording.samples {
+            spool.push(sample)?;
+        }
+        let last = recording.samples.last();
+        let about = About {
+            samples: recording.samples.len(),
+            duration_us: last.map_or(0, |sample| sample.imu.timestamp.as_micros()),
+            load_title: recording.load_title,
+            start_us: loaded.start_us,
+            notices: loaded.notices,
+            repairs: loaded.repairs,
+            ..About::new(recording.name, recording.sample_rate, recording.gravity)
+        };
+        Ok(Self::new(about, spool, Timing::Stored))
+    }
+
+    /// Time of the file's clock at the first sample, µs, and samples per second: those of [`Self::samples`], also where
+    /// contacts are described in their place.
+    #[must_use]
+    pub const fn clock_of_samples(&self) -> (i64, f32) {
+        match &self.contacts {
+            Some(used) => (used.samples_start_us, used.sample_rate),
+            None => (self.about.start_us, self.about.sample_rate),
+        }
+    }
+
+    /// Returns all samples, from the first.
+    ///
+    /// # Errors
+    /// The temporary file with the samples cannot be written or read.
+    pub fn samples(&mut self) -> io::Result<impl Iterator<Item = io::Result<RecordedSample>> + '_> {
+        let (start_us, sample_rate) = self.clock_of_samples();
+        Ok(Timed {
+            samples: self.spool.samples()?,
+            timing: &self.timing,
+            pending: self.pending,
+            start_us,
+            sample_rate,
+            index: 0,
+        })
+    }
+
+    /// Returns the recording with all samples in memory.
+    ///
+    /// # Errors
+    /// The errors of [`Self::samples`].
+    pub fn into_loaded(mut self) -> io::Result<Loaded> {
+        let samples = self.samples()?.collect::<io::Result<Vec<_>>>()?;
+        let about = self.about;
+        Ok(Loaded {
+            recording: Recording {
+                name: about.name,
+                sample_rate: about.sample_rate,
+                gravity: about.gravity,
+                load_title: about.load_title,
+                samples,
+            },
+            start_us: about.start_us,
+            notices: about.notices,
+            repairs: about.repairs,
+        })
+    }
+}
+
+/// Iterator that adds the times to samples.
+struct Timed<'a> {
+    samples: Samples<'a>,
+    timing: &'a Timing,
+    pending: Option<Correction>,
+    start_us: i64,
+    sample_rate: f32,
+    /// Index of the next sample.
+    index: usize,
+}
+
+impl Iterator for Timed<'_> {
+    type Item = io::Result<RecordedSample>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            let mut sample = match self.samples.next()? {
+                Ok(sample) => sample,
+                Err(error) => return Some(Err(error)),
+            };
+            let index = self.index;
+            self.index += 1;
+            let timestamp = &mut sample.imu.timestamp;
+            match self.timing {
+                Timing::Stored => {}
+                Timing::Steady => *timestamp = steady_time(index, self.sample_rate),
+                Timing::Clock { kept } => {
+                    if kept.get(index) == Some(&false) {
+                        continue;
+                    }
+                    let clock_us = timestamp.as_micros().cast_signed();
+                    *timestamp = Timestamp::from_micros(clock_us.abs_diff(self.start_us));
+                }
+            }
+            if let Some(correction) = &self.pending {
+                let imu = &mut sample.imu;
+                (imu.specific_force, imu.angular_rate) =
+                    correction.apply(imu.specific_force, imu.angular_rate);
+            }
+            return Some(Ok(sample));
+        }
+    }
+}
+
+/// Iterator over recorded contacts, with the samples beside them.
+struct Merged<'a> {
+    contacts: Reading<'a>,
+    /// Time of the file's clock at the first contact, µs.
+    start_us: i64,
+    samples: Timed<'a>,
+    /// Time of the file's clock at the first sample, µs.
+    samples_start_us: i64,
+    /// Newest sample that is not after the contact, with its time of the file's clock, µs.
+    newest: Option<(i64, RecordedSample)>,
+    /// The sample after it.
+    next: Option<(i64, RecordedSample)>,
+}
+
+impl Merged<'_> {
+    /// Advances to the newest sample at `time_us`.
+    fn advance_to(&mut self, time_us: i64) -> io::Result<()> {
+        loop {
+            if self.next.is_none() {
+                let sample = self.samples.next().transpose()?;
+                self.next = sample.map(|sample| {
+                    let since_us = sample.imu.timestamp.as_micros().cast_signed();
+                    (self.samples_start_us.saturating_add(since_us), sample)
+                });
+            }
+            match self.next {
+                Some((at_us, _)) if at_us <= time_us => self.newest = self.next.take(),
+                _ => return Ok(()),
+            }
+        }
+    }
+}
+
+impl Iterator for Merged<'_> {
+    type Item = io::Result<RecordedEstimate>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let contact = match self.contacts.next()? {
+            Ok(contact) => contact,
+            Err(error) => return Some(Err(error)),
+        };
+        let now_us = contact.time_us;
+        if let Err(error) = self.advance_to(now_us) {
+            return Some(Err(error));
+        }
+        let timestamp = Timestamp::from_micros(now_us.abs_diff(self.start_us));
+        let newest = self
+            .newest
+            .map(|(at_us, newest)| (now_us.abs_diff(at_us), newest));
+        let sample = RecordedSample {
+            imu: ImuSample {
+                timestamp,
+                ..newest.map_or_else(ImuSample::default, |(_, newest)| newest.imu)
+            },
+            load: newest
+                .and_then(|(age_us, newest)| newest.load.filter(|_| age_us <= OLDEST_LOAD_US)),
+            label: newest.and_then(|(age_us, newest)| newest.label.filter(|_| age_us == 0)),
+        };
+        let estimate = contact.estimate(timestamp);
+        let moved = ContactEstimate {
+            orientation: contact.orientation,
+            linear_acceleration: LinearAcceleration(contact.acceleration),
+            ..estimate
+        };
+        Some(Ok(RecordedEstimate {
+            sample,
+            estimate,
+            moved,
+        }))
+    }
+}

@@ -1,0 +1,629 @@
+//! Tables with a header: `t,ax,ay,az,wx,wy,wz,force,label,validity` in any order, of which the six
+//! axes are required.
+//!
+//! | column | unit | blank cell |
+//! |---|---|---|
+//! | `t` | s, from any start, advancing by at least 1 µs per row | error |
+//! | `ax`, `ay`, `az` | m/s², gravity included unless declared otherwise | error |
+//! | `wx`, `wy`, `wz` | rad/s | error |
+//! | `force` | N | load unknown |
+//! | `label` | 1 stable, 0 not stable | truth unknown |
+//! | `validity` | a name of [`VALIDITIES`](crate::validity::VALIDITIES): validity at the source | valid |
+//!
+//! Other columns are ignored, and named in a notice. The sample rate is the roundest number of Hz compatible with
+//! the times between rows, gaps excluded, or the given rate; if both are known they must agree within 1 %.
+//!
+//! Tables of other origin are read by their names for these columns, listed in `names`, or by a
+//! [`Mapping`](super::mapping::Mapping). In them a blank cell of an axis is not a number, and a row without any axis
+//! belongs to another signal: it is left out and counted. Times may be dates with times as in ISO 8601.
+
+use super::extra::ExtraColumns;
+use super::header::Columns;
+use super::intake::{Intake, RowKind};
+use super::layout::Layout;
+use super::reader::Table;
+use crate::input::error::InputError;
+use crate::input::loaded::Hints;
+use crate::input::store::stored::Stored;
+
+/// Reads a table with a header, and the `extra` columns in addition to those of a recording.
+///
+/// # Errors
+/// The first error found, with file, line and column.
+pub(in crate::input) fn read(
+    mut table: Table,
+    hints: &Hints,
+    extra: &mut impl ExtraColumns,
+) -> Result<Stored, InputError> {
+    let Some(layout) = Layout::of(&mut table, &hints.table)? else {
+        return Err(table.empty());
+    };
+    let file = table.file().to_owned();
+    let mut columns = Columns::checked(&layout.header, &file)?;
+    extra.header(&layout.header, &file)?;
+    columns.ignored.retain(|name| !extra.reads(name));
+    let mut intake = Intake::new(&file, hints, layout, columns);
+    intake.notices.extend(table.preamble_notice());
+    loop {
+        let row = match table.next_row() {
+            Ok(Some(row)) => row,
+            Ok(None) => break,
+            Err(error) if error.ended_early() => {
+                intake.notices.push(format!(
+                    "{file}: the compressed data ends early; what comes before is read"
+                ));
+                break;
+            }
+            Err(error) => return Err(error),
+        };
+        let taken = row
+            .expect_columns(intake.width())
+            .and_then(|()| intake.take(&row));
+        match taken {
+            Ok(RowKind::Sample) => extra.row(&row)?,
+            Ok(RowKind::Nothing) => {}
+            Err(error) if error.may_be_a_cut(row.len()) && table.is_cut_off() => {
+                let place = row.place;
+                intake.notices.push(format!(
+                    "{file}{place}: the last line is cut off, and left out"
+                ));
+            }
+            Err(error) => return Err(error),
+        }
+    }
+    let kept = intake.kept();
+    if let Some(kept) = &kept {
+        extra.retain(kept);
+    }
+    intake.finish(table.recording_name().to_owned(), kept)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::input::Opened;
+    use crate::input::error::{Cell, RowPlace};
+    use crate::input::loaded::Loaded;
+    use crate::input::{TimeUnit, Times, Units};
+    use crate::recording::Label;
+    use crate::validity::VALIDITIES;
+    use estimator_core::{Gravity, Load, Timestamp, Validity, Vec3};
+    use std::io::{Read, Write};
+
+    fn read_text(text: impl AsRef<[u8]>, hints: &Hints) -> Result<Loaded, InputError> {
+        let mut file = tempfile::NamedTempFile::new().unwrap();
+        file.write_all(text.as_ref()).unwrap();
+        let stored = read(Table::open(file.path())?, hints, &mut ())?;
+        Ok(stored.into_loaded().unwrap())
+    }
+
+    fn loaded(text: impl AsRef<[u8]>) -> Loaded {
+        read_text(text, &Hints::default()).unwrap()
+    }
+
+    #[test]
+    fn columns_may_be_in_any_order() {
+        let Loaded {
+            recording, notices, ..
+        } = loaded("label,wz,wy,wx,az,ay,ax,force,t\n1,6,5,4,3,2,1,7,0\n0,6,5,4,3,2,1,,0.002\n");
+        let [first, second] = recording.samples[..] else {
+            panic!("two rows");
+        };
+        assert_eq!(first.imu.specific_force.0, Vec3::new(1.0, 2.0, 3.0));
+        assert_eq!(first.imu.angular_rate.0, Vec3::new(4.0, 5.0, 6.0));
+        assert_eq!(
+            (first.load, first.label),
+            (Some(Load(7.0)), Some(Label::Stable))
+        );
+        assert_eq!((second.load, second.label), (None, Some(Label::NotStable)));
+        assert_eq!(second.imu.timestamp, Timestamp::from_micros(2000));
+        assert_eq!(recording.sample_rate, 500.0);
+        assert!(notices.is_empty());
+    }
+
+    #[test]
+    fn windows_line_ends_and_byte_order_mark_are_ignored() {
+        let plain = "t,ax,ay,az,wx,wy,wz\n0,1,2,3,4,5,6\n0.01,1,2,3,4,5,6\n";
+        let windows = format!("\u{feff}{}", plain.replace('\n', "\r\n"));
+        assert_eq!(
+            loaded(windows).recording.samples,
+            loaded(plain).recording.samples
+        );
+    }
+
+    #[test]
+    fn line_numbers_are_those_of_an_editor() {
+        for end in ["\n", "\r\n"] {
+            let lines = ["ax,ay,az,wx,wy,wz", "0,0,0,0,0,0", "", "0,0,x,0,0,0"];
+            for text in [lines.join(end), lines.join(end) + end] {
+                match read_text(text, &Hints::default()) {
+                    Err(InputError::NotANumber { cell, .. }) => {
+                        assert_eq!((cell.place, cell.column), (RowPlace::Line(4), 3));
+                    }
+                    other => panic!("{other:?}"),
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn unknown_names_error_shows_how_to_map() {
+        let missing = ": missing in the header: ax, ay, az, wx, wy, wz; --map says which columns \
+                       stand for them, such as --map ";
+        for (header, mapping) in [
+            ("a,b,c,d,e,f,g,h", "t=a,ax=b,ay=c,az=d,wx=e,wy=f,wz=g"),
+            ("a,b,c,d,e,f", "ax=a,ay=b,az=c,wx=d,wy=e,wz=f"),
+            ("when,u,v,w,p,q,r", "t=when,ax=u,ay=v,az=w,wx=p,wy=q,wz=r"),
+        ] {
+            let error = read_text(format!("{header}\n"), &Hints::default()).unwrap_err();
+            let said = error.to_string();
+            assert!(said.ends_with(&format!("{missing}{mapping}")), "{said}");
+        }
+        let few = read_text("a,b,c,d,e\n", &Hints::default()).unwrap_err();
+        assert!(few.to_string().ends_with("wx, wy, wz"), "{few}");
+    }
+
+    #[test]
+    fn unknown_format_error_suggests_mapping() {
+        let mut file = tempfile::NamedTempFile::new().unwrap();
+        file.write_all(b"a,b,c,d,e,f,1,2\n").unwrap();
+        let said = Opened::new(file.path(), None).err().unwrap().to_string();
+        assert!(
+            said.ends_with(
+                "--format pce-atlas, pce-go1, lcd or csv; --map says which columns stand for them, \
+                 such as --map ax=a,ay=b,az=c,wx=d,wy=e,wz=f"
+            ),
+            "{said}"
+        );
+    }
+
+    #[test]
+    fn unknown_columns_are_listed_in_one_notice() {
+        let notices =
+            loaded("t,ax,ay,az,wx,wy,wz,qw,qx\n0,1,2,3,4,5,6,,\n1,1,2,3,4,5,6,,\n").notices;
+        assert_eq!(notices.len(), 1);
+        assert!(notices[0].ends_with(": ignored columns: qw, qx"));
+    }
+
+    #[test]
+    fn non_finite_value_makes_the_sample_invalid() {
+        let recording =
+            loaded("t,ax,ay,az,wx,wy,wz\n0,nan,inf,-inf,1e300,0,0\n1,0,0,0,0,0,0\n").recording;
+        assert_eq!(
+            recording.samples[0].imu.checked_validity(),
+            Validity::Invalid
+        );
+    }
+
+    #[test]
+    fn clock_may_start_anywhere() {
+        for (start, start_us) in [
+            ("-0.002", -2000),
+            ("0.5", 500_000),
+            ("1700000000.123457", 1_700_000_000_123_457),
+        ] {
+            let second = start.parse::<f64>().unwrap() + 0.004;
+            let text = format!("t,ax,ay,az,wx,wy,wz\n{start},1,2,3,4,5,6\n{second},1,2,3,4,5,6\n");
+            let Loaded {
+                recording,
+                start_us: found,
+                ..
+            } = loaded(text);
+            assert_eq!(found, start_us);
+            let times = recording
+                .samples
+                .iter()
+                .map(|s| s.imu.timestamp.as_micros());
+            assert!(times.eq([0, 4000]));
+        }
+    }
+
+    #[test]
+    fn validity_is_kept_and_unknown_name_is_an_error() {
+        let table = |cell: &str| {
+            format!("t,ax,ay,az,wx,wy,wz,validity\n0,1,2,3,4,5,6,{cell}\n1,0,0,0,0,0,0,\n")
+        };
+        for (name, validity) in VALIDITIES {
+            let samples = loaded(table(name)).recording.samples;
+            assert_eq!(
+                [samples[0].imu.validity, samples[1].imu.validity],
+                [validity, Validity::Valid]
+            );
+        }
+        let error = read_text(table("maybe"), &Hints::default())
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.ends_with(", line 2, column 8 (validity): \"maybe\" where valid, accelerometer_saturated, gyroscope_saturated, both_saturated, stale or invalid is expected"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn row_left_out_removes_its_orientation() {
+        let mut file = tempfile::NamedTempFile::new().unwrap();
+        file.write_all(
+            b"t,ax,ay,az,wx,wy,wz,qw,qx,qy,qz\n\
+              0,1,2,3,4,5,6,1,0,0,0\n\
+              0,1,2,3,4,5,6,0,1,0,0\n\
+              1,1,2,3,4,5,6,0,0,1,0\n",
+        )
+        .unwrap();
+        let mut hints = Hints::default();
+        hints.table.times = Times::DropBad;
+        let mut truth = crate::input::table::truth::Orientations::default();
+        let table = Table::open(file.path()).unwrap();
+        let stored = read(table, &hints, &mut truth).unwrap();
+        let loaded = stored.into_loaded().unwrap();
+        let kept: Vec<f64> = truth.rows.iter().flatten().map(|q| q.w + q.v.x).collect();
+        assert_eq!(loaded.recording.samples.len(), truth.rows.len());
+        assert!(kept == [1.0, 0.0] || kept == [0.0, 1.0], "{kept:?}");
+        assert_eq!(truth.rows[1].unwrap().v.y, 1.0);
+    }
+
+    const WHOLE: &str = "t,ax,ay,az,wx,wy,wz\n0,1,2,3,4,5,6\n0.01,1,2,3,4,5,6\n0.02,1,2,3,4,5,6\n";
+
+    #[test]
+    fn truncated_last_line_is_left_out_and_reported() {
+        let line_begins = WHOLE.trim_end().rfind('\n').unwrap() + 1;
+        for length in line_begins + 1..WHOLE.len() - 2 {
+            let cut = loaded(&WHOLE[..length]);
+            assert_eq!(cut.recording.samples.len(), 2, "{length}");
+            assert!(
+                cut.notices[0].ends_with(", line 4: the last line is cut off, and left out"),
+                "{:?}",
+                cut.notices
+            );
+        }
+        // As after a loss of power before the file system wrote the data.
+        let zeros = format!("{}{}", &WHOLE[..line_begins + 2], "\0".repeat(5000));
+        assert_eq!(loaded(zeros).recording.samples.len(), 2);
+        // A complete line without a line end is a row; a short one elsewhere is an error.
+        let whole = loaded(WHOLE.trim_end());
+        assert_eq!((whole.recording.samples.len(), whole.notices.len()), (3, 0));
+        for text in [WHOLE.replace("0.01,1,", ""), WHOLE.replace("0.02,1,", "")] {
+            let error = read_text(text, &Hints::default());
+            assert!(matches!(error, Err(InputError::ColumnCount { .. })));
+        }
+    }
+
+    #[test]
+    fn truncated_compressed_data_is_read_and_reported() {
+        let rows: String = (0..2000)
+            .map(|k| format!("{k}e-2,1,{k},3,4,5,6\n"))
+            .collect();
+        let text = format!("t,ax,ay,az,wx,wy,wz\n{rows}");
+        let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        encoder.write_all(text.as_bytes()).unwrap();
+        let bytes = encoder.finish().unwrap();
+        let cut = loaded(&bytes[..bytes.len() - 500]);
+        let (samples, whole) = (cut.recording.samples, loaded(&bytes).recording.samples);
+        assert!((1000..2000).contains(&samples.len()), "{}", samples.len());
+        assert_eq!(samples[..], whole[..samples.len()]);
+        assert!(
+            cut.notices[0].ends_with(": the compressed data ends early; what comes before is read"),
+            "{:?}",
+            cut.notices
+        );
+        // Damaged data are rejected.
+        let mut damaged = bytes;
+        let end = damaged.len() - 6;
+        damaged[end] ^= 1;
+        assert!(read_text(&damaged, &Hints::default()).is_err());
+    }
+
+    #[test]
+    fn rows_within_quotes_are_an_error() {
+        let rows = |first: &str, last: &str| {
+            let row = |k: u32, note: &str| format!("0.{k:02},1,2,3,4,5,6,{note}\n");
+            let mut text = "t,ax,ay,az,wx,wy,wz,note\n".to_owned();
+            for k in 0..8 {
+                text += &row(
+                    k,
+                    match k {
+                        2 => first,
+                        6 => last,
+                        _ => "",
+                    },
+                );
+            }
+            read_text(text, &Hints::default())
+        };
+        for (first, last, closes) in [("\"start", "end\"", 8), ("\"start", "", 10)] {
+            match rows(first, last) {
+                Err(InputError::RowsInQuotes { line, until, .. }) => {
+                    assert_eq!((line, until), (4, closes));
+                }
+                other => panic!("{other:?}"),
+            }
+        }
+        // A note may span two lines.
+        let two = rows("\"start\nof the slip\"", "\"a, b\"").unwrap();
+        assert_eq!(two.recording.samples.len(), 8);
+    }
+
+    #[test]
+    fn row_without_end_does_not_fill_memory() {
+        let begin = "t,ax,ay,az,wx,wy,wz\n0,1,2,3,4,5,6\n0.01,\"1".as_bytes();
+        let endless = begin.chain(std::io::repeat(b'0'));
+        let table = Table::of("x".to_owned(), "x".to_owned(), Box::new(endless)).unwrap();
+        let error = read(table, &Hints::default(), &mut ()).err().unwrap();
+        assert!(
+            matches!(error, InputError::LongRow { line: 3, .. }),
+            "{error}"
+        );
+        let table = Table::of("x".to_owned(), "x".to_owned(), Box::new(std::io::repeat(0)));
+        assert!(read(table.unwrap(), &Hints::default(), &mut ()).is_err());
+    }
+
+    #[test]
+    fn lines_above_the_header_are_skipped_and_reported() {
+        let above = format!("Logger 1.2\nRun: 3\n{WHOLE}");
+        let read = loaded(&above);
+        assert_eq!(read.recording.samples, loaded(WHOLE).recording.samples);
+        assert!(
+            read.notices[0].ends_with(": 2 lines above the header are passed over"),
+            "{:?}",
+            read.notices
+        );
+        let error = read_text(above.replace("0.01,1", "0.01,x"), &Hints::default());
+        assert!(matches!(
+            error,
+            Err(InputError::NotANumber {
+                cell: Cell {
+                    place: RowPlace::Line(5),
+                    ..
+                },
+                ..
+            })
+        ));
+    }
+
+    #[test]
+    fn foreign_words_for_nan_make_a_sample_invalid() {
+        for word in [
+            "NA",
+            "N/A",
+            "#N/A",
+            "null",
+            "NULL",
+            "None",
+            "NaN",
+            "-nan(ind)",
+        ] {
+            let samples = loaded(WHOLE.replace("0.01,1", &format!("0.01,{word}")))
+                .recording
+                .samples;
+            let validity = samples[1].imu.checked_validity();
+            assert_eq!(validity, Validity::Invalid, "{word}");
+        }
+        let label = |word: &str| {
+            let rows = format!("t,ax,ay,az,wx,wy,wz,label\n0,1,2,3,4,5,6,{word}\n1,1,2,3,4,5,6,\n");
+            loaded(rows).recording.samples[0].label
+        };
+        for (word, expected) in [
+            ("NA", None),
+            ("True", Some(Label::Stable)),
+            ("false", Some(Label::NotStable)),
+            ("1.0", Some(Label::Stable)),
+        ] {
+            assert_eq!(label(word), expected, "{word}");
+        }
+    }
+
+    #[test]
+    fn decimal_comma_is_reported() {
+        let text = "t;ax;ay;az;wx;wy;wz\n0;1,5;2;3;4;5;6\n";
+        let said = read_text(text, &Hints::default()).unwrap_err().to_string();
+        assert!(
+            said.ends_with(
+                "line 2, column 2 (ax): \"1,5\" is not a number: a comma before the fraction is read with \
+                 --decimal ,"
+            ),
+            "{said}"
+        );
+    }
+
+    const WITH_UNITS: &str = "Time [ms],acc_x [m/s^2],acc_y [m/s^2],acc_z [m/s^2],\
+                              gyr_x (rad/s),gyr_y (rad/s),gyr_z (rad/s)\n\
+                              0,1,2,3,4,5,6\n10,1,2,3,4,5,6\n";
+
+    #[test]
+    fn units_in_brackets_are_not_part_of_a_name() {
+        let read = loaded(WITH_UNITS);
+        assert_eq!(read.recording.sample_rate, 100.0);
+        assert_eq!(
+            read.recording.samples,
+            loaded(&WHOLE[..WHOLE.len() - 17]).recording.samples
+        );
+        // The same applies to our names.
+        let ours = WITH_UNITS
+            .replace("acc_", "a")
+            .replace("gyr_", "w")
+            .replace("Time", "t");
+        assert_eq!(loaded(ours).recording.samples, read.recording.samples);
+        let pressed = |unit: &str| {
+            let with_force = format!("gyr_z (rad/s),force [{unit}]");
+            let text = WITH_UNITS.replace("gyr_z (rad/s)", &with_force);
+            let read = loaded(text.replace(",6\n", ",6,70\n"));
+            read.recording.samples[0].load.map(|load| load.0)
+        };
+        assert_eq!(["N", "kN"].map(pressed), [Some(70.0), None]);
+    }
+
+    #[test]
+    fn unit_in_a_name_must_match_the_one_read() {
+        let text = WITH_UNITS.replace("m/s^2", "g").replace("rad/s", "deg/s");
+        let error = read_text(&text, &Hints::default()).unwrap_err().to_string();
+        assert!(
+            error.ends_with(
+                ", line 1: column \"acc_x [g]\" is in g by its name, but would be read in m/s2: \
+                 --units g,dps"
+            ),
+            "{error}"
+        );
+        let mut hints = Hints::default();
+        hints.table.units = "g,dps".parse().unwrap();
+        let samples = read_text(&text, &hints).unwrap().recording.samples;
+        assert_eq!(samples[0].imu.specific_force.0.x, 9.80665);
+        // An explicit mapping implies that the unit is known.
+        let mapped = "ax=acc_x [g],ay=acc_y [g],az=acc_z [g],wx=gyr_x (deg/s),wy=gyr_y (deg/s),wz=gyr_z (deg/s),t=Time [ms]";
+        hints.table.units = Units::default();
+        hints.table.mapping = mapped.parse().unwrap();
+        hints.table.time_unit = Some(TimeUnit::Milliseconds);
+        let samples = read_text(&text, &hints).unwrap().recording.samples;
+        assert_eq!(samples[0].imu.specific_force.0.x, 1.0);
+    }
+
+    #[test]
+    fn times_wrongly_taken_for_1970_are_an_error() {
+        for (start, step, meant) in [
+            // 20 minutes and 20 days since the start of a computer.
+            (
+                1_200_000_000_000_u64,
+                1_000_000,
+                Err("ms since 1970, but looks like ns: --time-unit ns"),
+            ),
+            (
+                1_700_000_000_000_000,
+                1_000_000,
+                Err("us since 1970, but looks like ns: --time-unit ns"),
+            ),
+            (
+                1_700_000_000_000,
+                1_000,
+                Err("ms since 1970, but looks like us: --time-unit us"),
+            ),
+            (1_700_000_000_000, 1, Ok(1000.0)),
+            (1_700_000_000_000_000_000, 1_000_000, Ok(1000.0)),
+        ] {
+            let mut text = "t,ax,ay,az,wx,wy,wz\n".to_owned();
+            for k in 0..5 {
+                text += &format!("{},1,2,3,4,5,6\n", start + k * step);
+            }
+            let read = read_text(text, &Hints::default());
+            match (read, meant) {
+                (Ok(read), Ok(rate)) => assert_eq!(read.recording.sample_rate, rate),
+                (Err(error), Err(end)) => {
+                    let said = error.to_string();
+                    assert!(said.ends_with(end), "{said}");
+                }
+                (other, _) => panic!("{start}: {other:?}"),
+            }
+        }
+    }
+
+    #[test]
+    fn time_beyond_its_unit_error_suggests_the_option() {
+        let text = WHOLE.replace("0.01,1", "10000029000,1");
+        let said = read_text(text, &Hints::default()).unwrap_err().to_string();
+        assert!(
+            said.ends_with(
+                "10000029000 is no time in s: -4e9 to 4e9 is expected; --time-unit says the unit: s, ms, us or ns"
+            ),
+            "{said}"
+        );
+    }
+
+    #[test]
+    fn mapping_to_a_duplicate_name_is_an_error() {
+        let mut hints = Hints::default();
+        hints.table.mapping = "force=q".parse().unwrap();
+        let text = "t,ax,ay,az,wx,wy,wz,q,q\n0,1,2,3,4,5,6,7,8\n";
+        let said = read_text(text, &hints).unwrap_err().to_string();
+        assert!(
+            said.ends_with(", line 1, column 9 (q): this name stands in the header twice"),
+            "{said}"
+        );
+    }
+
+    #[test]
+    fn load_in_rows_of_its_own_is_valid_for_100_ms() {
+        let rows = "__time,/ft/z,/imu/linear_acceleration/x,/imu/linear_acceleration/y,\
+            /imu/linear_acceleration/z,/imu/angular_velocity/x,/imu/angular_velocity/y,/imu/angular_velocity/z\n\
+            100.00,,1,2,3,4,5,6\n100.01,70,,,,,,\n100.05,,1,2,3,4,5,6\n100.11,,1,2,3,4,5,6\n\
+            100.12,,1,2,3,4,5,6\n100.13,71,1,2,3,4,5,6\n100.14,,1,2,3,4,5,6\n100.15,nan,,,,,,\n\
+            100.16,,1,2,3,4,5,6\n";
+        let mut hints = Hints::default();
+        hints.table.mapping = "force=/ft/z".parse().unwrap();
+        let read = read_text(rows, &hints).unwrap();
+        let loads: Vec<Option<f32>> = read
+            .recording
+            .samples
+            .iter()
+            .map(|sample| sample.load.map(|load| load.0))
+            .collect();
+        let (old, new) = (Some(70.0), Some(71.0));
+        assert_eq!(loads, [None, old, old, None, new, new, None]);
+        assert_eq!(read.repairs.blank_rows, 2);
+        let said = read.notices.concat();
+        assert!(
+            said.contains(
+                ": 3 samples have no load: none of the 2 rows with a load alone stands before and is at most \
+                 100 ms older"
+            ),
+            "{said}"
+        );
+    }
+
+    #[test]
+    fn blank_load_of_a_sample_is_unknown() {
+        let rows = "timestamp,load,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z\n0.00,70,1,2,3,4,5,6\n0.01,,1,2,3,4,5,6\n";
+        let mut hints = Hints::default();
+        hints.table.mapping = "force=load".parse().unwrap();
+        let samples = read_text(rows, &hints).unwrap().recording.samples;
+        assert_eq!(samples[1].load, None);
+    }
+
+    #[test]
+    fn line_of_units_and_second_header_are_reported() {
+        for (line, end) in [
+            (
+                "s,m/s^2,m/s^2,m/s^2,rad/s,rad/s,rad/s",
+                ": take out the line of units, and name them with --units and --time-unit",
+            ),
+            (
+                "t,ax,ay,az,wx,wy,wz",
+                ": the header stands here again, as where two tables were put into one file",
+            ),
+        ] {
+            let text = WHOLE.replace("0.01,1,2,3,4,5,6", line);
+            let said = read_text(text, &Hints::default()).unwrap_err().to_string();
+            assert!(
+                said.contains(", line 3, column 1 (t): ") && said.ends_with(end),
+                "{said}"
+            );
+        }
+    }
+
+    #[test]
+    fn long_cell_is_shortened_in_the_error() {
+        let text = WHOLE.replace("0.01,1", &format!("0.01,{}", "\0".repeat(5000)));
+        let said = read_text(text, &Hints::default()).unwrap_err().to_string();
+        assert!(said.len() < 300, "{said}");
+    }
+
+    #[test]
+    fn possible_time_column_is_suggested() {
+        let text = "SampleTimeFine,Acc_X,Acc_Y,Acc_Z,Gyr_X,Gyr_Y,Gyr_Z\n0,1,2,3,4,5,6\n";
+        let said = read_text(text, &Hints::default()).unwrap_err().to_string();
+        assert!(said.ends_with("--map t=SampleTimeFine"), "{said}");
+    }
+
+    #[test]
+    fn rows_without_times_use_the_given_rate() {
+        let hints = Hints {
+            sample_rate: Some(400.0),
+            gravity: Some(Gravity::Removed),
+            ..Hints::default()
+        };
+        let recording = read_text("ax,ay,az,wx,wy,wz\n0,0,0,0,0,0\n0,0,0,0,0,0\n", &hints)
+            .unwrap()
+            .recording;
+        assert_eq!(
+            recording.samples[1].imu.timestamp,
+            Timestamp::from_micros(2500)
+        );
+        assert_eq!(recording.gravity, Gravity::Removed);
+    }
+}

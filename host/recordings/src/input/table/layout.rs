@@ -1,0 +1,392 @@
+//! Header of a `csv`, with our names for the known columns.
+
+use super::mapping::{Mapping, is_axis, is_ours};
+use super::names::{
+    Found, FoundTime, Triple, find_time, find_with_units, guess, position, split_unit,
+    without_units,
+};
+use super::options::{AccelerationUnit, RateUnit, TableOptions, TimeUnit, Units};
+use super::reader::{Row, Table};
+use super::ros2;
+use super::sensors::choices;
+use crate::input::error::{Cell, InputError, RowPlace, Suggestion};
+use crate::input::iso8601::micros_since_1970;
+
+/// Name of the nanoseconds of a stamp whose seconds are `t`.
+pub(super) const NANOSECONDS: &str = "t.nanosec";
+
+/// Number of words in the first row from which a table has a header, whatever the words.
+const LEAST_WORDS: usize = 6;
+
+/// Number of axes of a recording.
+const AXES: usize = 6;
+
+/// Treatment of blank cells of an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Blanks {
+    /// Error: a table of ours has no blank cells.
+    Refused,
+    /// Not a number; a row without any other value belongs to another signal and is left out.
+    NotANumber,
+}
+
+/// Index column that pandas writes before the named columns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Index {
+    /// There is no index.
+    None,
+    /// The index is not a time.
+    Other,
+    /// The index is the time, in the column of this index.
+    Time(usize),
+}
+
+/// A header, parsed as far as possible.
+pub(super) struct Layout {
+    /// Header with our names.
+    pub(super) header: Row,
+    pub(super) blanks: Blanks,
+    /// Unit of the time, if the name of its column defines it.
+    pub(super) time_unit: Option<TimeUnit>,
+    /// Columns that were recognised under other names.
+    pub(super) notice: Option<String>,
+    /// Whether unknown columns are to be listed.
+    pub(super) names_ignored: bool,
+}
+
+/// Returns whether a table has a header, with our names or those of others, or has the cells of a known message.
+pub(in crate::input) fn is_table(table: &mut Table) -> Result<bool, InputError> {
+    if table.comment_header().is_some() {
+        return Ok(true);
+    }
+    let Some(first) = table.peek_row()? else {
+        return Ok(false);
+    };
+    let is_word = |cell: &str| !cell.is_empty() && cell.parse::<f64>().is_err();
+    let words = first.cells().filter(|cell| is_word(cell)).count();
+    Ok(ros2::header(first).is_some() || (words >= LEAST_WORDS && words + 1 >= first.len()))
+}
+
+impl Layout {
+    /// Reads the header of a table; `None` if the table is empty.
+    pub(super) fn of(
+        table: &mut Table,
+        options: &TableOptions,
+    ) -> Result<Option<Self>, InputError> {
+        let comment = table.comment_header();
+        let message = match table.peek_row()? {
+            Some(first) => ros2::header(first).map(|names| first.with_cells(names)),
+            None => None,
+        };
+        let by_message = message.is_some();
+        let header = match message.or(comment) {
+            Some(header) => header,
+            None => match table.next_row()? {
+                Some(header) => header,
+                None => return Ok(None),
+            },
+        };
+        let index = if header.cells().next() != Some("") {
+            Index::None
+        } else if index_is_time(table)? {
+            Index::Time(0)
+        } else {
+            Index::Other
+        };
+        let layout = Self::named(&header, table.file(), options, index)?;
+        Ok(Some(Self {
+            names_ignored: !by_message,
+            ..layout
+        }))
+    }
+
+    /// Finds our columns among those of a header.
+    pub(super) fn named(
+        header: &Row,
+        file: &str,
+        options: &TableOptions,
+        index: Index,
+    ) -> Result<Self, InputError> {
+        let mut naming = Naming {
+            names: header.cells().map(str::to_owned).collect(),
+            taken: Vec::new(),
+            mapped: 0,
+            place: header.place,
+            file: file.to_owned(),
+            time_unit: None,
+        };
+        naming.map(&options.mapping)?;
+        naming.mapped = naming.taken.len();
+        naming.recognise(header, options.units)?;
+        if let Index::Time(column) = index
+            && !naming.has("t")
+        {
+            naming.take("t", column);
+        }
+        let foreign = !naming.taken.is_empty();
+        let notice = (foreign && options.mapping.is_empty()).then(|| naming.notice(header));
+        Ok(Self {
+            header: header.with_cells(naming.names.iter().collect()),
+            blanks: if foreign || index != Index::None {
+                Blanks::NotANumber
+            } else {
+                Blanks::Refused
+            },
+            time_unit: naming.time_unit,
+            notice,
+            names_ignored: true,
+        })
+    }
+}
+
+/// Returns whether the first column holds dates with times, judged by its next row.
+fn index_is_time(table: &mut Table) -> Result<bool, InputError> {
+    let next = table.peek_row()?;
+    Ok(next.is_some_and(|row| micros_since_1970(row.text(0)).is_some()))
+}
+
+/// Names of a header's columns during their translation into ours.
+struct Naming {
+    names: Vec<String>,
+    /// Our names of columns that had others, with the index.
+    taken: Vec<(&'static str, usize)>,
+    /// Number of columns with an explicit mapping, whose units are not checked.
+    mapped: usize,
+    place: RowPlace,
+    file: String,
+    time_unit: Option<TimeUnit>,
+}
+
+impl Naming {
+    fn has(&self, name: &str) -> bool {
+        self.names.iter().any(|given| given == name)
+    }
+
+    /// Gives a column our name; another column of that name loses it.
+    fn take(&mut self, ours: &'static str, index: usize) {
+        for name in &mut self.names {
+            if name == ours {
+                *name = format!("{ours} (not used)");
+            }
+        }
+        ours.clone_into(&mut self.names[index]);
+        self.taken.push((ours, index));
+    }
+
+    /// Applies an explicit mapping.
+    fn map(&mut self, mapping: &Mapping) -> Result<(), InputError> {
+        let given = self.names.clone();
+        for (ours, theirs) in mapping.pairs() {
+            let Some(ours) = own_name(ours) else {
+                continue;
+            };
+            match position(theirs, &given)[..] {
+                [index] => self.take(ours, index),
+                [] => {
+                    return Err(InputError::NoSuchColumn {
+                        file: self.file.clone(),
+                        place: self.place,
+                        name: theirs.to_owned(),
+                        columns: shortened(&given),
+                    });
+                }
+                [one, other, ..] if given[one] == given[other] => {
+                    return Err(InputError::DuplicateColumn {
+                        cell: Cell {
+                            file: self.file.clone(),
+                            place: self.place,
+                            column: other + 1,
+                            name: given[other].clone(),
+                        },
+                    });
+                }
+                [one, other, ..] => {
+                    return Err(InputError::AmbiguousColumn {
+                        file: self.file.clone(),
+                        place: self.place,
+                        name: theirs.to_owned(),
+                        candidates: [given[one].clone(), given[other].clone()],
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Recognises columns with names of others where ours are missing. Units in their names must be those in which
+    /// they are read.
+    fn recognise(&mut self, header: &Row, units: Units) -> Result<(), InputError> {
+        let given = self.names.clone();
+        for triple in [Triple::Acceleration, Triple::Rate] {
+            let ours = triple.ours();
+            if ours.iter().any(|axis| self.has(axis)) {
+                continue;
+            }
+            match find_with_units(triple, &given) {
+                Found::At(indices) => {
+                    for (axis, index) in ours.into_iter().zip(indices) {
+                        self.take(axis, index);
+                    }
+                }
+                Found::Several(several) => {
+                    let first_axes = several.iter().map(|[x, ..]| given[*x].clone());
+                    return Err(InputError::SeveralSensors {
+                        file: self.file.clone(),
+                        place: self.place,
+                        candidates: first_axes.collect(),
+                        mappings: choices(triple, &several, &given),
+                    });
+                }
+                Found::Nowhere => {}
+            }
+        }
+        self.check_units(header, units)?;
+        // A table of ours has no column `time`: it may be any time.
+        let foreign = self.taken.iter().any(|(ours, _)| is_axis(ours));
+        let complete = [Triple::Acceleration, Triple::Rate]
+            .iter()
+            .all(|triple| triple.ours().iter().all(|axis| self.has(axis)));
+        if foreign && !self.has("force") {
+            let is_force = |name: &String| split_unit(name) == ("force", Some("N"));
+            let forces: Vec<usize> = (0..given.len())
+                .filter(|index| is_force(&given[*index]))
+                .collect();
+            if let [index] = forces[..] {
+                self.take("force", index);
+            }
+        }
+        if foreign && complete && !self.has("t") {
+            let bare = || find_time(&without_units(&self.names));
+            match find_time(&self.names).or_else(bare) {
+                Some(FoundTime::Column(index, unit)) => {
+                    let (_, in_brackets) = split_unit(&self.names[index]);
+                    self.time_unit = unit.or(in_brackets.and_then(TimeUnit::written));
+                    self.take("t", index);
+                }
+                Some(FoundTime::Stamp(seconds, nanoseconds)) => {
+                    self.take("t", seconds);
+                    NANOSECONDS.clone_into(&mut self.names[nanoseconds]);
+                    self.time_unit = Some(TimeUnit::Seconds);
+                }
+                None => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that the unit in the name of each recognised axis is the one in which it would be read.
+    fn check_units(&self, header: &Row, units: Units) -> Result<(), InputError> {
+        let mut named = units;
+        let mut wrong = None;
+        for (ours, index) in &self.taken[self.mapped..] {
+            let (_, Some(written)) = split_unit(header.text(*index)) else {
+                continue;
+            };
+            let (unit, read_in) = if Triple::Acceleration.ours().contains(ours) {
+                let unit = AccelerationUnit::written(written);
+                named.acceleration = unit.unwrap_or(named.acceleration);
+                let unit = unit.map(AccelerationUnit::name);
+                (unit, units.acceleration.name())
+            } else {
+                let unit = RateUnit::written(written);
+                named.rate = unit.unwrap_or(named.rate);
+                (unit.map(RateUnit::name), units.rate.name())
+            };
+            if let Some(unit) = unit.filter(|unit| *unit != read_in) {
+                wrong = wrong.or(Some((*index, unit, read_in)));
+            }
+        }
+        match wrong {
+            None => Ok(()),
+            Some((index, unit, read_in)) => Err(InputError::NamedUnit {
+                file: self.file.clone(),
+                place: self.place,
+                name: header.text(index).to_owned(),
+                unit,
+                read_in,
+                units: named,
+            }),
+        }
+    }
+
+    /// Sentence that lists the recognised columns.
+    fn notice(&self, header: &Row) -> String {
+        let taken: Vec<_> = self
+            .taken
+            .iter()
+            .map(|(ours, index)| match header.text(*index) {
+                "" => format!("{ours} is column {}", index + 1),
+                theirs => format!("{ours} is {theirs}"),
+            })
+            .collect();
+        format!("{}: {}", self.file, taken.join(", "))
+    }
+}
+
+/// Suggestion for a header that lacks our names: a mapping if the names allow one, otherwise an example of the
+/// syntax.
+pub(super) fn suggestion(header: &Row, missing: &[&'static str]) -> Option<Suggestion> {
+    let names: Vec<String> = header.cells().map(str::to_owned).collect();
+    let mut wanted: Vec<&'static str> = missing.to_vec();
+    if !names.iter().any(|name| name == "t") {
+        wanted.insert(0, "t");
+    }
+    let mut found: Vec<(String, String)> = Vec::new();
+    for ours in &wanted {
+        if let Some(index) = guess(ours, &names)
+            && !is_ours(&names[index])
+            && !found.iter().any(|(_, theirs)| *theirs == names[index])
+        {
+            found.push(((*ours).to_owned(), names[index].clone()));
+        }
+    }
+    if found.iter().any(|(ours, _)| is_axis(ours)) {
+        return Some(Suggestion::Meant(Mapping::from_pairs(found)));
+    }
+    // An example of the syntax does not help if a single axis is missing.
+    (missing.len() == AXES).then(|| example(&wanted, &names))?
+}
+
+/// Example of a mapping of the first columns of a file, if they have names.
+pub(in crate::input) fn example(wanted: &[&str], names: &[String]) -> Option<Suggestion> {
+    let is_name =
+        |name: &&String| !name.is_empty() && name.parse::<f64>().is_err() && !is_ours(name);
+    let mut theirs: Vec<&String> = Vec::new();
+    for name in names.iter().filter(is_name) {
+        if !theirs.contains(&name) {
+            theirs.push(name);
+        }
+    }
+    if theirs.len() < wanted.iter().filter(|ours| is_axis(ours)).count() {
+        return None;
+    }
+    // If there is one name too few, the time is omitted.
+    let wanted = &wanted[wanted.len().saturating_sub(theirs.len())..];
+    let pairs = wanted.iter().zip(theirs);
+    let pairs = pairs.map(|(ours, theirs)| ((*ours).to_owned(), theirs.clone()));
+    Some(Suggestion::Example(Mapping::from_pairs(pairs.collect())))
+}
+
+/// Our name with a static lifetime.
+fn own_name(name: &str) -> Option<&'static str> {
+    let axes = Triple::Acceleration
+        .ours()
+        .into_iter()
+        .chain(Triple::Rate.ours());
+    axes.chain(["t", "force", "label", "validity"])
+        .find(|ours| *ours == name)
+}
+
+/// List of names, shortened to the first ones if there are many.
+pub(super) fn shortened(names: &[String]) -> String {
+    const SHOWN: usize = 20;
+    let first: Vec<&str> = names
+        .iter()
+        .take(SHOWN)
+        .map(|name| if name.is_empty() { "(no name)" } else { name })
+        .collect();
+    match names.len().checked_sub(SHOWN) {
+        Some(more @ 1..) => format!("{} and {more} more", first.join(", ")),
+        _ => first.join(", "),
+    }
+}

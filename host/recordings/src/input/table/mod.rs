@@ -1,0 +1,28 @@
+//! Tables: rows of cells with a header that names the columns.
+//!
+//! | step | file |
+//! |---|---|
+//! | column separators, rows of cells with their line numbers | `lines`, `head`, `reader` |
+//! | `csv`: a header names the columns | [`csv`]; `header`, `cells`, `intake`, `clock` |
+//! | `parquet`: the same columns | `parquet` |
+//! | tables of other origin: options, names, ROS 2 without a header | [`options`], [`mapping`]; `layout`, `names`, `sensors`, `ros2` |
+//! | columns that are not part of a recording: the true orientation | `extra`, `truth` |
+
+pub(super) mod cells;
+mod clock;
+pub mod csv;
+mod extra;
+mod head;
+pub(super) mod header;
+mod intake;
+pub(super) mod layout;
+mod lines;
+pub mod mapping;
+pub(super) mod names;
+pub mod options;
+#[cfg(feature = "parquet")]
+pub(crate) mod parquet;
+pub(super) mod reader;
+mod ros2;
+pub(super) mod sensors;
+pub(super) mod truth;

@@ -1,0 +1,376 @@
+//! Column names of an IMU in tables of other origin, and their detection in a header.
+//!
+//! | source | accelerations | angular rates | time |
+//! |---|---|---|---|
+//! | `sensor_msgs/Imu` in `PlotJuggler`'s CSV | `/imu/linear_acceleration/x` | `/imu/angular_velocity/x` | `__time` |
+//! | the same by `rostopic echo -p` (ROS 1) | `field.linear_acceleration.x` | `field.angular_velocity.x` | `%time`, ns |
+//! | `LowState` of `unitree_go` (Go2) | `imu_state.accelerometer[0]` | `imu_state.gyroscope[0]` | as in the logger |
+//! | `LowState` of `unitree_legged_msgs` (A1, Go1) | `imu.accelerometer[0]` | `imu.gyroscope[0]` | as in the logger |
+//! | loggers for Unitree robots | `imu_acc_x`, `accel_x` | `imu_gyro_x`, `gyro_x` | `time`, `timestamp` |
+//!
+//! Sources: `sensor_msgs/msg/Imu.msg` of ROS; `PlotJuggler`'s CSV publisher; `IMUState.msg` of
+//! <https://github.com/unitreerobotics/unitree_ros2> and `IMU.msg` of
+//! <https://github.com/unitreerobotics/unitree_ros_to_real>. All of them are in m/s² and rad/s.
+
+use csv::StringRecord;
+
+use super::options::TimeUnit;
+
+/// Names of accelerations without the axis, best first.
+const ACCELERATION: [&str; 6] = [
+    "linear.acceleration",
+    "linearacceleration",
+    "accelerometer",
+    "accel",
+    "acc",
+    "acceleration",
+];
+
+/// Names of angular rates without the axis, best first.
+const RATE: [&str; 8] = [
+    "angular.velocity",
+    "angularvelocity",
+    "gyroscope",
+    "gyro",
+    "gyr",
+    "ang.vel",
+    "omega",
+    // `gx` next to `ax`, as printed by sketches for an MPU-6050.
+    "g",
+];
+
+/// Names of times, best first, with their unit if it is part of the name.
+const TIME: [(&str, Option<TimeUnit>); 18] = [
+    ("__time", Some(TimeUnit::Seconds)),
+    ("%time", Some(TimeUnit::Nanoseconds)),
+    ("timestamp", None),
+    ("time", None),
+    ("t", None),
+    ("time_s", Some(TimeUnit::Seconds)),
+    ("timestamp_s", Some(TimeUnit::Seconds)),
+    ("t_s", Some(TimeUnit::Seconds)),
+    ("time_ms", Some(TimeUnit::Milliseconds)),
+    ("timestamp_ms", Some(TimeUnit::Milliseconds)),
+    ("t_ms", Some(TimeUnit::Milliseconds)),
+    ("time_us", Some(TimeUnit::Microseconds)),
+    ("timestamp_us", Some(TimeUnit::Microseconds)),
+    ("t_us", Some(TimeUnit::Microseconds)),
+    ("time_ns", Some(TimeUnit::Nanoseconds)),
+    ("timestamp_ns", Some(TimeUnit::Nanoseconds)),
+    ("t_ns", Some(TimeUnit::Nanoseconds)),
+    ("stamp", None),
+];
+
+/// The two parts of a `builtin_interfaces/Time`.
+const STAMP: [&str; 2] = ["stamp.sec", "stamp.nanosec"];
+
+/// The three axes of a sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::input) enum Triple {
+    Acceleration,
+    Rate,
+}
+
+impl Triple {
+    /// Our names of the axes.
+    pub(in crate::input) const fn ours(self) -> [&'static str; 3] {
+        match self {
+            Self::Acceleration => ["ax", "ay", "az"],
+            Self::Rate => ["wx", "wy", "wz"],
+        }
+    }
+
+    const fn theirs(self) -> &'static [&'static str] {
+        match self {
+            Self::Acceleration => &ACCELERATION,
+            Self::Rate => &RATE,
+        }
+    }
+}
+
+/// Position of the three axes of a sensor.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(in crate::input) enum Found {
+    Nowhere,
+    /// At these indices.
+    At([usize; 3]),
+    /// At the indices of several such triples.
+    Several(Vec<[usize; 3]>),
+}
+
+/// Finds the three axes of a sensor in a header.
+pub(in crate::input) fn find(triple: Triple, names: &[String]) -> Found {
+    let normal: Vec<String> = names.iter().map(|name| normal(name)).collect();
+    for sensor in triple.theirs() {
+        let triples: Vec<_> = triples(sensor, &normal).collect();
+        match triples[..] {
+            [] => {}
+            [only] => return Found::At(only),
+            _ => return Found::Several(triples),
+        }
+    }
+    Found::Nowhere
+}
+
+/// As [`find`], also with units after the names.
+pub(super) fn find_with_units(triple: Triple, names: &[String]) -> Found {
+    match find(triple, names) {
+        Found::Nowhere => {
+            let bare = without_units(names);
+            let ours = triple
+                .ours()
+                .map(|axis| bare.iter().position(|n| n == axis));
+            match ours {
+                [Some(x), Some(y), Some(z)] => Found::At([x, y, z]),
+                _ => find(triple, &bare),
+            }
+        }
+        found => found,
+    }
+}
+
+/// Removes the units after the names.
+pub(super) fn without_units(names: &[String]) -> Vec<String> {
+    let bare = names.iter().map(|name| split_unit(name).0.to_owned());
+    bare.collect()
+}
+
+/// Returns whether the cells of a comment are a header.
+pub(super) fn is_header(cells: &StringRecord) -> bool {
+    let names: Vec<String> = cells.iter().map(str::to_owned).collect();
+    let ours = |triple: Triple| {
+        triple
+            .ours()
+            .iter()
+            .all(|axis| names.iter().any(|n| n == axis))
+    };
+    let known = |triple| ours(triple) || find_with_units(triple, &names) != Found::Nowhere;
+    known(Triple::Acceleration) && known(Triple::Rate)
+}
+
+/// Positions of the three axes of a sensor of this name, once for each sensor.
+fn triples<'a>(sensor: &'a str, names: &'a [String]) -> impl Iterator<Item = [usize; 3]> + 'a {
+    let endings = [["x", "y", "z"], ["0", "1", "2"]];
+    names.iter().enumerate().filter_map(move |(x, name)| {
+        endings.into_iter().find_map(|[first, second, third]| {
+            let stem = name.strip_suffix(first)?;
+            let bare = stem.strip_suffix('.').unwrap_or(stem);
+            let before = bare.strip_suffix(sensor)?;
+            if !(before.is_empty() || before.ends_with('.')) {
+                return None;
+            }
+            let at = |axis: &str| {
+                let wanted = format!("{stem}{axis}");
+                names.iter().position(|name| *name == wanted)
+            };
+            Some([x, at(second)?, at(third)?])
+        })
+    })
+}
+
+/// Position of the time in a header.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum FoundTime {
+    /// In one column, with its unit if the name defines it.
+    Column(usize, Option<TimeUnit>),
+    /// Seconds in one column and nanoseconds in another.
+    Stamp(usize, usize),
+}
+
+/// Finds the time in a header.
+pub(super) fn find_time(names: &[String]) -> Option<FoundTime> {
+    let index_of = |wanted: &dyn Fn(&str) -> bool| {
+        let mut at = (0..names.len()).filter(|index| wanted(&names[*index]));
+        at.next().filter(|_| at.next().is_none())
+    };
+    for (name, unit) in TIME {
+        if let Some(index) = index_of(&|given| given.eq_ignore_ascii_case(name)) {
+            return Some(FoundTime::Column(index, unit));
+        }
+    }
+    let [seconds, nanoseconds] = STAMP.map(|part| index_of(&|given| ends_with(given, part)));
+    if let (Some(seconds), Some(nanoseconds)) = (seconds, nanoseconds) {
+        return Some(FoundTime::Stamp(seconds, nanoseconds));
+    }
+    let stamp = index_of(&|given| ends_with(given, "header.stamp"))?;
+    Some(FoundTime::Column(stamp, None))
+}
+
+/// Positions of the names that are one of these words, or end in it after a separator.
+pub(super) fn position(wanted: &str, names: &[String]) -> Vec<usize> {
+    let exact = (0..names.len()).filter(|index| names[*index] == wanted);
+    let exact: Vec<usize> = exact.collect();
+    if !exact.is_empty() {
+        return exact;
+    }
+    let ending = normal(wanted);
+    (0..names.len())
+        .filter(|index| !ending.is_empty() && ends_with(&names[*index], &ending))
+        .collect()
+}
+
+fn ends_with(name: &str, ending: &str) -> bool {
+    let name = normal(name);
+    name.strip_suffix(ending)
+        .is_some_and(|before| before.is_empty() || before.ends_with('.'))
+}
+
+/// Splits a name into the name and the unit in brackets at its end: `acc_x [g]`.
+pub(super) fn split_unit(name: &str) -> (&str, Option<&str>) {
+    let brackets = [('[', ']'), ('(', ')'), ('<', '>')];
+    let split = brackets.into_iter().find_map(|(open, close)| {
+        let (before, unit) = name.strip_suffix(close)?.rsplit_once(open)?;
+        let unit = unit.trim();
+        // A number in brackets is an index, not a unit.
+        let is_unit = unit.chars().any(|c| c.is_alphabetic() || c == '°');
+        is_unit.then(|| (before.trim_end(), Some(unit)))
+    });
+    split
+        .filter(|(name, _)| !name.is_empty())
+        .unwrap_or((name, None))
+}
+
+/// Name in lower case, its parts separated by dots: `/imu/acc[0]` becomes `imu.acc.0`.
+fn normal(name: &str) -> String {
+    let lower = name.to_lowercase();
+    let parts = lower.split(|letter: char| !(letter.is_alphanumeric() || letter == '%'));
+    parts
+        .filter(|part| !part.is_empty())
+        .collect::<Vec<_>>()
+        .join(".")
+}
+
+/// Guesses the column for one of our names from the content of its name.
+pub(super) fn guess(ours: &str, names: &[String]) -> Option<usize> {
+    let words: &[&str] = match ours {
+        "t" => &["time", "stamp", "sec"],
+        "ax" | "ay" | "az" => &["acc", "force_", "lin"],
+        _ => &["gyr", "ang", "rate", "omega", "vel", "rot"],
+    };
+    let axis = ours.chars().nth(1);
+    names.iter().position(|name| {
+        let lower = name.to_lowercase();
+        let has_word = words.iter().any(|word| lower.contains(word));
+        let has_axis = axis.is_none_or(|axis| {
+            let number = match axis {
+                'x' => '0',
+                'y' => '1',
+                _ => '2',
+            };
+            let (without_unit, _) = split_unit(&lower);
+            let last = without_unit
+                .trim_end_matches([']', ')', ' '])
+                .chars()
+                .last();
+            last == Some(axis) || last == Some(number)
+        });
+        has_word && has_axis
+    })
+}
+
+/// Pairs of our names and those of columns, for a mapping.
+pub(super) fn pairs(ours: &[&str], indices: &[usize], names: &[String]) -> Vec<(String, String)> {
+    let pair = |(ours, index): (&&str, &usize)| ((*ours).to_owned(), names[*index].clone());
+    ours.iter().zip(indices).map(pair).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(text: &str) -> Vec<String> {
+        text.split(',').map(str::to_owned).collect()
+    }
+
+    #[test]
+    fn axes_are_found_under_foreign_names() {
+        for header in [
+            "q,/imu/linear_acceleration/x,/imu/linear_acceleration/y,/imu/linear_acceleration/z",
+            "q,imu_state.accelerometer[0],imu_state.accelerometer[1],imu_state.accelerometer[2]",
+            "q,imu.accelerometer[0],imu.accelerometer[1],imu.accelerometer[2]",
+            "q,field.imu.accelerometer0,field.imu.accelerometer1,field.imu.accelerometer2",
+            "q,imu_acc_x,imu_acc_y,imu_acc_z",
+            "q,AccX,AccY,AccZ",
+        ] {
+            let found = find(Triple::Acceleration, &names(header));
+            assert_eq!(found, Found::At([1, 2, 3]), "{header}");
+            assert_eq!(find(Triple::Rate, &names(header)), Found::Nowhere);
+        }
+        assert_eq!(
+            find(Triple::Rate, &names("gyro_z,gyro_y,gyro_x")),
+            Found::At([2, 1, 0])
+        );
+    }
+
+    #[test]
+    fn short_names_of_rates_are_known_and_come_last() {
+        let alone = names("ax,ay,az,gx,gy,gz");
+        assert_eq!(find(Triple::Rate, &alone), Found::At([3, 4, 5]));
+        // With longer names present they may be gravity.
+        let beside = names("gyro_x,gyro_y,gyro_z,gx,gy,gz");
+        assert_eq!(find(Triple::Rate, &beside), Found::At([0, 1, 2]));
+        assert_eq!(find(Triple::Acceleration, &alone), Found::Nowhere);
+    }
+
+    #[test]
+    fn partial_words_and_bare_axes_are_not_a_sensor() {
+        for header in ["vacc_x,vaccel_y,vacc_z", "acc_x,acc_y", "x,y,z"] {
+            let found = find(Triple::Acceleration, &names(header));
+            assert_eq!(found, Found::Nowhere, "{header}");
+        }
+    }
+
+    #[test]
+    fn two_sensors_of_one_kind_are_both_found() {
+        let header = names("/l/acc/x,/l/acc/y,/l/acc/z,/r/acc/x,/r/acc/y,/r/acc/z");
+        assert_eq!(
+            find(Triple::Acceleration, &header),
+            Found::Several(vec![[0, 1, 2], [3, 4, 5]])
+        );
+    }
+
+    #[test]
+    fn times_are_found_with_the_unit_of_their_names() {
+        for (header, time) in [
+            ("a,__time", FoundTime::Column(1, Some(TimeUnit::Seconds))),
+            (
+                "%time,time",
+                FoundTime::Column(0, Some(TimeUnit::Nanoseconds)),
+            ),
+            ("Timestamp,b", FoundTime::Column(0, None)),
+            ("t_us,b", FoundTime::Column(0, Some(TimeUnit::Microseconds))),
+            (
+                "header.stamp.sec,header.stamp.nanosec",
+                FoundTime::Stamp(0, 1),
+            ),
+        ] {
+            assert_eq!(find_time(&names(header)), Some(time), "{header}");
+        }
+        assert_eq!(find_time(&names("mood,uptime")), None);
+    }
+
+    #[test]
+    fn unit_in_brackets_is_not_part_of_a_name() {
+        for (name, split) in [
+            ("acc_x [g]", ("acc_x", Some("g"))),
+            ("ax (m/s^2)", ("ax", Some("m/s^2"))),
+            ("gyr_x<°/s>", ("gyr_x", Some("°/s"))),
+            ("Time [ s ]", ("Time", Some("s"))),
+            ("imu.accelerometer[0]", ("imu.accelerometer[0]", None)),
+            ("[g]", ("[g]", None)),
+            ("acc_x", ("acc_x", None)),
+            ("acc]", ("acc]", None)),
+        ] {
+            assert_eq!(split_unit(name), split, "{name}");
+        }
+    }
+
+    #[test]
+    fn unknown_name_is_guessed() {
+        let header = names("Time [s],Body Acc X (g),GyrRaw_x,mood");
+        assert_eq!(guess("t", &header), Some(0));
+        assert_eq!(guess("ax", &header), Some(1));
+        assert_eq!(guess("wx", &header), Some(2));
+        assert_eq!(guess("wz", &header), None);
+    }
+}

@@ -1,0 +1,402 @@
+//! Interpretation of a `csv` of other origin: names, units, times.
+
+use std::fmt;
+use std::str::FromStr;
+
+use estimator_core::params::STANDARD_GRAVITY;
+
+use super::mapping::Mapping;
+
+/// Properties of a `csv` beyond its header. The default is a table of ours.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TableOptions {
+    /// Mapping of columns to ours.
+    pub mapping: Mapping,
+    /// The units of the six axes.
+    pub units: Units,
+    /// Factors of their readings, before the units apply.
+    pub scale: Scale,
+    /// Mark before the fraction of numbers in a text.
+    pub decimal: Decimal,
+    /// Unit of the times, if given.
+    pub time_unit: Option<TimeUnit>,
+    /// Treatment of times that are not in order.
+    pub times: Times,
+}
+
+impl TableOptions {
+    /// Converts six readings to SI units, accelerations first.
+    #[must_use]
+    pub fn to_si(&self, readings: [f64; 6]) -> [f64; 6] {
+        let [ax, ay, az, wx, wy, wz] = readings;
+        let Scale {
+            acceleration: a,
+            rate: w,
+        } = self.scale;
+        let scaled = [a * ax, a * ay, a * az, w * wx, w * wy, w * wz];
+        self.units.to_si(scaled)
+    }
+}
+
+/// Factors of readings, such as the units of a count.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    /// Of the accelerometer, finite and not 0.
+    pub acceleration: f64,
+    /// Of the gyroscope, finite and not 0.
+    pub rate: f64,
+}
+
+impl Default for Scale {
+    fn default() -> Self {
+        Self {
+            acceleration: 1.0,
+            rate: 1.0,
+        }
+    }
+}
+
+impl fmt::Display for Scale {
+    /// Writes factors as [`FromStr`] reads them.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{},{}", self.acceleration, self.rate)
+    }
+}
+
+impl FromStr for Scale {
+    type Err = String;
+
+    /// Reads two numbers separated by a comma: the factors of accelerometer and gyroscope.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let factor = |text: &str| -> Option<f64> {
+            let factor = text.trim().parse().ok()?;
+            (f64::is_finite(factor) && factor != 0.0).then_some(factor)
+        };
+        let factors = text
+            .split_once(',')
+            .and_then(|(acceleration, rate)| Some((factor(acceleration)?, factor(rate)?)));
+        let (acceleration, rate) = factors.ok_or_else(|| {
+            format!(
+                "{text:?} is no scale: write the factors of accelerometer and gyroscope, finite and not 0, such as \
+                 0.000122,0.07 with --units g,dps"
+            )
+        })?;
+        Ok(Self { acceleration, rate })
+    }
+}
+
+/// Mark before the fraction of a number.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Decimal {
+    /// `1.5`.
+    #[default]
+    Point,
+    /// `1,5`.
+    Comma,
+}
+
+impl Decimal {
+    /// Name in options.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Point => ".",
+            Self::Comma => ",",
+        }
+    }
+}
+
+impl FromStr for Decimal {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        let found = [Self::Point, Self::Comma].into_iter();
+        let mut found = found.filter(|decimal| decimal.name() == name);
+        found
+            .next()
+            .ok_or_else(|| format!("{name:?} is before no fraction: write . or ,"))
+    }
+}
+
+/// Units of a table's axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Units {
+    /// Unit of `ax`, `ay` and `az`.
+    pub acceleration: AccelerationUnit,
+    /// Unit of `wx`, `wy` and `wz`.
+    pub rate: RateUnit,
+}
+
+/// A unit of acceleration.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum AccelerationUnit {
+    /// m/s².
+    #[default]
+    MetresPerSecondSquared,
+    /// g, 9.80665 m/s².
+    StandardGravity,
+    /// A thousandth of g.
+    MilliG,
+}
+
+/// A unit of angular rate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum RateUnit {
+    /// rad/s.
+    #[default]
+    RadiansPerSecond,
+    /// °/s.
+    DegreesPerSecond,
+    /// A thousandth of °/s.
+    MilliDegreesPerSecond,
+}
+
+impl AccelerationUnit {
+    /// Name in options.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::MetresPerSecondSquared => "m/s2",
+            Self::StandardGravity => "g",
+            Self::MilliG => "mg",
+        }
+    }
+
+    /// The unit with this spelling.
+    pub(super) fn written(text: &str) -> Option<Self> {
+        match text {
+            "m/s2" | "m/s^2" | "m/s²" | "m/s/s" | "m/s**2" => Some(Self::MetresPerSecondSquared),
+            "g" | "G" => Some(Self::StandardGravity),
+            "mg" => Some(Self::MilliG),
+            _ => None,
+        }
+    }
+}
+
+impl RateUnit {
+    /// Name in options.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::RadiansPerSecond => "rad/s",
+            Self::DegreesPerSecond => "dps",
+            Self::MilliDegreesPerSecond => "mdps",
+        }
+    }
+
+    /// The unit with this spelling.
+    pub(super) fn written(text: &str) -> Option<Self> {
+        match text {
+            "rad/s" => Some(Self::RadiansPerSecond),
+            "dps" | "deg/s" | "°/s" | "deg/sec" => Some(Self::DegreesPerSecond),
+            "mdps" => Some(Self::MilliDegreesPerSecond),
+            _ => None,
+        }
+    }
+}
+
+impl Units {
+    /// Returns whether this is the name of a unit.
+    pub(in crate::input) fn are_named(text: &str) -> bool {
+        AccelerationUnit::written(text).is_some() || RateUnit::written(text).is_some()
+    }
+
+    /// Converts six readings to SI units, accelerations first; SI readings are unchanged.
+    #[must_use]
+    pub fn to_si(self, readings: [f64; 6]) -> [f64; 6] {
+        let [ax, ay, az, wx, wy, wz] = readings;
+        let [ax, ay, az] = match self.acceleration {
+            AccelerationUnit::MetresPerSecondSquared => [ax, ay, az],
+            AccelerationUnit::StandardGravity => {
+                [ax, ay, az].map(|value| value * f64::from(STANDARD_GRAVITY))
+            }
+            AccelerationUnit::MilliG => {
+                [ax, ay, az].map(|value| value / 1000.0 * f64::from(STANDARD_GRAVITY))
+            }
+        };
+        let [wx, wy, wz] = match self.rate {
+            RateUnit::RadiansPerSecond => [wx, wy, wz],
+            RateUnit::DegreesPerSecond => [wx, wy, wz].map(f64::to_radians),
+            RateUnit::MilliDegreesPerSecond => {
+                [wx, wy, wz].map(|value| (value / 1000.0).to_radians())
+            }
+        };
+        [ax, ay, az, wx, wy, wz]
+    }
+}
+
+impl fmt::Display for Units {
+    /// Writes units as [`FromStr`] reads them.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{},{}", self.acceleration.name(), self.rate.name())
+    }
+}
+
+impl FromStr for Units {
+    type Err = String;
+
+    /// Reads one or two units, separated by a comma, in any order: `m/s2` or `g`, `rad/s` or `dps`, also `m/s^2`,
+    /// `m/s²`, `deg/s` or `°/s`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (mut acceleration, mut rate) = (None, None);
+        for unit in text.split(',').map(str::trim) {
+            let twice = match (AccelerationUnit::written(unit), RateUnit::written(unit)) {
+                (Some(unit), _) => acceleration.replace(unit).is_some(),
+                (None, Some(unit)) => rate.replace(unit).is_some(),
+                (None, None) => {
+                    return Err(format!(
+                        "{unit:?} is no unit: write m/s2 or g, and rad/s or dps, such as g,dps"
+                    ));
+                }
+            };
+            if twice {
+                return Err(format!(
+                    "{text:?} has two units for one sensor: write m/s2 or g, and rad/s or dps"
+                ));
+            }
+        }
+        Ok(Self {
+            acceleration: acceleration.unwrap_or_default(),
+            rate: rate.unwrap_or_default(),
+        })
+    }
+}
+
+samples::named! {
+    /// Unit of a table's times.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum TimeUnit {
+        /// s.
+        #[default]
+        Seconds = "s",
+        /// ms.
+        Milliseconds = "ms",
+        /// µs.
+        Microseconds = "us",
+        /// ns.
+        Nanoseconds = "ns",
+    }
+}
+
+impl TimeUnit {
+    /// The unit with this spelling.
+    pub(in crate::input) fn written(text: &str) -> Option<Self> {
+        match text {
+            "s" | "sec" => Some(Self::Seconds),
+            "ms" => Some(Self::Milliseconds),
+            "us" | "µs" | "μs" => Some(Self::Microseconds),
+            "ns" => Some(Self::Nanoseconds),
+            _ => None,
+        }
+    }
+
+    /// Number of units per second.
+    #[must_use]
+    pub const fn per_second(self) -> f64 {
+        match self {
+            Self::Seconds => 1.0,
+            Self::Milliseconds => 1.0e3,
+            Self::Microseconds => 1.0e6,
+            Self::Nanoseconds => 1.0e9,
+        }
+    }
+}
+
+impl FromStr for TimeUnit {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        let found = Self::ALL.into_iter().find(|unit| unit.name() == name);
+        found.ok_or_else(|| format!("{name:?} is no unit of time: write s, ms, us or ns"))
+    }
+}
+
+/// Treatment of times that are not in order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Times {
+    /// Times are kept unchanged; one that does not advance is an error.
+    #[default]
+    Keep,
+    /// The fewest possible rows are left out so that times advance: duplicates, steps back, single rows far ahead.
+    DropBad,
+    /// Rows are spaced by the sample rate, for rows that arrive in batches.
+    Rate,
+}
+
+impl FromStr for Times {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        match name {
+            "keep" => Ok(Self::Keep),
+            "drop-bad" => Ok(Self::DropBad),
+            "rate" => Ok(Self::Rate),
+            _ => Err(format!("invalid {name:?}: expected keep, drop-bad or rate")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_are_in_any_order_and_default_to_si() {
+        let g_dps = Units {
+            acceleration: AccelerationUnit::StandardGravity,
+            rate: RateUnit::DegreesPerSecond,
+        };
+        assert_eq!("g,dps".parse(), Ok(g_dps));
+        assert_eq!("dps, g".parse(), Ok(g_dps));
+        assert_eq!("m/s2,rad/s".parse(), Ok(Units::default()));
+        assert_eq!(
+            "m/s^2,°/s".parse::<Units>().map(|units| units.to_string()),
+            Ok("m/s2,dps".to_owned())
+        );
+        assert_eq!(g_dps.to_string(), "g,dps");
+        let g = Units {
+            acceleration: AccelerationUnit::StandardGravity,
+            ..Units::default()
+        };
+        assert_eq!("g".parse(), Ok(g));
+        for wrong in ["", "g,g", "g,m/s2", "mph"] {
+            assert!(wrong.parse::<Units>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn counts_are_scaled_before_their_units_apply() {
+        let options = TableOptions {
+            scale: "0.5,2".parse().unwrap(),
+            units: "mg,mdps".parse().unwrap(),
+            ..TableOptions::default()
+        };
+        let [ax, .., wz] = options.to_si([2000.0, 0.0, 0.0, 0.0, 0.0, 90_000.0]);
+        assert_eq!(ax, f64::from(STANDARD_GRAVITY));
+        assert_eq!(wz, std::f64::consts::PI);
+        assert_eq!(options.scale.to_string().parse(), Ok(options.scale));
+        for wrong in ["", "1", "1,0", "nan,1", "1,inf", "1,2,3"] {
+            assert!(wrong.parse::<Scale>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn g_and_degrees_become_si_and_si_is_unchanged() {
+        let readings = [1.0, 0.1, -2.0, 180.0, 0.3, -90.0];
+        let [ax, .., wx, _, _] = "g,dps".parse::<Units>().unwrap().to_si(readings);
+        assert_eq!(ax, f64::from(STANDARD_GRAVITY));
+        assert_eq!(wx, std::f64::consts::PI);
+        assert_eq!(Units::default().to_si(readings), readings);
+    }
+
+    #[test]
+    fn unknown_words_error_lists_the_known_ones() {
+        assert_eq!("us".parse(), Ok(TimeUnit::Microseconds));
+        assert_eq!(
+            "min".parse::<TimeUnit>(),
+            Err("\"min\" is no unit of time: write s, ms, us or ns".to_owned())
+        );
+        assert_eq!("drop-bad".parse(), Ok(Times::DropBad));
+        assert!("drop".parse::<Times>().is_err());
+    }
+}

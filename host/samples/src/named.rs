@@ -1,0 +1,28 @@
+//! Enums whose variants have names, as options, files and tables write them.
+
+/// Defines an enum by its variants and their names, such as `Csv = "csv"`. `ALL` has the variants in their order,
+/// `name` returns the name of one.
+#[macro_export]
+macro_rules! named {
+    ($(#[$of_enum:meta])* $visibility:vis enum $enum:ident {
+        $($(#[$of_variant:meta])* $variant:ident = $name:literal),+ $(,)?
+    }) => {
+        $(#[$of_enum])*
+        $visibility enum $enum {
+            $($(#[$of_variant])* $variant),+
+        }
+
+        impl $enum {
+            /// All variants, in their order.
+            pub const ALL: [Self; [$($name),+].len()] = [$(Self::$variant),+];
+
+            /// Returns the name.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name),+
+                }
+            }
+        }
+    };
+}

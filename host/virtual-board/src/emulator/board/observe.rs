@@ -1,0 +1,128 @@
+//! The state of a board as seen from outside: counters, faults, profile, memory.
+
+use std::collections::BTreeMap;
+
+use super::Board;
+use crate::emulator::core::cpu::CoreState;
+use crate::emulator::elf::ElfImage;
+use crate::emulator::machine::{FaultNote, MachineCounters};
+use crate::emulator::memory::{FLASH, UNTOUCHED};
+use crate::emulator::part::rcc::ResetCause;
+
+impl Board {
+    /// Instructions, cycles and time so far.
+    #[must_use]
+    pub fn counters(&self) -> MachineCounters {
+        self.cpu.machine().counters()
+    }
+
+    /// The state of the core.
+    #[must_use]
+    pub const fn state(&self) -> CoreState {
+        self.cpu.state()
+    }
+
+    /// Architectural faults that the program observed.
+    #[must_use]
+    pub fn faults(&self) -> Vec<FaultNote> {
+        self.cpu.machine().faults.clone()
+    }
+
+    /// Resets since power-up: time and cause.
+    #[must_use]
+    pub fn resets(&self) -> Vec<(u64, ResetCause)> {
+        self.cpu.machine().chip.resets.clone()
+    }
+
+    /// Number of times each exception was taken.
+    #[must_use]
+    pub fn exceptions(&self) -> Vec<(u16, u64)> {
+        let machine = self.cpu.machine();
+        machine
+            .exceptions
+            .iter()
+            .map(|(&number, &count)| (number, count))
+            .collect()
+    }
+
+    /// Counts the instructions of a function from now on, including its callees and the interrupts during it;
+    /// selects the first function whose name contains `part`. Returns false if there is none.
+    pub fn watch_function(&mut self, part: &str) -> bool {
+        let mut functions = self.image.functions.iter();
+        let found = functions.find(|(_, _, name)| name.contains(part));
+        if let Some((address, _, _)) = found {
+            self.cpu.machine().watch(*address);
+        }
+        found.is_some()
+    }
+
+    /// Instructions of the watched functions, over calls that have returned. Instructions of a watched function
+    /// called by another watched one count twice.
+    #[must_use]
+    pub fn watched_instructions(&self) -> u64 {
+        let machine = self.cpu.machine();
+        let instructions = machine.watched.iter().map(|watched| watched.instructions);
+        instructions.sum()
+    }
+
+    /// Counts instructions by function from now on.
+    pub fn start_profile(&mut self) {
+        self.cpu.machine().start_profile();
+    }
+
+    /// Instructions and cycles of waiting for flash, by function, since the profile was started; most instructions
+    /// first.
+    #[must_use]
+    pub fn profile(&self) -> Vec<(String, [u64; 2])> {
+        let machine = self.cpu.machine();
+        let mut functions = BTreeMap::<&str, [u64; 2]>::new();
+        let counts = machine.profile.iter().zip(&machine.wait_profile);
+        for (index, (&instructions, &waits)) in counts.enumerate() {
+            if instructions > 0 {
+                let address = FLASH.start + 2 * index as u32;
+                let name = self.image.function_at(address).unwrap_or("?");
+                let sums = functions.entry(name).or_default();
+                sums[0] += instructions;
+                sums[1] += waits;
+            }
+        }
+        let mut functions: Vec<_> = functions
+            .into_iter()
+            .map(|(name, count)| (name.to_owned(), count))
+            .collect();
+        functions.sort_by_key(|(name, count)| (core::cmp::Reverse(*count), name.clone()));
+        functions
+    }
+
+    /// Value of a core register: R0 to R12, SP, LR, PC.
+    #[must_use]
+    pub fn register(&self, index: usize) -> u32 {
+        self.cpu.register(index)
+    }
+
+    /// The ELF.
+    #[must_use]
+    pub const fn image(&self) -> &ElfImage {
+        &self.image
+    }
+
+    /// Reads memory as a debugger does; `None` if there is no memory.
+    pub fn memory(&mut self, address: u32, length: usize) -> Option<Vec<u8>> {
+        let mut bytes = vec![0; length];
+        self.cpu.memory().read(address, &mut bytes).then_some(bytes)
+    }
+
+    /// Maximum depth of the stack between two addresses, bytes from its upper end; a word that was never written
+    /// holds [`UNTOUCHED`] or the start-up code's paint.
+    pub fn stack_high_water(&mut self, low: u32, high: u32) -> usize {
+        const PAINT: [u8; 4] = 0xCCCC_CCCC_u32.to_le_bytes();
+        let Some(bytes) = self.memory(low, high.saturating_sub(low) as usize) else {
+            return 0;
+        };
+        let untouched = bytes
+            .chunks_exact(4)
+            .take_while(|word| *word == PAINT || word.iter().all(|&byte| byte == UNTOUCHED))
+            .count();
+        bytes.len() - 4 * untouched
+    }
+}

@@ -1,0 +1,193 @@
+//! Loads and stores of the core and of DMA: the mapping of addresses to peripherals.
+
+use super::map::{MAP, Part};
+use super::{Chip, Context};
+use crate::emulator::memory::{FLASH, Memory};
+use crate::emulator::part::dma::Dma;
+use crate::emulator::part::pwr::Pwr;
+use crate::emulator::part::tim11::Tim11;
+use crate::emulator::time::{cycle, to_ns};
+
+impl Chip {
+    /// A load by the core.
+    ///
+    /// # Errors
+    /// If the peripheral is not modelled or not clocked.
+    pub fn read(
+        &mut self,
+        context: &mut Context,
+        address: u32,
+        size: usize,
+    ) -> Result<u32, String> {
+        let now = context.now;
+        if let Some((word, bit)) = bit_band(address) {
+            return Ok(self.read_part(now, word)? >> bit & 1);
+        }
+        let value = self.read_part(now, address)?;
+        self.serve_dma(context.memory, now)?;
+        let shift = 8 * (address & 3);
+        Ok(value >> shift & (u64::from(u32::MAX) >> (32 - 8 * size.min(4))) as u32)
+    }
+
+    /// A store by the core.
+    ///
+    /// # Errors
+    /// If the peripheral is not modelled or not clocked, or refuses the value.
+    pub fn write(
+        &mut self,
+        context: &mut Context,
+        address: u32,
+        size: usize,
+        value: u32,
+    ) -> Result<(), String> {
+        let now = context.now;
+        if FLASH.contains(address) {
+            self.flash.reset_at = self.iwdg.next_event();
+            let memory = &mut *context.memory;
+            return self.flash.program(address, size, value, now, memory);
+        }
+        if let Some((word, bit)) = bit_band(address) {
+            let old = self.read_part(now, word)?;
+            let new = old & !(1 << bit) | (value & 1) << bit;
+            return self.write_part(context.memory, now, word, 4, new);
+        }
+        self.write_part(context.memory, now, address, size, value)?;
+        self.serve_dma(context.memory, now)
+    }
+
+    /// The peripheral at an address, and the offset into it.
+    fn locate(&self, address: u32) -> Result<(Part, u32), String> {
+        let entry = MAP
+            .iter()
+            .find(|entry| address >= entry.base && address - entry.base < entry.size)
+            .ok_or_else(|| "a peripheral that is not modelled".to_owned())?;
+        if let Some((register, bit)) = entry.enable
+            && !self.rcc.is_enabled(register, bit)
+        {
+            return Err(format!("{} is not clocked", entry.name));
+        }
+        Ok((entry.part, address - entry.base))
+    }
+
+    /// Reads a register, as a word.
+    pub(super) fn read_part(&mut self, now: u64, address: u32) -> Result<u32, String> {
+        let (part, offset) = self.locate(address)?;
+        let offset = offset & !3;
+        match part {
+            Part::Timer(index) => self.timers[index].read(offset, now),
+            Part::Tim11 => {
+                let clock = cycle(self.rcc.clocks().timers2);
+                self.tim11.read(offset, now, clock, self.rcc.hse_rtc(now))
+            }
+            Part::Spi(index) => self.spis[index].read(offset),
+            Part::Usart(index) => self.usarts[index].read(offset),
+            Part::Can => self.can.read(offset, now),
+            Part::Pwr => self.pwr.read(offset, self.flash.supply_mv),
+            Part::Iwdg => self.iwdg.read(offset),
+            Part::Adc => self.adc.read(offset, now),
+            Part::Syscfg => self.exti.read_syscfg(offset),
+            Part::Exti => self.exti.read(offset),
+            Part::Gpio(index) => {
+                if index == self.wiring.data_ready.port {
+                    if let Some(sensor) = &mut self.sensor {
+                        sensor.advance_to(to_ns(now));
+                    }
+                    self.watch_pin(now);
+                }
+                self.ports[index].read(offset)
+            }
+            Part::Rcc => self.rcc.read(offset, now),
+            Part::Flash => self.flash.read(offset),
+            Part::Dma(index) => self.dmas[index].read(offset),
+        }
+    }
+
+    /// Writes a register.
+    pub(super) fn write_part(
+        &mut self,
+        memory: &mut dyn Memory,
+        now: u64,
+        address: u32,
+        size: usize,
+        value: u32,
+    ) -> Result<(), String> {
+        let (part, offset) = self.locate(address)?;
+        let (value, offset) = match (part, size) {
+            (_, 4) => (value, offset),
+            // Data registers take the width of the store; other registers take words.
+            (Part::Spi(_), 1 | 2) if offset == 0xC => (value & 0xFF, offset),
+            (Part::Usart(_), 1 | 2) if offset == 4 => (value & 0x1FF, offset),
+            (_, 2) if offset.is_multiple_of(4) => (value & 0xFFFF, offset),
+            _ => return Err(format!("a store of {size} bytes to a register")),
+        };
+        match part {
+            Part::Timer(index) => self.timers[index].write(offset, value, now),
+            Part::Tim11 => self.tim11.write(offset, value, now),
+            Part::Spi(index) => {
+                let pclk = self.spi_clock(index);
+                self.spis[index].write(offset, value, now, pclk)?;
+                self.check_sensor_bus(index, offset, pclk)
+            }
+            Part::Usart(index) => {
+                self.check_serial_line(index, offset)?;
+                let pclk = self.usart_clock(index);
+                self.usarts[index].write(offset, value, now, pclk)
+            }
+            Part::Can => {
+                self.check_transceiver(offset, value)?;
+                self.can.write(offset, value, now)
+            }
+            Part::Pwr => self.pwr.write(offset, value),
+            Part::Iwdg => self.iwdg.write(offset, value, now),
+            Part::Adc => {
+                let pclk = self.rcc.clocks().pclk2;
+                self.adc.write(offset, value, now, pclk)
+            }
+            Part::Syscfg => self.exti.write_syscfg(offset, value),
+            Part::Exti => self.exti.write(offset, value),
+            Part::Gpio(index) => {
+                self.ports[index].write(offset, value)?;
+                if index == self.wiring.select.port {
+                    self.update_select(now);
+                }
+                self.check_tied_pins(index)
+            }
+            Part::Rcc => self.write_rcc(offset, value, now),
+            Part::Flash => {
+                self.flash.reset_at = self.iwdg.next_event();
+                self.flash.write(offset, value, now, memory)?;
+                self.rcc.check_wait_states(self.flash.wait_states())
+            }
+            Part::Dma(index) => self.dmas[index].write(offset, value),
+        }
+    }
+
+    /// Resets one peripheral.
+    pub(super) fn reset_part(&mut self, part: Part, now: u64) {
+        let clocks = self.rcc.clocks();
+        match part {
+            Part::Timer(index) => self.timers[index].reset(cycle(clocks.timers1)),
+            Part::Tim11 => self.tim11 = Tim11::default(),
+            Part::Spi(index) => self.spis[index].reset(),
+            Part::Usart(index) => self.usarts[index].reset(),
+            Part::Can => self.can.reset(clocks.pclk1, now),
+            Part::Pwr => self.pwr = Pwr::default(),
+            Part::Adc => self.adc.reset(),
+            Part::Gpio(index) => {
+                self.ports[index].reset();
+                self.update_select(now);
+            }
+            Part::Dma(index) => self.dmas[index] = Dma::default(),
+            Part::Syscfg | Part::Exti | Part::Iwdg | Part::Rcc | Part::Flash => {}
+        }
+    }
+}
+
+/// Word and bit behind an address of the peripherals' bit-band alias.
+const fn bit_band(address: u32) -> Option<(u32, u32)> {
+    if address < 0x4200_0000 || address >= 0x4400_0000 {
+        return None;
+    }
+    let byte = 0x4000_0000 + (address - 0x4200_0000) / 32;
+    Some((byte & !3, 8 * (byte & 3) + (address % 32) / 4))
+}

@@ -1,0 +1,43 @@
+//! Interrupt line of each peripheral (RM0090, table 62).
+
+use super::Chip;
+use crate::emulator::core::nvic::Nvic;
+use crate::emulator::part::exti::LINES;
+
+const TIMER_INTERRUPTS: [u16; 4] = [28, 29, 30, 50];
+const SPI_INTERRUPTS: [u16; 3] = [35, 36, 51];
+const USART_INTERRUPTS: [u16; 4] = [37, 38, 39, 71];
+const CAN_INTERRUPTS: [u16; 4] = [19, 20, 21, 22];
+const DMA_INTERRUPTS: [[u16; 8]; 2] = [
+    [11, 12, 13, 14, 15, 16, 17, 47],
+    [56, 57, 58, 59, 60, 68, 69, 70],
+];
+
+impl Chip {
+    /// Drives the levels of all interrupt lines.
+    pub(crate) fn drive_lines(&self, nvic: &mut Nvic) {
+        for (timer, line) in self.timers.iter().zip(TIMER_INTERRUPTS) {
+            nvic.set_line(line, timer.interrupts());
+        }
+        for (spi, line) in self.spis.iter().zip(SPI_INTERRUPTS) {
+            nvic.set_line(line, spi.interrupts());
+        }
+        for (usart, line) in self.usarts.iter().zip(USART_INTERRUPTS) {
+            nvic.set_line(line, usart.interrupts());
+        }
+        for (level, line) in self.can.lines().into_iter().zip(CAN_INTERRUPTS) {
+            nvic.set_line(line, level);
+        }
+        for (dma, lines) in self.dmas.iter().zip(DMA_INTERRUPTS) {
+            for (stream, line) in lines.into_iter().enumerate() {
+                nvic.set_line(line, dma.interrupts(stream));
+            }
+        }
+        let requesting = self.exti.requesting();
+        for (line, mask) in LINES {
+            nvic.set_line(line, requesting & mask != 0);
+        }
+        nvic.set_line(18, self.adc.interrupts());
+        nvic.set_line(4, self.flash.interrupts());
+    }
+}

@@ -1,0 +1,355 @@
+//! The chip around the core: its peripherals, the parts soldered to it, and the data between them.
+//!
+//! | step | where |
+//! |---|---|
+//! | the core loads or stores: which peripheral is at the address | `access`, `map` |
+//! | reset and clock control: clocks on and off, consequences of a change | `clocks` |
+//! | time passes: every peripheral acts when it is due, [`Chip::advance`] | here |
+//! | bytes to and from the sensor, edges of its pin | `sensor` |
+//! | requests of DMA are served | `dma` |
+//! | interrupt lines | `interrupts` |
+//! | pins that a peripheral needs | `pins` |
+
+mod access;
+mod clocks;
+mod dma;
+mod interrupts;
+mod map;
+mod pins;
+mod sensor;
+
+use lsm6dsox::sim::Part as Sensor;
+
+use crate::emulator::core::dbgmcu::Dbgmcu;
+use crate::emulator::corner::Corner;
+use crate::emulator::memory::Memory;
+use crate::emulator::part::adc::Adc;
+use crate::emulator::part::can::Can;
+use crate::emulator::part::dma::Dma;
+use crate::emulator::part::exti::Exti;
+use crate::emulator::part::flash::FlashRegisters;
+use crate::emulator::part::gpio::Gpio;
+use crate::emulator::part::iwdg::Iwdg;
+use crate::emulator::part::pwr::Pwr;
+use crate::emulator::part::rcc::{Rcc, ResetCause};
+use crate::emulator::part::spi::Spi;
+use crate::emulator::part::tim11::Tim11;
+use crate::emulator::part::timer::Timer;
+use crate::emulator::part::usart::Usart;
+use crate::emulator::time::{NEVER, cycle};
+use crate::emulator::wiring::Wiring;
+pub use sensor::Transaction;
+
+/// Time and memory for the action of a peripheral.
+pub struct Context<'a> {
+    /// Virtual time.
+    pub now: u64,
+    /// Memory, for DMA and flash.
+    pub memory: &'a mut dyn Memory,
+}
+
+/// The nominal supply, mV.
+pub const NOMINAL_MV: u32 = 3_300;
+
+/// The crystal on the board.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Crystal {
+    /// That of the board.
+    #[default]
+    Fitted,
+    /// Another one, of this frequency, Hz.
+    Hertz(u32),
+    /// One that does not start.
+    Missing,
+}
+
+/// Variant of the chip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ChipOptions {
+    /// The crystal.
+    pub crystal: Crystal,
+    /// Brown-out level in the option bytes at power-up: 0 as delivered, 3 as set by the board's first start.
+    pub brown_out_level: u8,
+    /// The specimen, within the limits of the data sheet.
+    pub corner: Corner,
+}
+
+impl Default for ChipOptions {
+    /// Returns a typical chip with the crystal of its board.
+    fn default() -> Self {
+        Self {
+            crystal: Crystal::Fitted,
+            brown_out_level: 3,
+            corner: Corner::default(),
+        }
+    }
+}
+
+/// The chip's peripherals and the parts soldered to it.
+pub struct Chip {
+    /// Reset and clocks.
+    pub rcc: Rcc,
+    /// The flash interface.
+    pub flash: FlashRegisters,
+    /// The CAN controller with its bus.
+    pub can: Can,
+    /// USART1, 2, 3 and 6 with their lines.
+    pub usarts: [Usart; 4],
+    /// The converter with its inputs.
+    pub adc: Adc,
+    /// Ports A to I.
+    pub ports: [Gpio; 9],
+    /// Pins that the other parts are soldered to.
+    pub wiring: &'static Wiring,
+    /// The sensor.
+    pub sensor: Option<Sensor>,
+    /// Time of the last rising edge of the sensor's pin.
+    pub data_ready: Option<u64>,
+    /// Transactions with the sensor; `None` while they are not recorded.
+    pub transactions: Option<Vec<Transaction>>,
+    /// Resets of the chip: time and cause.
+    pub resets: Vec<(u64, ResetCause)>,
+    /// Streams of DMA2 that have an error in the middle of each transfer.
+    pub failing_streams: [bool; 8],
+    pwr: Pwr,
+    exti: Exti,
+    dmas: [Dma; 2],
+    spis: [Spi; 3],
+    timers: [Timer; 4],
+    tim11: Tim11,
+    iwdg: Iwdg,
+    pub(crate) selected: bool,
+    pin_high: bool,
+    sensor_edge: u64,
+    reset_cause: Option<ResetCause>,
+    power_lost: bool,
+}
+
+impl Default for Chip {
+    fn default() -> Self {
+        Self::new(ChipOptions::default(), Wiring::reference(), None)
+    }
+}
+
+impl Chip {
+    /// Creates a chip on a board, just powered up.
+    #[must_use]
+    pub fn new(options: ChipOptions, wiring: &'static Wiring, sensor: Option<Sensor>) -> Self {
+        let crystal = match options.crystal {
+            Crystal::Fitted => Some(wiring.crystal),
+            Crystal::Hertz(hertz) => Some(hertz),
+            Crystal::Missing => None,
+        };
+        let rcc = Rcc::new(crystal, options.corner);
+        let clocks = rcc.clocks();
+        let period = cycle(clocks.timers1);
+        let mut ports: [Gpio; 9] = core::array::from_fn(Gpio::new);
+        let pin = wiring.data_ready;
+        ports[pin.port].driven = u16::from(sensor.is_some()) << pin.number;
+        let mut adc = Adc::default();
+        adc.set_supply(NOMINAL_MV);
+        Self {
+            can: Can::new(clocks.pclk1),
+            rcc,
+            flash: FlashRegisters::new(options.corner)
+                .with_brown_out_level(options.brown_out_level),
+            usarts: Default::default(),
+            adc,
+            ports,
+            wiring,
+            sensor,
+            data_ready: None,
+            transactions: None,
+            resets: Vec::new(),
+            failing_streams: [false; 8],
+            pwr: Pwr::default(),
+            exti: Exti::default(),
+            dmas: Default::default(),
+            spis: Default::default(),
+            timers: [
+                Timer::new("TIM2", 32, period),
+                Timer::new("TIM3", 16, period),
+                Timer::new("TIM4", 16, period),
+                Timer::new("TIM5", 32, period),
+            ],
+            tim11: Tim11::default(),
+            iwdg: Iwdg::new(options.corner.lsi_hz()),
+            selected: false,
+            pin_high: false,
+            sensor_edge: NEVER,
+            reset_cause: None,
+            power_lost: false,
+        }
+    }
+
+    /// Sets the count of TIM2 at its first start.
+    pub const fn set_time_base(&mut self, count: u32) {
+        self.timers[0].head_start = count;
+    }
+
+    /// Resets the chip for the cause that was noted.
+    pub fn reset(&mut self, now: u64) {
+        let cause = self.reset_cause.take().unwrap_or(ResetCause::Pin);
+        self.resets.push((now, cause));
+        self.rcc.reset(cause);
+        self.flash.reset();
+        let clocks = self.rcc.clocks();
+        self.can.reset(clocks.pclk1, now);
+        for usart in &mut self.usarts {
+            usart.reset();
+        }
+        self.adc.reset();
+        for port in &mut self.ports {
+            port.reset();
+        }
+        self.pwr = Pwr::default();
+        self.exti = Exti::default();
+        self.dmas = Default::default();
+        for spi in &mut self.spis {
+            spi.reset();
+        }
+        self.tim11 = Tim11::default();
+        for timer in &mut self.timers {
+            timer.reset(cycle(clocks.timers1));
+        }
+        self.iwdg.reset();
+        self.update_select(now);
+    }
+
+    /// Records a reset request by the program.
+    pub(crate) const fn note_software_reset(&mut self) {
+        self.reset_cause = Some(ResetCause::Software);
+    }
+
+    /// Resets the chip from outside. A dip of the supply also clears memory and resets the sensor.
+    pub fn request_reset(&mut self, cause: ResetCause) {
+        self.reset_cause = Some(cause);
+        if matches!(cause, ResetCause::BrownOut | ResetCause::PowerOn) {
+            self.power_lost = true;
+            if let Some(sensor) = &mut self.sensor {
+                sensor.inject(lsm6dsox::sim::PartFault::Reset);
+            }
+        }
+    }
+
+    /// Sets the supply, mV: below the brown-out level of the option bytes the chip is reset, and the supply then
+    /// returns.
+    pub fn set_supply(&mut self, mv: u32) {
+        self.flash.supply_mv = mv;
+        if mv < self.flash.brown_out_mv() {
+            self.flash.supply_mv = NOMINAL_MV;
+            self.request_reset(ResetCause::BrownOut);
+        }
+        self.adc.set_supply(self.flash.supply_mv);
+    }
+
+    /// A debugger halts or resumes the core: the peripherals selected in `DBGMCU` stand still meanwhile.
+    pub(crate) fn freeze(&mut self, frozen: bool, debug: &Dbgmcu, now: u64) {
+        for (index, timer) in self.timers.iter_mut().enumerate() {
+            timer.freeze(frozen && debug.freezes_timer(index), now);
+        }
+        self.iwdg.freeze(frozen && debug.freezes_watchdog(), now);
+    }
+
+    /// Takes the flag that memory has lost its content.
+    pub(crate) const fn take_power_lost(&mut self) -> bool {
+        core::mem::replace(&mut self.power_lost, false)
+    }
+
+    /// Whether a reset is due.
+    pub(crate) fn take_reset_request(&mut self) -> bool {
+        if core::mem::take(&mut self.flash.cut) {
+            self.flash.cut_at = None;
+            self.request_reset(ResetCause::PowerOn);
+        }
+        self.reset_cause.is_some()
+    }
+
+    pub(crate) const fn take_flash_changed(&mut self) -> Option<(u32, u32)> {
+        self.flash.take_changed()
+    }
+
+    pub(crate) const fn take_stall(&mut self) -> u64 {
+        self.flash.take_stall()
+    }
+
+    /// Time of the next event.
+    #[must_use]
+    pub fn next_event(&self) -> u64 {
+        if self.rcc.is_stopped() {
+            return self.iwdg.next_event();
+        }
+        let timers = self.timers.iter().map(Timer::next_event);
+        let spis = self.spis.iter().map(Spi::next_event);
+        let usarts = self.usarts.iter().map(Usart::next_event);
+        let others = [
+            self.can.next_event(),
+            self.adc.next_event(),
+            self.iwdg.next_event(),
+            self.sensor_edge,
+        ];
+        timers
+            .chain(spis)
+            .chain(usarts)
+            .chain(others)
+            .min()
+            .unwrap_or(NEVER)
+    }
+
+    /// Processes all events that are due.
+    ///
+    /// # Errors
+    /// If something is used that is not modelled.
+    pub fn advance(&mut self, context: &mut Context) -> Result<(), String> {
+        let now = context.now;
+        loop {
+            // One at a time in order of time, as DMA may start the next.
+            let due = self.next_event();
+            let at = due.min(now);
+            self.advance_parts(at)?;
+            self.serve_dma(context.memory, at)?;
+            if due > now {
+                return Ok(());
+            }
+            if self.reset_cause.is_some() && self.next_event() == due {
+                return Ok(());
+            }
+        }
+    }
+
+    fn advance_parts(&mut self, now: u64) -> Result<(), String> {
+        if self.iwdg.next_event() <= now {
+            self.iwdg.reset();
+            self.reset_cause = Some(ResetCause::Watchdog);
+        }
+        if self.rcc.is_stopped() {
+            return Ok(());
+        }
+        self.advance_sensor(now);
+        for timer in &mut self.timers {
+            if timer.next_event() <= now {
+                timer.advance(now);
+            }
+        }
+        for index in 0..self.spis.len() {
+            let pclk = self.spi_clock(index);
+            if let Some(out) = self.spis[index].take_frame(now) {
+                let answer = if index == self.wiring.spi {
+                    self.exchange(out, now)
+                } else {
+                    0xFF
+                };
+                self.spis[index].finish_frame(answer, now, pclk);
+            }
+        }
+        for index in 0..self.usarts.len() {
+            let pclk = self.usart_clock(index);
+            if self.usarts[index].next_event() <= now {
+                self.usarts[index].advance(now, pclk);
+            }
+        }
+        self.can.advance(now);
+        self.adc.advance(now);
+        Ok(())
+    }
+}

@@ -1,0 +1,55 @@
+//! Pins that a peripheral needs: a program that uses it without them fails the run, with the name of the pin.
+
+use super::Chip;
+use crate::emulator::wiring::Connection;
+
+/// Offset of the data register of a serial line.
+const USART_DR: u32 = 0x04;
+
+/// Offsets of the identifiers of the transmit mailboxes; bit 0 requests the transmission.
+const MAILBOXES: [u32; 3] = [0x180, 0x190, 0x1A0];
+
+impl Chip {
+    /// Checks that pins are connected to their peripheral.
+    pub(super) fn check_connections(&self, connections: &[Connection]) -> Result<(), String> {
+        match connections.iter().find(|made| !made.is_made(&self.ports)) {
+            None => Ok(()),
+            Some(missing) => Err(format!(
+                "{} is used, and {} is not connected to it",
+                missing.name,
+                missing.pin.name()
+            )),
+        }
+    }
+
+    /// Checks the pins of the serial line before a byte is sent.
+    pub(super) fn check_serial_line(&self, index: usize, offset: u32) -> Result<(), String> {
+        match index == self.wiring.usart && offset == USART_DR {
+            true => self.check_connections(&self.wiring.serial),
+            false => Ok(()),
+        }
+    }
+
+    /// Checks the pins of the transceiver before a frame is sent.
+    pub(super) fn check_transceiver(&self, offset: u32, value: u32) -> Result<(), String> {
+        match MAILBOXES.contains(&offset) && value & 1 == 1 {
+            true => self.check_connections(&self.wiring.can),
+            false => Ok(()),
+        }
+    }
+
+    /// Checks that no pin is driven that the board connects to a supply.
+    pub(super) fn check_tied_pins(&self, port: usize) -> Result<(), String> {
+        const OUTPUT: u32 = 1;
+        const ALTERNATE: u32 = 2;
+        let is_driven = |number| matches!(self.ports[port].mode(number), OUTPUT | ALTERNATE);
+        let mut tied = self.wiring.tied.iter().filter(|pin| pin.port == port);
+        match tied.find(|pin| is_driven(pin.number)) {
+            None => Ok(()),
+            Some(pin) => Err(format!(
+                "{} is driven, and the board connects it to a supply",
+                pin.name()
+            )),
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! The cost of executing blocks, and the events that stop it.
+
+use super::{Machine, Stop};
+use crate::emulator::block::{Block, TAKEN, literals};
+use crate::emulator::memory::{FLASH, Memory};
+use crate::emulator::part::flash::accelerator::StraightRun;
+
+/// A block that executes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RunningBlock {
+    pub(crate) address: u32,
+    pub(crate) block: Block,
+}
+
+impl Machine {
+    /// Charges a block that continued at `next`. Returns whether it sent an event.
+    pub(crate) fn charge(&mut self, running: &RunningBlock, next: u32) -> bool {
+        let block = &running.block;
+        let end = running.address.wrapping_add(block.size);
+        self.instructions += u64::from(block.instructions);
+        let index = (running.address.wrapping_sub(FLASH.start) / 2) as usize;
+        if let Some(count) = self.profile.get_mut(index) {
+            *count += u64::from(block.instructions);
+        }
+        self.spend(u64::from(block.cycles) + if next == end { 0 } else { TAKEN });
+        block.sends_event
+    }
+
+    fn block(&mut self, memory: &mut dyn Memory, address: u32, size: u32) -> Block {
+        let index = (address.wrapping_sub(FLASH.start) / 2) as usize;
+        match self.blocks.get(index) {
+            Some(block) if block.size == size => *block,
+            Some(_) => {
+                let mut code = vec![0; size as usize];
+                memory.read(address, &mut code);
+                let mut block = Block::of(&code, size);
+                let loads = literals(&code, address);
+                block.literals = (self.literals.len() as u32, loads.len() as u16);
+                self.literals.extend(loads);
+                self.blocks[index] = block;
+                block
+            }
+            // Code in RAM may change.
+            None => Block::at(memory, address, size),
+        }
+    }
+
+    /// Skips the repetitions of an instruction that branches to itself, up to the next event.
+    fn go_round(&mut self, running: &RunningBlock) {
+        let round = u64::from(running.block.cycles) + TAKEN;
+        let end = self.deadline.min(self.limit);
+        let rounds = end.saturating_sub(self.now) / (round * self.period);
+        self.instructions += rounds;
+        self.spend(rounds * round);
+    }
+
+    /// Handles the entry of a block: charges the previous one, and stops the engine if an event comes first.
+    pub(crate) fn enter_block(&mut self, memory: &mut dyn Memory, address: u32, size: u32) {
+        if let Some(running) = self.running.take() {
+            self.event_sent |= self.charge(&running, address);
+            let after = running.address.wrapping_add(running.block.size);
+            for watched in &mut self.watched {
+                watched.enter(address, after, self.instructions);
+            }
+            if address == running.address && running.block.instructions == 1 {
+                self.go_round(&running);
+            }
+        }
+        if self.stop.is_some() {
+            return;
+        }
+        if self.now >= self.deadline {
+            self.catch_up(memory);
+        }
+        if self.now >= self.limit || self.reset_requested || self.failure.is_some() {
+            self.stop = Some(Stop::Boundary);
+            return;
+        }
+        let block = self.block(memory, address, size);
+        if let Some((instructions, offset)) = block.float
+            && !self.scb.float_is_on()
+            && !self.allow_float
+        {
+            self.stop = Some(Stop::NoFloat {
+                instructions,
+                offset,
+            });
+            return;
+        }
+        self.running = Some(RunningBlock { address, block });
+    }
+
+    /// Charges the fetch of the entered block from flash.
+    pub(crate) fn fetch(&mut self) {
+        let Some(RunningBlock { address, block }) = self.running else {
+            return;
+        };
+        let index = (address.wrapping_sub(FLASH.start) / 2) as usize;
+        if index >= self.blocks.len() {
+            return;
+        }
+        let (first, count) = (block.literals.0 as usize, usize::from(block.literals.1));
+        let run = StraightRun {
+            address,
+            size: block.size,
+            cycles: block.cycles,
+            literals: self.literals.get(first..first + count).unwrap_or(&[]),
+        };
+        let waits = self.chip.flash.accelerator.fetch(self.cycles, &run);
+        if let Some(count) = self.wait_profile.get_mut(index) {
+            *count += waits;
+        }
+        self.flash_waits += waits;
+        self.spend(waits);
+    }
+}

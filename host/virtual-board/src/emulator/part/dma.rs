@@ -1,0 +1,232 @@
+//! DMA controller: eight streams in direct mode or through the FIFO without packing.
+
+use super::unknown;
+
+/// Next transfer of a stream.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Item {
+    /// Address of the peripheral's register.
+    pub peripheral: u32,
+    /// Address in memory.
+    pub memory: u32,
+    /// Size, bytes.
+    pub size: usize,
+    /// Whether the transfer is to the peripheral.
+    pub to_peripheral: bool,
+}
+
+/// One stream.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DmaStream {
+    control: u32,
+    left: u32,
+    length: u32,
+    peripheral: u32,
+    memory: [u32; 2],
+    fifo: u32,
+    flags: u32,
+    done: u32,
+}
+
+const EN: u32 = 1;
+const CIRC: u32 = 1 << 8;
+const PINC: u32 = 1 << 9;
+const MINC: u32 = 1 << 10;
+const DBM: u32 = 1 << 18;
+const CT: u32 = 1 << 19;
+
+const TC: u32 = 1 << 5;
+const HT: u32 = 1 << 4;
+const TE: u32 = 1 << 3;
+
+impl DmaStream {
+    /// Channel of the stream; `None` while it is disabled.
+    #[must_use]
+    pub const fn channel(&self) -> Option<u32> {
+        if self.control & EN == 0 {
+            None
+        } else {
+            Some(self.control >> 25 & 7)
+        }
+    }
+
+    /// Next item to transfer.
+    #[must_use]
+    pub const fn item(&self) -> Item {
+        let size = 1_usize << (self.control >> 11 & 3);
+        let offset = self.done * size as u32;
+        let base = self.memory[(self.control & CT != 0) as usize];
+        Item {
+            peripheral: if self.control & PINC == 0 {
+                self.peripheral
+            } else {
+                self.peripheral + offset
+            },
+            memory: if self.control & MINC == 0 {
+                base
+            } else {
+                base + offset
+            },
+            size,
+            to_peripheral: self.control >> 6 & 3 == 1,
+        }
+    }
+
+    /// Advances after the transfer of an item.
+    const fn moved(&mut self) {
+        self.done += 1;
+        self.left -= 1;
+        if self.left == self.length / 2 {
+            self.flags |= HT;
+        }
+        if self.left == 0 {
+            self.flags |= TC;
+            self.done = 0;
+            if self.control & DBM != 0 {
+                self.control ^= CT;
+                self.left = self.length;
+            } else if self.control & CIRC != 0 {
+                self.left = self.length;
+            } else {
+                self.control &= !EN;
+            }
+        }
+    }
+
+    /// Returns whether at least half of the items have been transferred.
+    #[must_use]
+    pub const fn is_half_done(&self) -> bool {
+        self.left <= self.length / 2
+    }
+
+    /// Handles a bus error, for instance an unmapped address.
+    const fn failed(&mut self) {
+        self.flags |= TE;
+        self.control &= !EN;
+    }
+
+    const fn interrupts(&self) -> bool {
+        // TCIE, HTIE, TEIE, DMEIE are bits 4, 3, 2, 1; their flags 5, 4, 3, 2.
+        self.flags & (self.control & 0x1E) << 1 != 0
+    }
+}
+
+/// The controller.
+#[derive(Clone, Debug, Default)]
+pub struct Dma {
+    /// Streams of the controller.
+    pub streams: [DmaStream; 8],
+}
+
+const SHIFTS: [u32; 4] = [0, 6, 16, 22];
+
+impl Dma {
+    /// Handles the end of a transfer, successful or not.
+    pub const fn moved(&mut self, stream: usize, worked: bool) {
+        if worked {
+            self.streams[stream].moved();
+        } else {
+            self.streams[stream].failed();
+        }
+    }
+
+    /// Returns whether a stream requests its interrupt.
+    #[must_use]
+    pub const fn interrupts(&self, stream: usize) -> bool {
+        self.streams[stream].interrupts()
+    }
+
+    /// Reads a register.
+    ///
+    /// # Errors
+    /// If the register does not exist.
+    pub fn read(&self, offset: u32) -> Result<u32, String> {
+        match offset {
+            0x00 | 0x04 => {
+                let first = offset as usize;
+                Ok((0..4).fold(0, |word, i| {
+                    word | self.streams[first + i].flags << SHIFTS[i]
+                }))
+            }
+            0x08 | 0x0C => Ok(0),
+            0x10..0xD0 => {
+                let stream = &self.streams[(offset as usize - 0x10) / 0x18];
+                Ok(match (offset - 0x10) % 0x18 {
+                    0x00 => stream.control,
+                    0x04 => stream.left,
+                    0x08 => stream.peripheral,
+                    0x0C => stream.memory[0],
+                    0x10 => stream.memory[1],
+                    _ => stream.fifo | 0x20,
+                })
+            }
+            _ => unknown("DMA", offset),
+        }
+    }
+
+    /// Writes a register.
+    ///
+    /// # Errors
+    /// If the register does not exist, or the setting is not modelled.
+    pub fn write(&mut self, offset: u32, value: u32) -> Result<(), String> {
+        match offset {
+            0x08 | 0x0C => {
+                let first = offset as usize - 8;
+                for (i, shift) in SHIFTS.into_iter().enumerate() {
+                    self.streams[first + i].flags &= !(value >> shift & 0x3D);
+                }
+            }
+            0x10..0xD0 => {
+                let stream = &mut self.streams[(offset as usize - 0x10) / 0x18];
+                let register = (offset - 0x10) % 0x18;
+                let on = stream.control & EN != 0;
+                if on && matches!(register, 0x04 | 0x08) {
+                    return Err("a stream of DMA is set while it runs".into());
+                }
+                match register {
+                    0x00 => stream.set_control(value)?,
+                    0x04 => stream.left = value & 0xFFFF,
+                    0x08 => stream.peripheral = value,
+                    0x0C => stream.memory[0] = value,
+                    0x10 => stream.memory[1] = value,
+                    _ => stream.fifo = value & 0x87,
+                }
+            }
+            _ => return unknown("DMA", offset),
+        }
+        Ok(())
+    }
+}
+
+impl DmaStream {
+    fn set_control(&mut self, value: u32) -> Result<(), String> {
+        let was_on = self.control & EN != 0;
+        self.control = value & 0x0FEF_FFFF;
+        if value & EN == 0 {
+            if was_on {
+                // A stream that is switched off early reports completion.
+                self.flags |= TC;
+            }
+            return Ok(());
+        }
+        if was_on {
+            return Ok(());
+        }
+        if value >> 6 & 3 > 1 {
+            return Err("DMA from memory to memory is not modelled".into());
+        }
+        if value >> 11 & 3 != value >> 13 & 3 {
+            return Err("DMA that packs is not modelled".into());
+        }
+        if self.flags != 0 {
+            return Err("a stream of DMA is started with flags of its last run".into());
+        }
+        if self.left == 0 {
+            self.control &= !EN;
+            return Ok(());
+        }
+        self.length = self.left;
+        self.done = 0;
+        Ok(())
+    }
+}

@@ -1,0 +1,470 @@
+//! The flash interface: wait states, locks, programming and erasing, option bytes.
+//!
+//! Code and constants are fetched from the same bank, so the core stands still while it is busy.
+
+pub mod accelerator;
+
+use super::unknown;
+use crate::emulator::corner::Corner;
+use crate::emulator::memory::{FLASH, Memory, OPTIONS};
+use crate::emulator::time::{NEVER, from_us};
+use accelerator::Accelerator;
+
+const PGSERR: u32 = 1 << 7;
+const PGPERR: u32 = 1 << 6;
+const WRPERR: u32 = 1 << 4;
+const EOP: u32 = 1;
+
+const PG: u32 = 1;
+const SER: u32 = 1 << 1;
+const MER: u32 = 1 << 2;
+const STRT: u32 = 1 << 16;
+const EOPIE: u32 = 1 << 24;
+const ERRIE: u32 = 1 << 25;
+const LOCK: u32 = 1 << 31;
+
+const OPTLOCK: u32 = 1;
+const OPTSTRT: u32 = 1 << 1;
+
+/// Factory settings of the option bytes: no protection, brown-out reset off, watchdog started by software.
+const DELIVERED: u32 = 0x0FFF_AAEC;
+
+/// Progress of unlocking by keys.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Keys {
+    #[default]
+    None,
+    First,
+    /// A wrong key locks until the next reset.
+    Wrong,
+}
+
+impl Keys {
+    /// Processes a key. Returns whether it opens the lock.
+    const fn take(&mut self, key: u32, [first, second]: [u32; 2]) -> bool {
+        let before = core::mem::replace(self, Self::Wrong);
+        match before {
+            Self::None if key == first => *self = Self::First,
+            Self::First if key == second => {
+                *self = Self::None;
+                return true;
+            }
+            _ => {}
+        }
+        false
+    }
+}
+
+/// The registers.
+#[derive(Clone, Debug)]
+pub struct FlashRegisters {
+    /// The accelerator between it and the core.
+    pub accelerator: Accelerator,
+    access: u32,
+    status: u32,
+    control: u32,
+    keys: Keys,
+    option_keys: Keys,
+    /// Option register, and the option bytes as programmed.
+    option_control: u32,
+    options: u32,
+    corner: Corner,
+    /// The supply, mV.
+    pub supply_mv: u32,
+    /// Time of a reset that aborts an operation begun now.
+    pub reset_at: u64,
+    /// Number of program and erase operations.
+    pub operations: u64,
+    /// Number of erased sectors.
+    pub erases: u64,
+    /// Number of the operation in which the supply fails.
+    pub cut_at: Option<u64>,
+    /// Whether the supply has failed.
+    pub cut: bool,
+    /// Number of the operation that, if it programs, clears one more bit.
+    pub worn_at: Option<u64>,
+    stall: u64,
+    changed: Option<(u32, u32)>,
+}
+
+impl FlashRegisters {
+    /// Creates the state after power-on, on a chip with factory settings.
+    #[must_use]
+    pub fn new(corner: Corner) -> Self {
+        Self {
+            accelerator: Accelerator::default(),
+            access: 0,
+            status: 0,
+            control: LOCK,
+            keys: Keys::None,
+            option_keys: Keys::None,
+            option_control: DELIVERED | OPTLOCK,
+            options: DELIVERED,
+            corner,
+            supply_mv: 3_300,
+            reset_at: NEVER,
+            operations: 0,
+            erases: 0,
+            cut_at: None,
+            cut: false,
+            worn_at: None,
+            stall: 0,
+            changed: None,
+        }
+    }
+
+    /// This flash with a brown-out level in its option bytes.
+    #[must_use]
+    pub fn with_brown_out_level(mut self, level: u8) -> Self {
+        self.options = DELIVERED & !(3 << 2) | u32::from(3 - level.min(3)) << 2;
+        self.option_control = self.options | OPTLOCK;
+        self
+    }
+
+    /// Option bytes as programmed, at their place in memory.
+    #[must_use]
+    pub const fn option_bytes(&self) -> [u8; 2] {
+        [self.options as u8, (self.options >> 8) as u8]
+    }
+
+    /// Resets the registers: locked, no wait states, caches empty.
+    pub fn reset(&mut self) {
+        self.accelerator.reset();
+        self.access = 0;
+        self.status = 0;
+        self.control = LOCK;
+        self.keys = Keys::None;
+        self.option_keys = Keys::None;
+        self.option_control = self.options | OPTLOCK;
+        self.reset_at = NEVER;
+        self.stall = 0;
+    }
+
+    /// Number of wait states.
+    #[must_use]
+    pub const fn wait_states(&self) -> u32 {
+        self.access & 7
+    }
+
+    /// Supply below which the option bytes reset the chip, mV; below 1.7 V it is always reset (DS8626, table 23,
+    /// falling edge, typical).
+    #[must_use]
+    pub const fn brown_out_mv(&self) -> u32 {
+        match self.options >> 2 & 3 {
+            0 => 2_830,
+            1 => 2_500,
+            2 => 2_190,
+            _ => 1_700,
+        }
+    }
+
+    /// Stalls the core for this long, at its next access to a peripheral.
+    pub const fn hold_up(&mut self, duration: u64) {
+        self.stall += duration;
+    }
+
+    /// Takes the duration for which the core is stalled.
+    pub const fn take_stall(&mut self) -> u64 {
+        core::mem::replace(&mut self.stall, 0)
+    }
+
+    /// Takes the range of changed addresses: the first, and the one after the last.
+    pub const fn take_changed(&mut self) -> Option<(u32, u32)> {
+        self.changed.take()
+    }
+
+    /// Returns whether the interrupt is requested.
+    #[must_use]
+    pub const fn interrupts(&self) -> bool {
+        self.control & EOPIE != 0 && self.status & EOP != 0
+            || self.control & ERRIE != 0 && self.status & 0xF2 != 0
+    }
+
+    /// Reads a register.
+    ///
+    /// # Errors
+    /// If the register does not exist.
+    pub fn read(&self, offset: u32) -> Result<u32, String> {
+        Ok(match offset {
+            0x00 => self.access,
+            0x04 | 0x08 => 0,
+            0x0C => self.status,
+            0x10 => self.control,
+            0x14 => self.option_control,
+            _ => return unknown("FLASH", offset),
+        })
+    }
+
+    /// Writes a register.
+    ///
+    /// # Errors
+    /// If the register does not exist, or the part would not act as requested.
+    pub fn write(
+        &mut self,
+        offset: u32,
+        value: u32,
+        now: u64,
+        memory: &mut dyn Memory,
+    ) -> Result<(), String> {
+        match offset {
+            0x00 => {
+                self.access = value & 0x1F07 & !0x1800;
+                self.accelerator.configure(value)?;
+            }
+            0x04 => {
+                if self.keys.take(value, [0x4567_0123, 0xCDEF_89AB]) {
+                    self.control &= !LOCK;
+                }
+            }
+            0x08 => {
+                if self.option_keys.take(value, [0x0819_2A3B, 0x4C5D_6E7F]) {
+                    self.option_control &= !OPTLOCK;
+                }
+            }
+            0x0C => self.status &= !(value & 0xF3),
+            0x10 if self.control & LOCK != 0 => {}
+            0x10 => {
+                self.control = value & !STRT;
+                if value & STRT != 0 {
+                    self.erase(now, memory)?;
+                }
+            }
+            0x14 if self.option_control & OPTLOCK != 0 => {}
+            0x14 => {
+                self.option_control = value & 0x0FFF_FFED;
+                if value & OPTSTRT != 0 {
+                    self.check_supply()?;
+                    // Lasts as long as the erase of the sector that holds them.
+                    if !self.operate(now, from_us(u64::from(self.erase_ms(16)) * 1000)) {
+                        self.options = value & 0x0FFF_FFEC;
+                        memory.write(OPTIONS.start, &self.option_bytes());
+                    }
+                }
+            }
+            _ => return unknown("FLASH", offset),
+        }
+        Ok(())
+    }
+
+    const fn psize(&self) -> u32 {
+        self.control >> 8 & 3
+    }
+
+    const fn erase_ms(&self, kib: u32) -> u32 {
+        self.corner.erase_ms(kib, self.psize())
+    }
+
+    /// Checks the number of bits programmed at once against the supply (RM0090, table 7).
+    fn check_supply(&self) -> Result<(), String> {
+        let needed = match self.psize() {
+            0 => 1_800,
+            1 => 2_100,
+            _ => 2_700,
+        };
+        let supply = self.supply_mv;
+        if supply < needed {
+            return Err(format!(
+                "flash is changed at {supply} mV, and its parallelism needs {needed} mV"
+            ));
+        }
+        Ok(())
+    }
+
+    /// Counts an operation of this length. Returns whether the supply or a reset aborts it.
+    fn operate(&mut self, now: u64, length: u64) -> bool {
+        self.operations += 1;
+        self.accelerator.forget();
+        if self.cut_at == Some(self.operations) {
+            self.cut = true;
+        }
+        let broken_off = now.saturating_add(length) > self.reset_at;
+        self.stall += if broken_off {
+            self.reset_at.saturating_sub(now)
+        } else {
+            length
+        };
+        self.cut || broken_off
+    }
+
+    fn erase(&mut self, now: u64, memory: &mut dyn Memory) -> Result<(), String> {
+        if self.control & MER != 0 || self.control & SER == 0 {
+            self.status |= PGSERR;
+            return Ok(());
+        }
+        self.check_supply()?;
+        let sector = self.control >> 3 & 0xF;
+        let (start, kib) = match sector {
+            0..=3 => (sector * 0x4000, 16),
+            4 => (0x1_0000, 64),
+            5..=11 => ((sector - 4) * 0x2_0000, 128),
+            _ => {
+                self.status |= WRPERR;
+                return Ok(());
+            }
+        };
+        self.erases += 1;
+        let length = from_us(u64::from(self.erase_ms(kib)) * 1000);
+        let cut = self.operate(now, length);
+        // If cut off half-way, the rest is unchanged.
+        let size = kib * 1024;
+        let erased = if cut { size / 2 } else { size };
+        memory.write(FLASH.start + start, &vec![0xFF; erased as usize]);
+        self.changed = Some((FLASH.start + start, FLASH.start + start + size));
+        self.done();
+        Ok(())
+    }
+
+    const fn done(&mut self) {
+        if self.control & EOPIE != 0 {
+            self.status |= EOP;
+        }
+    }
+
+    /// Stores to flash.
+    ///
+    /// # Errors
+    /// If flash is not unlocked for it.
+    pub fn program(
+        &mut self,
+        address: u32,
+        size: usize,
+        value: u32,
+        now: u64,
+        memory: &mut dyn Memory,
+    ) -> Result<(), String> {
+        if self.control & LOCK != 0 || self.control & PG == 0 {
+            self.status |= PGSERR;
+            return Err("a store to flash that is locked or not set to be programmed".into());
+        }
+        if 1 << self.psize() != size {
+            self.status |= PGPERR;
+            return Err(format!("{size} bytes programmed at another parallelism"));
+        }
+        self.check_supply()?;
+        let mut old = [0; 4];
+        memory.read(address, old.get_mut(..size).unwrap_or(&mut []));
+        let cut = self.operate(now, from_us(u64::from(self.corner.program_us())));
+        let worn = self.worn_at == Some(self.operations);
+        let mut new: Vec<u8> = old
+            .into_iter()
+            .zip(value.to_le_bytes())
+            // Programming only clears bits; if cut off, it has cleared some of them.
+            .map(|(old, new)| if cut { old & (new | 0x55) } else { old & new })
+            .take(size)
+            .collect();
+        if let Some(byte) = new.iter_mut().find(|byte| **byte != 0)
+            && worn
+        {
+            // The lowest set bit.
+            *byte &= *byte - 1;
+        }
+        memory.write(address, &new);
+        self.changed = Some((address, address + size as u32));
+        self.done();
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Flash and option bytes without the other memories.
+    struct Bank {
+        flash: Vec<u8>,
+        options: Vec<u8>,
+    }
+
+    impl Memory for Bank {
+        fn read(&mut self, address: u32, bytes: &mut [u8]) -> bool {
+            let at = (address - FLASH.start) as usize;
+            bytes.copy_from_slice(&self.flash[at..at + bytes.len()]);
+            true
+        }
+
+        fn write(&mut self, address: u32, bytes: &[u8]) -> bool {
+            if address == OPTIONS.start {
+                self.options = bytes.to_vec();
+                return true;
+            }
+            let at = (address - FLASH.start) as usize;
+            self.flash[at..at + bytes.len()].copy_from_slice(bytes);
+            true
+        }
+    }
+
+    /// Flash of zeros with this length, bytes.
+    fn bank(length: usize) -> Bank {
+        Bank {
+            flash: vec![0; length],
+            options: Vec::new(),
+        }
+    }
+
+    const MILLISECOND: u64 = from_us(1_000);
+
+    /// Erases sector 2 at a parallelism. Returns the duration, ms, and the number of its blank bytes.
+    fn erased(flash: &mut FlashRegisters, psize: u32) -> (u64, usize) {
+        let mut bank = bank(0x2_0000);
+        for key in [0x4567_0123, 0xCDEF_89AB] {
+            flash.write(0x04, key, 0, &mut bank).expect("a register");
+        }
+        let control = SER | 2 << 3 | psize << 8;
+        for value in [control, control | STRT] {
+            flash.write(0x10, value, 0, &mut bank).expect("a register");
+        }
+        let blank = bank.flash.iter().filter(|&&byte| byte == 0xFF).count();
+        (flash.take_stall() / MILLISECOND, blank)
+    }
+
+    #[test]
+    fn an_erase_takes_longer_at_lower_parallelism() {
+        let mut times = Vec::new();
+        for corner in Corner::ALL {
+            for psize in 0..3 {
+                times.push(erased(&mut FlashRegisters::new(corner), psize).0);
+            }
+        }
+        assert_eq!(times, [200, 150, 125, 400, 300, 250, 800, 600, 500]);
+    }
+
+    #[test]
+    fn a_reset_aborts_an_erase() {
+        let mut flash = FlashRegisters::new(Corner::Typical);
+        flash.reset_at = 100 * MILLISECOND;
+        assert_eq!(erased(&mut flash, 2), (100, 0x2000));
+    }
+
+    #[test]
+    fn words_are_not_programmed_below_their_supply() {
+        let mut flash = FlashRegisters::new(Corner::Typical);
+        flash.supply_mv = 2_600;
+        assert!(flash.check_supply().is_ok(), "bytes are");
+        flash.control |= 2 << 8;
+        assert!(flash.check_supply().is_err());
+    }
+
+    #[test]
+    fn option_bytes_need_their_keys_and_survive_a_reset() {
+        let mut bank = bank(0);
+        let mut flash = FlashRegisters::new(Corner::Typical);
+        let mut write = |flash: &mut FlashRegisters, offset: u32, value: u32| {
+            flash
+                .write(offset, value, 0, &mut bank)
+                .expect("a register");
+        };
+        assert_eq!(flash.read(0x14), Ok(0x0FFF_AAED), "locked, as delivered");
+        assert_eq!(flash.brown_out_mv(), 1_700);
+        write(&mut flash, 0x14, 0x0FFF_AAE2);
+        assert_eq!(flash.read(0x14), Ok(0x0FFF_AAED), "still locked");
+        write(&mut flash, 0x08, 0x0819_2A3B);
+        write(&mut flash, 0x08, 0x4C5D_6E7F);
+        write(&mut flash, 0x14, 0x0FFF_AAE0);
+        assert_eq!(flash.brown_out_mv(), 1_700, "not programmed yet");
+        write(&mut flash, 0x14, 0x0FFF_AAE2);
+        flash.reset();
+        assert_eq!(flash.read(0x14), Ok(0x0FFF_AAE1));
+        assert_eq!(flash.brown_out_mv(), 2_830);
+        assert_eq!(bank.options, [0xE0, 0xAA], "in memory");
+    }
+}

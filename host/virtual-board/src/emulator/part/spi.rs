@@ -1,0 +1,200 @@
+//! Serial peripheral interface, as master of 8-bit frames.
+
+use super::unknown;
+use crate::emulator::time::{NEVER, cycle};
+
+const SPE: u32 = 1 << 6;
+const MSTR: u32 = 1 << 2;
+const DFF: u32 = 1 << 11;
+
+const RXNE: u32 = 1;
+const TXE: u32 = 1 << 1;
+const MODF: u32 = 1 << 5;
+const OVR: u32 = 1 << 6;
+const BSY: u32 = 1 << 7;
+
+/// The registers.
+#[derive(Clone, Debug)]
+pub struct Spi {
+    control: [u32; 2],
+    status: u32,
+    waiting: Option<u8>,
+    shifting: Option<u8>,
+    received: u8,
+    done_at: u64,
+    /// Whether the data register was read with an overrun pending.
+    overrun_read: bool,
+    /// Whether its clock is stopped: no frame ends.
+    stopped: bool,
+}
+
+impl Default for Spi {
+    fn default() -> Self {
+        Self {
+            control: [0; 2],
+            status: TXE,
+            waiting: None,
+            shifting: None,
+            received: 0,
+            done_at: NEVER,
+            overrun_read: false,
+            stopped: false,
+        }
+    }
+}
+
+impl Spi {
+    /// Resets the registers.
+    pub fn reset(&mut self) {
+        *self = Self {
+            stopped: self.stopped,
+            ..Self::default()
+        };
+    }
+
+    /// Stops the clock, which no reset restarts, or restarts it.
+    pub const fn set_stopped(&mut self, stopped: bool, now: u64, pclk: u32) {
+        self.stopped = stopped;
+        self.time_frame(now, pclk);
+    }
+
+    /// Time of the end of the frame on the bus.
+    #[must_use]
+    pub const fn next_event(&self) -> u64 {
+        self.done_at
+    }
+
+    /// Clock frequency on the bus, Hz.
+    #[must_use]
+    pub const fn bit_rate(&self, pclk: u32) -> u32 {
+        pclk >> ((self.control[0] >> 3 & 7) + 1)
+    }
+
+    /// Polarity and phase as modes 0 to 3.
+    #[must_use]
+    pub const fn mode(&self) -> u32 {
+        (self.control[0] >> 1 & 1) << 1 | self.control[0] & 1
+    }
+
+    /// Takes the byte that leaves now; `None` while the frame continues.
+    pub const fn take_frame(&mut self, now: u64) -> Option<u8> {
+        if now < self.done_at {
+            return None;
+        }
+        self.done_at = NEVER;
+        self.shifting.take()
+    }
+
+    /// Completes the frame with the received byte.
+    pub const fn finish_frame(&mut self, byte: u8, now: u64, pclk: u32) {
+        if self.status & RXNE != 0 {
+            self.status |= OVR;
+        } else {
+            self.received = byte;
+            self.status |= RXNE;
+        }
+        self.begin(now, pclk);
+    }
+
+    const fn begin(&mut self, now: u64, pclk: u32) {
+        if self.shifting.is_some() || self.control[0] & SPE == 0 {
+            return;
+        }
+        if let Some(byte) = self.waiting.take() {
+            self.shifting = Some(byte);
+            self.status |= TXE;
+            self.time_frame(now, pclk);
+        }
+    }
+
+    /// Starts the time of the frame on the bus, if any.
+    const fn time_frame(&mut self, now: u64, pclk: u32) {
+        self.done_at = if self.shifting.is_some() && !self.stopped {
+            now + 8 * cycle(self.bit_rate(pclk))
+        } else {
+            NEVER
+        };
+    }
+
+    /// Returns whether DMA is to write a byte.
+    #[must_use]
+    pub const fn wants_byte(&self) -> bool {
+        self.control[0] & SPE != 0 && self.control[1] & 2 != 0 && self.status & TXE != 0
+    }
+
+    /// Returns whether DMA is to read a byte.
+    #[must_use]
+    pub const fn has_byte(&self) -> bool {
+        self.control[1] & 1 != 0 && self.status & RXNE != 0
+    }
+
+    /// Returns whether the interrupt is requested.
+    #[must_use]
+    pub const fn interrupts(&self) -> bool {
+        self.control[1] & 1 << 7 != 0 && self.status & TXE != 0
+            || self.control[1] & 1 << 6 != 0 && self.status & RXNE != 0
+            || self.control[1] & 1 << 5 != 0 && self.status & (OVR | MODF) != 0
+    }
+
+    /// Reads a register.
+    ///
+    /// # Errors
+    /// If the register does not exist.
+    pub fn read(&mut self, offset: u32) -> Result<u32, String> {
+        Ok(match offset {
+            0x00 | 0x04 => self.control[offset as usize / 4],
+            0x08 => {
+                let status = self.status | if self.shifting.is_some() { BSY } else { 0 };
+                if core::mem::take(&mut self.overrun_read) {
+                    self.status &= !OVR;
+                }
+                status
+            }
+            0x0C => {
+                self.status &= !RXNE;
+                self.overrun_read = self.status & OVR != 0;
+                u32::from(self.received)
+            }
+            0x10 => 7,
+            0x14 | 0x18 | 0x1C => 0,
+            0x20 => 2,
+            _ => return unknown("SPI", offset),
+        })
+    }
+
+    /// Writes a register.
+    ///
+    /// # Errors
+    /// If the register does not exist, or the setting is not modelled.
+    pub fn write(&mut self, offset: u32, value: u32, now: u64, pclk: u32) -> Result<(), String> {
+        match offset {
+            0x00 => {
+                if value & SPE != 0 && (value & MSTR == 0 || value & DFF != 0) {
+                    return Err("SPI is a master of 8-bit frames only".into());
+                }
+                if value & SPE != 0 && value & 0xA080 != 0 {
+                    return Err("SPI has no half duplex, no CRC and sends its top bit first".into());
+                }
+                if value & SPE == 0 && self.shifting.is_some() {
+                    return Err("SPI is switched off in the middle of a frame".into());
+                }
+                self.control[0] = value;
+                self.begin(now, pclk);
+            }
+            0x04 => self.control[1] = value,
+            0x08 => {}
+            0x0C => {
+                if self.waiting.is_some() {
+                    return Err("a byte for SPI overwrites one that waits".into());
+                }
+                self.waiting = Some(value as u8);
+                self.status &= !TXE;
+                self.begin(now, pclk);
+            }
+            0x10 | 0x1C => {}
+            0x20 => {}
+            _ => return unknown("SPI", offset),
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,504 @@
+//! General-purpose timer: counting up, compare, capture, and counting the captures of another timer.
+
+use std::cell::Cell;
+
+use super::unknown;
+use crate::emulator::time::NEVER;
+
+const CEN: u32 = 1;
+const UDIS: u32 = 1 << 1;
+const URS: u32 = 1 << 2;
+const OPM: u32 = 1 << 3;
+const UIF: u32 = 1;
+
+/// Bit in CR2: the input of channel 1 is the exclusive or of the pins of channels 1 to 3 (TI1S).
+const TI1S: u32 = 1 << 7;
+
+/// Master mode with a pulse on the trigger output for each capture of channel 1.
+const COMPARE_PULSE: u32 = 3 << 4;
+
+/// Slave mode in which the trigger clocks the counter.
+const EXTERNAL_CLOCK: u32 = 7;
+
+/// The registers.
+#[derive(Clone, Debug)]
+pub struct Timer {
+    name: &'static str,
+    mask: u32,
+    control: [u32; 2],
+    slave: u32,
+    interrupts: u32,
+    status: u32,
+    modes: [u32; 2],
+    enables: u32,
+    prescaler: u32,
+    /// Active prescaler: the register takes effect at an update.
+    dividing: u32,
+    reload: u32,
+    compares: [u32; 4],
+    others: [u32; 5],
+    /// Levels at the pins of the channels; one without a pin is low.
+    pins: [bool; 4],
+    /// Value of the counter at time `since`.
+    count: u32,
+    since: u64,
+    period: u64,
+    /// Whether a debugger's halt has frozen the timer.
+    frozen: bool,
+    /// Count at the first start, with the compare values shifted, as if it had already run that long.
+    pub head_start: u32,
+    /// Time at which one of the flags with an interrupt is next set, if known.
+    next: Cell<Option<u64>>,
+}
+
+impl Timer {
+    /// Creates a timer of 16 or 32 bits with a clock period of `period`.
+    #[must_use]
+    pub const fn new(name: &'static str, bits: u32, period: u64) -> Self {
+        let mask = if bits == 32 { u32::MAX } else { 0xFFFF };
+        Self {
+            name,
+            mask,
+            control: [0; 2],
+            slave: 0,
+            interrupts: 0,
+            status: 0,
+            modes: [0; 2],
+            enables: 0,
+            prescaler: 0,
+            dividing: 0,
+            reload: mask,
+            compares: [0; 4],
+            others: [0; 5],
+            pins: [false; 4],
+            count: 0,
+            since: 0,
+            period,
+            frozen: false,
+            head_start: 0,
+            next: Cell::new(None),
+        }
+    }
+
+    /// Resets the registers.
+    pub fn reset(&mut self, period: u64) {
+        let bits = if self.mask == u32::MAX { 32 } else { 16 };
+        let head_start = self.head_start;
+        *self = Self::new(self.name, bits, period);
+        self.head_start = head_start;
+    }
+
+    /// Sets the period of its clock.
+    pub fn set_period(&mut self, now: u64, period: u64) {
+        self.advance(now);
+        self.next.set(None);
+        // The fraction of a count is lost.
+        self.since = now;
+        self.period = period;
+    }
+
+    const fn is_on(&self) -> bool {
+        self.control[0] & CEN != 0
+    }
+
+    /// Returns whether it counts its own clock.
+    const fn runs(&self) -> bool {
+        self.is_on() && self.slave & 7 == 0 && !self.frozen
+    }
+
+    /// Freezes the timer while a debugger halts the core, or releases it.
+    pub fn freeze(&mut self, frozen: bool, now: u64) {
+        self.advance(now);
+        self.next.set(None);
+        self.since = now;
+        self.frozen = frozen;
+    }
+
+    /// The trigger that it counts instead of its clock, of the four from other timers.
+    #[must_use]
+    pub const fn counts_trigger(&self) -> Option<u32> {
+        let counts = self.is_on() && self.slave & 7 == EXTERNAL_CLOCK;
+        if counts {
+            Some(self.slave >> 4 & 7)
+        } else {
+            None
+        }
+    }
+
+    /// Counts a trigger.
+    pub fn trigger(&mut self) {
+        if self.count == self.reload {
+            self.count = 0;
+            self.update(false);
+        } else {
+            self.count = self.count.wrapping_add(1) & self.mask;
+        }
+    }
+
+    const fn step(&self) -> u64 {
+        self.period * (self.dividing as u64 + 1)
+    }
+
+    const fn round(&self) -> u64 {
+        self.reload as u64 + 1
+    }
+
+    const fn is_capture(&self, channel: usize) -> bool {
+        self.modes[channel / 2] >> (8 * (channel % 2)) & 3 != 0
+    }
+
+    /// Number of counts until the counter next reaches `value`.
+    fn steps_to(&self, value: u64) -> u64 {
+        let count = u64::from(self.count);
+        let round = self.round();
+        if value >= round {
+            u64::MAX
+        } else if count >= round {
+            // Above its reload value it counts to the end of its width.
+            u64::from(self.mask) + 1 - count + value
+        } else if value > count {
+            value - count
+        } else {
+            value + round - count
+        }
+    }
+
+    /// Time at which one of the flags with an interrupt is next set. It is queried at every event of the chip, and
+    /// stays the same until it passes or a register is written.
+    #[must_use]
+    pub fn next_event(&self) -> u64 {
+        match self.next.get() {
+            Some(next) => next,
+            None => {
+                let next = self.find_next_event();
+                self.next.set(Some(next));
+                next
+            }
+        }
+    }
+
+    fn find_next_event(&self) -> u64 {
+        if !self.runs() {
+            return NEVER;
+        }
+        let update =
+            (self.interrupts & UIF != 0 || self.control[0] & OPM != 0).then(|| self.steps_to(0));
+        (0..4)
+            .filter(|&channel| self.interrupts & 2 << channel != 0 && !self.is_capture(channel))
+            .map(|channel| self.steps_to(u64::from(self.compares[channel])))
+            .chain(update)
+            .filter(|&steps| steps != u64::MAX)
+            .map(|steps| self.since + steps * self.step())
+            .min()
+            .unwrap_or(NEVER)
+    }
+
+    /// Advances to `now`.
+    pub fn advance(&mut self, now: u64) {
+        if self.next.get().is_some_and(|next| next <= now) {
+            self.next.set(None);
+        }
+        if !self.runs() {
+            self.since = now;
+            return;
+        }
+        let mut steps = (now - self.since) / self.step();
+        while steps > 0 {
+            // Stops at an update, which may change the prescaler or stop the timer.
+            let to_update = self.steps_to(0).min(steps);
+            for channel in 0..4 {
+                let compare = u64::from(self.compares[channel]);
+                if !self.is_capture(channel) && self.steps_to(compare) <= to_update {
+                    self.status |= 2 << channel;
+                }
+            }
+            self.since += to_update * self.step();
+            if self.steps_to(0) == to_update {
+                self.count = 0;
+                self.update(false);
+                if !self.runs() {
+                    self.since = now;
+                    return;
+                }
+                steps = (now - self.since) / self.step();
+            } else {
+                self.count += to_update as u32;
+                steps -= to_update;
+            }
+        }
+    }
+
+    fn take_head_start(&mut self) {
+        let head_start = core::mem::take(&mut self.head_start);
+        let mask = self.mask;
+        let later = |count: u32| count.wrapping_add(head_start) & mask;
+        self.count = later(self.count);
+        for channel in 0..4 {
+            if !self.is_capture(channel) {
+                self.compares[channel] = later(self.compares[channel]);
+            }
+        }
+    }
+
+    fn update(&mut self, by_software: bool) {
+        if self.control[0] & UDIS != 0 {
+            return;
+        }
+        self.next.set(None);
+        self.dividing = self.prescaler;
+        if !(by_software && self.control[0] & URS != 0) {
+            self.status |= UIF;
+        }
+        if !by_software && self.control[0] & OPM != 0 {
+            self.control[0] &= !CEN;
+        }
+    }
+
+    /// Handles an edge at the pin of a channel. Returns whether the trigger output has a pulse.
+    pub fn edge(&mut self, channel: usize, high: bool, now: u64) -> bool {
+        self.advance(now);
+        self.pins[channel] = high;
+        if self.control[1] & TI1S == 0 {
+            return self.capture(channel, high);
+        }
+        if channel == 3 {
+            return self.capture(3, high);
+        }
+        let [first, second, third, _] = self.pins;
+        if channel != 0 {
+            self.capture(channel, high);
+        }
+        self.capture(0, first ^ second ^ third)
+    }
+
+    /// Captures an edge at the input of a channel. Returns whether the trigger output has a pulse.
+    fn capture(&mut self, channel: usize, high: bool) -> bool {
+        let enable = self.enables >> (4 * channel);
+        let falling = enable & 2 != 0;
+        let both = enable & 0xA == 0xA;
+        let direct = self.modes[channel / 2] >> (8 * (channel % 2)) & 3 == 1;
+        if !direct || enable & 1 == 0 || (high == falling && !both) || !self.runs() {
+            return false;
+        }
+        self.compares[channel] = self.count;
+        let flag = 2 << channel;
+        if self.status & flag != 0 {
+            self.status |= 0x200 << channel;
+        }
+        self.status |= flag;
+        channel == 0 && self.control[1] & 0x70 == COMPARE_PULSE
+    }
+
+    /// Returns whether the interrupt is requested.
+    #[must_use]
+    pub const fn interrupts(&self) -> bool {
+        self.status & self.interrupts & 0x5F != 0
+    }
+
+    /// Reads a register.
+    ///
+    /// # Errors
+    /// If the register does not exist.
+    pub fn read(&mut self, offset: u32, now: u64) -> Result<u32, String> {
+        self.advance(now);
+        Ok(match offset {
+            0x00 | 0x04 => self.control[offset as usize / 4],
+            0x08 => self.slave,
+            0x0C => self.interrupts,
+            0x10 => self.status,
+            0x14 => 0,
+            0x18 | 0x1C => self.modes[(offset as usize - 0x18) / 4],
+            0x20 => self.enables,
+            0x24 => self.count,
+            0x28 => self.prescaler,
+            0x2C => self.reload,
+            0x34..=0x40 => {
+                let channel = (offset as usize - 0x34) / 4;
+                if self.is_capture(channel) {
+                    self.status &= !(2 << channel);
+                }
+                self.compares[channel]
+            }
+            0x30 | 0x44..=0x50 => self.others[(offset as usize / 4 + 1) % 5],
+            _ => return unknown(self.name, offset),
+        })
+    }
+
+    /// Writes a register.
+    ///
+    /// # Errors
+    /// If the register does not exist, or the setting is not modelled.
+    pub fn write(&mut self, offset: u32, value: u32, now: u64) -> Result<(), String> {
+        self.advance(now);
+        self.next.set(None);
+        match offset {
+            0x00 => {
+                if value & 0x70 != 0 {
+                    return Err(format!("{} counts up only", self.name));
+                }
+                if value & CEN != 0 && !self.runs() {
+                    self.since = now;
+                    self.take_head_start();
+                }
+                self.control[0] = value & 0x3FF;
+            }
+            0x04 => self.control[1] = value,
+            // The only modelled slave mode counts the trigger of another timer.
+            0x08 if value & 7 != 0 && (value & 7 != EXTERNAL_CLOCK || value & 0x40 != 0) => {
+                return Err(format!("{} has no such slave mode", self.name));
+            }
+            0x08 => self.slave = value,
+            0x0C if value & 0x7F00 != 0 => {
+                return Err(format!("{} does not ask for DMA", self.name));
+            }
+            0x0C => self.interrupts = value,
+            // Writing a one leaves a flag unchanged.
+            0x10 => self.status &= value,
+            0x14 => {
+                self.status |= value & 0x1E;
+                if value & 1 != 0 {
+                    self.count = 0;
+                    self.since = now;
+                    self.update(true);
+                }
+            }
+            0x18 | 0x1C => self.modes[(offset as usize - 0x18) / 4] = value,
+            0x20 => self.enables = value,
+            0x24 => {
+                self.count = value & self.mask;
+                self.since = now;
+            }
+            0x28 => self.prescaler = value & 0xFFFF,
+            0x2C => self.reload = value & self.mask,
+            0x34..=0x40 => self.compares[(offset as usize - 0x34) / 4] = value & self.mask,
+            0x30 | 0x44..=0x50 => self.others[(offset as usize / 4 + 1) % 5] = value,
+            _ => return unknown(self.name, offset),
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn timer() -> Timer {
+        let mut timer = Timer::new("TIM", 16, 10);
+        timer.write(0x28, 9, 0).expect("a register");
+        timer.write(0x2C, 999, 0).expect("a register");
+        timer.write(0x14, 1, 0).expect("a register");
+        timer.write(0x10, 0, 0).expect("a register");
+        timer
+    }
+
+    #[test]
+    fn it_updates_every_reload_plus_one_counts_and_compares() {
+        let mut timer = timer();
+        timer.write(0x34, 250, 0).expect("a register");
+        timer.write(0x0C, 3, 0).expect("a register");
+        timer.write(0x00, CEN, 0).expect("a register");
+        assert_eq!(timer.next_event(), 25_000);
+        timer.advance(25_000);
+        assert!(timer.interrupts());
+        timer.write(0x10, !2, 25_000).expect("a register");
+        assert!(!timer.interrupts());
+        assert_eq!(timer.next_event(), 100_000);
+        timer.advance(100_000);
+        assert_eq!(timer.read(0x10, 100_000).expect("a register") & 1, 1);
+        assert_eq!(timer.read(0x24, 100_390), Ok(3));
+    }
+
+    #[test]
+    fn a_passed_compare_value_matches_in_the_next_round() {
+        let mut timer = timer();
+        timer.write(0x0C, 2, 0).expect("a register");
+        timer.write(0x00, CEN, 0).expect("a register");
+        timer.write(0x34, 250, 25_100).expect("a register");
+        assert_eq!(timer.next_event(), 125_000);
+        timer.advance(100_000);
+        assert!(!timer.interrupts());
+    }
+
+    #[test]
+    fn a_frozen_timer_stands_still() {
+        let mut timer = timer();
+        timer.write(0x34, 250, 0).expect("a register");
+        timer.write(0x0C, 2, 0).expect("a register");
+        timer.write(0x00, CEN, 0).expect("a register");
+        timer.freeze(true, 10_000);
+        assert_eq!(timer.next_event(), NEVER);
+        timer.freeze(false, 1_000_000);
+        assert_eq!(timer.read(0x24, 1_000_000), Ok(100));
+        assert_eq!(timer.next_event(), 1_015_000);
+    }
+
+    #[test]
+    fn a_slave_counts_captures_instead_of_its_clock() {
+        let mut master = timer();
+        for (offset, value) in [(0x18, 1), (0x20, 1), (0x04, COMPARE_PULSE), (0x00, CEN)] {
+            master.write(offset, value, 0).expect("a register");
+        }
+        let mut counter = timer();
+        for (offset, value) in [(0x08, 0x17), (0x2C, 2), (0x00, CEN)] {
+            counter.write(offset, value, 0).expect("a register");
+        }
+        assert_eq!(counter.counts_trigger(), Some(1));
+        let mut counts = Vec::new();
+        for edge in 1..=4 {
+            // The edge is captured even if the previous one was not read.
+            if master.edge(0, true, 1000 * edge) {
+                counter.trigger();
+            }
+            assert!(!master.edge(0, false, 1000 * edge + 50));
+            counts.push(counter.read(0x24, 1000 * edge + 60).expect("a register"));
+        }
+        assert_eq!(counts, [1, 2, 0, 1]);
+        assert!(counter.write(0x08, 4, 0).is_err());
+    }
+
+    #[test]
+    fn the_pin_of_channel_3_reaches_channel_1_by_the_exclusive_or() {
+        for (control, captured, pulses) in [(COMPARE_PULSE, 0, 0), (COMPARE_PULSE | TI1S, 130, 2)] {
+            let mut timer = timer();
+            for (offset, value) in [(0x18, 1), (0x20, 1), (0x04, control), (0x00, CEN)] {
+                timer.write(offset, value, 0).expect("a register");
+            }
+            let edges = [(true, 12_345), (false, 12_400), (true, 13_000)];
+            let given = edges.map(|(high, now)| timer.edge(2, high, now));
+            assert_eq!(given.iter().filter(|pulse| **pulse).count(), pulses);
+            assert_eq!(timer.read(0x34, 13_000), Ok(captured));
+        }
+    }
+
+    #[test]
+    fn compares_are_shifted_by_the_head_start() {
+        let mut timer = timer();
+        timer.head_start = 900;
+        timer.reset(10);
+        timer.write(0x28, 9, 0).expect("a register");
+        timer.write(0x38, 250, 0).expect("a register");
+        timer.write(0x0C, 5, 0).expect("a register");
+        timer.write(0x14, 1, 0).expect("a register");
+        timer.write(0x10, 0, 0).expect("a register");
+        timer.write(0x00, CEN, 0).expect("a register");
+        assert_eq!(timer.read(0x24, 0), Ok(900));
+        assert_eq!(timer.next_event(), 25_000);
+        timer.write(0x00, 0, 0).expect("a register");
+        timer.write(0x00, CEN, 0).expect("a register");
+        assert_eq!(timer.read(0x24, 0), Ok(900));
+    }
+
+    #[test]
+    fn a_second_capture_sets_the_overcapture_flag() {
+        let mut timer = timer();
+        timer.write(0x18, 1, 0).expect("a register");
+        timer.write(0x20, 1, 0).expect("a register");
+        timer.write(0x00, CEN, 0).expect("a register");
+        timer.edge(0, true, 12_345);
+        timer.edge(0, false, 12_400);
+        assert_eq!(timer.read(0x10, 12_500).expect("a register") & 0x202, 2);
+        timer.edge(0, true, 13_000);
+        assert_eq!(timer.read(0x10, 13_000).expect("a register") & 0x202, 0x202);
+        assert_eq!(timer.read(0x34, 13_000), Ok(130));
+    }
+}

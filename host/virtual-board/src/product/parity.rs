@@ -1,0 +1,332 @@
+//! Bitwise comparison of the ELF's estimates with those of the host for the same codes.
+//!
+//! The codes are taken from the sensor's bus, the times of the samples from the messages that the ELF sends over
+//! its serial line; the host's estimator runs over both.
+
+use std::collections::VecDeque;
+
+use estimator_core::{
+    ContactEstimate, ContactEstimator, ImuSample, ParamsError, Saturation, Timestamp, Validity,
+};
+use lsm6dsox::scale::{AccelFullScale, Codes, FullScale, GyroFullScale};
+use wire::pdo::{P8, P16};
+use wire::settings::WINDOW_CAPACITY;
+use wire::uart::{ContactMessage, RawSample};
+use wire::{Faults, Settings};
+
+use crate::emulator::chip::Transaction;
+use crate::emulator::part::can::TimedFrame;
+use crate::emulator::time::to_us;
+
+/// Ranges that the firmware sets.
+const FORCE: AccelFullScale = AccelFullScale::G16;
+const RATE: GyroFullScale = GyroFullScale::Dps2000;
+
+/// Length of a burst: the address of `STATUS_REG`, then sixteen bytes.
+const BURST: usize = 17;
+const READ_STATUS: u8 = 0x9E;
+
+/// A message that the board has sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SentMessage {
+    /// Time at which its first byte left, in units of [`time`](crate::emulator::time).
+    pub began: u64,
+    /// The message.
+    pub message: ContactMessage,
+}
+
+/// Result of the comparison.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Parity {
+    /// Estimates compared.
+    pub compared: u64,
+    /// Compared estimates based on a sensor sample.
+    pub measured: u64,
+    /// Compared estimates that differ in any bit.
+    pub mismatches: u64,
+    /// Sample time of the first mismatch, µs.
+    pub first_mismatch_us: Option<u64>,
+    /// Compared CAN frames.
+    pub can_compared: u64,
+    /// Compared CAN frames that differ in any bit of a probability.
+    pub can_mismatches: u64,
+    /// CAN frames without a serial message of the same time.
+    pub can_unknown: u64,
+}
+
+/// One sample as read over the bus.
+#[derive(Clone, Copy, Debug)]
+struct Burst {
+    /// Time of its data-ready edge, µs since power-up.
+    edge_us: f64,
+    status: u8,
+    rate: [i16; 3],
+    force: [i16; 3],
+}
+
+/// Returns whether a transaction reads a sample.
+#[must_use]
+pub fn is_sample(transaction: &Transaction) -> bool {
+    transaction.back.len() == BURST && transaction.out.first() == Some(&READ_STATUS)
+}
+
+fn burst(transaction: &Transaction) -> Option<Burst> {
+    if !is_sample(transaction) {
+        return None;
+    }
+    let word = |at: usize| i16::from_le_bytes([transaction.back[at], transaction.back[at + 1]]);
+    Some(Burst {
+        edge_us: to_us(transaction.edge?),
+        status: transaction.back[1],
+        // The address, the status, a reserved byte and the temperature come first.
+        rate: [word(5), word(7), word(9)],
+        force: [word(11), word(13), word(15)],
+    })
+}
+
+/// Number of messages used to find the board's clock, and how many of the last of them are evaluated: earlier ones
+/// may have waited for the line while the board started.
+const FOR_CLOCK: usize = 1000;
+const ASKED: usize = 200;
+
+/// Maximum number of messages ahead of the recorded bus and serial line.
+const LAG: usize = 32;
+
+/// Maximum number of estimates that a CAN frame may lag behind.
+const FRAMES_LAG: usize = 1000;
+
+/// Compares the estimates of a board with those of the host as they arrive, for a board with default parameters
+/// and a sensor without faults.
+pub struct ParityCheck {
+    parity: Parity,
+    estimator: ContactEstimator<WINDOW_CAPACITY>,
+    /// Offset of the board's clock behind virtual time, µs, once known.
+    offset: Option<f64>,
+    bursts: VecDeque<Burst>,
+    contacts: VecDeque<SentMessage>,
+    frames: VecDeque<TimedFrame>,
+    /// Recent estimates in the short form of CAN, as far back as a frame may be.
+    short: VecDeque<([u8; 2], [u8; 4])>,
+}
+
+impl ParityCheck {
+    /// Creates an empty comparison.
+    ///
+    /// # Errors
+    /// Never with default parameters.
+    pub fn new() -> Result<Self, ParamsError> {
+        let config = Settings::default().params().validate()?;
+        Ok(Self {
+            parity: Parity::default(),
+            estimator: ContactEstimator::new(&config),
+            offset: None,
+            bursts: VecDeque::new(),
+            contacts: VecDeque::new(),
+            frames: VecDeque::new(),
+            short: VecDeque::new(),
+        })
+    }
+
+    /// Adds transactions on the sensor's bus.
+    pub fn bus(&mut self, transactions: &[Transaction]) {
+        self.bursts.extend(transactions.iter().filter_map(burst));
+    }
+
+    /// Adds a message sent over the serial line, in order.
+    pub fn contact(&mut self, sent: SentMessage) {
+        self.contacts.push_back(sent);
+        if self.offset.is_none() && self.contacts.len() >= FOR_CLOCK {
+            self.find_clock();
+        }
+        while self.offset.is_some() && self.contacts.len() > LAG {
+            self.compare_contact();
+        }
+    }
+
+    /// Adds a CAN frame with an estimate, in order.
+    pub fn frame(&mut self, frame: TimedFrame) {
+        self.frames.push_back(frame);
+        while self.offset.is_some() && self.frames.len() > 2 * LAG {
+            self.compare_frame();
+        }
+    }
+
+    /// Returns the result, once everything was sent.
+    #[must_use]
+    pub fn finish(mut self) -> Parity {
+        if self.offset.is_none() {
+            self.find_clock();
+        }
+        if self.offset.is_some() {
+            while !self.contacts.is_empty() {
+                self.compare_contact();
+            }
+            while !self.frames.is_empty() {
+                self.compare_frame();
+            }
+        }
+        self.parity
+    }
+
+    fn find_clock(&mut self) {
+        self.offset = clock_offset(
+            self.bursts.make_contiguous(),
+            self.contacts.make_contiguous(),
+        );
+    }
+
+    fn compare_contact(&mut self) {
+        let (Some(SentMessage { message, .. }), Some(offset)) =
+            (self.contacts.pop_front(), self.offset)
+        else {
+            return;
+        };
+        let at = message.timestamp.as_micros() as f64 + offset;
+        while self
+            .bursts
+            .front()
+            .is_some_and(|burst| burst.edge_us < at - 1.0)
+        {
+            self.bursts.pop_front();
+        }
+        let burst = match self.bursts.front() {
+            Some(burst) if burst.edge_us < at + 2.0 => self.bursts.pop_front(),
+            _ => None,
+        };
+        let sample = burst.map_or_else(
+            || missing(message.timestamp),
+            |burst| sample(&burst, message.timestamp),
+        );
+        let estimate = self.estimator.update(&sample, None);
+        self.short.push_back(short_form(&estimate));
+        if self.short.len() > FRAMES_LAG + 2 * LAG {
+            self.short.pop_front();
+        }
+        let parity = &mut self.parity;
+        parity.compared += 1;
+        parity.measured += u64::from(burst.is_some());
+        if bits(&expected(&estimate)) != bits(&message) {
+            parity.mismatches += 1;
+            parity
+                .first_mismatch_us
+                .get_or_insert(message.timestamp.as_micros());
+        }
+    }
+
+    /// Matches a frame with the next estimate of its short time; both are in order of time.
+    fn compare_frame(&mut self) {
+        let Some(TimedFrame { frame, .. }) = self.frames.pop_front() else {
+            return;
+        };
+        let Ok(bytes) = <[u8; 8]>::try_from(frame.data.as_slice()) else {
+            return;
+        };
+        let time = [bytes[4], bytes[5]];
+        let found = self.short.iter().take(FRAMES_LAG);
+        let Some(index) = found.map(|(at, _)| *at).position(|at| at == time) else {
+            self.parity.can_unknown += 1;
+            return;
+        };
+        self.short.drain(..index);
+        let same = self
+            .short
+            .front()
+            .is_some_and(|(_, probabilities)| *probabilities == bytes[..4]);
+        self.parity.can_compared += 1;
+        self.parity.can_mismatches += u64::from(!same);
+    }
+}
+
+/// Bytes 4 and 5 of the CAN frame, the sample's time, and bytes 0 to 3, its probabilities.
+fn short_form(estimate: &ContactEstimate) -> ([u8; 2], [u8; 4]) {
+    // 16 bits of 10 µs.
+    let time = (estimate.timestamp.as_micros() / 10) as u16;
+    let probabilities = &estimate.probabilities;
+    let [low, high] = P16::new(probabilities.stable).0.to_le_bytes();
+    let part = [
+        P8::new(probabilities.tangential).0,
+        P8::new(probabilities.vertical).0,
+    ];
+    (time.to_le_bytes(), [low, high, part[0], part[1]])
+}
+
+fn expected(estimate: &ContactEstimate) -> ContactMessage {
+    ContactMessage::new(estimate, Faults::NONE)
+}
+
+/// Fields of a message that the estimate determines: without its phase, which also depends on the load.
+fn bits(message: &ContactMessage) -> ([u16; 9], u8) {
+    let [ax, ay, az, wx, wy, wz] = message.axes.to_array();
+    let codes = [
+        message.stable,
+        message.tangential,
+        message.vertical,
+        ax,
+        ay,
+        az,
+        wx,
+        wy,
+        wz,
+    ];
+    (codes.map(|code| code.0), message.flags)
+}
+
+fn sample(burst: &Burst, timestamp: Timestamp) -> ImuSample {
+    let force = saturated(burst.force, FORCE);
+    let rate = saturated(burst.rate, RATE);
+    let validity = match (burst.status & 3 == 3, force, rate) {
+        (false, _, _) => Validity::Stale,
+        (true, false, false) => Validity::Valid,
+        (true, true, false) => Validity::Saturated(Saturation::Accelerometer),
+        (true, false, true) => Validity::Saturated(Saturation::Gyroscope),
+        (true, true, true) => Validity::Saturated(Saturation::Both),
+    };
+    RawSample {
+        timestamp,
+        validity,
+        acceleration: burst.force,
+        rate: burst.rate,
+        acceleration_scale: FORCE.sensitivity(),
+        rate_scale: RATE.sensitivity(),
+        ..RawSample::default()
+    }
+    .to_si()
+}
+
+fn saturated<S: FullScale>(codes: [i16; 3], full_scale: S) -> bool {
+    Codes { codes, full_scale }.is_saturated()
+}
+
+fn missing(timestamp: Timestamp) -> ImuSample {
+    RawSample {
+        timestamp,
+        validity: Validity::Invalid,
+        ..RawSample::default()
+    }
+    .to_si()
+}
+
+/// Offset of the board's clock behind virtual time, µs. A message belongs to the last edge before it was sent,
+/// unless it had to wait; most do not, so the most frequent offset is taken.
+fn clock_offset(bursts: &[Burst], sent: &[SentMessage]) -> Option<f64> {
+    let offsets: Vec<f64> = sent
+        .iter()
+        .rev()
+        .take(ASKED)
+        .filter_map(|sent| {
+            let began = to_us(sent.began);
+            let index = bursts.partition_point(|burst| burst.edge_us < began);
+            let burst = bursts.get(index.checked_sub(1)?)?;
+            Some(burst.edge_us - sent.message.timestamp.as_micros() as f64)
+        })
+        .collect();
+    let supporters = |offset: f64| {
+        let near = offsets.iter().filter(|other| (*other - offset).abs() < 1.5);
+        near.count()
+    };
+    // Takes the latest of equal offsets, for the same result in every run.
+    offsets
+        .iter()
+        .copied()
+        .max_by_key(|&offset| supporters(offset))
+}

@@ -1,0 +1,45 @@
+//! Conversion of recordings to sensor input.
+//!
+//! A sensor measures gravity. If a simulator has removed it, which loses the tilt, it is added along z, as for a
+//! sole that stays level: the input is then the recorded motion of a foot that does not tilt. Samples are
+//! interpolated linearly to the ticks of the sensor's clock, 6.67 kHz, and pass through the noise, filters and
+//! ranges of the sensor.
+
+use std::path::Path;
+
+use estimator_core::Gravity;
+use gait::sensor::GRAVITY;
+use lsm6dsox::sim::{Interpolation, Recording, Stimulus};
+use recordings::input::{Format, Hints, Opened};
+use samples::space::components;
+
+/// Reads a file, without its first `skip` seconds.
+///
+/// # Errors
+/// If it cannot be read, or no sample is left.
+pub fn read(path: &Path, format: Option<Format>, skip: f64) -> Result<Recording, String> {
+    let loaded = Opened::new(path, format)
+        .and_then(|opened| opened.read(&Hints::default()))
+        .map_err(|error| error.to_string())?;
+    let recording = loaded.recording;
+    let added = match recording.gravity {
+        Gravity::Included => 0.0,
+        Gravity::Removed => GRAVITY,
+    };
+    let rate = f64::from(recording.sample_rate);
+    let samples = recording
+        .samples
+        .iter()
+        .skip((skip * rate) as usize)
+        .map(|sample| {
+            let (force, rate) = (sample.imu.specific_force.0, sample.imu.angular_rate.0);
+            let [ax, ay, az] = components(force).map(f64::from);
+            Stimulus {
+                specific_force: [ax, ay, az + added],
+                angular_rate: components(rate).map(f64::from),
+                temperature: 25.0,
+            }
+        })
+        .collect();
+    Recording::new(rate, samples, Interpolation::Linear).map_err(|error| error.to_string())
+}

@@ -1,0 +1,434 @@
+//! A run whose bytes, frames, samples, plot and statistics are written as they arrive. Memory use does not grow
+//! with its length.
+
+use std::collections::VecDeque;
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use serde_json::{Value, json};
+use wire::Counter;
+use wire::pdo::P16;
+use wire::uart::{ContactMessage, Decoder, HealthMessage, Message};
+
+use crate::emulator::board::Board;
+use crate::emulator::chip::Transaction;
+use crate::emulator::part::can::TimedFrame;
+use crate::emulator::part::usart::TimedByte;
+use crate::emulator::time::{PER_SECOND, to_ns, to_us};
+use crate::product::parity::{self, Parity, ParityCheck, SentMessage};
+use crate::product::scenario::ScenarioStep;
+use crate::product::spread::Spread;
+use crate::product::traffic::Traffic;
+
+const MILLISECOND: u64 = PER_SECOND / 1000;
+
+/// Milliseconds at the start without statistics, while clocks, sensor and estimator settle.
+const SETTLING: u64 = 500;
+
+/// Phases of a millisecond at which others ask, one after the other: what falls into one tick depends on it, and
+/// the phase of the ticks on when the board started.
+const PHASES: u64 = 10;
+
+/// Time at one phase, ms: a whole round of requests.
+const ROUND_MS: u64 = 300;
+
+/// Function codes of `CANopen`; the node's number is added.
+const EMERGENCY: u32 = 0x080;
+const ESTIMATE: u32 = 0x180;
+
+/// `ContactEstimator::update`, as the compiler names it.
+const ESTIMATOR: &str = "ContactEstimator$LT$_$GT$6update";
+
+/// The entry of the work in `ContactEstimator::finish` once the estimate has been sent,
+/// `Stillness::finish`.
+const LEARNING: &str = "9stillness9Stillness6finish";
+
+/// Options of a run.
+#[derive(Clone, Debug, Default)]
+pub struct RunOptions {
+    /// Duration, ms.
+    pub milliseconds: u64,
+    /// Injected faults, as given on the command line.
+    pub faults: Vec<String>,
+    /// Actions on the board.
+    pub actions: Vec<TimedStep>,
+    /// Additional traffic on the lines.
+    pub traffic: Traffic,
+}
+
+/// An action on the board.
+#[derive(Clone, Debug)]
+pub struct TimedStep {
+    /// Time, ms.
+    pub ms: u64,
+    /// The action.
+    pub step: ScenarioStep,
+}
+
+/// Maximum number of points of the plot.
+const POINTS: usize = 6000;
+
+/// Number of transactions in which a sample's edge is searched.
+const RECENT: usize = 16;
+
+/// Record of a run.
+struct Log {
+    /// Time from which statistics count.
+    settled: u64,
+    /// Time at which the last estimate went to its mailbox.
+    last_estimate: u64,
+    instructions: Spread,
+    estimator: Spread,
+    cycles: Spread,
+    flash_waits: Spread,
+    to_can: Spread,
+    to_uart: Spread,
+    decoder: Decoder,
+    frame_began: Option<u64>,
+    health: Option<HealthMessage>,
+    recent: VecDeque<Transaction>,
+    /// `None` if faults are injected.
+    comparison: Option<ParityCheck>,
+    curve: Curve,
+    contacts: u64,
+    uart_frames: u64,
+    can_frames: u64,
+    emergencies: Vec<Value>,
+    samples: BufWriter<File>,
+    can_log: BufWriter<File>,
+}
+
+/// Probability of stable contact over time, thinned out when it gets too long.
+struct Curve {
+    every: u64,
+    points: Vec<(f64, f64)>,
+}
+
+impl Curve {
+    fn push(&mut self, index: u64, message: &ContactMessage) {
+        if index.is_multiple_of(self.every) {
+            let seconds = message.timestamp.as_micros() as f64 / 1.0e6;
+            self.points.push((seconds, probability(message.stable)));
+        }
+        if self.points.len() >= POINTS {
+            let mut index = 0_usize;
+            self.points.retain(|_| {
+                index += 1;
+                index % 2 == 1
+            });
+            self.every *= 2;
+        }
+    }
+}
+
+/// Converts a code to a probability.
+fn probability(code: P16) -> f64 {
+    f64::from(code.0) / 65535.0
+}
+
+impl Log {
+    fn uart(&mut self, bytes: &[TimedByte]) -> std::io::Result<()> {
+        for &TimedByte { time, byte } in bytes {
+            let began = *self.frame_began.get_or_insert(time);
+            if byte == 0 {
+                self.frame_began = None;
+            }
+            let Some(Ok(frame)) = self.decoder.push(byte) else {
+                continue;
+            };
+            self.uart_frames += 1;
+            match frame.message {
+                Message::Contact(message) => self.contact(began, message)?,
+                Message::Health(message) => self.health = Some(message),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn contact(&mut self, began: u64, message: ContactMessage) -> std::io::Result<()> {
+        if began > self.settled
+            && let Some(edge) = self.edge_before(began)
+        {
+            self.to_uart.push(to_ns(began - edge));
+        }
+        self.curve.push(self.contacts, &message);
+        self.contacts += 1;
+        if let Some(comparison) = &mut self.comparison {
+            comparison.contact(SentMessage { began, message });
+        }
+        writeln!(
+            self.samples,
+            "{:.6},{:.6},{:.6},{:.6},{}",
+            message.timestamp.as_micros() as f64 / 1.0e6,
+            probability(message.stable),
+            probability(message.tangential),
+            probability(message.vertical),
+            message.flags,
+        )
+    }
+
+    fn bus(&mut self, transactions: Vec<Transaction>) {
+        if let Some(comparison) = &mut self.comparison {
+            comparison.bus(&transactions);
+        }
+        self.recent.extend(transactions);
+        let old = self.recent.len().saturating_sub(RECENT);
+        self.recent.drain(..old);
+    }
+
+    /// Data-ready edge of the last sample read before a time.
+    fn edge_before(&self, time: u64) -> Option<u64> {
+        self.recent
+            .iter()
+            .rev()
+            .find(|transaction| transaction.start < time && parity::is_sample(transaction))?
+            .edge
+    }
+
+    fn requests(&mut self, requests: &[(u64, u32)]) {
+        for &(time, id) in requests {
+            if id & !0x7F != ESTIMATE {
+                continue;
+            }
+            self.last_estimate = time;
+            if time > self.settled
+                && let Some(edge) = self.edge_before(time)
+            {
+                self.to_can.push(to_ns(time - edge));
+            }
+        }
+    }
+
+    fn can(&mut self, frames: Vec<TimedFrame>) -> std::io::Result<()> {
+        for sent in frames {
+            let TimedFrame { time, frame } = &sent;
+            self.can_frames += 1;
+            let data: String = frame.data.iter().fold(String::new(), |mut text, byte| {
+                // Writing to a string cannot fail.
+                let _ = write!(text, "{byte:02X}");
+                text
+            });
+            let micros = to_us(*time);
+            writeln!(
+                self.can_log,
+                "({:.6}) can0 {:03X}#{data}",
+                micros / 1.0e6,
+                frame.id
+            )?;
+            if frame.id & !0x7F == EMERGENCY
+                && frame.id & 0x7F != 0
+                && self.emergencies.len() < 1000
+            {
+                self.emergencies
+                    .push(json!({ "ms": micros / 1.0e3, "data": data }));
+            }
+            if frame.id & !0x7F == ESTIMATE
+                && let Some(comparison) = &mut self.comparison
+            {
+                comparison.frame(sent);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Runs a board from its current state, writes `uart.bin`, `can.log`, `samples.csv`, `plot.svg` and `report.json`
+/// into a directory, and returns the report.
+///
+/// # Errors
+/// If the directory cannot be written to, or the firmware misuses the board.
+pub fn run(
+    board: &mut Board,
+    run: &RunOptions,
+    out: &Path,
+) -> Result<Value, Box<dyn core::error::Error>> {
+    std::fs::create_dir_all(out)?;
+    let create = |name: &str| File::create(out.join(name)).map(BufWriter::new);
+    let first = board.now().div_ceil(MILLISECOND);
+    let mut uart = create("uart.bin")?;
+    let mut log = Log {
+        settled: (first + SETTLING) * MILLISECOND,
+        last_estimate: 0,
+        instructions: Spread::default(),
+        estimator: Spread::default(),
+        cycles: Spread::default(),
+        flash_waits: Spread::default(),
+        to_can: Spread::default(),
+        to_uart: Spread::default(),
+        decoder: Decoder::default(),
+        frame_began: None,
+        health: None,
+        recent: VecDeque::new(),
+        comparison: match run.faults.is_empty() {
+            true => Some(ParityCheck::new()?),
+            false => None,
+        },
+        curve: Curve {
+            every: 1,
+            points: Vec::new(),
+        },
+        contacts: 0,
+        uart_frames: 0,
+        can_frames: 0,
+        emergencies: Vec::new(),
+        samples: create("samples.csv")?,
+        can_log: create("can.log")?,
+    };
+    writeln!(log.samples, "t,p_stable,p_tangential,p_vertical,flags")?;
+    let mut actions = run.actions.clone();
+    actions.sort_by_key(|action| action.ms);
+    let mut actions = actions.into_iter().peekable();
+    board.record_sensor_bus();
+    let watched = [ESTIMATOR, LEARNING].map(|function| board.watch_function(function));
+    let watched = watched == [true; 2];
+    let (mut last, mut last_watched) = (board.counters(), 0);
+    // Offset within a millisecond at which the counts of a tick end.
+    let mut idle = 0;
+    for ms in 0..run.milliseconds {
+        while let Some(action) = actions.next_if(|action| action.ms <= first + ms) {
+            action.step.act(board);
+        }
+        let start = (first + ms) * MILLISECOND;
+        if ms == SETTLING {
+            // Half a tick after an estimate the work of its tick is done, whenever the board started.
+            idle = (log.last_estimate + MILLISECOND / 2) % MILLISECOND;
+            board.start_profile();
+        }
+        // Of two events in a millisecond the earlier comes first.
+        let asked = start + ms / ROUND_MS % PHASES * MILLISECOND / PHASES;
+        if asked < start + idle {
+            board.run_until(asked)?;
+            run.traffic.act(board, first + ms);
+        }
+        board.run_until(start + idle)?;
+        let (now, now_watched) = (board.counters(), board.watched_instructions());
+        if ms > SETTLING {
+            log.instructions.push(now.instructions - last.instructions);
+            log.cycles.push(now.cycles - last.cycles);
+            log.flash_waits.push(now.flash_waits - last.flash_waits);
+            log.estimator.push(now_watched - last_watched);
+        }
+        (last, last_watched) = (now, now_watched);
+        if asked >= start + idle {
+            board.run_until(asked)?;
+            run.traffic.act(board, first + ms);
+        }
+        board.run_until(start + MILLISECOND)?;
+        log.bus(board.take_transactions());
+        let bytes = board.take_uart();
+        uart.write_all(&bytes.iter().map(|sent| sent.byte).collect::<Vec<u8>>())?;
+        log.uart(&bytes)?;
+        log.requests(&board.take_can_requests());
+        log.can(board.take_can())?;
+    }
+    uart.flush()?;
+    log.can_log.flush()?;
+    log.samples.flush()?;
+    create("plot.svg")?.write_all(plot(&log.curve.points).as_bytes())?;
+    let parity = log.comparison.take().map(ParityCheck::finish);
+    let report = report(board, run, &log, parity, watched);
+    create("report.json")?.write_all(format!("{report:#}\n").as_bytes())?;
+    Ok(report)
+}
+
+/// Instructions and cycles of waiting for flash per millisecond by function, most first, after a [`run`] of this
+/// many milliseconds; the time before statistics begin is left out.
+#[must_use]
+pub fn profile(board: &Board, milliseconds: u64) -> String {
+    let counted = milliseconds.saturating_sub(SETTLING).max(1) as f64;
+    let mut text = String::new();
+    for (function, counts) in board.profile() {
+        let [instructions, waits] = counts.map(|count| count as f64 / counted);
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{instructions:10.1} {waits:10.1} {function}");
+    }
+    text
+}
+
+fn report(
+    board: &mut Board,
+    run: &RunOptions,
+    log: &Log,
+    parity: Option<Parity>,
+    watched: bool,
+) -> Value {
+    let count = |counter: Counter| log.health.map(|health| health.counters.get(counter));
+    let stack = match ["_stack_end", "_stack_start"].map(|name| board.image().symbol(name)) {
+        [Some(low), Some(high)] => Some(board.stack_high_water(low, high)),
+        _ => None,
+    };
+    let cycles = log.cycles.sum() as f64;
+    let hclk = f64::from(board.cpu().machine().chip.rcc.clocks().hclk);
+    let load = 100.0 * cycles / (hclk / 1.0e3 * log.cycles.len().max(1) as f64);
+    let resets: Vec<Value> = board
+        .resets()
+        .iter()
+        .map(|(time, cause)| json!({ "ms": to_us(*time) / 1.0e3, "cause": format!("{cause:?}") }))
+        .collect();
+    let core_faults: Vec<String> = board
+        .faults()
+        .iter()
+        .map(|fault| format!("{fault:x?}"))
+        .collect();
+    json!({
+        "seconds": run.milliseconds as f64 / 1.0e3,
+        "ticks": count(Counter::Ticks),
+        "late_ticks": count(Counter::LateTicks),
+        "missed_ticks": count(Counter::MissedSamples),
+        "instructions_per_tick": log.instructions.min_median_max(),
+        "estimator_instructions": watched.then(|| log.estimator.min_median_max()),
+        "estimated_cycles_per_tick": log.cycles.min_median_max(),
+        "estimated_flash_waits_per_tick": log.flash_waits.min_median_max(),
+        "cpu_load_percent": load,
+        "drdy_to_can_us": log.to_can.median_max_us(),
+        "drdy_to_uart_us": log.to_uart.median_max_us(),
+        "stack_high_water_bytes": stack,
+        "uart_frames": log.uart_frames,
+        "can_frames": log.can_frames,
+        "drops": {
+            "can": count(Counter::CanDropped),
+            "uart": count(Counter::UartDropped),
+        },
+        "parity_compared": parity.map(|parity| json!({
+            "uart": parity.compared,
+            "can": parity.can_compared,
+        })),
+        "parity_measured": parity.map(|parity| parity.measured),
+        "parity_mismatches": parity.map(|parity| parity.mismatches + parity.can_mismatches),
+        "faults": run.faults,
+        "emergencies": log.emergencies,
+        "resets": resets,
+        "core_faults": core_faults,
+    })
+}
+
+/// Plot of the probability of stable contact over time.
+fn plot(curve: &[(f64, f64)]) -> String {
+    let (width, height, left, top) = (900.0, 220.0, 50.0, 20.0);
+    let end = curve.last().map_or(1.0, |point| point.0).max(1.0e-3);
+    let mut points = String::new();
+    for (seconds, probability) in curve {
+        let x = left + width * seconds / end;
+        let y = top + height * (1.0 - probability);
+        // Writing to a string cannot fail.
+        let _ = write!(points, "{x:.1},{y:.1} ");
+    }
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{}\" font-family=\"sans-serif\" font-size=\"12\">\n\
+         <rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n\
+         <rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" fill=\"none\" stroke=\"#888\"/>\n\
+         <text x=\"{left}\" y=\"14\">probability of stable contact, as the board sent it</text>\n\
+         <text x=\"30\" y=\"{}\">1</text><text x=\"30\" y=\"{}\">0</text>\n\
+         <text x=\"{}\" y=\"{}\" text-anchor=\"end\">{end:.1} s</text>\n\
+         <polyline fill=\"none\" stroke=\"#1f5fa8\" points=\"{points}\"/>\n</svg>\n",
+        width + left + 30.0,
+        height + top + 40.0,
+        top + 6.0,
+        top + height,
+        left + width,
+        top + height + 18.0,
+    )
+}

@@ -1,0 +1,154 @@
+//! Faults of the external lines.
+
+use lsm6dsox::sim::PartFault as SensorFault;
+use wire::dictionary::index;
+use wire::node::Command;
+use wire::{Address, Counter, Fault, Value};
+
+use super::{LASTING, LOAD_SCALE, OLD_AND_NEW, ONE_TICK_US, PLAIN, RECEIVE_STREAM, SERIAL_STREAM};
+use crate::emulator::board::Injection;
+use crate::emulator::part::can::BusFault;
+use crate::emulator::part::usart::LineFault;
+use crate::product::scenario::{Invalid, Reports, Scenario, ScenarioStep};
+
+/// Rows in the order of the table.
+pub(super) const ROWS: &[Scenario] = &[
+    Scenario {
+        name: "bus-shorted",
+        what: "CAN lines shorted: bus-off",
+        steps: |_| vec![ScenarioStep::Inject(Injection::Bus(BusFault::Shorted))],
+        lasts_ms: LASTING,
+        reports: Reports::Fault(Fault::CanBusOff),
+        keeps_time: true,
+        ..PLAIN
+    },
+    Scenario {
+        name: "no-acknowledge",
+        what: "no node acknowledges on CAN",
+        steps: |_| {
+            vec![ScenarioStep::Inject(Injection::Bus(
+                BusFault::NoAcknowledge,
+            ))]
+        },
+        lasts_ms: LASTING,
+        reports: Reports::Fault(Fault::CanErrorPassive),
+        keeps_time: true,
+        ..PLAIN
+    },
+    Scenario {
+        name: "bus-saturated",
+        what: "CAN full of frames of higher priority",
+        steps: |_| vec![ScenarioStep::Inject(Injection::Bus(BusFault::Saturated))],
+        lasts_ms: LASTING,
+        reports: Reports::Counter(Counter::CanDropped),
+        keeps_time: true,
+        ..PLAIN
+    },
+    Scenario {
+        name: "uart-open",
+        what: "serial line open: no reader",
+        steps: |_| vec![ScenarioStep::Inject(Injection::Line(LineFault::Open))],
+        lasts_ms: LASTING,
+        note: "undetectable without flow control; the next whole frame is read",
+        ..PLAIN
+    },
+    Scenario {
+        name: "uart-break",
+        what: "serial consumer without power: line held low",
+        steps: |_| vec![ScenarioStep::Inject(Injection::Line(LineFault::Break))],
+        lasts_ms: LASTING,
+        reports: Reports::Fault(Fault::UartOverrun),
+        ..PLAIN
+    },
+    Scenario {
+        name: "uart-dma-error",
+        what: "serial line: DMA error in the middle of each transfer",
+        steps: |_| vec![ScenarioStep::Inject(Injection::DmaError(SERIAL_STREAM))],
+        lasts_ms: LASTING,
+        reports: Reports::Counter(Counter::UartDropped),
+        ..PLAIN
+    },
+    Scenario {
+        name: "uart-receive-dma-error",
+        what: "serial line: receive DMA error in the second half of its buffer, during garbage",
+        // The first error comes with byte 257, which is the last byte of variant 0.
+        steps: |variant| {
+            vec![
+                ScenarioStep::Inject(Injection::DmaError(RECEIVE_STREAM)),
+                ScenarioStep::Garbage(257 + 450 * variant as u32),
+            ]
+        },
+        variants: (0, 4, 1),
+        lasts_ms: LASTING,
+        kept: Some((LOAD_SCALE, [Value::F32(1.0), OLD_AND_NEW[0]])),
+        reports: Reports::Counter(Counter::UartOverruns),
+        note: "settings are answered again afterwards",
+        ..PLAIN
+    },
+    Scenario {
+        name: "uart-garbage",
+        what: "20 000 bytes of garbage on the serial line",
+        steps: |_| vec![ScenarioStep::Garbage(20_000)],
+        reports: Reports::Counter(Counter::UartRefused),
+        keeps_time: true,
+        ..PLAIN
+    },
+    Scenario {
+        name: "command-flood",
+        what: "1000 requests over CAN and 500 over the serial line at once",
+        steps: |_| vec![ScenarioStep::Flood(500)],
+        reports: Reports::Counter(Counter::UartDropped),
+        ..PLAIN
+    },
+    Scenario {
+        name: "bus-dominant-at-set",
+        what: "CAN lines shorted while the controller is reconfigured",
+        steps: |_| {
+            vec![
+                ScenarioStep::Inject(Injection::Bus(BusFault::Shorted)),
+                ScenarioStep::Set(Address::new(index::CAN_BIT_RATE, 0), Value::U16(500)),
+                ScenarioStep::Nmt(Command::ResetCommunication),
+                ScenarioStep::Wait(250_000),
+                ScenarioStep::Nmt(Command::StartRemoteNode),
+            ]
+        },
+        lasts_ms: LASTING,
+        reports: Reports::Any,
+        ..PLAIN
+    },
+    Scenario {
+        name: "flood-then-sensor",
+        what: "a flood of requests, and 12 ms later the SPI data line stuck low",
+        steps: |_| {
+            vec![
+                ScenarioStep::Flood(500),
+                ScenarioStep::Wait(12_000),
+                ScenarioStep::Inject(Injection::Sensor(SensorFault::MisoStuckLow)),
+            ]
+        },
+        lasts_ms: LASTING,
+        invalid: Invalid::UntilCleared,
+        blind_us: 12_000 + ONE_TICK_US,
+        reports: Reports::Fault(Fault::SensorWrongId),
+        ..PLAIN
+    },
+    Scenario {
+        name: "uart-flood-of-breaks",
+        what: "serial line held low for 2 ms, every 10 ms",
+        steps: |_| {
+            (0..20)
+                .flat_map(|_| {
+                    [
+                        ScenarioStep::Inject(Injection::Line(LineFault::Break)),
+                        ScenarioStep::Wait(2_000),
+                        ScenarioStep::Inject(Injection::Line(LineFault::None)),
+                        ScenarioStep::Wait(8_000),
+                    ]
+                })
+                .collect()
+        },
+        lasts_ms: LASTING,
+        reports: Reports::Fault(Fault::UartOverrun),
+        ..PLAIN
+    },
+];

@@ -1,0 +1,249 @@
+//! The slcan adapter: commands in, answers and frames out, as Lawicel's CAN232 and CANUSB, and as
+//! `slcand` and python-can expect it.
+//!
+//! | line, ended by CR | what it does | where |
+//! |---|---|---|
+//! | `S0` … `S8`, `sxxyy` | the rate of the bus: 10 … 1000 kbit/s, or two registers of an SJA1000 at 8 MHz | closed |
+//! | `O`, `L`, `C` | open, open without sending, close | closed, closed, open |
+//! | `t`, `T`, `r`, `R` | send a frame | open |
+//! | `F` | status: bit 3 where frames were lost | open |
+//! | `Z0`, `Z1` | received frames without and with the millisecond, modulo a minute | closed |
+//! | `V`, `N` | version, serial number | anywhere |
+//!
+//! Each command is answered with CR, a sent frame with `z` or `Z` before it; a command that is invalid or not
+//! possible in the current state is answered with BEL. Frames are received while the channel is open, without
+//! those that the host sends.
+
+use super::bus::Carried;
+use super::lawicel;
+use crate::emulator::part::can::BusFrame;
+
+/// Bit rates of `S0` to `S8`, bit/s.
+const RATES: [u32; 9] = [
+    10_000, 20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 800_000, 1_000_000,
+];
+
+/// Clock of the registers of `s`, Hz.
+const REGISTER_CLOCK: u32 = 8_000_000;
+
+/// Length of the longest line: an extended frame.
+const LONGEST_LINE: usize = 26;
+
+const CR: u8 = b'\r';
+const BEL: u8 = 0x07;
+
+/// Period of time stamps, ms.
+const STAMPS: u64 = 60_000;
+
+/// State of the channel to the bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Channel {
+    Closed,
+    Open,
+    Listening,
+}
+
+/// An adapter.
+#[derive(Clone, Debug)]
+pub struct EmulatedAdapter {
+    channel: Channel,
+    /// Bit rate; `None` until configured.
+    bit_rate: Option<u32>,
+    has_stamps: bool,
+    has_lost: bool,
+    line: Vec<u8>,
+    is_too_long: bool,
+}
+
+impl Default for EmulatedAdapter {
+    fn default() -> Self {
+        Self {
+            channel: Channel::Closed,
+            bit_rate: None,
+            has_stamps: false,
+            has_lost: false,
+            line: Vec::new(),
+            is_too_long: false,
+        }
+    }
+}
+
+/// Result of a received byte.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Reaction {
+    /// Answer to a command.
+    pub answer: Vec<u8>,
+    /// Frame for the bus, with its bit rate, bit/s.
+    pub frame: Option<(BusFrame, u32)>,
+}
+
+impl EmulatedAdapter {
+    /// Processes a byte of the host.
+    pub fn push(&mut self, byte: u8) -> Reaction {
+        match byte {
+            CR => {
+                let line = core::mem::take(&mut self.line);
+                let is_too_long = core::mem::take(&mut self.is_too_long);
+                let line = String::from_utf8(line).ok().filter(|_| !is_too_long);
+                line.and_then(|line| self.command(&line))
+                    .unwrap_or_else(|| Reaction {
+                        answer: vec![BEL],
+                        frame: None,
+                    })
+            }
+            b'\n' => Reaction::default(),
+            _ if self.line.len() == LONGEST_LINE => {
+                self.is_too_long = true;
+                Reaction::default()
+            }
+            _ => {
+                self.line.push(byte);
+                Reaction::default()
+            }
+        }
+    }
+
+    /// Executes a command; `None` if it is rejected.
+    fn command(&mut self, line: &str) -> Option<Reaction> {
+        let is_closed = self.channel == Channel::Closed;
+        let mut answer = Vec::new();
+        let mut frame = None;
+        match (line.as_bytes(), is_closed) {
+            // An empty line: hosts send some to terminate earlier input.
+            ([], _) => {}
+            ([b'S', digit @ b'0'..=b'8'], true) => {
+                self.bit_rate = RATES.get(usize::from(digit - b'0')).copied();
+            }
+            ([b's', registers @ ..], true) => self.bit_rate = Some(rate_of(registers)?),
+            ([b'O'], true) if self.bit_rate.is_some() => self.channel = Channel::Open,
+            ([b'L'], true) if self.bit_rate.is_some() => self.channel = Channel::Listening,
+            ([b'C'], false) => self.channel = Channel::Closed,
+            ([b'Z', digit @ (b'0' | b'1')], true) => self.has_stamps = *digit == b'1',
+            ([b'F'], false) => {
+                let lost = core::mem::take(&mut self.has_lost);
+                answer.extend(if lost { b"F08" } else { b"F00" });
+            }
+            ([b'V'], _) => answer.extend(b"V1013"),
+            ([b'N'], _) => answer.extend(b"NF405"),
+            ([letter @ (b't' | b'T' | b'r' | b'R'), ..], _) if self.channel == Channel::Open => {
+                frame = Some((lawicel::frame(line)?, self.bit_rate?));
+                let is_standard = letter.is_ascii_lowercase();
+                answer.push(if is_standard { b'z' } else { b'Z' });
+            }
+            _ => return None,
+        }
+        answer.push(CR);
+        Some(Reaction { answer, frame })
+    }
+
+    /// Line of a frame on the bus, if the adapter receives it. `ms` is its time.
+    #[must_use]
+    pub fn hear(&self, carried: &Carried, ms: u64) -> Option<String> {
+        let is_open = self.channel != Channel::Closed;
+        if !is_open || self.bit_rate != Some(carried.bit_rate) {
+            return None;
+        }
+        let mut line = lawicel::line(&carried.frame);
+        if self.has_stamps {
+            line += &format!("{:04X}", ms % STAMPS);
+        }
+        line.push(char::from(CR));
+        Some(line)
+    }
+
+    /// Records the loss of a line that was not read in time.
+    pub const fn lose(&mut self) {
+        self.has_lost = true;
+    }
+}
+
+/// Bit rate for the registers BTR0 and BTR1 of an SJA1000, in four hexadecimal digits, bit/s.
+fn rate_of(digits: &[u8]) -> Option<u32> {
+    let are_digits = digits.len() == 4 && digits.iter().all(u8::is_ascii_hexdigit);
+    let text = core::str::from_utf8(digits).ok().filter(|_| are_digits)?;
+    let registers = u32::from_str_radix(text, 16).ok()?;
+    let prescaler = (registers >> 8 & 0x3F) + 1;
+    let quanta = 1 + (registers & 0xF) + 1 + (registers >> 4 & 7) + 1;
+    Some(REGISTER_CLOCK / prescaler / quanta)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn say(adapter: &mut EmulatedAdapter, text: &str) -> String {
+        let answers = text.bytes().flat_map(|byte| adapter.push(byte).answer);
+        answers.map(char::from).collect()
+    }
+
+    fn carried(id: u16) -> Carried {
+        Carried {
+            node: 0,
+            start: 0,
+            bit_rate: 1_000_000,
+            frame: BusFrame::new(id, &[0xAB]),
+        }
+    }
+
+    #[test]
+    fn hosts_open_and_close_the_channel() {
+        let mut adapter = EmulatedAdapter::default();
+        // First commands of slcand, python-can and this workspace.
+        for (said, answer) in [
+            ("\r\r\rC\r", "\r\r\r\x07"),
+            ("O\r", "\x07"),
+            ("S8\r", "\r"),
+            ("\r", "\r"),
+            ("O\r", "\r"),
+            ("O\r", "\x07"),
+            ("S6\r", "\x07"),
+            ("V\rN\rF\r", "V1013\rNF405\rF00\r"),
+            ("Z1\r", "\x07"),
+            ("C\r", "\r"),
+            ("Z1\rL\r", "\r\r"),
+            ("t1910\r", "\x07"),
+            ("S9\rQ\rM\r", "\x07\x07\x07"),
+        ] {
+            assert_eq!(say(&mut adapter, said), answer, "{said:?}");
+        }
+    }
+
+    #[test]
+    fn frames_pass_only_while_open_and_at_the_bit_rate_of_the_bus() {
+        let mut adapter = EmulatedAdapter::default();
+        assert_eq!(adapter.hear(&carried(0x191), 0), None);
+        say(&mut adapter, "S8\rO\r");
+        assert_eq!(
+            adapter.hear(&carried(0x191), 0).as_deref(),
+            Some("t1911AB\r")
+        );
+        say(&mut adapter, "T000001911A");
+        adapter.push(b'B');
+        let sent = adapter.push(b'\r');
+        assert_eq!(sent.answer, b"Z\r");
+        let (frame, rate) = sent.frame.expect("a frame");
+        assert!((frame.extended, frame.id, rate) == (true, 0x191, 1_000_000));
+        for bad in ["t191\r", "t1919\r", &"t".repeat(1000), "\r"] {
+            let answer = say(&mut adapter, bad);
+            assert!(
+                answer == "\x07" || !bad.ends_with('\r'),
+                "{bad}: {answer:?}"
+            );
+        }
+        say(&mut adapter, "C\rS6\rO\r");
+        assert_eq!(adapter.hear(&carried(0x191), 0), None, "another rate");
+        say(&mut adapter, "C\rs0014\rZ1\rO\r");
+        assert_eq!(
+            adapter.hear(&carried(0x191), 60_255).as_deref(),
+            Some("t1911AB00FF\r")
+        );
+    }
+
+    #[test]
+    fn lost_frames_are_reported_once_in_the_status() {
+        let mut adapter = EmulatedAdapter::default();
+        say(&mut adapter, "S8\rO\r");
+        adapter.lose();
+        assert_eq!(say(&mut adapter, "F\rF\r"), "F08\rF00\r");
+    }
+}

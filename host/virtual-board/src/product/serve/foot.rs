@@ -1,0 +1,358 @@
+//! A foot: a board in its own thread, which runs one time slice at a time.
+
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread;
+
+use gait::{EndlessGait, GaitName};
+use wire::{Address, Foot as Position, Value};
+
+use super::MILLISECOND;
+use super::hands::{Hands, Side};
+use crate::emulator::board::{Board, BoardOptions};
+use crate::emulator::part::can::TimedFrame;
+use crate::emulator::part::rcc::ResetCause;
+use crate::emulator::time::{PER_SECOND, from_us};
+use crate::product::fault::SelectedFault;
+use crate::product::scenario::{BEFORE_MS, ScenarioError, ScenarioStep};
+
+/// Time for a board to apply its settings, and to store them, ms.
+const SETTING_MS: u64 = 100;
+
+/// Age at which a frame that could not reach the board counts as discarded by its sender, ms: the firmware drops
+/// its own frames at this age.
+const GIVEN_UP_MS: u64 = 20;
+
+/// First word of the unique number of the first foot's chip; the other feet follow.
+const FIRST_NUMBER: u32 = 0x0034_001F;
+
+/// Options of a foot.
+#[derive(Clone)]
+pub struct Make {
+    /// ELF of the firmware.
+    pub programs: BoardPrograms,
+    /// Options of the board.
+    pub options: BoardOptions,
+    /// Position of the foot.
+    pub position: Position,
+    /// Settings stored in flash that differ from the defaults.
+    pub settings: Vec<(Address, Value)>,
+    /// Gait.
+    pub gait: GaitName,
+    /// Seed of the steps.
+    pub seed: u64,
+    /// Delay of its first step after that of the other feet, s.
+    pub phase_s: f64,
+}
+
+/// An order to a foot.
+#[derive(Clone, Copy)]
+pub enum Order {
+    /// Changes the gait.
+    Gait(GaitName),
+    /// Injects or clears a fault.
+    Fault(SelectedFault),
+    /// Turns the foot to a side.
+    Hold(Side),
+    /// Taps the sole.
+    Tap,
+    /// Removes the supply for a moment, and clears all faults.
+    PowerCycle,
+}
+
+/// Programs in the flash of a board.
+#[derive(Clone)]
+pub struct BoardPrograms {
+    /// ELF of the foot's program.
+    pub program: Arc<[u8]>,
+    /// ELF of the bootloader; without one the program starts at once.
+    pub bootloader: Option<Arc<[u8]>>,
+}
+
+impl From<Vec<u8>> for BoardPrograms {
+    fn from(program: Vec<u8>) -> Self {
+        Self {
+            program: program.into(),
+            bootloader: None,
+        }
+    }
+}
+
+/// Input of a time slice.
+pub struct Slice {
+    /// End of the slice, in units of [`time`](crate::emulator::time).
+    pub until: u64,
+    /// Frames sent by the other nodes.
+    pub frames: Vec<TimedFrame>,
+    /// Bytes received over the serial line.
+    pub bytes: Vec<u8>,
+    /// Orders for the foot.
+    pub orders: Vec<Order>,
+}
+
+/// Output of a time slice.
+#[derive(Default)]
+pub struct Ran {
+    /// Frames sent, with the times of their ends.
+    pub frames: Vec<TimedFrame>,
+    /// Bytes sent over the serial line.
+    pub bytes: Vec<u8>,
+    /// Number of bytes still being received.
+    pub bytes_incoming: usize,
+    /// Bit rate of the CAN controller, bit/s; `None` while it is off the bus.
+    pub bit_rate: Option<u32>,
+    /// Load on the foot, N.
+    pub load: f64,
+    /// Causes of resets.
+    pub resets: Vec<ResetCause>,
+}
+
+/// Handle of a running foot.
+pub struct Foot {
+    slices: Sender<Slice>,
+    ran: Receiver<Result<Ran, ScenarioError>>,
+}
+
+impl Foot {
+    /// Starts a foot: its firmware stores its settings, then it is switched on.
+    #[must_use]
+    pub fn start(make: Make) -> Self {
+        let (slices, of_foot) = channel();
+        let (to_robot, ran) = channel();
+        thread::spawn(move || {
+            let mut runner = match Runner::new(make) {
+                Ok(runner) => runner,
+                Err(problem) => {
+                    // A send fails only if the robot is gone.
+                    let _ = to_robot.send(Err(problem));
+                    return;
+                }
+            };
+            if to_robot.send(Ok(Ran::default())).is_err() {
+                return;
+            }
+            for slice in of_foot {
+                if to_robot.send(runner.run(slice)).is_err() {
+                    return;
+                }
+            }
+        });
+        Self { slices, ran }
+    }
+
+    /// Starts a slice; [`finish`](Self::finish) waits for its end.
+    pub fn begin(&self, slice: Slice) {
+        // A thread that has ended has reported why, or `finish` reports it.
+        let _ = self.slices.send(slice);
+    }
+
+    /// Waits until the foot has started, or has run its slice.
+    ///
+    /// # Errors
+    /// As [`Board::run_for`], and if the ELF does not fit or does not store its settings.
+    pub fn finish(&self) -> Result<Ran, ScenarioError> {
+        let gone = || {
+            Err(ScenarioError::Elf(
+                "the thread of the board has ended".into(),
+            ))
+        };
+        self.ran.recv().unwrap_or_else(|_| gone())
+    }
+}
+
+/// What moves a foot.
+struct Moved {
+    walk: EndlessGait,
+    hands: Hands,
+}
+
+/// The board and its input.
+struct Runner {
+    make: Make,
+    moved: Rc<RefCell<Moved>>,
+    board: Board,
+    /// Time at which it was switched on.
+    on_since: u64,
+    /// Pending steps with their times.
+    steps: VecDeque<(u64, ScenarioStep)>,
+    resets: usize,
+}
+
+impl Runner {
+    fn new(make: Make) -> Result<Self, ScenarioError> {
+        let pages = stored(&make.programs.program, &make.settings)?;
+        let walk = EndlessGait::new(make.gait, make.seed, make.phase_s);
+        let hands = Hands::default();
+        let moved = Rc::new(RefCell::new(Moved { walk, hands }));
+        let board = switched_on(&make, make.options, &moved, 0, &pages)?;
+        Ok(Self {
+            make,
+            moved,
+            board,
+            on_since: 0,
+            steps: VecDeque::new(),
+            resets: 0,
+        })
+    }
+
+    fn now(&self) -> u64 {
+        self.on_since + self.board.now()
+    }
+
+    fn run(&mut self, slice: Slice) -> Result<Ran, ScenarioError> {
+        for order in slice.orders {
+            self.obey(order)?;
+        }
+        for TimedFrame { time, frame } in slice.frames {
+            self.board
+                .push_can_at(frame, time.saturating_sub(self.on_since));
+        }
+        if !slice.bytes.is_empty() {
+            self.board.push_uart(&slice.bytes);
+        }
+        while let Some(&(at, step)) = self.steps.front().filter(|(at, _)| *at <= slice.until) {
+            self.run_until(at)?;
+            self.steps.pop_front();
+            step.act(&mut self.board);
+        }
+        self.run_until(slice.until)?;
+        let now = self.board.now();
+        self.board
+            .withdraw_can(now.saturating_sub(GIVEN_UP_MS * MILLISECOND));
+        // Takes the requests, which would accumulate otherwise.
+        self.board.take_can_requests();
+        let load = self.moved.borrow_mut().walk.at(seconds(self.now())).load;
+        let resets = self.board.resets();
+        let new = resets.iter().skip(self.resets).map(|(_, cause)| *cause);
+        let ran = Ran {
+            frames: self.sent_frames(),
+            bytes: self
+                .board
+                .take_uart()
+                .iter()
+                .map(|timed| timed.byte)
+                .collect(),
+            bytes_incoming: self.board.uart_incoming(),
+            bit_rate: self.board.can_bit_rate(),
+            load,
+            resets: new.collect(),
+        };
+        self.resets = resets.len();
+        Ok(ran)
+    }
+
+    fn sent_frames(&mut self) -> Vec<TimedFrame> {
+        let mut frames = self.board.take_can();
+        for sent in &mut frames {
+            sent.time += self.on_since;
+        }
+        frames
+    }
+
+    fn run_until(&mut self, until: u64) -> Result<(), ScenarioError> {
+        self.board.run_until(until.saturating_sub(self.on_since))?;
+        Ok(())
+    }
+
+    fn obey(&mut self, order: Order) -> Result<(), ScenarioError> {
+        match order {
+            Order::Gait(gait) => self.moved.borrow_mut().walk.change(gait),
+            Order::Hold(side) => {
+                let now_s = seconds(self.now());
+                self.moved.borrow_mut().hands.turn_to(side, now_s);
+            }
+            Order::Tap => self.moved.borrow_mut().hands.tap(seconds(self.now())),
+            Order::PowerCycle => self.switch_on(self.make.options)?,
+            Order::Fault(fault) => {
+                let mut at = self.now();
+                if fault.needs_power_up() {
+                    let mut options = self.make.options;
+                    fault.change(&mut options, BEFORE_MS as u32 * 1000);
+                    self.switch_on(options)?;
+                    let is_from_the_start = fault.scenario().is_some_and(|row| row.at_power_up);
+                    if !is_from_the_start {
+                        at += BEFORE_MS * MILLISECOND;
+                    }
+                }
+                for &step in fault.before() {
+                    step.act(&mut self.board);
+                }
+                if !fault.before().is_empty() {
+                    at += SETTING_MS * MILLISECOND;
+                }
+                let steps = fault.steps().into_iter();
+                let steps = steps.map(|(us, step)| (at + from_us(us), step));
+                self.steps.extend(steps);
+                self.steps.make_contiguous().sort_by_key(|(at, _)| *at);
+            }
+        }
+        Ok(())
+    }
+
+    /// Switches the board off and on again, with `options`. Its flash keeps its content.
+    fn switch_on(&mut self, options: BoardOptions) -> Result<(), ScenarioError> {
+        let pages = self.board.settings();
+        let now = self.now();
+        self.board = switched_on(&self.make, options, &self.moved, now, &pages)?;
+        self.on_since = now;
+        self.steps.clear();
+        self.resets = 0;
+        Ok(())
+    }
+}
+
+fn seconds(time: u64) -> f64 {
+    time as f64 / PER_SECOND as f64
+}
+
+/// Creates a board that is switched on at a time, with the given content of its settings pages.
+fn switched_on(
+    make: &Make,
+    options: BoardOptions,
+    moved: &Rc<RefCell<Moved>>,
+    now: u64,
+    pages: &[u8],
+) -> Result<Board, ScenarioError> {
+    let (moved, on_since_s) = (Rc::clone(moved), seconds(now));
+    let motion = move |time_s: f64| {
+        let time_s = on_since_s + time_s;
+        let mut moved = moved.borrow_mut();
+        let state = moved.walk.at(time_s);
+        let felt = gait::sensor::felt_by(&state, crate::product::motion::TEMPERATURE);
+        moved.hands.felt(&felt, time_s)
+    };
+    let BoardPrograms {
+        program,
+        bootloader,
+    } = &make.programs;
+    let board = Board::with_bootloader(bootloader.as_deref(), program, options, motion);
+    let mut board = board.map_err(|error| ScenarioError::Elf(error.to_string()))?;
+    board.set_settings(pages);
+    board.set_serial_number(FIRST_NUMBER + u32::from(make.position.code()) - 1);
+    Ok(board)
+}
+
+/// Settings pages of a board whose firmware has stored these settings; blank if there are none.
+fn stored(elf: &[u8], settings: &[(Address, Value)]) -> Result<Vec<u8>, ScenarioError> {
+    if settings.is_empty() {
+        return Ok(Vec::new());
+    }
+    let mut board = Board::from_elf(elf).map_err(|error| ScenarioError::Elf(error.to_string()))?;
+    board.run_until(BEFORE_MS * MILLISECOND)?;
+    for &(address, value) in settings {
+        ScenarioStep::Set(address, value).act(&mut board);
+        board.run_for(SETTING_MS * MILLISECOND)?;
+    }
+    ScenarioStep::StoreStopped.act(&mut board);
+    board.run_for(SETTING_MS * MILLISECOND)?;
+    let pages = board.settings();
+    if pages.iter().all(|byte| *byte == 0xFF) {
+        return Err(ScenarioError::Elf(
+            "the program does not store its settings".into(),
+        ));
+    }
+    Ok(pages)
+}

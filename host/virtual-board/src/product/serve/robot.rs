@@ -1,0 +1,316 @@
+//! Feet on one bus, with the controller of their robot, in steps of a millisecond.
+//!
+//! Within a millisecond the boards run in parallel. Their frames reach the others a millisecond later: they share
+//! the load and the order of the bus, but not the exact times of transmission.
+
+use gait::GaitName;
+use gait::control::{Control, LOAD_OVER_CAN, PHASE_S};
+use wire::dictionary::index;
+use wire::foot::cob_id;
+use wire::{Address, Foot as Position, NodeId, Value};
+
+use super::MILLISECOND;
+use super::bus::{BoardBus, Carried};
+use super::foot::{BoardPrograms, Foot, Make, Order, Ran, Slice};
+use crate::emulator::board::BoardOptions;
+use crate::emulator::corner::Corner;
+use crate::emulator::part::can::{BusFrame, TimedFrame};
+use crate::emulator::part::rcc::ResetCause;
+use crate::emulator::time::cycle;
+use crate::product::scenario::ScenarioError;
+
+/// Maximum number of bytes on their way to a board over a serial line: as many as 1 Mbaud carries in two
+/// milliseconds.
+const SERIAL_ROOM: usize = 200;
+
+/// Maximum number of the host's frames that wait for the bus.
+const HOST_ROOM: usize = 32;
+
+/// Presence of the robot's controller on the bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ControlNode {
+    /// The controller sends SYNCs and loads, and feet take their load from it.
+    Present,
+    /// Only the feet and the host are on the bus.
+    Absent,
+}
+
+/// Options of a robot.
+#[derive(Clone, Debug)]
+pub struct RobotOptions {
+    /// Number of feet, 1 to [`MOST_FEET`](gait::control::MOST_FEET).
+    pub feet: usize,
+    /// Gait.
+    pub gait: GaitName,
+    /// Seed of the steps and of the sensors.
+    pub seed: u64,
+    /// Specimen of the chips.
+    pub corner: Corner,
+    /// Presence of the robot's controller.
+    pub control: ControlNode,
+    /// Settings that each foot has stored, beside its position.
+    pub settings: Vec<(Address, Value)>,
+}
+
+/// A foot that failed, and the reason.
+#[derive(Debug)]
+pub struct Stopped {
+    /// Position of the foot.
+    pub foot: Position,
+    /// Reason.
+    pub problem: ScenarioError,
+}
+
+impl core::fmt::Display for Stopped {
+    fn fmt(&self, f: &mut core::fmt::Formatter) -> core::fmt::Result {
+        write!(f, "{}: {}", self.foot.name(), self.problem)
+    }
+}
+
+impl core::error::Error for Stopped {}
+
+/// Events of a millisecond.
+#[derive(Debug, Default)]
+pub struct Happened {
+    /// Frames transmitted on the bus.
+    pub carried: Vec<Carried>,
+    /// Bytes of each serial line.
+    pub bytes: Vec<Vec<u8>>,
+    /// Boards that were reset, with the cause.
+    pub resets: Vec<(Position, ResetCause)>,
+}
+
+/// A foot with its state and its pending input.
+struct Member {
+    position: Position,
+    foot: Foot,
+    node: NodeId,
+    /// Bit rate of its last transmission, bit/s.
+    bit_rate: u32,
+    last: Ran,
+    bytes: Vec<u8>,
+    orders: Vec<Order>,
+}
+
+/// A robot.
+pub struct BoardRobot {
+    members: Vec<Member>,
+    bus: BoardBus,
+    control: Option<Control>,
+    ms: u64,
+}
+
+impl BoardRobot {
+    /// Creates the feet, each on a board with these programs in its flash, and switches them on.
+    ///
+    /// # Errors
+    /// If the ELF is invalid, or its program does not store its settings.
+    pub fn start(
+        programs: impl Into<BoardPrograms>,
+        options: &RobotOptions,
+    ) -> Result<Self, Stopped> {
+        let programs = programs.into();
+        let positions = gait::control::feet(options.feet);
+        let members: Vec<Member> = (0..)
+            .zip(positions)
+            .map(|(index, &position)| Member {
+                position,
+                foot: Foot::start(make(&programs, options, index, position)),
+                node: position.default_node_id(),
+                bit_rate: 0,
+                last: Ran::default(),
+                bytes: Vec::new(),
+                orders: Vec::new(),
+            })
+            .collect();
+        for member in &members {
+            member.wait()?;
+        }
+        Ok(Self {
+            bus: BoardBus::new(members.len() + 2),
+            members,
+            control: (options.control == ControlNode::Present).then(Control::default),
+            ms: 0,
+        })
+    }
+
+    /// Positions of the feet.
+    pub fn positions(&self) -> impl Iterator<Item = Position> + '_ {
+        self.members.iter().map(|member| member.position)
+    }
+
+    /// Time since it was switched on, ms.
+    #[must_use]
+    pub const fn ms(&self) -> u64 {
+        self.ms
+    }
+
+    /// Frames discarded because the queue for the bus was full.
+    #[must_use]
+    pub const fn lost_on_bus(&self) -> u64 {
+        self.bus.lost()
+    }
+
+    /// Node index of the host on the bus, in [`Carried`].
+    #[must_use]
+    pub const fn host(&self) -> usize {
+        self.members.len() + 1
+    }
+
+    /// Gives an order to a foot, or to all. Returns false if the foot does not exist.
+    pub fn order(&mut self, foot: Option<Position>, order: Order) -> bool {
+        let mut found = false;
+        for member in &mut self.members {
+            if foot.is_none_or(|foot| foot == member.position) {
+                member.orders.push(order);
+                found = true;
+            }
+        }
+        found
+    }
+
+    /// Returns whether the bus accepts another frame of the host.
+    #[must_use]
+    pub fn has_room_for_host(&self) -> bool {
+        self.bus.waiting(self.host()) < HOST_ROOM
+    }
+
+    /// Sends a frame of the host.
+    pub fn send(&mut self, frame: BusFrame, bit_rate: u32) {
+        let ready = self.before();
+        self.bus.send(self.host(), frame, bit_rate, ready);
+    }
+
+    /// Number of bytes that the serial line of a foot, counted from 0, accepts in this millisecond.
+    #[must_use]
+    pub fn serial_room(&self, foot: usize) -> usize {
+        let member = self.members.get(foot);
+        member.map_or(0, |member| {
+            SERIAL_ROOM.saturating_sub(member.last.bytes_incoming + member.bytes.len())
+        })
+    }
+
+    /// Sends bytes to the serial line of a foot, counted from 0.
+    pub fn send_serial(&mut self, foot: usize, bytes: &[u8]) {
+        if let Some(member) = self.members.get_mut(foot) {
+            member.bytes.extend_from_slice(bytes);
+        }
+    }
+
+    /// Start of the previous millisecond, which the bus processes.
+    const fn before(&self) -> u64 {
+        (self.ms * MILLISECOND).saturating_sub(MILLISECOND)
+    }
+
+    /// Runs one millisecond.
+    ///
+    /// # Errors
+    /// As [`Board::run_for`](crate::emulator::board::Board::run_for).
+    pub fn step(&mut self) -> Result<Happened, Stopped> {
+        let now = self.ms * MILLISECOND;
+        self.send_control();
+        let carried: Vec<Carried> = core::iter::from_fn(|| self.bus.next(now)).collect();
+        for (index, member) in self.members.iter_mut().enumerate() {
+            let rate = member.last.bit_rate;
+            let others = carried.iter();
+            let heard =
+                others.filter(|carried| carried.node != index && Some(carried.bit_rate) == rate);
+            let frames = heard.map(|carried| TimedFrame {
+                time: (carried.start + MILLISECOND).max(now),
+                frame: carried.frame.clone(),
+            });
+            member.foot.begin(Slice {
+                until: now + MILLISECOND,
+                frames: frames.collect(),
+                bytes: core::mem::take(&mut member.bytes),
+                orders: core::mem::take(&mut member.orders),
+            });
+        }
+        let mut happened = Happened {
+            carried,
+            ..Happened::default()
+        };
+        for (index, member) in self.members.iter_mut().enumerate() {
+            let mut ran = member.wait()?;
+            member.bit_rate = ran.bit_rate.unwrap_or(member.bit_rate);
+            for TimedFrame { time, frame } in ran.frames.drain(..) {
+                if let Some(node) = booted(&frame) {
+                    member.node = node;
+                }
+                let length = frame.bits().saturating_mul(cycle(member.bit_rate));
+                let ready = time.saturating_sub(length);
+                self.bus.send(index, frame, member.bit_rate, ready);
+            }
+            let resets = ran.resets.drain(..);
+            happened
+                .resets
+                .extend(resets.map(|cause| (member.position, cause)));
+            happened.bytes.push(core::mem::take(&mut ran.bytes));
+            member.last = ran;
+        }
+        self.ms += 1;
+        Ok(happened)
+    }
+
+    /// Sends the due messages of the controller, at the bit rate of the first foot on the bus.
+    fn send_control(&mut self) {
+        let loads = self.members.iter();
+        let loads = loads.map(|member| (member.node, member.last.load));
+        let frames = match &mut self.control {
+            Some(control) => control.frames(self.ms, loads),
+            None => return,
+        };
+        // Without a foot on the bus, frames are not acknowledged.
+        let mut rates = self.members.iter().map(|member| member.last.bit_rate);
+        let Some(rate) = rates.find_map(|rate| rate) else {
+            return;
+        };
+        let (node, ready) = (self.members.len(), self.before());
+        for frame in frames {
+            let frame = BusFrame::new(frame.id(), frame.data());
+            self.bus.send(node, frame, rate, ready);
+        }
+    }
+}
+
+impl Member {
+    fn wait(&self) -> Result<Ran, Stopped> {
+        let foot = self.position;
+        self.foot
+            .finish()
+            .map_err(|problem| Stopped { foot, problem })
+    }
+}
+
+/// Node of a boot-up message.
+fn booted(frame: &BusFrame) -> Option<NodeId> {
+    let is_boot_up = !frame.extended && !frame.remote && frame.data == [0];
+    let id = frame.id.checked_sub(u32::from(cob_id::HEARTBEAT))?;
+    NodeId::new(u8::try_from(id).ok()?).filter(|_| is_boot_up)
+}
+
+fn make(programs: &BoardPrograms, options: &RobotOptions, index: u64, position: Position) -> Make {
+    let mut board = BoardOptions::default();
+    board.set_corner(options.corner);
+    let seed = options.seed.wrapping_add(index);
+    if let Some(sensor) = &mut board.sensor {
+        sensor.seed = seed;
+    }
+    let mut settings = options.settings.clone();
+    if position != Position::default() {
+        let code = Value::U8(position.code());
+        settings.push((Address::new(index::FOOT, 0), code));
+    }
+    if options.control == ControlNode::Present {
+        settings.push((Address::new(index::LOAD_INPUT, 1), LOAD_OVER_CAN));
+    }
+    Make {
+        programs: programs.clone(),
+        options: board,
+        position,
+        settings,
+        gait: options.gait,
+        seed,
+        phase_s: index as f64 * PHASE_S,
+    }
+}
