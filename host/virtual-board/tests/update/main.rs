@@ -5,6 +5,7 @@
 mod common;
 mod master;
 mod matrix;
+mod protection;
 mod settings;
 
 use bootloader::image::{Header, Refusal};

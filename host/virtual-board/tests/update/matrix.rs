@@ -195,10 +195,10 @@ fn cut_in_download(run: &Run) -> Outcome {
 }
 
 /// Sends a program that does not come to its end, and waits for the previous one.
-fn never_confirmed(run: &Run, instruction: [u8; 2]) -> Outcome {
+fn never_confirmed(run: &Run, code: &[u8]) -> Outcome {
     let (mut master, at) = run.stopped();
     assert_eq!(master.control(CLEAR)[0], 0x60);
-    let dead = image_beginning_with(run.elf, instruction);
+    let dead = image_beginning_with(run.elf, code);
     assert_eq!(master.send(&dead)[0], 0xA1);
     assert_eq!(master.control(START)[0], 0x60);
     // Three periods of the bootloader's watchdog, two installs.
@@ -436,7 +436,7 @@ fn dead_alone(run: &Run) -> Outcome {
     master.boot_up(1_000);
     for instruction in [BRANCH_TO_ITSELF, UNDEFINED] {
         assert_eq!(master.control(CLEAR)[0], 0x60);
-        let dead = image_beginning_with(run.elf, instruction);
+        let dead = image_beginning_with(run.elf, &instruction);
         assert_eq!(master.send(&dead)[0], 0xA1);
         assert_eq!(master.control(START)[0], 0x60);
         // The bootloader's own, after three starts.
@@ -460,10 +460,28 @@ fn forged(run: &Run) -> Vec<u8> {
 const BRANCH_TO_ITSELF: [u8; 2] = [0xFE, 0xE7];
 const UNDEFINED: [u8; 2] = [0x00, 0xDE];
 
+/// Erases sectors 0 and 1 and programs the first word of sector 0, in words of 32 bits; then a branch to itself.
+#[rustfmt::skip]
+pub const WRITES_BOOTLOADER: [u8; 70] = [
+    0x43, 0xF6, 0x00, 0x40, 0xC4, 0xF2, 0x02, 0x00, // movw, movt r0, 0x40023C00: FLASH
+    0x40, 0xF2, 0x23, 0x11, 0xC4, 0xF2, 0x67, 0x51, // movw, movt r1, 0x45670123
+    0x41, 0x60,                                     // str r1, [r0, KEYR]
+    0x48, 0xF6, 0xAB, 0x11, 0xCC, 0xF6, 0xEF, 0x51, // movw, movt r1, 0xCDEF89AB
+    0x41, 0x60,                                     // str r1, [r0, KEYR]
+    0x40, 0xF2, 0x02, 0x23, 0xC0, 0xF2, 0x01, 0x03, // movw, movt r3, STRT | PSIZE32 | SER
+    0x03, 0x61,                                     // str r3, [r0, CR]: sector 0
+    0xC2, 0x68, 0xD2, 0x03, 0xFC, 0xD4,             // while [r0, SR] has BSY
+    0x08, 0x33, 0x03, 0x61,                         // adds r3, 8; str r3, [r0, CR]: sector 1
+    0xC2, 0x68, 0xD2, 0x03, 0xFC, 0xD4,             // while [r0, SR] has BSY
+    0x40, 0xF2, 0x01, 0x23, 0x03, 0x61,             // movw r3, PSIZE32 | PG; str r3, [r0, CR]
+    0x00, 0x22, 0x4F, 0xF0, 0x00, 0x61, 0x0A, 0x60, // movs r2, 0; mov r1, 0x08000000; str r2, [r1]
+    0xFE, 0xE7,                                     // a branch to itself
+];
+
 /// Shown where the bootloader waits for a program.
 const NO_PROGRAM: &str = "none";
 
-const ROWS: [Row; 28] = [
+const ROWS: [Row; 29] = [
     Row {
         name: "none",
         disturbance: "nothing; then four more starts, and an older image, which is refused",
@@ -532,14 +550,21 @@ const ROWS: [Row; 28] = [
         disturbance: "the new program hangs",
         version: OLD,
         status: Some(Refusal::NotConfirmed),
-        run: |run| never_confirmed(run, BRANCH_TO_ITSELF),
+        run: |run| never_confirmed(run, &BRANCH_TO_ITSELF),
     },
     Row {
         name: "crashes",
         disturbance: "the new program crashes in its first instruction",
         version: OLD,
         status: Some(Refusal::NotConfirmed),
-        run: |run| never_confirmed(run, UNDEFINED),
+        run: |run| never_confirmed(run, &UNDEFINED),
+    },
+    Row {
+        name: "writes-bootloader",
+        disturbance: "the new program erases and writes the sectors of the bootloader, and hangs",
+        version: OLD,
+        status: Some(Refusal::NotConfirmed),
+        run: |run| never_confirmed(run, &WRITES_BOOTLOADER),
     },
     Row {
         name: "dead-alone",
