@@ -62,6 +62,7 @@ fn serve(flash: ChipFlash, program: Program) -> ! {
             if let Some(answer) = node.receive(&frame, Line::Can) {
                 can.send(&answer);
             }
+            can.accept(node.id(Line::Can));
         }
         if let Some(serial) = &mut serial
             && let Some(word) = serial.receive()
