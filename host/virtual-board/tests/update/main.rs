@@ -7,6 +7,7 @@ mod lss;
 mod master;
 mod matrix;
 mod protection;
+mod robot;
 mod settings;
 
 use bootloader::image::{Header, Refusal};
