@@ -200,7 +200,9 @@ impl<F: Flash> Objects for Device<F> {
                 // Of a new program, which has been checked, before it is started: masters compare it then.
                 Value::U32(match self.progress {
                     Received::Program => identification(&self.flash, Slot::New),
-                    Received::Nothing | Received::Part => self.running.map_or(0, |header| header.identification()),
+                    Received::Nothing | Received::Part => {
+                        self.running.map_or(0, |header| header.identification())
+                    }
                 })
             }
             (index::PROGRAM_ID, 2) => Value::U32(identification(&self.flash, Slot::Previous)),

@@ -144,8 +144,8 @@ pub enum Refusal {
 }
 
 /// Value of object 0x1F57 after a transfer that ended before the image was complete: by an abort, a timeout, or another
-/// request. Error 63 of CiA 302-3, unspecified, and the number after those of [`Refusal`], of which it is none:
-/// the image was not judged.
+/// request. Error 63 of CiA 302-3, unspecified, with the number after those of [`Refusal`], since the image was not
+/// judged.
 pub const BROKEN_OFF: u32 = 63 << 1 | (Refusal::ALL.len() as u32 + 1) << 16;
 
 impl Refusal {

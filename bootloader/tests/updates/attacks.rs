@@ -107,7 +107,7 @@ fn hostile(random: &mut Random, image: &[u8]) -> (u16, [u8; 8]) {
     }
     let ids = [0x600 + NODE, 0x600 + NODE, 0x600 + NODE, 0, 0x7E5];
     let id = ids[random.below(ids.len())];
-    // A fast scan of more than 32 bits is none.
+    // A fast scan has at most 32 bits, or bit 7 in its first request.
     if id == 0x7E5 && request[0] == 0x51 {
         request[5] &= 0x9F;
     }
@@ -174,7 +174,7 @@ fn any_journal_starts_a_whole_program() {
             let event = EVENTS[random.below(EVENTS.len())];
             state.append(event, &mut chip).expect("room");
         }
-        // A word that is no record.
+        // An invalid record.
         if random.below(4) == 0 {
             let at = bootloader::layout::JOURNAL + 4 * random.below(40) as u32;
             let word = chip.read(at) & random.next() as u32;

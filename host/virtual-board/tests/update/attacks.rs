@@ -91,14 +91,19 @@ fn noise_on_the_serial_line_does_not_disturb_a_transfer() {
             })
             .collect();
         master.board.push_uart(&noise);
-        // Lines that are none of the adapter's, and frames for others.
-        let lines = ["\rC\rO\r", "t6128400810000000000\r", "t61184\r", "T1FFFFFFF8\r"];
+        // Unknown lines, and frames for other nodes.
+        let lines = [
+            "\rC\rO\r",
+            "t6128400810000000000\r",
+            "t61184\r",
+            "T1FFFFFFF8\r",
+        ];
         master.board.push_uart(lines[number % 4].as_bytes());
     });
     install(&mut master);
 }
 
-/// A second master on the serial line begins its own transfer: the first is told, and both can try again.
+/// A second master on the serial line begins its own transfer: the first ends with an abort, and the next attempt succeeds.
 #[test]
 fn master_on_the_other_line_ends_a_transfer_in_words() {
     let Some((mut master, image)) = stopped() else {

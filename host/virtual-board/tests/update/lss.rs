@@ -58,7 +58,11 @@ fn fastscan(master: &mut Master) -> Option<[u32; 4]> {
             }
         }
         let next = (part + 1) % 4;
-        let verify = with_number(FASTSCAN, number, [0, part, if next == 0 { 4 } else { next }]);
+        let verify = with_number(
+            FASTSCAN,
+            number,
+            [0, part, if next == 0 { 4 } else { next }],
+        );
         let answer = ask(master, verify).expect("it is whole");
         assert_eq!(answer[0], IDENTIFY);
         identity[usize::from(part)] = number;
@@ -160,7 +164,7 @@ fn dead_foot_is_selected_and_updated_beside_traffic() {
     }
     select(&mut master, identity);
     configure(&mut master);
-    // A transfer whose master has gone: after five seconds it erases what has come, for up to two seconds.
+    // A transfer without its master: after five seconds the slot is erased, for up to two seconds.
     let image = new_image(elf);
     let size = master.begin(image.len()).expect("a block");
     let block = image.chunks(7).take(size).map(|bytes| (bytes, false));

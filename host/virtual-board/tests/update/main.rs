@@ -1,9 +1,9 @@
 //! The bootloader and the foot's program, as they are flashed: starts, updates over CAN, and returns to the previous
 //! program.
 
+mod attacks;
 #[path = "../common/mod.rs"]
 mod common;
-mod attacks;
 mod lss;
 mod master;
 mod matrix;

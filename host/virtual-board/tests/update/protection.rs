@@ -86,7 +86,7 @@ fn foot_survives_a_power_cut_in_its_protection() {
     assert_eq!(master.send(&new_image(&elf))[0], 0xA1);
 }
 
-/// What `writes-bootloader` in the table of disturbances would be without the protection.
+/// The row `writes-bootloader` of the table of disturbances, without the protection.
 #[test]
 fn unprotected_bootloader_is_lost_to_a_program() {
     let Some(elf) = product() else { return };

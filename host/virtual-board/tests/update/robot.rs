@@ -13,7 +13,7 @@ use crate::master::{CLEAR, INSTALLED_MS, START, STOP, bootloader, new_image, seg
 
 const BIT_RATE: u32 = 1_000_000;
 
-/// Longest time between two contacts of a foot that nobody updates, ms: one comes each millisecond, and waits for frames
+/// Longest time between two contacts of a foot that is not updated, ms: one comes each millisecond, and waits for frames
 /// on the bus, of which the model delays those of others by one.
 const LONGEST_GAP_MS: f64 = 3.0;
 
@@ -174,7 +174,7 @@ fn other_feet_stream_each_contact_while_one_is_updated() {
     for foot in others {
         let (node, gap) = (foot.node, foot.longest_gap_ms);
         assert!(gap < LONGEST_GAP_MS, "node {node}: {gap} ms");
-        // The last ones are on their way.
+        // The last frames still wait for the bus.
         assert!(foot.count + 5 >= passed, "{} in {passed} ms", foot.count);
     }
     let silence = updated.longest_gap_ms;
