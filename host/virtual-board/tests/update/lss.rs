@@ -1,4 +1,4 @@
-//! A foot without a program and without a node id: LSS (CiA 305) gives it one, in the bootloader.
+//! A foot without a program and without a node id: LSS (`CiA` 305) gives it one, in the bootloader.
 
 use bootloader::image::BROKEN_OFF;
 use bootloader::layout::Slot;
