@@ -205,6 +205,8 @@ const char *footfall_fault_name(enum footfall_fault fault)
         return "sensor has a wrong scale";
     case FOOTFALL_FAULT_MISREAD:
         return "misread on the sensor's bus";
+    case FOOTFALL_FAULT_DATA_READY_DEAD:
+        return "data-ready line dead";
     case FOOTFALL_FAULT_UNKNOWN:
         break;
     }
@@ -239,6 +241,7 @@ static bool is_fault(uint32_t code)
     case 23u:
     case 24u:
     case 25u:
+    case 26u:
         return true;
     default:
         return false;
@@ -506,6 +509,8 @@ uint16_t footfall_fault_code(enum footfall_fault fault)
         return 0x700Au;
     case FOOTFALL_FAULT_MISREAD:
         return 0x700Bu;
+    case FOOTFALL_FAULT_DATA_READY_DEAD:
+        return 0x700Cu;
     case FOOTFALL_FAULT_UNKNOWN:
         break;
     }
@@ -565,6 +570,8 @@ const char *footfall_fault_detail(enum footfall_fault fault)
         return "specific force at rest, 0.001 g";
     case FOOTFALL_FAULT_MISREAD:
         return "misreads so far";
+    case FOOTFALL_FAULT_DATA_READY_DEAD:
+        return "0";
     case FOOTFALL_FAULT_UNKNOWN:
         break;
     }
@@ -572,7 +579,7 @@ const char *footfall_fault_detail(enum footfall_fault fault)
 }
 
 /* Every fault that is known here. */
-static const uint32_t FAULTS_KNOWN = UINT32_C(0x03DFFFFF);
+static const uint32_t FAULTS_KNOWN = UINT32_C(0x07DFFFFF);
 
 /* The error register while these faults last. */
 static uint32_t register_of(uint32_t faults)
@@ -581,7 +588,7 @@ static uint32_t register_of(uint32_t faults)
     if ((faults & UINT32_C(0x005F0000)) != 0u) {
         bits |= 0x10u;
     }
-    if ((faults & UINT32_C(0x0380FFFF)) != 0u) {
+    if ((faults & UINT32_C(0x0780FFFF)) != 0u) {
         bits |= 0x80u;
     }
     return bits;
