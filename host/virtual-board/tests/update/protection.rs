@@ -6,7 +6,7 @@ use virtual_board::emulator::part::flash::Protection;
 use virtual_board::emulator::part::rcc::ResetCause;
 use virtual_board::emulator::wiring::Wiring;
 
-use crate::common::{options, product};
+use crate::common::{options, product, products};
 use crate::master::{
     CLEAR, Master, START, boot, bootloader, image_beginning_with, new_image, number_of,
 };
@@ -17,12 +17,18 @@ use wire::dictionary::index;
 /// Bits of the sectors 0 and 1.
 const OWN: u16 = 0b11;
 
-/// Board whose chip comes from the factory.
+/// Reference board whose chip comes from the factory.
 fn factory_board(elf: &[u8]) -> Master {
+    factory_board_of(Wiring::reference(), Corner::Typical, elf)
+}
+
+fn factory_board_of(wiring: &'static Wiring, corner: Corner, elf: &[u8]) -> Master {
     let mut options = options();
+    options.wiring = Some(wiring);
+    options.set_corner(corner);
     options.chip.brown_out_level = 0;
     options.chip.protection = Protection::None;
-    let bootloader = bootloader(Wiring::reference());
+    let bootloader = bootloader(wiring);
     let at_rest = |_| Stimulus::REST;
     Master::new(Board::with_bootloader(Some(&bootloader), elf, options, at_rest).expect("it fits"))
 }
@@ -46,22 +52,26 @@ fn protection(master: &mut Master) -> (u16, u32, u8) {
 
 #[test]
 fn bootloader_is_protected_from_the_second_power_up_on() {
-    let Some(elf) = product() else { return };
-    let mut master = factory_board(&elf);
-    master.boot_up(1_500);
-    master.run(1_000);
-    // The program has set the brown-out level.
-    assert_eq!(protection(&mut master), (0, 2_830, 0xAA));
-    master.board.inject(Injection::Reset);
-    master.boot_up(1_000);
-    assert_eq!(protection(&mut master), (0, 2_830, 0xAA), "by its pin");
-    switch_off_and_on(&mut master);
-    assert_eq!(protection(&mut master), (OWN, 2_830, 0xAA));
-    let operations = master.board.cpu().machine().chip.flash.operations;
-    switch_off_and_on(&mut master);
-    let after = master.board.cpu().machine().chip.flash.operations;
-    assert_eq!(operations, after, "done once");
-    assert_eq!(master.number(index::PROGRAM_ID), number_of(&elf));
+    for (wiring, elf) in products() {
+        for corner in Corner::ALL {
+            let case = (wiring.name, corner);
+            let mut master = factory_board_of(wiring, corner, &elf);
+            master.boot_up(1_500);
+            master.run(1_000);
+            // The program has set the brown-out level.
+            assert_eq!(protection(&mut master), (0, 2_830, 0xAA), "{case:?}");
+            master.board.inject(Injection::Reset);
+            master.boot_up(1_000);
+            assert_eq!(protection(&mut master), (0, 2_830, 0xAA), "{case:?}");
+            switch_off_and_on(&mut master);
+            assert_eq!(protection(&mut master), (OWN, 2_830, 0xAA), "{case:?}");
+            let operations = master.board.cpu().machine().chip.flash.operations;
+            switch_off_and_on(&mut master);
+            let after = master.board.cpu().machine().chip.flash.operations;
+            assert_eq!(operations, after, "{case:?}: done once");
+            assert_eq!(master.number(index::PROGRAM_ID), number_of(&elf));
+        }
+    }
 }
 
 /// Option bytes that were erased are those of readout protection.
