@@ -10,7 +10,7 @@ use wire::value::Value;
 
 use crate::DEVICE_NAME;
 use crate::flash::Flash;
-use crate::image::{Board, HEADER, Header, Refusal, identification};
+use crate::image::{BROKEN_OFF, Board, HEADER, Header, Refusal, identification};
 use crate::journal::{Event, Progress, State};
 use crate::layout::Slot;
 use crate::start::{Program, Restart};
@@ -35,6 +35,17 @@ pub enum Action {
     Clear,
 }
 
+/// Progress of a download.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Received {
+    /// None, or one that was refused.
+    Nothing,
+    /// Begun. No object is read during a transfer: one that is read now finds it broken off.
+    Part,
+    /// The slot for a new program holds one that is complete.
+    Program,
+}
+
 /// Objects of the bootloader.
 pub struct Device<F> {
     /// The flash.
@@ -48,8 +59,8 @@ pub struct Device<F> {
     buffer: Vec<u8, BUFFER>,
     /// Reason why the last program was refused.
     refusal: Option<Refusal>,
-    /// Whether the slot for a new program holds one that is complete.
-    is_complete: bool,
+    /// Progress of the last download.
+    progress: Received,
     action: Option<Action>,
     /// Whether a master has controlled or sent a program since [`Self::take_use`].
     is_used: bool,
@@ -68,7 +79,7 @@ impl<F: Flash> Device<F> {
             download: Download::default(),
             buffer: Vec::new(),
             refusal,
-            is_complete: false,
+            progress: Received::Nothing,
             action: None,
             is_used: false,
         }
@@ -96,7 +107,9 @@ impl<F: Flash> Device<F> {
 
     /// Erases the slot for a new program, unless it is erased.
     pub fn clear(&mut self) {
-        self.is_complete = false;
+        if self.progress == Received::Program {
+            self.progress = Received::Nothing;
+        }
         if !program::is_blank(&self.flash, Slot::New)
             && program::clear(&mut self.flash, Slot::New).is_err()
         {
@@ -114,7 +127,7 @@ impl<F: Flash> Device<F> {
         match command {
             0 => {}
             1 | 2 => {
-                if command == 1 && self.is_complete {
+                if command == 1 && self.progress == Received::Program {
                     let mut state = State::read(&self.flash);
                     // A program that is confirmed is not put on trial again by its own image.
                     let is_confirmed = state.progress == Progress::Settled
@@ -132,7 +145,7 @@ impl<F: Flash> Device<F> {
                 self.action = Some(Action::Restart(Restart::ByMaster));
             }
             3 => {
-                self.refusal = None;
+                (self.refusal, self.progress) = (None, Received::Nothing);
                 self.clear();
                 if self.refusal.is_some() {
                     return Err(AbortCode::Hardware);
@@ -152,7 +165,7 @@ impl<F: Flash> Device<F> {
 
     /// Notes why a program is refused, and gives the abort code.
     fn refuse(&mut self, why: Refusal) -> AbortCode {
-        self.refusal = Some(why);
+        (self.refusal, self.progress) = (Some(why), Received::Nothing);
         self.action = Some(Action::Clear);
         match why {
             Refusal::FlashFailed => AbortCode::Hardware,
@@ -185,13 +198,19 @@ impl<F: Flash> Objects for Device<F> {
             (index::PROGRAM_CONTROL, 1) => Value::U8(0),
             (index::PROGRAM_ID, 1) => {
                 // Of a new program, which has been checked, before it is started: masters compare it then.
-                Value::U32(match self.is_complete {
-                    true => identification(&self.flash, Slot::New),
-                    false => self.running.map_or(0, |header| header.identification()),
+                Value::U32(match self.progress {
+                    Received::Program => identification(&self.flash, Slot::New),
+                    Received::Nothing | Received::Part => {
+                        self.running.map_or(0, |header| header.identification())
+                    }
                 })
             }
             (index::PROGRAM_ID, 2) => Value::U32(identification(&self.flash, Slot::Previous)),
-            (index::FLASH_STATUS, 1) => Value::U32(self.refusal.map_or(0, Refusal::flash_status)),
+            (index::FLASH_STATUS, 1) => Value::U32(match (self.refusal, self.progress) {
+                (Some(why), _) => why.flash_status(),
+                (None, Received::Part) => BROKEN_OFF,
+                (None, Received::Nothing | Received::Program) => 0,
+            }),
             (
                 index::DEVICE_TYPE
                 | index::ERROR_REGISTER
@@ -231,14 +250,13 @@ impl<F: Flash> Domains for Device<F> {
     fn begin(&mut self, _: Address, size: Option<u32>) -> Result<(), AbortCode> {
         self.buffer.clear();
         self.download = Download::default();
-        self.is_complete = false;
-        self.refusal = None;
+        (self.refusal, self.progress) = (None, Received::Nothing);
         let longest = HEADER as u32 + crate::image::LONGEST;
         if size.is_some_and(|size| size > longest) {
             return Err(self.refuse(Refusal::WrongLength));
         }
         if program::is_blank(&self.flash, Slot::New) {
-            self.is_used = true;
+            (self.is_used, self.progress) = (true, Received::Part);
             Ok(())
         } else {
             Err(self.refuse(Refusal::NotCleared))
@@ -266,7 +284,7 @@ impl<F: Flash> Domains for Device<F> {
     fn end(&mut self) -> Result<(), AbortCode> {
         match self.download.end(&mut self.flash) {
             Ok(()) => {
-                self.is_complete = true;
+                self.progress = Received::Program;
                 Ok(())
             }
             Err(why) => Err(self.refuse(why)),

@@ -143,6 +143,11 @@ pub enum Refusal {
     Decayed,
 }
 
+/// Value of object 0x1F57 after a transfer that ended before the image was complete: by an abort, a timeout, or another
+/// request. Error 63 of CiA 302-3, unspecified, with the number after those of [`Refusal`], since the image was not
+/// judged.
+pub const BROKEN_OFF: u32 = 63 << 1 | (Refusal::ALL.len() as u32 + 1) << 16;
+
 impl Refusal {
     /// All reasons, in the order of their numbers.
     pub const ALL: [Self; 12] = [
@@ -215,7 +220,7 @@ impl Refusal {
         (self.error() as u32) << 1 | (self.number() as u32) << 16
     }
 
-    /// The reason in a value of object 0x1F57.
+    /// The reason in a value of object 0x1F57; `None` also for [`BROKEN_OFF`].
     #[must_use]
     pub fn from_flash_status(status: u32) -> Option<Self> {
         Self::from_number((status >> 16) as u8)

@@ -22,6 +22,7 @@ use wire::slcan::{BEL, CR};
 fn main() -> ! {
     watchdog::start();
     let mut flash = ChipFlash::new();
+    flash.protect_bootloader();
     // The program has just run: it is not checked again, since a master waits for the answer.
     if note::take_stay() {
         serve(flash, Program::CanRun)
@@ -61,6 +62,7 @@ fn serve(flash: ChipFlash, program: Program) -> ! {
             if let Some(answer) = node.receive(&frame, Line::Can) {
                 can.send(&answer);
             }
+            can.accept(node.id(Line::Can));
         }
         if let Some(serial) = &mut serial
             && let Some(word) = serial.receive()

@@ -30,14 +30,19 @@ fn read(flash: &impl Flash, start: u32, bytes: &mut [u8]) {
 }
 
 /// Returns the header of the program in a slot if the program is whole: it has the hash of its header. One that a
-/// probe has written has no hash, and counts as whole: a copy of it gets its header last.
+/// probe has written has neither hash nor signature, and counts as whole: a copy of it gets its header last. With
+/// either it is one that was sent, and of whose kind a bit has been cleared.
 ///
 /// # Errors
 /// The reason why it is not whole.
 pub fn check(flash: &impl Flash, slot: Slot) -> Result<Header, Refusal> {
     let header = header(flash, slot)?;
     if header.kind == Kind::Probed {
-        return Ok(header);
+        let is_blank = header.hash == [0xFF; 32] && header.signature == [0xFF; 64];
+        return match is_blank {
+            true => Ok(header),
+            false => Err(Refusal::WrongHash),
+        };
     }
     let mut hash = Hash::new();
     let mut bytes = [0; 64];

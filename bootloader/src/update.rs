@@ -100,6 +100,7 @@ fn is_whole(flash: &impl Flash) -> bool {
 
 fn is_probed(flash: &impl Flash) -> bool {
     program::header(flash, Slot::Running).is_ok_and(|header| header.kind == Kind::Probed)
+        && is_whole(flash)
 }
 
 /// Checks the new program with its signature once more: whoever can write the slot cannot sign.

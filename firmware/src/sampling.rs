@@ -27,6 +27,9 @@
 //! 2.5 MHz: at 5 MHz long wires or a level shifter may leave no time to read the data line. Single misreads
 //! before that are counted and reported.
 //!
+//! Where edges are missing and samples are new, the line of the edges is dead: after a restart, the samples are read at
+//! the end of the wait for an edge, which is reported, until edges have come for a second again.
+//!
 //! From the first bad tick on its sample is flagged, so that the estimate is "not stable" before
 //! the fault is identified. After outputs have repeated, samples stay flagged until each axis has
 //! changed: an axis that is still stuck is never trusted again.
@@ -49,11 +52,14 @@ use wire::Fault;
 pub use diagnosis::READ_BACK_TICKS;
 pub use fault::SensorFault;
 pub use sensor::{Activity, Measurement, Sensor};
-pub use watch::{FROZEN_REPEATS, SATURATED_TICKS};
+pub use watch::{FROZEN_REPEATS, ReadAt, SATURATED_TICKS};
 
 /// Maximum time from a tick to its data-ready edge, µs. Edges are 150 µs apart; a sensor whose
 /// clock is a third too slow still keeps within it.
 pub const EDGE_LIMIT_US: u64 = 200;
+
+/// Mean age of the newest sample at the end of the wait for an edge, µs: half the period of the edges.
+const MEAN_AGE_US: u64 = 75;
 
 /// Good ticks after which a restart counts as successful, so that the next one need not wait.
 const SETTLED_TICKS: u32 = 1000;
@@ -77,6 +83,15 @@ pub struct Tick {
     pub edges: Option<u16>,
     /// Ticks missed since the previous one, because its work took too long.
     pub missed: u32,
+}
+
+impl Tick {
+    /// Time of the newest sample: of the edge, or as expected at the end of the wait for one.
+    #[must_use]
+    pub fn sampled(&self) -> Timestamp {
+        let expected = self.time.as_micros() + EDGE_LIMIT_US - MEAN_AGE_US;
+        self.edge.unwrap_or(Timestamp::from_micros(expected))
+    }
 }
 
 /// Timer and captured edges of a board.

@@ -20,7 +20,10 @@ const NMT_COMMAND: u16 = 0;
 const POLLS: u32 = 20_000;
 
 /// Controller on the bus.
-pub struct Can(());
+pub struct Can {
+    /// Node whose frames are accepted.
+    id: Option<NodeId>,
+}
 
 impl Can {
     /// Joins the bus at `bit_rate`, one of 125, 250, 500 and 1000 kbit/s; `None` without a crystal.
@@ -65,7 +68,15 @@ impl Can {
         });
         // A frame ends a sleep.
         CAN1.ier().write(|w| w.set_fmpie(0, true));
-        Some(Self(()))
+        Some(Self { id })
+    }
+
+    /// Accepts the frames for a node, which LSS may have given another id.
+    pub fn accept(&mut self, id: Option<NodeId>) {
+        if self.id != id {
+            set_filter(id);
+            self.id = id;
+        }
     }
 
     /// Takes a received frame.

@@ -1,7 +1,7 @@
 //! Downloads over SDO into a simulated flash: whole, damaged, refused, given up, and with losses on the bus.
 
 use crate::flash::{Chip, Cut, DEVELOPMENT, header, image, program, sign};
-use bootloader::image::{Board, HEADER, Header, Refusal};
+use bootloader::image::{BROKEN_OFF, Board, HEADER, Header, Refusal};
 use bootloader::journal::{Event, Progress, State};
 use bootloader::layout::Slot;
 use bootloader::node::{Line, Message, Node};
@@ -81,10 +81,15 @@ impl Master {
     }
 
     fn status(&mut self) -> Option<Refusal> {
+        Refusal::from_flash_status(self.raw_status())
+    }
+
+    /// Value of object 0x1F57.
+    fn raw_status(&mut self) -> u32 {
         let answer = self
             .ask([0x40, 0x57, 0x1F, 1, 0, 0, 0, 0])
             .expect("it reads");
-        Refusal::from_flash_status(u32::from_le_bytes(answer[4..].try_into().expect("four")))
+        u32::from_le_bytes(answer[4..].try_into().expect("four"))
     }
 
     fn segmented(&mut self, image: &[u8]) -> Result<(), AbortCode> {
@@ -354,6 +359,61 @@ fn another_master_in_mid_transfer_is_aborted_or_aborts() {
     assert!(master.ask([0x81, 0, 0, 0, 0, 0, 0, 0]).is_ok());
     assert_eq!(master.ask([0xC1, 1, 2, 0, 0, 0, 0, 0]), Err(AbortCode::Crc));
     assert_eq!(master.block(&new), Ok(()));
+}
+
+/// How a transfer ends that has begun with one segment of seven bytes.
+#[derive(Clone, Copy, Debug)]
+enum End {
+    /// A request, and the code of its abort.
+    Request([u8; 8], Option<AbortCode>),
+    /// Five seconds without one.
+    Silence,
+}
+
+#[test]
+fn transfer_that_is_broken_off_is_seen_in_the_flash_status() {
+    let abort = End::Request([0x80, 0x50, 0x1F, 1, 0, 0, 0, 8], None);
+    let same_toggle = End::Request([0, 1, 2, 3, 4, 5, 6, 7], Some(AbortCode::ToggleBit));
+    let no_number = End::Request([0; 8], Some(AbortCode::SequenceNumber));
+    let too_long = End::Request([0x11, 0, 0, 0, 0, 0, 0, 0], Some(AbortCode::TooLong));
+    let too_short = End::Request([0x1D, 0, 0, 0, 0, 0, 0, 0], Some(AbortCode::TooShort));
+    for (command, size, ends) in [
+        (0x21, 44, vec![abort, same_toggle, too_short, End::Silence]),
+        (0x21, 8, vec![too_long]),
+        (0xC6, 44, vec![abort, no_number, End::Silence]),
+    ] {
+        for end in ends {
+            let mut master = Master::of(chip());
+            assert_eq!(master.raw_status(), 0);
+            let begin = [command, 0x50, 0x1F, 1, size, 2 * u8::from(size > 8), 0, 0];
+            assert!(master.ask(begin).is_ok());
+            let first = [u8::from(command == 0xC6), 1, 2, 3, 4, 5, 6, 7];
+            master.send(first);
+            match end {
+                End::Request(request, None) => assert_eq!(master.send(request), None),
+                End::Request(request, Some(code)) => assert_eq!(master.ask(request), Err(code)),
+                End::Silence => {
+                    for _ in 0..5_000 {
+                        master.node.tick(CanRun);
+                    }
+                    assert_eq!(master.node.take_restart(), None);
+                }
+            }
+            assert_eq!(master.raw_status(), BROKEN_OFF, "{command:#x} {end:?}");
+            assert_eq!(master.status(), None, "it was not refused");
+            // Nothing is installed, and the next attempt succeeds.
+            assert!(master.control(3).is_ok());
+            assert_eq!(master.raw_status(), 0);
+            assert_eq!(master.block(&image(3, 300)), Ok(()));
+            assert_eq!(master.raw_status(), 0);
+        }
+    }
+    // A wrong CRC.
+    let mut master = Master::of(chip());
+    assert!(master.ask([0xC6, 0x50, 0x1F, 1, 7, 0, 0, 0]).is_ok());
+    assert!(master.ask([0x81, 0, 0, 0, 0, 0, 0, 0]).is_ok());
+    assert_eq!(master.ask([0xC1, 1, 2, 0, 0, 0, 0, 0]), Err(AbortCode::Crc));
+    assert_eq!(master.raw_status(), BROKEN_OFF);
 }
 
 #[test]

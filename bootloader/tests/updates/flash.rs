@@ -63,6 +63,11 @@ impl Chip {
         *self.word(address) &= 0x0FFF_00FF;
     }
 
+    /// Clears the bit in the header of a slot by which a program that was sent differs from one of a probe.
+    pub fn decay_kind(&mut self, slot: Slot) {
+        *self.word(slot.start() + 8) &= !0x100;
+    }
+
     /// Bytes of a slot up to the end of a program.
     pub fn holds(&self, slot: Slot, image: &[u8]) -> bool {
         (slot.start()..)
@@ -174,6 +179,8 @@ pub fn probed(seed: u8) -> Vec<u8> {
     let header = Header {
         kind: Kind::Probed,
         length: 0,
+        hash: [0xFF; 32],
+        signature: [0xFF; 64],
         ..header(&program, 0)
     };
     let mut image = header.encode().to_vec();

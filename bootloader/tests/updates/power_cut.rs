@@ -149,6 +149,29 @@ fn decayed_program_is_replaced_by_the_previous() {
     assert_eq!(settle(&mut Chip::blank(), KEY), Ok(Start::Nothing(None)));
 }
 
+/// One bit makes a program that was sent one of a probe, which is started unchecked.
+#[test]
+fn program_whose_kind_has_decayed_is_replaced() {
+    let (old, new) = (image(2, 2), image(3, 3));
+    let mut damaged = new.clone();
+    damaged[700] ^= 1;
+    for program in [&new, &damaged] {
+        let mut chip = Chip::blank()
+            .with(Slot::Running, program)
+            .with(Slot::Previous, &old);
+        chip.decay_kind(Slot::Running);
+        assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+        assert!(chip.holds(Slot::Running, &old));
+        assert_eq!(State::read(&chip).refusal, Some(Refusal::Decayed));
+        // Nor is it taken for one that a probe has written in place of one on trial.
+        let mut chip = received(&old, None, &new);
+        assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+        chip.decay_kind(Slot::Running);
+        assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
+        assert!(chip.holds(Slot::Running, &old));
+    }
+}
+
 #[test]
 fn image_that_decays_before_its_install_is_refused() {
     let (old, mut new) = (image(2, 2), image(3, 3));

@@ -46,6 +46,7 @@ pub(super) struct QuantityCoefficients {
 }
 
 impl QuantityCoefficients {
+    #[inline(never)]
     pub fn new(params: &QuantityParams, prior: Classes) -> Self {
         Self {
             floor: params.floor,

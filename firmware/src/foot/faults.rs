@@ -10,7 +10,7 @@ use wire::{Counter, Fault, Faults};
 use super::Foot;
 use super::output::Level;
 use crate::ports::{BusState, Ports};
-use crate::sampling::{Measurement, SATURATED_TICKS, SensorFault};
+use crate::sampling::{Measurement, ReadAt, SATURATED_TICKS, SensorFault};
 use crate::supervision::{FaultLatch, Hysteresis};
 use crate::telemetry::Lane;
 
@@ -60,6 +60,10 @@ impl Foot {
     pub(super) fn check_sensor(&mut self, measurement: &Measurement, ports: &Ports) {
         if let Some(raw) = &measurement.raw {
             self.temperature = raw.temperature.to_celsius();
+            match measurement.read_at {
+                ReadAt::Timer => self.raise(Fault::DataReadyDead, 0, ports),
+                ReadAt::Edge => self.clear(Fault::DataReadyDead, ports),
+            }
         }
         let good = matches!(
             measurement.sample.validity,

@@ -7,7 +7,7 @@ use wire::Fault;
 
 use super::fault::SensorFault;
 use super::sensor::Sensor;
-use super::watch::SampleIssue;
+use super::watch::{ReadAt, SampleIssue};
 use crate::imu;
 
 /// Index of the last register of the configuration: a data rate.
@@ -62,10 +62,16 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
         }
         match issue {
             SampleIssue::Repeat => SensorFault::new(Fault::SensorFrozen, self.watch.frozen_axes()),
-            SampleIssue::Edge if without_edge >= 3 => silence,
-            SampleIssue::Edge | SampleIssue::Rate | SampleIssue::Stale | SampleIssue::Unproven => {
-                SensorFault::new(Fault::SensorTiming, self.watch.bad_ticks)
+            SampleIssue::Unannounced if without_edge >= 2 => {
+                self.watch.read_at = ReadAt::Timer;
+                silence
             }
+            SampleIssue::Edge if without_edge >= 3 => silence,
+            SampleIssue::Edge
+            | SampleIssue::Unannounced
+            | SampleIssue::Rate
+            | SampleIssue::Stale
+            | SampleIssue::Unproven => SensorFault::new(Fault::SensorTiming, self.watch.bad_ticks),
             SampleIssue::Status(read) => self.fault_of(&Error::Status {
                 register: lsm6dsox::register::STATUS_REG,
                 read,

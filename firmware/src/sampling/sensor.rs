@@ -9,7 +9,7 @@ use wire::Fault;
 
 use super::Tick;
 use super::fault::{SensorFault, failed_axes};
-use super::watch::{SATURATED_TICKS, SampleIssue, Watch};
+use super::watch::{ReadAt, SATURATED_TICKS, SampleIssue, Watch};
 use crate::imu;
 
 /// State of the sensor.
@@ -39,6 +39,8 @@ pub struct Measurement {
     pub fault: Option<SensorFault>,
     /// Whether the sensor has been at the end of its range for longer than an impact lasts.
     pub saturated_for_long: bool,
+    /// Event at which samples are read, if one was.
+    pub read_at: ReadAt,
     /// Number of restarts of the sensor so far.
     pub restarts: u32,
     /// Number of registers so far that were read right at the second attempt.
@@ -99,7 +101,7 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
     pub async fn measure(&mut self, tick: &Tick) -> Measurement {
         self.watch.turn = self.watch.turn.wrapping_add(1);
         let read = self.driver.sample().await;
-        let time = tick.edge.unwrap_or(tick.time);
+        let time = tick.sampled();
         let (raw, issue) = match read {
             Ok(raw) => {
                 let issue = self.watch.issue(tick, &raw);
@@ -131,6 +133,7 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
             activity: Activity::Measuring,
             fault,
             saturated_for_long: self.watch.saturated_ticks >= SATURATED_TICKS,
+            read_at: self.watch.read_at,
             restarts: self.restarts,
             misreads: self.misreads,
         }
@@ -170,6 +173,7 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
             activity,
             fault: None,
             saturated_for_long: false,
+            read_at: ReadAt::Edge,
             restarts,
             misreads,
         }

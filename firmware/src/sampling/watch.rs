@@ -11,6 +11,9 @@ use super::Tick;
 /// 10 % of the sensor's clock.
 const EDGES: RangeInclusive<u16> = 5..=8;
 
+/// Consecutive ticks with the right number of edges after which samples are read at the edge again.
+const EDGES_ARE_BACK: u16 = 1000;
+
 /// Repeats of a sample, with all six codes, before the sensor counts as frozen. With the
 /// noise of the preset all six codes repeat by chance once in 137 000 samples at rest, three times in a
 /// row once in 80 000 years; with half of that noise it would be three times a year, and once a day
@@ -29,6 +32,16 @@ const BAD_TICK: u16 = 20;
 /// Count that causes a fault: three bad ticks in five, or four in 26.
 const TOO_BAD: u16 = 3 * BAD_TICK - 2;
 
+/// Event at which samples are read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ReadAt {
+    /// The data-ready edge after the tick.
+    #[default]
+    Edge,
+    /// The end of the wait for it: the line is dead, and the sensor is not.
+    Timer,
+}
+
 /// History of the recent ticks.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Watch {
@@ -44,6 +57,10 @@ pub(super) struct Watch {
     pub(super) last_good: Option<Timestamp>,
     /// Ticks since the last edge.
     pub(super) without_edge: u16,
+    /// Event at which samples are read; kept at a start of the sensor.
+    pub(super) read_at: ReadAt,
+    /// Consecutive ticks with the right number of edges while samples are read by the timer.
+    with_edges: u16,
     /// Count of ticks: it selects the register that is read back.
     pub(super) turn: usize,
 }
@@ -51,8 +68,10 @@ pub(super) struct Watch {
 /// Reason why the sample of a tick is not trusted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SampleIssue {
-    /// No edge came.
+    /// No edge came, and nothing new was read.
     Edge,
+    /// No edge came, though there is a new sample.
+    Unannounced,
     /// The number of edges is wrong.
     Rate,
     /// Nothing new was read.
@@ -68,10 +87,11 @@ pub(super) enum SampleIssue {
 }
 
 impl Watch {
-    /// Resets everything except the turn of the read-back.
+    /// Resets everything except the turn of the read-back and the event at which samples are read.
     pub(super) fn restart(&mut self) {
         *self = Self {
             turn: self.turn,
+            read_at: self.read_at,
             ..Self::default()
         };
     }
@@ -94,13 +114,27 @@ impl Watch {
         if !saturated {
             self.frozen.update(raw);
         }
-        if tick.edge.is_none() {
-            Some(SampleIssue::Edge)
-        } else if !raw.is_fresh() {
+        let wrong_rate =
+            tick.missed == 0 && tick.edges.is_some_and(|edges| !EDGES.contains(&edges));
+        if self.read_at == ReadAt::Timer {
+            self.with_edges = match tick.edge {
+                Some(_) if !wrong_rate => self.with_edges + 1,
+                _ => 0,
+            };
+            if self.with_edges >= EDGES_ARE_BACK {
+                self.read_at = ReadAt::Edge;
+            }
+        } else if tick.edge.is_none() {
+            return Some(match raw.is_fresh() {
+                true => SampleIssue::Unannounced,
+                false => SampleIssue::Edge,
+            });
+        }
+        if !raw.is_fresh() {
             Some(SampleIssue::Stale)
         } else if self.frozen.repeats() >= UNTRUSTED_REPEATS || self.frozen.frozen() != 0 {
             Some(SampleIssue::Repeat)
-        } else if tick.missed == 0 && tick.edges.is_some_and(|edges| !EDGES.contains(&edges)) {
+        } else if wrong_rate && self.read_at == ReadAt::Edge {
             Some(SampleIssue::Rate)
         } else {
             None

@@ -11,7 +11,7 @@ use embedded_hal_async::delay::DelayNs;
 use estimator_core::Timestamp;
 use firmware::commands::UartReceiver;
 use firmware::imu::{SENSOR, imu_sample};
-use firmware::sampling::{self, Activity, EDGE_LIMIT_US, Measurement, Sensor, Tick, Ticks};
+use firmware::sampling::{self, Activity, EDGE_LIMIT_US, Measurement, ReadAt, Sensor, Tick, Ticks};
 use firmware::{Foot, Ports, Start};
 use lsm6dsox::Pin as InterruptPin;
 use lsm6dsox::RawSample;
@@ -327,6 +327,7 @@ impl Bench {
             raw: Some(raw),
             activity: Activity::Measuring,
             fault: None,
+            read_at: ReadAt::Edge,
             saturated_for_long: false,
             restarts: 0,
             misreads: 0,

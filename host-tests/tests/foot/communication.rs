@@ -6,7 +6,7 @@ use estimator_core::{Decision, Phase, Timestamp};
 use firmware::Start;
 use firmware::imu::missing_sample;
 use firmware::ports::{BusState, Input, Reloaded, Request};
-use firmware::sampling::{Activity, Measurement, SensorFault, Tick};
+use firmware::sampling::{Activity, Measurement, ReadAt, SensorFault, Tick};
 use firmware::supervision::{CrashReason, CrashRecord, Worker};
 use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
 use wire::node::{BootCause, Command, State};
@@ -676,6 +676,7 @@ fn a_tick_without_a_sample_is_alive_only_with_an_explanation() {
             raw: None,
             activity,
             fault,
+            read_at: ReadAt::Edge,
             saturated_for_long: false,
             restarts: 0,
             misreads: 0,

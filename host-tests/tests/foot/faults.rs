@@ -49,11 +49,6 @@ const CASES: &[Case] = &[
         PartFault::Reset,
         &[Fault::SensorSilent, Fault::SensorReset],
     ),
-    case(
-        "data-ready lost",
-        PartFault::DataReadyLost,
-        &[Fault::SensorSilent],
-    ),
     doubted_within(
         3 * MS,
         case(
@@ -244,6 +239,72 @@ fn every_sensor_fault_is_flagged_within_5_ms_and_recovers() {
             milliseconds(worst.last_stable),
             milliseconds(worst.recovered),
         );
+    }
+}
+
+#[test]
+fn samples_are_read_by_the_timer_where_no_edge_comes() {
+    for (phase, edges_counted) in [(0, true), (7, false), (23, true)] {
+        let lost = BEGIN + phase * 113_313;
+        let back = lost + 1_500 * MS;
+        let part = standing();
+        let lose = |part: &SharedPart| part.inject(PartFault::DataReadyLost);
+        let clear = |part: &SharedPart| part.with(Part::clear_faults);
+        let options = Run {
+            count_edges: edges_counted,
+            actions: &[(lost, &lose), (back, &clear)],
+            ..Run::default()
+        };
+        let mut bench = Bench::new(Settings::default());
+        let mut outages = Vec::new();
+        let mut faults = Vec::new();
+        let mut was_valid = true;
+        let mut ages = Vec::new();
+        run(
+            options,
+            &part,
+            &mut bench,
+            back + 1_200 * MS,
+            |bench, tick, measurement| {
+                let now = part.now_ns();
+                let contact = bench.contact().expect("a contact each tick");
+                let is_valid = contact.status.is_valid();
+                if is_valid != was_valid && now > SECOND {
+                    outages.push(now);
+                    was_valid = is_valid;
+                }
+                if is_valid && tick.edge.is_none() {
+                    let sampled = measurement.sample.timestamp.as_micros() as i64;
+                    ages.push(now as i64 / 1000 - sampled);
+                }
+                let sent = bench.can.iter().filter(|frame| frame.id() == 0x91);
+                for emergency in sent.map(|frame| Emergency::decode(frame.data8().expect("EMCY"))) {
+                    faults.push((emergency.code != 0, emergency.fault, now));
+                }
+            },
+        );
+        // One outage, of a restart, though the line stays dead.
+        let [from, to] = outages[..] else {
+            panic!("{outages:?}");
+        };
+        assert!(from - lost < 2 * MS && to - lost < 300 * MS, "{outages:?}");
+        let times = |raised: bool, wanted: Fault| -> Vec<u64> {
+            let of_it = faults
+                .iter()
+                .filter(|(is, fault, _)| *is == raised && *fault == Some(wanted));
+            of_it.map(|(.., time)| *time).collect()
+        };
+        assert_eq!(times(true, Fault::SensorSilent).len(), 1, "{faults:?}");
+        assert_eq!(times(false, Fault::SensorSilent).len(), 1, "{faults:?}");
+        assert_eq!(times(true, Fault::DataReadyDead).len(), 1, "{faults:?}");
+        let cleared = times(false, Fault::DataReadyDead);
+        assert!(
+            matches!(cleared[..], [time] if (998 * MS..1_010 * MS).contains(&(time - back))),
+            "{faults:?}"
+        );
+        // The newest sample is at most a period of the edges old when the wait for one ends.
+        assert!(ages.len() > 1_000, "{}", ages.len());
+        assert!(ages.iter().all(|age| (0..=200).contains(age)), "{ages:?}");
     }
 }
 

@@ -118,7 +118,7 @@ fn code(text: &str) -> Option<u32> {
 const fn of_fault(fault: Fault) -> &'static str {
     match fault {
         Fault::SensorSilent => {
-            "check the wire of INT1 and the sensor's supply: no data-ready edge comes; if it clears by itself, look for a loose contact"
+            "check the supply and the wires of the sensor: no data-ready edge comes, or nothing new is read; if it clears by itself, look for a loose contact"
         }
         Fault::SensorFrozen => {
             "check the wires of MISO and chip select; where single axes repeat, the sensor is damaged: replace it"
@@ -181,6 +181,9 @@ const fn of_fault(fault: Fault) -> &'static str {
         }
         Fault::Misread => {
             "check SPI's wires for length and crosstalk: samples are not read twice, and may be wrong"
+        }
+        Fault::DataReadyDead => {
+            "check the wire of INT1: the sensor measures, but no data-ready edge comes; samples are read by the timer, with times that may be 75 µs off. Cleared once edges have come for a second"
         }
         Fault::SensorScale => {
             "about half of 9.8 m/s² at rest: the part is an LSM6DSO32, set 0x2017:7 to 1; otherwise check bias and scale of the accelerometer (0x2017)"

@@ -179,7 +179,8 @@ fn build_firmware(dist: &Path) -> Result<()> {
         let elf = image::build(&board, &without(&folders))?;
         check_names(&elf, &folders)?;
         let built = elf.clone();
-        let bootloader = build_bootloader(&board)?;
+        let bootloader = build_bootloader(&board, &without(&folders))?;
+        check_names(&bootloader, &folders)?;
         image::write(&elf, None, None, &elf.with_extension("img"))?;
         fs::copy(&elf, elf.with_extension("elf"))?;
         Step::program(".ci/hex")
@@ -232,10 +233,11 @@ fn check_names(elf: &Path, folders: &[(PathBuf, &str)]) -> Result<()> {
     Ok(())
 }
 
-/// Builds the bootloader of a board and returns the path of its ELF.
-fn build_bootloader(board: &boards::Board) -> Result<PathBuf> {
+/// Builds the bootloader of a board, with more arguments for cargo, and returns the path of its ELF.
+fn build_bootloader(board: &boards::Board, arguments: &[String]) -> Result<PathBuf> {
     let path = Step::program(".ci/bootloader")
         .with([&board.name])
+        .with(arguments)
         .output()?;
     Ok(root().join(path.trim()))
 }

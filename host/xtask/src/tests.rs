@@ -26,7 +26,7 @@ const AT_ONCE: usize = 3;
 
 /// Test programs that take longest, which begin first, and the threads that each takes where it mostly waits.
 const FIRST: [(&str, Option<&str>); 8] = [
-    ("serve", Some("6")),
+    ("serve", Some("3")),
     ("instructions", None),
     ("ros2", Some("4")),
     ("matrix", None),

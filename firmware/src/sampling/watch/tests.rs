@@ -172,3 +172,43 @@ fn a_restart_resets_everything_except_the_read_back_turn() {
     assert_eq!((watch.turn, watch.without_edge, watch.bad_ticks), (7, 0, 0));
     assert_eq!(watch.badness, 0);
 }
+
+#[test]
+fn dead_line_differs_from_a_silent_sensor() {
+    let mut watch = Watch::default();
+    let dead = tick(false, Some(0));
+    assert_eq!(
+        watch.issue(&dead, &moving(1)),
+        Some(SampleIssue::Unannounced)
+    );
+    assert_eq!(
+        watch.issue(&dead, &sample(0, [0; 6])),
+        Some(SampleIssue::Edge)
+    );
+}
+
+#[test]
+fn edges_of_a_second_end_the_reading_by_timer() {
+    let mut watch = Watch {
+        read_at: ReadAt::Timer,
+        ..Watch::default()
+    };
+    watch.restart();
+    assert_eq!(watch.issue(&tick(false, Some(0)), &moving(0)), None);
+    assert_eq!(
+        watch.issue(&tick(false, Some(0)), &sample(0, [0; 6])),
+        Some(SampleIssue::Stale)
+    );
+    let ticks = |watch: &mut Watch, ticks: i16, tick: Tick| {
+        for k in 0..ticks {
+            assert_eq!(watch.issue(&tick, &moving(k)), None);
+        }
+    };
+    ticks(&mut watch, 999, ordinary());
+    // One tick without begins anew, as does one with too many.
+    ticks(&mut watch, 1, tick(true, Some(60)));
+    ticks(&mut watch, 999, ordinary());
+    assert_eq!(watch.read_at, ReadAt::Timer);
+    ticks(&mut watch, 1, ordinary());
+    assert_eq!(watch.read_at, ReadAt::Edge);
+}

@@ -2,7 +2,7 @@
 
 use estimator_core::{ImuSample, Timestamp};
 use firmware::Start;
-use firmware::sampling::{Activity, Measurement};
+use firmware::sampling::{Activity, Measurement, ReadAt};
 use gait::control::LOAD_OVER_CAN;
 use lsm6dsox::RawSample;
 use wire::dictionary::index;
@@ -53,6 +53,7 @@ pub const fn measurement(sample: ImuSample, raw: Option<RawSample>) -> Measureme
         raw,
         activity: Activity::Measuring,
         fault: None,
+        read_at: ReadAt::Edge,
         saturated_for_long: false,
         restarts: 0,
         misreads: 0,

@@ -57,7 +57,7 @@ fn follow(server: &mut Server, line: &str) {
         ("z down:", "hold -y"),
         ("tap its sole", "hold z"),
         ("ten steps", "gait walk"),
-        ("unplug the sensor", "fault data-ready-lost"),
+        ("unplug the sensor", "fault miso-high"),
         ("plug it in", "fault clear"),
     ];
     if let Some((_, order)) = next.iter().find(|(words, _)| line.contains(words)) {
@@ -158,8 +158,8 @@ fn faults_of_a_board_are_named() {
     server.say("power-cycle");
     server.wait_for("power-cycle");
     std::thread::sleep(std::time::Duration::from_secs(3));
-    server.say("fault data-ready-lost");
-    server.wait_for("fault data-ready-lost");
+    server.say("fault spi-hung");
+    server.wait_for("fault spi-hung");
     std::thread::sleep(std::time::Duration::from_secs(1));
     let board = ["--only", "board"];
     let (report, said, _) = accepted(&mut server, &serial, &board, follow);

@@ -4,7 +4,7 @@ use std::fs;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -21,19 +21,13 @@ pub struct Server {
     typed: ChildStdin,
     said: Arc<Mutex<String>>,
     pub folder: PathBuf,
-    /// One at a time: boards in real time need the processor.
-    _alone: MutexGuard<'static, ()>,
 }
-
-static ALONE: Mutex<()> = Mutex::new(());
 
 impl Server {
     /// Starts the server in a folder of this name, and waits until all sources are announced; `None` if there is
     /// no product.
     pub fn start(name: &str, arguments: &[&str]) -> Option<Self> {
         let elf = product_file()?;
-        // A failed test has ended its own server.
-        let alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
         let folder = directory("serve").join(name);
         // Left over from another run.
         let _ = fs::remove_dir_all(&folder);
@@ -65,7 +59,6 @@ impl Server {
             typed,
             said,
             folder,
-            _alone: alone,
         };
         assert!(bus.is_some(), "no bus: {}", server.said());
         Some(server)

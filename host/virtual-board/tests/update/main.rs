@@ -1,10 +1,14 @@
 //! The bootloader and the foot's program, as they are flashed: starts, updates over CAN, and returns to the previous
 //! program.
 
+mod attacks;
 #[path = "../common/mod.rs"]
 mod common;
+mod lss;
 mod master;
 mod matrix;
+mod protection;
+mod robot;
 mod settings;
 
 use bootloader::image::{Header, Refusal};

@@ -107,8 +107,8 @@ pub fn other_version(elf: &mut [u8]) {
     elf[at..at + NEW.len()].copy_from_slice(NEW.as_bytes());
 }
 
-/// Image of a program whose first instruction is this one.
-pub fn image_beginning_with(elf: &[u8], instruction: [u8; 2]) -> Vec<u8> {
+/// Image of a program that begins with these instructions.
+pub fn image_beginning_with(elf: &[u8], code: &[u8]) -> Vec<u8> {
     changed_image(elf, |elf| {
         let parsed = virtual_board::emulator::elf::ElfImage::parse(elf).expect("an ELF");
         let reset = parsed.symbol("Reset").expect("a handler") & !1;
@@ -117,7 +117,7 @@ pub fn image_beginning_with(elf: &[u8], instruction: [u8; 2]) -> Vec<u8> {
         };
         let (start, bytes) = parsed.segments.iter().find(holds_it).expect("its segment");
         let at = find(elf, bytes) + (reset - start) as usize;
-        elf[at..at + 2].copy_from_slice(&instruction);
+        elf[at..at + code.len()].copy_from_slice(code);
     })
 }
 

@@ -195,10 +195,10 @@ fn cut_in_download(run: &Run) -> Outcome {
 }
 
 /// Sends a program that does not come to its end, and waits for the previous one.
-fn never_confirmed(run: &Run, instruction: [u8; 2]) -> Outcome {
+fn never_confirmed(run: &Run, code: &[u8]) -> Outcome {
     let (mut master, at) = run.stopped();
     assert_eq!(master.control(CLEAR)[0], 0x60);
-    let dead = image_beginning_with(run.elf, instruction);
+    let dead = image_beginning_with(run.elf, code);
     assert_eq!(master.send(&dead)[0], 0xA1);
     assert_eq!(master.control(START)[0], 0x60);
     // Three periods of the bootloader's watchdog, two installs.
@@ -436,7 +436,7 @@ fn dead_alone(run: &Run) -> Outcome {
     master.boot_up(1_000);
     for instruction in [BRANCH_TO_ITSELF, UNDEFINED] {
         assert_eq!(master.control(CLEAR)[0], 0x60);
-        let dead = image_beginning_with(run.elf, instruction);
+        let dead = image_beginning_with(run.elf, &instruction);
         assert_eq!(master.send(&dead)[0], 0xA1);
         assert_eq!(master.control(START)[0], 0x60);
         // The bootloader's own, after three starts.
@@ -460,10 +460,28 @@ fn forged(run: &Run) -> Vec<u8> {
 const BRANCH_TO_ITSELF: [u8; 2] = [0xFE, 0xE7];
 const UNDEFINED: [u8; 2] = [0x00, 0xDE];
 
+/// Erases sectors 0 and 1 and programs the first word of sector 0, in words of 32 bits; then a branch to itself.
+#[rustfmt::skip]
+pub const WRITES_BOOTLOADER: [u8; 70] = [
+    0x43, 0xF6, 0x00, 0x40, 0xC4, 0xF2, 0x02, 0x00, // movw, movt r0, 0x40023C00: FLASH
+    0x40, 0xF2, 0x23, 0x11, 0xC4, 0xF2, 0x67, 0x51, // movw, movt r1, 0x45670123
+    0x41, 0x60,                                     // str r1, [r0, KEYR]
+    0x48, 0xF6, 0xAB, 0x11, 0xCC, 0xF6, 0xEF, 0x51, // movw, movt r1, 0xCDEF89AB
+    0x41, 0x60,                                     // str r1, [r0, KEYR]
+    0x40, 0xF2, 0x02, 0x23, 0xC0, 0xF2, 0x01, 0x03, // movw, movt r3, STRT | PSIZE32 | SER
+    0x03, 0x61,                                     // str r3, [r0, CR]: sector 0
+    0xC2, 0x68, 0xD2, 0x03, 0xFC, 0xD4,             // while [r0, SR] has BSY
+    0x08, 0x33, 0x03, 0x61,                         // adds r3, 8; str r3, [r0, CR]: sector 1
+    0xC2, 0x68, 0xD2, 0x03, 0xFC, 0xD4,             // while [r0, SR] has BSY
+    0x40, 0xF2, 0x01, 0x23, 0x03, 0x61,             // movw r3, PSIZE32 | PG; str r3, [r0, CR]
+    0x00, 0x22, 0x4F, 0xF0, 0x00, 0x61, 0x0A, 0x60, // movs r2, 0; mov r1, 0x08000000; str r2, [r1]
+    0xFE, 0xE7,                                     // a branch to itself
+];
+
 /// Shown where the bootloader waits for a program.
 const NO_PROGRAM: &str = "none";
 
-const ROWS: [Row; 28] = [
+const ROWS: [Row; 29] = [
     Row {
         name: "none",
         disturbance: "nothing; then four more starts, and an older image, which is refused",
@@ -532,14 +550,21 @@ const ROWS: [Row; 28] = [
         disturbance: "the new program hangs",
         version: OLD,
         status: Some(Refusal::NotConfirmed),
-        run: |run| never_confirmed(run, BRANCH_TO_ITSELF),
+        run: |run| never_confirmed(run, &BRANCH_TO_ITSELF),
     },
     Row {
         name: "crashes",
         disturbance: "the new program crashes in its first instruction",
         version: OLD,
         status: Some(Refusal::NotConfirmed),
-        run: |run| never_confirmed(run, UNDEFINED),
+        run: |run| never_confirmed(run, &UNDEFINED),
+    },
+    Row {
+        name: "writes-bootloader",
+        disturbance: "the new program erases and writes the sectors of the bootloader, and hangs",
+        version: OLD,
+        status: Some(Refusal::NotConfirmed),
+        run: |run| never_confirmed(run, &WRITES_BOOTLOADER),
     },
     Row {
         name: "dead-alone",
@@ -777,7 +802,8 @@ fn foot_of_any_board_runs_a_whole_program() {
     assert_block("host/virtual-board/README.md", "updates-others", &sentence);
 }
 
-/// Runs the rows in the other corners of the chip, with `FOOTFALL_CORNERS=1` in the environment.
+/// Runs all rows on each board, in each corner of the chip but for those that are run anyway, with `FOOTFALL_CORNERS=1`
+/// in the environment.
 #[test]
 fn foot_runs_a_whole_program_in_every_corner_of_the_chip() {
     if std::env::var_os("FOOTFALL_CORNERS").is_none_or(|value| value != "1") {
@@ -788,13 +814,20 @@ fn foot_runs_a_whole_program_in_every_corner_of_the_chip() {
         return;
     };
     let rows: Vec<&Row> = ROWS.iter().collect();
-    let mut block = String::from("| corner | rows | not as promised |\n|---|---|---|\n");
-    for corner in [Corner::Fast, Corner::Slow] {
-        let wrong = Mutex::default();
-        let table = table([reference, other], corner, &rows, &wrong);
-        let wrong = wrong.into_inner().expect("no panic");
-        assert!(wrong.is_empty(), "{table}\n{wrong:#?}");
-        block += &format!("| {} | {} | 0 |\n", corner.name(), ROWS.len());
+    let mut block =
+        String::from("| board | corner | rows | not as promised |\n|---|---|---|---|\n");
+    for (boards, corners) in [
+        ([reference, other], &[Corner::Fast, Corner::Slow][..]),
+        ([other, reference], &Corner::ALL[..]),
+    ] {
+        for corner in corners {
+            let wrong = Mutex::default();
+            let table = table(boards, *corner, &rows, &wrong);
+            let wrong = wrong.into_inner().expect("no panic");
+            assert!(wrong.is_empty(), "{table}\n{wrong:#?}");
+            let (board, corner) = (boards[0].0.name, corner.name());
+            block += &format!("| {board} | {corner} | {} | 0 |\n", ROWS.len());
+        }
     }
     if is_built_here() {
         assert_block("host/virtual-board/README.md", "update-corners", &block);

@@ -27,7 +27,7 @@ use crate::emulator::part::adc::Adc;
 use crate::emulator::part::can::Can;
 use crate::emulator::part::dma::Dma;
 use crate::emulator::part::exti::Exti;
-use crate::emulator::part::flash::FlashRegisters;
+use crate::emulator::part::flash::{FlashRegisters, Protection};
 use crate::emulator::part::gpio::Gpio;
 use crate::emulator::part::iwdg::Iwdg;
 use crate::emulator::part::pwr::Pwr;
@@ -70,6 +70,8 @@ pub struct ChipOptions {
     pub crystal: Crystal,
     /// Brown-out level in the option bytes at power-up: 0 as delivered, 3 as set by the board's first start.
     pub brown_out_level: u8,
+    /// Write protection in the option bytes at power-up.
+    pub protection: Protection,
     /// The specimen, within the limits of the data sheet.
     pub corner: Corner,
 }
@@ -80,6 +82,7 @@ impl Default for ChipOptions {
         Self {
             crystal: Crystal::Fitted,
             brown_out_level: 3,
+            protection: Protection::default(),
             corner: Corner::default(),
         }
     }
@@ -152,7 +155,8 @@ impl Chip {
             can: Can::new(clocks.pclk1),
             rcc,
             flash: FlashRegisters::new(options.corner)
-                .with_brown_out_level(options.brown_out_level),
+                .with_brown_out_level(options.brown_out_level)
+                .with_protection(options.protection),
             usarts: Default::default(),
             adc,
             ports,

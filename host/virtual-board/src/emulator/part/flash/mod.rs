@@ -29,6 +29,22 @@ const OPTSTRT: u32 = 1 << 1;
 /// Factory settings of the option bytes: no protection, brown-out reset off, watchdog started by software.
 const DELIVERED: u32 = 0x0FFF_AAEC;
 
+/// Option bytes that were erased, and not programmed.
+const BLANK: u32 = 0x0FFF_FFEC;
+
+/// `nWRP` of the first sector.
+const NWRP: u32 = 1 << 16;
+
+/// Sectors that no program can change.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Protection {
+    /// None, as delivered.
+    None,
+    /// Those of the bootloader, as set by itself at the second power-up of a board.
+    #[default]
+    Bootloader,
+}
+
 /// Progress of unlocking by keys.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Keys {
@@ -116,15 +132,44 @@ impl FlashRegisters {
     /// This flash with a brown-out level in its option bytes.
     #[must_use]
     pub fn with_brown_out_level(mut self, level: u8) -> Self {
-        self.options = DELIVERED & !(3 << 2) | u32::from(3 - level.min(3)) << 2;
+        self.options = self.options & !(3 << 2) | u32::from(3 - level.min(3)) << 2;
         self.option_control = self.options | OPTLOCK;
         self
     }
 
-    /// Option bytes as programmed, at their place in memory.
+    /// This flash with write protection in its option bytes.
     #[must_use]
-    pub const fn option_bytes(&self) -> [u8; 2] {
-        [self.options as u8, (self.options >> 8) as u8]
+    pub const fn with_protection(mut self, protection: Protection) -> Self {
+        self.options |= 3 * NWRP;
+        if let Protection::Bootloader = protection {
+            self.options &= !(3 * NWRP);
+        }
+        self.option_control = self.options | OPTLOCK;
+        self
+    }
+
+    /// Option bytes as programmed, at their place in memory: those of the user and of readout protection in the first
+    /// word, those of write protection in the third (RM0090, table 9).
+    #[must_use]
+    pub const fn option_bytes(&self) -> [u8; 10] {
+        let [user, readout, low, high] = self.options.to_le_bytes();
+        let high = high | 0xF0;
+        [user, readout, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, low, high]
+    }
+
+    /// Write protection of sectors 0 to 11: a bit that is set protects.
+    #[must_use]
+    pub const fn protected_sectors(&self) -> u16 {
+        !(self.options >> 16) as u16 & 0x0FFF
+    }
+
+    /// Returns whether a sector is protected, which the status then says.
+    const fn is_protected(&mut self, sector: u32) -> bool {
+        let is_protected = self.protected_sectors() >> sector & 1 != 0;
+        if is_protected {
+            self.status |= WRPERR;
+        }
+        is_protected
     }
 
     /// Resets the registers: locked, no wait states, caches empty.
@@ -235,10 +280,10 @@ impl FlashRegisters {
                 if value & OPTSTRT != 0 {
                     self.check_supply()?;
                     // Lasts as long as the erase of the sector that holds them.
-                    if !self.operate(now, from_us(u64::from(self.erase_ms(16)) * 1000)) {
-                        self.options = value & 0x0FFF_FFEC;
-                        memory.write(OPTIONS.start, &self.option_bytes());
-                    }
+                    let cut = self.operate(now, from_us(u64::from(self.erase_ms(16)) * 1000));
+                    // They are erased first.
+                    self.options = if cut { BLANK } else { value & 0x0FFF_FFEC };
+                    memory.write(OPTIONS.start, &self.option_bytes());
                 }
             }
             _ => return unknown("FLASH", offset),
@@ -291,8 +336,11 @@ impl FlashRegisters {
             self.status |= PGSERR;
             return Ok(());
         }
-        self.check_supply()?;
         let sector = self.control >> 3 & 0xF;
+        if sector < 12 && self.is_protected(sector) {
+            return Ok(());
+        }
+        self.check_supply()?;
         let (start, kib) = match sector {
             0..=3 => (sector * 0x4000, 16),
             4 => (0x1_0000, 64),
@@ -340,6 +388,9 @@ impl FlashRegisters {
             self.status |= PGPERR;
             return Err(format!("{size} bytes programmed at another parallelism"));
         }
+        if self.is_protected(sector_of(address)) {
+            return Ok(());
+        }
         self.check_supply()?;
         let mut old = [0; 4];
         memory.read(address, old.get_mut(..size).unwrap_or(&mut []));
@@ -362,6 +413,15 @@ impl FlashRegisters {
         self.changed = Some((address, address + size as u32));
         self.done();
         Ok(())
+    }
+}
+
+/// Sector of an address in flash.
+const fn sector_of(address: u32) -> u32 {
+    match address - FLASH.start {
+        offset @ 0..0x1_0000 => offset / 0x4000,
+        0x1_0000..0x2_0000 => 4,
+        offset => 4 + offset / 0x2_0000,
     }
 }
 
@@ -465,6 +525,51 @@ mod tests {
         flash.reset();
         assert_eq!(flash.read(0x14), Ok(0x0FFF_AAE1));
         assert_eq!(flash.brown_out_mv(), 2_830);
-        assert_eq!(bank.options, [0xE0, 0xAA], "in memory");
+        assert_eq!(bank.options[..2], [0xE0, 0xAA], "in memory");
+        assert_eq!(bank.options[8..], [0xFF, 0xFF], "no sector is protected");
+    }
+
+    #[test]
+    fn protected_sectors_keep_what_they_hold() {
+        let mut bank = bank(0x2_0000);
+        let mut flash =
+            FlashRegisters::new(Corner::Typical).with_protection(Protection::Bootloader);
+        assert_eq!(flash.read(0x14), Ok(0x0FFC_AAED));
+        assert_eq!(flash.option_bytes()[8..], [0xFC, 0xFF]);
+        for key in [0x4567_0123, 0xCDEF_89AB] {
+            flash.write(0x04, key, 0, &mut bank).expect("a register");
+        }
+        for (sector, blank) in [(0, 0), (1, 0), (2, 0x4000)] {
+            let control = SER | sector << 3 | 2 << 8 | STRT;
+            flash
+                .write(0x10, control, 0, &mut bank)
+                .expect("a register");
+            let found = bank.flash.iter().filter(|&&byte| byte == 0xFF).count();
+            assert_eq!(found, blank, "sector {sector}");
+            assert_eq!(flash.status & WRPERR != 0, blank == 0, "sector {sector}");
+            flash.write(0x0C, WRPERR, 0, &mut bank).expect("a register");
+        }
+        bank.flash.fill(0xFF);
+        flash
+            .write(0x10, PG | 2 << 8, 0, &mut bank)
+            .expect("a register");
+        for (offset, is_protected) in [(0, true), (0x7FFC, true), (0x8000, false)] {
+            flash
+                .program(FLASH.start + offset, 4, 0, 0, &mut bank)
+                .expect("it is unlocked");
+            let word = &bank.flash[offset as usize..][..4];
+            assert_eq!(word == [0xFF; 4], is_protected, "{offset:#x}");
+            assert_eq!(flash.status & WRPERR != 0, is_protected, "{offset:#x}");
+            flash.write(0x0C, WRPERR, 0, &mut bank).expect("a register");
+        }
+    }
+
+    #[test]
+    fn sectors_have_the_addresses_of_the_manual() {
+        let ends = [0x4000, 0x8000, 0xC000, 0x1_0000, 0x2_0000, 0x4_0000];
+        for (sector, end) in ends.into_iter().enumerate() {
+            assert_eq!(sector_of(FLASH.start + end - 4), sector as u32);
+        }
+        assert_eq!(sector_of(FLASH.start + 0xF_FFFC), 11);
     }
 }

@@ -136,7 +136,9 @@ pub(super) const ROWS: &[Scenario] = &[
         name: "data-ready-lost",
         what: "data-ready line dead",
         steps: |_| vec![sensor(SensorFault::DataReadyLost)],
-        reports: Reports::Fault(Fault::SensorSilent),
+        invalid: Invalid::UntilNextSample,
+        reports: Reports::Fault(Fault::DataReadyDead),
+        note: "after a restart of the sensor, samples are read by the timer",
         ..SENSOR
     },
     Scenario {

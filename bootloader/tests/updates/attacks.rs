@@ -1,0 +1,189 @@
+//! Attacks with any bytes: headers with one changed bit, random requests, journals that a program has spoilt.
+
+use bootloader::flash::Flash as _;
+use bootloader::image::{Board, HEADER, Refusal};
+use bootloader::journal::{Event, Progress, State};
+use bootloader::layout::Slot;
+use bootloader::node::{Line, Node};
+use bootloader::start::Program::CanRun;
+use bootloader::update::{Start, settle};
+use bootloader::verify::KEY;
+use wire::CanFrame;
+use wire::foot::NodeId;
+
+use crate::flash::{Chip, image};
+
+const NODE: u16 = 5;
+
+/// Numbers of a generator (xorshift), which the seed repeats.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        self.0
+    }
+
+    fn below(&mut self, end: usize) -> usize {
+        (self.next() >> 16) as usize % end
+    }
+}
+
+fn node(chip: Chip) -> Node<Chip> {
+    let mut node = Node::new(NodeId::new(5), chip, Board::Reference, 77, KEY);
+    node.boot(CanRun);
+    assert_eq!(node.take_restart(), None);
+    node
+}
+
+fn ask(node: &mut Node<Chip>, request: [u8; 8]) -> Option<[u8; 8]> {
+    let frame = CanFrame::new(0x600 + NODE, &request).expect("a frame");
+    let answer = node.receive(&frame, Line::Can)?;
+    answer.data8().copied()
+}
+
+fn status(node: &mut Node<Chip>) -> Option<Refusal> {
+    let [.., a, b, c, d] = ask(node, [0x40, 0x57, 0x1F, 1, 0, 0, 0, 0]).expect("an answer");
+    Refusal::from_flash_status(u32::from_le_bytes([a, b, c, d]))
+}
+
+/// Sends the header of an image by segments, until the node aborts. Returns whether it has.
+fn is_refused(node: &mut Node<Chip>, header: &[u8], size: u32) -> bool {
+    let [a, b, c, d] = size.to_le_bytes();
+    let begun = ask(node, [0x21, 0x50, 0x1F, 1, a, b, c, d]).expect("an answer");
+    assert_eq!(begun[0], 0x60);
+    header.chunks(7).enumerate().any(|(k, bytes)| {
+        let toggle = (k as u8 & 1) << 4;
+        let mut request = [toggle | (7 - bytes.len() as u8) << 1, 0, 0, 0, 0, 0, 0, 0];
+        request[1..=bytes.len()].copy_from_slice(bytes);
+        ask(node, request).expect("an answer")[0] == 0x80
+    })
+}
+
+#[test]
+fn header_with_any_changed_bit_is_refused_before_a_write() {
+    let new = image(3, 300);
+    let mut node = node(Chip::blank().with(Slot::Running, &image(2, 200)));
+    for bit in 0..8 * HEADER {
+        let mut header = new[..HEADER].to_vec();
+        header[bit / 8] ^= 1 << (bit % 8);
+        assert!(is_refused(&mut node, &header, new.len() as u32), "{bit}");
+        assert!(status(&mut node).is_some(), "{bit}");
+        assert_eq!(node.take_restart(), None);
+    }
+    assert!(!is_refused(&mut node, &new[..HEADER], new.len() as u32));
+    assert_eq!(node.release().operations, 0, "nothing was written");
+}
+
+/// Requests of a download in progress, with some of their bytes replaced.
+fn hostile(random: &mut Random, image: &[u8]) -> (u16, [u8; 8]) {
+    const STARTS: [[u8; 8]; 12] = [
+        [0x21, 0x50, 0x1F, 1, 0, 4, 0, 0],
+        [0xC6, 0x50, 0x1F, 1, 0, 4, 0, 0],
+        [0xC2, 0x50, 0x1F, 1, 0xFF, 0xFF, 0xFF, 0xFF],
+        [0x23, 0x50, 0x1F, 1, 1, 2, 3, 4],
+        [0x2F, 0x51, 0x1F, 1, 0, 0, 0, 0],
+        [0x2F, 0x51, 0x1F, 1, 1, 0, 0, 0],
+        [0x2F, 0x51, 0x1F, 1, 3, 0, 0, 0],
+        [0x40, 0x57, 0x1F, 1, 0, 0, 0, 0],
+        [0xA0, 0x50, 0x1F, 1, 127, 0, 0, 0],
+        [0x60, 0, 0, 0, 0, 0, 0, 0],
+        [0xC1, 0, 0, 0, 0, 0, 0, 0],
+        [0x80, 0x50, 0x1F, 1, 0, 0, 4, 5],
+    ];
+    let mut request = STARTS[random.below(STARTS.len())];
+    match random.below(6) {
+        // A segment with bytes of an image.
+        0..=2 => {
+            let at = random.below(image.len() - 7);
+            request = [random.below(128) as u8, 0, 0, 0, 0, 0, 0, 0];
+            request[1..].copy_from_slice(&image[at..at + 7]);
+        }
+        3 => request[random.below(8)] = random.next() as u8,
+        4 => request = random.next().to_le_bytes(),
+        _ => {}
+    }
+    let ids = [0x600 + NODE, 0x600 + NODE, 0x600 + NODE, 0, 0x7E5];
+    let id = ids[random.below(ids.len())];
+    // A fast scan has at most 32 bits, or bit 7 in its first request.
+    if id == 0x7E5 && request[0] == 0x51 {
+        request[5] &= 0x9F;
+    }
+    (id, request)
+}
+
+#[test]
+fn random_requests_neither_run_nor_lose_a_program() {
+    let (old, new) = (image(2, 200), image(3, 300));
+    let mut chip = Chip::blank()
+        .with(Slot::Running, &old)
+        .with(Slot::Previous, &image(1, 100));
+    for seed in 1..=40 {
+        let mut random = Random(seed);
+        let mut node = node(chip);
+        for _ in 0..3_000 {
+            let (id, request) = hostile(&mut random, &new);
+            let length = [8, 8, 8, 8, 8, 8, 2, 0][random.below(8)];
+            let frame = CanFrame::new(id, &request[..length]).expect("a frame");
+            let line = [Line::Can, Line::Serial][random.below(2)];
+            node.receive(&frame, line);
+            for _ in 0..random.below(4) {
+                node.tick(CanRun);
+            }
+            if node.take_restart().is_some() {
+                break;
+            }
+        }
+        chip = node.release();
+        assert_eq!(settle(&mut chip, KEY), Ok(Start::Program), "{seed}");
+        assert!(chip.holds(Slot::Running, &old), "{seed}");
+        let state = State::read(&chip);
+        assert_eq!(state.progress, Progress::Settled, "{seed}");
+    }
+}
+
+/// A program can write anything into the journal: what it asks for is done with whole programs alone.
+#[test]
+fn any_journal_starts_a_whole_program() {
+    const EVENTS: [Event; 9] = [
+        Event::Install,
+        Event::Kept,
+        Event::Started,
+        Event::Confirmed,
+        Event::Restore(Refusal::NotConfirmed),
+        Event::Restore(Refusal::Decayed),
+        Event::Ended(Refusal::WrongHash),
+        Event::Ended(Refusal::NotConfirmed),
+        Event::Ended(Refusal::Decayed),
+    ];
+    let programs = [image(2, 2), image(3, 3), image(1, 1)];
+    let [running, new, previous] = &programs;
+    for seed in 1..=600 {
+        let mut random = Random(seed * 0x9E37_79B9);
+        let mut chip = Chip::blank()
+            .with(Slot::Running, running)
+            .with(Slot::Previous, previous);
+        let has_new = random.below(3) > 0;
+        if has_new {
+            chip = chip.with(Slot::New, new);
+        }
+        let mut state = State::read(&chip);
+        for _ in 0..random.below(12) {
+            let event = EVENTS[random.below(EVENTS.len())];
+            state.append(event, &mut chip).expect("room");
+        }
+        // An invalid record.
+        if random.below(4) == 0 {
+            let at = bootloader::layout::JOURNAL + 4 * random.below(40) as u32;
+            let word = chip.read(at) & random.next() as u32;
+            let _ = chip.program(at, word);
+        }
+        for start in 0..5 {
+            assert_eq!(settle(&mut chip, KEY), Ok(Start::Program), "{seed} {start}");
+            let is_whole = |program: &Vec<u8>| chip.holds(Slot::Running, program);
+            assert!(programs.iter().any(is_whole), "{seed} {start}");
+        }
+    }
+}

@@ -1,0 +1,256 @@
+//! Attacks on a foot that is being updated, on the ELFs that are flashed: others on its lines, and power cuts.
+
+use bootloader::image::BROKEN_OFF;
+use virtual_board::emulator::board::Injection;
+use virtual_board::emulator::corner::Corner;
+use virtual_board::emulator::part::can::BusFrame;
+use virtual_board::emulator::part::rcc::ResetCause;
+use virtual_board::emulator::wiring::Wiring;
+use wire::dictionary::index;
+
+use crate::common::product;
+use crate::master::{
+    CLEAR, CONFIRM, INSTALLED_MS, Master, NEW, OLD, START, STOP, boot, new_image, segment,
+};
+
+/// Foot in its bootloader, with an empty slot, and an image for it.
+fn stopped() -> Option<(Master, Vec<u8>)> {
+    let elf = product()?;
+    let mut master = Master::new(boot(Wiring::reference(), Corner::Typical, &elf));
+    master.run(500);
+    master.stop();
+    assert_eq!(master.control(CLEAR)[0], 0x60);
+    Some((master, new_image(&elf)))
+}
+
+/// Sends an image, with something else in the middle of each block.
+fn send_beside(master: &mut Master, image: &[u8], mut beside: impl FnMut(&mut Master, usize)) {
+    let size = master.begin(image.len()).expect("a block");
+    let segments: Vec<&[u8]> = image.chunks(7).collect();
+    for (number, block) in segments.chunks(size).enumerate() {
+        let is_last_block = (number + 1) * size >= segments.len();
+        for (k, bytes) in block.iter().enumerate() {
+            if k == block.len() / 2 {
+                beside(master, number);
+            }
+            let is_last = is_last_block && k + 1 == block.len();
+            master.push(&segment(k as u8 + 1, bytes, is_last));
+        }
+        let answer = master.answer(500).expect("an answer to a block");
+        assert_eq!((answer[0], usize::from(answer[1])), (0xA2, block.len()));
+    }
+    assert_eq!(
+        master.end(segments.last().map_or(7, |bytes| bytes.len()))[0],
+        0xA1
+    );
+}
+
+/// Starts what was sent, and requires that it runs.
+fn install(master: &mut Master) {
+    assert_eq!(master.status(), None);
+    assert_eq!(master.control(START)[0], 0x60);
+    master.boot_up(INSTALLED_MS);
+    assert_eq!(master.version(), NEW);
+}
+
+#[test]
+fn lss_during_a_transfer_disturbs_neither() {
+    let Some((mut master, image)) = stopped() else {
+        return;
+    };
+    let services: [[u8; 8]; 8] = [
+        [0x51, 0, 0, 0, 0, 0x80, 0, 0],
+        [0x04, 1, 0, 0, 0, 0, 0, 0],
+        [0x5E, 0, 0, 0, 0, 0, 0, 0],
+        // Another id for this foot, which has one; another bit rate; their store.
+        [0x11, 0x22, 0, 0, 0, 0, 0, 0],
+        [0x13, 0, 3, 0, 0, 0, 0, 0],
+        [0x17, 0, 0, 0, 0, 0, 0, 0],
+        [0x04, 0, 0, 0, 0, 0, 0, 0],
+        [0xFF; 8],
+    ];
+    send_beside(&mut master, &image, |master, number| {
+        let request = services[number % services.len()];
+        master.board.push_can(BusFrame::new(0x7E5, &request));
+    });
+    install(&mut master);
+    assert_eq!(master.board.can_bit_rate(), Some(1_000_000));
+}
+
+#[test]
+fn noise_on_the_serial_line_does_not_disturb_a_transfer() {
+    let Some((mut master, image)) = stopped() else {
+        return;
+    };
+    let mut state = 0x2545_F491_u32;
+    send_beside(&mut master, &image, |master, number| {
+        let noise: Vec<u8> = (0..400)
+            .map(|_| {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                (state >> 24) as u8
+            })
+            .collect();
+        master.board.push_uart(&noise);
+        // Unknown lines, and frames for other nodes.
+        let lines = [
+            "\rC\rO\r",
+            "t6128400810000000000\r",
+            "t61184\r",
+            "T1FFFFFFF8\r",
+        ];
+        master.board.push_uart(lines[number % 4].as_bytes());
+    });
+    install(&mut master);
+}
+
+/// A second master on the serial line begins its own transfer: the first ends with an abort, and the next attempt succeeds.
+#[test]
+fn master_on_the_other_line_ends_a_transfer_in_words() {
+    let Some((mut master, image)) = stopped() else {
+        return;
+    };
+    let size = master.begin(image.len()).expect("a block");
+    let block = image.chunks(7).take(size).map(|bytes| (bytes, false));
+    assert_eq!(master.block(block)[0], 0xA2);
+    master.open_serial_line();
+    // A read waits for the transfer of the other line; an abort ends it.
+    master.push(&[0x80, 0x50, 0x1F, 1, 0, 0, 4, 5]);
+    assert_eq!(master.number(index::FLASH_STATUS), BROKEN_OFF);
+    master.turn_to_bus();
+    let next = segment(1, &image[..7], false);
+    assert_eq!(master.ask(&next)[0], 0x80);
+    assert_eq!(master.number(index::FLASH_STATUS), BROKEN_OFF);
+    assert_eq!(master.control(CLEAR)[0], 0x60);
+    assert_eq!(master.send(&image)[0], 0xA1);
+    install(&mut master);
+}
+
+#[test]
+fn reset_or_start_in_a_transfer_brings_the_old_program_back() {
+    for by_nmt in [true, false] {
+        let Some((mut master, image)) = stopped() else {
+            return;
+        };
+        let size = master.begin(image.len()).expect("a block");
+        let block = image.chunks(7).take(size).map(|bytes| (bytes, false));
+        assert_eq!(master.block(block)[0], 0xA2);
+        match by_nmt {
+            // All nodes.
+            true => master.board.push_can(BusFrame::new(0, &[0x81, 0])),
+            false => {
+                // The first ends the transfer, which has no answer within a block.
+                master.push(&[0x80, 0x50, 0x1F, 1, 0, 0, 4, 5]);
+                assert_eq!(master.control(START)[0], 0x60);
+            }
+        }
+        master.boot_up(1_000);
+        assert_eq!((master.version().as_str(), master.status()), (OLD, None));
+        master.stop();
+        assert_eq!(master.control(CLEAR)[0], 0x60);
+        assert_eq!(master.send(&image)[0], 0xA1);
+        install(&mut master);
+    }
+}
+
+/// Commands that come in any order do not put half an image in place of the program.
+#[test]
+fn commands_in_any_order_keep_the_old_program() {
+    let Some((mut master, image)) = stopped() else {
+        return;
+    };
+    for command in [CLEAR, STOP, CLEAR, CONFIRM, 9, 0xFF, STOP] {
+        let answer = master.ask_within(&[0x2F, 0x51, 0x1F, 1, command, 0, 0, 0], 2_500);
+        let is_known = [CLEAR, STOP].contains(&command);
+        let expected = if is_known { 0x60 } else { 0x80 };
+        assert_eq!(answer.map(|answer| answer[0]), Some(expected), "{command}");
+    }
+    // Complete, then cleared: there is nothing to start.
+    assert_eq!(master.send(&image)[0], 0xA1);
+    let cleared = master.ask_within(&[0x2F, 0x51, 0x1F, 1, CLEAR, 0, 0, 0], 2_500);
+    assert_eq!(cleared.map(|answer| answer[0]), Some(0x60));
+    assert_eq!(master.control(START)[0], 0x60);
+    master.boot_up(1_000);
+    assert_eq!((master.version().as_str(), master.status()), (OLD, None));
+}
+
+/// Operations of the flash in an install, from its first record to the cleared slot.
+fn operations_of_an_install() -> Option<u64> {
+    let (mut master, image) = stopped()?;
+    assert_eq!(master.send(&image)[0], 0xA1);
+    let before = master.board.cpu().machine().chip.flash.operations;
+    install(&mut master);
+    let after = master.board.cpu().machine().chip.flash.operations;
+    Some(after - before)
+}
+
+/// Each operation is cut in a simulated flash by `bootloader/tests`; here those where the work changes, as flashed.
+#[test]
+fn power_cuts_where_an_install_changes_leave_a_whole_program() {
+    let Some(all) = operations_of_an_install() else {
+        return;
+    };
+    assert!((40_000..60_000).contains(&all), "{all}");
+    let middle = all / 2;
+    let cuts = (1..=3)
+        .chain(middle - 1..=middle + 1)
+        .chain(all - 2..=all)
+        .collect::<Vec<u64>>();
+    std::thread::scope(|scope| {
+        for half in 0..2 {
+            let cuts = cuts.iter().skip(half).step_by(2);
+            scope.spawn(move || cuts.for_each(|at| cut_twice(*at)));
+        }
+    });
+}
+
+/// Cuts the supply in an operation of an install, and once more in the third operation after it.
+fn cut_twice(at: u64) {
+    let Some((mut master, image)) = stopped() else {
+        return;
+    };
+    assert_eq!(master.send(&image)[0], 0xA1);
+    master.board.inject(Injection::CutInFlash(at));
+    master.push(&[0x2F, 0x51, 0x1F, 1, START, 0, 0, 0]);
+    for _ in 0..INSTALLED_MS {
+        master.run(1);
+        if power_cuts(&master) == 1 {
+            break;
+        }
+    }
+    assert_eq!(power_cuts(&master), 1, "{at}");
+    master.board.inject(Injection::CutInFlash(3));
+    master.boot_up(2 * INSTALLED_MS);
+    let version = master.version();
+    assert!([OLD, NEW].contains(&version.as_str()), "{at}: {version}");
+    assert_eq!(master.status(), None, "{at}");
+}
+
+fn power_cuts(master: &Master) -> usize {
+    let resets = master.board.resets();
+    let cuts = resets
+        .iter()
+        .filter(|(_, cause)| *cause == ResetCause::PowerOn);
+    cuts.count()
+}
+
+/// A cut in the record by which a program confirms itself leaves it on trial, or confirmed.
+#[test]
+fn power_cut_in_the_confirmation_keeps_the_new_program() {
+    for at in [1, 2] {
+        let Some((mut master, image)) = stopped() else {
+            return;
+        };
+        assert_eq!(master.send(&image)[0], 0xA1);
+        install(&mut master);
+        master.board.inject(Injection::CutInFlash(at));
+        master.push(&[0x2F, 0x51, 0x1F, 1, CONFIRM, 0, 0, 0]);
+        master.boot_up(2_000);
+        assert_eq!(master.version(), NEW, "{at}");
+        assert_eq!(master.control(CONFIRM)[0], 0x60, "{at}");
+        for _ in 0..4 {
+            master.board.inject(Injection::Reset);
+            master.boot_up(1_000);
+        }
+        assert_eq!(master.version(), NEW, "{at}");
+    }
+}
