@@ -62,12 +62,11 @@ fn write_panel(panel: &Panel, to: &mut String) -> fmt::Result {
         to,
         "       <range left=\"0\" right=\"10\" bottom=\"0\" top=\"1\"/>"
     )?;
-    match panel.kind {
-        PanelKind::Probabilities => writeln!(to, "       <limitY min=\"0\" max=\"1\"/>")?,
-        PanelKind::Lines | PanelKind::States | PanelKind::Diagnostics => {
-            writeln!(to, "       <limitY/>")?
-        }
-    }
+    let limits = match panel.kind {
+        PanelKind::Probabilities => " min=\"0\" max=\"1\"",
+        PanelKind::Lines | PanelKind::States | PanelKind::Diagnostics => "",
+    };
+    writeln!(to, "       <limitY{limits}/>")?;
     for (curve, colour) in panel.curves.iter().zip(COLOURS.iter().cycle()) {
         let field = curve.field.replace('.', "/");
         writeln!(

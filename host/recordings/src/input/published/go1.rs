@@ -205,7 +205,7 @@ mod tests {
         let text = "0,0,0,1,0,0,0\n0,,,,,,\n0,0,0,1,0,0,0\n";
         match load(text) {
             Err(InputError::ImuAfterForceOnly { cell }) => {
-                assert_eq!(cell.place, RowPlace::Line(3))
+                assert_eq!(cell.place, RowPlace::Line(3));
             }
             other => panic!("{other:?}"),
         }

@@ -85,24 +85,15 @@ impl FromStr for Scale {
     }
 }
 
-/// Mark before the fraction of a number.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Decimal {
-    /// `1.5`.
-    #[default]
-    Point,
-    /// `1,5`.
-    Comma,
-}
-
-impl Decimal {
-    /// Name in options.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Point => ".",
-            Self::Comma => ",",
-        }
+samples::named! {
+    /// Mark before the fraction of a number.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum Decimal {
+        /// `1.5`.
+        #[default]
+        Point = ".",
+        /// `1,5`.
+        Comma = ",",
     }
 }
 
@@ -110,11 +101,8 @@ impl FromStr for Decimal {
     type Err = String;
 
     fn from_str(name: &str) -> Result<Self, String> {
-        let found = [Self::Point, Self::Comma].into_iter();
-        let mut found = found.filter(|decimal| decimal.name() == name);
-        found
-            .next()
-            .ok_or_else(|| format!("{name:?} is before no fraction: write . or ,"))
+        let found = Self::ALL.into_iter().find(|mark| mark.name() == name);
+        found.ok_or_else(|| format!("{name:?} is before no fraction: write . or ,"))
     }
 }
 
