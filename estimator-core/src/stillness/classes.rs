@@ -106,6 +106,7 @@ impl Learnt {
 
 /// Coefficients of learning at a sample rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct LearnerCoefficients {
     pub quantities: PerQuantity<QuantityCoefficients>,
     /// Time between samples, s.
@@ -179,6 +180,7 @@ impl LearnerCoefficients {
 
 /// Duration of stillness or motion so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum Stretch {
     /// Samples with P > 0.5.
     Still(u32),
@@ -191,6 +193,7 @@ const SLOWEST_BY_TURNS: f32 = 0.0021;
 
 /// Quantity whose edge is updated next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum Turn {
     Acceleration,
     Rate,
@@ -199,6 +202,7 @@ enum Turn {
 
 /// Direction in which classes return to the prior while nothing is learnt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum Relaxation {
     /// The still class up to the prior.
     Grow,
@@ -208,6 +212,7 @@ enum Relaxation {
 
 /// Learns the classes.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Learner {
     classes: PerQuantity<Classes>,
     still_seconds: f32,

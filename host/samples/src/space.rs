@@ -2,6 +2,7 @@
 
 /// Three components along the axes of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Vector {
     /// Component along x.
     pub x: f64,
