@@ -115,7 +115,7 @@ def test_a_stream_has_the_bits_of_the_whole(walk: footfall.Recording) -> None:
 
 
 def everything(foot: footfall.Estimator) -> tuple[object, ...]:
-    """What an estimator exposes, but for its events, which are returned once."""
+    """The state that an estimator exposes, but for its events, which are returned once."""
     return foot.learnt.tobytes(), foot.gyro_bias
 
 

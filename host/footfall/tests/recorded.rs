@@ -240,6 +240,9 @@ fn playback_repeats_recorded_contacts() {
     bag(&bench);
     let output = bench.run("record file:walk.mcap -o again.mcap");
     assert_eq!(text(&output.stderr), format!("footfall: {USED}\n"));
+    // The foot keeps its name.
+    let contacts = format!("{CONTACTS:>9} /footfall/FL/contact\n");
+    assert!(text(&output.stdout).contains(&contacts), "{output:?}");
     let rows = |bag: &str| {
         bench.stdout(&format!("replay {bag} --output rows.csv"));
         read(&bench.path("rows.csv"))

@@ -172,7 +172,7 @@ REFUSED = (401, 403)
 
 
 def info(fs: Any, path: str) -> dict[str, Any]:
-    """What a file system knows of a path.
+    """Returns type, length and times of a path.
 
     Raises
     ------

@@ -104,7 +104,12 @@ enum Failure {
 /// Sends the remarks about a foot's recording and the rows of its estimates, which `replay` computes or which were
 /// recorded.
 fn play(stored: Stored, replay: Option<Replay>, line: &Arc<str>, to: &SyncSender<Estimated>) {
-    let mut rows = Rows::new(&stored.about, line, to);
+    let name = match &replay {
+        Some(_) => None,
+        None => sender_of(&stored.about),
+    };
+    let name = name.unwrap_or_else(|| stored.about.foot_or_name());
+    let mut rows = Rows::new(&stored.about, name, line, to);
     let sent = rows.introduce().and_then(|()| match replay {
         Some(replay) => rows.estimate(stored, replay),
         None => rows.repeat(stored),
@@ -113,6 +118,13 @@ fn play(stored: Stored, replay: Option<Replay>, line: &Arc<str>, to: &SyncSender
         // The receiver may be dropped already.
         let _ = to.send(Err(error));
     }
+}
+
+/// Name of the foot that sent recorded contacts, which is the part of their topics before the last, as `FL` of
+/// `/footfall/FL/imu`; one that a recording of several feet has wins.
+fn sender_of(about: &About) -> Option<&str> {
+    let of_topic = || about.address.as_deref()?.rsplit('/').nth(1);
+    about.foot.as_deref().or_else(of_topic)
 }
 
 /// Rows of a foot, while they are sent.
@@ -129,9 +141,9 @@ struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    fn new(about: &About, line: &'a Arc<str>, to: &'a SyncSender<Estimated>) -> Self {
+    fn new(about: &About, name: &str, line: &'a Arc<str>, to: &'a SyncSender<Estimated>) -> Self {
         Self {
-            name: about.foot_or_name().into(),
+            name: name.into(),
             at: Timestamp::from_micros(0u64.saturating_add_signed(about.start_us)),
             about: about.clone(),
             line,
@@ -262,16 +274,13 @@ impl<'a> Rows<'a> {
         self.row_alone(Row { measured, ..row })
     }
 
-    fn row_alone(&mut self, row: Row) -> Result<(), Failure> {
+    fn row_alone(&mut self, mut row: Row) -> Result<(), Failure> {
         let micros = row.timestamp.as_micros();
         self.at = Timestamp::from_micros(micros.saturating_add_signed(self.about.start_us));
-        let row = Row {
-            received: Some(self.at),
-            interface: Some(Arc::clone(self.line)),
-            foot: Some(Arc::clone(&self.name)),
-            sequence: self.number,
-            ..row
-        };
+        row.received = Some(self.at);
+        row.interface = Some(Arc::clone(self.line));
+        row.foot = Some(Arc::clone(&self.name));
+        row.sequence = self.number;
         self.number = self.number.wrapping_add(1);
         self.send(Arrival::Estimate(Box::new(row)))
     }
