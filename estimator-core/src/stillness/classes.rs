@@ -1,5 +1,4 @@
-//! Stillness and motion of one foot: two classes of amplitudes per quantity,
-//! and their learning.
+//! Stillness and motion of one foot: two classes of amplitudes per quantity, and their learning.
 //!
 //! A quantity's amplitudes in stillness and in motion differ from robot to robot by a factor
 //! of a hundred, so they are learnt while the foot walks, from all samples, each weighted by the
@@ -13,7 +12,6 @@
 //! ```
 //!
 //! Safeguards against divergence:
-//!
 //! * Only the beginning of each stance is learnt from ([`StillnessParams::stance`]), and the
 //!   same holds for a motion ([`StillnessParams::motion`]): only a foot that steps is learnt from. An hour of
 //!   standing, of being carried, of hanging in a vibrating robot counts like a fraction of a second.
@@ -40,8 +38,7 @@ use super::stride::{Stride, StrideCoefficients};
 use crate::logarithm::{exp, ln};
 use crate::order::Order;
 
-/// Largest distance above the prior of the classes of a foot that finds hardly any motion, of
-/// the logarithm: a factor of 1.5.
+/// Largest distance of the logarithm above the prior, for a foot that finds hardly any motion: a factor of 1.5.
 const MARGIN: f32 = 0.4;
 
 /// Time without swing or rest, s, after which the classes return to near the prior.
