@@ -47,6 +47,7 @@ const FOLLOWS_EVERY: f32 = 0.02;
 
 /// Whether up is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Alignment {
     /// Not yet: hold still. A fifth of a second of quiet is enough; without quiet it takes some
     /// seconds of averaging.
@@ -58,6 +59,7 @@ pub enum Alignment {
 
 /// Estimates orientation and gyro bias, sample by sample.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AttitudeFilter {
     coefficients: AttitudeCoefficients,
     previous: Option<Timestamp>,

@@ -44,6 +44,7 @@ pub struct ContactEstimate {
 /// The contact estimator of one foot: attitude filter, model of stillness and decision, with room
 /// for `CAPACITY` samples in the window.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ContactEstimator<const CAPACITY: usize> {
     gravity: Gravity,
     period_us: u64,

@@ -51,6 +51,14 @@ impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
 
 /// Implementation of [`DensityEstimator`] for any ring.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(bound(
+        serialize = "Window<R>: serde::Serialize",
+        deserialize = "R: Sized, Window<R>: serde::Deserialize<'de>"
+    ))
+)]
 pub(crate) struct Density<R: ?Sized> {
     kernels: PerAxis<Kernel>,
     window: Window<R>,

@@ -19,6 +19,8 @@ const GAP_WINDOWS: u32 = 3;
 /// The model of a [`Method`], with room for `CAPACITY` samples in a window of half-widths.
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant)] // It is always in place, in static memory, as large as the larger one.
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(bound = ""))]
 pub(crate) enum Model<const CAPACITY: usize> {
     /// [`Method::SelfCalibrating`].
     SelfCalibrating(Stillness),

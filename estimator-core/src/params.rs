@@ -13,6 +13,7 @@ pub use crate::units::STANDARD_GRAVITY;
 
 /// Whether the accelerometer's samples still contain gravity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Gravity {
     /// As measured by an accelerometer. The attitude filter removes gravity and gyro bias.
     #[default]

@@ -94,6 +94,7 @@ impl StillnessConfig {
 
 /// Values that do not change from sample to sample.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Coefficients {
     learning: Learning,
     learner: LearnerCoefficients,
@@ -112,6 +113,7 @@ struct Coefficients {
 
 /// The estimate and its learnt state.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Stillness {
     coefficients: Coefficients,
     learner: Learner,
@@ -134,6 +136,7 @@ pub(crate) struct Stillness {
 
 /// Remaining work for the newest sample after its probability is known.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Lesson {
     state: LessonState,
     motion: Motion,
@@ -145,6 +148,7 @@ struct Lesson {
 
 /// Whether a lesson is pending.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum LessonState {
     Due,
     Over,

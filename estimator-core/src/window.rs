@@ -8,6 +8,9 @@
 //! all sizes: the ring comes last and is seen as a slice. It is optimised with this crate, whatever
 //! the crate that chose the size.
 
+#[cfg(feature = "serde")]
+mod stored;
+
 use crate::axis::PerAxis;
 use crate::kernel::Mass;
 
@@ -29,6 +32,7 @@ pub type AnyRing = [PerAxis<Mass>];
 
 /// Sums over the newest samples of a ring.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Trailing {
     sum: PerAxis<u64>,
     length: usize,

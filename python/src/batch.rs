@@ -8,7 +8,7 @@ use analysis::batch::pattern::PathPattern;
 use analysis::batch::run::{Reason, RecordingOutcome, Results, Watch};
 use analysis::batch::sources::FoundRecording;
 use analysis::batch::{
-    BatchRow, BatchSettings, FeetWanted, Identity, Plausibility, estimate_recording,
+    BatchRow, BatchSettings, FeetWanted, Identity, Plausibility, Verify, estimate_recording,
 };
 use analysis::config::{Resolved, parse_window};
 use pyo3::exceptions::{PyOSError, PyValueError};
@@ -154,7 +154,13 @@ pub(crate) fn batch_plan(
     let planned = Planned::default();
     py.detach(|| {
         let results = Results::look(&out);
-        results.plan(&[recording], &settings, NonZeroUsize::MIN, &planned);
+        results.plan(
+            &[recording],
+            &settings,
+            Verify::Contents,
+            NonZeroUsize::MIN,
+            &planned,
+        );
     });
     let outcome = planned
         .0

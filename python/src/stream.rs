@@ -5,11 +5,14 @@ use estimator_core::{
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 use recordings::events::{ContactEvent, Events};
 use recordings::input::{finite_load, imu_sample, steady_time};
 use recordings::recording::RecordedSample;
 use recordings::replay::Replay;
 use samples::space::components;
+use serde::de::IgnoredAny;
+use serde::{Deserialize, Serialize};
 
 use crate::estimate::{readings, validity_at};
 use crate::parameters::{Settings, SettingsArguments};
@@ -20,6 +23,12 @@ use crate::run::{EventRow, event_row};
 #[pyclass(module = "footfall._footfall")]
 pub(crate) struct Estimator {
     settings: Settings,
+    state: State,
+}
+
+/// All that changes with the samples.
+#[derive(Clone, Serialize, Deserialize)]
+struct State {
     replay: Replay,
     events: Events,
     /// Time of the first sample on the caller's clock, µs.
@@ -28,6 +37,13 @@ pub(crate) struct Estimator {
     newest_us: i64,
     samples: usize,
     rate: f32,
+}
+
+/// A state with the version that wrote it: its layout is that of the version's types.
+#[derive(Serialize, Deserialize)]
+struct Versioned<S> {
+    version: String,
+    state: S,
 }
 
 /// One estimate; the names are those of `footfall.Estimate`.
@@ -53,15 +69,48 @@ impl Estimator {
         let gravity = settings.hints.gravity.unwrap_or(Gravity::Included);
         let replay = Replay::new(rate, gravity, &settings.params())
             .map_err(|error| PyValueError::new_err(format!("parameter {error}")))?;
-        Ok(Self {
-            settings,
+        let state = State {
             replay,
             events: Events::default(),
             start_us: None,
             newest_us: 0,
             samples: 0,
             rate,
-        })
+        };
+        Ok(Self { settings, state })
+    }
+
+    /// The estimator with these settings in the state that [`Self::to_bytes`] returned.
+    #[staticmethod]
+    fn from_bytes(settings: SettingsArguments, bytes: &[u8]) -> PyResult<Self> {
+        let settings = settings.read()?.of_unnamed_foot()?;
+        let refused = |cause| {
+            PyValueError::new_err(format!("the state of an Estimator cannot be read: {cause}"))
+        };
+        // The version is read first: the layout of another one's state is not known.
+        let Versioned { version, .. } = ciborium::from_reader::<Versioned<IgnoredAny>, _>(bytes)
+            .map_err(|error| refused(error.to_string()))?;
+        if version != env!("CARGO_PKG_VERSION") {
+            return Err(refused(format!(
+                "footfall {version} wrote it, and this is {}",
+                env!("CARGO_PKG_VERSION")
+            )));
+        }
+        let Versioned { state, .. } =
+            ciborium::from_reader(bytes).map_err(|error| refused(error.to_string()))?;
+        Ok(Self { settings, state })
+    }
+
+    /// All of the state, with which another estimator of the same settings goes on from here.
+    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let versioned = Versioned {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            state: &self.state,
+        };
+        let mut bytes = Vec::new();
+        ciborium::into_writer(&versioned, &mut bytes)
+            .map_err(|error| PyValueError::new_err(error.to_string()))?;
+        Ok(PyBytes::new(py, &bytes))
     }
 
     /// The estimate of the next sample.
@@ -84,20 +133,23 @@ impl Estimator {
                 )));
             }
             None => {
-                let steady = steady_time(self.samples, self.rate).as_micros();
-                self.start_us.unwrap_or(0).saturating_add_unsigned(steady)
+                let steady = steady_time(self.state.samples, self.state.rate).as_micros();
+                self.state
+                    .start_us
+                    .unwrap_or(0)
+                    .saturating_add_unsigned(steady)
             }
         };
-        if self.samples > 0 && now_us <= self.newest_us {
+        if self.state.samples > 0 && now_us <= self.state.newest_us {
             return Err(PyValueError::new_err(format!(
                 "t is {} s, which does not come after {} s, the time before",
                 now_us as f64 / 1.0e6,
-                self.newest_us as f64 / 1.0e6
+                self.state.newest_us as f64 / 1.0e6
             )));
         }
-        let start_us = *self.start_us.get_or_insert(now_us);
-        self.newest_us = now_us;
-        self.samples += 1;
+        let start_us = *self.state.start_us.get_or_insert(now_us);
+        self.state.newest_us = now_us;
+        self.state.samples += 1;
         let timestamp = Timestamp::from_micros(now_us.abs_diff(start_us));
         let correction = &self.settings.hints.correction;
         let sample = RecordedSample {
@@ -105,17 +157,17 @@ impl Estimator {
             load: load.and_then(finite_load),
             label: None,
         };
-        let estimate = self.replay.update(&sample);
-        self.events.add(&estimate);
+        let estimate = self.state.replay.update(&sample);
+        self.state.events.add(&estimate);
         Ok(row(&estimate, now_us))
     }
 
     /// Events that are complete and were not returned before; at the end of the stream all others, too.
     fn events(&mut self, ended: bool) -> Vec<EventRow> {
-        let start_us = self.start_us.unwrap_or(0);
-        let mut found: Vec<ContactEvent> = std::iter::from_fn(|| self.events.pop()).collect();
+        let start_us = self.state.start_us.unwrap_or(0);
+        let mut found: Vec<ContactEvent> = std::iter::from_fn(|| self.state.events.pop()).collect();
         if ended {
-            found.extend(std::mem::take(&mut self.events).finish());
+            found.extend(std::mem::take(&mut self.state.events).finish());
         }
         found
             .iter()
@@ -130,13 +182,13 @@ impl Estimator {
 
     /// Bias of the gyroscope at the newest sample, rad/s.
     fn gyro_bias(&self) -> Option<(f32, f32, f32)> {
-        let AngularRate(Vec3 { x, y, z }) = self.replay.gyro_bias()?;
+        let AngularRate(Vec3 { x, y, z }) = self.state.replay.gyro_bias()?;
         Some((x, y, z))
     }
 
     /// State learnt from all samples.
     fn learnt(&self) -> Vec<f32> {
-        self.replay.clone().finish().to_array().to_vec()
+        self.state.replay.clone().finish().to_array().to_vec()
     }
 }
 

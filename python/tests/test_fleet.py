@@ -88,12 +88,15 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
         os.environ.pop(name, None) if value is None else os.environ.update({name: value})
 
 
+NOTES_OF_THE_PROGRAM = ".inputs.json"
+
+
 def files(out: Path) -> dict[str, bytes]:
-    """The files of a folder of tables, by their paths below it, without the copies that the program has not."""
+    """The files of a folder of tables, by their paths below it, without copies and notes."""
     return {
         path.relative_to(out).as_posix(): path.read_bytes()
         for path in sorted(out.rglob("*"))
-        if path.is_file() and path.name not in (ROWS, NOTES)
+        if path.is_file() and path.name not in (ROWS, NOTES, NOTES_OF_THE_PROGRAM)
     }
 
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import fcntl
 import os
 import subprocess
+import threading
 import time
 from collections import Counter
 from collections.abc import Iterator
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
@@ -107,6 +109,74 @@ def test_unreadable_source_is_a_row_with_its_reason(storage: Faulty, recording: 
     assert set(statuses(fleet.estimate("faulty://in", out, jobs=1)).values()) == {"done", "up_to_date"}
     assert list(Faulty.reads) == ["/in/spot/archived.parquet"]
     assert set(fleet.rows(out)["status"].to_pylist()) == {"done"}
+
+
+class Answers(BaseHTTPRequestHandler):
+    """A server of one recording at every path, with other statuses first."""
+
+    recording = b""
+    statuses: dict[str, list[int]] = {}
+    """Statuses of a path in their order; the last one is repeated if it is a refusal."""
+    gets: Counter[str] = Counter()
+
+    def do_HEAD(self) -> None:
+        self.answer(b"")
+
+    def do_GET(self) -> None:
+        self.gets[self.path] += 1
+        self.answer(self.recording)
+
+    def answer(self, body: bytes) -> None:
+        waiting = self.statuses.get(self.path, [])
+        status = 200
+        if waiting:
+            is_for_good = len(waiting) == 1 and waiting[0] == 403
+            status = waiting[0] if is_for_good or self.command == "HEAD" else waiting.pop(0)
+        self.send_response(status)
+        self.send_header("Content-Length", str(len(self.recording) if status == 200 else 0))
+        self.end_headers()
+        self.wfile.write(body if status == 200 else b"")
+
+    def log_message(self, format: str, *args: Any) -> None:
+        pass
+
+
+@pytest.fixture
+def server(recording: bytes, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+    """The address of a server of HTTP on this machine, and pauses that take no time."""
+    pytest.importorskip("aiohttp")
+    monkeypatch.setattr(Answers, "recording", recording)
+    monkeypatch.setattr(Answers, "gets", Counter())
+    monkeypatch.setattr(_retry, "FIRST_PAUSE_S", 0.0)
+    listening = ThreadingHTTPServer(("127.0.0.1", 0), Answers)
+    thread = threading.Thread(target=listening.serve_forever)
+    thread.start()
+    yield f"http://127.0.0.1:{listening.server_port}"
+    listening.shutdown()
+    thread.join()
+    listening.server_close()
+
+
+def test_refusals_of_a_server_do_not_end_the_run(
+    server: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    answers = {"forbidden": [403], "broken": [500] * 100, "busy": [500, 503], "good": []}
+    monkeypatch.setattr(Answers, "statuses", {f"/spot/{name}.parquet": list(of) for name, of in answers.items()})
+    sources = [f"{server}/spot/{name}.parquet" for name in answers]
+    out = tmp_path / "out"
+    report = fleet.estimate(sources, out, robot="spot", jobs=1)
+    expected = {"forbidden": "failed", "broken": "failed", "busy": "done", "good": "done"}
+    assert statuses(report) == {f"{name}.parquet": status for name, status in expected.items()}
+    errors = {row["recording"].rpartition("/")[2]: row["error"] for row in fleet.rows(out).to_pylist()}
+    for name, status in (("forbidden", "403"), ("broken", "500")):
+        error = errors[f"{name}.parquet"]
+        assert f"{name}.parquet cannot be read: " in error and status in error, error
+    assert errors["busy.parquet"] is errors["good.parquet"] is None
+    asked = {name: Answers.gets[f"/spot/{name}.parquet"] for name in answers}
+    assert asked["forbidden"] <= 2 and asked["broken"] > 2 and asked["busy"] == 3 and asked["good"] == 1, asked
+    # What has passed is done by the next call.
+    monkeypatch.setattr(Answers, "statuses", {})
+    assert fleet.estimate(sources, out, robot="spot", jobs=1).count("failed") == 0
 
 
 def test_archived_object_of_s3_is_a_row(recording: bytes, tmp_path: Path) -> None:

@@ -1,5 +1,4 @@
-//! Stillness and motion of one foot: two classes of amplitudes per quantity,
-//! and their learning.
+//! Stillness and motion of one foot: two classes of amplitudes per quantity, and their learning.
 //!
 //! A quantity's amplitudes in stillness and in motion differ from robot to robot by a factor
 //! of a hundred, so they are learnt while the foot walks, from all samples, each weighted by the
@@ -13,7 +12,6 @@
 //! ```
 //!
 //! Safeguards against divergence:
-//!
 //! * Only the beginning of each stance is learnt from ([`StillnessParams::stance`]), and the
 //!   same holds for a motion ([`StillnessParams::motion`]): only a foot that steps is learnt from. An hour of
 //!   standing, of being carried, of hanging in a vibrating robot counts like a fraction of a second.
@@ -40,8 +38,7 @@ use super::stride::{Stride, StrideCoefficients};
 use crate::logarithm::{exp, ln};
 use crate::order::Order;
 
-/// Largest distance above the prior of the classes of a foot that finds hardly any motion, of
-/// the logarithm: a factor of 1.5.
+/// Largest distance of the logarithm above the prior, for a foot that finds hardly any motion: a factor of 1.5.
 const MARGIN: f32 = 0.4;
 
 /// Time without swing or rest, s, after which the classes return to near the prior.
@@ -106,6 +103,7 @@ impl Learnt {
 
 /// Coefficients of learning at a sample rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct LearnerCoefficients {
     pub quantities: PerQuantity<QuantityCoefficients>,
     /// Time between samples, s.
@@ -179,6 +177,7 @@ impl LearnerCoefficients {
 
 /// Duration of stillness or motion so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum Stretch {
     /// Samples with P > 0.5.
     Still(u32),
@@ -191,6 +190,7 @@ const SLOWEST_BY_TURNS: f32 = 0.0021;
 
 /// Quantity whose edge is updated next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum Turn {
     Acceleration,
     Rate,
@@ -199,6 +199,7 @@ enum Turn {
 
 /// Direction in which classes return to the prior while nothing is learnt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum Relaxation {
     /// The still class up to the prior.
     Grow,
@@ -208,6 +209,7 @@ enum Relaxation {
 
 /// Learns the classes.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Learner {
     classes: PerQuantity<Classes>,
     still_seconds: f32,

@@ -12,6 +12,7 @@ use crate::order::Order;
 
 /// Evidence in the newest sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) enum Shown {
     /// A swing as strong as the foot's own.
     Swing,
@@ -29,6 +30,7 @@ const MOST_REST: f32 = 1.3;
 
 /// State of the evidence.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Evidence {
     params: EvidenceParams,
     /// Sample period, s.

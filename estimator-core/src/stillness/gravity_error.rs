@@ -23,6 +23,7 @@ const LIMIT_ALONG: f32 = 1.0;
 
 /// Whether the foot is quiet, as far as shaking is concerned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) enum Foot {
     Quiet,
     Moving,
@@ -30,6 +31,7 @@ pub(super) enum Foot {
 
 /// Estimator of the error.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct GravityError {
     /// Estimated error, m/s², sensor frame.
     value: Vec3,

@@ -18,6 +18,7 @@ pub const OLDEST: f32 = 1.0e6;
 
 /// Learnt classes of one quantity; natural logarithms of amplitudes in m/s² or rad/s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Classes {
     /// Mean in stillness.
     pub still: f32,
@@ -30,6 +31,7 @@ pub struct Classes {
 /// Learnt state of a foot, and the amount of observation behind it. It can be stored and restored:
 /// a warm start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Learnt {
     /// Acceleration without gravity.
     pub acceleration: Classes,

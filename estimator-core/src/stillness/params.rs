@@ -12,6 +12,7 @@ use crate::range::{ParamsError, in_range};
 
 /// Whether the classes follow the foot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Learning {
     /// The classes follow: the foot calibrates itself while it walks.
     #[default]

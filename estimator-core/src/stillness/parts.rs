@@ -24,6 +24,7 @@ const AXIS_TURN: u32 = 18;
 
 /// A motion and the squares of its total amplitudes.
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Motion {
     pub acceleration: Vec3,
     pub rate: Vec3,
@@ -35,6 +36,7 @@ pub(super) struct Motion {
 
 /// A part of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum Part {
     /// Along the ground, and turning about up.
     Tangential,
@@ -107,6 +109,7 @@ impl Part {
 
 /// State of one part.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct State {
     /// Mean masses.
     acceleration: f32,
@@ -116,6 +119,7 @@ struct State {
 
 /// State of all parts.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Parts {
     states: [State; Part::ALL.len()],
     /// Shares of the newest mass in the means of directions and of axes.
@@ -129,6 +133,7 @@ pub(super) const LEAST_WINDOW: f32 = 2.0;
 
 /// Schedule of the parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum Schedule {
     /// All with each sample.
     All,

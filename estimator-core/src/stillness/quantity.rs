@@ -5,6 +5,7 @@ use super::params::QuantityParams;
 
 /// Upper end of stillness for one quantity, and its sharpness.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Edge {
     /// Logarithm of the amplitude.
     pub at: f32,
@@ -16,6 +17,7 @@ pub(super) struct Edge {
 
 /// A value for each quantity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct PerQuantity<T> {
     pub acceleration: T,
     pub rate: T,
@@ -34,6 +36,7 @@ impl<T: Copy> PerQuantity<T> {
 
 /// Coefficients of a quantity, derived from its constants.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct QuantityCoefficients {
     pub floor: f32,
     pub floor_squared: f32,

@@ -60,6 +60,7 @@ const FOUND_AGAIN: f32 = 1.0;
 
 /// Coefficients of the slide test at a sample rate.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Coefficients {
     params: SlideParams,
     /// Time between samples, s.
@@ -82,6 +83,7 @@ struct Coefficients {
 
 /// Speed along the ground, and the usual speed in a stance.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Slide {
     coefficients: Coefficients,
     /// Speed along the ground, m/s, sensor frame.

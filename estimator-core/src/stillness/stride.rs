@@ -16,6 +16,7 @@ const SWINGS: f32 = 0.2;
 
 /// Coefficients of stride detection at a sample rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct StrideCoefficients {
     pub params: EvidenceParams,
     /// Time between samples, s.
@@ -39,6 +40,7 @@ impl StrideCoefficients {
 
 /// State of the current stride, as observed from the acceleration.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Stride {
     /// Mean logarithm of the acceleration, over the mean of motion.
     mean: f32,

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use analysis::batch::run::{Reason, RecordingOutcome, Results, Watch};
 use analysis::batch::sources::{FoundRecording, Search, find};
-use analysis::batch::{BatchSettings, Status};
+use analysis::batch::{BatchSettings, Status, Verify};
 use recordings::input::Topics;
 use rusqlite::Connection;
 use std::num::NonZeroUsize;
@@ -82,7 +82,13 @@ fn run(logs: &Path, out: &Path, topics: Topics) -> RecordingOutcome {
     let outcomes = Outcomes::default();
     let results = Results::open(out).unwrap();
     results
-        .estimate(&found.recordings, &settings, NonZeroUsize::MIN, &outcomes)
+        .estimate(
+            &found.recordings,
+            &settings,
+            Verify::Listing,
+            NonZeroUsize::MIN,
+            &outcomes,
+        )
         .unwrap();
     outcomes.0.into_inner().unwrap().remove(0)
 }

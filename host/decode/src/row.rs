@@ -107,8 +107,13 @@ pub struct ContactRow {
     pub status: Status,
     /// The estimator's flags as bits.
     pub flags: Option<u8>,
-    /// Recorded sample, gravity included, of an estimate computed from a recording.
+    /// Standard deviation of the foot's velocity, m/s, of an estimate computed or recorded on a host.
+    pub velocity_sigma: Option<f32>,
+    /// Recorded sample, gravity included, that a recording has with this estimate. Its time is on the clock of
+    /// [`Self::timestamp`], at or before it.
     pub measured: Option<ImuSample>,
+    /// Load recorded with that sample, N or the unit of its recording; NaN where it is no longer known.
+    pub load: Option<f32>,
 }
 
 impl ContactRow {
@@ -259,7 +264,9 @@ mod tests {
             // Stance, stable, valid.
             status: Status::from_bits(0x19),
             flags: Some(Flags::NONE.with(Flag::TimeGap).bits()),
+            velocity_sigma: None,
             measured: None,
+            load: None,
         };
         let (bare, full) = (written(&bare), written(&full));
         let columns = HEADER.split(',').count();

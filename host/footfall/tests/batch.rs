@@ -33,14 +33,17 @@ fn lab() -> Bench {
     bench
 }
 
-/// Returns the files below a directory with their content.
+/// File of notes on the recordings, in the folder of results.
+const NOTES: &str = ".inputs.json";
+
+/// Returns the files below a directory with their content, but for the notes, which have times of files.
 fn tree(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     fn collect(folder: &Path, top: &Path, files: &mut BTreeMap<PathBuf, Vec<u8>>) {
         for entry in fs::read_dir(folder).into_iter().flatten() {
             let path = entry.expect("an entry").path();
             if path.is_dir() {
                 collect(&path, top, files);
-            } else {
+            } else if !path.ends_with(NOTES) {
                 let name = path.strip_prefix(top).expect("below").to_owned();
                 files.insert(name, fs::read(path).expect("a file"));
             }
@@ -107,6 +110,77 @@ fn invalid_recording_is_a_row_and_does_not_stop_the_batch() {
             "{start} {names:?}"
         );
     }
+}
+
+/// Writes other bytes of the same length into a file, and restores its time of modification.
+fn change_behind_the_listing(path: &Path) {
+    let modified = fs::metadata(path).and_then(|about| about.modified());
+    let mut bytes = fs::read(path).expect("a file");
+    *bytes.last_mut().expect("a byte") ^= 1;
+    fs::write(path, bytes).expect("a file");
+    let file = fs::File::options().write(true).open(path);
+    let set = file
+        .expect("a file")
+        .set_modified(modified.expect("a time"));
+    set.expect("its time");
+}
+
+#[test]
+fn unchanged_recording_is_known_by_its_listing() {
+    let bench = lab();
+    let recording = bench.path("logs/spot/fr.csv");
+    let first = report(&bench, "logs --out out");
+    assert_eq!(counts(&first), [3, 0, 1]);
+    // The rows of the notes are those of the tables.
+    let listed = report(&bench, "logs --out out");
+    assert_eq!(counts(&listed), [0, 3, 1]);
+    assert_eq!(listed, report(&bench, "logs --out out --verify contents"));
+    change_behind_the_listing(&recording);
+    assert_eq!(counts(&report(&bench, "logs --out out")), [0, 3, 1]);
+    assert_eq!(
+        counts(&report(&bench, "logs --out out --dry-run")),
+        [0, 3, 1]
+    );
+    let planned = report(&bench, "logs --out out --dry-run --verify contents");
+    let changed = "logs/spot/fr.csv to_do input_changed".to_owned();
+    assert!(actions(&planned).contains(&changed), "{planned}");
+    let contents = report(&bench, "logs --out out --verify contents");
+    assert_eq!(counts(&contents), [1, 2, 1]);
+    // Another time makes its bytes count, which are noted again.
+    let noted = fs::read(bench.path("out").join(NOTES)).expect("notes");
+    let file = fs::File::options().write(true).open(&recording);
+    let set = file.expect("a file").set_modified(std::time::UNIX_EPOCH);
+    set.expect("its time");
+    assert_eq!(counts(&report(&bench, "logs --out out")), [0, 3, 1]);
+    assert_ne!(
+        fs::read(bench.path("out").join(NOTES)).expect("notes"),
+        noted
+    );
+    // Without notes the bytes count, too.
+    for damaged in [true, false] {
+        change_behind_the_listing(&recording);
+        match damaged {
+            true => fs::write(bench.path("out").join(NOTES), "{"),
+            false => fs::remove_file(bench.path("out").join(NOTES)),
+        }
+        .expect("notes");
+        assert_eq!(counts(&report(&bench, "logs --out out")), [1, 2, 1]);
+    }
+    // Notes on recordings of other runs are kept, those on recordings without results are not.
+    let notes = || common::read(&bench.path("out").join(NOTES));
+    bench.run("batch logs/go2 --out out");
+    let noted = || notes().matches("{\"blake3\":").count();
+    assert_eq!(noted(), 4);
+    fs::remove_file(&recording).expect("it is there");
+    bench.run("batch logs --out out --prune --yes");
+    bench.run("batch logs --out out");
+    assert_eq!(noted(), 3);
+    // A file of a row that has changed is read.
+    let table = bench.path("out/recordings/robot=spot");
+    let name = tree(&table).into_keys().next().expect("a row");
+    fs::write(table.join(name), "PAR1").expect("a file");
+    let again = report(&bench, "logs --out out");
+    assert_eq!(counts(&again), [1, 1, 1], "{again}");
 }
 
 #[test]

@@ -77,7 +77,9 @@ fn sections_of_feet_apply_to_a_played_bag() {
     .expect("a file");
     let feet = "--topic all --config robot.toml";
     let expected = replayed(&bench, &format!("feet.mcap {feet} --estimate-again"));
-    bench.stdout(&format!("record file:feet.mcap {feet} -o played.mcap"));
+    bench.stdout(&format!(
+        "record file:feet.mcap {feet} --estimate-again -o played.mcap"
+    ));
     assert_eq!(replayed(&bench, "played.mcap --topic all"), expected);
     let other = replayed(&bench, "feet.mcap --topic all --estimate-again");
     assert_ne!(expected, other);

@@ -317,6 +317,54 @@ fn recorded_samples_are_recorded_as_they_were() {
     assert_eq!(axes(&read(&bench.path("back.csv"))), axes(&original));
 }
 
+/// Cells of a column in each row of a table.
+fn column(table: &str, name: &str) -> Vec<String> {
+    let mut rows = table.lines().map(|line| line.split(','));
+    let mut header = rows.next().expect("a header");
+    let place = header.position(|column| column == name).expect(name);
+    let cell = |mut row: std::str::Split<'_, char>| row.nth(place).unwrap_or_default().to_owned();
+    rows.map(cell).collect()
+}
+
+#[test]
+fn recorded_loads_are_recorded_with_their_samples() {
+    // The load is not known for half a second.
+    let row = |k: u32| {
+        let t = f64::from(k) * 0.005;
+        let load = if (200..300).contains(&k) {
+            String::new()
+        } else {
+            format!("{}", k % 64)
+        };
+        format!("{t:.3},0,0,9.75,0,0,0,{load}\n")
+    };
+    let rows: String = (0..600).map(row).collect();
+    let original = format!("t,{AXES},force\n{rows}");
+    let bench = Bench::with("walk.csv", &original);
+    let report = bench.stdout("record file:walk.csv -o walk.mcap");
+    // One message more where the load ends.
+    assert_eq!(count(&report, "/footfall/walk/load"), 501, "{report}");
+    let back = |options: &str| {
+        bench.stdout(&format!("convert {options} back.csv --overwrite"));
+        column(&read(&bench.path("back.csv")), "force")
+    };
+    let loads = "--load-topic /footfall/walk/load";
+    assert_eq!(
+        back(&format!("walk.mcap {loads}")),
+        column(&original, "force")
+    );
+    // With the contacts as they were recorded, and with those that are estimated again.
+    for options in ["", " --estimate-again"] {
+        bench.stdout(&format!(
+            "record file:walk.mcap {loads}{options} -o again.mcap --overwrite"
+        ));
+        let again = back(&format!("again.mcap {loads}"));
+        assert_eq!(again, column(&original, "force"), "{options}");
+    }
+    let shown = bench.stdout("monitor --json file:walk.csv@max");
+    assert!(shown.contains("\"load_n\":23"), "{shown}");
+}
+
 #[test]
 fn implausible_unit_is_remarked_in_live_sources() {
     let row = |k: u32| format!("{:.3},0,0,1.0,0,0,0\n", f64::from(k) * 0.005);

@@ -236,6 +236,68 @@ fn recording_of_a_foot_on_can_replays_at_its_rate() {
     assert!(count("touch_down") >= 4, "{events}");
 }
 
+#[test]
+fn playback_repeats_recorded_contacts() {
+    let bench = Bench::new();
+    bag(&bench);
+    let output = bench.run("record file:walk.mcap -o again.mcap");
+    assert_eq!(text(&output.stderr), format!("footfall: {USED}\n"));
+    // The foot keeps its name.
+    let contacts = format!("{CONTACTS:>9} /footfall/FL/contact\n");
+    assert!(text(&output.stdout).contains(&contacts), "{output:?}");
+    let rows = |bag: &str| {
+        bench.stdout(&format!("replay {bag} --output rows.csv"));
+        read(&bench.path("rows.csv"))
+    };
+    assert_eq!(rows("again.mcap"), rows("walk.mcap"));
+    // Its samples are those of the recording, at their own times.
+    let samples = |bag: &str| {
+        bench.stdout(&format!("convert {bag} samples.csv --overwrite"));
+        read(&bench.path("samples.csv"))
+    };
+    assert_eq!(samples("again.mcap"), samples("walk.mcap"));
+    let shown = bench.stdout("monitor --plain file:walk.mcap@max");
+    assert!(shown.contains(USED), "{shown}");
+    let output = bench.run("record file:walk.mcap --preset paper -o paper.mcap");
+    let remark = "footfall: walk.mcap: --preset apply to estimates, not to contacts as they were recorded: --estimate-again\n";
+    assert!(text(&output.stderr).contains(remark), "{output:?}");
+    assert_eq!(rows("paper.mcap"), rows("walk.mcap"));
+}
+
+#[test]
+fn playback_estimates_again_with_the_option() {
+    let bench = Bench::new();
+    bag(&bench);
+    let output = bench.run("record file:walk.mcap --estimate-again -o again.mcap");
+    let said = text(&output.stderr);
+    assert!(said.contains(AGAIN) && !said.contains(USED), "{said}");
+    let contacts = format!("{:>9} /footfall/walk/contact\n", CONTACTS / 20);
+    assert!(text(&output.stdout).contains(&contacts), "{output:?}");
+    let shown = bench.stdout("monitor --plain file:walk.mcap@max --estimate-again");
+    assert!(shown.contains(AGAIN) && !shown.contains(USED), "{shown}");
+    for command in ["monitor", "view", "record -o x.mcap", "ros2"] {
+        let error = bench.error(&format!("{command} demo --estimate-again"));
+        let expected = "demo:feet=1 has no recording of an IMU: ";
+        assert!(error.contains(expected), "{command}: {error}");
+    }
+}
+
+#[test]
+fn recordings_of_feet_are_recorded_again_alike() {
+    for line in ["can", "uart"] {
+        let bench = Bench::new();
+        bench.stdout(&format!(
+            "record demo:feet=2,seconds=6,line={line} -o walk.mcap"
+        ));
+        bench.stdout("record file:walk.mcap --topic all -o again.mcap");
+        let rows = |bag: &str| {
+            bench.stdout(&format!("replay {bag} --topic all --output rows.csv"));
+            read(&bench.path("rows.csv"))
+        };
+        assert!(rows("again.mcap") == rows("walk.mcap"), "{line}");
+    }
+}
+
 /// A sensor whose readings of gravity are in g, in a bag with contacts; it lies on its side.
 const IN_G: Vector3 = Vector3 {
     x: 1.0,

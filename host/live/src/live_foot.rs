@@ -36,7 +36,7 @@ pub struct LiveFoot {
     pub missing: u64,
     /// Number of frames dropped by the foot, as far as reported.
     pub dropped: u64,
-    /// Last load sent to the foot, N.
+    /// Last load sent to the foot, N, or that of the recording that is played.
     pub load: Option<f32>,
     /// Newest orientation.
     pub orientation: Option<Quaternion>,
@@ -126,6 +126,9 @@ impl LiveFoot {
         };
         self.orientation = row.orientation.or(self.orientation);
         self.temperature = row.temperature.or(self.temperature);
+        if let Some(load) = row.load {
+            self.load = load.is_finite().then_some(load);
+        }
         self.row = Some(row);
     }
 

@@ -12,6 +12,7 @@ pub const CAPACITY: usize = 4096;
 
 /// The estimator for the samples of one recording.
 #[derive(Clone)]
+#[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub struct Replay(Box<ContactEstimator<CAPACITY>>);
 
 impl Replay {

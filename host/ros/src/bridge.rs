@@ -5,7 +5,7 @@
 //! | `/footfall/FL/contact` | `footfall_msgs/msg/Contact` | each contact |
 //! | `/footfall/FL/contact/probability` | `std_msgs/msg/Float64`: P alone | each contact; 0 if invalid, because a number cannot express validity |
 //! | `/footfall/FL/velocity` | `geometry_msgs/msg/TwistWithCovarianceStamped` | each contact: zero, with the default variance of the [zero-velocity measurement](estimator_core::velocity); 10⁴ (m/s)² if there is no information |
-//! | `/footfall/FL/load` | `std_msgs/msg/Float64`, N | each load that the robot sends to the foot over CAN |
+//! | `/footfall/FL/load` | `std_msgs/msg/Float64`, N | each load that the robot sends to the foot over CAN, and each that a recording has with a sample; NaN where it is no longer known |
 //! | `/footfall/FL/imu` | `sensor_msgs/msg/Imu` | each raw sample of a serial line, and each sample of a recording with gravity as it was recorded; on CAN each acceleration, with the newest orientation and rate, which are up to 20 ms older: for display, not for integration |
 //! | `/diagnostics` | `diagnostic_msgs/msg/DiagnosticArray` | health and faults, at once on a change, otherwise once a second |
 //!
@@ -125,14 +125,17 @@ impl Bridge {
                 } else {
                     0.0
                 };
-                let velocity =
-                    RosMessage::Velocity(Box::new(foot.velocity(&contact, row.timestamp)));
+                let velocity = RosMessage::Velocity(Box::new(foot.velocity(&contact, row)));
                 publish(&foot.topics.contact, RosMessage::Contact(contact));
                 publish(&foot.topics.velocity, velocity);
                 publish(
                     &foot.topics.probability,
                     RosMessage::Number(Float64 { data }),
                 );
+                if let Some(load) = row.load {
+                    let data = f64::from(load);
+                    publish(&foot.topics.load, RosMessage::Number(Float64 { data }));
+                }
             }
             Said::Raw(raw) => imu = foot.raw(raw, state.stamp),
             Said::Load(newtons) => {

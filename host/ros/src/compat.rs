@@ -17,6 +17,8 @@
 //! | champ `1f87d64` | `champ_base/src/state_estimation.cpp` | `StateEstimation::synchronized_callback_` |
 //! | pronto `8cc55a5` | `pronto_quadruped_ros/src/legodo_handler_ros.cpp` | `FootSensorLegodoHandlerROS::processSecondaryMessage` |
 //! | `InEKF` `05bceec`, `927c4fe` | `inekf_ros/src/InEKF_ROS.cpp`, `Measurement.cpp` | `InEKF_ROS::subscribe`, `ContactMeasurement` |
+//! | `legged_control` `b3864d4` | `legged_examples/legged_unitree/legged_unitree_hw/src/UnitreeHW.cpp`, `legged_controllers/src/LeggedController.cpp` | `UnitreeHW::read`, `LeggedController::updateStateEstimation` |
+//! | MUSE `32719df` | `muse_ws/src/state_estimator/src/plugins/leg_odometry_plugin.cpp` | `LegOdometryPlugin::callback` |
 //! | DRIFT `06aedd4`, `286ae5b` | `ROS/drift/src/communication/ros_subscriber.cpp`, `include/drift/kinematics/mini_cheetah_kinematics.h` | `ROSSubscriber::MiniCheetahKinCallBack`, `enum Leg` |
 //!
 //! Where nothing else is said, the order is left front, right front, left hind, right hind. A message is created as

@@ -141,7 +141,11 @@ impl Foot {
         self.orientation = row.orientation.map(|q| (q, made)).or(self.orientation);
         self.rate = row.rate.map(|rate| (rate, made)).or(self.rate);
         if let Some(sample) = &row.measured {
-            return (contact, self.recorded(sample, row.orientation, stamp));
+            let age_us = made
+                .as_micros()
+                .saturating_sub(sample.timestamp.as_micros());
+            let taken = Timestamp::from_micros(stamp.as_micros().saturating_sub(age_us));
+            return (contact, self.recorded(sample, row.orientation, taken));
         }
         let imu = match (row.acceleration, self.orientation, self.rate) {
             (Some(acceleration), Some((orientation, first)), Some((rate, second)))
@@ -184,18 +188,19 @@ impl Foot {
         })
     }
 
-    /// Zero-velocity measurement of a contact at `made` on the foot's clock. The variance follows from
+    /// Zero-velocity measurement of a contact. The variance is that of its row, else it follows from
     /// probability and rate with the [default settings](VelocityParams::DEFAULT); the measurement carries no
     /// information if the contact is invalid or the rate unknown. The angular part never carries information.
     pub(crate) fn velocity(
         &self,
         contact: &RosContact,
-        made: Timestamp,
+        row: &ContactRow,
     ) -> TwistWithCovarianceStamped {
         const COEFFICIENTS: VelocityCoefficients =
             VelocityCoefficients::new(&VelocityParams::DEFAULT);
-        let sigma = match self.rate {
-            Some((rate, at)) if contact.valid && is_near(at, made) => {
+        let sigma = match (row.velocity_sigma, self.rate) {
+            (Some(sigma), _) => VelocitySigma(sigma),
+            (None, Some((rate, at))) if contact.valid && is_near(at, row.timestamp) => {
                 COEFFICIENTS.sigma(contact.p_stable, rate, Flags::NONE)
             }
             _ => VelocitySigma::MOST,

@@ -10,6 +10,7 @@ pub const fn components(v: Vec3) -> [f32; 3] {
 
 /// Three components along the axes of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Vector {
     /// Component along x.
     pub x: f64,

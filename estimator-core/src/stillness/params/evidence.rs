@@ -5,6 +5,7 @@ use crate::range::ParamsError;
 
 /// Evidence that a foot must show from time to time to be called stable.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct EvidenceParams {
     /// Required duration of rest, s. 0.01 to 10.
     pub rest: f32,

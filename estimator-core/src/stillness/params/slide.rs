@@ -5,6 +5,7 @@ use crate::range::ParamsError;
 
 /// Limits of a slide, and the learning of the foot's own limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SlideParams {
     /// Least speed along the ground that counts, m/s. 1e-4 to 1.
     pub speed: f32,

@@ -3,9 +3,10 @@
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use blake3::Hasher;
+use serde::{Deserialize, Serialize};
 
 /// Hash of a recording's bytes, and the file metadata that reveals a change while it is read.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -53,6 +54,30 @@ impl Fingerprint {
     pub fn is_unchanged(&self, path: &Path) -> bool {
         stamps(path).is_ok_and(|now| now == self.stamps)
     }
+}
+
+/// Length and time of modification of one file of a recording.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Listed {
+    name: String,
+    length: u64,
+    /// ns since 1970.
+    modified_ns: u64,
+}
+
+/// Returns length and time of all files of a recording; `None` where one has no time, or cannot be read.
+pub(super) fn listed(path: &Path) -> Option<Vec<Listed>> {
+    let stamps = stamps(path).ok()?.into_iter();
+    let listed = stamps.map(|stamp| {
+        let since = stamp.modified?.duration_since(UNIX_EPOCH).ok()?;
+        let name = stamp.path.file_name().unwrap_or_default();
+        Some(Listed {
+            name: name.to_string_lossy().into_owned(),
+            length: stamp.length,
+            modified_ns: u64::try_from(since.as_nanos()).ok()?,
+        })
+    });
+    listed.collect()
 }
 
 /// Returns the size of a recording in bytes: of the file, or of all files in the folder.

@@ -58,14 +58,20 @@ impl Index {
     }
 
     /// Returns the rows of a recording if exactly its files are present; each with its path below the folder of a
-    /// table.
-    pub(super) fn complete_rows(&self, key: &str) -> Result<Vec<(PathBuf, BatchRow)>, Incomplete> {
+    /// table. `noted` returns the row in a file if it is known without reading it, from its path and that below the
+    /// folder of the table.
+    pub(super) fn complete_rows(
+        &self,
+        key: &str,
+        noted: impl Fn(&Path, &Path) -> Option<BatchRow>,
+    ) -> Result<Vec<(PathBuf, BatchRow)>, Incomplete> {
         let files = self.files.get(key).ok_or(Incomplete::Missing)?;
         let folder = self.out.join(Table::Recordings.folder());
         let mut rows = Vec::new();
         for file in files {
             if let Ok(below) = file.strip_prefix(&folder) {
-                let row = read_row(file, below).ok_or(Incomplete::Unfinished)?;
+                let row = noted(file, below).or_else(|| read_row(file, below));
+                let row = row.ok_or(Incomplete::Unfinished)?;
                 rows.push((below.to_owned(), row));
             }
         }

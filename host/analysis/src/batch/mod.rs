@@ -13,11 +13,13 @@
 //! | one recording: its samples and events as tables, then its results | [`recording`] |
 //! | row with the results of a foot | [`row`] |
 //! | index of the results folder | `index` |
+//! | lengths and times of recordings that were hashed | `notes` |
 //! | all recordings: skips those up to date, estimates the rest on all cores | [`run`] |
 
 pub mod fingerprint;
 pub mod identity;
 mod index;
+mod notes;
 pub mod pattern;
 pub mod recording;
 pub mod row;
@@ -27,6 +29,7 @@ pub mod sources;
 mod tables;
 
 pub use identity::Identity;
+pub use notes::Verify;
 pub use recording::{BatchError, Progress, estimate_recording, estimate_recording_watched};
 pub use row::{BatchRow, Status};
 pub use settings::{BatchSettings, FeetWanted, Plausibility};

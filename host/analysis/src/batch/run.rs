@@ -5,14 +5,15 @@ use std::fs::{self, File, TryLockError};
 use std::io;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::fingerprint::Fingerprint;
+use super::fingerprint::{Fingerprint, listed};
 use super::identity::{Day, FootFiles, Identity, day_or_unknown};
 use super::index::{Incomplete, Index, remove_empty_folders};
+use super::notes::{Notes, Verify};
 use super::recording::{BatchError, Progress, estimate_recording_watched};
 use super::row::{BatchRow, Status};
 use super::settings::BatchSettings;
@@ -67,14 +68,20 @@ pub enum RecordingOutcome {
 }
 
 impl RecordingOutcome {
+    /// Returns the rows of the recording; none where it is due.
+    #[must_use]
+    pub fn rows(&self) -> &[BatchRow] {
+        match self {
+            Self::Estimated(_, rows) | Self::UpToDate(rows) => rows,
+            Self::ToDo(_) => &[],
+        }
+    }
+
     /// Returns the error of a failed recording.
     #[must_use]
     pub fn error(&self) -> Option<&str> {
-        let rows = match self {
-            Self::Estimated(_, rows) | Self::UpToDate(rows) => rows,
-            Self::ToDo(_) => return None,
-        };
-        let mut failed = rows
+        let mut failed = self
+            .rows()
             .iter()
             .filter(|row| row.origin.status == Status::Failed);
         failed
@@ -99,6 +106,8 @@ pub struct Stale {
 pub struct Results {
     out: PathBuf,
     index: Index,
+    /// Of the last run, and of this one as far as it is.
+    notes: Mutex<Notes>,
     /// Folder, locked if the system supports it; the lock ends with the process.
     _lock: Option<File>,
 }
@@ -122,6 +131,7 @@ impl Results {
         Ok(Self {
             out: out.to_owned(),
             index,
+            notes: Mutex::new(Notes::read(out)),
             _lock: lock,
         })
     }
@@ -132,6 +142,7 @@ impl Results {
         Self {
             out: out.to_owned(),
             index: Index::of(out),
+            notes: Mutex::new(Notes::read(out)),
             _lock: None,
         }
     }
@@ -145,17 +156,20 @@ impl Results {
         &self,
         recordings: &[FoundRecording],
         settings: &BatchSettings,
+        verify: Verify,
         jobs: NonZeroUsize,
         watch: &(dyn Watch + Sync),
     ) -> Result<(), BatchError> {
+        let noted = self.notes().clone();
         let mut order: Vec<&FoundRecording> = recordings.iter().collect();
         order.sort_by_key(|recording| std::cmp::Reverse(recording.bytes));
         let hash = settings.blake3();
         let results = jobs::run(&order, jobs, |recording| {
-            let outcome = match self.up_to_date(recording, &hash) {
+            let key = recording.identity.key();
+            let before = listed(&recording.path);
+            let outcome = match self.up_to_date(recording, &hash, verify) {
                 Ok(rows) => RecordingOutcome::UpToDate(rows),
                 Err(reason) => {
-                    let key = recording.identity.key();
                     self.remove(&key)?;
                     let rows = estimate_recording_watched(
                         &recording.path,
@@ -167,10 +181,27 @@ impl Results {
                     RecordingOutcome::Estimated(reason, rows)
                 }
             };
+            let rows = outcome.rows();
+            self.notes()
+                .add(key, &recording.path, before, rows, &self.out);
             watch.done(recording, outcome);
             Ok(())
         });
         remove_empty_folders(&self.out);
+        let mut notes = self.notes();
+        let of_run: HashSet<String> = order
+            .iter()
+            .map(|recording| recording.identity.key())
+            .collect();
+        let known: HashSet<&String> = self.index.keys().chain(&of_run).collect();
+        notes.retain(|key| known.contains(key));
+        if *notes != noted {
+            let written = notes.write(&self.out);
+            written.map_err(|source| BatchError::Output {
+                path: self.out.clone(),
+                source,
+            })?;
+        }
         results.into_iter().collect()
     }
 
@@ -179,12 +210,13 @@ impl Results {
         &self,
         recordings: &[FoundRecording],
         settings: &BatchSettings,
+        verify: Verify,
         jobs: NonZeroUsize,
         watch: &(dyn Watch + Sync),
     ) {
         let hash = settings.blake3();
         jobs::run(recordings, jobs, |recording| {
-            let outcome = match self.up_to_date(recording, &hash) {
+            let outcome = match self.up_to_date(recording, &hash, verify) {
                 Ok(rows) => RecordingOutcome::UpToDate(rows),
                 Err(reason) => RecordingOutcome::ToDo(reason),
             };
@@ -241,15 +273,24 @@ impl Results {
         removed.map_err(|(path, source)| BatchError::Output { path, source })
     }
 
+    fn notes(&self) -> MutexGuard<'_, Notes> {
+        self.notes.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// Returns the rows of a recording that is up to date, or the reason to estimate it. The recording is read
-    /// only if everything else matches.
+    /// only if everything else matches, and its listing does not suffice.
     fn up_to_date(
         &self,
         recording: &FoundRecording,
         settings: &str,
+        verify: Verify,
     ) -> Result<Vec<BatchRow>, Reason> {
         let FoundRecording { path, identity, .. } = recording;
-        let rows = self.index.complete_rows(&identity.key());
+        let key = identity.key();
+        let rows = self.index.complete_rows(&key, |file, below| match verify {
+            Verify::Listing => self.notes().row(&key, file, below),
+            Verify::Contents => None,
+        });
         let rows = rows.map_err(|incomplete| match incomplete {
             Incomplete::Missing => Reason::Missing,
             Incomplete::Unfinished => Reason::Incomplete,
@@ -270,9 +311,19 @@ impl Results {
         if !all(&|row| row.origin.input_blake3.is_some()) {
             return Err(Reason::WasUnreadable);
         }
-        let fingerprint = Fingerprint::of(path).map_err(|_| Reason::InputChanged)?;
-        let is_same =
-            |row: &BatchRow| row.origin.input_blake3.as_ref() == Some(&fingerprint.blake3);
+        let noted = match verify {
+            Verify::Listing => self.notes().hash_of(&key, path).map(str::to_owned),
+            Verify::Contents => None,
+        };
+        let hash = match noted {
+            Some(hash) => hash,
+            None => {
+                Fingerprint::of(path)
+                    .map_err(|_| Reason::InputChanged)?
+                    .blake3
+            }
+        };
+        let is_same = |row: &BatchRow| row.origin.input_blake3.as_ref() == Some(&hash);
         if all(&is_same) {
             Ok(rows.into_iter().map(|(_, row)| row).collect())
         } else {

@@ -159,6 +159,7 @@ fn recorded<O: Observer>(stored: &mut Stored, mut results: Results<'_, O>) -> io
             sample,
             estimate,
             moved,
+            ..
         } = recorded?;
         if results.found.span.is_before(estimate.timestamp) {
             break;

@@ -11,10 +11,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 use analysis::batch::pattern::PathPattern;
 use analysis::batch::run::{Reason, RecordingOutcome, Results, Stale, Watch};
 use analysis::batch::sources::{FoundRecording, PassedOver, Search, Sources, find};
-use analysis::batch::{BatchRow, BatchSettings, FeetWanted, Plausibility, Progress, Status};
+use analysis::batch::{
+    BatchRow, BatchSettings, FeetWanted, Plausibility, Progress, Status, Verify,
+};
 use analysis::config::parse_window;
 use analysis::replay::jobs;
 use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use estimator_core::WindowLength;
 use indicatif::ProgressBar;
 use recordings::input::{ContactUse, Format, Hints};
@@ -65,6 +68,10 @@ pub struct BatchArguments {
     /// Estimate N recordings at once; by default as many as there are cores
     #[arg(long, value_name = "N", help_heading = OUTPUT)]
     pub jobs: Option<NonZeroUsize>,
+    /// How it is seen that a recording is unchanged: by length and time of its files as they were noted when they were
+    /// hashed (listing), or by the hash of their bytes (contents)
+    #[arg(long, value_name = "HOW", default_value = "listing", value_parser = verify_parser(), help_heading = OUTPUT)]
+    pub verify: Verify,
     /// List what would be done and why, and do nothing
     #[arg(long, help_heading = OUTPUT)]
     pub dry_run: bool,
@@ -77,6 +84,14 @@ pub struct BatchArguments {
     /// Print the report as one JSON object; `footfall schema batch` describes it
     #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
+}
+
+/// Parser of the ways to see that a recording is unchanged.
+fn verify_parser() -> impl TypedValueParser<Value = Verify> {
+    PossibleValuesParser::new(["listing", "contents"]).map(|word| match word.as_str() {
+        "contents" => Verify::Contents,
+        _ => Verify::Listing,
+    })
 }
 
 /// Names of recordings in the question before results are removed.
@@ -204,11 +219,11 @@ impl BatchArguments {
         let watching = Watching::new(&recordings, self.json || self.dry_run);
         let results = if self.dry_run {
             let results = Results::look(&self.out);
-            results.plan(&recordings, &settings, jobs, &watching);
+            results.plan(&recordings, &settings, self.verify, jobs, &watching);
             results
         } else {
             let results = Results::open(&self.out)?;
-            results.estimate(&recordings, &settings, jobs, &watching)?;
+            results.estimate(&recordings, &settings, self.verify, jobs, &watching)?;
             results
         };
         let stale = results.stale(&recordings, &self.sources);

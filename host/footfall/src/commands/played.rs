@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use analysis::config::{Preset, Resolved};
 use clap::Args;
 use live::{Playback, Source};
-use recordings::input::Format;
+use recordings::input::{ContactUse, Format, Hints};
 
 use super::headings::ESTIMATOR;
 use super::recording::{
-    BagArguments, MountingArguments, TableArguments, preset_parser, read_config,
+    BagArguments, MountingArguments, TableArguments, estimator_options, preset_parser, read_config,
 };
 use crate::error::Error;
 
@@ -31,6 +31,10 @@ pub struct PlayedArguments {
     /// A TOML file with parameters that differ from the preset, of all feet or of single ones
     #[arg(long, value_name = "FILE.toml", help_heading = ESTIMATOR)]
     pub config: Option<PathBuf>,
+    /// Estimate from the samples of a bag again; otherwise the contacts that its feet sent and that were recorded
+    /// with the samples are the estimates, and no parameter applies
+    #[arg(long, help_heading = ESTIMATOR)]
+    pub estimate_again: bool,
 }
 
 impl PlayedArguments {
@@ -46,8 +50,15 @@ impl PlayedArguments {
             ..of_file.unwrap_or_default()
         };
         settings.check_before_reading(Format::Csv)?;
-        let hints = settings.hints(self.table.options(), self.bag.options())?;
-        let playback = Playback { hints, settings };
+        let config = self.config.as_deref();
+        let playback = Playback {
+            hints: Hints {
+                contacts: ContactUse::unless_estimated(self.estimate_again),
+                ..settings.hints(self.table.options(), self.bag.options())?
+            },
+            estimator_options: estimator_options(self.preset, config, None, &self.mounting),
+            settings,
+        };
         if playback != Playback::default() && source.file().is_none() {
             let source = source.to_string();
             return Err(Error::NotPlayed {

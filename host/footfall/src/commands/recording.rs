@@ -200,6 +200,23 @@ pub(super) fn span(from: Option<f64>, to: Option<f64>) -> Result<Span, Error> {
     Ok(span)
 }
 
+/// Returns the names of the given options that change an estimate and nothing else.
+pub(super) fn estimator_options(
+    preset: Preset,
+    config: Option<&Path>,
+    window: Option<WindowLength>,
+    mounting: &MountingArguments,
+) -> Vec<&'static str> {
+    let given = [
+        ("--preset", preset != Preset::default()),
+        ("--config", config.is_some()),
+        ("--window", window.is_some()),
+        ("--axes", mounting.axes.is_some()),
+    ];
+    let given = given.into_iter().filter(|(_, is_given)| *is_given);
+    given.map(|(option, _)| option).collect()
+}
+
 /// Parser of a format name; the help lists all formats.
 fn format_parser() -> impl TypedValueParser<Value = Format> {
     let names = Format::ALL.map(|format| PossibleValue::new(format.name()).help(format.help()));

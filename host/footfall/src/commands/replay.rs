@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use analysis::config::{GRAVITIES, Preset, Resolved, parse_seconds, parse_window, word_of};
+use analysis::config::{GRAVITIES, Resolved, parse_seconds, parse_window, word_of};
 use analysis::parameters::{Estimation, ParametersReport};
 use analysis::replay::estimates::{self, Layout};
 use analysis::replay::foot::{ReplayError, Table, Wanted, replay};
@@ -14,6 +14,7 @@ use analysis::replay::span::Span;
 use analysis::summary::{InputFile, InputReport, Summaries, Summary};
 use clap::Args;
 use estimator_core::{Params, WindowLength};
+use recordings::input::store::contacts::without_effect;
 use recordings::input::{About, ContactUse, Format, Hints, Stored};
 use recordings::output::TableFeet;
 
@@ -177,19 +178,6 @@ impl ReplayArguments {
         ContactUse::unless_estimated(self.estimate_again || self.bag().is_some())
     }
 
-    /// Returns the options that change an estimate and nothing else.
-    fn estimator_options(&self) -> Vec<&'static str> {
-        let recording = &self.recording;
-        let given = [
-            ("--preset", recording.preset != Preset::default()),
-            ("--config", recording.config.is_some()),
-            ("--window", self.window.is_some()),
-            ("--axes", recording.reading.mounting.axes.is_some()),
-        ];
-        let given = given.into_iter().filter(|(_, is_given)| *is_given);
-        given.map(|(option, _)| option).collect()
-    }
-
     /// Returns the output if it is a copy of the bag with its contacts.
     fn bag(&self) -> Option<&Path> {
         self.output.as_deref().filter(|path| is_bag(path))
@@ -257,12 +245,15 @@ impl ReplayArguments {
         let mut notices = Vec::new();
         let recorded = stored.iter().filter(|stored| stored.has_estimates());
         let recorded = recorded.count();
-        let ineffective = self.estimator_options();
-        if recorded > 0 && !ineffective.is_empty() {
-            let options = ineffective.join(", ");
-            notices.push(format!(
-                "{file}: {options} apply to estimates, not to contacts as they were recorded: --estimate-again"
-            ));
+        if recorded > 0 {
+            let recording = &self.recording;
+            let ineffective = recording::estimator_options(
+                recording.preset,
+                recording.config.as_deref(),
+                self.window,
+                &recording.reading.mounting,
+            );
+            notices.extend(without_effect(&file, &ineffective));
         }
         for Stored { about, .. } in &stored {
             notices.extend(about.notices.iter().cloned());

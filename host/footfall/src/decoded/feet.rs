@@ -184,6 +184,7 @@ impl DecodedFoot {
             decision: row.status.decision(),
             phase: row.status.phase(),
             flags: flags(row),
+            is_valid: row.status.is_valid(),
             orientation: self.orientation.at(time_us),
             acceleration: row.acceleration.unwrap_or(NO_VECTOR),
         };

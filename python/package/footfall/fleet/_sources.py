@@ -14,7 +14,7 @@ from typing import Any
 
 from .. import _footfall
 from .._settings import IdentityDict
-from ._storage import StorageOptions, file_system, is_local, stamp_of
+from ._storage import StorageOptions, file_system, info, is_local, stamp_of
 
 UNKNOWN = "unknown"
 
@@ -220,7 +220,16 @@ def _below(url: str, options: StorageOptions, format: str | None, out: str | Non
         files = fs.glob(root, detail=True)
         yield from _in_folders(fs, url, _fixed(given), _fixed(root), files, format, left_out)
         return
-    about = fs.info(root)
+    try:
+        about = info(fs, root)
+    except FileNotFoundError:
+        raise
+    except Exception:
+        # One object of storage that refuses concerns no other; a folder that cannot be listed has no rows.
+        if is_local(fs) or not posixpath.splitext(root)[1]:
+            raise
+        yield Source(url)
+        return
     if about["type"] == "file":
         yield Source(url, size=_size(about), stamp=stamp_of(about))
         return

@@ -164,6 +164,34 @@ def copy(fs: Any, path: str, local: Path) -> None:
             shutil.copyfileobj(source, target, CHUNK)
 
 
+GONE = (404, 410)
+"""Statuses of HTTP that say that nothing is there."""
+
+REFUSED = (401, 403)
+"""Those that no repetition changes."""
+
+
+def info(fs: Any, path: str) -> dict[str, Any]:
+    """Returns type, length and times of a path.
+
+    Raises
+    ------
+    FileNotFoundError
+        It is not there.
+    OSError
+        It may be there, but the answer is a refusal or a failure. The file system of HTTP calls these "not found", too.
+    """
+    try:
+        about: dict[str, Any] = fs.info(path)
+    except FileNotFoundError as error:
+        status = getattr(error.__cause__, "status", None)
+        if status in (None, *GONE):
+            raise
+        message = f"{path} answers with the status {status}"
+        raise (PermissionError if status in REFUSED else OSError)(message) from error
+    return about
+
+
 def fetch(url: str, options: StorageOptions, folder: Callable[[], Path]) -> Path:
     """A recording as a file or folder of this machine: itself, or a copy below the folder that `folder` makes."""
     fs, path = file_system(url, options)
@@ -172,7 +200,7 @@ def fetch(url: str, options: StorageOptions, folder: Callable[[], Path]) -> Path
         return Path(path)
     local = folder() / posixpath.basename(path)
     fs.invalidate_cache()
-    if fs.info(path)["type"] == "file":
+    if info(fs, path)["type"] == "file":
         copy(fs, path, local)
         return local
     files = fs.find(path)

@@ -218,6 +218,7 @@ fn converted(contact: &messages::Contact, time_us: i64) -> SentContact {
         },
         phase: phase_of(contact.state),
         flags: flags_of_contact(Flags::from_bits(contact.flags), contact.valid),
+        is_valid: contact.valid,
         orientation: NO_ORIENTATION,
         acceleration: NO_VECTOR,
     }

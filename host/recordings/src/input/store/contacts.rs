@@ -33,6 +33,18 @@ impl ContactUse {
     }
 }
 
+/// Returns a sentence about the given options that change an estimate and nothing else, for a file whose estimates are
+/// its contacts; `None` without such an option.
+#[must_use]
+pub fn without_effect(file: &str, options: &[&str]) -> Option<String> {
+    let named = options.join(", ");
+    (!options.is_empty()).then(|| {
+        format!(
+            "{file}: {named} apply to estimates, not to contacts as they were recorded: --estimate-again"
+        )
+    })
+}
+
 /// Bytes kept in memory; longer data go to a file in the system's temporary folder.
 const IN_MEMORY: usize = 32 << 20;
 
@@ -40,7 +52,7 @@ const IN_MEMORY: usize = 32 << 20;
 /// acceleration.
 const NUMBERS: usize = 17;
 
-/// Bytes per contact: its time, its numbers, and the codes of decision, phase and flags.
+/// Bytes per contact: its time, its numbers, and the codes of decision and validity, phase, and flags.
 const ROW: usize = 8 + 4 * NUMBERS + 3;
 
 /// Value of a number that was not recorded.
@@ -73,8 +85,10 @@ pub struct SentContact {
     pub decision: Decision,
     /// Phase of the gait.
     pub phase: Phase,
-    /// Reasons for doubt.
+    /// Reasons for doubt. On CAN those of the newest health frame, up to 0.1 s older than the contact.
     pub flags: Flags,
+    /// Whether the foot sent it as valid.
+    pub is_valid: bool,
     /// Newest orientation of the foot at that time, foot → world.
     pub orientation: Quaternion,
     /// Acceleration without gravity of this sample, m/s².
@@ -225,7 +239,8 @@ fn encode(contact: &SentContact) -> [u8; ROW] {
     for (bytes, number) in rest.chunks_exact_mut(4).zip(numbers) {
         bytes.copy_from_slice(&number.to_le_bytes());
     }
-    row[ROW - 3] = u8::from(contact.decision == Decision::Stable);
+    let decision = u8::from(contact.decision == Decision::Stable);
+    row[ROW - 3] = decision | u8::from(contact.is_valid) << 1;
     row[ROW - 2] = code_of(contact.phase);
     row[ROW - 1] = contact.flags.bits();
     row
@@ -260,12 +275,13 @@ fn decode(row: &[u8; ROW]) -> SentContact {
             stable,
         },
         velocity_sigma,
-        decision: match row[ROW - 3] {
+        decision: match row[ROW - 3] & 1 {
             0 => Decision::NotStable,
             _ => Decision::Stable,
         },
         phase: phase_of(row[ROW - 2]),
         flags: Flags::from_bits(row[ROW - 1]),
+        is_valid: row[ROW - 3] & 2 != 0,
         orientation: Quaternion { w, x, y, z },
         acceleration: Vec3::new(lax, lay, laz),
     }
@@ -289,6 +305,7 @@ mod tests {
             decision: [Decision::Stable, Decision::NotStable][k as usize % 2],
             phase: Phase::ALL[k as usize % Phase::ALL.len()],
             flags: Flags::NONE.with(Flag::ALL[k as usize % Flag::ALL.len()]),
+            is_valid: k % 3 == 0,
             orientation: Quaternion {
                 w: number(10),
                 x: number(11),

@@ -148,6 +148,10 @@ pub struct RecordedEstimate {
     /// The newest sample at that time, with the time of the estimate. Its label is that of a sample of this time, its
     /// load at most 100 ms old.
     pub sample: RecordedSample,
+    /// Age of that sample, µs, if no earlier estimate had it.
+    pub new_age_us: Option<u64>,
+    /// Whether the foot sent the estimate as valid, whatever its flags, which may be older.
+    pub is_valid: bool,
     /// The estimate; numbers that were not recorded with it are NaN.
     pub estimate: ContactEstimate,
     /// The same with the newest orientation of the foot, at most 25 ms old, and its acceleration, as far as known.
@@ -236,6 +240,7 @@ impl Stored {
             samples,
             samples_start_us: *samples_start_us,
             newest: None,
+            is_used: false,
             next: None,
         }))
     }
@@ -362,6 +367,8 @@ struct Merged<'a> {
     samples_start_us: i64,
     /// Newest sample that is not after the contact, with its time of the file's clock, µs.
     newest: Option<(i64, RecordedSample)>,
+    /// Whether an estimate has had the newest sample.
+    is_used: bool,
     /// The sample after it.
     next: Option<(i64, RecordedSample)>,
 }
@@ -378,7 +385,10 @@ impl Merged<'_> {
                 });
             }
             match self.next {
-                Some((at_us, _)) if at_us <= time_us => self.newest = self.next.take(),
+                Some((at_us, _)) if at_us <= time_us => {
+                    self.newest = self.next.take();
+                    self.is_used = false;
+                }
                 _ => return Ok(()),
             }
         }
@@ -401,6 +411,8 @@ impl Iterator for Merged<'_> {
         let newest = self
             .newest
             .map(|(at_us, newest)| (now_us.abs_diff(at_us), newest));
+        let is_used = std::mem::replace(&mut self.is_used, true);
+        let new_age_us = newest.filter(|_| !is_used).map(|(age_us, _)| age_us);
         let sample = RecordedSample {
             imu: ImuSample {
                 timestamp,
@@ -418,6 +430,8 @@ impl Iterator for Merged<'_> {
         };
         Some(Ok(RecordedEstimate {
             sample,
+            new_age_us,
+            is_valid: contact.is_valid,
             estimate,
             moved,
         }))
