@@ -62,7 +62,7 @@ impl Notes {
         (listed(path)? == note.files).then_some(&*note.blake3)
     }
 
-    /// BatchRow of a recording in this file, at its path below the folder of the table, if the file is as noted.
+    /// Row of a recording in this file, at its path below the folder of the table, if the file is as noted.
     pub(super) fn row(&self, key: &str, file: &Path, below: &Path) -> Option<BatchRow> {
         let now = listed(file)?;
         let noted = self.0.get(key)?.rows.iter();
