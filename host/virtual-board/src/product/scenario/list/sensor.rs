@@ -136,7 +136,7 @@ pub(super) const ROWS: &[Scenario] = &[
         name: "data-ready-lost",
         what: "data-ready line dead",
         steps: |_| vec![sensor(SensorFault::DataReadyLost)],
-        invalid: Invalid::UntilNextSample,
+        invalid: Invalid::Never,
         reports: Reports::Fault(Fault::DataReadyDead),
         note: "after a restart of the sensor, samples are read by the timer",
         ..SENSOR
