@@ -12,6 +12,9 @@ const FIRST_PHASE: u64 = 0;
 /// Duration of a contact frame, 39 bytes of 10 bits at 1 Mbit/s, at a tenth of that rate, µs.
 const STRETCHED_FRAME_US: u64 = 3_900;
 
+/// Faults of the data-ready line, of which the first hides the second.
+const DEAD_AND_STORMY: [&str; 2] = ["data-ready-lost", "data-ready-storm"];
+
 /// Two faults, the second after a delay.
 #[derive(Clone, Copy)]
 pub struct Pair {
@@ -65,8 +68,12 @@ impl Pair {
     }
 
     /// Period of invalid data: until lasting faults are cleared. Faults that end by themselves are judged after
-    /// resets only.
-    const fn invalid(&self) -> Invalid {
+    /// resets only. A dead line carries no storm, and samples are read by the timer.
+    fn invalid(&self) -> Invalid {
+        let names = [self.first.name, self.second.name];
+        if DEAD_AND_STORMY.iter().all(|name| names.contains(name)) {
+            return Invalid::Never;
+        }
         match (self.first.invalid, self.second.invalid) {
             (Invalid::UntilCleared, _) | (_, Invalid::UntilCleared) => Invalid::UntilCleared,
             _ => Invalid::Never,
