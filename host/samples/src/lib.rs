@@ -9,7 +9,7 @@
 //! | gzip and zstd | [`compressed`] |
 //! | kinds of files by their first bytes | [`magic`] |
 //! | kinds of files that are not read, and advice for each | [`foreign`] |
-//! | enums whose variants have names | [`named`] |
+//! | enums whose variants have names | [`mod@named`] |
 
 pub mod compressed;
 pub mod foreign;
