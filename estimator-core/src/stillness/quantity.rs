@@ -49,6 +49,7 @@ pub(super) struct QuantityCoefficients {
 }
 
 impl QuantityCoefficients {
+    // Not inlined: it runs at a start, once for each of several values.
     #[inline(never)]
     pub fn new(params: &QuantityParams, prior: Classes) -> Self {
         Self {

@@ -36,6 +36,7 @@ fn an_hour_has_no_late_tick_no_drop_and_the_hosts_bits() {
         eprintln!("skipped: an hour is run where FOOTFALL_HOUR=1 asks for it");
         return;
     }
+    let commit = said_by("git", &["rev-parse", "--short", "HEAD"]);
     let Some(elf) = product() else { return };
     let gait = motion::gait(GaitName::Walk, SECONDS as f64, 1);
     let mut board =
@@ -65,19 +66,19 @@ fn an_hour_has_no_late_tick_no_drop_and_the_hosts_bits() {
     }
     std::fs::remove_dir_all(&out).expect("what was written can be removed");
     if std::env::var_os("FOOTFALL_UPDATE").is_some_and(|value| value == "1") {
-        let table = table(&report, factor);
+        let table = table(commit, &report, factor);
         assert_block("host/virtual-board/README.md", "hour", &table);
     }
 }
 
-fn table(report: &Value, factor: f64) -> String {
+fn table(commit: String, report: &Value, factor: f64) -> String {
     let spread = |name: &str, unit: &str| {
         let of = |part: &str| report[name][part].as_f64().unwrap_or(0.0);
         format!("{:.0} median, {:.0} at most{unit}", of("median"), of("max"))
     };
     let rows = [
         ("when", said_by("date", &["+%F"])),
-        ("commit", said_by("git", &["rev-parse", "--short", "HEAD"])),
+        ("commit", commit),
         ("ticks", report["ticks"].to_string()),
         ("late ticks", report["late_ticks"].to_string()),
         (

@@ -35,11 +35,38 @@ pub(super) struct Notes(BTreeMap<String, Note>);
 
 /// A recording when it was hashed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Note {
+pub(super) struct Note {
     /// BLAKE3 hash, as in [`Fingerprint`](super::fingerprint::Fingerprint).
     blake3: String,
     files: Vec<Listed>,
     rows: Vec<NotedRow>,
+}
+
+impl Note {
+    /// Notes the hash in these rows of a recording whose files were `before` when it was read, and the rows; `None` if the
+    /// files have changed since.
+    pub(super) fn of(
+        path: &Path,
+        before: Option<Vec<Listed>>,
+        rows: &[BatchRow],
+        out: &Path,
+    ) -> Option<Self> {
+        let blake3 = rows.first()?.origin.input_blake3.clone()?;
+        let files = before.filter(|files| listed(path).as_ref() == Some(files))?;
+        let folder = out.join(Table::Recordings.folder());
+        let noted = |row: &BatchRow| {
+            Some(NotedRow {
+                file: listed(&folder.join(row.place().path()))?,
+                row: serde_json::to_value(row).ok()?,
+            })
+        };
+        let rows = rows.iter().filter_map(noted).collect();
+        Some(Self {
+            blake3,
+            files,
+            rows,
+        })
+    }
 }
 
 /// A row, whose file was like this.
@@ -72,37 +99,12 @@ impl Notes {
         rows.find(|row| row.place().path() == below)
     }
 
-    /// Notes the hash in these rows of a recording whose files were `before` when it was read, unless they have
-    /// changed since; and the rows.
-    pub(super) fn add(
-        &mut self,
-        key: String,
-        path: &Path,
-        before: Option<Vec<Listed>>,
-        rows: &[BatchRow],
-        out: &Path,
-    ) {
-        let hash = rows.first().and_then(|row| row.origin.input_blake3.clone());
-        match (before, hash) {
-            (Some(files), Some(blake3)) if listed(path).as_ref() == Some(&files) => {
-                let folder = out.join(Table::Recordings.folder());
-                let noted = |row: &BatchRow| {
-                    Some(NotedRow {
-                        file: listed(&folder.join(row.place().path()))?,
-                        row: serde_json::to_value(row).ok()?,
-                    })
-                };
-                let note = Note {
-                    blake3,
-                    files,
-                    rows: rows.iter().filter_map(noted).collect(),
-                };
-                self.0.insert(key, note);
-            }
-            _ => {
-                self.0.remove(&key);
-            }
-        }
+    /// Replaces the note on a recording; none removes it.
+    pub(super) fn set(&mut self, key: String, note: Option<Note>) {
+        match note {
+            Some(note) => self.0.insert(key, note),
+            None => self.0.remove(&key),
+        };
     }
 
     /// Removes the notes on recordings without this property.

@@ -5,7 +5,7 @@ use std::fs::{self, File, TryLockError};
 use std::io;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -13,7 +13,7 @@ use serde::Serialize;
 use super::fingerprint::{Fingerprint, listed};
 use super::identity::{Day, FootFiles, Identity, day_or_unknown};
 use super::index::{Incomplete, Index, remove_empty_folders};
-use super::notes::{Notes, Verify};
+use super::notes::{Note, Notes, Verify};
 use super::recording::{BatchError, Progress, estimate_recording_watched};
 use super::row::{BatchRow, Status};
 use super::settings::BatchSettings;
@@ -106,8 +106,8 @@ pub struct Stale {
 pub struct Results {
     out: PathBuf,
     index: Index,
-    /// Of the last run, and of this one as far as it is.
-    notes: Mutex<Notes>,
+    /// Of the last run.
+    notes: Notes,
     /// Folder, locked if the system supports it; the lock ends with the process.
     _lock: Option<File>,
 }
@@ -131,7 +131,7 @@ impl Results {
         Ok(Self {
             out: out.to_owned(),
             index,
-            notes: Mutex::new(Notes::read(out)),
+            notes: Notes::read(out),
             _lock: lock,
         })
     }
@@ -142,7 +142,7 @@ impl Results {
         Self {
             out: out.to_owned(),
             index: Index::of(out),
-            notes: Mutex::new(Notes::read(out)),
+            notes: Notes::read(out),
             _lock: None,
         }
     }
@@ -160,7 +160,7 @@ impl Results {
         jobs: NonZeroUsize,
         watch: &(dyn Watch + Sync),
     ) -> Result<(), BatchError> {
-        let noted = self.notes().clone();
+        let notes = Mutex::new(self.notes.clone());
         let mut order: Vec<&FoundRecording> = recordings.iter().collect();
         order.sort_by_key(|recording| std::cmp::Reverse(recording.bytes));
         let hash = settings.blake3();
@@ -181,21 +181,23 @@ impl Results {
                     RecordingOutcome::Estimated(reason, rows)
                 }
             };
-            let rows = outcome.rows();
-            self.notes()
-                .add(key, &recording.path, before, rows, &self.out);
+            let note = Note::of(&recording.path, before, outcome.rows(), &self.out);
+            notes
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .set(key, note);
             watch.done(recording, outcome);
             Ok(())
         });
         remove_empty_folders(&self.out);
-        let mut notes = self.notes();
+        let mut notes = notes.into_inner().unwrap_or_else(PoisonError::into_inner);
         let of_run: HashSet<String> = order
             .iter()
             .map(|recording| recording.identity.key())
             .collect();
         let known: HashSet<&String> = self.index.keys().chain(&of_run).collect();
         notes.retain(|key| known.contains(key));
-        if *notes != noted {
+        if notes != self.notes {
             let written = notes.write(&self.out);
             written.map_err(|source| BatchError::Output {
                 path: self.out.clone(),
@@ -273,10 +275,6 @@ impl Results {
         removed.map_err(|(path, source)| BatchError::Output { path, source })
     }
 
-    fn notes(&self) -> MutexGuard<'_, Notes> {
-        self.notes.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// Returns the rows of a recording that is up to date, or the reason to estimate it. The recording is read
     /// only if everything else matches, and its listing does not suffice.
     fn up_to_date(
@@ -288,7 +286,7 @@ impl Results {
         let FoundRecording { path, identity, .. } = recording;
         let key = identity.key();
         let rows = self.index.complete_rows(&key, |file, below| match verify {
-            Verify::Listing => self.notes().row(&key, file, below),
+            Verify::Listing => self.notes.row(&key, file, below),
             Verify::Contents => None,
         });
         let rows = rows.map_err(|incomplete| match incomplete {
@@ -312,7 +310,7 @@ impl Results {
             return Err(Reason::WasUnreadable);
         }
         let noted = match verify {
-            Verify::Listing => self.notes().hash_of(&key, path).map(str::to_owned),
+            Verify::Listing => self.notes.hash_of(&key, path).map(str::to_owned),
             Verify::Contents => None,
         };
         let hash = match noted {

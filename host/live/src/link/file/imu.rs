@@ -185,15 +185,12 @@ impl<'a> Rows<'a> {
 
     /// Sends the estimates of all samples.
     fn estimate(&mut self, mut stored: Stored, mut replay: Replay) -> Result<(), Failure> {
-        let about = &self.about;
-        let check = || Check::new(about.sample_rate, about.gravity).with_units(about.units);
         // Units are doubted before the first estimate is shown, because a recording may be long.
-        let (mut before, mut check) = (check(), check());
-        for sample in stored.samples().map_err(broken)? {
-            before.add(&sample.map_err(broken)?);
-        }
+        let before = check_samples(&mut stored, Span::default()).map_err(broken)?;
         let before = before.findings();
         self.doubt(&before)?;
+        let about = &self.about;
+        let mut check = Check::new(about.sample_rate, about.gravity).with_units(about.units);
         for sample in stored.samples().map_err(broken)? {
             let sample = sample.map_err(broken)?;
             let estimate = replay.update(&sample);
