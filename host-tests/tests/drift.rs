@@ -11,7 +11,7 @@ use gait::{GaitName, Ground, Plan, SensorParams, simulate};
 use host_tests::changed::{AXES, changed, stood, with_rate_drifts};
 use labelled::stances_found;
 use recordings::recording::{Label, Recording};
-use recordings::replay::replay;
+use recordings::replay::{Replay, replay};
 
 /// Maximum share of the stable samples lost by the drift.
 const LOST: f64 = 0.01;
@@ -100,5 +100,59 @@ fn step_of_the_bias_beyond_the_limit_is_reported() {
             reported
         );
         assert_eq!(first.is_some(), reported, "{degrees} °/s: {first:?}");
+    }
+}
+
+/// A walk whose foot is turned over at some times, s, without a rate; 10 s of standing come first.
+fn turned_over(gait: GaitName, times: &[f64]) -> Recording {
+    let plan = Plan::steady(gait, Ground::Hard, 100.0, 11);
+    let mut sensor = SensorParams::LSM6DSOX;
+    sensor.gyroscope.bias_limit = 0.0;
+    let walk = stood(&simulate(&plan, &sensor, 11).recording, 10.0, 3);
+    changed(&walk, |sample| {
+        let turns = times.iter().filter(|time| **time < sample.time_s()).count();
+        let turned = |Vec3 { x, y, z }| match turns % 2 {
+            0 => Vec3::new(x, y, z),
+            _ => Vec3::new(x, -y, -z),
+        };
+        sample.imu.specific_force.0 = turned(sample.imu.specific_force.0);
+        sample.imu.angular_rate.0 = turned(sample.imu.angular_rate.0);
+    })
+}
+
+/// Largest distance of the estimated bias from `bias`, °/s, after a time, s.
+fn farthest_from(bias: Vec3, recording: &Recording, from_s: f64) -> f32 {
+    let (rate, gravity) = (recording.sample_rate, recording.gravity);
+    let mut replay = Replay::new(rate, gravity, &Params::DEFAULT).expect("the preset");
+    let mut farthest = 0.0_f32;
+    for sample in &recording.samples {
+        replay.update(sample);
+        if sample.time_s() > from_s {
+            let estimated = replay.gyro_bias().expect("it stood").0;
+            farthest = farthest.max((estimated - bias).length());
+        }
+    }
+    farthest * (180.0 / PI)
+}
+
+#[test]
+fn walking_foot_turned_over_learns_the_true_bias() {
+    let often = [45.5, 55.3, 65.7, 75.2, 85.9, 95.0];
+    for gait in [GaitName::Walk, GaitName::Trot] {
+        for (times, degrees) in [(&often[..1], 0.0), (&often, 0.0), (&often, 5.0)] {
+            let bias = Vec3::new(degrees * PI / 180.0, 0.0, 0.0);
+            let from_s = if degrees > 0.0 { 100.0 } else { 15.0 };
+            let biased = changed(&turned_over(gait, times), |sample| {
+                if sample.time_s() > 40.0 {
+                    sample.imu.angular_rate.0 += bias;
+                }
+            });
+            let error = farthest_from(bias, &biased, from_s);
+            println!(
+                "{gait}, {} times, {degrees} °/s: {error:.2} °/s",
+                times.len()
+            );
+            assert!(error < 1.0, "{gait}, {times:?}, {degrees} °/s: {error}");
+        }
     }
 }

@@ -309,6 +309,72 @@ fn samples_are_read_by_the_timer_where_no_edge_comes() {
 }
 
 #[test]
+fn faults_are_reported_while_the_data_ready_line_is_dead() {
+    for (fault, reported) in [
+        (PartFault::Reset, Fault::SensorReset),
+        (PartFault::FrozenOutput, Fault::SensorFrozen),
+        (PartFault::MisoStuckHigh, Fault::SensorWrongId),
+        (PartFault::ClockRatio(0.1), Fault::SensorTiming),
+        (PartFault::Saturation, Fault::SensorSaturated),
+    ] {
+        for phase in 0..4 {
+            let begin = BEGIN + phase * 113_313;
+            let (end, back) = (begin + DURATION, begin + 2 * SECOND);
+            let part = standing();
+            let lose = |part: &SharedPart| part.inject(PartFault::DataReadyLost);
+            let inject = |part: &SharedPart| part.inject(fault);
+            let back_to_dead = |part: &SharedPart| {
+                part.with(Part::clear_faults);
+                lose(part);
+            };
+            let clear = |part: &SharedPart| part.with(Part::clear_faults);
+            let options = Run {
+                actions: &[
+                    (1, &lose),
+                    (begin, &inject),
+                    (end, &back_to_dead),
+                    (back, &clear),
+                ],
+                ..Run::default()
+            };
+            let mut bench = Bench::new(Settings::default());
+            let (mut raised, mut messages, mut previous) = (Vec::new(), 0, 0);
+            let mut stable = false;
+            run(
+                options,
+                &part,
+                &mut bench,
+                back + 2 * SECOND,
+                |bench, _, measurement| {
+                    let now = part.now_ns();
+                    let sampled = measurement.sample.timestamp.as_micros();
+                    assert!(
+                        previous < sampled && sampled * 1000 <= now,
+                        "{fault:?}: {now}"
+                    );
+                    previous = sampled;
+                    let contact = bench.contact().expect("a contact each tick");
+                    stable = contact.status.decision() == Decision::Stable;
+                    assert!(
+                        !stable || !(begin + LIMIT..end).contains(&now),
+                        "{fault:?}: {now}"
+                    );
+                    for emergency in bench.emergencies() {
+                        messages += 1;
+                        if now >= begin && emergency.code != 0 {
+                            raised.extend(emergency.fault);
+                        }
+                    }
+                },
+            );
+            assert!(raised.contains(&reported), "{fault:?}: {raised:?}");
+            assert!(messages <= 8, "{fault:?}: {messages} messages");
+            assert_eq!((bench.foot.faults(), stable), (Faults::NONE, true));
+        }
+    }
+}
+
+#[test]
 fn ordinary_sensor_irregularities_are_not_faults() {
     let harmless: [(&str, PartFault, bool); 3] = [
         ("a clock 3 % slow", PartFault::ClockRatio(0.97), true),
