@@ -3,7 +3,7 @@
 use crate::bench::{Bench, MS, ORDINARY, Run, SECOND, Sent, part, run, standing};
 use estimator_core::Decision;
 use lsm6dsox::sim::{Part, PartFault, PartOptions, SharedPart, Stimulus};
-use wire::{Counter, Emergency, Fault, Faults, Settings, Stage};
+use wire::{Counter, Fault, Faults, Settings, Stage};
 
 /// Time within which every fault of the sensor is flagged and P is 0, ns.
 const LIMIT: u64 = 5 * MS;
@@ -139,8 +139,7 @@ fn watch(fault: PartFault, begin: u64, edges_counted: bool) -> Seen {
                 ns: part.now_ns(),
                 contact,
             };
-            let reported = bench.can.iter().filter(|frame| frame.id() == 0x91);
-            for emergency in reported.map(|frame| Emergency::decode(frame.data8().expect("EMCY"))) {
+            for emergency in bench.emergencies() {
                 if emergency.code != 0 {
                     seen.reported.extend(emergency.fault);
                 }
@@ -277,8 +276,7 @@ fn samples_are_read_by_the_timer_where_no_edge_comes() {
                     let sampled = measurement.sample.timestamp.as_micros() as i64;
                     ages.push(now as i64 / 1000 - sampled);
                 }
-                let sent = bench.can.iter().filter(|frame| frame.id() == 0x91);
-                for emergency in sent.map(|frame| Emergency::decode(frame.data8().expect("EMCY"))) {
+                for emergency in bench.emergencies() {
                     faults.push((emergency.code != 0, emergency.fault, now));
                 }
             },
@@ -459,8 +457,7 @@ fn a_foot_without_a_sensor_only_reports_its_absence() {
             assert_eq!(contact.sequence, (frames - 1) as u8);
             assert!(!contact.status.is_valid() && contact.stable.0 == 0);
             assert_eq!(contact.status.decision(), Decision::NotStable);
-            let emergencies = bench.can.iter().filter(|frame| frame.id() == 0x91);
-            reported.extend(emergencies.map(|f| Emergency::decode(f.data8().expect("EMCY"))));
+            reported.extend(bench.emergencies());
         },
     );
     assert!(frames >= 2998, "{frames}");
@@ -514,8 +511,7 @@ fn an_implausible_rate_at_rest_is_reported_in_millidegrees() {
         &mut bench,
         9 * SECOND,
         |bench, _, _| {
-            let emergencies = bench.can.iter().filter(|frame| frame.id() == 0x91);
-            reported.extend(emergencies.map(|f| Emergency::decode(f.data8().expect("EMCY"))));
+            reported.extend(bench.emergencies());
         },
     );
     reported.retain(|emergency| emergency.fault == Some(Fault::GyroBias));
@@ -565,9 +561,8 @@ fn a_failed_self_test_axis_invalidates_every_estimate() {
                 stages.push(bench.foot.stage());
             }
             frames += u32::from(bench.contact().is_some());
-            let emergencies = bench.can.iter().filter(|frame| frame.id() == 0x91);
-            for frame in emergencies {
-                detail = Emergency::decode(frame.data8().expect("EMCY")).detail;
+            for emergency in bench.emergencies() {
+                detail = emergency.detail;
             }
         });
         assert_eq!(
