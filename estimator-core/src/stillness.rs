@@ -48,7 +48,7 @@ use classes::{Learner, LearnerCoefficients};
 use evidence::{Evidence, Shown};
 use gravity_error::{Foot, GravityError};
 use parts::{Motion, Parts};
-use quantity::{Edge, PerQuantity};
+use quantity::{Edge, PerQuantity, QuantityCoefficients};
 use slide::Slide;
 
 use crate::axis::PerAxis;
@@ -283,10 +283,14 @@ impl Stillness {
         // Until the window has passed, the means cover the samples so far.
         self.filled = self.filled.saturating_add(1);
         let newest = newest.greater(1.0 / self.filled as f32);
-        let mass_of_acceleration = mass(logarithms.acceleration, &edges.acceleration);
+        let mass_of_acceleration = mass(
+            logarithms.acceleration,
+            &edges.acceleration,
+            &quantities.acceleration,
+        );
         self.acceleration += (mass_of_acceleration - self.acceleration) * newest;
-        self.rate += (mass(logarithms.rate, &edges.rate) - self.rate) * newest;
-        let velocity = mass(logarithms.velocity, &edges.velocity);
+        self.rate += (mass(logarithms.rate, &edges.rate, &quantities.rate) - self.rate) * newest;
+        let velocity = mass(logarithms.velocity, &edges.velocity, &quantities.velocity);
 
         let foot = match self.acceleration * velocity > quiet {
             true => Foot::Quiet,
@@ -403,13 +407,13 @@ fn amplitude(square: f32, floor_squared: f32) -> f32 {
 
 /// The kernel's mass below the edge at the logarithm of an amplitude.
 #[inline(never)]
-fn mass(logarithm: f32, edge: &Edge) -> f32 {
-    0.5 + 0.5 * erf((edge.at - logarithm) * edge.inverse_scale)
+fn mass(logarithm: f32, edge: &Edge, quantity: &QuantityCoefficients) -> f32 {
+    0.5 + 0.5 * erf((edge.at - logarithm) * quantity.inverse_scale)
 }
 
 /// The kernel's mass below the edge at an amplitude given as its square.
-fn mass_of(square: f32, floor_squared: f32, edge: &Edge) -> f32 {
-    mass(amplitude(square, floor_squared), edge)
+fn mass_of(square: f32, edge: &Edge, quantity: &QuantityCoefficients) -> f32 {
+    mass(amplitude(square, quantity.floor_squared), edge, quantity)
 }
 
 /// Factor of the probability for a quantity with this mean mass.

@@ -12,13 +12,12 @@ macro_rules! constants {
 }
 
 /// All constants of self-calibration, in the order of [`StillnessParams`].
-pub const CONSTANTS: [Constant; 74] = constants![
+pub const CONSTANTS: [Constant; 69] = constants![
     acceleration.floor,
     acceleration.still,
     acceleration.moving,
     acceleration.width,
     acceleration.edge,
-    acceleration.inflation,
     acceleration.bandwidth,
     acceleration.indifference,
     acceleration.separation,
@@ -27,7 +26,6 @@ pub const CONSTANTS: [Constant; 74] = constants![
     rate.moving,
     rate.width,
     rate.edge,
-    rate.inflation,
     rate.bandwidth,
     rate.indifference,
     rate.separation,
@@ -36,7 +34,6 @@ pub const CONSTANTS: [Constant; 74] = constants![
     velocity.moving,
     velocity.width,
     velocity.edge,
-    velocity.inflation,
     velocity.bandwidth,
     velocity.indifference,
     velocity.separation,
@@ -44,7 +41,6 @@ pub const CONSTANTS: [Constant; 74] = constants![
     leak,
     impact,
     part_of_the_way,
-    least_bandwidth,
     least_width,
     largest_width,
     prior,
@@ -74,8 +70,7 @@ pub const CONSTANTS: [Constant; 74] = constants![
     evidence.rest,
     evidence.lasts,
     evidence.fading,
-    evidence.widths,
-    evidence.least_width,
+    evidence.rest_margin,
     evidence.swing,
     evidence.first_swing,
     evidence.calm,

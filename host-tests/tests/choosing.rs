@@ -5,8 +5,7 @@
 
 mod labelled;
 
-use estimator_core::stillness::{QuantityParams, StillnessParams};
-use estimator_core::{Learning, Params};
+use estimator_core::{Learning, Params, StillnessParams};
 use evaluate::sets::Set;
 use gait::Simulation;
 use host_tests::changed::stood;
@@ -71,16 +70,6 @@ fn walked(walks: &[Simulation], params: &Params) -> String {
 
 const WALKED_TITLES: &str = "rest found, ms | slip found, ms | slip distance at detection, mm | slips not found | false in 1000 |";
 
-fn quantities(stillness: &mut StillnessParams) -> [&mut QuantityParams; 3] {
-    let StillnessParams {
-        acceleration,
-        rate,
-        velocity,
-        ..
-    } = stillness;
-    [acceleration, rate, velocity]
-}
-
 #[test]
 fn each_part_of_the_default_preset_earns_its_place() {
     let Some(recordings) = averaged() else {
@@ -124,14 +113,6 @@ fn each_part_of_the_default_preset_earns_its_place() {
                 learning: Learning::Frozen,
                 ..Params::DEFAULT
             },
-        ),
-        (
-            "without inflation",
-            with(|s| {
-                for quantity in quantities(s) {
-                    quantity.inflation = 1.0;
-                }
-            }),
         ),
         (
             "stances and motions learnt from however long",

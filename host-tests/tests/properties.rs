@@ -123,13 +123,12 @@ prop_compose! {
         further in scale(1.0, 1.0e5),
         width in scale(0.011, 2.9),
         edge in 0.0_f32..=20.0,
-        inflation in 0.5_f32..=5.0,
-        bandwidth in scale(0.011, 9.0),
+        bandwidth in scale(0.011, 2.9),
         indifference in 0.0_f32..=1.0,
         separation in scale(0.011, 9.0),
     ) -> QuantityParams {
         QuantityParams {
-            floor, still, moving: (still * further).min(90.0).max(still), width, edge, inflation, bandwidth, indifference, separation,
+            floor, still, moving: (still * further).min(90.0).max(still), width, edge, bandwidth, indifference, separation,
         }
     }
 }
@@ -155,13 +154,13 @@ prop_compose! {
 prop_compose! {
     fn any_evidence()(
         (rest, lasts, fading) in (scale(0.011, 9.0), scale(0.11, 90.0), scale(1.1e-3, 9.0)),
-        (widths, least_width) in (0.0_f32..=10.0, 0.0_f32..=3.0),
+        rest_margin in 0.0_f32..=3.0,
         (swing, first_swing) in (0.0_f32..=10.0, 0.0_f32..=10.0),
         (calm, calm_time_constant) in (0.0_f32..=10.0, scale(1.1e-3, 0.9)),
         (stride, learns) in (scale(0.11, 90.0), scale(0.11, 90.0)),
     ) -> EvidenceParams {
         EvidenceParams {
-            rest, lasts, fading, widths, least_width, swing, first_swing, calm, calm_time_constant,
+            rest, lasts, fading, rest_margin, swing, first_swing, calm, calm_time_constant,
             stride, learns,
         }
     }
@@ -171,7 +170,7 @@ prop_compose! {
     fn any_stillness()(
         [acceleration, rate, velocity] in prop::array::uniform3(any_quantity()),
         (window, leak, impact) in (scale(1.1e-4, 0.9), scale(1.1e-4, 0.9), scale(0.11, 9.0e2)),
-        (part_of_the_way, least_bandwidth) in (0.0_f32..=1.0, scale(0.011, 2.9)),
+        part_of_the_way in 0.0_f32..=1.0,
         (least_width, widening) in (scale(0.011, 0.9), 1.0_f32..3.0),
         (prior, memory) in (scale(1.1e-3, 90.0), scale(0.11, 9.0e2)),
         (stance, motion, relaxation) in (scale(0.011, 90.0), scale(0.011, 90.0), scale(0.11, 9.0e2)),
@@ -180,7 +179,7 @@ prop_compose! {
             (0.01_f32..=1.0, scale(1.1e-3, 9.0), scale(1.1e-3, 90.0), scale(0.011, 9.0e2), 0.0_f32..=10.0),
     ) -> StillnessParams {
         StillnessParams {
-            acceleration, rate, velocity, window, leak, impact, part_of_the_way, least_bandwidth,
+            acceleration, rate, velocity, window, leak, impact, part_of_the_way,
             least_width, largest_width: least_width * widening, prior, memory, stance, motion,
             relaxation, slide, evidence,
             gravity_error: GravityErrorParams {

@@ -21,7 +21,7 @@ const CONSTANTS: [Constant; 4] = [
     ("part_of_the_way", |s| &mut s.part_of_the_way),
     ("rate.floor", |s| &mut s.rate.floor),
     ("rate.still", |s| &mut s.rate.still),
-    ("rate.inflation", |s| &mut s.rate.inflation),
+    ("rate.bandwidth", |s| &mut s.rate.bandwidth),
 ];
 
 /// Smallest factor, unity, and the inverse.

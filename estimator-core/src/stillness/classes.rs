@@ -6,9 +6,9 @@
 //!
 //! ```text
 //! u ← ½ ln(x² + floor²)
-//! still  ← still  + w₀ (u − still)              w₀ = P·dt / seconds of stillness
-//! width  ← width  + w₀ (i·|u − still| − width)  i: inflation
-//! moving ← moving + w₁ (u − moving)             w₁ = (1 − P)·dt / seconds of motion
+//! still  ← still  + w₀ (u − still)            w₀ = P·dt / seconds of stillness
+//! width  ← width  + w₀ (|u − still| − width)
+//! moving ← moving + w₁ (u − moving)           w₁ = (1 − P)·dt / seconds of motion
 //! ```
 //!
 //! Safeguards against divergence:
@@ -50,9 +50,9 @@ const LEAST_DISTANCE: f32 = 0.3;
 impl Classes {
     // Called three times a sample: not inlined, so that the foot's flash holds it once.
     #[inline(never)]
-    fn learn_still(&mut self, u: f32, weight: f32, inflation: f32) {
+    fn learn_still(&mut self, u: f32, weight: f32) {
         let difference = u - self.still;
-        self.width += weight * (inflation * difference.abs() - self.width);
+        self.width += weight * (difference.abs() - self.width);
         self.still += weight * difference;
     }
 
@@ -109,7 +109,6 @@ pub(super) struct LearnerCoefficients {
     /// Time between samples, s.
     period: f32,
     part_of_the_way: f32,
-    least_bandwidth: f32,
     least_width: f32,
     largest_width: f32,
     prior: f32,
@@ -138,7 +137,6 @@ impl LearnerCoefficients {
             },
             period,
             part_of_the_way: params.part_of_the_way,
-            least_bandwidth: params.least_bandwidth,
             least_width: params.least_width,
             largest_width: params.largest_width,
             prior: params.prior,
@@ -157,14 +155,12 @@ impl LearnerCoefficients {
         let width = self.limited(classes.width);
         let distance = classes.moving - classes.still;
         let above_still = (quantity.edge * width).lesser(self.part_of_the_way * distance);
-        let bandwidth = (quantity.bandwidth * width).greater(self.least_bandwidth);
         let ratio = distance * quantity.inverse_separation;
         let square = ratio * ratio;
         // A quantity whose classes coincide has no influence.
         let say = square * square / (1.0 + square * square);
         Edge {
             at: classes.still + above_still,
-            inverse_scale: core::f32::consts::FRAC_1_SQRT_2 / bandwidth,
             floor: 1.0 - (1.0 - quantity.indifference) * say,
         }
     }
@@ -329,17 +325,11 @@ impl Learner {
         coefficients: &LearnerCoefficients,
         logarithms: &PerQuantity<f32>,
     ) -> Shown {
-        let EvidenceParams {
-            widths,
-            least_width,
-            ..
-        } = coefficients.stride.params;
+        let EvidenceParams { rest_margin, .. } = coefficients.stride.params;
         if self.stride.since_swing == 0.0 {
             return Shown::Swing;
         }
-        let rests = |classes: &Classes, logarithm: f32| {
-            logarithm < classes.still + (widths * classes.width).greater(least_width)
-        };
+        let rests = |classes: &Classes, logarithm: f32| logarithm < classes.still + rest_margin;
         let PerQuantity {
             acceleration,
             rate,
@@ -436,13 +426,8 @@ impl Learner {
             let share = stable * coefficients.period;
             self.still_seconds = (self.still_seconds + share).lesser(coefficients.memory);
             let weight = share / (self.still_seconds + coefficients.prior);
-            let inflation = coefficients.quantities.map(|quantity| quantity.inflation);
-            for ((classes, u), inflation) in self.each(logarithms).into_iter().zip([
-                inflation.acceleration,
-                inflation.rate,
-                inflation.velocity,
-            ]) {
-                classes.learn_still(u, weight, inflation);
+            for (classes, u) in self.each(logarithms) {
+                classes.learn_still(u, weight);
             }
         }
         if teaches_motion {

@@ -37,10 +37,7 @@ pub struct QuantityParams {
     pub width: f32,
     /// Distance of the edge from the mean of stillness, widths. 0 to 20.
     pub edge: f32,
-    /// Factor of a deviation in the width: samples beyond the edge belong to stillness
-    /// less and less, and the width would shrink without end. 0.5 to 5.
-    pub inflation: f32,
-    /// Kernel bandwidth in widths of stillness. 0.01 to 10.
+    /// Kernel bandwidth, of the logarithm. 0.01 to 3.
     pub bandwidth: f32,
     /// Share of the probability that this quantity cannot remove. 0 to 1.
     pub indifference: f32,
@@ -81,8 +78,6 @@ pub struct StillnessParams {
     pub impact: f32,
     /// Largest part of the way from stillness to motion at which the edge lies. 0 to 1.
     pub part_of_the_way: f32,
-    /// Least kernel bandwidth, of the logarithm. 0.01 to 3.
-    pub least_bandwidth: f32,
     /// Least width of stillness. 0.01 to 3.
     pub least_width: f32,
     /// Largest width of stillness; not below the least. 0.01 to 3.
@@ -177,7 +172,7 @@ impl QuantityParams {
     }
 
     /// `names` are the fields' paths, in their order.
-    const fn validate(&self, names: &[&'static str; 9]) -> Result<(), ParamsError> {
+    const fn validate(&self, names: &[&'static str; 8]) -> Result<(), ParamsError> {
         let (least, largest) = AMPLITUDE;
         let [
             floor,
@@ -185,7 +180,6 @@ impl QuantityParams {
             moving,
             width,
             edge,
-            inflation,
             bandwidth,
             indifference,
             separation,
@@ -195,8 +189,7 @@ impl QuantityParams {
         checked!(in_range(moving, self.moving, self.still, largest));
         checked!(in_range(width, self.width, 0.01, 3.0));
         checked!(in_range(edge, self.edge, 0.0, 20.0));
-        checked!(in_range(inflation, self.inflation, 0.5, 5.0));
-        checked!(in_range(bandwidth, self.bandwidth, 0.01, 10.0));
+        checked!(in_range(bandwidth, self.bandwidth, 0.01, 3.0));
         checked!(in_range(indifference, self.indifference, 0.0, 1.0));
         in_range(separation, self.separation, 0.01, 10.0)
     }
@@ -211,7 +204,6 @@ macro_rules! names {
             concat!("stillness.", $quantity, ".moving"),
             concat!("stillness.", $quantity, ".width"),
             concat!("stillness.", $quantity, ".edge"),
-            concat!("stillness.", $quantity, ".inflation"),
             concat!("stillness.", $quantity, ".bandwidth"),
             concat!("stillness.", $quantity, ".indifference"),
             concat!("stillness.", $quantity, ".separation"),
@@ -227,10 +219,9 @@ impl StillnessParams {
             floor: 0.262,
             still: 0.554,
             moving: 4.78,
-            width: 0.666,
-            edge: 7.42,
-            inflation: 0.533,
-            bandwidth: 0.248,
+            width: 1.25,
+            edge: 3.95,
+            bandwidth: 0.305,
             indifference: 0.00571,
             separation: 0.0571,
         },
@@ -240,8 +231,7 @@ impl StillnessParams {
             moving: 4.94,
             width: 0.227,
             edge: 7.72,
-            inflation: 3.61,
-            bandwidth: 1.37,
+            bandwidth: 1.0,
             indifference: 0.605,
             separation: 2.62,
         },
@@ -251,8 +241,7 @@ impl StillnessParams {
             moving: 3.28,
             width: 0.537,
             edge: 5.57,
-            inflation: 1.81,
-            bandwidth: 0.336,
+            bandwidth: 0.305,
             indifference: 0.383,
             separation: 2.23,
         },
@@ -260,9 +249,8 @@ impl StillnessParams {
         leak: 0.00304,
         impact: 1.67,
         part_of_the_way: 0.635,
-        least_bandwidth: 0.305,
-        least_width: 0.0924,
-        largest_width: 0.733,
+        least_width: 0.173,
+        largest_width: 1.38,
         prior: 0.0668,
         memory: 5.16,
         stance: 0.251,
@@ -293,8 +281,7 @@ impl StillnessParams {
             rest: 0.169,
             lasts: 1.38,
             fading: 0.05,
-            widths: 1.0,
-            least_width: 0.2,
+            rest_margin: 0.4,
             swing: 0.368,
             first_swing: 3.0,
             calm: 1.5,
@@ -327,12 +314,6 @@ impl StillnessParams {
             self.part_of_the_way,
             0.0,
             1.0
-        ));
-        checked!(in_range(
-            "stillness.least_bandwidth",
-            self.least_bandwidth,
-            0.01,
-            3.0
         ));
         checked!(in_range(
             "stillness.least_width",

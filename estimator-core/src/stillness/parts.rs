@@ -210,17 +210,17 @@ impl Parts {
         let mut probability = 1.0;
         if let Some(square) = squares.acceleration {
             let edge = &edges.acceleration;
-            let newest = mass_of(square, quantities.acceleration.floor_squared, edge);
+            let newest = mass_of(square, edge, &quantities.acceleration);
             state.acceleration += (newest - state.acceleration) * share;
             probability *= heard(state.acceleration, edge);
         }
         if let Some(square) = squares.rate {
-            let newest = mass_of(square, quantities.rate.floor_squared, &edges.rate);
+            let newest = mass_of(square, &edges.rate, &quantities.rate);
             state.rate += (newest - state.rate) * share;
             probability *= heard(state.rate, &edges.rate);
         }
         if let Some(square) = squares.velocity {
-            let newest = mass_of(square, quantities.velocity.floor_squared, &edges.velocity);
+            let newest = mass_of(square, &edges.velocity, &quantities.velocity);
             probability *= heard(newest, &edges.velocity);
         }
         state.probability = probability;

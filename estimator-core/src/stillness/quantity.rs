@@ -3,14 +3,12 @@
 use super::learnt::Classes;
 use super::params::QuantityParams;
 
-/// Upper end of stillness for one quantity, and its sharpness.
+/// Upper end of stillness for one quantity, and its influence.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Edge {
     /// Logarithm of the amplitude.
     pub at: f32,
-    /// 1/(h√2) for the kernel's bandwidth h.
-    pub inverse_scale: f32,
     /// Share of the probability that the quantity cannot remove.
     pub floor: f32,
 }
@@ -42,8 +40,8 @@ pub(super) struct QuantityCoefficients {
     pub floor_squared: f32,
     pub prior: Classes,
     pub edge: f32,
-    pub inflation: f32,
-    pub bandwidth: f32,
+    /// 1/(h√2) for the kernel's bandwidth h.
+    pub inverse_scale: f32,
     pub indifference: f32,
     pub inverse_separation: f32,
 }
@@ -57,8 +55,7 @@ impl QuantityCoefficients {
             floor_squared: params.floor * params.floor,
             prior,
             edge: params.edge,
-            inflation: params.inflation,
-            bandwidth: params.bandwidth,
+            inverse_scale: core::f32::consts::FRAC_1_SQRT_2 / params.bandwidth,
             indifference: params.indifference,
             inverse_separation: 1.0 / params.separation,
         }

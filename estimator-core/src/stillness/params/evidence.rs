@@ -13,10 +13,8 @@ pub struct EvidenceParams {
     pub lasts: f32,
     /// Time constant with which the probability fades out and in, s. 1e-3 to 10.
     pub fading: f32,
-    /// Largest distance of a resting sample above the mean of stillness, widths. 0 to 10.
-    pub widths: f32,
-    /// Least value of that distance, of the logarithm. 0 to 3.
-    pub least_width: f32,
+    /// Largest distance of a resting sample above the mean of stillness, of the logarithm. 0 to 3.
+    pub rest_margin: f32,
     /// Largest distance of a swing's acceleration below the mean of motion, of the logarithm. 0 to 10.
     pub swing: f32,
     /// The same until the classes have settled. 0 to 10.
@@ -38,8 +36,7 @@ impl EvidenceParams {
             ("stillness.evidence.rest", self.rest, 0.01, 10.0),
             ("stillness.evidence.lasts", self.lasts, 0.1, 100.0),
             ("stillness.evidence.fading", self.fading, 1.0e-3, 10.0),
-            ("stillness.evidence.widths", self.widths, 0.0, 10.0),
-            ("stillness.evidence.least_width", self.least_width, 0.0, 3.0),
+            ("stillness.evidence.rest_margin", self.rest_margin, 0.0, 3.0),
             ("stillness.evidence.swing", self.swing, 0.0, 10.0),
             (
                 "stillness.evidence.first_swing",
