@@ -9,6 +9,7 @@ use crate::abort::AbortCode;
 use crate::dictionary::{self, Address, Concern, Entry, OBJECTS, PDO_OFF, Place, SETTINGS, index};
 use crate::foot::{Foot, NodeId};
 use crate::pdo::{PDOS, Pdo};
+use crate::uart::check::Check;
 use crate::value::{DataType, Value};
 
 pub use crate::dictionary::WINDOW_CAPACITY;
@@ -188,6 +189,16 @@ impl Settings {
             .filter_map(|((address, entry), raw)| {
                 Some((address, Value::from_raw(entry.data_type(), raw)?))
             })
+    }
+
+    /// CRC-32 (ISO-HDLC, as in zlib) of all values, each a word in the order of the dictionary, its lowest byte first.
+    #[must_use]
+    pub fn hash(&self) -> u32 {
+        let mut check = Check::new();
+        for raw in self.raw {
+            check.push_four(raw.to_le_bytes());
+        }
+        u32::from_le_bytes(check.finish())
     }
 
     /// Restores stored settings, in any order: values that are still allowed are applied, defaults
@@ -660,6 +671,24 @@ mod tests {
         );
         assert_eq!(settings.set_learnt(None), Ok(()));
         assert_eq!(settings, Settings::default());
+    }
+
+    #[test]
+    fn hash_is_the_crc_of_all_values_and_changes_with_each() {
+        let theirs = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+        let default = Settings::default();
+        let words = default
+            .iter()
+            .flat_map(|(_, value)| value.to_raw().to_le_bytes());
+        let words: std::vec::Vec<u8> = words.collect();
+        assert_eq!(default.hash(), theirs.checksum(&words));
+        for (slot, (address, _)) in dictionary::settings().enumerate() {
+            for bit in [0, 1, 12, 31] {
+                let mut settings = default.clone();
+                settings.raw[slot] ^= 1 << bit;
+                assert_ne!(settings.hash(), default.hash(), "{address:?}");
+            }
+        }
     }
 
     #[test]

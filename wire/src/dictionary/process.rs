@@ -219,6 +219,13 @@ pub(super) const OBJECTS: &[Object] = &[
         ],
     },
     Object {
+        index: index::SETTINGS_HASH,
+        name: Text::new("Settings hash"),
+        shape: Shape::Var,
+        doc: Text::new("CRC-32 of all settings in force, stored or not: another value where any has changed"),
+        entries: &[Entry::live(0, "Settings hash", Value::U32(0))],
+    },
+    Object {
         index: index::CALIBRATION,
         name: Text::new("Calibration"),
         shape: Shape::Record,

@@ -73,6 +73,7 @@ impl Device {
             },
             index::VELOCITY_SIGMA => self.velocity_sigma().0.to_bits(),
             index::SUPPLY => u32::from(self.brown_out_level),
+            index::SETTINGS_HASH => self.settings.hash(),
             index::PROGRAM_ID => match address.subindex {
                 1 => self.program.identification,
                 _ => self.program.previous,
