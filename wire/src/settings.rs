@@ -136,7 +136,7 @@ impl Default for Settings {
             raw,
             triggers: [Trigger::Off; PDOS],
         };
-        settings.triggers = Pdo::ALL.map(|pdo| settings.trigger_of(pdo));
+        settings.derive_triggers();
         settings
     }
 }
@@ -176,7 +176,7 @@ impl Settings {
             return Err(AbortCode::InvalidValue);
         }
         *self.raw.get_mut(slot).ok_or(AbortCode::NoObject)? = value.to_raw();
-        self.triggers = Pdo::ALL.map(|pdo| self.trigger_of(pdo));
+        self.derive_triggers();
         Ok(())
     }
 
@@ -220,11 +220,8 @@ impl Settings {
                 let _ = settings.set(address, value);
             }
         }
-        refused += settings
-            .iter()
-            .zip(all.iter())
-            .filter(|(a, b)| a != b)
-            .count();
+        let values = settings.raw.iter().zip(&all.raw);
+        refused += values.filter(|(taken, stored)| taken != stored).count();
         (settings, refused)
     }
 
@@ -308,6 +305,16 @@ impl Settings {
     pub fn trigger(&self, pdo: Pdo) -> Trigger {
         let trigger = self.triggers.get(pdo as usize).copied();
         trigger.unwrap_or(Trigger::Off)
+    }
+
+    /// Sets the triggers to those of the values.
+    fn derive_triggers(&mut self) {
+        for pdo in Pdo::ALL {
+            let trigger = self.trigger_of(pdo);
+            if let Some(derived) = self.triggers.get_mut(pdo as usize) {
+                *derived = trigger;
+            }
+        }
     }
 
     fn trigger_of(&self, pdo: Pdo) -> Trigger {
