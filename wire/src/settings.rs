@@ -9,7 +9,6 @@ use crate::abort::AbortCode;
 use crate::dictionary::{self, Address, Concern, Entry, OBJECTS, PDO_OFF, Place, SETTINGS, index};
 use crate::foot::{Foot, NodeId};
 use crate::pdo::{PDOS, Pdo};
-use crate::uart::check::Check;
 use crate::value::{DataType, Value};
 
 pub use crate::dictionary::WINDOW_CAPACITY;
@@ -191,14 +190,13 @@ impl Settings {
             })
     }
 
-    /// CRC-32 (ISO-HDLC, as in zlib) of all values, each a word in the order of the dictionary, its lowest byte first.
+    /// Hash of all values, each a word in the order of the dictionary: h ← (h rotated left by 5 ⊕ word) · 0x9E37 79B9
+    /// modulo 2³², from 0. Not a protection against a forger.
     #[must_use]
     pub fn hash(&self) -> u32 {
-        let mut check = Check::new();
-        for raw in self.raw {
-            check.push_four(raw.to_le_bytes());
-        }
-        u32::from_le_bytes(check.finish())
+        self.raw.iter().fold(0, |hash: u32, raw| {
+            (hash.rotate_left(5) ^ raw).wrapping_mul(0x9E37_79B9)
+        })
     }
 
     /// Restores stored settings, in any order: values that are still allowed are applied, defaults
@@ -681,14 +679,19 @@ mod tests {
     }
 
     #[test]
-    fn hash_is_the_crc_of_all_values_and_changes_with_each() {
-        let theirs = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+    fn hash_changes_with_each_setting_and_two_signs() {
         let default = Settings::default();
-        let words = default
-            .iter()
-            .flat_map(|(_, value)| value.to_raw().to_le_bytes());
-        let words: std::vec::Vec<u8> = words.collect();
-        assert_eq!(default.hash(), theirs.checksum(&words));
+        let words = default.iter().map(|(_, value)| u64::from(value.to_raw()));
+        let expected = words.fold(0, |hash: u64, word| {
+            ((hash << 5 & 0xFFFF_FFFF | hash >> 27) ^ word) * 0x9E37_79B9 & 0xFFFF_FFFF
+        });
+        assert_eq!(u64::from(default.hash()), expected);
+        for pair in 1..SETTINGS {
+            let mut settings = default.clone();
+            settings.raw[pair - 1] ^= 1 << 31;
+            settings.raw[pair] ^= 1 << 31;
+            assert_ne!(settings.hash(), default.hash(), "{pair}");
+        }
         for (slot, (address, _)) in dictionary::settings().enumerate() {
             for bit in [0, 1, 12, 31] {
                 let mut settings = default.clone();

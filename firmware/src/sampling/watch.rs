@@ -61,8 +61,10 @@ pub(super) struct Watch {
     pub(super) last_good: Option<Timestamp>,
     /// Ticks since the last edge.
     pub(super) without_edge: u16,
-    /// Consecutive ticks with a new sample.
-    fresh_ticks: u16,
+    /// [`turn`](Self::turn) of the last sample that was not new.
+    stale_turn: usize,
+    /// Whether the previous tick had its edge, and the right number of them, and samples are read at the edge.
+    is_in_step: bool,
     /// Whether no edge came in the previous tick, though there was a new sample.
     edge_missed: bool,
     /// Event at which samples are read; kept at a start of the sensor.
@@ -102,6 +104,7 @@ impl Watch {
     pub(super) fn restart(&mut self) {
         *self = Self {
             turn: self.turn,
+            stale_turn: self.turn,
             read_at: self.read_at,
             wrong_rate: self.wrong_rate,
             ..Self::default()
@@ -109,16 +112,9 @@ impl Watch {
     }
 
     /// Adds a sample to the history; returns the issue with it, if there is one.
-    #[inline(never)]
     pub(super) fn issue(&mut self, tick: &Tick, raw: &RawSample) -> Option<SampleIssue> {
-        // A late edge also shows that the sensor runs.
-        self.without_edge = if tick.edge.is_some() || tick.edges.is_some_and(|edges| edges > 0) {
-            0
-        } else {
-            self.without_edge.saturating_add(1)
-        };
-        let saturated = raw.is_saturated();
-        self.saturated_ticks = if raw.is_fresh() && saturated {
+        let (is_fresh, saturated) = (raw.is_fresh(), raw.is_saturated());
+        self.saturated_ticks = if is_fresh && saturated {
             self.saturated_ticks.saturating_add(1)
         } else {
             0
@@ -127,15 +123,40 @@ impl Watch {
         if !saturated {
             self.frozen.update(raw);
         }
-        self.fresh_ticks = if raw.is_fresh() {
-            self.fresh_ticks.saturating_add(1)
-        } else {
-            0
-        };
         // As it should be where it is not counted.
         let number = match tick.edges {
             Some(edges) if tick.missed == 0 => edges,
             _ => *EDGES.start(),
+        };
+        let is_ordinary = tick.edge.is_some() && EDGES.contains(&number) && self.is_in_step;
+        let edges = if is_ordinary {
+            None
+        } else {
+            self.judge_edges(tick, number, is_fresh)
+        };
+        if !is_fresh {
+            self.stale_turn = self.turn;
+            return Some(match edges {
+                Some(SampleIssue::Edge) => SampleIssue::Edge,
+                _ => SampleIssue::Stale,
+            });
+        }
+        if self.frozen.repeats() >= UNTRUSTED_REPEATS || self.frozen.frozen() != 0 {
+            Some(SampleIssue::Repeat)
+        } else {
+            edges
+        }
+    }
+
+    /// Judges edges that are not as they should be, or were not in the previous tick, or if samples are read by the timer.
+    #[cold]
+    #[inline(never)]
+    fn judge_edges(&mut self, tick: &Tick, number: u16, is_fresh: bool) -> Option<SampleIssue> {
+        // A late edge also shows that the sensor runs.
+        self.without_edge = if tick.edge.is_some() || tick.edges.is_some_and(|edges| edges > 0) {
+            0
+        } else {
+            self.without_edge.saturating_add(1)
         };
         let is_right = EDGES.contains(&number);
         self.wrong_rate = match number {
@@ -146,15 +167,9 @@ impl Watch {
         if self.edge_missed && is_right && self.without_edge == 0 {
             self.read_by_timer();
         }
-        self.edge_missed = tick.edge.is_none() && raw.is_fresh();
-        let too_few = tick.edge.is_none() || number < *EDGES.start();
-        let mut rate = match (is_right, too_few) {
-            (true, false) => None,
-            (_, true) => Some(SampleIssue::Unannounced),
-            (false, false) => Some(SampleIssue::Rate),
-        };
+        self.edge_missed = tick.edge.is_none() && is_fresh;
         if self.read_at == ReadAt::Timer {
-            rate = (self.wrong_rate >= WRONG_RATE).then_some(SampleIssue::Rate);
+            self.is_in_step = false;
             self.with_edges = match tick.edge {
                 Some(_) if is_right => self.with_edges + 1,
                 _ => 0,
@@ -162,15 +177,17 @@ impl Watch {
             if self.with_edges >= EDGES_ARE_BACK {
                 self.read_at = ReadAt::Edge;
             }
-        } else if tick.edge.is_none() && !raw.is_fresh() {
-            return Some(SampleIssue::Edge);
+            return (self.wrong_rate >= WRONG_RATE).then_some(SampleIssue::Rate);
         }
-        if !raw.is_fresh() {
-            Some(SampleIssue::Stale)
-        } else if self.frozen.repeats() >= UNTRUSTED_REPEATS || self.frozen.frozen() != 0 {
-            Some(SampleIssue::Repeat)
+        self.is_in_step = tick.edge.is_some() && is_right;
+        if self.is_in_step {
+            None
+        } else if !is_fresh && tick.edge.is_none() {
+            Some(SampleIssue::Edge)
+        } else if tick.edge.is_none() || number < *EDGES.start() {
+            Some(SampleIssue::Unannounced)
         } else {
-            rate
+            Some(SampleIssue::Rate)
         }
     }
 
@@ -184,7 +201,7 @@ impl Watch {
 
     /// Returns whether lost edges can be the cause of three bad ticks that a restart has not ended: each had a new sample.
     pub(super) const fn has_lost_edges(&self) -> bool {
-        self.fresh_ticks >= 3 && self.good_ticks < SETTLED_TICKS
+        self.turn.wrapping_sub(self.stale_turn) >= 3 && self.good_ticks < SETTLED_TICKS
     }
 
     /// Bit *i*: axis *i* repeats, in the order ax ay az wx wy wz.

@@ -10,10 +10,10 @@ static TABLE: [u32; 256] = {
 
 /// CRC in progress.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Check(u32);
+pub(super) struct Check(u32);
 
 impl Check {
-    pub(crate) const fn new() -> Self {
+    pub(super) const fn new() -> Self {
         Self(CRC_32_ISO_HDLC.init)
     }
 
@@ -26,7 +26,7 @@ impl Check {
 
     /// Adds the next four bytes.
     #[inline(always)]
-    pub(crate) fn push_four(&mut self, bytes: [u8; 4]) {
+    pub(super) fn push_four(&mut self, bytes: [u8; 4]) {
         self.0 ^= u32::from_le_bytes(bytes);
         for _ in 0..4 {
             self.shift();
@@ -41,7 +41,7 @@ impl Check {
     }
 
     /// CRC, as the bytes that follow those added.
-    pub(crate) const fn finish(self) -> [u8; 4] {
+    pub(super) const fn finish(self) -> [u8; 4] {
         (self.0 ^ CRC_32_ISO_HDLC.xorout).to_le_bytes()
     }
 }

@@ -13,7 +13,7 @@
 //!
 //! [`encode`] builds a frame, [`Decoder`] takes bytes as they arrive and counts dropped frames.
 
-pub(crate) mod check;
+mod check;
 mod cobs;
 mod config;
 mod contact;
