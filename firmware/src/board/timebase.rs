@@ -191,6 +191,11 @@ pub fn count() -> u32 {
     TIM2.cnt().read()
 }
 
+/// Discards the tick that nobody has waited for: its edge may be long over.
+pub fn discard() {
+    ALARM.reset();
+}
+
 /// Time since the data-ready edge of the tick, or since the end of the wait for it, µs.
 pub fn since_edge() -> u32 {
     count().wrapping_sub(SAMPLED.load(Ordering::Relaxed))

@@ -22,6 +22,7 @@ pub(super) async fn sample(
 ) {
     let mut bus = BusState::Active;
     let (mut id, mut longest) = (0, 0);
+    board::timebase::discard();
     sampling::run(
         sensor,
         board::sensor::Delay,

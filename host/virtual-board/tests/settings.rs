@@ -459,6 +459,33 @@ fn three_watchdog_resets_in_a_row_start_with_defaults() {
 }
 
 #[test]
+fn largest_costs_are_measured_by_the_board() {
+    let Some(elf) = product() else { return };
+    let mut board = board(&elf);
+    for start in ["power-up", "reset"] {
+        // The stack is searched piece by piece.
+        run(&mut board, 4_000);
+        let costs: Vec<u16> = (1..=3)
+            .map(|subindex| {
+                let [i0, i1] = index::COSTS.to_le_bytes();
+                let answer = ask(&mut board, &[0x40, i0, i1, subindex, 0, 0, 0, 0]);
+                let answer = answer.expect("an answer");
+                u16::from_le_bytes([answer[4], answer[5]])
+            })
+            .collect();
+        println!("{start}: {costs:?}");
+        let [mailbox, end, stack] = costs[..] else {
+            unreachable!()
+        };
+        assert!((50..=150).contains(&mailbox), "{start}: {costs:?}");
+        assert!((mailbox..400).contains(&end), "{start}: {costs:?}");
+        assert!((8_000..=30_000).contains(&stack), "{start}: {costs:?}");
+        // The sensor measures meanwhile: a tick with an edge waits for the program.
+        board.inject(Injection::Reset);
+    }
+}
+
+#[test]
 fn one_cleared_bit_under_the_record_loses_no_settings() {
     let Some(elf) = product() else { return };
     let stored = {

@@ -217,7 +217,7 @@ fn a_wrong_rate_is_an_issue_of_the_timer_after_a_while() {
             read_at: ReadAt::Timer,
             ..Watch::default()
         };
-        let mut first_issue = |watch: &mut Watch| {
+        let first_issue = |watch: &mut Watch| {
             let issue = (0..1000).find(|k| watch.issue(&wrong, &moving(*k)).is_some());
             issue.expect("an issue")
         };
