@@ -683,7 +683,8 @@ mod tests {
         let default = Settings::default();
         let words = default.iter().map(|(_, value)| u64::from(value.to_raw()));
         let expected = words.fold(0, |hash: u64, word| {
-            ((hash << 5 & 0xFFFF_FFFF | hash >> 27) ^ word) * 0x9E37_79B9 & 0xFFFF_FFFF
+            let rotated = (hash << 5) % (1 << 32) + (hash >> 27);
+            (rotated ^ word) * 0x9E37_79B9 % (1 << 32)
         });
         assert_eq!(u64::from(default.hash()), expected);
         for pair in 1..SETTINGS {

@@ -191,7 +191,7 @@ pub fn count() -> u32 {
     TIM2.cnt().read()
 }
 
-/// Discards the tick that nobody has waited for: its edge may be long over.
+/// Discards a tick from before the sampling loop, whose edge may be long over.
 pub fn discard() {
     ALARM.reset();
 }
