@@ -27,6 +27,7 @@ use estimator_core::{
 };
 use wire::node::{BootCause, Crash, Program};
 use wire::settings::WINDOW_CAPACITY;
+use wire::uart::LogMessage;
 use wire::{Counter, Counters, Fault, Node, NodeId, Settings, Stage};
 
 use crate::ports::Ports;
@@ -243,17 +244,12 @@ impl Foot {
     fn report_crystal(&mut self, khz: u32, ports: &Ports) {
         self.raise(Fault::CrystalMissing, khz, ports);
         if khz > 0 {
-            let mut text = *b"crystal of 00.0 MHz";
-            let [.., tens, ones, _, tenths, _, _, _, _] = &mut text;
-            let number = (khz + 50) / 100;
-            *tens += (number / 100 % 10) as u8;
-            *ones += (number / 10 % 10) as u8;
-            *tenths += (number % 10) as u8;
-            self.log(
-                Level::Error,
-                core::str::from_utf8(&text).unwrap_or(""),
-                ports,
-            );
+            let tenths = (khz + 50) / 100;
+            let mut line = LogMessage::new(Level::Error as u8, "crystal of 00.0 MHz");
+            line.set_digit(11, tenths / 100);
+            line.set_digit(12, tenths / 10);
+            line.set_digit(14, tenths);
+            self.log_line(Level::Error, &line, ports);
         }
     }
 

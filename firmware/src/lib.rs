@@ -56,6 +56,7 @@
 
 pub mod bring_up;
 pub mod commands;
+pub mod costs;
 pub mod foot;
 pub mod imu;
 pub mod ports;

@@ -15,6 +15,7 @@ use embassy_sync::channel::Channel;
 use wire::CanFrame;
 use wire::uart::{self, Payload};
 
+use crate::costs::Costs;
 use crate::supervision::Liveness;
 use crate::telemetry::{Lane, Outlet, Sink};
 
@@ -35,6 +36,8 @@ pub struct Ports {
     reloaded: Channel<CriticalSectionRawMutex, Reloaded, 1>,
     /// Tasks that have reported since the watchdog was last fed.
     pub liveness: Liveness,
+    /// Costs of the program so far.
+    pub costs: Costs,
 }
 
 impl Default for Ports {
@@ -54,6 +57,7 @@ impl Ports {
             requests: Channel::new(),
             reloaded: Channel::new(),
             liveness: Liveness::new(),
+            costs: Costs::new(),
         }
     }
 

@@ -27,8 +27,10 @@
 //! 2.5 MHz: at 5 MHz long wires or a level shifter may leave no time to read the data line. Single misreads
 //! before that are counted and reported.
 //!
-//! Where edges are missing and samples are new, the line of the edges is dead: after a restart, the samples are read at
-//! the end of the wait for an edge, which is reported, until edges have come for a second again.
+//! Where edges are missing and samples are new, the fault is in the line of the edges: the samples are read at the end
+//! of the wait for an edge, which is reported, until edges have come for a second again. With single edges missing that
+//! begins with the next tick; with none, after a restart of the sensor; with many, after two. Meanwhile a rate of edges that
+//! stays wrong is a fault of the sensor again.
 //!
 //! From the first bad tick on its sample is flagged, so that the estimate is "not stable" before
 //! the fault is identified. After outputs have repeated, samples stay flagged until each axis has

@@ -85,5 +85,7 @@ pub mod index {
     pub const COUNTERS: u16 = 0x2112;
     pub const LAST_CRASH: u16 = 0x2113;
     pub const SUPPLY: u16 = 0x2114;
+    pub const SETTINGS_HASH: u16 = 0x2115;
+    pub const COSTS: u16 = 0x2116;
     pub const CALIBRATION: u16 = 0x2120;
 }

@@ -136,7 +136,7 @@ faults! {
     SensorScale = 24, 0x700A, "sensor has a wrong scale", MANUFACTURER, void, "specific force at rest, 0.001 g";
     /// A register of the sensor was read wrong, and right at the second attempt: the bus has little margin.
     Misread = 25, 0x700B, "misread on the sensor's bus", MANUFACTURER, unaffected, "misreads so far";
-    /// No data-ready edge comes, though the sensor has new samples: they are read by the timer.
+    /// Data-ready edges are missing, some or all, though the sensor has new samples: they are read by the timer.
     DataReadyDead = 26, 0x700C, "data-ready line dead", MANUFACTURER, unaffected, "0";
 }
 

@@ -135,7 +135,7 @@ impl Default for Settings {
             raw,
             triggers: [Trigger::Off; PDOS],
         };
-        settings.triggers = Pdo::ALL.map(|pdo| settings.trigger_of(pdo));
+        settings.derive_triggers();
         settings
     }
 }
@@ -175,7 +175,7 @@ impl Settings {
             return Err(AbortCode::InvalidValue);
         }
         *self.raw.get_mut(slot).ok_or(AbortCode::NoObject)? = value.to_raw();
-        self.triggers = Pdo::ALL.map(|pdo| self.trigger_of(pdo));
+        self.derive_triggers();
         Ok(())
     }
 
@@ -188,6 +188,15 @@ impl Settings {
             .filter_map(|((address, entry), raw)| {
                 Some((address, Value::from_raw(entry.data_type(), raw)?))
             })
+    }
+
+    /// Hash of all values, each a word in the order of the dictionary: h ← (h rotated left by 5 ⊕ word) · 0x9E37 79B9
+    /// modulo 2³², from 0. Not a protection against a forger.
+    #[must_use]
+    pub fn hash(&self) -> u32 {
+        self.raw.iter().fold(0, |hash: u32, raw| {
+            (hash.rotate_left(5) ^ raw).wrapping_mul(0x9E37_79B9)
+        })
     }
 
     /// Restores stored settings, in any order: values that are still allowed are applied, defaults
@@ -209,11 +218,8 @@ impl Settings {
                 let _ = settings.set(address, value);
             }
         }
-        refused += settings
-            .iter()
-            .zip(all.iter())
-            .filter(|(a, b)| a != b)
-            .count();
+        let values = settings.raw.iter().zip(&all.raw);
+        refused += values.filter(|(taken, stored)| taken != stored).count();
         (settings, refused)
     }
 
@@ -297,6 +303,16 @@ impl Settings {
     pub fn trigger(&self, pdo: Pdo) -> Trigger {
         let trigger = self.triggers.get(pdo as usize).copied();
         trigger.unwrap_or(Trigger::Off)
+    }
+
+    /// Sets the triggers to those of the values.
+    fn derive_triggers(&mut self) {
+        for pdo in Pdo::ALL {
+            let trigger = self.trigger_of(pdo);
+            if let Some(derived) = self.triggers.get_mut(pdo as usize) {
+                *derived = trigger;
+            }
+        }
     }
 
     fn trigger_of(&self, pdo: Pdo) -> Trigger {
@@ -660,6 +676,30 @@ mod tests {
         );
         assert_eq!(settings.set_learnt(None), Ok(()));
         assert_eq!(settings, Settings::default());
+    }
+
+    #[test]
+    fn hash_changes_with_each_setting_and_two_signs() {
+        let default = Settings::default();
+        let words = default.iter().map(|(_, value)| u64::from(value.to_raw()));
+        let expected = words.fold(0, |hash: u64, word| {
+            let rotated = (hash << 5) % (1 << 32) + (hash >> 27);
+            (rotated ^ word) * 0x9E37_79B9 % (1 << 32)
+        });
+        assert_eq!(u64::from(default.hash()), expected);
+        for pair in 1..SETTINGS {
+            let mut settings = default.clone();
+            settings.raw[pair - 1] ^= 1 << 31;
+            settings.raw[pair] ^= 1 << 31;
+            assert_ne!(settings.hash(), default.hash(), "{pair}");
+        }
+        for (slot, (address, _)) in dictionary::settings().enumerate() {
+            for bit in [0, 1, 12, 31] {
+                let mut settings = default.clone();
+                settings.raw[slot] ^= 1 << bit;
+                assert_ne!(settings.hash(), default.hash(), "{address:?}");
+            }
+        }
     }
 
     #[test]

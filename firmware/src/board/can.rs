@@ -110,6 +110,9 @@ impl Parts {
     }
 }
 
+/// Longest time from a data-ready edge to the contact in its mailbox, µs.
+static LONGEST: AtomicU32 = AtomicU32::new(0);
+
 /// Node id that the filters accept, 0 for none.
 static LISTENING: AtomicU8 = AtomicU8::new(0);
 
@@ -255,7 +258,18 @@ pub fn try_send(frame: &CanFrame) -> bool {
         w.set_stid(frame.id());
         w.set_txrq(true);
     });
+    if needed == 1 {
+        let waited = timebase::since_edge();
+        if waited > LONGEST.load(Ordering::Relaxed) {
+            LONGEST.store(waited, Ordering::Relaxed);
+        }
+    }
     true
+}
+
+/// Longest time from a data-ready edge to the contact in its mailbox, µs; 0 before the first.
+pub fn longest() -> u32 {
+    LONGEST.load(Ordering::Relaxed)
 }
 
 /// Returns whether a mailbox shows a frame that another node has acknowledged. It shows that until its next frame.

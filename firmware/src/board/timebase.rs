@@ -53,6 +53,9 @@ static EDGES: AtomicU16 = AtomicU16::new(0);
 /// Edges counted by TIM4 between the last two ticks.
 static EDGES_OF_TICK: AtomicU16 = AtomicU16::new(0);
 
+/// Count of the timer at the newest edge after a tick, or at the end of the wait for it.
+static SAMPLED: AtomicU32 = AtomicU32::new(0);
+
 static ALARM: Signal<CriticalSectionRawMutex, Alarm> = Signal::new();
 
 /// Tick and its edge.
@@ -188,6 +191,16 @@ pub fn count() -> u32 {
     TIM2.cnt().read()
 }
 
+/// Discards a tick from before the sampling loop, whose edge may be long over.
+pub fn discard() {
+    ALARM.reset();
+}
+
+/// Time since the data-ready edge of the tick, or since the end of the wait for it, µs.
+pub fn since_edge() -> u32 {
+    count().wrapping_sub(SAMPLED.load(Ordering::Relaxed))
+}
+
 /// Time at which the counter was at `count`, less than a wrap ago.
 pub fn extend(count: u32) -> Timestamp {
     let now = now_micros();
@@ -227,9 +240,12 @@ fn TIM2() {
         }
     } else if pending.ccif(EDGE) && enabled.ccie(EDGE) {
         wait_for_edge(false);
-        raise(Some(extend(TIM2.ccr(EDGE).read())));
+        let edge = TIM2.ccr(EDGE).read();
+        SAMPLED.store(edge, Ordering::Relaxed);
+        raise(Some(extend(edge)));
     } else if pending.ccif(EDGE_DEADLINE) && enabled.ccie(EDGE_DEADLINE) {
         wait_for_edge(false);
+        SAMPLED.store(count(), Ordering::Relaxed);
         raise(None);
     } else if pending.ccif(SLEEP_DEADLINE) {
         // The only effect is to end the sleep.

@@ -89,14 +89,18 @@ impl Foot {
     }
 
     pub(super) fn log(&mut self, level: Level, text: &str, ports: &Ports) {
+        self.log_line(level, &LogMessage::new(level as u8, text), ports);
+    }
+
+    /// Sends a line if the settings allow its level.
+    pub(super) fn log_line(&mut self, level: Level, line: &LogMessage, ports: &Ports) {
         if level as u8 <= self.settings().log_level() {
-            let line = LogMessage::new(level as u8, text);
             // Errors go before responses, of which there can be many.
             let lane = match level {
                 Level::Error => Lane::Notice,
                 Level::Warning | Level::Information => Lane::Answer,
             };
-            self.push_uart(lane, &line, ports);
+            self.push_uart(lane, line, ports);
         }
     }
 

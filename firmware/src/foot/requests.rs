@@ -62,6 +62,7 @@ impl Foot {
     pub(super) fn answer(&mut self, most: usize, ports: &Ports) {
         if let Some(input) = self.requests.deferred.take() {
             self.node.set_learnt(self.learnt());
+            self.node.set_costs(ports.costs.largest());
             self.take_input(&input, ports);
             for _ in 1..most {
                 let Some(input) = ports.take_input() else {

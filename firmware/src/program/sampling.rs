@@ -4,6 +4,7 @@ use core::mem::{self, discriminant};
 use core::sync::atomic::Ordering;
 
 use firmware::Foot;
+use firmware::costs::Cost;
 use firmware::ports::{BusState, Input};
 use firmware::sampling::{self, Sensor};
 
@@ -20,7 +21,8 @@ pub(super) async fn sample(
     self_test: bool,
 ) {
     let mut bus = BusState::Active;
-    let mut id = 0;
+    let (mut id, mut longest) = (0, 0);
+    board::timebase::discard();
     sampling::run(
         sensor,
         board::sensor::Delay,
@@ -35,6 +37,11 @@ pub(super) async fn sample(
             let fault = if foot.faults().is_empty() { 0 } else { FAULT };
             LIGHT.store(foot.stage().code() | fault, Ordering::Relaxed);
             board::flash::note_tick();
+            let work = board::timebase::since_edge();
+            if work > longest {
+                longest = work;
+                PORTS.costs.take(Cost::Work, work);
+            }
         },
     )
     .await;

@@ -4,6 +4,7 @@ use core::sync::atomic::Ordering;
 
 use embassy_stm32::gpio::Output;
 use embassy_time::{Duration, Timer};
+use firmware::costs::Cost;
 use firmware::ports::{Input, Reloaded, Request};
 use wire::Stage;
 
@@ -84,7 +85,9 @@ pub(super) async fn feed_watchdog() {
                 }
             }
         }
+        PORTS.costs.take(Cost::Mailbox, board::can::longest());
         if let Some(used) = stack.look() {
+            PORTS.costs.take(Cost::Stack, used as u32);
             defmt::info!("stack: {} of {} bytes", used, board::stack::size());
         }
     }

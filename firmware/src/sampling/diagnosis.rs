@@ -7,7 +7,7 @@ use wire::Fault;
 
 use super::fault::SensorFault;
 use super::sensor::Sensor;
-use super::watch::{ReadAt, SampleIssue};
+use super::watch::SampleIssue;
 use crate::imu;
 
 /// Index of the last register of the configuration: a data rate.
@@ -50,6 +50,7 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
         let silent_us = self.watch.last_good.and_then(|good| now.micros_since(good));
         let silent_us = silent_us.map_or(u32::MAX, |us| us.min(u64::from(u32::MAX)) as u32);
         let silence = SensorFault::new(Fault::SensorSilent, silent_us);
+        let timing = SensorFault::new(Fault::SensorTiming, self.watch.bad_ticks);
         let without_edge = self.watch.without_edge;
         match self.driver.check_identity().await {
             // A line at rest and no edges: no part, or one that is still booting.
@@ -63,15 +64,19 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
         match issue {
             SampleIssue::Repeat => SensorFault::new(Fault::SensorFrozen, self.watch.frozen_axes()),
             SampleIssue::Unannounced if without_edge >= 2 => {
-                self.watch.read_at = ReadAt::Timer;
+                self.watch.read_by_timer();
                 silence
+            }
+            SampleIssue::Unannounced if self.watch.has_lost_edges() => {
+                self.watch.read_by_timer();
+                timing
             }
             SampleIssue::Edge if without_edge >= 3 => silence,
             SampleIssue::Edge
             | SampleIssue::Unannounced
             | SampleIssue::Rate
             | SampleIssue::Stale
-            | SampleIssue::Unproven => SensorFault::new(Fault::SensorTiming, self.watch.bad_ticks),
+            | SampleIssue::Unproven => timing,
             SampleIssue::Status(read) => self.fault_of(&Error::Status {
                 register: lsm6dsox::register::STATUS_REG,
                 read,

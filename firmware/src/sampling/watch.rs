@@ -5,7 +5,7 @@ use core::ops::RangeInclusive;
 use estimator_core::Timestamp;
 use lsm6dsox::{FrozenDetector, RawSample};
 
-use super::Tick;
+use super::{SETTLED_TICKS, Tick};
 
 /// Data-ready edges from one tick to the next, if they are counted: 6.67, give or take one and
 /// 10 % of the sensor's clock.
@@ -13,6 +13,10 @@ const EDGES: RangeInclusive<u16> = 5..=8;
 
 /// Consecutive ticks with the right number of edges after which samples are read at the edge again.
 const EDGES_ARE_BACK: u16 = 1000;
+
+/// Consecutive ticks with edges of a wrong number that are the rate of the sensor: of edges that are lost at random,
+/// however many, one tick in ten has the right number, or none, so that 200 in a row come once in weeks.
+const WRONG_RATE: u16 = 200;
 
 /// Repeats of a sample, with all six codes, before the sensor counts as frozen. With the
 /// noise of the preset all six codes repeat by chance once in 137 000 samples at rest, three times in a
@@ -38,7 +42,7 @@ pub enum ReadAt {
     /// The data-ready edge after the tick.
     #[default]
     Edge,
-    /// The end of the wait for it: the line is dead, and the sensor is not.
+    /// The end of the wait for it: the line is dead or loses edges, and the sensor measures.
     Timer,
 }
 
@@ -57,10 +61,18 @@ pub(super) struct Watch {
     pub(super) last_good: Option<Timestamp>,
     /// Ticks since the last edge.
     pub(super) without_edge: u16,
+    /// [`turn`](Self::turn) of the last sample that was not new.
+    stale_turn: usize,
+    /// Whether the previous tick had its edge, and the right number of them, and samples are read at the edge.
+    is_in_step: bool,
+    /// Whether no edge came in the previous tick, though there was a new sample.
+    edge_missed: bool,
     /// Event at which samples are read; kept at a start of the sensor.
     pub(super) read_at: ReadAt,
     /// Consecutive ticks with the right number of edges while samples are read by the timer.
     with_edges: u16,
+    /// Consecutive ticks with edges of a wrong number; kept at a start of the sensor.
+    wrong_rate: u16,
     /// Count of ticks: it selects the register that is read back.
     pub(super) turn: usize,
 }
@@ -70,9 +82,9 @@ pub(super) struct Watch {
 pub(super) enum SampleIssue {
     /// No edge came, and nothing new was read.
     Edge,
-    /// No edge came, though there is a new sample.
+    /// No edge came, or too few, though there is a new sample.
     Unannounced,
-    /// The number of edges is wrong.
+    /// Edges are too many, or have come at a wrong rate for long.
     Rate,
     /// Nothing new was read.
     Stale,
@@ -87,25 +99,22 @@ pub(super) enum SampleIssue {
 }
 
 impl Watch {
-    /// Resets everything except the turn of the read-back and the event at which samples are read.
+    /// Resets everything except the turn of the read-back, the event at which samples are read, and the ticks at a wrong
+    /// rate.
     pub(super) fn restart(&mut self) {
         *self = Self {
             turn: self.turn,
+            stale_turn: self.turn,
             read_at: self.read_at,
+            wrong_rate: self.wrong_rate,
             ..Self::default()
         };
     }
 
     /// Adds a sample to the history; returns the issue with it, if there is one.
     pub(super) fn issue(&mut self, tick: &Tick, raw: &RawSample) -> Option<SampleIssue> {
-        // A late edge also shows that the sensor runs.
-        self.without_edge = if tick.edge.is_some() || tick.edges.is_some_and(|edges| edges > 0) {
-            0
-        } else {
-            self.without_edge.saturating_add(1)
-        };
-        let saturated = raw.is_saturated();
-        self.saturated_ticks = if raw.is_fresh() && saturated {
+        let (is_fresh, saturated) = (raw.is_fresh(), raw.is_saturated());
+        self.saturated_ticks = if is_fresh && saturated {
             self.saturated_ticks.saturating_add(1)
         } else {
             0
@@ -114,31 +123,85 @@ impl Watch {
         if !saturated {
             self.frozen.update(raw);
         }
-        let wrong_rate =
-            tick.missed == 0 && tick.edges.is_some_and(|edges| !EDGES.contains(&edges));
+        // As it should be where it is not counted.
+        let number = match tick.edges {
+            Some(edges) if tick.missed == 0 => edges,
+            _ => *EDGES.start(),
+        };
+        let is_ordinary = tick.edge.is_some() && EDGES.contains(&number) && self.is_in_step;
+        let edges = if is_ordinary {
+            None
+        } else {
+            self.judge_edges(tick, number, is_fresh)
+        };
+        if !is_fresh {
+            self.stale_turn = self.turn;
+            return Some(match edges {
+                Some(SampleIssue::Edge) => SampleIssue::Edge,
+                _ => SampleIssue::Stale,
+            });
+        }
+        if self.frozen.repeats() >= UNTRUSTED_REPEATS || self.frozen.frozen() != 0 {
+            Some(SampleIssue::Repeat)
+        } else {
+            edges
+        }
+    }
+
+    /// Judges edges that are not as they should be, or were not in the previous tick, or if samples are read by the timer.
+    #[cold]
+    #[inline(never)]
+    fn judge_edges(&mut self, tick: &Tick, number: u16, is_fresh: bool) -> Option<SampleIssue> {
+        // A late edge also shows that the sensor runs.
+        self.without_edge = if tick.edge.is_some() || tick.edges.is_some_and(|edges| edges > 0) {
+            0
+        } else {
+            self.without_edge.saturating_add(1)
+        };
+        let is_right = EDGES.contains(&number);
+        self.wrong_rate = match number {
+            1.. if !is_right => self.wrong_rate.saturating_add(1),
+            _ => 0,
+        };
+        // Of a line that is dead none follows, of a sensor that is too slow too few.
+        if self.edge_missed && is_right && self.without_edge == 0 {
+            self.read_by_timer();
+        }
+        self.edge_missed = tick.edge.is_none() && is_fresh;
         if self.read_at == ReadAt::Timer {
+            self.is_in_step = false;
             self.with_edges = match tick.edge {
-                Some(_) if !wrong_rate => self.with_edges + 1,
+                Some(_) if is_right => self.with_edges + 1,
                 _ => 0,
             };
             if self.with_edges >= EDGES_ARE_BACK {
                 self.read_at = ReadAt::Edge;
             }
-        } else if tick.edge.is_none() {
-            return Some(match raw.is_fresh() {
-                true => SampleIssue::Unannounced,
-                false => SampleIssue::Edge,
-            });
+            return (self.wrong_rate >= WRONG_RATE).then_some(SampleIssue::Rate);
         }
-        if !raw.is_fresh() {
-            Some(SampleIssue::Stale)
-        } else if self.frozen.repeats() >= UNTRUSTED_REPEATS || self.frozen.frozen() != 0 {
-            Some(SampleIssue::Repeat)
-        } else if wrong_rate && self.read_at == ReadAt::Edge {
-            Some(SampleIssue::Rate)
-        } else {
+        self.is_in_step = tick.edge.is_some() && is_right;
+        if self.is_in_step {
             None
+        } else if !is_fresh && tick.edge.is_none() {
+            Some(SampleIssue::Edge)
+        } else if tick.edge.is_none() || number < *EDGES.start() {
+            Some(SampleIssue::Unannounced)
+        } else {
+            Some(SampleIssue::Rate)
         }
+    }
+
+    /// Reads samples by the timer from now on.
+    pub(super) const fn read_by_timer(&mut self) {
+        if let ReadAt::Edge = self.read_at {
+            self.read_at = ReadAt::Timer;
+            self.with_edges = 0;
+        }
+    }
+
+    /// Returns whether lost edges can be the cause of three bad ticks that a restart has not ended: each had a new sample.
+    pub(super) const fn has_lost_edges(&self) -> bool {
+        self.turn.wrapping_sub(self.stale_turn) >= 3 && self.good_ticks < SETTLED_TICKS
     }
 
     /// Bit *i*: axis *i* repeats, in the order ax ay az wx wy wz.

@@ -7,6 +7,7 @@ mod bench;
 mod calibration;
 mod communication;
 mod correction;
+mod edges;
 mod faults;
 mod half_dead;
 mod hour;

@@ -183,7 +183,7 @@ const fn of_fault(fault: Fault) -> &'static str {
             "check SPI's wires for length and crosstalk: samples are not read twice, and may be wrong"
         }
         Fault::DataReadyDead => {
-            "check the wire of INT1: the sensor measures, but no data-ready edge comes; samples are read by the timer, with times that may be 75 µs off. Cleared once edges have come for a second"
+            "check the wire of INT1: the sensor measures, but data-ready edges are missing, some or all; samples are read by the timer, with times that may be 75 µs off. Cleared once edges have come for a second"
         }
         Fault::SensorScale => {
             "about half of 9.8 m/s² at rest: the part is an LSM6DSO32, set 0x2017:7 to 1; otherwise check bias and scale of the accelerometer (0x2017)"

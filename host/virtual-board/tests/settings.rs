@@ -301,6 +301,102 @@ fn arbitrary_pages_are_reported_until_settings_are_stored() {
     }
 }
 
+/// CRC-32C of a record, as the pages keep it; its lowest byte is neither 0 nor 0xFF.
+fn checksum(data: &[u8]) -> u32 {
+    let mut crc = 0xEEEE_EEEE_u32;
+    for byte in data {
+        crc ^= u32::from(*byte);
+        for _ in 0..8 {
+            let low = crc & 1;
+            crc = crc >> 1 ^ low * 0x82F6_3B78;
+        }
+    }
+    match !crc {
+        0 => 1,
+        crc if matches!(crc as u8, 0 | 0xFF) => crc ^ 1,
+        crc => crc,
+    }
+}
+
+/// Pages with one record, changed by `change`, under a valid checksum.
+fn rewritten(pages: &[u8], change: impl Fn(&mut [u8])) -> Vec<u8> {
+    const ITEM: usize = 4;
+    const DATA: usize = ITEM + 8;
+    let mut pages = pages.to_vec();
+    let length = usize::from(u16::from_le_bytes([pages[ITEM + 4], pages[ITEM + 5]]));
+    let data = &mut pages[DATA..DATA + length];
+    change(data);
+    let check = checksum(data).to_le_bytes();
+    pages[ITEM..ITEM + 4].copy_from_slice(&check);
+    pages
+}
+
+/// Replaces the value of a setting in a record.
+fn replace(record: &mut [u8], index: u16, subindex: u8, value: u32) {
+    let [i0, i1] = index.to_le_bytes();
+    let mut entries = record[2..].chunks_exact_mut(7);
+    let entry = entries.find(|entry| entry[..3] == [i0, i1, subindex]);
+    entry.expect("a setting")[3..].copy_from_slice(&value.to_le_bytes());
+}
+
+#[test]
+fn unusable_settings_are_replaced_by_defaults_and_kept() {
+    let Some(elf) = product() else { return };
+    let stored = {
+        let mut board = board(&elf);
+        run(&mut board, 300);
+        command(&mut board, PRE_OPERATIONAL);
+        set_scale(&mut board, 2.0);
+        assert_eq!(store(&mut board).map(|a| a[0]), Some(WRITTEN));
+        pages(&mut board)
+    };
+    assert!(rewritten(&stored, |_| {}) == stored, "another format");
+    let not_a_number = f32::NAN.to_bits();
+    let cases: [(&str, bool, &dyn Fn(&mut [u8])); 7] = [
+        ("half-width", true, &|record| {
+            replace(record, index::HALF_WIDTH, 1, 1.0e4_f32.to_bits());
+        }),
+        ("not a number", true, &|record| {
+            replace(record, index::DECISION, 1, not_a_number);
+        }),
+        // For a frame in each millisecond.
+        ("bit rate that does not fit", true, &|record| {
+            replace(record, index::CAN_BIT_RATE, 0, 125);
+        }),
+        ("bit rate", true, &|record| {
+            replace(record, index::CAN_BIT_RATE, 0, 333)
+        }),
+        ("serial rate", true, &|record| {
+            replace(record, index::UART_RATE, 0, 3)
+        }),
+        ("address", true, &|record| record[2..4].fill(0xFF)),
+        ("version", false, &|record| record[1] = 99),
+    ];
+    for (case, others_apply, change) in cases {
+        let bytes = rewritten(&stored, change);
+        let mut board = with_pages(&elf, &bytes);
+        for _ in 0..2 {
+            let (codes, contacts) = watch(&mut board, 500);
+            assert_eq!(codes, [wire::Fault::ConfigCorrupted.code()], "{case}");
+            assert!(contacts > 300, "{case}: {contacts} contacts");
+            let expected = if others_apply { 2.0 } else { 1.0 };
+            assert!((scale(&mut board) - expected).abs() < 1.0e-6, "{case}");
+            assert!(
+                pages(&mut board) == bytes,
+                "{case}: a start writes no flash"
+            );
+            board.inject(Injection::Reset);
+        }
+        run(&mut board, 300);
+        command(&mut board, PRE_OPERATIONAL);
+        assert_eq!(store(&mut board).map(|a| a[0]), Some(WRITTEN), "{case}");
+        board.inject(Injection::Reset);
+        let (codes, _) = watch(&mut board, 500);
+        assert_eq!(codes, Vec::<u16>::new(), "{case}");
+        assert_eq!(board.resets().len(), 3, "{case}");
+    }
+}
+
 /// A valid length over and over, whose data would be checked at each word.
 #[test]
 fn pages_full_of_valid_lengths_delay_no_start() {
@@ -360,6 +456,33 @@ fn three_watchdog_resets_in_a_row_start_with_defaults() {
     run(&mut board, 1_500);
     assert_eq!(board.resets().len(), 5);
     assert!((scale(&mut board) - 2.0).abs() < 1.0e-6);
+}
+
+#[test]
+fn largest_costs_are_measured_by_the_board() {
+    let Some(elf) = product() else { return };
+    let mut board = board(&elf);
+    for start in ["power-up", "reset"] {
+        // The stack is searched piece by piece.
+        run(&mut board, 4_000);
+        let costs: Vec<u16> = (1..=3)
+            .map(|subindex| {
+                let [i0, i1] = index::COSTS.to_le_bytes();
+                let answer = ask(&mut board, &[0x40, i0, i1, subindex, 0, 0, 0, 0]);
+                let answer = answer.expect("an answer");
+                u16::from_le_bytes([answer[4], answer[5]])
+            })
+            .collect();
+        println!("{start}: {costs:?}");
+        let [mailbox, end, stack] = costs[..] else {
+            unreachable!()
+        };
+        assert!((50..=150).contains(&mailbox), "{start}: {costs:?}");
+        assert!((mailbox..400).contains(&end), "{start}: {costs:?}");
+        assert!((8_000..=30_000).contains(&stack), "{start}: {costs:?}");
+        // The sensor measures meanwhile: a tick with an edge waits for the program.
+        board.inject(Injection::Reset);
+    }
 }
 
 #[test]

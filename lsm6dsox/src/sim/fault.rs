@@ -40,6 +40,11 @@ pub enum PartFault {
     Reset,
     /// The interrupt pins stay low.
     DataReadyLost,
+    /// Pulses of samples are lost at random on the interrupt pins.
+    DataReadyLosses {
+        /// Lost pulses per million, at most 999 999.
+        per_million: u32,
+    },
     /// The interrupt pins toggle on their own.
     DataReadyStorm {
         /// Time from one rising edge to the next, ns.
@@ -94,6 +99,7 @@ pub(super) struct Faults {
     pub(super) id: Option<u8>,
     pub(super) reserved_bits: bool,
     pub(super) pins_lost: bool,
+    pub(super) losses_per_million: u32,
     pub(super) storm_period_ns: Option<u64>,
     pub(super) sdo_delay_ns: Option<u32>,
     pub(super) glitch_period_ns: Option<u64>,

@@ -261,6 +261,9 @@ impl Part {
             PartFault::WrongId(id) => self.faults.id = Some(id),
             PartFault::Reset => self.reboot(),
             PartFault::DataReadyLost => self.faults.pins_lost = true,
+            PartFault::DataReadyLosses { per_million } => {
+                self.faults.losses_per_million = per_million.min(999_999);
+            }
             PartFault::DataReadyStorm { period_ns } => {
                 self.faults.storm_period_ns = Some(u64::from(period_ns).max(2));
             }

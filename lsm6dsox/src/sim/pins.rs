@@ -3,6 +3,7 @@
 use super::channel::Channel;
 use super::fault::GLITCH_NS;
 use super::part::Part;
+use super::random::hash;
 use crate::register::{self, counter_bdr_reg1, ctrl3_c, ctrl4_c, int1_ctrl, int2_ctrl};
 use crate::setting::Pin;
 
@@ -60,6 +61,11 @@ impl Part {
         ctrl3_c::H_LACTIVE.is_set(self.memory.get(register::CTRL3_C))
     }
 
+    /// Returns whether the pulse that begins at `edge_ns` is lost.
+    const fn loses(&self, edge_ns: u64) -> bool {
+        hash(edge_ns) % 1_000_000 < self.faults.losses_per_million as u64
+    }
+
     /// Returns whether a glitch drives the pins high now.
     fn glitches(&self) -> bool {
         let period = self.faults.glitch_period_ns;
@@ -69,7 +75,9 @@ impl Part {
     /// Returns whether a signal routed to a pin drives it high.
     fn announces(&self, pin: Pin) -> bool {
         let (accel, gyro, watermark) = self.routing(pin);
-        let recent = |edge: Option<u64>| edge.is_some_and(|edge| self.now_ns < edge + PULSE_NS);
+        let recent = |edge: Option<u64>| {
+            edge.is_some_and(|edge| self.now_ns < edge + PULSE_NS && !self.loses(edge))
+        };
         let (accel_ready, gyro_ready) = if self.pulsed() {
             (recent(self.accel_edge_ns), recent(self.gyro_edge_ns))
         } else {
@@ -142,7 +150,13 @@ impl Part {
         if starts_ps > self.clock.tick_ps(tick) {
             tick = self.clock.next_tick(starts_ps.saturating_sub(1));
         }
-        let tick = channel.next_sample(tick)?;
-        Some(self.clock.tick_ps(tick).div_ceil(1000))
+        loop {
+            tick = channel.next_sample(tick)?;
+            let edge_ns = self.clock.tick_ps(tick).div_ceil(1000);
+            if !self.loses(edge_ns) {
+                return Some(edge_ns);
+            }
+            tick += 1;
+        }
     }
 }

@@ -219,6 +219,28 @@ pub(super) const OBJECTS: &[Object] = &[
         ],
     },
     Object {
+        index: index::SETTINGS_HASH,
+        name: Text::new("Settings hash"),
+        shape: Shape::Var,
+        doc: Text::new("of all settings in force, stored or not: h = (h rotated left by 5, xor value) × 0x9E3779B9 for each in order of address, from 0"),
+        entries: &[Entry::live(0, "Settings hash", Value::U32(0))],
+    },
+    Object {
+        index: index::COSTS,
+        name: Text::new("Costs"),
+        shape: Shape::Record,
+        doc: Text::new("the largest since power-up, as the board measures them; a store of settings adds to the first two"),
+        entries: &[
+            Entry::live(1, "Edge to mailbox", Value::U16(0))
+                .unit("µs")
+                .doc("from the data-ready edge to the contact in its CAN mailbox"),
+            Entry::live(2, "Edge to end", Value::U16(0))
+                .unit("µs")
+                .doc("from the data-ready edge to the end of the tick's work"),
+            Entry::live(3, "Stack", Value::U16(0)).unit("bytes"),
+        ],
+    },
+    Object {
         index: index::CALIBRATION,
         name: Text::new("Calibration"),
         shape: Shape::Record,

@@ -38,6 +38,8 @@ pub(super) struct Device {
     pub(super) program: Program,
     /// Values learnt by the estimator.
     pub(super) learnt: Learnt,
+    /// Largest costs so far.
+    pub(super) costs: [u16; 3],
     pub(super) load: Option<Load>,
     /// Ticks since the load was received.
     pub(super) load_age: u16,
@@ -73,6 +75,8 @@ impl Device {
             },
             index::VELOCITY_SIGMA => self.velocity_sigma().0.to_bits(),
             index::SUPPLY => u32::from(self.brown_out_level),
+            index::COSTS => u32::from(self.costs.get(part?).copied()?),
+            index::SETTINGS_HASH => self.settings.hash(),
             index::PROGRAM_ID => match address.subindex {
                 1 => self.program.identification,
                 _ => self.program.previous,

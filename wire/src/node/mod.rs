@@ -110,6 +110,7 @@ impl Node {
                 brown_out_level: 0,
                 program: Program::default(),
                 learnt: Learnt::default(),
+                costs: [0; 3],
                 load: None,
                 load_age: 0,
                 time: None,
@@ -221,6 +222,12 @@ impl Node {
     /// encoded when they are read.
     pub const fn set_learnt(&mut self, learnt: Learnt) {
         self.device.learnt = learnt;
+    }
+
+    /// Publishes the largest costs so far: time to the mailbox and to the end of a tick's work, µs, and depth of the stack,
+    /// bytes. Required before a request is handled.
+    pub const fn set_costs(&mut self, costs: [u16; 3]) {
+        self.device.costs = costs;
     }
 
     /// Load last received from the robot, over RPDO1 or SDO; `None` before the first, and if none was

@@ -36,12 +36,10 @@ impl LogMessage {
 
     fn push(&mut self, text: &str) {
         let room = MAX_LOG.saturating_sub(usize::from(self.length));
-        let end = text
-            .char_indices()
-            .map(|(start, character)| start + character.len_utf8())
-            .take_while(|end| *end <= room)
-            .last()
-            .unwrap_or(0);
+        let mut end = text.len().min(room);
+        while !text.is_char_boundary(end) {
+            end = end.saturating_sub(1);
+        }
         let free = self.text.iter_mut().skip(usize::from(self.length));
         for (to, from) in free.zip(text.bytes().take(end)) {
             *to = from;
@@ -49,16 +47,26 @@ impl LogMessage {
         self.length = self.length.saturating_add(end as u8);
     }
 
-    /// Text; empty if the received bytes are not UTF-8.
+    /// Replaces the digit at `at`, if there is one, by the last decimal digit of `number`.
+    pub fn set_digit(&mut self, at: usize, number: u32) {
+        if let Some(digit @ b'0'..=b'9') = self.text.get_mut(at) {
+            *digit = b'0' + (number % 10) as u8;
+        }
+    }
+
+    /// Text.
     #[must_use]
     pub fn text(&self) -> &str {
-        let bytes = self.text.get(..usize::from(self.length)).unwrap_or(&[]);
-        core::str::from_utf8(bytes).unwrap_or("")
+        core::str::from_utf8(self.bytes()).unwrap_or("")
+    }
+
+    fn bytes(&self) -> &[u8] {
+        self.text.get(..usize::from(self.length)).unwrap_or(&[])
     }
 
     pub(super) fn write(&self, writer: &mut Writer<'_>) {
         writer.u8(self.level);
-        writer.bytes(self.text().as_bytes());
+        writer.bytes(self.bytes());
     }
 
     pub(super) fn read(mut reader: Reader<'_>) -> Option<Self> {
@@ -123,5 +131,14 @@ mod tests {
         let mut line = LogMessage::new(3, "P = ");
         write!(line, "{:.2}", 0.5).expect("writing never fails");
         assert_eq!(line.text(), "P = 0.50");
+    }
+
+    #[test]
+    fn set_digit_replaces_digits_alone() {
+        let mut line = LogMessage::new(3, "é 00");
+        for (at, number) in [(3, 1_234), (4, 5), (0, 6), (1, 7), (5, 8), (MAX_LOG, 9)] {
+            line.set_digit(at, number);
+        }
+        assert_eq!(line.text(), "é 45");
     }
 }

@@ -31,6 +31,8 @@ fn readable_objects_are_read_by_the_peer_and_others_refused() {
             assert_eq!(value, PeerValue::Unsigned32(id), "{address:?}");
         }
     }
+    let hash = read(&mut node, Address::new(0x2115, 0), DataType::Unsigned32);
+    assert_eq!(hash, Ok(PeerValue::Unsigned32(node.settings().hash())));
     let serial = read(&mut node, Address::new(0x1018, 4), DataType::Unsigned32);
     assert_eq!(serial, Ok(PeerValue::Unsigned32(0xC0FFEE)));
     let missing = read(&mut node, Address::new(0x3000, 0), DataType::Unsigned8);

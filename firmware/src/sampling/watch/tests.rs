@@ -47,7 +47,7 @@ fn last_is_a_fault(bad: &[u8]) -> bool {
 #[test]
 fn edges_are_counted_only_by_hardware_and_on_ticks_in_a_row() {
     for (edges, missed, issue) in [
-        (Some(4), 0, Some(SampleIssue::Rate)),
+        (Some(4), 0, Some(SampleIssue::Unannounced)),
         (Some(5), 0, None),
         (Some(8), 0, None),
         (Some(9), 0, Some(SampleIssue::Rate)),
@@ -185,6 +185,52 @@ fn dead_line_differs_from_a_silent_sensor() {
         watch.issue(&dead, &sample(0, [0; 6])),
         Some(SampleIssue::Edge)
     );
+}
+
+#[test]
+fn a_single_lost_edge_has_samples_read_by_the_timer() {
+    let after = |first: Tick, second: Tick| {
+        let mut watch = Watch::default();
+        watch.issue(&ordinary(), &moving(0));
+        let issue = watch.issue(&first, &moving(1));
+        assert_eq!(issue, Some(SampleIssue::Unannounced));
+        (watch.issue(&second, &moving(2)), watch.read_at)
+    };
+    let lost = tick(false, Some(6));
+    assert_eq!(after(lost, ordinary()), (None, ReadAt::Timer));
+    assert_eq!(after(lost, lost), (None, ReadAt::Timer));
+    let unannounced = Some(SampleIssue::Unannounced);
+    // A line that is dead, and a sensor that is too slow.
+    for edges in [0, 4] {
+        let second = tick(false, Some(edges));
+        assert_eq!(after(lost, second), (unannounced, ReadAt::Edge));
+    }
+    let uncounted = tick(false, None);
+    assert_eq!(after(uncounted, uncounted), (unannounced, ReadAt::Edge));
+    assert_eq!(after(uncounted, tick(true, None)), (None, ReadAt::Timer));
+}
+
+#[test]
+fn a_wrong_rate_is_an_issue_of_the_timer_after_a_while() {
+    for wrong in [tick(true, Some(3)), tick(true, Some(60))] {
+        let mut watch = Watch {
+            read_at: ReadAt::Timer,
+            ..Watch::default()
+        };
+        let first_issue = |watch: &mut Watch| {
+            let issue = (0..1000).find(|k| watch.issue(&wrong, &moving(*k)).is_some());
+            issue.expect("an issue")
+        };
+        assert_eq!(first_issue(&mut watch), 199);
+        // A restart of the sensor changes nothing about it, a tick without edges or with the right number ends it.
+        watch.restart();
+        assert_eq!(first_issue(&mut watch), 0);
+        for other in [tick(false, Some(0)), ordinary()] {
+            assert_eq!(watch.issue(&other, &moving(1)), None);
+            assert_eq!(first_issue(&mut watch), 199);
+        }
+        assert_eq!(watch.read_at, ReadAt::Timer);
+    }
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use wire::dictionary::index;
 use wire::pdo::{Quantity, TEMPERATURE_STEP};
-use wire::{Address, DataType, Fault, Faults, Value};
+use wire::{AbortCode, Address, DataType, Fault, Faults, Value};
 
 use super::figure::{self, Figure};
 use super::{AcceptStep, Person};
@@ -15,7 +15,7 @@ use crate::foot::self_test::{self, SelfTestError, SelfTestResult};
 const LOOK: Duration = Duration::from_millis(100);
 const LOOKS: u32 = 30;
 
-/// Reads faults, the last crash, the brown-out level and the temperature.
+/// Reads faults, the last crash, the brown-out level, the temperature, and what the board measures of itself.
 pub(super) fn measure(client: &mut Client) -> Result<Vec<Figure>, RequestError> {
     let mut read =
         |index, subindex, data_type| client.read(Address::new(index, subindex), data_type);
@@ -23,12 +23,27 @@ pub(super) fn measure(client: &mut Client) -> Result<Vec<Figure>, RequestError> 
     let crash = read(index::LAST_CRASH, 1, DataType::Unsigned16)?.to_raw();
     let level = read(index::SUPPLY, 1, DataType::Unsigned8)?.to_raw();
     let temperature = temperature_celsius(client)?;
+    let costs = [&figure::TO_MAILBOX, &figure::TO_END, &figure::STACK];
+    let costs: Result<Vec<Figure>, RequestError> = (1..)
+        .zip(costs)
+        .map(|(subindex, limit)| {
+            let address = Address::new(index::COSTS, subindex);
+            match client.read(address, DataType::Unsigned16) {
+                Ok(value) => Ok(limit.measured(f64::from(value.to_raw()))),
+                Err(RequestError::Refused {
+                    reason: AbortCode::NoObject,
+                    ..
+                }) => Ok(limit.not_tested("the foot's program is older")),
+                Err(error) => Err(error),
+            }
+        })
+        .collect();
     let names: Vec<_> = faults.iter().map(Fault::name).collect();
     let crash_name = match crash {
         0 => String::new(),
         code => format!("0x{code:04X}"),
     };
-    Ok(vec![
+    let mut figures = vec![
         figure::FAULTS.counted(names.len()).with(names.join(", ")),
         figure::CRASH.measured(f64::from(crash)).with(crash_name),
         figure::BROWN_OUT.measured(f64::from(level)),
@@ -36,7 +51,9 @@ pub(super) fn measure(client: &mut Client) -> Result<Vec<Figure>, RequestError> 
             Some(celsius) => figure::TEMPERATURE.measured(celsius),
             None => figure::TEMPERATURE.failed("the foot has none: its sensor is faulty"),
         },
-    ])
+    ];
+    figures.extend(costs?);
+    Ok(figures)
 }
 
 /// Reads the temperature of the sensor, °C, which has no value while up is not yet known; `None` if it stays so.

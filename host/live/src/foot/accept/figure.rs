@@ -166,12 +166,24 @@ limits! {
     TEMPERATURE: Board, "sensor temperature", "°C", 0.0, 60.0,
         "a room, and the part's own heat; the part takes −40 to 85 °C (DS12814)",
         "let the board come to the temperature of the room";
+    TO_MAILBOX: Board, "edge to mailbox", "µs", 0.0, 150.0,
+        "period of the edges; the longest since power-up, by the board's timer, mostly of the first tick; 0 without CAN",
+        "a store of settings adds to it: switch the board off and on, and repeat; then the clock or the program is another";
+    TO_END: Board, "edge to end of work", "µs", 0.0, 800.0,
+        "a tick without the wait for its edge; the longest since power-up",
+        "a store of settings or a fault of the sensor adds to it: switch the board off and on, and repeat";
+    STACK: Board, "stack used", "bytes", 0.0, 40_960.0,
+        "the least stack is 48 KiB; the deepest since power-up",
+        "report it";
     SELF_TEST: SelfTest, "axes that failed", "", 0.0, 0.0,
         "self-test of the sensor (DS12814)",
         "repeat it with the foot still; if it fails again, replace the sensor";
     CONTACT_RATE: Still, "contact rate", "%", 99.9, 100.1,
         "of the set rate, on the foot's clock",
         "look at late ticks and missing contacts";
+    DATA_RATE: Still, "data rate of the sensor", "Hz", 6_333.0, 7_000.0,
+        "6667 Hz ± 5 % after its trim, by the board's crystal",
+        "replace the sensor; where contacts are far from 1000 a second too, the crystal is another";
     MISSING: Still, "missing contacts", "%", 0.0, 0.1,
         "contacts are numbered",
         "check termination and ground of the bus, the adapter, and what else this machine does";

@@ -25,6 +25,37 @@ struct Contacts {
     missing: i64,
     valid: usize,
     stable: usize,
+    samples: SampleTimes,
+}
+
+/// Times of samples, each at one of the sensor's data-ready edges.
+#[derive(Clone, Copy, Default)]
+struct SampleTimes {
+    newest_us: Option<u64>,
+    /// Time between neighbours, and edges in it.
+    span_us: u64,
+    edges: u64,
+}
+
+impl SampleTimes {
+    /// Nominal period of the edges, µs.
+    const PERIOD_US: u64 = 150;
+    /// Longest time in which edges are counted, µs: at a rate that is 5 % off, half a period of error.
+    const LONGEST_US: u64 = 1_400;
+
+    fn take(&mut self, at_us: u64) {
+        let before = self.newest_us.replace(at_us);
+        let span_us = before.and_then(|before| at_us.checked_sub(before));
+        if let Some(span_us @ 1..=Self::LONGEST_US) = span_us {
+            self.span_us += span_us;
+            self.edges += (span_us + Self::PERIOD_US / 2) / Self::PERIOD_US;
+        }
+    }
+
+    /// Returns the rate of the edges, Hz, if there were enough of them.
+    fn rate_hz(self) -> Option<f64> {
+        (self.edges > 5_000).then(|| self.edges as f64 * 1.0e6 / self.span_us as f64)
+    }
 }
 
 /// Measures a foot that lies still.
@@ -55,6 +86,7 @@ pub(super) fn measure(
                 let (first, _) = contacts.span_us.unwrap_or((at, at));
                 contacts.missing += if contacts.count > 0 { row.missing } else { 0 };
                 contacts.span_us = Some((first, at));
+                contacts.samples.take(at);
                 contacts.count += 1;
                 contacts.valid += usize::from(row.status.is_valid());
                 contacts.stable += usize::from(row.status.decision() == Decision::Stable);
@@ -117,8 +149,13 @@ fn of_contacts(contacts: &Contacts, period_us: u64) -> Vec<Figure> {
         0 => figure::CONTACT_RATE.not_tested("contacts are not sent by time"),
         _ => figure::CONTACT_RATE.measured(percent(count + missing - 1.0, expected)),
     };
+    let data_rate = match contacts.samples.rate_hz() {
+        Some(hertz) => figure::DATA_RATE.measured(hertz),
+        None => figure::DATA_RATE.not_tested("contacts are not sent each millisecond"),
+    };
     vec![
         rate,
+        data_rate,
         figure::MISSING.measured(percent(missing, count + missing)),
         figure::VALID.measured(percent(contacts.valid as f64, count)),
         figure::STABLE.measured(percent(contacts.stable as f64, count)),
@@ -160,4 +197,26 @@ fn of_motions(client: &mut Client, motions: &[Motion]) -> Result<Vec<Figure>, Re
         None => figure::BIAS.not_tested("the foot does not know it yet"),
     });
     Ok(figures)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn data_rate_is_found_from_rounded_times_of_samples() {
+        for (hertz, step_us) in [(6_667.0, 1), (6_400.0, 1), (6_950.0, 1), (6_667.0, 10)] {
+            let mut times = SampleTimes::default();
+            for tick in 0..5_000 {
+                // The first edge after each millisecond; some samples are missing.
+                let edge = (f64::from(tick) * 1.0e-3 * hertz).ceil() / hertz * 1.0e6;
+                if tick % 97 != 0 {
+                    times.take(edge as u64 / step_us * step_us);
+                }
+            }
+            let found = times.rate_hz().expect("enough");
+            assert!((found - hertz).abs() < hertz * 1.0e-3, "{found} of {hertz}");
+        }
+        assert_eq!(SampleTimes::default().rate_hz(), None);
+    }
 }

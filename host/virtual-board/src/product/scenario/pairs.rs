@@ -12,8 +12,8 @@ const FIRST_PHASE: u64 = 0;
 /// Duration of a contact frame, 39 bytes of 10 bits at 1 Mbit/s, at a tenth of that rate, µs.
 const STRETCHED_FRAME_US: u64 = 3_900;
 
-/// Faults of the data-ready line, of which the first hides the second.
-const DEAD_AND_STORMY: [&str; 2] = ["data-ready-lost", "data-ready-storm"];
+/// Faults of the data-ready line after which samples are read by the timer, whatever edges it carries.
+const TIMED: [&str; 2] = ["data-ready-lost", "edges-lost"];
 
 /// Two faults, the second after a delay.
 #[derive(Clone, Copy)]
@@ -68,10 +68,11 @@ impl Pair {
     }
 
     /// Period of invalid data: until lasting faults are cleared. Faults that end by themselves are judged after
-    /// resets only. A dead line carries no storm, and samples are read by the timer.
+    /// resets only. While samples are read by the timer, a storm of edges changes none of them.
     fn invalid(&self) -> Invalid {
         let names = [self.first.name, self.second.name];
-        if DEAD_AND_STORMY.iter().all(|name| names.contains(name)) {
+        let is_timed = TIMED.iter().any(|name| names.contains(name));
+        if is_timed && names.contains(&"data-ready-storm") {
             return Invalid::Never;
         }
         match (self.first.invalid, self.second.invalid) {

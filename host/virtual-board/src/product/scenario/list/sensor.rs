@@ -142,6 +142,19 @@ pub(super) const ROWS: &[Scenario] = &[
         ..SENSOR
     },
     Scenario {
+        name: "edges-lost",
+        what: "data-ready line loses one edge in 50",
+        steps: |_| {
+            vec![sensor(SensorFault::DataReadyLosses {
+                per_million: 20_000,
+            })]
+        },
+        invalid: Invalid::Never,
+        reports: Reports::Fault(Fault::DataReadyDead),
+        note: "without a restart of the sensor",
+        ..SENSOR
+    },
+    Scenario {
         name: "data-ready-storm",
         what: "data-ready storm, 100 kHz",
         steps: |_| vec![sensor(SensorFault::DataReadyStorm { period_ns: 10_000 })],
