@@ -28,13 +28,11 @@ impl AttitudeReport {
         let mean = |value: fn(&InclinationScore) -> f64| {
             recordings.iter().map(value).sum::<f64>() / recordings.len().max(1) as f64
         };
+        let all_rms_deg = recordings.iter().map(|score| score.rms_deg);
         Self {
             mean_rms_deg: mean(|score| score.rms_deg),
             mean_p95_deg: mean(|score| score.p95_deg),
-            worst_rms_deg: recordings
-                .iter()
-                .map(|score| score.rms_deg)
-                .fold(0.0, f64::max),
+            worst_rms_deg: all_rms_deg.fold(0.0, f64::max),
             recordings,
         }
     }
@@ -68,10 +66,7 @@ impl fmt::Display for AttitudeReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let width = self.rows().map(|(name, ..)| name.chars().count()).max();
         let width = width.unwrap_or(0);
-        write!(
-            f,
-            "inclination error in degrees: RMS, and what 95 % do not exceed"
-        )?;
+        f.write_str("inclination error in degrees: RMS, and what 95 % do not exceed")?;
         for (name, rms, p95) in self.rows() {
             write!(f, "\n{name:width$}  {rms:6.3}  {p95:6.3}")?;
         }

@@ -174,10 +174,10 @@ impl Arguments {
             (false, true) => Verbosity::Verbose,
             (false, false) => Verbosity::Normal,
         });
-        let command = self
+        match self
             .command
-            .unwrap_or_else(|| Command::Demo(DemoArguments::default()));
-        match command {
+            .unwrap_or(Command::Demo(DemoArguments::default()))
+        {
             Command::Replay(arguments) => arguments.run(),
             Command::Batch(arguments) => arguments.run(),
             Command::Convert(arguments) => arguments.run(),
