@@ -7,18 +7,18 @@ use std::sync::Arc;
 use decode::feet::Name;
 use decode::row::Clock;
 use decode::{ContactRow, DecodeError, Feet, FileOutcome};
-use estimator_core::{Decision, Flag, PerAxis};
-use numpy::ndarray::Array2;
+use estimator_core::{Decision, Flag, PerAxis, Vec3};
 use numpy::{IntoPyArray, PyArray1};
-use pyo3::exceptions::{PyOSError, PyValueError};
+use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::output::seconds;
-use recordings::phase::code_of;
+use samples::phase::code_of;
 use samples::space::components;
 use wire::NodeId;
 
 use crate::outputs::table;
+use crate::parameters::value_error;
 
 /// Flags that only what was sent has, after those of the estimator.
 const OF_FRAMES: [&str; 3] = ["starting", "fault", "doubtful"];
@@ -46,15 +46,11 @@ impl Names {
     fn push(&mut self, name: Option<&Arc<str>>) {
         let place = match name {
             None => -1,
-            Some(name) => match self.places.get(name) {
-                Some(place) => *place,
-                None => {
-                    let place = i16::try_from(self.names.len()).unwrap_or(-1);
-                    self.places.insert(Arc::clone(name), place);
-                    self.names.push(name.to_string());
-                    place
-                }
-            },
+            Some(name) => *self.places.entry(Arc::clone(name)).or_insert_with(|| {
+                let place = i16::try_from(self.names.len()).unwrap_or(-1);
+                self.names.push(name.to_string());
+                place
+            }),
         };
         self.column.push(place);
     }
@@ -106,15 +102,10 @@ impl Columns {
         self.axes.extend(axes.unwrap_or([f32::NAN; 6]));
         let quaternion = row.orientation.map(|q| [q.w, q.x, q.y, q.z]);
         self.quaternion.extend(quaternion.unwrap_or([f32::NAN; 4]));
-        let vectors = [
-            (&mut self.linear_acceleration, row.acceleration),
-            (&mut self.angular_rate, row.rate),
-            (&mut self.gyro_bias, row.bias),
-        ];
-        for (column, vector) in vectors {
-            let vector = vector.map(components);
-            column.extend(vector.unwrap_or([f32::NAN; 3]));
-        }
+        let vector = |of: Option<Vec3>| of.map_or([f32::NAN; 3], components);
+        self.linear_acceleration.extend(vector(row.acceleration));
+        self.angular_rate.extend(vector(row.rate));
+        self.gyro_bias.extend(vector(row.bias));
         self.temperature.push(row.temperature.unwrap_or(f32::NAN));
         self.state.push(code_of(row.status.phase()));
         self.decision
@@ -142,15 +133,14 @@ impl Columns {
         dict.set_item("p_stable", self.stable.into_pyarray(py))?;
         dict.set_item("p_tangential", self.tangential.into_pyarray(py))?;
         dict.set_item("p_vertical", self.vertical.into_pyarray(py))?;
-        let tables: [(&str, Array2<f32>); 5] = [
-            ("p_axes", table(self.axes, 6)),
-            ("quaternion", table(self.quaternion, 4)),
-            ("linear_acceleration", table(self.linear_acceleration, 3)),
-            ("angular_rate", table(self.angular_rate, 3)),
-            ("gyro_bias", table(self.gyro_bias, 3)),
-        ];
-        for (name, table) in tables {
-            dict.set_item(name, table.into_pyarray(py))?;
+        for (name, numbers, width) in [
+            ("p_axes", self.axes, 6),
+            ("quaternion", self.quaternion, 4),
+            ("linear_acceleration", self.linear_acceleration, 3),
+            ("angular_rate", self.angular_rate, 3),
+            ("gyro_bias", self.gyro_bias, 3),
+        ] {
+            dict.set_item(name, table(numbers, width).into_pyarray(py))?;
         }
         dict.set_item("temperature", self.temperature.into_pyarray(py))?;
         dict.set_item("state", self.state.into_pyarray(py))?;
@@ -162,11 +152,12 @@ impl Columns {
 
 fn node(id: i64) -> PyResult<NodeId> {
     let node = u8::try_from(id).ok().and_then(NodeId::new);
-    node.ok_or_else(|| {
-        PyValueError::new_err(format!(
+    let expected = || {
+        value_error(format!(
             "node is {id}, but a node id, 1 to 127, is expected"
         ))
-    })
+    };
+    node.ok_or_else(expected)
 }
 
 /// Decodes what feet have sent; see `footfall.decode`. Returns the arrays, and the report as JSON.
@@ -183,12 +174,10 @@ pub(crate) fn decode_file<'py>(
     }
     let mut named = Vec::new();
     for (id, name) in names {
-        let name = Name::new(&name)
-            .map_err(|error| PyValueError::new_err(format!("{name:?} of node {id}: {error}")))?;
-        named.push((node(id)?, name));
+        let refused = |error| value_error(format!("{name:?} of node {id}: {error}"));
+        named.push((node(id)?, Name::new(&name).map_err(refused)?));
     }
-    feet.call(&named)
-        .map_err(|error| PyValueError::new_err(error.to_string()))?;
+    feet.call(&named).map_err(value_error)?;
     let mut columns = Columns::default();
     let flags = flag_names();
     let decoded = py.detach(|| {
@@ -199,10 +188,10 @@ pub(crate) fn decode_file<'py>(
     });
     let FileOutcome { report, notices } = decoded.map_err(|error| match error {
         DecodeError::Unreadable { .. } => PyOSError::new_err(error.to_string()),
-        other => PyValueError::new_err(other.to_string()),
+        other => value_error(other),
     })?;
     let report = serde_json::to_string(&report)
-        .map_err(|error| PyValueError::new_err(format!("the report cannot be written: {error}")))?;
+        .map_err(|error| value_error(format!("the report cannot be written: {error}")))?;
     let dict = columns.into_dict(py)?;
     dict.set_item("notices", notices)?;
     Ok((dict, report))

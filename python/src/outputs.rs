@@ -6,7 +6,7 @@ use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::output::seconds;
-use recordings::phase::code_of;
+use samples::phase::code_of;
 use samples::space::components;
 
 /// Columns of estimates while no Python code runs.
@@ -56,17 +56,11 @@ impl Columns {
         self.axes.extend(p.axes.to_array());
         let Quaternion { w, x, y, z } = estimate.orientation;
         self.quaternion.extend([w, x, y, z]);
-        let vectors = [
-            (
-                &mut self.linear_acceleration,
-                estimate.linear_acceleration.0,
-            ),
-            (&mut self.angular_rate, estimate.angular_rate.0),
-            (&mut self.gyro_bias, estimate.gyro_bias.0),
-        ];
-        for (column, vector) in vectors {
-            column.extend(components(vector));
-        }
+        let acceleration = components(estimate.linear_acceleration.0);
+        self.linear_acceleration.extend(acceleration);
+        self.angular_rate
+            .extend(components(estimate.angular_rate.0));
+        self.gyro_bias.extend(components(estimate.gyro_bias.0));
         self.sigma_v.push(estimate.velocity_sigma.0);
         self.state.push(code_of(estimate.phase));
         self.decision.push(estimate.decision == Decision::Stable);
@@ -82,8 +76,8 @@ impl Columns {
         dict.set_item("p_vertical", self.vertical.into_pyarray(py))?;
         dict.set_item("p_axes", table(self.axes, 6).into_pyarray(py))?;
         dict.set_item("quaternion", table(self.quaternion, 4).into_pyarray(py))?;
-        let linear_acceleration = table(self.linear_acceleration, 3);
-        dict.set_item("linear_acceleration", linear_acceleration.into_pyarray(py))?;
+        let acceleration = table(self.linear_acceleration, 3).into_pyarray(py);
+        dict.set_item("linear_acceleration", acceleration)?;
         dict.set_item("angular_rate", table(self.angular_rate, 3).into_pyarray(py))?;
         dict.set_item("gyro_bias", table(self.gyro_bias, 3).into_pyarray(py))?;
         dict.set_item("sigma_v", self.sigma_v.into_pyarray(py))?;
@@ -95,7 +89,7 @@ impl Columns {
 }
 
 /// Rows of `width` numbers.
-pub(crate) fn table(numbers: Vec<f32>, width: usize) -> Array2<f32> {
+pub(crate) fn table<T: Default>(numbers: Vec<T>, width: usize) -> Array2<T> {
     let rows = numbers.len() / width;
     // The numbers are appended by rows, so there are none left over.
     Array2::from_shape_vec((rows, width), numbers).unwrap_or_default()

@@ -122,11 +122,7 @@ impl ContactRow {
     pub fn flag_names(&self) -> Vec<&'static str> {
         let status = self.status;
         let mut names: Vec<_> = match self.flags {
-            Some(bits) => Flag::ALL
-                .into_iter()
-                .filter(|flag| bits & Flags::NONE.with(*flag).bits() != 0)
-                .map(Flag::name)
-                .collect(),
+            Some(bits) => Flags::from_bits(bits).iter().map(Flag::name).collect(),
             None => [
                 (status.is_saturated(), Flag::Saturated.name()),
                 (status.is_starting(), "starting"),

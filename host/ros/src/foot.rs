@@ -7,14 +7,14 @@ use estimator_core::{
 };
 use live::LiveFoot;
 use live::session::SEVERAL_BOARDS;
-use recordings::phase::code_of;
+use samples::phase::code_of;
 use samples::space::components;
 use wire::uart::RawSample;
 use wire::{Counter, Fault, Faults};
 
 use crate::message::{
     DiagnosticArray, DiagnosticStatus, Header, Imu, KeyValue, Level, RosContact, RosMessage,
-    RosQuaternion, Time, TwistWithCovariance, TwistWithCovarianceStamped, Vector3,
+    RosQuaternion, TwistWithCovariance, TwistWithCovarianceStamped, Vector3,
 };
 use crate::published::Published;
 use crate::topics::{DIAGNOSTICS, FootTopics, NODE};
@@ -94,11 +94,8 @@ impl Foot {
         }
     }
 
-    pub(crate) fn header(&self, stamp: Timestamp) -> Header {
-        Header {
-            stamp: Time::from(stamp),
-            frame_id: self.topics.frame.as_ref().to_owned(),
-        }
+    fn header(&self, stamp: Timestamp) -> Header {
+        self.topics.header(stamp)
     }
 
     pub(crate) fn contact(
@@ -141,9 +138,8 @@ impl Foot {
         self.orientation = row.orientation.map(|q| (q, made)).or(self.orientation);
         self.rate = row.rate.map(|rate| (rate, made)).or(self.rate);
         if let Some(sample) = &row.measured {
-            let age_us = made
-                .as_micros()
-                .saturating_sub(sample.timestamp.as_micros());
+            let [made_us, taken_us] = [made, sample.timestamp].map(Timestamp::as_micros);
+            let age_us = made_us.saturating_sub(taken_us);
             let taken = Timestamp::from_micros(stamp.as_micros().saturating_sub(age_us));
             return (contact, self.recorded(sample, row.orientation, taken));
         }
@@ -230,11 +226,11 @@ impl Foot {
     pub(crate) fn diagnostics(&mut self, foot: &LiveFoot, at: Timestamp) -> Option<Published> {
         let is_shared = foot.is_of_several_boards();
         let condition = (foot.faults, self.is_silent, is_shared);
-        let since = |before: Timestamp| at.as_micros().saturating_sub(before.as_micros());
-        let is_due = self.diagnosed.is_none_or(|(before, reported)| {
-            reported != condition || since(before) >= DIAGNOSTIC_US
-        });
-        if !is_due {
+        let since_us = |before: Timestamp| at.as_micros().saturating_sub(before.as_micros());
+        if let Some((before, reported)) = self.diagnosed
+            && reported == condition
+            && since_us(before) < DIAGNOSTIC_US
+        {
             return None;
         }
         self.diagnosed = Some((at, condition));
@@ -250,24 +246,22 @@ impl Foot {
         let silent = self.is_silent.then_some(SILENT);
         let shared = is_shared.then_some(SEVERAL_BOARDS);
         let faults = foot.faults.iter().map(Fault::name);
-        let names: Vec<_> = silent.into_iter().chain(shared).chain(faults).collect();
-        let message = if names.is_empty() {
-            "no fault".to_owned()
-        } else {
-            names.join(", ")
+        let names = silent.into_iter().chain(shared).chain(faults);
+        let message = match &names.collect::<Vec<_>>()[..] {
+            [] => "no fault".to_owned(),
+            names => names.join(", "),
         };
         let status = DiagnosticStatus {
             level,
             name: format!("footfall: {}", self.name),
             message,
-            hardware_id: self.topics.hardware.as_ref().to_owned(),
+            hardware_id: self.topics.hardware.to_string(),
             values: counts(foot),
         };
-        let array = DiagnosticArray {
+        let message = RosMessage::Diagnostics(DiagnosticArray {
             header: self.header(at),
             status: vec![status],
-        };
-        let message = RosMessage::Diagnostics(array);
+        });
         Some(Published::new(&DIAGNOSTICS.into(), at, message))
     }
 }
@@ -279,13 +273,12 @@ fn counts(foot: &LiveFoot) -> Vec<KeyValue> {
         value,
     };
     if let Some(board) = &foot.board {
-        let count =
-            |counter: Counter| pair(counter.name(), board.counters.get(counter).to_string());
-        return Counter::ALL.into_iter().map(count).collect();
+        let value = |counter| board.counters.get(counter).to_string();
+        let count = |counter: Counter| pair(counter.name(), value(counter));
+        return Counter::ALL.map(count).into();
     }
     let drops = foot.health.map(|health| health.dropped.to_string());
-    let drops = drops.map(|count| pair("dropped, modulo 256", count));
-    drops.into_iter().collect()
+    Vec::from_iter(drops.map(|count| pair("dropped, modulo 256", count)))
 }
 
 /// Zero velocity with this standard deviation in each direction; the angular part carries no information.
@@ -295,10 +288,9 @@ pub(crate) fn zero_velocity(
 ) -> TwistWithCovarianceStamped {
     let mut twist = TwistWithCovariance::default();
     for (axis, row) in twist.covariance.iter_mut().enumerate() {
-        let of_axis = if axis < 3 {
-            sigma
-        } else {
-            VelocitySigma::MOST.0
+        let of_axis = match axis {
+            0..3 => sigma,
+            _ => VelocitySigma::MOST.0,
         };
         row[axis] = f64::from(of_axis).powi(2);
     }

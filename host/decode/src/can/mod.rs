@@ -34,8 +34,8 @@ use super::{ContactRow, DecodeError, Feet, FileOutcome, RowSink};
 use crate::can_log::{LogContent, LogTimes, Other, Reader};
 use crate::report::Counted;
 use foot::{Change, LoggedFoot};
-use pending::Pending;
-use rows::{Belongs, complete, kind_name, row_of};
+use pending::{KEPT, Pending};
+use rows::{complete, kind_name, row_of};
 use sync::Syncs;
 
 /// Number of malformed lines that are quoted; further ones are only counted.
@@ -54,11 +54,8 @@ pub(super) fn decode(
     let mut notices = Vec::new();
     let mut malformed = 0;
     let mut has_times = false;
-    let unreadable = |source| DecodeError::Unreadable {
-        file: file.to_owned(),
-        source,
-    };
-    while let Some((number, line)) = lines.next().map_err(unreadable)? {
+    let unreadable = DecodeError::unreadable(file);
+    while let Some((number, line)) = lines.next().map_err(&unreadable)? {
         if line.trim().is_empty() {
             continue;
         }
@@ -85,16 +82,13 @@ pub(super) fn decode(
                 }
             }
         }
-        log.rows.settle(&mut log.report, sink)?;
+        log.rows.settle(KEPT, &mut log.report, sink)?;
     }
     log.finish();
-    log.rows.settle_all(&mut log.report, sink)?;
+    log.rows.settle(0, &mut log.report, sink)?;
     if malformed > NAMED_LINES {
-        let others = malformed - NAMED_LINES;
-        notices.push(format!(
-            "{file}: {others} more lines are none of {}",
-            reader.form().name()
-        ));
+        let (others, form) = (malformed - NAMED_LINES, reader.form().name());
+        notices.push(format!("{file}: {others} more lines are none of {form}"));
     }
     if log.report.rows == 0
         && let Some(id) = log.unknown_foot
@@ -109,14 +103,10 @@ pub(super) fn decode(
             "{file}: its times are differences from line to line; t_received is their sum"
         ));
     }
-    notices.extend(
-        log.clock_notice(has_times)
-            .map(|said| format!("{file}: {said}")),
-    );
-    Ok(FileOutcome {
-        report: log.report,
-        notices,
-    })
+    let notice = log.clock_notice(has_times);
+    notices.extend(notice.map(|said| format!("{file}: {said}")));
+    let report = log.report;
+    Ok(FileOutcome { report, notices })
 }
 
 /// Meaning of a frame's time of reception.
@@ -190,14 +180,11 @@ impl Log {
                 "t_common is the time of reception, as no foot has reported a numbered SYNC of this log (object 0x1019 of the master numbers them)".to_owned()
             }
             (true, _, 0) => "t_common is by numbered SYNCs".to_owned(),
-            (true, ..) => format!(
+                        (true, ..) => format!(
                 "t_common is by numbered SYNCs, but for {received} rows of feet that had reported none: there it is the time of reception"
             ),
         })
     }
-}
-
-impl Log {
     /// Processes a frame received at `at`.
     pub(crate) fn take(&mut self, interface: &str, frame: &CanFrame, at: Option<Timestamp>) {
         let id = frame.id();
@@ -244,10 +231,8 @@ impl Log {
         *segment += 1;
         match self.first.remove(&key) {
             Some(first) if !first.counted.is_nothing() => {
-                let First {
-                    contact, index, at, ..
-                } = first;
-                let foot = LoggedFoot::new(&contact, index, at, self.reception);
+                let (index, at) = (first.index, first.at);
+                let foot = LoggedFoot::new(&first.contact, index, at, self.reception);
                 if let Some(row) = self.rows.get_mut(index) {
                     row.timestamp = Timestamp::from_micros(foot.micros());
                     row.turn = foot.turn();
@@ -277,23 +262,17 @@ impl Log {
     fn emergency(&mut self, interface: &str, node: NodeId, frame: &CanFrame) {
         self.report.count_frame("emergency");
         let Some(bytes) = frame.data8() else {
-            self.report.count_problem("emergency_of_wrong_length");
-            return;
+            return self.report.count_problem("emergency_of_wrong_length");
         };
         let emergency = Emergency::decode(bytes);
-        let t = self
-            .feet
-            .get(&(interface.to_owned(), node.get()))
-            .map(|foot| foot.micros() as f64 / 1.0e6);
+        let foot = self.feet.get(&(interface.to_owned(), node.get()));
+        let fault = emergency.fault.map(Fault::name);
         self.report.emergencies.push(EmergencyReport {
-            t,
+            t: foot.map(|foot| foot.micros() as f64 / 1.0e6),
             interface: interface.to_owned(),
             node: node.get(),
             code: emergency.code,
-            fault: emergency
-                .fault
-                .map_or("a fault that is not known here", Fault::name)
-                .to_owned(),
+            fault: fault.unwrap_or("a fault that is not known here").to_owned(),
             detail: emergency.detail,
         });
     }
@@ -303,14 +282,8 @@ impl Log {
         let (&[counter], Some(at)) = (frame.data(), at) else {
             return;
         };
-        match self.syncs.get_mut(interface) {
-            Some(syncs) => syncs.take(counter, at),
-            None => {
-                let mut syncs = Syncs::default();
-                syncs.take(counter, at);
-                self.syncs.insert(interface.to_owned(), syncs);
-            }
-        }
+        let syncs = self.syncs.entry(interface.to_owned()).or_default();
+        syncs.take(counter, at);
     }
 
     /// Name of the interface, shared with the newest row if equal; `None` if the log does not name it.
@@ -330,23 +303,19 @@ impl Log {
         at: Option<Timestamp>,
     ) {
         let Some(bytes) = frame.data8() else {
-            self.report
-                .count_problem(format!("{}_of_wrong_length", kind_name(pdo)));
-            return;
+            let problem = format!("{}_of_wrong_length", kind_name(pdo));
+            return self.report.count_problem(problem);
         };
         self.report.count_frame(kind_name(pdo));
         if pdo == Pdo::Contact {
-            self.contact(interface, node, &Contact::decode(bytes), at);
-            return;
+            return self.contact(interface, node, &Contact::decode(bytes), at);
         }
         // Other frames of a foot belong to the contact that it sent just before.
         let Some(foot) = self.feet.get_mut(&(interface.to_owned(), node.get())) else {
-            self.report.count_problem("frames_before_any_contact");
-            return;
+            return self.report.count_problem("frames_before_any_contact");
         };
         let row = self.rows.get_mut(foot.row);
-        let belongs = row.map(|row| complete(row, pdo, bytes, foot.short()));
-        if belongs != Some(Belongs::ToTheContact) {
+        if !row.is_some_and(|row| complete(row, pdo, bytes, foot.short())) {
             self.report.count_problem("frames_without_their_contact");
         }
         if pdo != Pdo::Health {
@@ -412,31 +381,22 @@ impl Log {
         }
         let known = self.feet.get(&key).cloned();
         let may_be_first = known.is_some() && contact.sequence == 0;
-        let mut counted = Counted::new();
-        let report = if may_be_first {
-            &mut counted.0
-        } else {
-            &mut self.report
+        let mut counted = Counted::default();
+        let report = match may_be_first {
+            true => &mut counted.0,
+            false => &mut self.report,
         };
-        let (mut foot, micros) = match known {
-            None => {
-                let foot = LoggedFoot::new(contact, index, at, self.reception);
-                let micros = foot.micros();
-                (foot, Some(micros))
-            }
-            Some(mut foot) => {
-                let micros = foot.take(contact, index, at, report);
-                (foot, micros)
-            }
+        let mut foot = match known {
+            None => LoggedFoot::new(contact, index, at, self.reception),
+            Some(mut foot) => match foot.take(contact, index, at, report) {
+                Some(_) => foot,
+                None => return self.report.add(counted),
+            },
         };
-        let Some(micros) = micros else {
-            self.report.add(counted);
-            return;
-        };
+        let micros = foot.micros();
         if may_be_first {
-            let contact = *contact;
             let first = First {
-                contact,
+                contact: *contact,
                 index,
                 at,
                 counted,

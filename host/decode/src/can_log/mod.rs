@@ -35,19 +35,11 @@ impl Logged {
     /// Formats the frame as a line of `candump -l`, without line feed.
     #[must_use]
     pub fn line(self, interface: &str) -> impl fmt::Display {
+        let (id, data) = (self.frame.id(), self.frame.data().iter());
+        let data: String = data.map(|byte| format!("{byte:02X}")).collect();
         let micros = self.at.as_micros();
-        let data: String = self
-            .frame
-            .data()
-            .iter()
-            .map(|byte| format!("{byte:02X}"))
-            .collect();
-        format!(
-            "({}.{:06}) {interface} {:03X}#{data}",
-            micros / 1_000_000,
-            micros % 1_000_000,
-            self.frame.id()
-        )
+        let (seconds, micros) = (micros / 1_000_000, micros % 1_000_000);
+        format!("({seconds}.{micros:06}) {interface} {id:03X}#{data}")
     }
 }
 
@@ -58,6 +50,14 @@ pub struct LogLine<'a> {
     pub time: Option<Timestamp>,
     /// Content of the line.
     pub content: LogContent<'a>,
+}
+
+impl<'a> LogLine<'a> {
+    /// A line without a time.
+    const fn without_time(content: LogContent<'a>) -> Self {
+        let time = None;
+        Self { time, content }
+    }
 }
 
 /// Content of a line of a log.

@@ -6,8 +6,7 @@ use wire::dictionary::index;
 use wire::pdo::{Quantity, TEMPERATURE_STEP};
 use wire::{Address, DataType, Fault, Faults, Value};
 
-use super::figure::{self, Figure};
-use super::{AcceptStep, Person};
+use super::{AcceptStep, Measured, Person, figure};
 use crate::foot::client::{Client, RequestError};
 use crate::foot::self_test::{self, SelfTestError, SelfTestResult};
 
@@ -16,12 +15,10 @@ const LOOK: Duration = Duration::from_millis(100);
 const LOOKS: u32 = 30;
 
 /// Reads faults, the last crash, the brown-out level and the temperature.
-pub(super) fn measure(client: &mut Client) -> Result<Vec<Figure>, RequestError> {
-    let mut read =
-        |index, subindex, data_type| client.read(Address::new(index, subindex), data_type);
-    let faults = Faults::from_bits(read(index::FAULTS, 0, DataType::Unsigned32)?.to_raw());
-    let crash = read(index::LAST_CRASH, 1, DataType::Unsigned16)?.to_raw();
-    let level = read(index::SUPPLY, 1, DataType::Unsigned8)?.to_raw();
+pub(super) fn measure(client: &mut Client) -> Measured {
+    let faults = Faults::from_bits(client.read_number(index::FAULTS, 0)?);
+    let crash = client.read_number(index::LAST_CRASH, 1)?;
+    let level = client.read_number(index::SUPPLY, 1)?;
     let temperature = temperature_celsius(client)?;
     let names: Vec<_> = faults.iter().map(Fault::name).collect();
     let crash_name = match crash {
@@ -55,10 +52,7 @@ fn temperature_celsius(client: &mut Client) -> Result<Option<f64>, RequestError>
 }
 
 /// Runs the sensor's self-test.
-pub(super) fn test_sensor(
-    client: &mut Client,
-    person: &mut Person,
-) -> Result<Vec<Figure>, SelfTestError> {
+pub(super) fn test_sensor(client: &mut Client, person: &mut Person) -> Measured<SelfTestError> {
     (person.tell)(
         "put the foot down, and do not touch it: the sensor tests itself, and the board starts again",
     );

@@ -6,11 +6,10 @@ use decode::ContactRow;
 use estimator_core::{Decision, Phase, Timestamp};
 use wire::dictionary::index;
 use wire::node::CalibrationState;
-use wire::{Address, DataType, Fault, Faults};
+use wire::{Fault, Faults};
 
-use super::figure::{self, Figure};
 use super::moments::{Moment, watch};
-use super::{AcceptStep, Person};
+use super::{AcceptStep, Measured, Person, figure};
 use crate::foot::calibration;
 use crate::foot::client::{Client, RequestError};
 
@@ -76,7 +75,7 @@ impl Taps {
 }
 
 /// Measures taps on the sole.
-pub(super) fn taps(client: &mut Client, person: &mut Person) -> Result<Vec<Figure>, RequestError> {
+pub(super) fn taps(client: &mut Client, person: &mut Person) -> Measured {
     let (patience, tell, has_left) = person.parts();
     tell("put the foot down, let it rest, then tap its sole five times, two seconds apart");
     let mut is_ready = false;
@@ -140,7 +139,7 @@ impl Steps {
 }
 
 /// Measures ten steps.
-pub(super) fn steps(client: &mut Client, person: &mut Person) -> Result<Vec<Figure>, RequestError> {
+pub(super) fn steps(client: &mut Client, person: &mut Person) -> Measured {
     let (patience, tell, has_left) = person.parts();
     tell(
         "let the foot take ten steps: lift it, swing it, put it down and leave it for half a second",
@@ -171,10 +170,9 @@ pub(super) fn steps(client: &mut Client, person: &mut Person) -> Result<Vec<Figu
 }
 
 /// Measures loads, where the foot has a source of them.
-pub(super) fn load(client: &mut Client, person: &mut Person) -> Result<Vec<Figure>, RequestError> {
+pub(super) fn load(client: &mut Client, person: &mut Person) -> Measured {
     let (patience, tell, has_left) = person.parts();
-    let source = Address::new(index::LOAD_INPUT, 1);
-    if client.read(source, DataType::Unsigned8)?.to_raw() == 0 {
+    if client.read_number(index::LOAD_INPUT, 1)? == 0 {
         return Ok(AcceptStep::Load.not_tested("the foot has no load input (load_input.source)"));
     }
     tell("load and unload the foot three times, a second each");
@@ -202,6 +200,7 @@ pub(super) fn load(client: &mut Client, person: &mut Person) -> Result<Vec<Figur
 }
 
 /// What a foot says while its sensor is unplugged and plugged in again.
+#[derive(Default)]
 struct Unplugged {
     last_valid: Timestamp,
     first_fault: Option<Timestamp>,
@@ -213,13 +212,10 @@ struct Unplugged {
 
 impl Unplugged {
     /// Begins after a contact of a foot with a sensor.
-    const fn after(last_valid: Timestamp) -> Self {
+    fn after(last_valid: Timestamp) -> Self {
         Self {
             last_valid,
-            first_fault: None,
-            stable: 0,
-            valid_since: None,
-            faults: Faults::NONE,
+            ..Self::default()
         }
     }
 
@@ -250,10 +246,7 @@ fn says_stable(row: &ContactRow) -> bool {
 }
 
 /// Measures a foot whose sensor is unplugged and plugged in again.
-pub(super) fn unplug(
-    client: &mut Client,
-    person: &mut Person,
-) -> Result<Vec<Figure>, RequestError> {
+pub(super) fn unplug(client: &mut Client, person: &mut Person) -> Measured {
     let (patience, tell, has_left) = person.parts();
     // A foot without a sensor sends no contact until it reports the fault, so the last one with a sensor is known
     // only if it came before the person was told.
@@ -265,9 +258,8 @@ pub(super) fn unplug(
         last_valid.is_some()
     })?;
     let Some(last_valid) = last_valid else {
-        return Ok(
-            AcceptStep::Unplug.failed("the foot had a fault before the sensor was unplugged")
-        );
+        let reason = "the foot had a fault before the sensor was unplugged";
+        return Ok(AcceptStep::Unplug.failed(reason));
     };
     tell("unplug the sensor while the board runs, or pull its wire INT1");
     let mut unplugged = Unplugged::after(last_valid);
@@ -288,21 +280,17 @@ pub(super) fn unplug(
     let recovered = watch(client, has_left, patience, |moment| match moment {
         Moment::Contact(row) => unplugged.take(row).then_some(()),
         Moment::Faults(faults) => {
-            faults
-                .iter()
-                .for_each(|fault| unplugged.faults = unplugged.faults.with(fault));
+            let of = &mut unplugged.faults;
+            faults.iter().for_each(|fault| *of = of.with(fault));
             None
         }
         Moment::Motion(_) => None,
     })?;
     let names: Vec<_> = unplugged.faults.iter().map(Fault::name).collect();
-    let delay_us = first
-        .as_micros()
-        .saturating_sub(unplugged.last_valid.as_micros());
+    let last_us = unplugged.last_valid.as_micros();
+    let delay_ms = first.as_micros().saturating_sub(last_us) as f64 / 1000.0;
     Ok(vec![
-        figure::DETECTED
-            .measured(delay_us as f64 / 1000.0)
-            .with(names.join(", ")),
+        figure::DETECTED.measured(delay_ms).with(names.join(", ")),
         figure::STABLE_UNPLUGGED.counted(unplugged.stable),
         figure::RECOVERED.counted(usize::from(recovered.is_some())),
     ])
