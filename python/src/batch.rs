@@ -21,27 +21,22 @@ use crate::reading::{Options, parsed};
 
 /// Identity of a recording.
 #[derive(FromPyObject)]
+#[pyo3(from_item_all)]
 pub(crate) struct IdentityArguments {
-    #[pyo3(item)]
     name: String,
-    #[pyo3(item)]
     robot: String,
-    #[pyo3(item)]
     foot: Option<String>,
     /// As `YYYY-MM-DD`.
-    #[pyo3(item)]
     day: Option<String>,
 }
 
 /// Further settings of a batch, in the grammar of the program's options.
 #[derive(FromPyObject)]
+#[pyo3(from_item_all)]
 pub(crate) struct BatchArguments {
-    #[pyo3(item)]
     window: Option<String>,
-    #[pyo3(item)]
     strict: bool,
     /// The one foot that is estimated.
-    #[pyo3(item)]
     only_foot: Option<String>,
 }
 

@@ -113,17 +113,13 @@ fn check_validity(places: &[u8], samples: usize) -> PyResult<()> {
 
 /// The arguments that hold a recording.
 #[derive(FromPyObject)]
+#[pyo3(from_item_all)]
 pub(crate) struct Arguments<'py> {
-    #[pyo3(item)]
     acc: Bound<'py, PyAny>,
-    #[pyo3(item)]
     gyr: Bound<'py, PyAny>,
-    #[pyo3(item)]
     t: Option<Bound<'py, PyAny>>,
-    #[pyo3(item)]
     load: Option<Bound<'py, PyAny>>,
     /// The place of each sample's validity in [`VALIDITIES`].
-    #[pyo3(item)]
     validity: Option<PyReadonlyArray1<'py, u8>>,
 }
 

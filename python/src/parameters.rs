@@ -22,21 +22,16 @@ pub(crate) struct Settings {
 
 /// The arguments that set the estimator.
 #[derive(FromPyObject)]
+#[pyo3(from_item_all)]
 pub(crate) struct SettingsArguments {
-    #[pyo3(item)]
     preset: String,
     /// The name of a configuration file, and its text.
-    #[pyo3(item)]
     config: Option<(String, String)>,
-    #[pyo3(item)]
     gravity: Option<String>,
-    #[pyo3(item)]
     rate: Option<f64>,
     /// How the sensor lies, as `--axes` has it; wins over the configuration.
-    #[pyo3(item)]
     axes: Option<String>,
     /// The format of the recording, as `--format` has it.
-    #[pyo3(item)]
     format: Option<String>,
 }
 

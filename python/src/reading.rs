@@ -52,35 +52,22 @@ pub(crate) struct Columns {
 
 /// Options of reading, as those of `footfall replay` of the same names.
 #[derive(FromPyObject)]
+#[pyo3(from_item_all)]
 pub(crate) struct Options {
-    #[pyo3(item)]
     format: Option<String>,
-    #[pyo3(item)]
     rate: Option<f64>,
-    #[pyo3(item)]
     gravity: Option<String>,
-    #[pyo3(item)]
     topic: Vec<String>,
-    #[pyo3(item)]
     not_topic: Vec<String>,
-    #[pyo3(item)]
     frame: Vec<String>,
-    #[pyo3(item)]
     load_topic: Vec<String>,
-    #[pyo3(item)]
     map: Option<String>,
-    #[pyo3(item)]
     units: Option<String>,
-    #[pyo3(item)]
     scale: Option<String>,
-    #[pyo3(item)]
     decimal: Option<String>,
-    #[pyo3(item)]
     time_unit: Option<String>,
-    #[pyo3(item)]
     times: Option<String>,
     /// Whether recorded contacts are ignored.
-    #[pyo3(item)]
     estimate_again: bool,
 }
 

@@ -21,29 +21,20 @@ const WARMING_S: f64 = 180.0;
 
 /// Arguments of `footfall.simulate`.
 #[derive(FromPyObject)]
+#[pyo3(from_item_all)]
 pub(crate) struct Walk {
-    #[pyo3(item)]
     gait: String,
-    #[pyo3(item)]
     seconds: f64,
-    #[pyo3(item)]
     seed: u64,
-    #[pyo3(item)]
     ground: String,
-    #[pyo3(item)]
     greased: f64,
-    #[pyo3(item)]
     step_length: f64,
-    #[pyo3(item)]
     shaking: f64,
     /// How long it walks and how long it stands by turns, s.
-    #[pyo3(item)]
     rests: Option<(f64, f64)>,
     /// °C.
-    #[pyo3(item)]
     warming: f64,
     /// rad/s².
-    #[pyo3(item)]
     gyro_drift: [f64; 3],
 }
 

@@ -9,15 +9,17 @@ use serde::Serialize;
 use super::row::ContactRow;
 use crate::can_log::Form;
 
-/// The line that the foot has sent on.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, JsonSchema, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Medium {
-    /// A log of CAN frames.
-    #[default]
-    Can,
-    /// A recording of the serial line.
-    Uart,
+samples::named! {
+    /// The line that the foot has sent on.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, JsonSchema, Serialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Medium {
+        /// A log of CAN frames.
+        #[default]
+        Can = "CAN log",
+        /// A recording of the serial line.
+        Uart = "serial line",
+    }
 }
 
 /// An emergency message.
@@ -180,11 +182,7 @@ fn seconds(micros: u64) -> f64 {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let format = match self.format {
-            Medium::Can => "CAN log",
-            Medium::Uart => "serial line",
-        };
-        write!(f, "{format}: {} rows", self.rows)?;
+        write!(f, "{}: {} rows", self.format.name(), self.rows)?;
         if let (Some(first), Some(last)) = (self.first_s, self.last_s) {
             write!(f, ", {first:.3} s to {last:.3} s")?;
         }

@@ -53,12 +53,16 @@ const fn diagonal([x, y, z]: [f64; 3]) -> [f64; 9] {
     [x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z]
 }
 
-/// Covariances of rates and accelerations: of the noise of the board's sensor with its default settings. Zeros, which
-/// stand for unknown, of a part that it does not state.
-fn noise() -> [[f64; 9]; 2] {
+/// Sets the covariances of rate and acceleration: of the noise of the board's sensor with its default settings. Zeros,
+/// which stand for unknown, of a part that it does not state.
+fn with_noise(imu: Imu) -> Imu {
     let noise = lsm6dsox::Config::FRESH_KILOHERTZ.noise();
-    [noise.angular_rate, noise.specific_force]
-        .map(|sigma| diagonal([f64::from(sigma.unwrap_or(0.0)).powi(2); 3]))
+    let covariance = |sigma: Option<f32>| diagonal([f64::from(sigma.unwrap_or(0.0)).powi(2); 3]);
+    Imu {
+        angular_velocity_covariance: covariance(noise.angular_rate),
+        linear_acceleration_covariance: covariance(noise.specific_force),
+        ..imu
+    }
 }
 
 /// Condition of a foot whose change is reported in diagnostics at once: faults, silence, several boards.
@@ -147,16 +151,13 @@ impl Foot {
             (Some(acceleration), Some((orientation, first)), Some((rate, second)))
                 if is_near(first, made) && is_near(second, made) =>
             {
-                let [of_rate, of_acceleration] = noise();
-                Some(Imu {
-                    header: self.header(stamp),
-                    orientation: quaternion(orientation),
-                    orientation_covariance: ORIENTATION,
-                    angular_velocity: vector(rate),
-                    angular_velocity_covariance: of_rate,
-                    linear_acceleration: with_gravity(acceleration, orientation),
-                    linear_acceleration_covariance: of_acceleration,
-                })
+                let force = with_gravity(acceleration, orientation);
+                Some(with_noise(self.imu(
+                    stamp,
+                    Some(orientation),
+                    vector(rate),
+                    force,
+                )))
             }
             _ => None,
         };
@@ -174,14 +175,25 @@ impl Foot {
         let is_number = |v: Vec3| v.x.is_finite() && v.y.is_finite() && v.z.is_finite();
         let is_usable = is_number(force) && is_number(rate);
         let is_usable = is_usable && !matches!(sample.validity, Validity::Invalid);
-        is_usable.then(|| Imu {
+        is_usable.then(|| self.imu(stamp, orientation, vector(rate), vector(force)))
+    }
+
+    /// Message of a sample, with covariances of rate and acceleration that stand for unknown.
+    fn imu(
+        &self,
+        stamp: Timestamp,
+        orientation: Option<Orientation>,
+        angular_velocity: Vector3,
+        linear_acceleration: Vector3,
+    ) -> Imu {
+        Imu {
             header: self.header(stamp),
             orientation: orientation.map(quaternion).unwrap_or_default(),
             orientation_covariance: orientation.map_or(ABSENT, |_| ORIENTATION),
-            angular_velocity: vector(rate),
-            linear_acceleration: vector(force),
+            angular_velocity,
+            linear_acceleration,
             ..Imu::default()
-        })
+        }
     }
 
     /// Zero-velocity measurement of a contact. The variance is that of its row, else it follows from
@@ -210,16 +222,10 @@ impl Foot {
             Vector3 { x, y, z }
         };
         // An invalid sample was not read from the sensor.
-        let [of_rate, of_acceleration] = noise();
-        (!matches!(raw.validity, Validity::Invalid)).then(|| Imu {
-            header: self.header(stamp),
-            orientation: RosQuaternion::default(),
-            orientation_covariance: ABSENT,
-            angular_velocity: scaled(raw.rate, raw.rate_scale),
-            angular_velocity_covariance: of_rate,
-            linear_acceleration: scaled(raw.acceleration, raw.acceleration_scale),
-            linear_acceleration_covariance: of_acceleration,
-        })
+        let rate = scaled(raw.rate, raw.rate_scale);
+        let force = scaled(raw.acceleration, raw.acceleration_scale);
+        let is_valid = !matches!(raw.validity, Validity::Invalid);
+        is_valid.then(|| with_noise(self.imu(stamp, None, rate, force)))
     }
 
     /// Returns the diagnostics if they are due at `at`: the condition has changed, or a second has passed.

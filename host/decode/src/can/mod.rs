@@ -31,7 +31,7 @@ use super::lines::Lines;
 use super::report::{EmergencyReport, Medium, Report};
 use super::row::Clock;
 use super::{ContactRow, DecodeError, Feet, FileOutcome, RowSink};
-use crate::can_log::{LogContent, LogTimes, Other, Reader};
+use crate::can_log::{LogContent, LogTimes, Reader};
 use crate::report::Counted;
 use foot::{Change, LoggedFoot};
 use pending::{KEPT, Pending};
@@ -63,7 +63,7 @@ pub(super) fn decode(
         has_times |= matches!(&read, Some(read) if read.time.is_some());
         match read.map(|read| (read.content, read.time)) {
             Some((LogContent::Frame(interface, frame), at)) => log.take(interface, &frame, at),
-            Some((LogContent::Other(other), _)) => log.report.count_frame(other_name(other)),
+            Some((LogContent::Other(other), _)) => log.report.count_frame(other.name()),
             Some((LogContent::Dropped(count), _)) => {
                 log.report.count_problems("dropped_before_the_log", count);
             }
@@ -412,15 +412,5 @@ impl Log {
         row.common = foot.common(micros).or(at.map(|at| (at, Clock::Received)));
         self.rows.push(row);
         self.feet.insert(key, foot);
-    }
-}
-
-const fn other_name(other: Other) -> &'static str {
-    match other {
-        Other::Remote => "remote",
-        Other::Extended => "extended",
-        Other::Error => "error_frame",
-        Other::Fd => "fd",
-        Other::Event => "events",
     }
 }

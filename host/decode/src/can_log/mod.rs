@@ -74,19 +74,21 @@ pub enum LogContent<'a> {
     Aside,
 }
 
-/// Kinds of entries that no foot sends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Other {
-    /// A remote frame.
-    Remote,
-    /// A data frame with an identifier of 29 bits.
-    Extended,
-    /// An error frame of the interface.
-    Error,
-    /// A CAN FD frame.
-    Fd,
-    /// An event of the logging program or of another bus.
-    Event,
+samples::named! {
+    /// Kinds of entries that no foot sends, with their names in reports.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Other {
+        /// A remote frame.
+        Remote = "remote",
+        /// A data frame with an identifier of 29 bits.
+        Extended = "extended",
+        /// An error frame of the interface.
+        Error = "error_frame",
+        /// A CAN FD frame.
+        Fd = "fd",
+        /// An event of the logging program or of another bus.
+        Event = "events",
+    }
 }
 
 /// Reference of the times in a log.
@@ -98,32 +100,23 @@ pub enum LogTimes {
     Differences,
 }
 
-/// A form of log.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Form {
-    /// `candump -l`.
-    CandumpLog,
-    /// `candump` as it prints on a terminal.
-    CandumpTerminal,
-    /// Vector's ASC.
-    VectorAsc,
-    /// python-can's CSV.
-    PythonCanCsv,
+samples::named! {
+    /// A form of log.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Form {
+        /// `candump -l`.
+        CandumpLog = "candump -l",
+        /// `candump` as it prints on a terminal.
+        CandumpTerminal = "candump",
+        /// Vector's ASC.
+        VectorAsc = "Vector ASC",
+        /// python-can's CSV.
+        PythonCanCsv = "python-can's CSV",
+    }
 }
 
 impl Form {
-    /// Its name in messages.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::CandumpLog => "candump -l",
-            Self::CandumpTerminal => "candump",
-            Self::VectorAsc => "Vector ASC",
-            Self::PythonCanCsv => "python-can's CSV",
-        }
-    }
-
     /// An example line.
     #[must_use]
     pub const fn example(self) -> &'static str {

@@ -267,15 +267,14 @@ fn panels(load_title: &str, series: &Series) -> Vec<Panel> {
     };
     let load = series.load.as_ref();
     let load = load.map(|(trace, range)| panel(load_title, padded(range), LOAD_COLOUR, trace));
-    let probabilities = [
-        ("P tangential", TANGENTIAL_COLOUR, &series.tangential),
-        ("P vertical", VERTICAL_COLOUR, &series.vertical),
-        ("P stable", TOTAL_COLOUR, &series.total),
+    let shown = [
+        ("P tangential", TANGENTIAL_COLOUR),
+        ("P vertical", VERTICAL_COLOUR),
+        ("P stable", TOTAL_COLOUR),
     ];
-    let probabilities = probabilities.into_iter();
-    let probabilities = probabilities
-        .map(|(axis_title, colour, trace)| panel(axis_title, -0.04..1.04, colour, trace));
-    load.into_iter().chain(probabilities).collect()
+    let shown = shown.into_iter().zip(&series.probabilities);
+    let shown = shown.map(|((title, colour), trace)| panel(title, -0.04..1.04, colour, trace));
+    load.into_iter().chain(shown).collect()
 }
 
 /// Returns a value range with a small margin.

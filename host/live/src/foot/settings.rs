@@ -29,7 +29,7 @@ pub enum SettingsError {
     #[error("these settings do not go together, from {0} on; nothing was written")]
     Incompatible(String),
     /// The foot has not accepted all of them.
-    #[error("{cause}; {undone}")]
+    #[error("{cause}; {}", undone.name())]
     NotTaken {
         /// Cause of the failure.
         cause: RequestError,
@@ -37,7 +37,7 @@ pub enum SettingsError {
         undone: Undone,
     },
     /// A setting reads back as another value.
-    #[error("{name} was written as {written} and reads back as {read}; {undone}")]
+    #[error("{name} was written as {written} and reads back as {read}; {}", undone.name())]
     ReadBack {
         /// Name of the setting.
         name: String,
@@ -53,17 +53,19 @@ pub enum SettingsError {
     Request(#[from] RequestError),
 }
 
-/// Settings of a foot after a failure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Undone {
-    /// The previous settings.
-    All,
-    /// Some of the new and some of the previous settings until a reset; nothing was stored.
-    NotStored,
-    /// The settings that were stored before.
-    NoneStored,
-    /// All new settings; whether they are stored is unknown.
-    Unknown,
+samples::named! {
+    /// Settings of a foot after a failure, described by its name.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Undone {
+        /// The previous settings.
+        All = "all settings are as they were",
+        /// Some of the new and some of the previous settings until a reset; nothing was stored.
+        NotStored = "the foot has some of the new settings and some of the old until it is reset; none of the new are stored",
+        /// The settings that were stored before.
+        NoneStored = "it has the settings that were stored before",
+        /// All new settings; whether they are stored is unknown.
+        Unknown = "the foot has the new settings; whether they are stored is seen after a reset",
+    }
 }
 
 /// Lifetime of written settings.
@@ -73,21 +75,6 @@ pub enum Lasting {
     UntilReset,
     /// Permanently: all settings are stored.
     Stored,
-}
-
-impl std::fmt::Display for Undone {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::All => "all settings are as they were",
-            Self::NotStored => {
-                "the foot has some of the new settings and some of the old until it is reset; none of the new are stored"
-            }
-            Self::NoneStored => "it has the settings that were stored before",
-            Self::Unknown => {
-                "the foot has the new settings; whether they are stored is seen after a reset"
-            }
-        })
-    }
 }
 
 /// Reads all settings of a foot.

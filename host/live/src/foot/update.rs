@@ -414,11 +414,13 @@ fn refusal(client: &mut Client) -> Result<Option<Refusal>, RequestError> {
     Ok(Refusal::from_flash_status(status))
 }
 
-/// Program that a foot can run.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Runs {
-    Bootloader,
-    Program,
+samples::named! {
+    /// Program that a foot can run.
+    #[derive(Clone, Copy, PartialEq, Eq)]
+    enum Runs {
+        Bootloader = "its bootloader",
+        Program = "a program",
+    }
 }
 
 /// Waits until the foot with this serial number runs its bootloader or its program, under its id or another one.
@@ -440,13 +442,9 @@ fn wait_for(
             Err(error) => return Err(error.into()),
         }
     }
-    let what = match expected {
-        Runs::Bootloader => "its bootloader",
-        Runs::Program => "a program",
-    };
     Err(UpdateError::NotStarted {
         foot: client.foot(),
-        what,
+        what: expected.name(),
         within,
         why: refusal(client).unwrap_or_default(),
     })

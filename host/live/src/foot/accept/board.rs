@@ -62,9 +62,10 @@ pub(super) fn test_sensor(client: &mut Client, person: &mut Person) -> Measured<
             let names: Vec<_> = axes.iter().map(|axis| axis.name()).collect();
             figure::SELF_TEST.counted(axes.len()).with(names.join(", "))
         }
-        SelfTestResult::Failed(None) => figure::SELF_TEST
-            .measured(f64::NAN)
-            .with("which axes is said over CAN only".to_owned()),
+        SelfTestResult::Failed(None) => {
+            let detail = "which axes is said over CAN only".to_owned();
+            figure::SELF_TEST.measured(f64::NAN).with(detail)
+        }
     };
     debug_assert_eq!(figure.limit.step, AcceptStep::SelfTest);
     Ok(vec![figure])

@@ -43,26 +43,16 @@ pub struct Figure {
     pub detail: String,
 }
 
-/// Judgement of a figure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// Within the limits.
-    Pass,
-    /// Out of the limits, or not measurable.
-    Out,
-    /// Nothing to measure.
-    NotTested,
-}
-
-impl Verdict {
-    /// Name in reports.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Pass => "pass",
-            Self::Out => "OUT",
-            Self::NotTested => "not tested",
-        }
+samples::named! {
+    /// Judgement of a figure, with its name in reports.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Verdict {
+        /// Within the limits.
+        Pass = "pass",
+        /// Out of the limits, or not measurable.
+        Out = "OUT",
+        /// Nothing to measure.
+        NotTested = "not tested",
     }
 }
 
