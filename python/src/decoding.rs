@@ -7,17 +7,16 @@ use std::sync::Arc;
 use decode::feet::Name;
 use decode::row::Clock;
 use decode::{ContactRow, DecodeError, Feet, FileOutcome};
-use estimator_core::{Decision, Flag, PerAxis, Vec3};
+use estimator_core::Flag;
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::output::seconds;
-use samples::phase::code_of;
-use samples::space::components;
+
 use wire::NodeId;
 
-use crate::outputs::table;
+use crate::outputs::CommonColumns;
 use crate::parameters::value_error;
 
 /// Flags that only what was sent has, after those of the estimator.
@@ -68,17 +67,8 @@ struct Columns {
     node: Vec<u8>,
     segment: Vec<u32>,
     sequence: Vec<u16>,
-    stable: Vec<f32>,
-    tangential: Vec<f32>,
-    vertical: Vec<f32>,
-    axes: Vec<f32>,
-    quaternion: Vec<f32>,
-    linear_acceleration: Vec<f32>,
-    angular_rate: Vec<f32>,
-    gyro_bias: Vec<f32>,
+    common: CommonColumns,
     temperature: Vec<f32>,
-    state: Vec<u8>,
-    decision: Vec<bool>,
     flags: Vec<u16>,
 }
 
@@ -95,21 +85,12 @@ impl Columns {
         self.node.push(row.node.map_or(0, NodeId::get));
         self.segment.push(row.segment);
         self.sequence.push(row.sequence);
-        self.stable.push(row.stable);
-        self.tangential.push(row.tangential);
-        self.vertical.push(row.vertical);
-        let axes = row.axes.map(PerAxis::to_array);
-        self.axes.extend(axes.unwrap_or([f32::NAN; 6]));
-        let quaternion = row.orientation.map(|q| [q.w, q.x, q.y, q.z]);
-        self.quaternion.extend(quaternion.unwrap_or([f32::NAN; 4]));
-        let vector = |of: Option<Vec3>| of.map_or([f32::NAN; 3], components);
-        self.linear_acceleration.extend(vector(row.acceleration));
-        self.angular_rate.extend(vector(row.rate));
-        self.gyro_bias.extend(vector(row.bias));
+        let values = [row.stable, row.tangential, row.vertical];
+        let (phase, decision) = (row.status.phase(), row.status.decision());
+        self.common.push(values, phase, decision);
+        let vectors = [row.acceleration, row.rate, row.bias];
+        self.common.push_vectors(row.axes, row.orientation, vectors);
         self.temperature.push(row.temperature.unwrap_or(f32::NAN));
-        self.state.push(code_of(row.status.phase()));
-        self.decision
-            .push(row.status.decision() == Decision::Stable);
         let names = row.flag_names();
         let raised = flags.iter().map(|flag| names.contains(flag));
         let bits = raised.enumerate().map(|(k, is)| u16::from(is) << k);
@@ -130,21 +111,8 @@ impl Columns {
         dict.set_item("node", self.node.into_pyarray(py))?;
         dict.set_item("segment", self.segment.into_pyarray(py))?;
         dict.set_item("sequence", self.sequence.into_pyarray(py))?;
-        dict.set_item("p_stable", self.stable.into_pyarray(py))?;
-        dict.set_item("p_tangential", self.tangential.into_pyarray(py))?;
-        dict.set_item("p_vertical", self.vertical.into_pyarray(py))?;
-        for (name, numbers, width) in [
-            ("p_axes", self.axes, 6),
-            ("quaternion", self.quaternion, 4),
-            ("linear_acceleration", self.linear_acceleration, 3),
-            ("angular_rate", self.angular_rate, 3),
-            ("gyro_bias", self.gyro_bias, 3),
-        ] {
-            dict.set_item(name, table(numbers, width).into_pyarray(py))?;
-        }
+        self.common.add_to(&dict)?;
         dict.set_item("temperature", self.temperature.into_pyarray(py))?;
-        dict.set_item("state", self.state.into_pyarray(py))?;
-        dict.set_item("decision", PyArray1::from_vec(py, self.decision))?;
         dict.set_item("flags", self.flags.into_pyarray(py))?;
         Ok(dict)
     }

@@ -137,11 +137,13 @@ struct Truth {
 
 impl Truth {
     fn of(simulation: &Simulation) -> Self {
-        let samples = simulation.recording.samples.iter();
-        let states: Vec<(f64, Activity)> = samples
-            .map(RecordedSample::time_s)
-            .zip(simulation.truth.iter().map(|state| state.activity))
-            .collect();
+        let times_s = simulation
+            .recording
+            .samples
+            .iter()
+            .map(RecordedSample::time_s);
+        let activities = simulation.truth.iter().map(|state| state.activity);
+        let states: Vec<(f64, Activity)> = times_s.zip(activities).collect();
         let turns = || states.windows(2).map(|pair| (pair[0], pair[1]));
         let touch_downs = turns().filter(|((_, before), (_, after))| {
             *before == Activity::Swinging && *after != Activity::Swinging

@@ -93,6 +93,7 @@ const fn kind_name(kind: Kind) -> &'static str {
 }
 
 /// State of a serial line up to its newest byte.
+#[derive(Default)]
 pub(crate) struct Stream {
     pub(crate) report: Report,
     feet: Feet,
@@ -111,11 +112,7 @@ impl Stream {
         Self {
             report: Report::new(Medium::Uart),
             feet,
-            newest: None,
-            last: None,
-            segment: 0,
-            shown_missing: 0,
-            node: None,
+            ..Self::default()
         }
     }
 

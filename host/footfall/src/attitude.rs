@@ -50,10 +50,8 @@ impl AttitudeReport {
     }
 
     fn rows(&self) -> impl Iterator<Item = (&str, f64, f64)> {
-        let each = self
-            .recordings
-            .iter()
-            .map(|score| (score.recording.as_str(), score.rms_deg, score.p95_deg));
+        let scores = self.recordings.iter();
+        let each = scores.map(|of| (of.recording.as_str(), of.rms_deg, of.p95_deg));
         each.chain([("mean", self.mean_rms_deg, self.mean_p95_deg)])
     }
 }

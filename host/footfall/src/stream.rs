@@ -45,9 +45,8 @@ const LONGEST_S: f64 = 1.0e9;
 /// A sentence that states the accepted values.
 pub fn parse_seconds(text: &str) -> Result<f64, String> {
     let seconds = text.parse().ok();
-    seconds
-        .filter(|seconds| (0.0..=LONGEST_S).contains(seconds))
-        .ok_or_else(|| format!("write seconds from 0 to {LONGEST_S}"))
+    let seconds = seconds.filter(|seconds| (0.0..=LONGEST_S).contains(seconds));
+    seconds.ok_or_else(|| format!("write seconds from 0 to {LONGEST_S}"))
 }
 
 /// Returns the deadline of a stream; an interruption always ends it.
@@ -183,8 +182,7 @@ impl Stream {
     /// Warns about feet that messages of all feet do not have, once each.
     fn warn_of_feet_without_place(&mut self) {
         for name in self.bridge.without_place() {
-            if !self.without_place.contains(name) {
-                self.without_place.insert(name.to_owned());
+            if self.without_place.insert(name.to_owned()) {
                 let names = FEET.map(|[name, _]| name).join(", ");
                 warn(format!(
                     "{name} is in no message of --compat, which has the feet {names}: --names gives it such a name"

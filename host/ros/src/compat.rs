@@ -168,7 +168,7 @@ fn numbered(stands: [bool; 4]) -> Vec<NumberedContact> {
 }
 
 /// Newest contacts of four feet.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct AllFeet {
     compats: Vec<Compat>,
     feet: [Option<Stance>; 4],
@@ -198,11 +198,7 @@ impl AllFeet {
         compats.dedup();
         Self {
             compats,
-            feet: [None; 4],
-            made_us: None,
-            first_us: None,
-            heard: [false; 4],
-            others: BTreeSet::new(),
+            ..Self::default()
         }
     }
 

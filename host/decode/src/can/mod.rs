@@ -28,7 +28,7 @@ use wire::pdo::{Contact, Health, Load};
 use wire::{CanFrame, Emergency, Fault, NodeId, Pdo};
 
 use super::lines::Lines;
-use super::report::{EmergencyReport, Medium, Report};
+use super::report::{EmergencyReport, Report};
 use super::row::Clock;
 use super::{ContactRow, DecodeError, Feet, FileOutcome, RowSink};
 use crate::can_log::{LogContent, LogTimes, Reader};
@@ -110,15 +110,17 @@ pub(super) fn decode(
 }
 
 /// Meaning of a frame's time of reception.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Reception {
     /// Approximate time on the bus: the log was written as frames arrived.
+    #[default]
     Logged,
     /// Time of reading: the frame may have been queued, and later frames may have been dropped.
     Live,
 }
 
 /// State of the log up to the newest line.
+#[derive(Default)]
 pub(crate) struct Log {
     pub(crate) rows: Pending,
     pub(crate) report: Report,
@@ -152,16 +154,9 @@ struct First {
 impl Log {
     pub(crate) fn new(known: Feet, reception: Reception) -> Self {
         Self {
-            rows: Pending::default(),
-            report: Report::new(Medium::Can),
-            feet: BTreeMap::new(),
-            first: BTreeMap::new(),
-            segments: BTreeMap::new(),
-            syncs: BTreeMap::new(),
             known,
-            unknown_foot: None,
-            interface: None,
             reception,
+            ..Self::default()
         }
     }
 

@@ -41,9 +41,8 @@ pub struct AttitudeArguments {
 
 impl AttitudeArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
-        let resolved = self
-            .reading
-            .resolved(Preset::Default, self.config.as_deref())?;
+        let config = self.config.as_deref();
+        let resolved = self.reading.resolved(Preset::Default, config)?;
         let params = resolved.params(Format::Csv);
         targets::check_inputs(&self.inputs)?;
         let hints = self.reading.hints(&resolved)?;

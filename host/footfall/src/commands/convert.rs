@@ -67,10 +67,8 @@ impl ConvertArguments {
         let resolved = self.reading.resolved(Preset::default(), None)?;
         let hints = self.reading.hints(&resolved)?;
         let stored = opened.store_all(&hints)?;
-        let longest_s = stored
-            .iter()
-            .map(|stored| stored.about.duration_s())
-            .fold(0.0, f64::max);
+        let durations_s = stored.iter().map(|stored| stored.about.duration_s());
+        let longest_s = durations_s.fold(0.0, f64::max);
         if let Some(from) = self.from.filter(|from| *from > longest_s) {
             return Err(Error::BeyondTheEnd {
                 file,
@@ -178,11 +176,9 @@ impl ConvertArguments {
         thresholds: Option<LoadParams>,
     ) -> Result<(), Error> {
         let output = self.output.display();
-        let counts: Vec<String> = feet
-            .iter()
-            .zip(looked)
-            .map(|(foot, looked)| format!("{} samples of {}", looked.samples, foot.name))
-            .collect();
+        let counts = feet.iter().zip(looked);
+        let counts = counts.map(|(foot, of)| format!("{} samples of {}", of.samples, foot.name));
+        let counts: Vec<String> = counts.collect();
         let mut options: Vec<String> = Vec::new();
         if feet.len() > 1 {
             options.push("--topic all".to_owned());

@@ -157,9 +157,8 @@ fn contact_line(robot: &MonitorState, foot: &LiveFoot) -> Paragraph<'static> {
 fn health_line(foot: &LiveFoot) -> Paragraph<'static> {
     let alarm = Style::new().fg(Color::Red);
     let faults = foot.faults.iter();
-    let mut words: Vec<_> = faults
-        .map(|fault| Span::styled(fault.name(), alarm))
-        .collect();
+    let faults = faults.map(|fault| Span::styled(fault.name(), alarm));
+    let mut words: Vec<_> = faults.collect();
     if let Some((_, Some(reason))) = foot.started {
         let text = format!("started after: {}", reason.name());
         words.push(Span::styled(text, alarm));

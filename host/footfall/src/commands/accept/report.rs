@@ -21,7 +21,7 @@ pub(super) enum End {
 }
 
 /// Report of the acceptance of a board.
-#[derive(Debug, JsonSchema, Serialize)]
+#[derive(Debug, Default, JsonSchema, Serialize)]
 pub struct AcceptReport {
     /// Whether all steps were done, at least one figure was measured, and none is out of its limits.
     pub(super) accepted: bool,
@@ -86,17 +86,13 @@ impl AcceptReport {
     pub(super) fn of(client: &mut Client) -> Result<Self, FootError> {
         let identity = Identity::read(client)?;
         Ok(Self {
-            accepted: false,
-            passed: 0,
-            out: 0,
-            not_tested: 0,
             foot: identity.foot,
             node: identity.node,
             serial: identity.serial,
             hardware: identity.hardware,
             version: identity.version,
             program: identity.programs.running.map(hex),
-            figures: Vec::new(),
+            ..Self::default()
         })
     }
 

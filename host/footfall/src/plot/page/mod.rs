@@ -42,7 +42,9 @@ const LABEL_NAMES: [&str; 3] = ["unknown", "not_stable", "stable"];
 /// Page data of one foot, collected sample by sample.
 pub struct PageFoot {
     name: String,
-    about: About,
+    start_us: i64,
+    load_title: String,
+    sample_rate: f32,
     span: Range<f64>,
     samples: usize,
     collector: Collector,
@@ -62,7 +64,9 @@ impl PageFoot {
         };
         Self {
             name: name.to_owned(),
-            about: about.clone(),
+            start_us: about.start_us,
+            load_title: about.load_title.clone(),
+            sample_rate: about.sample_rate,
             span,
             samples: 0,
             collector: Collector::new(width.clone(), 1),
@@ -89,7 +93,7 @@ impl PageFoot {
 
     /// Returns the covered time on the foot's clock, µs.
     fn on_clock(&self) -> Range<i64> {
-        let at = |seconds: f64| self.about.start_us.saturating_add(pack::micros(seconds));
+        let at = |seconds: f64| self.start_us.saturating_add(pack::micros(seconds));
         at(self.span.start)..at(self.span.end)
     }
 
@@ -101,9 +105,9 @@ impl PageFoot {
             "{{\"name\":{},\"group\":{axis},\"shift\":{},\"samples\":{},\"rate\":{},\"from\":{},\"duration\":{},\
              \"left_out\":{},\"counts\":{{",
             json_string(&self.name),
-            (self.about.start_us - origin_us) as f64 / 1.0e6,
+            (self.start_us - origin_us) as f64 / 1.0e6,
             self.samples,
-            self.about.sample_rate,
+            self.sample_rate,
             self.span.start,
             self.span.end - self.span.start,
             counted - self.events.len(),
@@ -115,7 +119,7 @@ impl PageFoot {
         to.push_str("},\"lines\":[");
         let series = self.collector.finish();
         if let Some((trace, range)) = &series.load {
-            pack::line("load", &self.about.load_title, trace, range.clone(), to)?;
+            pack::line("load", &self.load_title, trace, range.clone(), to)?;
             to.push(',');
         }
         let [tangential, vertical, total] = &series.probabilities;
@@ -196,8 +200,7 @@ fn data(title: &str, feet: Vec<PageFoot>) -> Result<String, std::fmt::Error> {
     // As in the figure of a foot, 0 on an axis is timestamp 0 of its first foot.
     let origin = |axis| {
         let of_axis = feet.iter().zip(&axis_of).filter(|(_, of)| **of == axis);
-        let starts_us = of_axis.map(|(foot, _)| foot.about.start_us);
-        starts_us.min().unwrap_or(0)
+        of_axis.map(|(foot, _)| foot.start_us).min().unwrap_or(0)
     };
     let origins: Vec<i64> = (0..axes.len()).map(origin).collect();
     for (k, (axis, origin)) in axes.iter().zip(&origins).enumerate() {

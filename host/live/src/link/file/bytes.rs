@@ -71,6 +71,6 @@ impl Content for Recording {
     fn next(&mut self) -> Result<Option<Arrived>, String> {
         let bytes = self.piece()?;
         let port = Arc::clone(&self.port);
-        Ok((!bytes.is_empty()).then(|| (self.at, Arrival::Bytes { port, bytes })))
+        Ok((!bytes.is_empty()).then_some((self.at, Arrival::Bytes { port, bytes })))
     }
 }
