@@ -8,7 +8,7 @@ use estimator_core::ContactEstimate;
 use indicatif::ProgressBar;
 use recordings::events::{self, ContactEvent};
 use recordings::input::Stored;
-use recordings::recording::RecordedSample;
+use samples::recording::RecordedSample;
 
 use crate::files::{OutputError, write_file};
 use crate::plot::page::{self, PageFoot};

@@ -201,7 +201,7 @@ mod tests {
     fn definition_contains_every_phase_and_flag() {
         for phase in Phase::ALL {
             let name = format!("STATE_{}", phase.name().to_uppercase());
-            let number = recordings::phase::code_of(phase);
+            let number = samples::phase::code_of(phase);
             assert_eq!(constant(CONTACT, &name), Some(number), "{name}");
         }
         for flag in Flag::ALL {

@@ -10,8 +10,8 @@ use estimator_core::Gravity;
 use estimator_core::params::LoadParams;
 use recordings::input::{Format, InputError, TimesSoFar};
 use recordings::plausible::{Check, Finding};
-use recordings::recording::RecordedSample;
 use ros::FootTopics;
+use samples::recording::RecordedSample;
 
 use super::headings::{INPUT, OUTPUT};
 use super::recording::{self, ReadingArguments, with_mounting};

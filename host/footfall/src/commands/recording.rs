@@ -17,7 +17,7 @@ use recordings::input::{
     Topics, Units,
 };
 use recordings::plausible::{self, Finding};
-use recordings::recording::Recording;
+use samples::recording::Recording;
 
 use super::headings::{ESTIMATOR, INPUT};
 use crate::error::Error;

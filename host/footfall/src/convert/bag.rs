@@ -8,8 +8,8 @@ use analysis::replay::span::Span;
 use analysis::whole_file::WholeFolder;
 use estimator_core::Timestamp;
 use mcap::write::NoSeek;
-use recordings::recording::RecordedSample;
 use ros::{McapFile, Published, Rosbag2File, SampleMessages};
+use samples::recording::RecordedSample;
 
 use super::{Bag, ConvertedFoot, earliest, samples};
 use crate::mcap_recording::io_error;

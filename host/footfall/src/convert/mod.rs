@@ -18,9 +18,9 @@ use recordings::input::Stored;
 use recordings::output::{write_recording_header, write_recording_row};
 #[cfg(feature = "parquet")]
 use recordings::parquet_samples::ParquetSamples;
-use recordings::recording::RecordedSample;
 use ros::FootTopics;
 use ros::samples::{LAST_US, clock_shift_us};
+use samples::recording::RecordedSample;
 
 use crate::feature::Feature;
 use crate::files::STANDARD;

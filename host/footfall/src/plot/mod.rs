@@ -30,7 +30,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use decimate::Trace;
-use recordings::recording::{Label, RecordedSample, Recording};
+use samples::recording::{Label, RecordedSample, Recording};
 use series::Series;
 
 pub use decimate::Width;

@@ -146,10 +146,7 @@ impl Judged {
         let finite = |value: f64| value.is_finite().then_some(value);
         let verdict = figure.verdict();
         let (value, reason, remedy) = match &figure.outcome {
-            FigureOutcome::Measured(value) if verdict == Verdict::Out => {
-                (finite(*value), "", limit.remedy)
-            }
-            FigureOutcome::Measured(value) => (finite(*value), "", ""),
+            FigureOutcome::Measured(value) => (finite(*value), "", limit.remedy),
             FigureOutcome::Failed(reason) | FigureOutcome::NotTested(reason) => {
                 (None, reason.as_str(), "")
             }
@@ -165,7 +162,7 @@ impl Judged {
             predicted: predicted(limit.step.name(), limit.name),
             verdict: verdict.name(),
             detail: figure.detail.clone() + reason,
-            remedy,
+            remedy: if verdict == Verdict::Out { remedy } else { "" },
             range: limit.range(),
         }
     }

@@ -47,6 +47,25 @@ fn listen(
     Ok(())
 }
 
+/// Listens until `take` has counted `wanted` of what `name` says, and tells each.
+fn count(
+    client: &mut Client,
+    person: &mut Person,
+    (name, wanted): (&str, usize),
+    mut take: impl FnMut(&ContactRow) -> usize,
+) -> Result<(), RequestError> {
+    let (patience, tell, has_left) = person.parts();
+    let mut told = 0;
+    listen(client, has_left, patience, |row| {
+        let count = take(row);
+        if count > told {
+            tell(&format!("{name} {count} of {wanted}"));
+        }
+        told = count;
+        count >= wanted
+    })
+}
+
 /// Taps, seen by their contacts.
 #[derive(Default)]
 struct Taps {
@@ -88,13 +107,9 @@ pub(super) fn taps(client: &mut Client, person: &mut Person) -> Measured {
     }
     tell("now");
     let mut taps = Taps::default();
-    listen(client, has_left, patience, |row| {
-        let count = taps.count;
+    count(client, person, ("tap", TAPS), |row| {
         taps.take(row);
-        if taps.count > count {
-            tell(&format!("tap {} of {TAPS}", taps.count));
-        }
-        taps.count >= TAPS
+        taps.count
     })?;
     let recovery = match taps.count {
         0 => figure::TAP_RECOVERY.failed("no tap was seen"),
@@ -140,21 +155,17 @@ impl Steps {
 
 /// Measures ten steps.
 pub(super) fn steps(client: &mut Client, person: &mut Person) -> Measured {
-    let (patience, tell, has_left) = person.parts();
+    let (_, tell, _) = person.parts();
     tell(
         "let the foot take ten steps: lift it, swing it, put it down and leave it for half a second",
     );
     let mut steps = Steps::default();
     let (mut contacts, mut valid) = (0, 0);
-    listen(client, has_left, patience, |row| {
+    count(client, person, ("step", STEPS), |row| {
         contacts += 1;
         valid += usize::from(row.status.is_valid());
-        let count = steps.count;
         steps.take(row);
-        if steps.count > count {
-            tell(&format!("step {} of {STEPS}", steps.count));
-        }
-        steps.count >= STEPS
+        steps.count
     })?;
     let settled = match calibration::state(client)? {
         CalibrationState::Settling => 0.0,
@@ -171,14 +182,14 @@ pub(super) fn steps(client: &mut Client, person: &mut Person) -> Measured {
 
 /// Measures loads, where the foot has a source of them.
 pub(super) fn load(client: &mut Client, person: &mut Person) -> Measured {
-    let (patience, tell, has_left) = person.parts();
+    let (_, tell, _) = person.parts();
     if client.read_number(index::LOAD_INPUT, 1)? == 0 {
         return Ok(AcceptStep::Load.not_tested("the foot has no load input (load_input.source)"));
     }
     tell("load and unload the foot three times, a second each");
     let (mut contacts, mut known, mut loads) = (0_usize, 0_usize, 0);
     let mut was_loaded = None;
-    listen(client, has_left, patience, |row| {
+    count(client, person, ("load", LOADS), |row| {
         contacts += 1;
         let is_loaded = match row.status.phase() {
             Phase::Stance | Phase::Slip => Some(true),
@@ -186,12 +197,9 @@ pub(super) fn load(client: &mut Client, person: &mut Person) -> Measured {
             Phase::Unknown => None,
         };
         known += usize::from(is_loaded.is_some());
-        if is_loaded == Some(true) && was_loaded == Some(false) {
-            loads += 1;
-            tell(&format!("load {loads} of {LOADS}"));
-        }
+        loads += usize::from(is_loaded == Some(true) && was_loaded == Some(false));
         was_loaded = is_loaded.or(was_loaded);
-        loads >= LOADS
+        loads
     })?;
     Ok(vec![
         figure::LOADS.counted(loads),
