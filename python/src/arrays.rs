@@ -19,10 +19,9 @@ pub(crate) enum View<'a, D: Dimension> {
 
 impl<'py, D: Dimension> Numbers<'py, D> {
     fn read(name: &str, value: &Bound<'py, PyAny>, shape: &str) -> PyResult<Self> {
-        if let Ok(array) = value.extract() {
-            return Ok(Self::Single(array));
-        }
-        value.extract().map(Self::Double).map_err(|_| {
+        let single = value.extract().map(Self::Single);
+        let either = single.or_else(|_| value.extract().map(Self::Double));
+        either.map_err(|_| {
             PyTypeError::new_err(format!(
                 "{name} must be an array of float32 or float64 of shape {shape}"
             ))

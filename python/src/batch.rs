@@ -11,7 +11,7 @@ use analysis::batch::{
     BatchRow, BatchSettings, FeetWanted, Identity, Plausibility, Verify, estimate_recording,
 };
 use analysis::config::{Resolved, parse_window};
-use pyo3::exceptions::{PyOSError, PyValueError};
+use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::input::{Opened, Topics};
@@ -21,27 +21,22 @@ use crate::reading::{Options, parsed};
 
 /// Identity of a recording.
 #[derive(FromPyObject)]
+#[pyo3(from_item_all)]
 pub(crate) struct IdentityArguments {
-    #[pyo3(item)]
     name: String,
-    #[pyo3(item)]
     robot: String,
-    #[pyo3(item)]
     foot: Option<String>,
     /// As `YYYY-MM-DD`.
-    #[pyo3(item)]
     day: Option<String>,
 }
 
 /// Further settings of a batch, in the grammar of the program's options.
 #[derive(FromPyObject)]
+#[pyo3(from_item_all)]
 pub(crate) struct BatchArguments {
-    #[pyo3(item)]
     window: Option<String>,
-    #[pyo3(item)]
     strict: bool,
     /// The one foot that is estimated.
-    #[pyo3(item)]
     only_foot: Option<String>,
 }
 
@@ -72,10 +67,9 @@ fn all_settings(
         hints,
         resolved,
         format,
-        plausibility: if batch.strict {
-            Plausibility::Required
-        } else {
-            Plausibility::Reported
+        plausibility: match batch.strict {
+            true => Plausibility::Required,
+            false => Plausibility::Reported,
         },
         feet: batch.only_foot.map_or(FeetWanted::All, FeetWanted::Named),
     })
@@ -95,10 +89,8 @@ pub(crate) fn batch_recording(
 ) -> PyResult<String> {
     let settings = all_settings(&options, &settings, batch)?;
     let identity = identity.read()?;
-    let rows = py
-        .detach(|| estimate_recording(&path, &identity, &settings, &out))
-        .map_err(|error| PyOSError::new_err(error.to_string()))?;
-    json(&rows)
+    let rows = py.detach(|| estimate_recording(&path, &identity, &settings, &out));
+    json(&rows.map_err(|error| PyOSError::new_err(error.to_string()))?)
 }
 
 /// Returns rows as JSON.
@@ -153,27 +145,18 @@ pub(crate) fn batch_plan(
     };
     let planned = Planned::default();
     py.detach(|| {
-        let results = Results::look(&out);
-        results.plan(
-            &[recording],
-            &settings,
-            Verify::Contents,
-            NonZeroUsize::MIN,
-            &planned,
-        );
+        let (verify, jobs) = (Verify::Contents, NonZeroUsize::MIN);
+        Results::look(&out).plan(&[recording], &settings, verify, jobs, &planned);
     });
-    let outcome = planned
-        .0
-        .into_inner()
-        .unwrap_or_else(PoisonError::into_inner);
-    let rows = match outcome {
-        Some(RecordingOutcome::UpToDate(rows)) => rows,
+    let outcome = planned.0.into_inner();
+    let (reason, rows) = match outcome.unwrap_or_else(PoisonError::into_inner) {
+        Some(RecordingOutcome::UpToDate(rows)) => (None, rows),
         Some(RecordingOutcome::ToDo(reason) | RecordingOutcome::Estimated(reason, _)) => {
-            return Ok((Some(reason.sentence()), "[]".to_owned()));
+            (Some(reason), Vec::new())
         }
-        None => return Ok((Some(Reason::Missing.sentence()), "[]".to_owned())),
+        None => (Some(Reason::Missing), Vec::new()),
     };
-    Ok((None, json(&rows)?))
+    Ok((reason.map(Reason::sentence), json(&rows)?))
 }
 
 /// The names of the feet in a recording that has several; none of one that has one, or that cannot be
@@ -190,10 +173,7 @@ pub(crate) fn batch_feet(
     if settings.hints.bag.topics == Topics::TheOnly {
         return Ok(Vec::new());
     }
-    let stored = py.detach(|| {
-        let opened = Opened::new(&path, settings.format)?;
-        opened.store_all(&settings.hints)
-    });
+    let stored = py.detach(|| Opened::new(&path, settings.format)?.store_all(&settings.hints));
     let feet = stored.unwrap_or_default().into_iter();
     Ok(feet.filter_map(|stored| stored.about.foot).collect())
 }
@@ -205,9 +185,7 @@ pub(crate) fn batch_identity<'py>(
     identity: IdentityArguments,
     pattern: &str,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let pattern: PathPattern = pattern
-        .parse()
-        .map_err(|error| PyValueError::new_err(format!("pattern: {error}")))?;
+    let pattern: PathPattern = pattern.parse().map_err(named("pattern"))?;
     let mut identity = identity.read()?;
     // One that is not as the pattern has it keeps what is known of it.
     let _ = pattern.apply(&mut identity);

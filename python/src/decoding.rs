@@ -7,18 +7,17 @@ use std::sync::Arc;
 use decode::feet::Name;
 use decode::row::Clock;
 use decode::{ContactRow, DecodeError, Feet, FileOutcome};
-use estimator_core::{Decision, Flag, PerAxis};
-use numpy::ndarray::Array2;
+use estimator_core::Flag;
 use numpy::{IntoPyArray, PyArray1};
-use pyo3::exceptions::{PyOSError, PyValueError};
+use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::output::seconds;
-use recordings::phase::code_of;
-use samples::space::components;
+
 use wire::NodeId;
 
-use crate::outputs::table;
+use crate::outputs::CommonColumns;
+use crate::parameters::value_error;
 
 /// Flags that only what was sent has, after those of the estimator.
 const OF_FRAMES: [&str; 3] = ["starting", "fault", "doubtful"];
@@ -46,15 +45,11 @@ impl Names {
     fn push(&mut self, name: Option<&Arc<str>>) {
         let place = match name {
             None => -1,
-            Some(name) => match self.places.get(name) {
-                Some(place) => *place,
-                None => {
-                    let place = i16::try_from(self.names.len()).unwrap_or(-1);
-                    self.places.insert(Arc::clone(name), place);
-                    self.names.push(name.to_string());
-                    place
-                }
-            },
+            Some(name) => *self.places.entry(Arc::clone(name)).or_insert_with(|| {
+                let place = i16::try_from(self.names.len()).unwrap_or(-1);
+                self.names.push(name.to_string());
+                place
+            }),
         };
         self.column.push(place);
     }
@@ -72,17 +67,8 @@ struct Columns {
     node: Vec<u8>,
     segment: Vec<u32>,
     sequence: Vec<u16>,
-    stable: Vec<f32>,
-    tangential: Vec<f32>,
-    vertical: Vec<f32>,
-    axes: Vec<f32>,
-    quaternion: Vec<f32>,
-    linear_acceleration: Vec<f32>,
-    angular_rate: Vec<f32>,
-    gyro_bias: Vec<f32>,
+    common: CommonColumns,
     temperature: Vec<f32>,
-    state: Vec<u8>,
-    decision: Vec<bool>,
     flags: Vec<u16>,
 }
 
@@ -99,26 +85,12 @@ impl Columns {
         self.node.push(row.node.map_or(0, NodeId::get));
         self.segment.push(row.segment);
         self.sequence.push(row.sequence);
-        self.stable.push(row.stable);
-        self.tangential.push(row.tangential);
-        self.vertical.push(row.vertical);
-        let axes = row.axes.map(PerAxis::to_array);
-        self.axes.extend(axes.unwrap_or([f32::NAN; 6]));
-        let quaternion = row.orientation.map(|q| [q.w, q.x, q.y, q.z]);
-        self.quaternion.extend(quaternion.unwrap_or([f32::NAN; 4]));
-        let vectors = [
-            (&mut self.linear_acceleration, row.acceleration),
-            (&mut self.angular_rate, row.rate),
-            (&mut self.gyro_bias, row.bias),
-        ];
-        for (column, vector) in vectors {
-            let vector = vector.map(components);
-            column.extend(vector.unwrap_or([f32::NAN; 3]));
-        }
+        let values = [row.stable, row.tangential, row.vertical];
+        let (phase, decision) = (row.status.phase(), row.status.decision());
+        self.common.push(values, phase, decision);
+        let vectors = [row.acceleration, row.rate, row.bias];
+        self.common.push_vectors(row.axes, row.orientation, vectors);
         self.temperature.push(row.temperature.unwrap_or(f32::NAN));
-        self.state.push(code_of(row.status.phase()));
-        self.decision
-            .push(row.status.decision() == Decision::Stable);
         let names = row.flag_names();
         let raised = flags.iter().map(|flag| names.contains(flag));
         let bits = raised.enumerate().map(|(k, is)| u16::from(is) << k);
@@ -139,22 +111,8 @@ impl Columns {
         dict.set_item("node", self.node.into_pyarray(py))?;
         dict.set_item("segment", self.segment.into_pyarray(py))?;
         dict.set_item("sequence", self.sequence.into_pyarray(py))?;
-        dict.set_item("p_stable", self.stable.into_pyarray(py))?;
-        dict.set_item("p_tangential", self.tangential.into_pyarray(py))?;
-        dict.set_item("p_vertical", self.vertical.into_pyarray(py))?;
-        let tables: [(&str, Array2<f32>); 5] = [
-            ("p_axes", table(self.axes, 6)),
-            ("quaternion", table(self.quaternion, 4)),
-            ("linear_acceleration", table(self.linear_acceleration, 3)),
-            ("angular_rate", table(self.angular_rate, 3)),
-            ("gyro_bias", table(self.gyro_bias, 3)),
-        ];
-        for (name, table) in tables {
-            dict.set_item(name, table.into_pyarray(py))?;
-        }
+        self.common.add_to(&dict)?;
         dict.set_item("temperature", self.temperature.into_pyarray(py))?;
-        dict.set_item("state", self.state.into_pyarray(py))?;
-        dict.set_item("decision", PyArray1::from_vec(py, self.decision))?;
         dict.set_item("flags", self.flags.into_pyarray(py))?;
         Ok(dict)
     }
@@ -162,11 +120,12 @@ impl Columns {
 
 fn node(id: i64) -> PyResult<NodeId> {
     let node = u8::try_from(id).ok().and_then(NodeId::new);
-    node.ok_or_else(|| {
-        PyValueError::new_err(format!(
+    let expected = || {
+        value_error(format!(
             "node is {id}, but a node id, 1 to 127, is expected"
         ))
-    })
+    };
+    node.ok_or_else(expected)
 }
 
 /// Decodes what feet have sent; see `footfall.decode`. Returns the arrays, and the report as JSON.
@@ -183,12 +142,10 @@ pub(crate) fn decode_file<'py>(
     }
     let mut named = Vec::new();
     for (id, name) in names {
-        let name = Name::new(&name)
-            .map_err(|error| PyValueError::new_err(format!("{name:?} of node {id}: {error}")))?;
-        named.push((node(id)?, name));
+        let refused = |error| value_error(format!("{name:?} of node {id}: {error}"));
+        named.push((node(id)?, Name::new(&name).map_err(refused)?));
     }
-    feet.call(&named)
-        .map_err(|error| PyValueError::new_err(error.to_string()))?;
+    feet.call(&named).map_err(value_error)?;
     let mut columns = Columns::default();
     let flags = flag_names();
     let decoded = py.detach(|| {
@@ -199,10 +156,10 @@ pub(crate) fn decode_file<'py>(
     });
     let FileOutcome { report, notices } = decoded.map_err(|error| match error {
         DecodeError::Unreadable { .. } => PyOSError::new_err(error.to_string()),
-        other => PyValueError::new_err(other.to_string()),
+        other => value_error(other),
     })?;
     let report = serde_json::to_string(&report)
-        .map_err(|error| PyValueError::new_err(format!("the report cannot be written: {error}")))?;
+        .map_err(|error| value_error(format!("the report cannot be written: {error}")))?;
     let dict = columns.into_dict(py)?;
     dict.set_item("notices", notices)?;
     Ok((dict, report))

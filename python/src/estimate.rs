@@ -3,17 +3,17 @@
 use analysis::calibrate::learnt::LearntCalibration;
 use analysis::calibrate::robot_file::RobotFile;
 use estimator_core::{Gravity, Timestamp, Validity};
+use numpy::PyReadonlyArray1;
 use numpy::ndarray::{Ix1, Ix2};
-use numpy::{PyReadonlyArray1, PyUntypedArrayMethods};
-use pyo3::exceptions::PyValueError;
+
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::input::{Correction, finite_load, imu_sample, rate_of_times, steady_time};
-use recordings::recording::{RecordedSample, Recording};
-use recordings::validity::VALIDITIES;
+use samples::recording::{RecordedSample, Recording};
+use samples::validity::VALIDITIES;
 
 use crate::arrays::{Numbers, View};
-use crate::parameters::{Settings, SettingsArguments};
+use crate::parameters::{Settings, SettingsArguments, value_error};
 use crate::run::{self, run};
 
 /// The arrays of a recording while no Python code runs.
@@ -38,9 +38,9 @@ impl Recorded<'_> {
     }
 
     fn sample(&self, index: usize, correction: &Correction) -> RecordedSample {
-        let validity = self.validity.map_or(Validity::Valid, |places| {
-            validity_at(places[index]).unwrap_or(Validity::Invalid)
-        });
+        let place = self.validity.map(|places| places[index]);
+        let validity = place.map_or(Some(Validity::Valid), validity_at);
+        let validity = validity.unwrap_or(Validity::Invalid);
         let readings = readings(self.acc.at(index), self.gyr.at(index));
         let load = self.load.as_ref();
         RecordedSample {
@@ -62,49 +62,64 @@ pub(crate) fn validity_at(place: u8) -> Option<Validity> {
     known.map(|(_, validity)| *validity)
 }
 
-/// The times in µs, rounded as the program rounds those of a file.
-fn micros(times: &View<'_, Ix1>, samples: usize) -> PyResult<Vec<i64>> {
-    let mut micros = Vec::with_capacity(samples);
+/// A time in µs, rounded as the program rounds those of a file; `name` is that of the argument.
+pub(crate) fn micros(name: impl std::fmt::Display, time: f64) -> PyResult<i64> {
+    match (-9.0e12..=9.0e12).contains(&time) {
+        true => Ok((time * 1.0e6).round() as i64),
+        false => Err(value_error(format!(
+            "{name} is {time}, but a time in s is expected"
+        ))),
+    }
+}
+
+/// The times in µs, which advance.
+fn all_micros(times: &View<'_, Ix1>, samples: usize) -> PyResult<Vec<i64>> {
+    let mut all = Vec::with_capacity(samples);
     for sample in 0..samples {
         let time = times.at(sample);
-        if !(-9.0e12..=9.0e12).contains(&time) {
-            return Err(PyValueError::new_err(format!(
-                "t[{sample}] is {time}, but a time in s is expected"
-            )));
-        }
-        let now = (time * 1.0e6).round() as i64;
-        if let Some(previous) = micros.last()
+        let now = micros(format_args!("t[{sample}]"), time)?;
+        if let Some(previous) = all.last()
             && now <= *previous
         {
-            return Err(PyValueError::new_err(format!(
+            return Err(value_error(format!(
                 "t[{sample}] is {time} s, which does not come after {} s, the time before; times must advance by 1 µs at least",
                 *previous as f64 / 1.0e6
             )));
         }
-        micros.push(now);
+        all.push(now);
     }
-    Ok(micros)
+    Ok(all)
 }
 
-/// The first sample whose validity is not known.
-fn unknown_validity(places: &[u8]) -> Option<(usize, u8)> {
-    let mut numbered = places.iter().copied().enumerate();
-    numbered.find(|(_, place)| validity_at(*place).is_none())
+/// Checks the validities of `samples` samples, each its place in [`VALIDITIES`].
+fn check_validity(places: &[u8], samples: usize) -> PyResult<()> {
+    let values = places.len();
+    if values != samples {
+        return Err(value_error(format!(
+            "validity has {values} values, but acc has {samples} samples"
+        )));
+    }
+    let mut places = places.iter().enumerate();
+    let unknown = places.find(|(_, place)| validity_at(**place).is_none());
+    unknown.map_or(Ok(()), |(sample, place)| {
+        let names = VALIDITIES.map(|(name, _)| name);
+        Err(value_error(format!(
+            "validity[{sample}] is {place}, but 0 to {} are expected: {}",
+            names.len() - 1,
+            names.join(", ")
+        )))
+    })
 }
 
 /// The arguments that hold a recording.
 #[derive(FromPyObject)]
+#[pyo3(from_item_all)]
 pub(crate) struct Arguments<'py> {
-    #[pyo3(item)]
     acc: Bound<'py, PyAny>,
-    #[pyo3(item)]
     gyr: Bound<'py, PyAny>,
-    #[pyo3(item)]
     t: Option<Bound<'py, PyAny>>,
-    #[pyo3(item)]
     load: Option<Bound<'py, PyAny>>,
     /// The place of each sample's validity in [`VALIDITIES`].
-    #[pyo3(item)]
     validity: Option<PyReadonlyArray1<'py, u8>>,
 }
 
@@ -123,40 +138,26 @@ impl<'py> Arrays<'py> {
         let acc = Numbers::triples("acc", &arguments.acc)?;
         let gyr = Numbers::triples("gyr", &arguments.gyr)?;
         let samples = acc.len();
-        if gyr.len() != samples {
-            return Err(PyValueError::new_err(format!(
-                "gyr has {} samples, but acc has {samples}",
-                gyr.len()
+        let of_gyr = gyr.len();
+        if of_gyr != samples {
+            return Err(value_error(format!(
+                "gyr has {of_gyr} samples, but acc has {samples}"
             )));
         }
         if samples == 0 {
-            return Err(PyValueError::new_err("acc is empty: there is no sample"));
+            return Err(value_error("acc is empty: there is no sample"));
         }
-        let numbers = |name: &str, value: Option<&Bound<'py, PyAny>>| {
-            value
-                .map(|value| Numbers::column(name, value, samples))
-                .transpose()
+        let numbers = |name: &str, value: &Option<Bound<'py, PyAny>>| {
+            let value = value.as_ref();
+            let column = value.map(|value| Numbers::column(name, value, samples));
+            column.transpose()
         };
-        let load = numbers("load", arguments.load.as_ref())?;
-        let t = numbers("t", arguments.t.as_ref())?;
-        if let Some(places) = &arguments.validity
-            && places.len() != samples
-        {
-            return Err(PyValueError::new_err(format!(
-                "validity has {} values, but acc has {samples} samples",
-                places.len()
-            )));
+        let load = numbers("load", &arguments.load)?;
+        let t = numbers("t", &arguments.t)?;
+        if let Some(places) = &arguments.validity {
+            check_validity(places.as_slice()?, samples)?;
         }
-        if let Some(places) = &arguments.validity
-            && let Some((sample, place)) = unknown_validity(places.as_slice()?)
-        {
-            let names = VALIDITIES.map(|(name, _)| name).join(", ");
-            return Err(PyValueError::new_err(format!(
-                "validity[{sample}] is {place}, but 0 to {} are expected: {names}",
-                VALIDITIES.len() - 1
-            )));
-        }
-        let times_us = t.map(|t| micros(&t.view(), samples)).transpose()?;
+        let times_us = t.map(|t| all_micros(&t.view(), samples)).transpose()?;
         Ok(Self {
             rate: rate_of(times_us.as_deref(), settings)?,
             acc,
@@ -180,10 +181,7 @@ impl<'py> Arrays<'py> {
             acc: self.acc.view(),
             gyr: self.gyr.view(),
             load: self.load.as_ref().map(Numbers::view),
-            validity: match &self.validity {
-                Some(places) => Some(places.as_slice()?),
-                None => None,
-            },
+            validity: self.validity.as_ref().map(|of| of.as_slice()).transpose()?,
             times_us: self.times_us.as_ref().map(since_start),
             rate: self.rate,
             samples: self.acc.len(),
@@ -227,8 +225,7 @@ pub(crate) fn calibrate<'py>(
     settings: SettingsArguments,
 ) -> PyResult<(String, String)> {
     let settings = settings.read()?.of_unnamed_foot()?;
-    let error = |error: &dyn std::fmt::Display| PyValueError::new_err(error.to_string());
-    let mut calibration = LearntCalibration::new(&settings.params()).map_err(|e| error(&e))?;
+    let mut calibration = LearntCalibration::new(&settings.params()).map_err(value_error)?;
     for (place, arguments) in recordings.into_iter().enumerate() {
         let arrays = Arrays::of(arguments, &settings)?;
         let recorded = arrays.recorded()?;
@@ -241,25 +238,24 @@ pub(crate) fn calibrate<'py>(
                 .map(|index| recorded.sample(index, &settings.hints.correction))
                 .collect(),
         };
-        py.detach(|| calibration.add(&recording))
-            .map_err(|e| PyValueError::new_err(format!("parameter {e}")))?;
+        let learnt = py.detach(|| calibration.add(&recording));
+        learnt.map_err(|error| value_error(format!("parameter {error}")))?;
     }
-    let foot = calibration.finish().map_err(|e| error(&e))?;
-    let mut file = RobotFile::keeping("").map_err(|e| error(&e))?;
+    let foot = calibration.finish().map_err(value_error)?;
+    let mut file = RobotFile::keeping("").map_err(value_error)?;
     file.set_learnt(&foot);
-    let keys: toml::Value = toml::from_str(&file.text()).map_err(|e| error(&e))?;
-    let keys = serde_json::to_string(&keys).map_err(|e| error(&e))?;
-    let report = serde_json::to_string(&foot).map_err(|e| error(&e))?;
+    let keys: toml::Value = toml::from_str(&file.text()).map_err(value_error)?;
+    let keys = serde_json::to_string(&keys).map_err(value_error)?;
+    let report = serde_json::to_string(&foot).map_err(value_error)?;
     Ok((keys, report))
 }
 
 /// The sample rate in Hz, which times and argument agree on.
 fn rate_of(times_us: Option<&[i64]>, settings: &Settings) -> PyResult<f32> {
-    let error = |error: recordings::input::InputError| PyValueError::new_err(error.to_string());
+    let rate = settings.hints.sample_rate;
     match times_us {
-        Some(times) => rate_of_times(times, settings.hints.sample_rate).map_err(error),
-        None => settings.hints.sample_rate.ok_or_else(|| {
-            PyValueError::new_err("give the times t in s, or the sample rate in Hz as rate")
-        }),
+        Some(times) => rate_of_times(times, rate).map_err(value_error),
+        None => rate
+            .ok_or_else(|| value_error("give the times t in s, or the sample rate in Hz as rate")),
     }
 }

@@ -54,7 +54,7 @@ mod _footfall {
 
     use estimator_core::{Axis, Flag, Phase};
     use pyo3::prelude::*;
-    use recordings::validity::VALIDITIES;
+    use samples::validity::VALIDITIES;
 
     /// Names that Python code needs in the order of their numbers.
     #[pymodule_init]

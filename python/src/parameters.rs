@@ -22,21 +22,16 @@ pub(crate) struct Settings {
 
 /// The arguments that set the estimator.
 #[derive(FromPyObject)]
+#[pyo3(from_item_all)]
 pub(crate) struct SettingsArguments {
-    #[pyo3(item)]
     preset: String,
     /// The name of a configuration file, and its text.
-    #[pyo3(item)]
     config: Option<(String, String)>,
-    #[pyo3(item)]
     gravity: Option<String>,
-    #[pyo3(item)]
     rate: Option<f64>,
     /// How the sensor lies, as `--axes` has it; wins over the configuration.
-    #[pyo3(item)]
     axes: Option<String>,
     /// The format of the recording, as `--format` has it.
-    #[pyo3(item)]
     format: Option<String>,
 }
 
@@ -44,14 +39,10 @@ impl SettingsArguments {
     /// Reads and checks them.
     pub(crate) fn read(&self) -> PyResult<Settings> {
         let preset: Preset = self.preset.parse().map_err(value_error)?;
-        let file = self
-            .config
-            .clone()
-            .map(|(name, text)| ConfigFile { name, text });
-        let of_file = file
-            .map(Resolved::of_file)
-            .transpose()
-            .map_err(value_error)?;
+        let file = self.config.clone();
+        let file = file.map(|(name, text)| ConfigFile { name, text });
+        let of_file = file.map(Resolved::of_file).transpose();
+        let of_file = of_file.map_err(value_error)?;
         let axes = self.axes.as_deref().map(str::parse::<FootAxes>).transpose();
         let axes = axes.map_err(named("axes"))?;
         let format = match &self.format {
@@ -143,8 +134,6 @@ pub(crate) fn gravity(name: Option<&str>) -> PyResult<Option<Gravity>> {
 /// The TOML of a dict that Python gave as JSON.
 #[pyfunction]
 pub(crate) fn toml_of(json: &str) -> PyResult<String> {
-    let error =
-        |error: &dyn Display| PyValueError::new_err(format!("config cannot be read: {error}"));
-    let value: toml::Value = serde_json::from_str(json).map_err(|e| error(&e))?;
-    toml::to_string(&value).map_err(|e| error(&e))
+    let value: toml::Value = serde_json::from_str(json).map_err(named("config cannot be read"))?;
+    toml::to_string(&value).map_err(named("config cannot be read"))
 }

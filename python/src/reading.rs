@@ -5,30 +5,41 @@ use std::io;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use analysis::config::Resolved;
-use estimator_core::{Gravity, Load, Validity, Vec3};
+use analysis::config::{GRAVITIES, Resolved, word_of};
+use estimator_core::{Gravity, Load, Validity};
 use numpy::IntoPyArray;
-use numpy::ndarray::Array2;
 use pyo3::exceptions::{
     PyFileNotFoundError, PyImportError, PyIsADirectoryError, PyOSError, PyPermissionError,
-    PyValueError,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::input::{
-    About, BagOptions, ContactUse, ContainerError, Format, Hints, InputError, LoadTopic, Opened,
-    Stored, TableOptions, Topics,
+    About, BagOptions, ContactUse, ContainerError, Format, Hints, InputError, Opened, Stored,
+    TableOptions, Topics,
 };
 use recordings::output::seconds;
-use recordings::recording::Label;
-use recordings::validity::VALIDITIES;
+use samples::recording::{Label, RecordedSample};
+use samples::space::components;
+use samples::validity::VALIDITIES;
+
+use crate::outputs::table;
 
 use crate::parameters::{Settings, SettingsArguments, gravity, named, value_error};
 use crate::run::{Estimated, Failure, Recorded, run, run_recorded};
 
+/// Facts about a recording beside its samples.
+pub(crate) struct Facts {
+    pub(crate) name: String,
+    pub(crate) foot: Option<String>,
+    pub(crate) format: Format,
+    pub(crate) rate: f32,
+    pub(crate) gravity: Gravity,
+    pub(crate) notices: Vec<String>,
+}
+
 /// Columns of a recording while no Python code runs.
-struct Read {
-    about: About,
+#[derive(Default)]
+pub(crate) struct Columns {
     time_s: Vec<f64>,
     acc: Vec<f32>,
     gyr: Vec<f32>,
@@ -41,35 +52,22 @@ struct Read {
 
 /// Options of reading, as those of `footfall replay` of the same names.
 #[derive(FromPyObject)]
+#[pyo3(from_item_all)]
 pub(crate) struct Options {
-    #[pyo3(item)]
     format: Option<String>,
-    #[pyo3(item)]
     rate: Option<f64>,
-    #[pyo3(item)]
     gravity: Option<String>,
-    #[pyo3(item)]
     topic: Vec<String>,
-    #[pyo3(item)]
     not_topic: Vec<String>,
-    #[pyo3(item)]
     frame: Vec<String>,
-    #[pyo3(item)]
     load_topic: Vec<String>,
-    #[pyo3(item)]
     map: Option<String>,
-    #[pyo3(item)]
     units: Option<String>,
-    #[pyo3(item)]
     scale: Option<String>,
-    #[pyo3(item)]
     decimal: Option<String>,
-    #[pyo3(item)]
     time_unit: Option<String>,
-    #[pyo3(item)]
     times: Option<String>,
     /// Whether recorded contacts are ignored.
-    #[pyo3(item)]
     estimate_again: bool,
 }
 
@@ -77,8 +75,8 @@ pub(crate) fn parsed<T: FromStr>(name: &str, text: Option<&String>) -> PyResult<
 where
     T::Err: Display,
 {
-    let error = |error: T::Err| PyValueError::new_err(format!("{name}: {error}"));
-    text.map(|text| text.parse().map_err(error)).transpose()
+    let parsed = text.map(|text| text.parse().map_err(named(name)));
+    parsed.transpose()
 }
 
 impl Options {
@@ -93,13 +91,12 @@ impl Options {
             decimal: parsed("decimal", self.decimal.as_ref())?.unwrap_or_default(),
         };
         let loads = self.load_topic.iter();
+        let loads = loads.map(|topic| topic.parse().map_err(named("load_topic")));
         let bag = BagOptions {
             topics: Topics::from_names(&self.topic),
             excluded: self.not_topic.clone(),
             frames: self.frame.clone(),
-            loads: loads
-                .map(|topic| topic.parse().map_err(named("load_topic")))
-                .collect::<PyResult<Vec<LoadTopic>>>()?,
+            loads: loads.collect::<PyResult<_>>()?,
         };
         Ok((table, bag, parsed("format", self.format.as_ref())?))
     }
@@ -133,7 +130,7 @@ pub(crate) fn input_error(error: InputError) -> PyErr {
                  pip install ./python --config-settings build-args='--features {feature}'"
             ))
         }
-        other => PyValueError::new_err(other.to_string()),
+        other => value_error(other),
     }
 }
 
@@ -157,15 +154,13 @@ pub(crate) fn read<'py>(
         let format = opened.format();
         let stored = opened.store_all(&hints)?.into_iter();
         let file = path.display().to_string();
-        let columns = stored.map(columns).collect::<Result<Vec<_>, _>>();
-        let columns = columns.map_err(|source| InputError::Spool { file, source })?;
-        Ok((columns, format))
+        let columns = stored.map(|stored| columns(stored, format));
+        let columns = columns.collect::<Result<Vec<_>, _>>();
+        columns.map_err(|source| InputError::Spool { file, source })
     });
-    let (recordings, format) = read.map_err(input_error)?;
-    recordings
-        .into_iter()
-        .map(|read| dict(py, read, format))
-        .collect()
+    let recordings = read.map_err(input_error)?.into_iter();
+    let dict = |(facts, columns): (Facts, Columns)| columns.into_dict(py, facts);
+    recordings.map(dict).collect()
 }
 
 /// Estimates each foot in a file; see `footfall.estimate_file`.
@@ -223,74 +218,76 @@ fn estimate_stored(
     Ok((about, estimated))
 }
 
-fn columns(mut stored: Stored) -> io::Result<Read> {
+fn columns(mut stored: Stored, format: Format) -> io::Result<(Facts, Columns)> {
     let about = stored.about.clone();
-    let samples = about.samples;
-    let mut read = Read {
-        time_s: Vec::with_capacity(samples),
-        acc: Vec::with_capacity(3 * samples),
-        gyr: Vec::with_capacity(3 * samples),
-        load: Vec::with_capacity(samples),
-        label: Vec::with_capacity(samples),
-        validity: Vec::with_capacity(samples),
-        has_load: false,
-        has_label: false,
-        about,
-    };
+    let mut columns = Columns::with_capacity(about.samples);
     for sample in stored.samples()? {
-        let sample = sample?;
-        let start_us = read.about.start_us;
-        read.time_s.push(seconds(sample.imu.timestamp, start_us));
-        let Vec3 { x, y, z } = sample.imu.specific_force.0;
-        read.acc.extend([x, y, z]);
-        let Vec3 { x, y, z } = sample.imu.angular_rate.0;
-        read.gyr.extend([x, y, z]);
-        read.load
-            .push(sample.load.map_or(f64::NAN, |Load(load)| f64::from(load)));
-        read.has_load |= sample.load.is_some();
-        read.label.push(match sample.label {
-            None => -1,
-            Some(Label::NotStable) => 0,
-            Some(Label::Stable) => 1,
-        });
-        read.has_label |= sample.label.is_some();
-        read.validity.push(validity_place(sample.imu.validity));
+        columns.push(&sample?, about.start_us);
     }
-    Ok(read)
+    let facts = Facts {
+        name: about.name,
+        foot: about.foot,
+        format,
+        rate: about.sample_rate,
+        gravity: about.gravity,
+        notices: about.notices,
+    };
+    Ok((facts, columns))
 }
 
 /// The number of a validity: its place in [`VALIDITIES`].
-pub(crate) fn validity_place(validity: Validity) -> u8 {
+fn validity_place(validity: Validity) -> u8 {
     let place = VALIDITIES.iter().position(|(_, known)| *known == validity);
     place.unwrap_or(0) as u8
 }
 
-fn dict(py: Python<'_>, read: Read, format: Format) -> PyResult<Bound<'_, PyDict>> {
-    let about = read.about;
-    let dict = PyDict::new(py);
-    let vectors = |numbers: Vec<f32>| {
-        let rows = numbers.len() / 3;
-        Array2::from_shape_vec((rows, 3), numbers).unwrap_or_default()
-    };
-    dict.set_item("name", about.name)?;
-    dict.set_item("foot", about.foot)?;
-    dict.set_item("format", format.name())?;
-    dict.set_item("rate", f64::from(about.sample_rate))?;
-    dict.set_item(
-        "gravity",
-        match about.gravity {
-            Gravity::Included => "included",
-            Gravity::Removed => "removed",
-        },
-    )?;
-    dict.set_item("notices", about.notices)?;
-    dict.set_item("t", read.time_s.into_pyarray(py))?;
-    dict.set_item("acc", vectors(read.acc).into_pyarray(py))?;
-    dict.set_item("gyr", vectors(read.gyr).into_pyarray(py))?;
-    let load = read.has_load.then(|| read.load.into_pyarray(py));
-    dict.set_item("load", load)?;
-    let label = read.has_label.then(|| read.label.into_pyarray(py));
-    dict.set_item("label", label)?;
-    dict.set_item("validity", read.validity.into_pyarray(py))?;
-    Ok(dict)
+impl Columns {
+    pub(crate) fn with_capacity(samples: usize) -> Self {
+        Self {
+            time_s: Vec::with_capacity(samples),
+            acc: Vec::with_capacity(3 * samples),
+            gyr: Vec::with_capacity(3 * samples),
+            load: Vec::with_capacity(samples),
+            label: Vec::with_capacity(samples),
+            validity: Vec::with_capacity(samples),
+            ..Self::default()
+        }
+    }
+
+    /// Appends a sample, whose time is `start_us` later on the caller's clock, µs.
+    pub(crate) fn push(&mut self, sample: &RecordedSample, start_us: i64) {
+        self.time_s.push(seconds(sample.imu.timestamp, start_us));
+        self.acc.extend(components(sample.imu.specific_force.0));
+        self.gyr.extend(components(sample.imu.angular_rate.0));
+        let load = sample.load.map_or(f64::NAN, |Load(load)| f64::from(load));
+        self.load.push(load);
+        self.has_load |= sample.load.is_some();
+        self.label.push(match sample.label {
+            None => -1,
+            Some(Label::NotStable) => 0,
+            Some(Label::Stable) => 1,
+        });
+        self.has_label |= sample.label.is_some();
+        self.validity.push(validity_place(sample.imu.validity));
+    }
+
+    /// The arrays by the names of `footfall.Recording`.
+    pub(crate) fn into_dict(self, py: Python<'_>, facts: Facts) -> PyResult<Bound<'_, PyDict>> {
+        let dict = PyDict::new(py);
+        dict.set_item("name", facts.name)?;
+        dict.set_item("foot", facts.foot)?;
+        dict.set_item("format", facts.format.name())?;
+        dict.set_item("rate", f64::from(facts.rate))?;
+        dict.set_item("gravity", word_of(&GRAVITIES, facts.gravity))?;
+        dict.set_item("notices", facts.notices)?;
+        dict.set_item("t", self.time_s.into_pyarray(py))?;
+        dict.set_item("acc", table(self.acc, 3).into_pyarray(py))?;
+        dict.set_item("gyr", table(self.gyr, 3).into_pyarray(py))?;
+        let load = self.has_load.then(|| self.load.into_pyarray(py));
+        dict.set_item("load", load)?;
+        let label = self.has_label.then(|| self.label.into_pyarray(py));
+        dict.set_item("label", label)?;
+        dict.set_item("validity", self.validity.into_pyarray(py))?;
+        Ok(dict)
+    }
 }

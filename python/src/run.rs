@@ -9,11 +9,11 @@ use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::events::{ContactEvent, Events};
-use recordings::input::{RecordedEstimate, Stored};
+use recordings::input::Stored;
 use recordings::output::seconds;
 use recordings::plausible::{Check, Finding};
-use recordings::recording::RecordedSample;
 use recordings::replay::Replay;
+use samples::recording::RecordedSample;
 use thiserror::Error;
 
 use crate::outputs::Columns;
@@ -80,13 +80,11 @@ pub(crate) fn run(
         columns.push(&estimate, recorded.start_us);
     }
     let findings = check.findings().into_iter();
+    let findings = findings.map(|finding| finding.with_mounting(&recorded.mounting));
     Ok(Estimated {
         columns,
         events: events.finish(),
-        findings: findings
-            .map(|finding| finding.with_mounting(&recorded.mounting))
-            .map(sentence)
-            .collect(),
+        findings: findings.map(sentence).collect(),
         learnt: replay.finish().to_array().to_vec(),
         recorded,
     })
@@ -98,12 +96,10 @@ pub(crate) fn run_recorded(stored: &mut Stored, recorded: Recorded) -> io::Resul
     let mut columns = Columns::with_capacity(recorded.samples);
     let mut events = FoundEvents::default();
     for contact in stored.estimates()?.into_iter().flatten() {
-        let RecordedEstimate {
-            estimate, moved, ..
-        } = contact?;
-        check.add_decision(estimate.decision);
-        events.add(&moved);
-        columns.push(&estimate, recorded.start_us);
+        let contact = contact?;
+        check.add_decision(contact.estimate.decision);
+        events.add(&contact.moved);
+        columns.push(&contact.estimate, recorded.start_us);
     }
     let findings = findings_beside_contacts(&check).into_iter();
     Ok(Estimated {

@@ -2,16 +2,16 @@
 
 use std::ops::RangeInclusive;
 
-use estimator_core::Vec3;
 use gait::{Activity, Ground, Rests, RobotParams, SensorParams, Simulation, Temperature};
 use numpy::IntoPyArray;
-use numpy::ndarray::Array2;
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use recordings::recording::{Label, RecordedSample};
+use recordings::input::Format;
+use samples::recording::RecordedSample;
 
-use crate::reading::validity_place;
+use crate::outputs::table;
+use crate::parameters::value_error;
+use crate::reading::{Columns, Facts};
 
 /// The longest walk, s.
 const LONGEST_S: f64 = 86_400.0;
@@ -21,29 +21,20 @@ const WARMING_S: f64 = 180.0;
 
 /// Arguments of `footfall.simulate`.
 #[derive(FromPyObject)]
+#[pyo3(from_item_all)]
 pub(crate) struct Walk {
-    #[pyo3(item)]
     gait: String,
-    #[pyo3(item)]
     seconds: f64,
-    #[pyo3(item)]
     seed: u64,
-    #[pyo3(item)]
     ground: String,
-    #[pyo3(item)]
     greased: f64,
-    #[pyo3(item)]
     step_length: f64,
-    #[pyo3(item)]
     shaking: f64,
     /// How long it walks and how long it stands by turns, s.
-    #[pyo3(item)]
     rests: Option<(f64, f64)>,
     /// °C.
-    #[pyo3(item)]
     warming: f64,
     /// rad/s².
-    #[pyo3(item)]
     gyro_drift: [f64; 3],
 }
 
@@ -53,7 +44,7 @@ fn within(name: &str, value: f64, range: RangeInclusive<f64>) -> PyResult<f64> {
         return Ok(value);
     }
     let (least, greatest) = range.into_inner();
-    Err(PyValueError::new_err(format!(
+    Err(value_error(format!(
         "{name} is {value}, but {least} to {greatest} is expected"
     )))
 }
@@ -67,15 +58,14 @@ fn rests((every, lasting): (f64, f64)) -> PyResult<Rests> {
 
 impl Walk {
     fn robot(&self) -> PyResult<RobotParams> {
-        let unknown = |error: gait::plan::UnknownGait| PyValueError::new_err(error.to_string());
         let mut grounds = Ground::ALL.into_iter();
         let ground = grounds.find(|known| known.name() == self.ground);
         Ok(RobotParams {
-            gait: self.gait.parse().map_err(unknown)?,
+            gait: self.gait.parse().map_err(value_error)?,
             ground: ground.ok_or_else(|| {
                 let known = Ground::ALL.map(Ground::name).join(", ");
                 let ground = &self.ground;
-                PyValueError::new_err(format!(
+                value_error(format!(
                     "ground is {ground:?}, but one of {known} is expected"
                 ))
             })?,
@@ -119,44 +109,22 @@ pub(crate) fn simulate<'py>(py: Python<'py>, walk: Walk) -> PyResult<Bound<'py, 
         let truth = Truth::of(&simulation);
         (simulation.recording, truth)
     });
-    let samples = &recording.samples;
-    let vectors = |pick: fn(&RecordedSample) -> Vec3| {
-        let numbers = samples
-            .iter()
-            .map(pick)
-            .flat_map(|Vec3 { x, y, z }| [x, y, z]);
-        Array2::from_shape_vec((samples.len(), 3), numbers.collect()).unwrap_or_default()
+    let mut columns = Columns::with_capacity(recording.samples.len());
+    for sample in &recording.samples {
+        columns.push(sample, 0);
+    }
+    let facts = Facts {
+        name: recording.name,
+        foot: None,
+        format: Format::Csv,
+        rate: recording.sample_rate,
+        gravity: recording.gravity,
+        notices: Vec::new(),
     };
-    let time: Vec<f64> = samples.iter().map(RecordedSample::time_s).collect();
-    let load: Vec<f64> = samples
-        .iter()
-        .map(|sample| sample.load.map_or(f64::NAN, |load| f64::from(load.0)))
-        .collect();
-    let label: Vec<i8> = samples
-        .iter()
-        .map(|sample| i8::from(sample.label == Some(Label::Stable)))
-        .collect();
-    let dict = PyDict::new(py);
-    dict.set_item("name", &recording.name)?;
-    dict.set_item("foot", None::<String>)?;
-    dict.set_item("format", "csv")?;
-    dict.set_item("rate", f64::from(recording.sample_rate))?;
-    dict.set_item("gravity", "included")?;
-    dict.set_item("notices", Vec::<String>::new())?;
-    dict.set_item("t", time.into_pyarray(py))?;
-    dict.set_item("acc", vectors(|s| s.imu.specific_force.0).into_pyarray(py))?;
-    dict.set_item("gyr", vectors(|s| s.imu.angular_rate.0).into_pyarray(py))?;
-    dict.set_item("load", load.into_pyarray(py))?;
-    dict.set_item("label", label.into_pyarray(py))?;
-    let validity = samples
-        .iter()
-        .map(|sample| validity_place(sample.imu.validity));
-    dict.set_item("validity", validity.collect::<Vec<_>>().into_pyarray(py))?;
+    let dict = columns.into_dict(py, facts)?;
     dict.set_item("touch_downs", truth.touch_downs_s.into_pyarray(py))?;
-    let slips = truth.slips_s.into_iter().flatten().collect::<Vec<_>>();
-    let rows = slips.len() / 2;
-    let slips = Array2::from_shape_vec((rows, 2), slips).unwrap_or_default();
-    dict.set_item("slips", slips.into_pyarray(py))?;
+    let slips = truth.slips_s.into_iter().flatten().collect();
+    dict.set_item("slips", table::<f64>(slips, 2).into_pyarray(py))?;
     Ok(dict)
 }
 
@@ -169,11 +137,13 @@ struct Truth {
 
 impl Truth {
     fn of(simulation: &Simulation) -> Self {
-        let samples = simulation.recording.samples.iter();
-        let states: Vec<(f64, Activity)> = samples
-            .map(RecordedSample::time_s)
-            .zip(simulation.truth.iter().map(|state| state.activity))
-            .collect();
+        let times_s = simulation
+            .recording
+            .samples
+            .iter()
+            .map(RecordedSample::time_s);
+        let activities = simulation.truth.iter().map(|state| state.activity);
+        let states: Vec<(f64, Activity)> = times_s.zip(activities).collect();
         let turns = || states.windows(2).map(|pair| (pair[0], pair[1]));
         let touch_downs = turns().filter(|((_, before), (_, after))| {
             *before == Activity::Swinging && *after != Activity::Swinging

@@ -3,20 +3,22 @@
 use estimator_core::{
     AngularRate, ContactEstimate, Decision, Flag, Gravity, Phase, Quaternion, Timestamp, Vec3,
 };
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use recordings::events::{ContactEvent, Events};
 use recordings::input::{finite_load, imu_sample, steady_time};
-use recordings::recording::RecordedSample;
 use recordings::replay::Replay;
+use samples::recording::RecordedSample;
 use samples::space::components;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
-use crate::estimate::{readings, validity_at};
-use crate::parameters::{Settings, SettingsArguments};
+use crate::estimate::{micros, readings, validity_at};
+use crate::parameters::{Settings, SettingsArguments, named, value_error};
 use crate::run::{EventRow, event_row};
+
+/// Version of the package.
+const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// The estimator of one foot; see `footfall.Estimator`.
 #[derive(Clone)]
@@ -62,13 +64,11 @@ impl Estimator {
     #[new]
     fn new(settings: SettingsArguments) -> PyResult<Self> {
         let settings = settings.read()?.of_unnamed_foot()?;
-        let rate = settings
-            .hints
-            .sample_rate
-            .ok_or_else(|| PyValueError::new_err("give the sample rate in Hz as rate"))?;
+        let rate = settings.hints.sample_rate;
+        let rate = rate.ok_or_else(|| value_error("give the sample rate in Hz as rate"))?;
         let gravity = settings.hints.gravity.unwrap_or(Gravity::Included);
-        let replay = Replay::new(rate, gravity, &settings.params())
-            .map_err(|error| PyValueError::new_err(format!("parameter {error}")))?;
+        let replay = Replay::new(rate, gravity, &settings.params());
+        let replay = replay.map_err(|error| value_error(format!("parameter {error}")))?;
         let state = State {
             replay,
             events: Events::default(),
@@ -84,32 +84,27 @@ impl Estimator {
     #[staticmethod]
     fn from_bytes(settings: SettingsArguments, bytes: &[u8]) -> PyResult<Self> {
         let settings = settings.read()?.of_unnamed_foot()?;
-        let refused = |cause| {
-            PyValueError::new_err(format!("the state of an Estimator cannot be read: {cause}"))
-        };
+        let refused = "the state of an Estimator cannot be read";
         // The version is read first: the layout of another one's state is not known.
-        let Versioned { version, .. } = ciborium::from_reader::<Versioned<IgnoredAny>, _>(bytes)
-            .map_err(|error| refused(error.to_string()))?;
-        if version != env!("CARGO_PKG_VERSION") {
-            return Err(refused(format!(
-                "footfall {version} wrote it, and this is {}",
-                env!("CARGO_PKG_VERSION")
-            )));
+        let read = ciborium::from_reader::<Versioned<IgnoredAny>, _>(bytes);
+        let Versioned { version, .. } = read.map_err(named(refused))?;
+        if version != VERSION {
+            let cause = format!("footfall {version} wrote it, and this is {VERSION}");
+            return Err(named(refused)(cause));
         }
-        let Versioned { state, .. } =
-            ciborium::from_reader(bytes).map_err(|error| refused(error.to_string()))?;
+        let read = ciborium::from_reader(bytes);
+        let Versioned { state, .. } = read.map_err(named(refused))?;
         Ok(Self { settings, state })
     }
 
     /// All of the state, with which another estimator of the same settings goes on from here.
     fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let versioned = Versioned {
-            version: env!("CARGO_PKG_VERSION").to_owned(),
+            version: VERSION.to_owned(),
             state: &self.state,
         };
         let mut bytes = Vec::new();
-        ciborium::into_writer(&versioned, &mut bytes)
-            .map_err(|error| PyValueError::new_err(error.to_string()))?;
+        ciborium::into_writer(&versioned, &mut bytes).map_err(value_error)?;
         Ok(PyBytes::new(py, &bytes))
     }
 
@@ -124,27 +119,19 @@ impl Estimator {
         validity: u8,
     ) -> PyResult<Row> {
         let validity = validity_at(validity)
-            .ok_or_else(|| PyValueError::new_err(format!("validity {validity} is not known")))?;
+            .ok_or_else(|| value_error(format!("validity {validity} is not known")))?;
         let now_us = match t {
-            Some(time) if (-9.0e12..=9.0e12).contains(&time) => (time * 1.0e6).round() as i64,
-            Some(time) => {
-                return Err(PyValueError::new_err(format!(
-                    "t is {time}, but a time in s is expected"
-                )));
-            }
+            Some(time) => micros("t", time)?,
             None => {
                 let steady = steady_time(self.state.samples, self.state.rate).as_micros();
-                self.state
-                    .start_us
-                    .unwrap_or(0)
-                    .saturating_add_unsigned(steady)
+                let start_us = self.state.start_us.unwrap_or(0);
+                start_us.saturating_add_unsigned(steady)
             }
         };
         if self.state.samples > 0 && now_us <= self.state.newest_us {
-            return Err(PyValueError::new_err(format!(
-                "t is {} s, which does not come after {} s, the time before",
-                now_us as f64 / 1.0e6,
-                self.state.newest_us as f64 / 1.0e6
+            let [now_s, before_s] = [now_us, self.state.newest_us].map(|us| us as f64 / 1.0e6);
+            return Err(value_error(format!(
+                "t is {now_s} s, which does not come after {before_s} s, the time before"
             )));
         }
         let start_us = *self.state.start_us.get_or_insert(now_us);
@@ -169,10 +156,8 @@ impl Estimator {
         if ended {
             found.extend(std::mem::take(&mut self.state.events).finish());
         }
-        found
-            .iter()
-            .map(|event| event_row(event, start_us))
-            .collect()
+        let found = found.iter();
+        found.map(|event| event_row(event, start_us)).collect()
     }
 
     /// Another estimator in the same state.

@@ -60,11 +60,8 @@ pub enum DecodeError {
         source: io::Error,
     },
     /// The file is empty.
-    #[error("{file} is empty")]
-    Empty {
-        /// Name of the file, as given.
-        file: String,
-    },
+    #[error("{0} is empty")]
+    Empty(String),
     /// The file has another format, detected by its first bytes.
     #[error("{file} is {kind}, which is not read here; {}", .kind.log_advice(.file).unwrap_or_default())]
     Foreign {
@@ -75,15 +72,22 @@ pub enum DecodeError {
     },
     /// The file is neither a CAN log nor a recording of the serial line.
     #[error(
-        "{file} is neither a log of CAN frames (of candump, Vector ASC, python-can's CSV), with lines such as \"(1609459200.000111) can0 191#FFFF80800C0007D8\", nor a recording of the serial line, whose frames end with a zero byte"
+        "{0} is neither a log of CAN frames (of candump, Vector ASC, python-can's CSV), with lines such as \"(1609459200.000111) can0 191#FFFF80800C0007D8\", nor a recording of the serial line, whose frames end with a zero byte"
     )]
-    Unrecognised {
-        /// Name of the file, as given.
-        file: String,
-    },
+    Unrecognised(String),
     /// The sink rejected a row.
     #[error("the rows cannot be written: {0}")]
     Rows(#[source] io::Error),
+}
+
+impl DecodeError {
+    /// Returns the conversion of an error of the operating system about a file.
+    fn unreadable(file: &str) -> impl Fn(io::Error) -> Self {
+        |source| Self::Unreadable {
+            file: file.to_owned(),
+            source,
+        }
+    }
 }
 
 /// Receives rows, in the order of the file.
@@ -119,10 +123,8 @@ pub fn read(path: &Path, feet: &Feet, sink: RowSink<'_>) -> Result<FileOutcome, 
         return stream(Box::new(io::stdin()), STANDARD_INPUT, feet, sink);
     }
     let file = path.display().to_string();
-    match File::open(path) {
-        Ok(opened) => stream(Box::new(opened), &file, feet, sink),
-        Err(source) => Err(DecodeError::Unreadable { file, source }),
-    }
+    let opened = File::open(path).map_err(DecodeError::unreadable(&file))?;
+    stream(Box::new(opened), &file, feet, sink)
 }
 
 /// Decodes the contents of a file like [`read`]; `file` is its name in messages.
@@ -149,30 +151,20 @@ fn stream(
     feet: &Feet,
     sink: RowSink<'_>,
 ) -> Result<FileOutcome, DecodeError> {
-    let unreadable = |source| DecodeError::Unreadable {
-        file: file.to_owned(),
-        source,
-    };
+    let unreadable = DecodeError::unreadable(file);
     let mut source = Source {
-        inner: decompressed(source).map_err(unreadable)?,
+        inner: decompressed(source).map_err(&unreadable)?,
         is_cut: false,
     };
     let mut head = Vec::new();
-    source
-        .by_ref()
-        .take(HEAD)
-        .read_to_end(&mut head)
-        .map_err(unreadable)?;
+    let read = source.by_ref().take(HEAD).read_to_end(&mut head);
+    read.map_err(unreadable)?;
     if head.is_empty() {
-        return Err(DecodeError::Empty {
-            file: file.to_owned(),
-        });
+        return Err(DecodeError::Empty(file.to_owned()));
     }
     if let Some(kind) = no_log(&head) {
-        return Err(DecodeError::Foreign {
-            file: file.to_owned(),
-            kind,
-        });
+        let file = file.to_owned();
+        return Err(DecodeError::Foreign { file, kind });
     }
     // Log formats are tried first: a log truncated by a loss of power may contain zeros, but a
     // recording of the serial line contains no line of a log.
@@ -183,9 +175,8 @@ fn stream(
             let lines = Lines::new(BufReader::with_capacity(HEAD as usize, whole));
             can::decode(lines, reader, file, feet, sink)?
         }
-        None => uart::decode(whole, file, feet, sink)?.ok_or(DecodeError::Unrecognised {
-            file: file.to_owned(),
-        })?,
+        None => uart::decode(whole, file, feet, sink)?
+            .ok_or_else(|| DecodeError::Unrecognised(file.to_owned()))?,
     };
     if source.is_cut {
         outcome.report.count_problem("compressed_data_cut_off");

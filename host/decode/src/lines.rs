@@ -38,12 +38,9 @@ impl<R: BufRead> Lines<R> {
             }
             is_there = true;
             let end = buffer.iter().position(|byte| *byte == b'\n');
-            let part = buffer
-                .get(..end.unwrap_or(buffer.len()))
-                .unwrap_or_default();
+            let part = &buffer[..end.unwrap_or(buffer.len())];
             let room = LONGEST.saturating_sub(self.line.len()).min(part.len());
-            self.line
-                .extend_from_slice(part.get(..room).unwrap_or_default());
+            self.line.extend_from_slice(&part[..room]);
             let used = part.len() + usize::from(end.is_some());
             self.source.consume(used);
             if end.is_some() {

@@ -124,8 +124,7 @@ impl Listener {
             let said = self.with_faults_at_start(said, &foot, at);
             self.heard.push_back(Heard { at, foot, said });
         }
-        let overdue = at.as_micros().saturating_sub(LONGEST_WAIT_US);
-        self.settle(Timestamp::from_micros(overdue));
+        self.idle(at);
     }
 
     /// Adds to a boot-up the faults received just before it.
@@ -148,11 +147,11 @@ impl Listener {
 
     /// Faults raised by a foot just before `at`.
     fn raised_since(&self, foot: &FootKey, at: Timestamp) -> Faults {
-        let newest = self
-            .raised
-            .get(foot)
-            .filter(|(raised, _)| at.as_micros().saturating_sub(raised.as_micros()) <= AT_START_US);
-        newest.map_or(Faults::NONE, |(_, faults)| *faults)
+        let since_us = |raised: Timestamp| at.as_micros().saturating_sub(raised.as_micros());
+        match self.raised.get(foot) {
+            Some((raised, faults)) if since_us(*raised) <= AT_START_US => *faults,
+            _ => Faults::NONE,
+        }
     }
 
     /// Processes bytes received on the serial line `port` at `at`.
@@ -230,9 +229,8 @@ impl Listener {
     /// Name of a foot, if any.
     #[must_use]
     pub fn name(&self, foot: &FootKey) -> Option<Arc<str>> {
-        foot.node
-            .and_then(NodeId::new)
-            .and_then(|node| self.feet.name(node))
+        let node = foot.node.and_then(NodeId::new);
+        node.and_then(|node| self.feet.name(node))
     }
 
     /// Reports of received, missing and invalid frames: one for CAN as a whole, without a name, and one for
@@ -258,16 +256,8 @@ impl Listener {
     fn settle(&mut self, overdue: Timestamp) {
         let rows: Vec<ContactRow> = self.can.settle_closed(overdue).collect();
         for row in rows {
-            let line = row.interface.clone();
-            let foot = FootKey {
-                line: line.unwrap_or_else(|| "".into()),
-                node: row.node.map(NodeId::get),
-            };
-            self.heard.push_back(Heard {
-                at: row.received.unwrap_or_default(),
-                foot,
-                said: Said::Contact(Box::new(row)),
-            });
+            let at = row.received.unwrap_or_default();
+            self.row(Box::new(row), at);
         }
     }
 }
@@ -303,14 +293,9 @@ pub fn said(frame: &CanFrame) -> Option<(NodeId, Said)> {
 
 /// Decodes the state in a heartbeat; the highest bit belongs to node guarding.
 fn state(code: u8) -> Option<State> {
-    [
-        State::Initialising,
-        State::Stopped,
-        State::Operational,
-        State::PreOperational,
-    ]
-    .into_iter()
-    .find(|state| *state as u8 == code & 0x7F)
+    use State::{Initialising, Operational, PreOperational, Stopped};
+    let mut states = [Initialising, Stopped, Operational, PreOperational].into_iter();
+    states.find(|state| *state as u8 == code & 0x7F)
 }
 
 #[cfg(test)]

@@ -115,129 +115,66 @@ fn code(text: &str) -> Option<u32> {
     u32::from_str_radix(text.strip_prefix("0x")?, 16).ok()
 }
 
-const fn of_fault(fault: Fault) -> &'static str {
-    match fault {
-        Fault::SensorSilent => {
-            "check the supply and the wires of the sensor: no data-ready edge comes, or nothing new is read; if it clears by itself, look for a loose contact"
-        }
-        Fault::SensorFrozen => {
-            "check the wires of MISO and chip select; where single axes repeat, the sensor is damaged: replace it"
-        }
-        Fault::SensorWrongId => {
-            "check that the part is an LSM6DSOX and that SPI's four wires are right; the detail is what was read: 0x00 or 0xFF is a wire that is open"
-        }
-        Fault::SensorReset => {
-            "the sensor's supply dipped: check its decoupling and the wire; it is configured again by itself"
-        }
-        Fault::SensorConfigMismatch => {
-            "check SPI's wires for length and crosstalk; the board slows the bus to 2.5 MHz by itself after three failures"
-        }
-        Fault::SensorSaturated => {
-            "the foot is beyond ±16 g or ±2000 °/s for more than an impact: check for a loose mounting; a stuck reading at its limit is a damaged sensor"
-        }
-        Fault::SensorTiming => {
-            "edges come too often or too seldom: check INT1 for crosstalk, and the sensor for its data rate after a dip of the supply"
-        }
-        Fault::SensorSelfTest => {
-            "keep the foot still while it starts and start it again; if it stays, the sensor is damaged"
-        }
-        Fault::LoadSensorOpen => {
-            "check the load sensor's plug and its supply; without one, set the source of the load (0x2015:1) to none"
-        }
-        Fault::CrystalMissing => {
-            "the crystal does not start, or has another frequency than the program is built for, which the detail of the emergency and the log say in kHz: CAN is off, UART works; check the crystal and its solder joints"
-        }
-        Fault::ConfigCorrupted => {
-            "the foot runs with the defaults, and the stored settings are kept until the next store: the detail says whether they are damaged (0), do not fit each other (1), or were not read after three watchdog resets (2); check all settings and store them again; if it comes back, the flash is worn"
-        }
-        Fault::ConfigStore => {
-            "detail 1: raise the supply above 2.7 V; detail 0: the flash does not hold what is written: replace the board"
-        }
-        Fault::Panic | Fault::HardFault => {
-            "note the program counter (0x2113:2), the version and the program's number, and report them; `footfall explain` says how that address leads to its line; the board has started again by itself"
-        }
-        Fault::WatchdogReset => {
-            "the program hung and was started again; where it comes often, check the supply and report it"
-        }
-        Fault::LateTick => {
-            "send fewer frames (events of the PDOs, UART streams) or requests; while settings are stored in pre-operational state it is expected"
-        }
-        Fault::CanOverrun => {
-            "the bus brings frames faster than the foot takes them: send it fewer at once"
-        }
-        Fault::CanErrorPassive => {
-            "check the bus: 120 Ω at both ends, the same bit rate everywhere, another node that acknowledges"
-        }
-        Fault::CanBusOff => {
-            "check the bus for a short circuit, swapped wires or another bit rate; the foot tries again by itself"
-        }
-        Fault::PdoLength => "send four bytes as RPDO1: the load as REAL32",
-        Fault::UartOverrun => "send requests more slowly, and check the line's rate",
-        Fault::PdoTimeout => {
-            "the robot has stopped sending the load: check its program, or set the event timer of RPDO1 (0x1400:5) to 0"
-        }
-        Fault::GyroBias => {
-            "the foot turned while it seemed to rest, its bias moved by more than 6 °/s in a walk, or the gyroscope is beyond its data sheet: hold the foot still and reset it; if it stays, replace the sensor"
-        }
-        Fault::Misread => {
-            "check SPI's wires for length and crosstalk: samples are not read twice, and may be wrong"
-        }
-        Fault::DataReadyDead => {
-            "check the wire of INT1: the sensor measures, but data-ready edges are missing, some or all; samples are read by the timer, with times that may be 75 µs off. Cleared once edges have come for a second"
-        }
-        Fault::SensorScale => {
-            "about half of 9.8 m/s² at rest: the part is an LSM6DSO32, set 0x2017:7 to 1; otherwise check bias and scale of the accelerometer (0x2017)"
-        }
-    }
+/// Defines the remedies for the variants of an enum.
+macro_rules! remedies {
+    ($(fn $name:ident($enum:ident) { $($($variant:ident)|+: $remedy:literal;)+ })+) => {
+        $(const fn $name(of: $enum) -> &'static str {
+            match of {
+                $($($enum::$variant)|+ => $remedy),+
+            }
+        })+
+    };
 }
 
-const fn of_flag(flag: Flag) -> &'static str {
-    match flag {
-        Flag::WindowNotFull => "nothing: it ends after one window",
-        Flag::AttitudeNotInitialised => "hold the foot still for a fifth of a second",
-        Flag::Saturated => {
-            "at landings it is expected for a few samples; where it is more, check the mounting or choose a wider range"
-        }
-        Flag::Stale => {
-            "samples repeat: check the rate of the recording, and the sensor's wiring on a board"
-        }
-        Flag::InvalidSample => {
-            "check units and times of the recording; on a board the sensor could not be read"
-        }
-        Flag::TimeGap => "samples are missing: check the logger for drops",
-        Flag::Settling => {
-            "walk four or five steps, or start with what was learnt before (footfall calibrate, object 0x2018)"
-        }
+remedies! {
+    fn of_fault(Fault) {
+        SensorSilent: "check the supply and the wires of the sensor: no data-ready edge comes, or nothing new is read; if it clears by itself, look for a loose contact";
+        SensorFrozen: "check the wires of MISO and chip select; where single axes repeat, the sensor is damaged: replace it";
+        SensorWrongId: "check that the part is an LSM6DSOX and that SPI's four wires are right; the detail is what was read: 0x00 or 0xFF is a wire that is open";
+        SensorReset: "the sensor's supply dipped: check its decoupling and the wire; it is configured again by itself";
+        SensorConfigMismatch: "check SPI's wires for length and crosstalk; the board slows the bus to 2.5 MHz by itself after three failures";
+        SensorSaturated: "the foot is beyond ±16 g or ±2000 °/s for more than an impact: check for a loose mounting; a stuck reading at its limit is a damaged sensor";
+        SensorTiming: "edges come too often or too seldom: check INT1 for crosstalk, and the sensor for its data rate after a dip of the supply";
+        SensorSelfTest: "keep the foot still while it starts and start it again; if it stays, the sensor is damaged";
+        LoadSensorOpen: "check the load sensor's plug and its supply; without one, set the source of the load (0x2015:1) to none";
+        CrystalMissing: "the crystal does not start, or has another frequency than the program is built for, which the detail of the emergency and the log say in kHz: CAN is off, UART works; check the crystal and its solder joints";
+        ConfigCorrupted: "the foot runs with the defaults, and the stored settings are kept until the next store: the detail says whether they are damaged (0), do not fit each other (1), or were not read after three watchdog resets (2); check all settings and store them again; if it comes back, the flash is worn";
+        ConfigStore: "detail 1: raise the supply above 2.7 V; detail 0: the flash does not hold what is written: replace the board";
+        Panic | HardFault: "note the program counter (0x2113:2), the version and the program's number, and report them; `footfall explain` says how that address leads to its line; the board has started again by itself";
+        WatchdogReset: "the program hung and was started again; where it comes often, check the supply and report it";
+        LateTick: "send fewer frames (events of the PDOs, UART streams) or requests; while settings are stored in pre-operational state it is expected";
+        CanOverrun: "the bus brings frames faster than the foot takes them: send it fewer at once";
+        CanErrorPassive: "check the bus: 120 Ω at both ends, the same bit rate everywhere, another node that acknowledges";
+        CanBusOff: "check the bus for a short circuit, swapped wires or another bit rate; the foot tries again by itself";
+        PdoLength: "send four bytes as RPDO1: the load as REAL32";
+        UartOverrun: "send requests more slowly, and check the line's rate";
+        PdoTimeout: "the robot has stopped sending the load: check its program, or set the event timer of RPDO1 (0x1400:5) to 0";
+        GyroBias: "the foot turned while it seemed to rest, its bias moved by more than 6 °/s in a walk, or the gyroscope is beyond its data sheet: hold the foot still and reset it; if it stays, replace the sensor";
+        Misread: "check SPI's wires for length and crosstalk: samples are not read twice, and may be wrong";
+        DataReadyDead: "check the wire of INT1: the sensor measures, but data-ready edges are missing, some or all; samples are read by the timer, with times that may be 75 µs off. Cleared once edges have come for a second";
+        SensorScale: "about half of 9.8 m/s² at rest: the part is an LSM6DSO32, set 0x2017:7 to 1; otherwise check bias and scale of the accelerometer (0x2017)";
     }
-}
-
-const fn of_refusal(refusal: AbortCode) -> &'static str {
-    match refusal {
-        AbortCode::ToggleBit | AbortCode::Command | AbortCode::SequenceNumber | AbortCode::Crc => {
-            "two masters talk to this foot, or one was restarted in mid-transfer: ask again"
-        }
-        AbortCode::WriteOnly | AbortCode::ReadOnly => {
-            "see the access of the object in wire/footfall.eds"
-        }
-        AbortCode::NoObject | AbortCode::NoSubindex => {
-            "check index and sub-index; a foot of an older version lacks newer objects"
-        }
-        AbortCode::Incompatible => {
-            "set the other value first: an upper threshold must stay above its lower one"
-        }
-        AbortCode::Hardware => "see the fault: the flash or the supply",
-        AbortCode::Length | AbortCode::TooLong | AbortCode::TooShort => {
-            "send the number of bytes that the object's type has"
-        }
-        AbortCode::InvalidValue | AbortCode::TooHigh | AbortCode::TooLow => {
-            "see the object's range in wire/footfall.eds"
-        }
-        AbortCode::CannotStore => "write the signature: \"save\" to 0x1010, \"load\" to 0x1011",
-        AbortCode::Locked => "the configuration is locked: unlock it first (0x2005)",
-        AbortCode::TooSoon => "wait a second, and store again",
-        AbortCode::DeviceState => {
-            "put the foot into pre-operational state first: it stops streaming while it does this"
-        }
+    fn of_flag(Flag) {
+        WindowNotFull: "nothing: it ends after one window";
+        AttitudeNotInitialised: "hold the foot still for a fifth of a second";
+        Saturated: "at landings it is expected for a few samples; where it is more, check the mounting or choose a wider range";
+        Stale: "samples repeat: check the rate of the recording, and the sensor's wiring on a board";
+        InvalidSample: "check units and times of the recording; on a board the sensor could not be read";
+        TimeGap: "samples are missing: check the logger for drops";
+        Settling: "walk four or five steps, or start with what was learnt before (footfall calibrate, object 0x2018)";
+    }
+    fn of_refusal(AbortCode) {
+        ToggleBit | Command | SequenceNumber | Crc: "two masters talk to this foot, or one was restarted in mid-transfer: ask again";
+        WriteOnly | ReadOnly: "see the access of the object in wire/footfall.eds";
+        NoObject | NoSubindex: "check index and sub-index; a foot of an older version lacks newer objects";
+        Incompatible: "set the other value first: an upper threshold must stay above its lower one";
+        Hardware: "see the fault: the flash or the supply";
+        Length | TooLong | TooShort: "send the number of bytes that the object's type has";
+        InvalidValue | TooHigh | TooLow: "see the object's range in wire/footfall.eds";
+        CannotStore: "write the signature: \"save\" to 0x1010, \"load\" to 0x1011";
+        Locked: "the configuration is locked: unlock it first (0x2005)";
+        TooSoon: "wait a second, and store again";
+        DeviceState: "put the foot into pre-operational state first: it stops streaming while it does this";
     }
 }
 

@@ -9,14 +9,17 @@ use serde::Serialize;
 use super::row::ContactRow;
 use crate::can_log::Form;
 
-/// The line that the foot has sent on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Medium {
-    /// A log of CAN frames.
-    Can,
-    /// A recording of the serial line.
-    Uart,
+samples::named! {
+    /// The line that the foot has sent on.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, JsonSchema, Serialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Medium {
+        /// A log of CAN frames.
+        #[default]
+        Can = "CAN log",
+        /// A recording of the serial line.
+        Uart = "serial line",
+    }
 }
 
 /// An emergency message.
@@ -50,7 +53,7 @@ pub struct BoardReport {
 }
 
 /// Received, missing and unreadable data of a log.
-#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, JsonSchema, Serialize)]
 pub struct Report {
     /// The line that the foot has sent on.
     pub format: Medium,
@@ -87,23 +90,10 @@ pub struct Report {
 }
 
 impl Report {
-    pub(super) const fn new(format: Medium) -> Self {
+    pub(super) fn new(format: Medium) -> Self {
         Self {
             format,
-            log: None,
-            rows: 0,
-            first_s: None,
-            last_s: None,
-            longest_step_s: None,
-            frames: BTreeMap::new(),
-            clocks: BTreeMap::new(),
-            gaps: 0,
-            missing: 0,
-            restarts: 0,
-            duplicates: 0,
-            problems: BTreeMap::new(),
-            emergencies: Vec::new(),
-            board: None,
+            ..Self::default()
         }
     }
 
@@ -176,13 +166,10 @@ impl Report {
 }
 
 /// Provisional counts of one contact.
+#[derive(Default)]
 pub(super) struct Counted(pub(super) Report);
 
 impl Counted {
-    pub(super) const fn new() -> Self {
-        Self(Report::new(Medium::Can))
-    }
-
     /// Returns whether nothing is missing and no problem was counted.
     pub(super) fn is_nothing(&self) -> bool {
         self.0.missing == 0 && self.0.problems.is_empty()
@@ -195,11 +182,7 @@ fn seconds(micros: u64) -> f64 {
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let format = match self.format {
-            Medium::Can => "CAN log",
-            Medium::Uart => "serial line",
-        };
-        write!(f, "{format}: {} rows", self.rows)?;
+        write!(f, "{}: {} rows", self.format.name(), self.rows)?;
         if let (Some(first), Some(last)) = (self.first_s, self.last_s) {
             write!(f, ", {first:.3} s to {last:.3} s")?;
         }
@@ -219,24 +202,15 @@ impl fmt::Display for Report {
         }
         write!(f, "\nproblems {}", list(&self.problems))?;
         for emergency in &self.emergencies {
-            let EmergencyReport {
-                t,
-                interface,
-                node,
-                code,
-                fault,
-                detail,
-            } = emergency;
             write!(f, "\nfault    ")?;
-            if let Some(t) = t {
+            if let Some(t) = emergency.t {
                 write!(f, "{t:.3} s, ")?;
             }
-            match code {
-                0 => write!(f, "{interface}, node {node}: {fault} has gone")?,
-                _ => write!(
-                    f,
-                    "{interface}, node {node}: {fault} (0x{code:04X}), detail {detail}"
-                )?,
+            let (node, fault) = (emergency.node, &emergency.fault);
+            write!(f, "{}, node {node}: {fault}", emergency.interface)?;
+            match (emergency.code, emergency.detail) {
+                (0, _) => write!(f, " has gone")?,
+                (code, detail) => write!(f, " (0x{code:04X}), detail {detail}")?,
             }
         }
         if let Some(board) = &self.board {
@@ -254,12 +228,10 @@ impl fmt::Display for Report {
 }
 
 fn list<K: fmt::Display>(counts: &BTreeMap<K, u64>) -> String {
-    if counts.is_empty() {
-        return "none".to_owned();
+    let counts = counts.iter();
+    let counts = counts.map(|(name, count)| format!("{name} {count}"));
+    match &counts.collect::<Vec<_>>()[..] {
+        [] => "none".to_owned(),
+        counts => counts.join(", "),
     }
-    let counts: Vec<_> = counts
-        .iter()
-        .map(|(name, count)| format!("{name} {count}"))
-        .collect();
-    counts.join(", ")
 }

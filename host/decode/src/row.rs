@@ -31,23 +31,14 @@ pub const HEADER: &str = "t,t_received,t_common,clock,interface,foot,node,segmen
      p_ax,p_ay,p_az,p_wx,p_wy,p_wz,qw,qx,qy,qz,lax,lay,laz,uwx,uwy,uwz,bwx,bwy,bwz,\
      temperature,state,decision,flags";
 
-/// Source of the common time of all feet.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Clock {
-    /// The foot's clock plus an offset obtained from numbered SYNCs.
-    Sync,
-    /// The log's clock at reception of the frame.
-    Received,
-}
-
-impl Clock {
-    /// Name in tables and reports.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Sync => "sync",
-            Self::Received => "received",
-        }
+samples::named! {
+    /// Source of the common time of all feet, with its name in tables and reports.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Clock {
+        /// The foot's clock plus an offset obtained from numbered SYNCs.
+        Sync = "sync",
+        /// The log's clock at reception of the frame.
+        Received = "received",
     }
 }
 
@@ -122,11 +113,7 @@ impl ContactRow {
     pub fn flag_names(&self) -> Vec<&'static str> {
         let status = self.status;
         let mut names: Vec<_> = match self.flags {
-            Some(bits) => Flag::ALL
-                .into_iter()
-                .filter(|flag| bits & Flags::NONE.with(*flag).bits() != 0)
-                .map(Flag::name)
-                .collect(),
+            Some(bits) => Flags::from_bits(bits).iter().map(Flag::name).collect(),
             None => [
                 (status.is_saturated(), Flag::Saturated.name()),
                 (status.is_starting(), "starting"),

@@ -1,6 +1,5 @@
 //! Decoding of recordings of the serial line.
 
-use std::collections::BTreeMap;
 use std::io::{self, Read};
 
 use estimator_core::Timestamp;
@@ -29,20 +28,13 @@ pub(super) fn decode(
             Ok(0) => break,
             Ok(count) => count,
             Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
-            Err(source) => {
-                return Err(DecodeError::Unreadable {
-                    file: file.to_owned(),
-                    source,
-                });
-            }
+            Err(error) => return Err(DecodeError::unreadable(file)(error)),
         };
         for byte in buffer.iter().take(count) {
             let Some(result) = decoder.push(*byte) else {
                 continue;
             };
-            has_frame |= result
-                .as_ref()
-                .map_or_else(|problem| is_whole(*problem), |_| true);
+            has_frame |= result.as_ref().err().is_none_or(is_whole);
             match result {
                 Ok(frame) => {
                     if let Some(row) = stream.take(&frame) {
@@ -67,7 +59,7 @@ pub(super) fn decode(
 }
 
 /// Returns whether the frame is undamaged but of an unknown version, kind or payload.
-const fn is_whole(problem: Problem) -> bool {
+const fn is_whole(problem: &Problem) -> bool {
     matches!(
         problem,
         Problem::Version(_) | Problem::Kind(_) | Problem::Payload(_)
@@ -101,6 +93,7 @@ const fn kind_name(kind: Kind) -> &'static str {
 }
 
 /// State of a serial line up to its newest byte.
+#[derive(Default)]
 pub(crate) struct Stream {
     pub(crate) report: Report,
     feet: Feet,
@@ -115,15 +108,11 @@ pub(crate) struct Stream {
 }
 
 impl Stream {
-    pub(crate) const fn new(feet: Feet) -> Self {
+    pub(crate) fn new(feet: Feet) -> Self {
         Self {
             report: Report::new(Medium::Uart),
             feet,
-            newest: None,
-            last: None,
-            segment: 0,
-            shown_missing: 0,
-            node: None,
+            ..Self::default()
         }
     }
 
@@ -145,21 +134,19 @@ impl Stream {
             self.newest = Some(frame.sequence);
         }
         match &frame.message {
-            Message::Contact(contact) => return Some(self.contact(contact, frame.sequence)),
-            Message::Health(health) => self.health(health),
-            _ => {}
+            Message::Contact(contact) => Some(self.contact(contact, frame.sequence)),
+            Message::Health(health) => {
+                self.health(health);
+                None
+            }
+            _ => None,
         }
-        None
     }
 
     /// Returns whether the foot's clock, which does not wrap, has gone back.
     fn restarts(&self, message: &Message) -> bool {
-        match (message, self.last) {
-            (Message::Contact(contact), Some((last, _))) => {
-                contact.timestamp.as_micros() < last.as_micros()
-            }
-            _ => false,
-        }
+        matches!((message, self.last), (Message::Contact(contact), Some((last, _)))
+            if contact.timestamp.as_micros() < last.as_micros())
     }
 
     fn contact(&mut self, contact: &ContactMessage, sequence: u16) -> ContactRow {
@@ -192,15 +179,12 @@ impl Stream {
     fn health(&mut self, health: &HealthMessage) {
         self.node = health.id;
         let temperature = health.temperature.value(TEMPERATURE_STEP);
-        let counters: BTreeMap<_, _> = Counter::ALL
-            .into_iter()
-            .map(|counter| (counter.name(), health.counters.get(counter)))
-            .collect();
+        let counters = Counter::ALL.map(|counter| (counter.name(), health.counters.get(counter)));
         self.report.board = Some(BoardReport {
             stage: health.stage.name(),
             faults: health.faults.iter().map(Fault::name).collect(),
             temperature: Some(temperature).filter(|celsius| celsius.is_finite()),
-            counters,
+            counters: counters.into(),
         });
     }
 }

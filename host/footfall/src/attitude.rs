@@ -28,13 +28,11 @@ impl AttitudeReport {
         let mean = |value: fn(&InclinationScore) -> f64| {
             recordings.iter().map(value).sum::<f64>() / recordings.len().max(1) as f64
         };
+        let all_rms_deg = recordings.iter().map(|score| score.rms_deg);
         Self {
             mean_rms_deg: mean(|score| score.rms_deg),
             mean_p95_deg: mean(|score| score.p95_deg),
-            worst_rms_deg: recordings
-                .iter()
-                .map(|score| score.rms_deg)
-                .fold(0.0, f64::max),
+            worst_rms_deg: all_rms_deg.fold(0.0, f64::max),
             recordings,
         }
     }
@@ -52,10 +50,8 @@ impl AttitudeReport {
     }
 
     fn rows(&self) -> impl Iterator<Item = (&str, f64, f64)> {
-        let each = self
-            .recordings
-            .iter()
-            .map(|score| (score.recording.as_str(), score.rms_deg, score.p95_deg));
+        let scores = self.recordings.iter();
+        let each = scores.map(|of| (of.recording.as_str(), of.rms_deg, of.p95_deg));
         each.chain([("mean", self.mean_rms_deg, self.mean_p95_deg)])
     }
 }
@@ -68,10 +64,7 @@ impl fmt::Display for AttitudeReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let width = self.rows().map(|(name, ..)| name.chars().count()).max();
         let width = width.unwrap_or(0);
-        write!(
-            f,
-            "inclination error in degrees: RMS, and what 95 % do not exceed"
-        )?;
+        f.write_str("inclination error in degrees: RMS, and what 95 % do not exceed")?;
         for (name, rms, p95) in self.rows() {
             write!(f, "\n{name:width$}  {rms:6.3}  {p95:6.3}")?;
         }

@@ -44,11 +44,8 @@ pub enum Error {
         hint: String,
     },
     /// No fault, flag or refusal has this name.
-    #[error("nothing is called {wanted:?}; footfall explain lists all faults, flags and refusals")]
-    NothingToExplain {
-        /// Name as given.
-        wanted: String,
-    },
+    #[error("nothing is called {0:?}; footfall explain lists all faults, flags and refusals")]
+    NothingToExplain(String),
     /// The parameters are invalid; described by the estimator.
     #[error("parameter {0}")]
     Params(#[from] ParamsError),
@@ -85,11 +82,8 @@ pub enum Error {
         duration: f64,
     },
     /// The requested span lies in a gap of the recording.
-    #[error("{file}: there is no sample from --from to --to")]
-    NothingInSpan {
-        /// Recording as given.
-        file: String,
-    },
+    #[error("{0}: there is no sample from --from to --to")]
+    NothingInSpan(String),
     /// The samples or rows cannot be stored temporarily.
     #[error(transparent)]
     Replay(#[from] ReplayError),
@@ -111,7 +105,7 @@ pub enum Error {
     },
     /// A result cannot be written.
     #[error(transparent)]
-    Output(#[from] OutputError),
+    Output(OutputError),
     /// A request to a foot failed.
     #[error(transparent)]
     Foot(#[from] FootError),
@@ -140,11 +134,8 @@ pub enum Error {
     )]
     NoTerminal,
     /// A foot is calibrated where there are settings of single feet, and it is not named.
-    #[error("there are settings of the foot {foot} alone: --foot names the one that is calibrated")]
-    WhichFoot {
-        /// A foot that has settings.
-        foot: String,
-    },
+    #[error("there are settings of the foot {0} alone: --foot names the one that is calibrated")]
+    WhichFoot(String),
     /// One of several feet cannot be calibrated.
     #[error("foot {foot}: {source}")]
     OfFoot {
@@ -166,12 +157,9 @@ pub enum Error {
     },
     /// Options about recordings of an IMU are given for feet that stream.
     #[error(
-        "{source_text} has no recording of an IMU: --config, --topic, --load-topic, --axes, --units and their like are for file:"
+        "{0} has no recording of an IMU: --config, --topic, --load-topic, --axes, --units and their like are for file:"
     )]
-    NotPlayed {
-        /// Source as given.
-        source_text: String,
-    },
+    NotPlayed(String),
     /// A bag has a topic that contacts are written to.
     #[error(
         "{file} has the topic {topic} already: its messages are those of an earlier estimate, or of another program"
@@ -202,6 +190,18 @@ pub enum Error {
     /// The summary cannot be printed.
     #[error("the summary cannot be printed: {0}")]
     Print(#[source] io::Error),
+}
+
+/// An error of another kind that has ended the writing is that error.
+impl From<OutputError> for Error {
+    fn from(error: OutputError) -> Self {
+        match error {
+            OutputError::Unwritable { file, source } => source
+                .downcast()
+                .unwrap_or_else(|source| Self::Output(OutputError::Unwritable { file, source })),
+            error => Self::Output(error),
+        }
+    }
 }
 
 /// An unsupported format is reported as a missing feature.

@@ -50,10 +50,9 @@ impl Feature {
     /// # Errors
     /// The feature is not built.
     pub fn needed_for(self, what: impl fmt::Display) -> Result<(), NotBuilt> {
-        if self.is_built() {
-            Ok(())
-        } else {
-            Err(self.missing_for(what))
+        match self.is_built() {
+            true => Ok(()),
+            false => Err(self.missing_for(what)),
         }
     }
 
@@ -87,13 +86,11 @@ pub struct NotBuilt {
 /// Returns the version with the list of built features.
 pub fn version() -> &'static str {
     static VERSION: LazyLock<String> = LazyLock::new(|| {
-        let built = Feature::ALL
-            .into_iter()
-            .filter(|feature| feature.is_built());
-        let names: Vec<_> = built.map(Feature::name).collect();
-        let names = match names.is_empty() {
-            true => "none".to_owned(),
-            false => names.join(", "),
+        let built = Feature::ALL.into_iter();
+        let built = built.filter(|feature| feature.is_built());
+        let names = match &built.map(Feature::name).collect::<Vec<_>>()[..] {
+            [] => "none".to_owned(),
+            names => names.join(", "),
         };
         format!("{} (features: {names})", env!("CARGO_PKG_VERSION"))
     });

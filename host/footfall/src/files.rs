@@ -1,6 +1,6 @@
 //! Writing of results to disk, and its errors.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -22,65 +22,38 @@ pub enum OutputError {
         directory: String,
     },
     /// Contacts go into a copy of a bag, and the input is another file, or there are several.
-    #[error("{file} becomes a copy of a bag with its contacts: give one mcap or rosbag2 to replay")]
-    OneBagOnly {
-        /// Output as given.
-        file: String,
-    },
+    #[error("{0} becomes a copy of a bag with its contacts: give one mcap or rosbag2 to replay")]
+    OneBagOnly(String),
     /// There are options for a copy of a bag, and none is written.
-    #[error("{option} is for a copy of a bag: --output copy.mcap")]
-    NoCopy {
-        /// Option as given.
-        option: &'static str,
-    },
+    #[error("{0} is for a copy of a bag: --output copy.mcap")]
+    NoCopy(&'static str),
     /// Two options write one topic.
     #[error("--compat unitree and --lowstate both write /footfall/lowstate: give one of them")]
     LowStateTwice,
     /// Contacts go into a copy of a bag, and the input is not a file on disk.
     #[error(
-        "{file} becomes a copy of the recording, which is read twice: a bag on disk, not standard input or a pipe. \
+        "{0} becomes a copy of the recording, which is read twice: a bag on disk, not standard input or a pipe. \
          For the estimates alone name a .csv or .parquet"
     )]
-    ReadTwice {
-        /// Output as given.
-        file: String,
-    },
+    ReadTwice(String),
     /// The result would overwrite its source recording.
-    #[error("{file} cannot be written: it is the recording itself")]
-    OverInput {
-        /// Result as given.
-        file: String,
-    },
+    #[error("{0} cannot be written: it is the recording itself")]
+    OverInput(String),
     /// Two results would be written to one file.
-    #[error("{file} cannot be written: it is named for two results")]
-    SameFile {
-        /// Second result as given.
-        file: String,
-    },
+    #[error("{0} cannot be written: it is named for two results")]
+    SameFile(String),
     /// A file of this name exists and would be overwritten.
-    #[error("{file} is there already: name another file, or add --overwrite")]
-    Exists {
-        /// File as given.
-        file: String,
-    },
+    #[error("{0} is there already: name another file, or add --overwrite")]
+    Exists(String),
     /// A file of this name exists, and a directory does not replace it.
-    #[error("{file} is there already, and a folder replaces nothing: name another")]
-    NotReplaced {
-        /// File as given.
-        file: String,
-    },
+    #[error("{0} is there already, and a folder replaces nothing: name another")]
+    NotReplaced(String),
     /// A directory of this name exists.
-    #[error("{file} cannot be written: it is a directory")]
-    IsDirectory {
-        /// Result as given.
-        file: String,
-    },
+    #[error("{0} cannot be written: it is a directory")]
+    IsDirectory(String),
     /// A file exists in place of the results directory.
-    #[error("{file} is a file, but results go into a directory")]
-    NotADirectory {
-        /// Directory as given.
-        file: String,
-    },
+    #[error("{0} is a file, but results go into a directory")]
+    NotADirectory(String),
     /// The file extension does not match the result.
     #[error("{file} cannot be written: {kind}, so the name must end in .{expected}")]
     Extension {
@@ -96,12 +69,9 @@ pub enum OutputError {
     NoStdout,
     /// The times of the recording exceed the range of a bag.
     #[error(
-        "{file} cannot be written: messages of ROS 2 have no times after 2038; check the unit of the times"
+        "{0} cannot be written: messages of ROS 2 have no times after 2038; check the unit of the times"
     )]
-    TooLate {
-        /// Bag as given.
-        file: String,
-    },
+    TooLate(String),
     /// The feature for this format is not built.
     #[error(transparent)]
     NotBuilt(#[from] NotBuilt),
@@ -118,6 +88,16 @@ pub enum OutputError {
     },
 }
 
+impl OutputError {
+    /// Returns the conversion of an error of the operating system about a result.
+    pub fn unwritable(path: &Path) -> impl FnOnce(io::Error) -> Self {
+        |source| Self::Unwritable {
+            file: path.display().to_string(),
+            source,
+        }
+    }
+}
+
 /// Name for standard input or standard output.
 pub const STANDARD: &str = "-";
 
@@ -129,18 +109,42 @@ pub fn write_file(
     path: &Path,
     content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), OutputError> {
-    let file = path.display().to_string();
-    if path == Path::new(STANDARD) {
-        return unless_closed(to_stdout(content))
-            .map_err(|source| OutputError::Unwritable { file, source });
-    }
-    if let Some(directory) = directory_of(path).filter(|directory| !directory.is_dir()) {
-        return Err(OutputError::NoDirectory {
-            file,
+    check_directory_of(path)?;
+    written(path, content).map_err(OutputError::unwritable(path))
+}
+
+/// Checks that the directory of a file exists.
+///
+/// # Errors
+/// It does not.
+pub fn check_directory_of(path: &Path) -> Result<(), OutputError> {
+    match directory_of(path).filter(|directory| !directory.is_dir()) {
+        Some(directory) => Err(OutputError::NoDirectory {
+            file: path.display().to_string(),
             directory: directory.display().to_string(),
-        });
+        }),
+        None => Ok(()),
     }
-    written(path, content).map_err(|source| OutputError::Unwritable { file, source })
+}
+
+/// Creates a directory of results where it does not exist.
+///
+/// # Errors
+/// A file has its name, or it cannot be created.
+pub fn create_directory(path: &Path) -> Result<(), OutputError> {
+    check_can_be_directory(path)?;
+    fs::create_dir_all(path).map_err(OutputError::unwritable(path))
+}
+
+/// Checks that a directory exists or can be created, i.e. that no file has its name.
+///
+/// # Errors
+/// A file has this name.
+pub fn check_can_be_directory(path: &Path) -> Result<(), OutputError> {
+    match path.exists() && !path.is_dir() {
+        true => Err(OutputError::NotADirectory(path.display().to_string())),
+        false => Ok(()),
+    }
 }
 
 /// Ignores an error caused by a closed reader, such as `head`; remaining work continues.
@@ -154,10 +158,12 @@ pub fn unless_closed(written: io::Result<()>) -> io::Result<()> {
     }
 }
 
-fn to_stdout(content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
-    let mut buffer = BufWriter::new(io::stdout().lock());
-    content(&mut buffer)?;
-    buffer.flush()
+/// Writes to standard output, whose reader may close it.
+///
+/// # Errors
+/// Any other error.
+pub fn to_stdout(content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    in_place(io::stdout().lock(), content)
 }
 
 /// Returns the directory part of a path, if any.
@@ -168,19 +174,24 @@ pub fn directory_of(path: &Path) -> Option<&Path> {
 }
 
 fn written(path: &Path, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
+    if path == Path::new(STANDARD) {
+        return to_stdout(content);
+    }
     if path.exists() && !path.is_file() {
         // Pipes and terminals must be written in place, not replaced by a file.
-        return unless_closed(filled(File::options().write(true).open(path)?, content));
+        return in_place(File::options().write(true).open(path)?, content);
     }
     let mut file = WholeFile::create(path)?;
     content(&mut file)?;
     file.finish()
 }
 
-fn filled(file: File, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
-    let mut buffer = BufWriter::new(file);
-    content(&mut buffer)?;
-    buffer.flush()
+fn in_place(
+    to: impl Write,
+    content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut buffer = BufWriter::new(to);
+    unless_closed(content(&mut buffer).and_then(|()| buffer.flush()))
 }
 
 /// Effect of an interruption: exits at once; requests an orderly end; or, once requested, exits on the next

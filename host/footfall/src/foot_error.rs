@@ -2,6 +2,7 @@
 
 use decode::remedy::Trouble;
 use estimator_core::Axis;
+use live::foot::accept::AcceptError;
 use live::foot::client::RequestError;
 use live::foot::name::NameError;
 use live::foot::position::PositionError;
@@ -11,6 +12,8 @@ use live::foot::sync::SyncError;
 use live::link::LinkError;
 use thiserror::Error;
 use wire::{Fault, NodeId};
+
+use crate::files::OutputError;
 
 /// Reason a request to a foot failed.
 #[derive(Debug, Error)]
@@ -27,15 +30,15 @@ pub enum FootError {
     /// The board cannot take this position.
     #[error(transparent)]
     Position(#[from] PositionError),
+    /// A board cannot be measured further.
+    #[error(transparent)]
+    Accept(#[from] AcceptError),
     /// The self-test gave no verdict.
     #[error(transparent)]
     SelfTest(#[from] SelfTestError),
-    /// The sensor has failed its self-test.
-    #[error("the sensor's self-test has failed{}: {}", failed_axes(axes.as_deref()), Trouble::Fault(Fault::SensorSelfTest).remedy())]
-    TestFailed {
-        /// Failed axes; `None` if the foot does not report them.
-        axes: Option<Vec<Axis>>,
-    },
+    /// The sensor has failed its self-test, on these axes; `None` if the foot does not report them.
+    #[error("the sensor's self-test has failed{}: {}", failed_axes(.0.as_deref()), Trouble::Fault(Fault::SensorSelfTest).remedy())]
+    TestFailed(Option<Vec<Axis>>),
     /// Learning is disabled by the settings of the foot.
     #[error("the foot learns nothing with its settings: set method=self_calibrating learning=on")]
     LearnsNothing,
@@ -76,6 +79,9 @@ pub enum FootError {
     /// The line does not work.
     #[error(transparent)]
     Link(#[from] LinkError),
+    /// A file cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
     /// Standard output cannot be written.
     #[error(transparent)]
     Print(std::io::Error),

@@ -4,10 +4,11 @@ use ros::FootTopics;
 
 /// Returns a foot name whose topics differ from those of these names.
 #[must_use]
-pub fn unlike(name: &str, taken: &[String]) -> String {
+pub fn unlike(name: &str, taken: &[impl AsRef<str>]) -> String {
     let is_free = |name: &String| {
         let topics = FootTopics::of(name);
-        taken.iter().all(|other| FootTopics::of(other) != topics)
+        let mut taken = taken.iter();
+        taken.all(|other| FootTopics::of(other.as_ref()) != topics)
     };
     let numbered = (2..).map(|number: u32| format!("{name}_{number}"));
     let mut names = std::iter::once(name.to_owned()).chain(numbered);

@@ -58,9 +58,8 @@ pub fn detail(message: impl Display) {
 /// Prints a report unchanged on standard error, for use when standard output holds a result.
 pub fn aside(report: impl Display) {
     if is_said(Verbosity::Normal) {
-        let _ = io::stderr()
-            .lock()
-            .write_all(format!("{report}\n").as_bytes());
+        let line = format!("{report}\n");
+        let _ = io::stderr().lock().write_all(line.as_bytes());
     }
 }
 
@@ -101,9 +100,8 @@ fn say(kind: Kind, message: &dyn Display) {
         ColorChoice::Never => Look::Plain,
         _ => Look::Coloured,
     };
-    let _ = stderr
-        .lock()
-        .write_all(line(kind, look, message).as_bytes());
+    let line = line(kind, look, message);
+    let _ = stderr.lock().write_all(line.as_bytes());
 }
 
 fn line(kind: Kind, look: Look, message: &dyn Display) -> String {

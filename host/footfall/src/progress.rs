@@ -45,10 +45,9 @@ impl Bars {
 /// # Errors
 /// Those of [`Opened::new`].
 pub fn open(path: &Path, format: Option<Format>, bars: &Bars) -> Result<Opened, InputError> {
-    let path = if path == Path::new(STANDARD) {
-        Path::new(STDIN)
-    } else {
-        path
+    let path = match path == Path::new(STANDARD) {
+        true => Path::new(STDIN),
+        false => path,
     };
     Opened::through(path, format, |file, bytes| {
         let bar = bars.0.add(bar("reading", bytes, LONG_FILE));
@@ -59,10 +58,9 @@ pub fn open(path: &Path, format: Option<Format>, bars: &Bars) -> Result<Opened, 
 /// Returns a bar over `length`, hidden if it is below `shown_from`.
 fn bar(activity: &'static str, length: u64, shown_from: u64) -> ProgressBar {
     // A stderr target is hidden unless stderr is a terminal.
-    let target = if length >= shown_from {
-        ProgressDrawTarget::stderr()
-    } else {
-        ProgressDrawTarget::hidden()
+    let target = match length >= shown_from {
+        true => ProgressDrawTarget::stderr(),
+        false => ProgressDrawTarget::hidden(),
     };
     let style = ProgressStyle::with_template("{msg:>10} {wide_bar} {percent:>3} %, {eta} left")
         .unwrap_or_else(|_| ProgressStyle::default_bar());

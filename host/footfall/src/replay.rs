@@ -8,7 +8,7 @@ use estimator_core::ContactEstimate;
 use indicatif::ProgressBar;
 use recordings::events::{self, ContactEvent};
 use recordings::input::Stored;
-use recordings::recording::RecordedSample;
+use samples::recording::RecordedSample;
 
 use crate::files::{OutputError, write_file};
 use crate::plot::page::{self, PageFoot};
@@ -34,13 +34,11 @@ impl Picture {
         let (from_s, to_s) = span.within(about.duration_us);
         let span = plot::span(from_s, to_s - from_s, about.sample_rate);
         match drawing {
-            Drawing::Svg | Drawing::Png => Self::Figure(RecordingPlot::new(
-                &name,
-                about.start_us,
-                &about.load_title,
-                span,
-            )),
             Drawing::Page => Self::Page(PageFoot::new(&name, about, span)),
+            Drawing::Svg | Drawing::Png => {
+                let (start_us, load) = (about.start_us, &about.load_title);
+                Self::Figure(RecordingPlot::new(&name, start_us, load, span))
+            }
         }
     }
 }
@@ -86,15 +84,28 @@ pub struct ReplayedFoot {
     pub picture: Option<Picture>,
 }
 
-/// Writes the table of the events of all feet, which are named where there are `several`.
+/// Writes the events and the pictures of all feet, which tables name where there are `several`, and returns the paths.
 ///
 /// # Errors
-/// The file cannot be written.
-pub fn write_events(
-    path: &Path,
+/// A file cannot be written.
+pub fn write_shown(
+    events: Option<&Path>,
+    pictures: Option<&Path>,
     feet: &mut [ReplayedFoot],
     several: bool,
-) -> Result<(), OutputError> {
+) -> Result<Vec<PathBuf>, OutputError> {
+    let mut written = Vec::new();
+    if let Some(path) = events {
+        write_events(path, feet, several)?;
+        written.push(path.to_owned());
+    }
+    if let Some(path) = pictures {
+        written.extend(write_pictures(path, feet)?);
+    }
+    Ok(written)
+}
+
+fn write_events(path: &Path, feet: &mut [ReplayedFoot], several: bool) -> Result<(), OutputError> {
     write_file(path, |to| {
         let foot = if several { "foot," } else { "" };
         writeln!(to, "{foot}{}", events::HEADER)?;
@@ -104,10 +115,7 @@ pub fn write_events(
 }
 
 /// Writes the page of all feet or the figure of each, and returns the paths.
-///
-/// # Errors
-/// A file cannot be written.
-pub fn write_pictures(path: &Path, feet: &mut [ReplayedFoot]) -> Result<Vec<PathBuf>, OutputError> {
+fn write_pictures(path: &Path, feet: &mut [ReplayedFoot]) -> Result<Vec<PathBuf>, OutputError> {
     let one = feet.len() == 1;
     let mut page = Vec::new();
     let mut written = Vec::new();
@@ -116,10 +124,9 @@ pub fn write_pictures(path: &Path, feet: &mut [ReplayedFoot]) -> Result<Vec<Path
             None => {}
             Some(Picture::Page(foot)) => page.push(foot),
             Some(Picture::Figure(figure)) => {
-                let path = if one {
-                    path.to_owned()
-                } else {
-                    targets::with_foot(path, &foot.summary.recording)
+                let path = match one {
+                    true => path.to_owned(),
+                    false => targets::with_foot(path, &foot.summary.recording),
                 };
                 // Foot names may differ only in characters that file names cannot hold.
                 let path = targets::unlike(path, &written);

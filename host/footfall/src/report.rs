@@ -1,20 +1,11 @@
-//! Results of a command: tables, picture, summary.
+//! Results of a command on standard output.
 
 use std::fmt::Display;
-use std::io::{self, BufWriter, Write};
+use std::io;
 use std::path::PathBuf;
 
-use analysis::summary::{Summaries, Summary};
-use estimator_core::ContactEstimate;
-use recordings::output::write_samples;
-use recordings::recording::Recording;
-
-use crate::error::Error;
-use crate::files::{unless_closed, write_file};
-use crate::plot;
+use crate::files::to_stdout;
 use crate::schema::{Described, Document};
-
-pub use crate::messages::warn;
 
 /// Format of the summary.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -28,40 +19,12 @@ pub enum SummaryStyle {
     Silent,
 }
 
-/// Output files of the demo.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Outputs {
-    /// Table of samples with their estimates.
-    pub samples: PathBuf,
-    /// Picture of the walk.
-    pub plot: PathBuf,
-    /// Files already written, to be listed too.
-    pub others: Vec<PathBuf>,
-}
-
-/// Writes the table and the picture of a recording with one estimate per sample, and prints the summary.
-///
-/// # Errors
-/// A file or stdout cannot be written.
-pub fn write_outputs(
-    outputs: &Outputs,
-    recording: &Recording,
-    estimates: &[ContactEstimate],
-) -> Result<(), Error> {
-    let Outputs {
-        samples,
-        plot,
-        others,
-    } = outputs;
-    write_file(samples, |to| {
-        write_samples(&recording.samples, estimates, to)
-    })?;
-    write_file(plot, |to| {
-        to.write_all(plot::svg(recording, estimates)?.as_bytes())
-    })?;
-    let files = [samples, plot].into_iter().chain(others);
-    let summary = Summaries::new(vec![Summary::of(recording, estimates)]);
-    print(&summary, SummaryStyle::Text, files).map_err(Error::Print)
+impl SummaryStyle {
+    /// Returns the style of a command with the option `--json`.
+    #[must_use]
+    pub const fn of(json: bool) -> Self {
+        if json { Self::Json } else { Self::Text }
+    }
 }
 
 /// Prints a summary; as text, it is followed by the written files.
@@ -76,13 +39,13 @@ pub fn print<'a>(
     match style {
         SummaryStyle::Silent => Ok(()),
         SummaryStyle::Json => print_json(summary),
-        SummaryStyle::Text => unless_closed(to_stdout(|stdout| {
+        SummaryStyle::Text => to_stdout(|stdout| {
             writeln!(stdout, "{summary}")?;
             for path in written {
                 writeln!(stdout, "written  {}", path.display())?;
             }
             Ok(())
-        })),
+        }),
     }
 }
 
@@ -91,10 +54,10 @@ pub fn print<'a>(
 /// # Errors
 /// Stdout cannot be written.
 pub fn print_json(what: &impl Described) -> io::Result<()> {
-    unless_closed(to_stdout(|stdout| {
+    to_stdout(|stdout| {
         serde_json::to_writer_pretty(&mut *stdout, &Document::of(what))?;
         writeln!(stdout)
-    }))
+    })
 }
 
 /// Prints a text that includes its final newline.
@@ -102,11 +65,5 @@ pub fn print_json(what: &impl Described) -> io::Result<()> {
 /// # Errors
 /// Stdout cannot be written.
 pub fn print_text(text: &str) -> io::Result<()> {
-    unless_closed(to_stdout(|stdout| stdout.write_all(text.as_bytes())))
-}
-
-fn to_stdout(content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
-    let mut stdout = BufWriter::new(io::stdout().lock());
-    content(&mut stdout)?;
-    stdout.flush()
+    to_stdout(|stdout| stdout.write_all(text.as_bytes()))
 }

@@ -45,9 +45,8 @@ const LONGEST_S: f64 = 1.0e9;
 /// A sentence that states the accepted values.
 pub fn parse_seconds(text: &str) -> Result<f64, String> {
     let seconds = text.parse().ok();
-    seconds
-        .filter(|seconds| (0.0..=LONGEST_S).contains(seconds))
-        .ok_or_else(|| format!("write seconds from 0 to {LONGEST_S}"))
+    let seconds = seconds.filter(|seconds| (0.0..=LONGEST_S).contains(seconds));
+    seconds.ok_or_else(|| format!("write seconds from 0 to {LONGEST_S}"))
 }
 
 /// Returns the deadline of a stream; an interruption always ends it.
@@ -68,6 +67,17 @@ pub fn is_over(deadline: Option<Instant>) -> bool {
 pub fn next(period: Duration, end: Option<Instant>) -> Instant {
     let due = Instant::now() + period;
     end.map_or(due, |end| due.min(end))
+}
+
+/// Returns the error that has ended a source, unless its playback has ended.
+///
+/// # Errors
+/// That error.
+pub fn unless_ended(ended: Option<LinkError>) -> Result<(), Error> {
+    match ended {
+        None | Some(LinkError::Ended(_)) => Ok(()),
+        Some(error) => Err(error.into()),
+    }
 }
 
 /// A stream of messages from the feet.
@@ -172,12 +182,10 @@ impl Stream {
     /// Warns about feet that messages of all feet do not have, once each.
     fn warn_of_feet_without_place(&mut self) {
         for name in self.bridge.without_place() {
-            if !self.without_place.contains(name) {
-                self.without_place.insert(name.to_owned());
-                let names: Vec<&str> = FEET.iter().map(|[name, _]| *name).collect();
+            if self.without_place.insert(name.to_owned()) {
+                let names = FEET.map(|[name, _]| name).join(", ");
                 warn(format!(
-                    "{name} is in no message of --compat, which has the feet {}: --names gives it such a name",
-                    names.join(", ")
+                    "{name} is in no message of --compat, which has the feet {names}: --names gives it such a name"
                 ));
             }
         }
@@ -219,9 +227,8 @@ impl Stream {
         let reports = listener.reports();
         let missing: u64 = reports.iter().map(|(_, report)| report.missing).sum();
         let problems = reports.iter().flat_map(|(_, report)| &report.problems);
-        let problems: Vec<_> = problems
-            .map(|(name, count)| format!("{name} {count}"))
-            .collect();
+        let problems = problems.map(|(name, count)| format!("{name} {count}"));
+        let problems: Vec<_> = problems.collect();
         if self.session.feet().is_empty() {
             let unknown = listener.unknown_foot();
             let hint = unknown.map(|id| format!(", but node {id} may be one: --node {id}"));
@@ -232,8 +239,8 @@ impl Stream {
         }
         let unreadable = self.session.unreadable();
         if !problems.is_empty() || unreadable > 0 {
-            let lines = format!("{unreadable} lines unreadable");
-            warn(format!("{lines}; {}", problems.join(", ")));
+            let problems = problems.join(", ");
+            warn(format!("{unreadable} lines unreadable; {problems}"));
         }
         warn_of_lost(&self.feed);
     }
@@ -245,10 +252,10 @@ fn warn_of_waiting(error: &LinkError) {
 
 /// Warns about arrivals lost on this machine, if any.
 pub fn warn_of_lost(feed: &Feed) {
-    if feed.lost() > 0 {
+    let lost = feed.lost();
+    if lost > 0 {
         warn(format!(
-            "{} arrivals were lost: this machine did not keep up",
-            feed.lost()
+            "{lost} arrivals were lost: this machine did not keep up"
         ));
     }
 }

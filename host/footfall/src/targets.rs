@@ -7,15 +7,13 @@ use analysis::replay::estimates::Layout;
 use recordings::input::{InputError, recording_name};
 
 use crate::feature::Feature;
-use crate::files::{OutputError, STANDARD, directory_of};
+use crate::files::{OutputError, STANDARD, check_directory_of, directory_of};
 
 /// An output file by kind of result.
 #[derive(Clone, Copy, Debug)]
 pub enum Target<'a> {
     /// Table of replay estimates.
     Estimates(&'a Path),
-    /// Table of rows.
-    Table(&'a Path),
     /// Table of events.
     Events(&'a Path),
     /// A picture.
@@ -36,17 +34,20 @@ pub enum Target<'a> {
 
 impl<'a> Target<'a> {
     const fn path(self) -> &'a Path {
+        self.parts().0
+    }
+    /// Path, description of the result for error messages, and accepted file extensions; none accepts any.
+    const fn parts(self) -> (&'a Path, &'static str, &'static [&'static str]) {
         match self {
-            Self::Estimates(path)
-            | Self::Table(path)
-            | Self::Events(path)
-            | Self::Picture(path)
-            | Self::Drawing(path)
-            | Self::Page(path)
-            | Self::Configuration(path)
-            | Self::Bag(path)
-            | Self::Settings(path)
-            | Self::Samples(path) => path,
+            Self::Estimates(path) => (path, "tables are CSV or Parquet", &Layout::EXTENSIONS),
+            Self::Events(path) => (path, "tables are CSV", &["csv"]),
+            Self::Picture(path) => (path, "pictures are SVG", &["svg"]),
+            Self::Drawing(path) => (path, "pictures are SVG, PNG or pages", &Drawing::EXTENSIONS),
+            Self::Page(path) => (path, "reports are HTML", &["html"]),
+            Self::Configuration(path) => (path, "configurations are TOML", &["toml"]),
+            Self::Bag(path) => (path, "recordings for ROS 2 are MCAP", &["mcap"]),
+            Self::Settings(path) => (path, "settings are text", &["txt"]),
+            Self::Samples(path) => (path, "recordings are CSV, Parquet or bags", &[]),
         }
     }
 
@@ -57,36 +58,6 @@ impl<'a> Target<'a> {
             Self::Drawing(path) if Drawing::of(path) == Drawing::Png => Some(Feature::Png),
             Self::Bag(_) => Some(Feature::Bags),
             _ => None,
-        }
-    }
-
-    /// Returns the description of the result for error messages.
-    const fn kind(self) -> &'static str {
-        match self {
-            Self::Estimates(_) => "tables are CSV or Parquet",
-            Self::Table(_) | Self::Events(_) => "tables are CSV",
-            Self::Picture(_) => "pictures are SVG",
-            Self::Drawing(_) => "pictures are SVG, PNG or pages",
-            Self::Page(_) => "reports are HTML",
-            Self::Configuration(_) => "configurations are TOML",
-            Self::Settings(_) => "settings are text",
-            Self::Bag(_) => "recordings for ROS 2 are MCAP",
-            Self::Samples(_) => "recordings are CSV, Parquet or bags",
-        }
-    }
-
-    /// Accepted file extensions; empty accepts any.
-    const fn extensions(self) -> &'static [&'static str] {
-        match self {
-            Self::Estimates(_) => &Layout::EXTENSIONS,
-            Self::Table(_) | Self::Events(_) => &["csv"],
-            Self::Picture(_) => &["svg"],
-            Self::Page(_) => &["html"],
-            Self::Drawing(_) => &Drawing::EXTENSIONS,
-            Self::Configuration(_) => &["toml"],
-            Self::Bag(_) => &["mcap"],
-            Self::Settings(_) => &["txt"],
-            Self::Samples(_) => &[],
         }
     }
 }
@@ -130,13 +101,16 @@ pub fn check(inputs: &[PathBuf], targets: &[Target<'_>]) -> Result<(), OutputErr
     for (k, target) in targets.iter().enumerate() {
         let path = target.path();
         if inputs.iter().any(|input| same_file(input, path)) {
-            return Err(OutputError::OverInput { file: named(path) });
+            return Err(OutputError::OverInput(named(path)));
         }
         if let Some(feature) = target.feature() {
             feature.needed_for(path.display())?;
         }
         if path != Path::new(STANDARD) || matches!(target, Target::Bag(_)) {
-            check_directory(path)?;
+            if path.is_dir() {
+                return Err(OutputError::IsDirectory(named(path)));
+            }
+            check_directory_of(path)?;
             check_extension(*target)?;
         }
         let is_stdout = |target: &Target<'_>| target.path() == Path::new(STANDARD);
@@ -145,51 +119,17 @@ pub fn check(inputs: &[PathBuf], targets: &[Target<'_>]) -> Result<(), OutputErr
         }
         let is_same = |before: &Target<'_>| same_file(before.path(), path);
         if targets[..k].iter().any(is_same) {
-            return Err(OutputError::SameFile { file: named(path) });
+            return Err(OutputError::SameFile(named(path)));
         }
     }
     Ok(())
 }
 
-/// Checks that a directory exists or can be created, i.e. that no file has its name.
-///
-/// # Errors
-/// A file has this name.
-pub fn check_can_be_directory(path: &Path) -> Result<(), OutputError> {
-    if path.exists() && !path.is_dir() {
-        return Err(OutputError::NotADirectory { file: named(path) });
-    }
-    Ok(())
-}
-
-fn check_directory(target: &Path) -> Result<(), OutputError> {
-    if target.is_dir() {
-        return Err(OutputError::IsDirectory {
-            file: named(target),
-        });
-    }
-    match directory_of(target).filter(|directory| !directory.is_dir()) {
-        Some(directory) => Err(OutputError::NoDirectory {
-            file: named(target),
-            directory: named(directory),
-        }),
-        None => Ok(()),
-    }
-}
-
 /// Returns the file name for one of several feet, with the foot's name before the extension.
 #[must_use]
 pub fn with_foot(path: &Path, foot: &str) -> PathBuf {
-    let safe: String = foot
-        .chars()
-        .map(|c| {
-            if c.is_alphanumeric() || "-_.".contains(c) {
-                c
-            } else {
-                '_'
-            }
-        })
-        .collect();
+    let is_safe = |c: char| c.is_alphanumeric() || "-_.".contains(c);
+    let safe = foot.replace(|c| !is_safe(c), "_");
     let mut name = path.file_stem().unwrap_or_default().to_owned();
     name.push(format!("-{safe}"));
     if let Some(extension) = path.extension() {
@@ -208,23 +148,19 @@ pub fn unlike(path: PathBuf, taken: &[PathBuf]) -> PathBuf {
 }
 
 fn check_extension(target: Target<'_>) -> Result<(), OutputError> {
-    let path = target.path();
+    let (path, kind, extensions) = target.parts();
     // Pipes and terminals are accepted under any name.
     let special = path.exists() && !path.is_file();
     let extension = path.extension().unwrap_or_default();
-    let mut known = target.extensions().iter();
-    if special
-        || target.extensions().is_empty()
-        || known.any(|known| extension.eq_ignore_ascii_case(known))
-    {
-        Ok(())
-    } else {
-        Err(OutputError::Extension {
-            file: named(path),
-            kind: target.kind(),
-            expected: target.extensions().join(" or ."),
-        })
+    let is_known = |known: &&str| extension.eq_ignore_ascii_case(known);
+    if special || extensions.is_empty() || extensions.iter().any(is_known) {
+        return Ok(());
     }
+    Err(OutputError::Extension {
+        file: named(path),
+        kind,
+        expected: extensions.join(" or ."),
+    })
 }
 
 /// Checks that no recording is named twice, as it would count twice.
@@ -233,10 +169,9 @@ fn check_extension(target: Target<'_>) -> Result<(), OutputError> {
 /// A recording is named twice.
 pub fn check_inputs(inputs: &[PathBuf]) -> Result<(), InputError> {
     for (k, input) in inputs.iter().enumerate() {
-        let is_standard = |path: &Path| path == Path::new(STANDARD);
-        let is_same = |before: &PathBuf| {
-            same_file(before, input) || (is_standard(before) && is_standard(input))
-        };
+        let is_standard = input == Path::new(STANDARD);
+        let is_same =
+            |before: &PathBuf| same_file(before, input) || (is_standard && before == input);
         if inputs[..k].iter().any(is_same) {
             return Err(InputError::Twice { file: named(input) });
         }

@@ -7,7 +7,7 @@ use std::fs;
 use common::{AXES, Bench, read, text};
 use gait::{GaitName, Ground, Plan, SensorParams, record};
 use recordings::output::write_recording;
-use recordings::recording::Recording;
+use samples::recording::Recording;
 
 use estimator_core::{AngularRate, SpecificForce, Vec3};
 

@@ -41,9 +41,8 @@ impl FootClock {
     /// Time of a message whose time on the foot's clock is not known: that of its reception.
     pub fn received(&mut self, received: Timestamp) -> Timestamp {
         let received_us = received.as_micros();
-        let time_us = self
-            .time_us
-            .map_or(received_us, |last| received_us.max(last + 1));
+        let next_us = self.time_us.map_or(0, |last| last + 1);
+        let time_us = received_us.max(next_us);
         (self.made_us, self.time_us) = (None, Some(time_us));
         Timestamp::from_micros(time_us)
     }

@@ -141,16 +141,15 @@ impl Feeder {
     /// Listens until the line breaks.
     fn listen(&self, link: &mut dyn Link) -> Result<LinkError, Left> {
         loop {
-            loop {
-                match self.to_send.try_recv() {
-                    Ok(sending) => match link.send(&sending) {
-                        Ok(()) => {}
-                        Err(error) if error.may_pass() => return Ok(error),
-                        Err(error) => self.hand_on(Fed::NotSent(error))?,
-                    },
-                    Err(TryRecvError::Empty) => break,
-                    Err(TryRecvError::Disconnected) => return Err(Left),
+            match self.to_send.try_recv().map(|sending| link.send(&sending)) {
+                Ok(Ok(())) => continue,
+                Ok(Err(error)) if error.may_pass() => return Ok(error),
+                Ok(Err(error)) => {
+                    self.hand_on(Fed::NotSent(error))?;
+                    continue;
                 }
+                Err(TryRecvError::Empty) => {}
+                Err(TryRecvError::Disconnected) => return Err(Left),
             }
             match link.receive(LISTEN) {
                 Ok(Some((_, Arrival::Remark(text)))) => self.hand_on(Fed::Remark(text))?,

@@ -52,11 +52,8 @@ impl NewestSecond {
     /// reception time.
     pub fn take(&mut self, made: Timestamp, segment: u32, received: Timestamp) {
         let (made, received) = (made.as_micros(), received.as_micros());
-        if self
-            .segment
-            .replace(segment)
-            .is_some_and(|last| last != segment)
-        {
+        let last = self.segment.replace(segment);
+        if last.is_some_and(|last| last != segment) {
             self.start_again();
             self.starts.push_back(received);
         }

@@ -36,9 +36,8 @@ impl Listening {
     }
 
     fn advance(&mut self, time: Timestamp, longest_us: u64) {
-        let since_us = time
-            .as_micros()
-            .saturating_sub(self.now.unwrap_or(time).as_micros());
+        let before_us = self.now.unwrap_or(time).as_micros();
+        let since_us = time.as_micros().saturating_sub(before_us);
         self.us += since_us.min(longest_us);
         self.now = self.now.max(Some(time));
     }

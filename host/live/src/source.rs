@@ -161,42 +161,32 @@ impl FromStr for Source {
             lacking,
             example,
         };
+        let (port, rate) = with_rate(rest);
         match kind {
+            "uart" if port.is_empty() => Err(lacks("a port", "uart:/dev/ttyACM0")),
             "uart" => {
-                let (port, baud) = with_rate(rest);
-                if port.is_empty() {
-                    return Err(lacks("a port", "uart:/dev/ttyACM0"));
-                }
-                let baud = baud.map_or(Ok(DEFAULT_BAUD), baud_rate)?;
+                let baud = rate.map(|rate| {
+                    let key = "the rate of the serial port";
+                    number(rate, key, "a rate in Bd", |baud| *baud != 0)
+                });
                 Ok(Self::Uart {
                     port: port.to_owned(),
-                    baud,
+                    baud: baud.unwrap_or(Ok(DEFAULT_BAUD))?,
                 })
             }
             "can" if rest.is_empty() => Err(lacks("an interface", "can:can0")),
             "can" => Ok(Self::Can {
                 interface: rest.to_owned(),
             }),
+            "slcan" if port.is_empty() => Err(lacks("a port", "slcan:/dev/ttyACM0")),
             "slcan" => {
-                let (port, kbit) = with_rate(rest);
-                if port.is_empty() {
-                    return Err(lacks("a port", "slcan:/dev/ttyACM0"));
-                }
                 const EXPECTED: &str =
                     "10, 20, 50, 100, 125, 250, 500, 800 or 1000 kbit/s, as slcan knows them,";
-                let kbit = match kbit {
-                    None => DEFAULT_KBIT,
-                    Some(text) => {
-                        let kbit = number(text, "the rate of the bus", EXPECTED)?;
-                        if !SLCAN_RATES_KBIT.contains(&kbit) {
-                            return Err(value("the rate of the bus", text, EXPECTED));
-                        }
-                        kbit
-                    }
-                };
+                let is_known = |kbit: &u32| SLCAN_RATES_KBIT.contains(kbit);
+                let kbit = rate.map(|rate| number(rate, "the rate of the bus", EXPECTED, is_known));
                 Ok(Self::Slcan {
                     port: port.to_owned(),
-                    kbit,
+                    kbit: kbit.unwrap_or(Ok(DEFAULT_KBIT))?,
                 })
             }
             "file" => {
@@ -227,14 +217,10 @@ impl fmt::Display for Source {
             Self::Uart { port, baud } => write!(f, "uart:{port}@{baud}"),
             Self::Can { interface } => write!(f, "can:{interface}"),
             Self::Slcan { port, kbit } => write!(f, "slcan:{port}@{kbit}"),
-            Self::File {
-                path, speed: None, ..
-            } => write!(f, "file:{}", path.display()),
-            Self::File {
-                path,
-                speed: Some(speed),
-                ..
-            } => write!(f, "file:{}@{speed}", path.display()),
+            Self::File { path, speed, .. } => {
+                write!(f, "file:{}", path.display())?;
+                speed.map_or(Ok(()), |speed| write!(f, "@{speed}"))
+            }
             Self::Demo(demo) => write!(f, "demo:feet={}", demo.feet),
         }
     }
@@ -246,7 +232,7 @@ impl Source {
     pub fn file(&self) -> Option<&Path> {
         match self {
             Self::File { path, .. } => Some(path),
-            Self::Uart { .. } | Self::Can { .. } | Self::Slcan { .. } | Self::Demo(_) => None,
+            _ => None,
         }
     }
 
@@ -278,10 +264,8 @@ impl Source {
 
 /// Splits off the rate after the last `@`, if there is one.
 fn with_rate(text: &str) -> (&str, Option<&str>) {
-    match text.rsplit_once('@') {
-        Some((port, rate)) => (port, Some(rate)),
-        None => (text, None),
-    }
+    text.rsplit_once('@')
+        .map_or((text, None), |(port, rate)| (port, Some(rate)))
 }
 
 fn value(key: &'static str, value: &str, expected: &'static str) -> SourceError {
@@ -292,21 +276,26 @@ fn value(key: &'static str, value: &str, expected: &'static str) -> SourceError 
     }
 }
 
-fn baud_rate(text: &str) -> Result<u32, SourceError> {
-    const KEY: &str = "the rate of the serial port";
-    const EXPECTED: &str = "a rate in Bd";
-    match number(text, KEY, EXPECTED)? {
-        0 => Err(value(KEY, text, EXPECTED)),
-        baud => Ok(baud),
-    }
-}
-
+/// Parses a number, and checks its range.
 fn number<T: FromStr>(
     text: &str,
     key: &'static str,
     expected: &'static str,
+    is_valid: impl Fn(&T) -> bool,
 ) -> Result<T, SourceError> {
-    text.parse().map_err(|_| value(key, text, expected))
+    let number = text.parse().ok().filter(is_valid);
+    number.ok_or_else(|| value(key, text, expected))
+}
+
+/// Parses one of two words.
+fn word<T: Copy>(
+    text: &str,
+    key: &'static str,
+    expected: &'static str,
+    words: [(&str, T); 2],
+) -> Result<T, SourceError> {
+    let known = words.iter().find(|(word, _)| *word == text);
+    known.map_or_else(|| Err(value(key, text, expected)), |(_, of)| Ok(*of))
 }
 
 fn demo(text: &str) -> Result<Demo, SourceError> {
@@ -320,40 +309,22 @@ fn demo(text: &str) -> Result<Demo, SourceError> {
         keys.push(key);
         match key {
             "feet" => {
-                const EXPECTED: &str = "a number from 1 to 6";
-                demo.feet = number(text, "feet", EXPECTED)?;
-                if !(1..=MOST_FEET).contains(&demo.feet) {
-                    return Err(value("feet", text, EXPECTED));
-                }
+                let is_valid = |feet: &usize| (1..=MOST_FEET).contains(feet);
+                demo.feet = number(text, "feet", "a number from 1 to 6", is_valid)?;
             }
-            "seed" => demo.seed = number(text, "seed", "a whole number")?,
-            "speed" => {
-                let speed = text
-                    .parse()
-                    .map_err(|()| value("speed", text, Speed::EXPECTED))?;
-                demo.speed = Some(speed);
-            }
+            "seed" => demo.seed = number(text, "seed", "a whole number", |_| true)?,
+            "speed" => demo.speed = Some(number(text, "speed", Speed::EXPECTED, |_| true)?),
             "seconds" => {
-                const EXPECTED: &str = "a number above 0";
-                let seconds: f64 = number(text, "seconds", EXPECTED)?;
-                if !(seconds > 0.0 && seconds.is_finite()) {
-                    return Err(value("seconds", text, EXPECTED));
-                }
-                demo.seconds = Some(seconds);
+                let is_valid = |seconds: &f64| *seconds > 0.0 && seconds.is_finite();
+                demo.seconds = Some(number(text, "seconds", "a number above 0", is_valid)?);
             }
             "line" => {
-                demo.line = match text {
-                    "can" => DemoLine::Can,
-                    "uart" => DemoLine::Uart,
-                    other => return Err(value("line", other, "can or uart")),
-                }
+                let lines = [("can", DemoLine::Can), ("uart", DemoLine::Uart)];
+                demo.line = word(text, "line", "can or uart", lines)?;
             }
             "clock" => {
-                demo.clock = match text {
-                    "2021" => DemoClock::Fixed,
-                    "now" => DemoClock::Now,
-                    other => return Err(value("clock", other, "2021 or now")),
-                }
+                let clocks = [("2021", DemoClock::Fixed), ("now", DemoClock::Now)];
+                demo.clock = word(text, "clock", "2021 or now", clocks)?;
             }
             other => return Err(SourceError::Key(other.to_owned())),
         }

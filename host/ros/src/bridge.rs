@@ -17,7 +17,6 @@
 //! they are invalid, their probability is 0, no IMU is published, and diagnostics report the cause.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use decode::live::{Heard, Said};
 use estimator_core::Timestamp;
@@ -25,7 +24,7 @@ use live::{LiveFoot, Session, Update};
 
 use crate::compat::{AllFeet, Compat};
 use crate::foot::Foot;
-use crate::message::{Float64, RosContact, RosMessage};
+use crate::message::{RosContact, RosMessage};
 use crate::published::Published;
 
 /// Messages from the updates of a session.
@@ -111,37 +110,24 @@ impl Bridge {
             // A foot on a serial line has the name of the line until its id is known.
             *foot = made();
         }
-        let mut publish = |topic: &Arc<str>, message| {
-            published.push(Published::new(topic, *at, message));
-        };
+        let mut publish = |topic, message| published.push(Published::new(topic, *at, message));
         let (mut sent, mut imu) = (None, None);
         match said {
             Said::Contact(row) => {
                 let contact;
                 (contact, imu) = foot.contact(row, state);
                 sent = Some(contact.clone());
-                let data = if contact.valid {
-                    f64::from(contact.p_stable)
-                } else {
-                    0.0
-                };
+                let probability = RosMessage::probability(&contact);
                 let velocity = RosMessage::Velocity(Box::new(foot.velocity(&contact, row)));
                 publish(&foot.topics.contact, RosMessage::Contact(contact));
                 publish(&foot.topics.velocity, velocity);
-                publish(
-                    &foot.topics.probability,
-                    RosMessage::Number(Float64 { data }),
-                );
+                publish(&foot.topics.probability, probability);
                 if let Some(load) = row.load {
-                    let data = f64::from(load);
-                    publish(&foot.topics.load, RosMessage::Number(Float64 { data }));
+                    publish(&foot.topics.load, RosMessage::number(load));
                 }
             }
             Said::Raw(raw) => imu = foot.raw(raw, state.stamp),
-            Said::Load(newtons) => {
-                let data = f64::from(*newtons);
-                publish(&foot.topics.load, RosMessage::Number(Float64 { data }));
-            }
+            Said::Load(newtons) => publish(&foot.topics.load, RosMessage::number(*newtons)),
             _ => {}
         }
         if let Some(imu) = imu {
@@ -172,7 +158,7 @@ impl Bridge {
         for (state, foot) in silent {
             if !foot.is_silent {
                 foot.is_silent = true;
-                let nothing = RosMessage::Number(Float64 { data: 0.0 });
+                let nothing = RosMessage::number(0.0);
                 published.push(Published::new(&foot.topics.probability, at, nothing));
             }
             published.extend(foot.diagnostics(state, at));
@@ -193,6 +179,7 @@ mod tests {
 
     use super::*;
     use crate::foot::SILENT;
+    use crate::message::Float64;
     use crate::message::{Level, Twist};
 
     /// Messages of a robot with two feet, of which the right one has the id `right`.

@@ -26,7 +26,6 @@
 //! are silent. Invalid and silent feet are reported in swing: false, 0.
 
 use std::collections::BTreeSet;
-use std::sync::Arc;
 
 use estimator_core::Timestamp;
 use live::silence::COMPLETION_WAIT_US;
@@ -130,10 +129,8 @@ impl Compat {
             }
             Self::Inekf => {
                 let contacts = numbered(stands);
-                (
-                    "/contact",
-                    RosMessage::Inekf(ContactArray { header, contacts }),
-                )
+                let message = RosMessage::Inekf(ContactArray { header, contacts });
+                ("/contact", message)
             }
             Self::Drift => {
                 let contacts = numbered(RIGHT_FIRST.map(|foot| stands[foot]));
@@ -166,14 +163,12 @@ impl Compat {
 }
 
 fn numbered(stands: [bool; 4]) -> Vec<NumberedContact> {
-    let contacts = (0..).zip(stands);
-    contacts
-        .map(|(id, indicator)| NumberedContact { id, indicator })
-        .collect()
+    let numbered = |(id, indicator)| NumberedContact { id, indicator };
+    (0..).zip(stands).map(numbered).collect()
 }
 
 /// Newest contacts of four feet.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct AllFeet {
     compats: Vec<Compat>,
     feet: [Option<Stance>; 4],
@@ -203,11 +198,7 @@ impl AllFeet {
         compats.dedup();
         Self {
             compats,
-            feet: [None; 4],
-            made_us: None,
-            first_us: None,
-            heard: [false; 4],
-            others: BTreeSet::new(),
+            ..Self::default()
         }
     }
 
@@ -221,9 +212,10 @@ impl AllFeet {
     /// none before.
     #[must_use]
     pub fn absent(&self, listened_us: u64) -> Vec<&'static str> {
-        let is_known = self
+        let since_us = self
             .first_us
-            .is_some_and(|first_us| listened_us.saturating_sub(first_us) >= ABSENT_US);
+            .map(|first_us| listened_us.saturating_sub(first_us));
+        let is_known = since_us >= Some(ABSENT_US);
         let feet = FEET.iter().zip(self.heard);
         let absent = feet.filter(|(_, heard)| is_known && !heard);
         absent.map(|([name, _], _)| *name).collect()
@@ -238,9 +230,7 @@ impl AllFeet {
     ) -> Vec<Published> {
         let name = contact.foot.as_str();
         let Some(place) = place(name) else {
-            if !self.others.contains(name) {
-                self.others.insert(name.to_owned());
-            }
+            self.others.insert(name.to_owned());
             return Vec::new();
         };
         self.feet[place] = Some(Stance {
@@ -259,9 +249,7 @@ impl AllFeet {
     /// Advances the time to `at`; returns the messages due, if there were contacts before.
     pub fn advance(&mut self, at: Timestamp, listened_us: u64) -> Vec<Published> {
         match self.made_us {
-            Some(made_us) if listened_us - made_us >= COMPLETION_WAIT_US => {
-                self.make(at, listened_us)
-            }
+            Some(made) if listened_us - made >= COMPLETION_WAIT_US => self.make(at, listened_us),
             _ => Vec::new(),
         }
     }
@@ -269,9 +257,8 @@ impl AllFeet {
     /// Ends reception; returns messages with all feet in swing, if there were contacts before.
     pub fn end(&mut self, now: Timestamp) -> Vec<Published> {
         self.feet = [None; 4];
-        self.made_us
-            .map(|made_us| self.make(now, made_us))
-            .unwrap_or_default()
+        let made = self.made_us.map(|made_us| self.make(now, made_us));
+        made.unwrap_or_default()
     }
 
     /// Creates messages of the known contacts at `at`.
@@ -288,13 +275,8 @@ impl AllFeet {
         let stands = feet.map(|foot| foot.is_some_and(|foot| foot.stands));
         let compats = self.compats.iter();
         let messages = compats.flat_map(|compat| compat.messages(&header, stands));
-        messages
-            .map(|(topic, message)| Published {
-                topic: Arc::from(topic),
-                at,
-                message,
-            })
-            .collect()
+        let published = messages.map(|(topic, message)| Published::new(&topic.into(), at, message));
+        published.collect()
     }
 }
 

@@ -9,8 +9,14 @@ use crate::message::RosMessage;
 const BETWEEN: &str =
     "\n================================================================================\nMSG: ";
 
-const TIME: &str = "int32 sec\nuint32 nanosec\n";
-const HEADER: &str = "builtin_interfaces/Time stamp\nstring frame_id\n";
+/// Names and fields of the messages in a header.
+const IN_HEADER: [(&str, &str); 2] = [
+    (
+        "std_msgs/Header",
+        "builtin_interfaces/Time stamp\nstring frame_id\n",
+    ),
+    ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"),
+];
 const QUATERNION: &str = "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n";
 const VECTOR3: &str = "float64 x\nfloat64 y\nfloat64 z\n";
 const IMU: &str = "std_msgs/Header header
@@ -25,9 +31,7 @@ const TWIST: &str = "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular
 const TWIST_WITH_COVARIANCE: &str = "geometry_msgs/Twist twist\nfloat64[36] covariance\n";
 const TWIST_WITH_COVARIANCE_STAMPED: &str =
     "std_msgs/Header header\ngeometry_msgs/TwistWithCovariance twist\n";
-const FLOAT64: &str = "float64 data\n";
-const STRING: &str = "string data\n";
-const BOOL: &str = "bool data\n";
+
 const KEY_VALUE: &str = "string key\nstring value\n";
 const STATUS: &str = "byte OK=0
 byte WARN=1
@@ -65,103 +69,81 @@ pub struct Definition {
     pub name: &'static str,
     /// Fields of the message.
     own: &'static str,
-    /// Names and fields of nested messages.
+    /// Names and fields of nested messages, but for those of a header.
     others: &'static [(&'static str, &'static str)],
 }
 
-const IN_HEADER: [(&str, &str); 2] = [
-    ("std_msgs/Header", HEADER),
-    ("builtin_interfaces/Time", TIME),
-];
-
 impl Definition {
-    const fn plain(name: &'static str, own: &'static str) -> Self {
-        let others = &[];
-        Self { name, own, others }
-    }
-
-    const fn stamped(name: &'static str, own: &'static str) -> Self {
-        let others = &IN_HEADER;
+    const fn new(
+        name: &'static str,
+        own: &'static str,
+        others: &'static [(&'static str, &'static str)],
+    ) -> Self {
         Self { name, own, others }
     }
 
     /// Contact.
-    pub const CONTACT: Self = Self::stamped("footfall_msgs/msg/Contact", CONTACT);
+    pub const CONTACT: Self = Self::new("footfall_msgs/msg/Contact", CONTACT, &[]);
     /// Event.
-    pub const EVENT: Self = Self::stamped("footfall_msgs/msg/Event", EVENT);
+    pub const EVENT: Self = Self::new("footfall_msgs/msg/Event", EVENT, &[]);
     /// IMU sample.
-    pub const IMU: Self = Self {
-        name: "sensor_msgs/msg/Imu",
-        own: IMU,
-        others: &[
-            IN_HEADER[0],
-            IN_HEADER[1],
+    pub const IMU: Self = Self::new(
+        "sensor_msgs/msg/Imu",
+        IMU,
+        &[
             ("geometry_msgs/Quaternion", QUATERNION),
             ("geometry_msgs/Vector3", VECTOR3),
         ],
-    };
+    );
     /// Velocity.
-    pub const VELOCITY: Self = Self {
-        name: "geometry_msgs/msg/TwistWithCovarianceStamped",
-        own: TWIST_WITH_COVARIANCE_STAMPED,
-        others: &[
-            IN_HEADER[0],
-            IN_HEADER[1],
+    pub const VELOCITY: Self = Self::new(
+        "geometry_msgs/msg/TwistWithCovarianceStamped",
+        TWIST_WITH_COVARIANCE_STAMPED,
+        &[
             ("geometry_msgs/TwistWithCovariance", TWIST_WITH_COVARIANCE),
             ("geometry_msgs/Twist", TWIST),
             ("geometry_msgs/Vector3", VECTOR3),
         ],
-    };
+    );
     /// Number.
-    pub const FLOAT64: Self = Self::plain("std_msgs/msg/Float64", FLOAT64);
+    pub const FLOAT64: Self = Self::new("std_msgs/msg/Float64", "float64 data\n", &[]);
     /// Text.
-    pub const STRING: Self = Self::plain("std_msgs/msg/String", STRING);
+    pub const STRING: Self = Self::new("std_msgs/msg/String", "string data\n", &[]);
     /// Truth value.
-    pub const BOOL: Self = Self::plain("std_msgs/msg/Bool", BOOL);
+    pub const BOOL: Self = Self::new("std_msgs/msg/Bool", "bool data\n", &[]);
     /// Diagnostics.
-    pub const DIAGNOSTICS: Self = Self {
-        name: "diagnostic_msgs/msg/DiagnosticArray",
-        own: DIAGNOSTICS,
-        others: &[
-            IN_HEADER[0],
-            IN_HEADER[1],
+    pub const DIAGNOSTICS: Self = Self::new(
+        "diagnostic_msgs/msg/DiagnosticArray",
+        DIAGNOSTICS,
+        &[
             ("diagnostic_msgs/DiagnosticStatus", STATUS),
             ("diagnostic_msgs/KeyValue", KEY_VALUE),
         ],
-    };
-
+    );
     /// All feet, for champ.
-    pub const CHAMP: Self = Self::stamped("champ_msgs/msg/ContactsStamped", CONTACTS_STAMPED);
+    pub const CHAMP: Self = Self::new("champ_msgs/msg/ContactsStamped", CONTACTS_STAMPED, &[]);
     /// All feet, for pronto.
-    pub const PRONTO: Self = Self::stamped("pronto_msgs/msg/QuadrupedStance", QUADRUPED_STANCE);
-
+    pub const PRONTO: Self = Self::new("pronto_msgs/msg/QuadrupedStance", QUADRUPED_STANCE, &[]);
     /// All feet, for `InEKF`.
-    pub const INEKF: Self = Self {
-        name: "inekf_msgs/msg/ContactArray",
-        own: "std_msgs/Header header\ninekf_msgs/Contact[] contacts\n",
-        others: &[
-            IN_HEADER[0],
-            IN_HEADER[1],
-            ("inekf_msgs/Contact", NUMBERED_CONTACT),
-        ],
-    };
+    pub const INEKF: Self = Self::new(
+        "inekf_msgs/msg/ContactArray",
+        "std_msgs/Header header\ninekf_msgs/Contact[] contacts\n",
+        &[("inekf_msgs/Contact", NUMBERED_CONTACT)],
+    );
     /// All feet, for DRIFT.
-    pub const DRIFT: Self = Self {
-        name: "custom_sensor_msgs/msg/ContactArray",
-        own: "std_msgs/Header header\ncustom_sensor_msgs/Contact[] contacts\n",
-        others: &[
-            IN_HEADER[0],
-            IN_HEADER[1],
-            ("custom_sensor_msgs/Contact", NUMBERED_CONTACT),
-        ],
-    };
+    pub const DRIFT: Self = Self::new(
+        "custom_sensor_msgs/msg/ContactArray",
+        "std_msgs/Header header\ncustom_sensor_msgs/Contact[] contacts\n",
+        &[("custom_sensor_msgs/Contact", NUMBERED_CONTACT)],
+    );
     /// All feet, for MUSE.
-    pub const MUSE: Self = Self::stamped(
+    pub const MUSE: Self = Self::new(
         "state_estimator_msgs/msg/ContactDetection",
         CONTACT_DETECTION,
+        &[],
     );
     /// All feet, as Unitree has them.
-    pub const UNITREE: Self = Self::plain("unitree_go/msg/LowState", LOW_STATE);
+    pub const UNITREE: Self = Self::new("unitree_go/msg/LowState", LOW_STATE, &[]);
 
     /// Returns the definition of a message.
     #[must_use]
@@ -193,11 +175,11 @@ impl Definition {
     /// Complete text, with nested definitions.
     #[must_use]
     pub fn text(self) -> String {
-        let others = self.others.iter();
-        let others: String = others
-            .map(|(name, text)| format!("{BETWEEN}{name}\n{text}"))
-            .collect();
-        format!("{}{others}", self.own)
+        let has_header = self.own.contains("std_msgs/Header header");
+        let in_header = if has_header { &IN_HEADER[..] } else { &[] };
+        let others = in_header.iter().chain(self.others);
+        let others = others.map(|(name, text)| format!("{BETWEEN}{name}\n{text}"));
+        self.own.to_owned() + &others.collect::<String>()
     }
 }
 
@@ -219,7 +201,7 @@ mod tests {
     fn definition_contains_every_phase_and_flag() {
         for phase in Phase::ALL {
             let name = format!("STATE_{}", phase.name().to_uppercase());
-            let number = recordings::phase::code_of(phase);
+            let number = samples::phase::code_of(phase);
             assert_eq!(constant(CONTACT, &name), Some(number), "{name}");
         }
         for flag in Flag::ALL {

@@ -10,13 +10,13 @@
 use std::sync::Arc;
 
 use estimator_core::{ContactEstimate, Decision, Timestamp};
-use recordings::events::{self, EventKind};
-use recordings::phase::code_of;
+use recordings::events::{ContactEvent, EventKind};
+use samples::phase::code_of;
 use wire::Faults;
 use wire::pdo::Status;
 
 use crate::foot::zero_velocity;
-use crate::message::{Float64, Header, RosContact, RosEvent, RosMessage, Time};
+use crate::message::{RosContact, RosEvent, RosMessage};
 use crate::published::Published;
 use crate::topics::FootTopics;
 
@@ -42,44 +42,22 @@ impl EstimateMessages {
     /// Topics of the messages.
     #[must_use]
     pub fn topics(&self) -> [&Arc<str>; 4] {
-        let FootTopics {
-            contact,
-            probability,
-            velocity,
-            event,
-            ..
-        } = &self.topics;
-        [contact, probability, velocity, event]
-    }
-
-    fn header(&self, stamp: Timestamp) -> Header {
-        Header {
-            stamp: Time::from(stamp),
-            frame_id: self.topics.frame.as_ref().to_owned(),
-        }
+        let of = &self.topics;
+        [&of.contact, &of.probability, &of.velocity, &of.event]
     }
 
     /// Returns the message of an event at `stamp` since 1970, which is written at `at`.
     #[must_use]
-    pub fn event(
-        &self,
-        event: &events::ContactEvent,
-        stamp: Timestamp,
-        at: Timestamp,
-    ) -> Published {
+    pub fn event(&self, event: &ContactEvent, stamp: Timestamp, at: Timestamp) -> Published {
         let message = RosEvent {
-            header: self.header(stamp),
+            header: self.topics.header(stamp),
             foot: self.name.clone(),
             kind: kind_number(event.kind),
             duration: event.duration_us.map_or(f64::NAN, |us| us as f64 * 1.0e-6),
             p_peak: event.peak,
             distance: event.distance_m.unwrap_or(f64::NAN),
         };
-        Published {
-            topic: Arc::clone(&self.topics.event),
-            at,
-            message: RosMessage::Event(message),
-        }
+        Published::new(&self.topics.event, at, RosMessage::Event(message))
     }
 
     /// Returns the messages of the next estimate, whose sample was acquired at `stamp` since 1970; they are written
@@ -90,43 +68,31 @@ impl EstimateMessages {
         stamp: Timestamp,
         at: Timestamp,
     ) -> [Published; 3] {
-        let status = Status::new(
-            estimate.decision,
-            estimate.phase,
-            estimate.flags,
-            Faults::NONE,
-        );
+        let (decision, phase, flags) = (estimate.decision, estimate.phase, estimate.flags);
+        let status = Status::new(decision, phase, flags, Faults::NONE);
         let probabilities = &estimate.probabilities;
         let contact = RosContact {
-            header: self.header(stamp),
+            header: self.topics.header(stamp),
             foot: self.name.clone(),
             node: 0,
             p_stable: probabilities.stable,
             p_tangential: probabilities.tangential,
             p_vertical: probabilities.vertical,
             p_axes: probabilities.axes.to_array(),
-            decision: estimate.decision == Decision::Stable,
-            state: code_of(estimate.phase),
+            decision: decision == Decision::Stable,
+            state: code_of(phase),
             valid: status.is_valid(),
-            flags: estimate.flags.bits(),
+            flags: flags.bits(),
             sequence: self.sequence,
         };
         self.sequence = self.sequence.wrapping_add(1);
-        let data = match contact.valid {
-            true => f64::from(contact.p_stable),
-            false => 0.0,
-        };
         let velocity = zero_velocity(&contact.header, estimate.velocity_sigma);
-        let [on_contact, on_probability, on_velocity, _] = self.topics();
-        let publish = |topic: &Arc<str>, message| Published {
-            topic: Arc::clone(topic),
-            at,
-            message,
-        };
+        let velocity = RosMessage::Velocity(Box::new(velocity));
+        let probability = RosMessage::probability(&contact);
         [
-            publish(on_velocity, RosMessage::Velocity(Box::new(velocity))),
-            publish(on_probability, RosMessage::Number(Float64 { data })),
-            publish(on_contact, RosMessage::Contact(contact)),
+            Published::new(&self.topics.velocity, at, velocity),
+            Published::new(&self.topics.probability, at, probability),
+            Published::new(&self.topics.contact, at, RosMessage::Contact(contact)),
         ]
     }
 }

@@ -7,14 +7,14 @@ use estimator_core::{
 };
 use live::LiveFoot;
 use live::session::SEVERAL_BOARDS;
-use recordings::phase::code_of;
+use samples::phase::code_of;
 use samples::space::components;
 use wire::uart::RawSample;
 use wire::{Counter, Fault, Faults};
 
 use crate::message::{
     DiagnosticArray, DiagnosticStatus, Header, Imu, KeyValue, Level, RosContact, RosMessage,
-    RosQuaternion, Time, TwistWithCovariance, TwistWithCovarianceStamped, Vector3,
+    RosQuaternion, TwistWithCovariance, TwistWithCovarianceStamped, Vector3,
 };
 use crate::published::Published;
 use crate::topics::{DIAGNOSTICS, FootTopics, NODE};
@@ -53,12 +53,16 @@ const fn diagonal([x, y, z]: [f64; 3]) -> [f64; 9] {
     [x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z]
 }
 
-/// Covariances of rates and accelerations: of the noise of the board's sensor with its default settings. Zeros, which
-/// stand for unknown, of a part that it does not state.
-fn noise() -> [[f64; 9]; 2] {
+/// Sets the covariances of rate and acceleration: of the noise of the board's sensor with its default settings. Zeros,
+/// which stand for unknown, of a part that it does not state.
+fn with_noise(imu: Imu) -> Imu {
     let noise = lsm6dsox::Config::FRESH_KILOHERTZ.noise();
-    [noise.angular_rate, noise.specific_force]
-        .map(|sigma| diagonal([f64::from(sigma.unwrap_or(0.0)).powi(2); 3]))
+    let covariance = |sigma: Option<f32>| diagonal([f64::from(sigma.unwrap_or(0.0)).powi(2); 3]);
+    Imu {
+        angular_velocity_covariance: covariance(noise.angular_rate),
+        linear_acceleration_covariance: covariance(noise.specific_force),
+        ..imu
+    }
 }
 
 /// Condition of a foot whose change is reported in diagnostics at once: faults, silence, several boards.
@@ -94,11 +98,8 @@ impl Foot {
         }
     }
 
-    pub(crate) fn header(&self, stamp: Timestamp) -> Header {
-        Header {
-            stamp: Time::from(stamp),
-            frame_id: self.topics.frame.as_ref().to_owned(),
-        }
+    fn header(&self, stamp: Timestamp) -> Header {
+        self.topics.header(stamp)
     }
 
     pub(crate) fn contact(
@@ -141,9 +142,8 @@ impl Foot {
         self.orientation = row.orientation.map(|q| (q, made)).or(self.orientation);
         self.rate = row.rate.map(|rate| (rate, made)).or(self.rate);
         if let Some(sample) = &row.measured {
-            let age_us = made
-                .as_micros()
-                .saturating_sub(sample.timestamp.as_micros());
+            let [made_us, taken_us] = [made, sample.timestamp].map(Timestamp::as_micros);
+            let age_us = made_us.saturating_sub(taken_us);
             let taken = Timestamp::from_micros(stamp.as_micros().saturating_sub(age_us));
             return (contact, self.recorded(sample, row.orientation, taken));
         }
@@ -151,16 +151,13 @@ impl Foot {
             (Some(acceleration), Some((orientation, first)), Some((rate, second)))
                 if is_near(first, made) && is_near(second, made) =>
             {
-                let [of_rate, of_acceleration] = noise();
-                Some(Imu {
-                    header: self.header(stamp),
-                    orientation: quaternion(orientation),
-                    orientation_covariance: ORIENTATION,
-                    angular_velocity: vector(rate),
-                    angular_velocity_covariance: of_rate,
-                    linear_acceleration: with_gravity(acceleration, orientation),
-                    linear_acceleration_covariance: of_acceleration,
-                })
+                let force = with_gravity(acceleration, orientation);
+                Some(with_noise(self.imu(
+                    stamp,
+                    Some(orientation),
+                    vector(rate),
+                    force,
+                )))
             }
             _ => None,
         };
@@ -178,14 +175,25 @@ impl Foot {
         let is_number = |v: Vec3| v.x.is_finite() && v.y.is_finite() && v.z.is_finite();
         let is_usable = is_number(force) && is_number(rate);
         let is_usable = is_usable && !matches!(sample.validity, Validity::Invalid);
-        is_usable.then(|| Imu {
+        is_usable.then(|| self.imu(stamp, orientation, vector(rate), vector(force)))
+    }
+
+    /// Message of a sample, with covariances of rate and acceleration that stand for unknown.
+    fn imu(
+        &self,
+        stamp: Timestamp,
+        orientation: Option<Orientation>,
+        angular_velocity: Vector3,
+        linear_acceleration: Vector3,
+    ) -> Imu {
+        Imu {
             header: self.header(stamp),
             orientation: orientation.map(quaternion).unwrap_or_default(),
             orientation_covariance: orientation.map_or(ABSENT, |_| ORIENTATION),
-            angular_velocity: vector(rate),
-            linear_acceleration: vector(force),
+            angular_velocity,
+            linear_acceleration,
             ..Imu::default()
-        })
+        }
     }
 
     /// Zero-velocity measurement of a contact. The variance is that of its row, else it follows from
@@ -214,27 +222,21 @@ impl Foot {
             Vector3 { x, y, z }
         };
         // An invalid sample was not read from the sensor.
-        let [of_rate, of_acceleration] = noise();
-        (!matches!(raw.validity, Validity::Invalid)).then(|| Imu {
-            header: self.header(stamp),
-            orientation: RosQuaternion::default(),
-            orientation_covariance: ABSENT,
-            angular_velocity: scaled(raw.rate, raw.rate_scale),
-            angular_velocity_covariance: of_rate,
-            linear_acceleration: scaled(raw.acceleration, raw.acceleration_scale),
-            linear_acceleration_covariance: of_acceleration,
-        })
+        let rate = scaled(raw.rate, raw.rate_scale);
+        let force = scaled(raw.acceleration, raw.acceleration_scale);
+        let is_valid = !matches!(raw.validity, Validity::Invalid);
+        is_valid.then(|| with_noise(self.imu(stamp, None, rate, force)))
     }
 
     /// Returns the diagnostics if they are due at `at`: the condition has changed, or a second has passed.
     pub(crate) fn diagnostics(&mut self, foot: &LiveFoot, at: Timestamp) -> Option<Published> {
         let is_shared = foot.is_of_several_boards();
         let condition = (foot.faults, self.is_silent, is_shared);
-        let since = |before: Timestamp| at.as_micros().saturating_sub(before.as_micros());
-        let is_due = self.diagnosed.is_none_or(|(before, reported)| {
-            reported != condition || since(before) >= DIAGNOSTIC_US
-        });
-        if !is_due {
+        let since_us = |before: Timestamp| at.as_micros().saturating_sub(before.as_micros());
+        if let Some((before, reported)) = self.diagnosed
+            && reported == condition
+            && since_us(before) < DIAGNOSTIC_US
+        {
             return None;
         }
         self.diagnosed = Some((at, condition));
@@ -250,24 +252,22 @@ impl Foot {
         let silent = self.is_silent.then_some(SILENT);
         let shared = is_shared.then_some(SEVERAL_BOARDS);
         let faults = foot.faults.iter().map(Fault::name);
-        let names: Vec<_> = silent.into_iter().chain(shared).chain(faults).collect();
-        let message = if names.is_empty() {
-            "no fault".to_owned()
-        } else {
-            names.join(", ")
+        let names = silent.into_iter().chain(shared).chain(faults);
+        let message = match &names.collect::<Vec<_>>()[..] {
+            [] => "no fault".to_owned(),
+            names => names.join(", "),
         };
         let status = DiagnosticStatus {
             level,
             name: format!("footfall: {}", self.name),
             message,
-            hardware_id: self.topics.hardware.as_ref().to_owned(),
+            hardware_id: self.topics.hardware.to_string(),
             values: counts(foot),
         };
-        let array = DiagnosticArray {
+        let message = RosMessage::Diagnostics(DiagnosticArray {
             header: self.header(at),
             status: vec![status],
-        };
-        let message = RosMessage::Diagnostics(array);
+        });
         Some(Published::new(&DIAGNOSTICS.into(), at, message))
     }
 }
@@ -279,13 +279,12 @@ fn counts(foot: &LiveFoot) -> Vec<KeyValue> {
         value,
     };
     if let Some(board) = &foot.board {
-        let count =
-            |counter: Counter| pair(counter.name(), board.counters.get(counter).to_string());
-        return Counter::ALL.into_iter().map(count).collect();
+        let value = |counter| board.counters.get(counter).to_string();
+        let count = |counter: Counter| pair(counter.name(), value(counter));
+        return Counter::ALL.map(count).into();
     }
     let drops = foot.health.map(|health| health.dropped.to_string());
-    let drops = drops.map(|count| pair("dropped, modulo 256", count));
-    drops.into_iter().collect()
+    Vec::from_iter(drops.map(|count| pair("dropped, modulo 256", count)))
 }
 
 /// Zero velocity with this standard deviation in each direction; the angular part carries no information.
@@ -295,10 +294,9 @@ pub(crate) fn zero_velocity(
 ) -> TwistWithCovarianceStamped {
     let mut twist = TwistWithCovariance::default();
     for (axis, row) in twist.covariance.iter_mut().enumerate() {
-        let of_axis = if axis < 3 {
-            sigma
-        } else {
-            VelocitySigma::MOST.0
+        let of_axis = match axis {
+            0..3 => sigma,
+            _ => VelocitySigma::MOST.0,
         };
         row[axis] = f64::from(of_axis).powi(2);
     }

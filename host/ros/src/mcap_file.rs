@@ -112,10 +112,10 @@ impl<W: Write + Seek> McapFile<W> {
     /// The file cannot be written.
     pub fn write(&mut self, published: &Published) -> Result<(), McapError> {
         let definition = Definition::of(&published.message);
-        let nanos = published.at.as_micros().saturating_mul(1000);
+        let log_ns = published.at.as_micros().saturating_mul(1000);
         let times = Times {
-            log_ns: nanos,
-            publish_ns: nanos,
+            log_ns,
+            publish_ns: log_ns,
             sequence: None,
         };
         let data = published.message.cdr();
@@ -144,13 +144,11 @@ impl<W: Write + Seek> McapFile<W> {
         if self.channel(of).is_none() {
             self.declare(of)?;
         }
-        match self.channel(of) {
-            Some(channel) => {
-                let header = channel.header(times);
-                self.put(&header, data)
-            }
-            None => Ok(()),
-        }
+        let Some(channel) = self.channel(of) else {
+            return Ok(());
+        };
+        let header = channel.header(times);
+        self.put(&header, data)
     }
 
     fn channel(&mut self, of: &Declared<'_>) -> Option<&mut Channel> {
@@ -187,36 +185,28 @@ impl<W: Write + Seek> McapFile<W> {
             None if !of.message.is_empty() => self.writer.add_schema(of.message, "", &[])?,
             None => 0,
         };
-        let id = self
-            .writer
-            .add_channel(schema, of.topic, of.encoding, of.metadata)?;
+        let (topic, encoding, metadata) = (of.topic, of.encoding, of.metadata);
+        let id = self.writer.add_channel(schema, topic, encoding, metadata)?;
+        let schema = of.schema;
         let channel = Channel {
             id,
             message: of.message.to_owned(),
-            schema: of
-                .schema
-                .map(|(encoding, text)| (encoding.to_owned(), text.to_owned())),
-            encoding: of.encoding.to_owned(),
-            metadata: of.metadata.clone(),
+            schema: schema.map(|(encoding, text)| (encoding.to_owned(), text.to_owned())),
+            encoding: encoding.to_owned(),
+            metadata: metadata.clone(),
             messages: 0,
         };
-        self.channels
-            .entry(of.topic.into())
-            .or_default()
-            .push(channel);
+        self.channels.entry(topic.into()).or_default().push(channel);
         Ok(())
     }
 
     /// Number of messages on each topic so far.
     #[must_use]
     pub fn counts(&self) -> BTreeMap<&str, u32> {
+        let count = |channels: &[Channel]| channels.iter().map(|channel| channel.messages).sum();
         let channels = self.channels.iter();
-        channels
-            .map(|(topic, channels)| {
-                let messages = channels.iter().map(|channel| channel.messages);
-                (topic.as_ref(), messages.sum())
-            })
-            .collect()
+        let counts = channels.map(|(topic, channels)| (topic.as_ref(), count(channels)));
+        counts.collect()
     }
 
     /// Writes the remaining messages and the summary.

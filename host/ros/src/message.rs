@@ -310,6 +310,18 @@ pub enum RosMessage {
     Unitree(Box<LowState>),
 }
 
+impl RosMessage {
+    /// Creates the message of a number.
+    pub(crate) fn number(data: impl Into<f64>) -> Self {
+        Self::Number(Float64 { data: data.into() })
+    }
+
+    /// Creates the message of the probability of a contact alone: 0 if it is invalid.
+    pub(crate) fn probability(contact: &RosContact) -> Self {
+        Self::number(if contact.valid { contact.p_stable } else { 0.0 })
+    }
+}
+
 #[cfg(feature = "cdr")]
 impl RosMessage {
     /// Returns the encoded message with its header.

@@ -107,22 +107,14 @@ impl Rosbag2File {
              VALUES (?1, ?2, ?3, 'cdr', '')",
             params![id, published.topic.as_ref(), message],
         )?;
+        let messages = 1;
         let topic = Topic {
             id,
             message,
-            messages: 1,
+            messages,
         };
         self.topics.insert(Arc::clone(&published.topic), topic);
         Ok(id)
-    }
-
-    /// Number of messages on each topic so far.
-    #[must_use]
-    pub fn counts(&self) -> BTreeMap<&str, u64> {
-        let topics = self.topics.iter();
-        topics
-            .map(|(name, topic)| (name.as_ref(), topic.messages))
-            .collect()
     }
 
     /// Commits the messages and writes `metadata.yaml`.
@@ -148,29 +140,25 @@ impl Rosbag2File {
         let count: u64 = self.topics.values().map(|topic| topic.messages).sum();
         // A quoted text is valid YAML, whatever it contains.
         let file = format!("{:?}", self.file);
-        writeln!(to, "rosbag2_bagfile_information:")?;
-        writeln!(to, "  version: {METADATA_VERSION}")?;
+        writeln!(
+            to,
+            "rosbag2_bagfile_information:\n  version: {METADATA_VERSION}"
+        )?;
         writeln!(to, "  storage_identifier: sqlite3")?;
         writeln!(to, "  duration:\n    nanoseconds: {}", last - first)?;
         writeln!(to, "  starting_time:\n    nanoseconds_since_epoch: {first}")?;
-        writeln!(to, "  message_count: {count}")?;
-        writeln!(to, "  topics_with_message_count:")?;
+        writeln!(to, "  message_count: {count}\n  topics_with_message_count:")?;
         for (name, topic) in &self.topics {
-            writeln!(to, "    - topic_metadata:")?;
-            writeln!(to, "        name: {name}")?;
+            writeln!(to, "    - topic_metadata:\n        name: {name}")?;
             writeln!(to, "        type: {}", topic.message)?;
             writeln!(to, "        serialization_format: cdr")?;
             writeln!(to, "        offered_qos_profiles: \"\"")?;
             writeln!(to, "      message_count: {}", topic.messages)?;
         }
-        writeln!(to, "  compression_format: \"\"")?;
-        writeln!(to, "  compression_mode: \"\"")?;
+        writeln!(to, "  compression_format: \"\"\n  compression_mode: \"\"")?;
         writeln!(to, "  relative_file_paths:\n    - {file}")?;
-        writeln!(to, "  files:\n    - path: {file}")?;
-        writeln!(
-            to,
-            "      starting_time:\n        nanoseconds_since_epoch: {first}"
-        )?;
+        writeln!(to, "  files:\n    - path: {file}\n      starting_time:")?;
+        writeln!(to, "        nanoseconds_since_epoch: {first}")?;
         writeln!(to, "      duration:\n        nanoseconds: {}", last - first)?;
         writeln!(to, "      message_count: {count}")
     }

@@ -13,11 +13,11 @@
 use std::sync::Arc;
 
 use estimator_core::{Load, Timestamp, Validity};
-use recordings::recording::{Label, RecordedSample};
-use recordings::validity::name_of;
+use samples::recording::{Label, RecordedSample};
+use samples::validity::name_of;
 
 use crate::foot::{ABSENT, vector};
-use crate::message::{Bool, Float64, Header, Imu, RosMessage, RosString, Time};
+use crate::message::{Bool, Imu, RosMessage, RosString};
 use crate::published::Published;
 use crate::topics::FootTopics;
 
@@ -78,17 +78,11 @@ impl SampleMessages {
     /// Returns the messages of a sample acquired at `at` since 1970.
     pub fn messages(&mut self, sample: &RecordedSample, at: Timestamp) -> Vec<Published> {
         let mut published = Vec::new();
-        let mut publish = |topic: &Arc<str>, message| {
-            published.push(Published {
-                topic: Arc::clone(topic),
-                at,
-                message,
-            });
-        };
+        let mut publish = |topic, message| published.push(Published::new(topic, at, message));
         let load = sample.load.filter(|Load(load)| load.is_finite());
         if load.is_some() || self.has_load {
-            let data = load.map_or(f64::NAN, |Load(load)| f64::from(load));
-            publish(&self.topics.load, RosMessage::Number(Float64 { data }));
+            let load = load.map_or(f32::NAN, |Load(load)| load);
+            publish(&self.topics.load, RosMessage::number(load));
         }
         self.has_load = load.is_some();
         if sample.imu.validity != Validity::Valid {
@@ -100,10 +94,7 @@ impl SampleMessages {
             publish(&self.label, RosMessage::Bool(Bool { data }));
         }
         let imu = Imu {
-            header: Header {
-                stamp: Time::from(at),
-                frame_id: self.topics.frame.as_ref().to_owned(),
-            },
+            header: self.topics.header(at),
             orientation_covariance: ABSENT,
             angular_velocity: vector(sample.imu.angular_rate.0),
             linear_acceleration: vector(sample.imu.specific_force.0),
@@ -117,6 +108,7 @@ impl SampleMessages {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::message::Float64;
     use estimator_core::ImuSample;
 
     #[test]

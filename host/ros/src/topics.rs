@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
+use estimator_core::Timestamp;
+
 use crate::definition::Definition;
+use crate::message::{Header, Time};
 
 /// Topic of the diagnostics of all feet.
 pub const DIAGNOSTICS: &str = "/diagnostics";
@@ -54,6 +57,14 @@ impl FootTopics {
             event: format!("/footfall/{part}/event").into(),
             frame: frame.replace("{foot}", &part).into(),
             hardware: FRAME.replace("{foot}", &part).into(),
+        }
+    }
+
+    /// Returns the header of a message of the foot.
+    pub(crate) fn header(&self, stamp: Timestamp) -> Header {
+        Header {
+            stamp: Time::from(stamp),
+            frame_id: self.frame.to_string(),
         }
     }
 

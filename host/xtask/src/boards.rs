@@ -22,14 +22,11 @@ pub fn all() -> Result<Vec<Board>> {
 }
 
 fn parse(line: &str) -> Result<Board> {
-    let (name, program) = line
-        .split_once(' ')
-        .filter(|(_, program)| !program.is_empty())
-        .with_context(|| format!("{line}: the board has no program"))?;
-    Ok(Board {
-        name: name.into(),
-        program: program.into(),
-    })
+    let words = line.split_once(' ');
+    let words = words.filter(|(_, program)| !program.is_empty());
+    let words = words.with_context(|| format!("{line}: the board has no program"))?;
+    let (name, program) = (words.0.to_owned(), words.1.to_owned());
+    Ok(Board { name, program })
 }
 
 #[cfg(test)]

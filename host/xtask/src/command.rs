@@ -76,10 +76,9 @@ impl Step {
 
     fn command(&self) -> Command {
         let mut command = Command::new(&self.program);
-        command
-            .current_dir(&self.folder)
-            .args(&self.arguments)
-            .envs(self.environment.iter().map(|(name, value)| (name, value)));
+        let variables = self.environment.iter().map(|(name, value)| (name, value));
+        command.args(&self.arguments).envs(variables);
+        command.current_dir(&self.folder);
         if let Some(tools) = &self.tools {
             let others = env::var("PATH").unwrap_or_default();
             command.env("PATH", format!("{}:{others}", tools.display()));
@@ -91,11 +90,9 @@ impl Step {
         let name = Path::new(&self.program).file_name();
         let name = name.map_or_else(|| self.program.clone(), |name| name.display().to_string());
         let variables = self.environment.iter();
-        variables
-            .map(|(name, value)| format!("{name}={value} "))
-            .chain([name])
-            .chain(self.arguments.iter().map(|argument| format!(" {argument}")))
-            .collect()
+        let variables = variables.map(|(name, value)| format!("{name}={value}"));
+        let words = variables.chain([name]).chain(self.arguments.clone());
+        words.collect::<Vec<_>>().join(" ")
     }
 
     /// Runs the program and prints its duration.

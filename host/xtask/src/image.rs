@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use bootloader::image::Sources;
 use images::{DEVELOPMENT_KEY, ProgramOrigin, image};
 
@@ -58,18 +58,13 @@ pub fn write(elf: &Path, key: Option<&Path>, sequence: Option<u32>, output: &Pat
     let key = match key {
         None => *DEVELOPMENT_KEY,
         Some(path) => {
-            let bytes = read(path)?;
-            let length = bytes.len();
-            let key = <[u8; 32]>::try_from(bytes).ok();
-            key.with_context(|| {
-                format!("{}: a key of {length} bytes, expected 32", path.display())
-            })?
+            let key = <[u8; 32]>::try_from(read(path)?);
+            let (file, expected) = (path.display(), "expected 32");
+            key.map_err(|key| anyhow!("{file}: a key of {} bytes, {expected}", key.len()))?
         }
     };
     let mut origin = origin()?;
-    if let Some(sequence) = sequence {
-        origin.sequence = sequence;
-    }
+    origin.sequence = sequence.unwrap_or(origin.sequence);
     let image = image(&read(elf)?, &origin, &key).with_context(|| elf.display().to_string())?;
     fs::write(output, &image).with_context(|| output.display().to_string())?;
     let hash = image.get(44..48).and_then(|bytes| bytes.try_into().ok());
@@ -80,11 +75,11 @@ pub fn write(elf: &Path, key: Option<&Path>, sequence: Option<u32>, output: &Pat
         image.len(),
         origin.sequence
     );
-    keep(elf, number)
+    archive(elf, number)
 }
 
-/// Keeps an ELF under the number that object 0x1F56 of its foot shows: a crash address needs the very ELF.
-fn keep(elf: &Path, number: u32) -> Result<()> {
+/// Copies an ELF under the number that object 0x1F56 of its foot shows: a crash address needs the very ELF.
+fn archive(elf: &Path, number: u32) -> Result<()> {
     let folder = root().join("target/elf");
     fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
     let kept = folder.join(format!("{number:08X}.elf"));
@@ -102,13 +97,12 @@ fn origin() -> Result<ProgramOrigin> {
         *byte = u8::from_str_radix(std::str::from_utf8(digits)?, 16)?;
     }
     let changed = !git(&["status", "--porcelain"])?.is_empty();
-    let number = |text: &str| text.parse().context("a version of numbers");
+    let mut version = [0; 3];
+    for (number, text) in version.iter_mut().zip(env!("CARGO_PKG_VERSION").split('.')) {
+        *number = text.parse().context("a version of numbers")?;
+    }
     Ok(ProgramOrigin {
-        version: [
-            number(env!("CARGO_PKG_VERSION_MAJOR"))?,
-            number(env!("CARGO_PKG_VERSION_MINOR"))?,
-            number(env!("CARGO_PKG_VERSION_PATCH"))?,
-        ],
+        version,
         commit,
         sources: match changed {
             true => Sources::Changed,

@@ -24,11 +24,8 @@ impl Packages {
             .features(CargoOpt::AllFeatures)
             .no_deps()
             .exec()?;
-        let names: BTreeSet<&str> = metadata
-            .packages
-            .iter()
-            .map(|package| package.name.as_str())
-            .collect();
+        let names = metadata.packages.iter();
+        let names: BTreeSet<&str> = names.map(|package| package.name.as_str()).collect();
         let mut all = BTreeMap::new();
         for package in &metadata.packages {
             let folder = package.manifest_path.parent();
@@ -44,10 +41,8 @@ impl Packages {
 
     /// Package of a file: the one with the longest folder that contains it.
     fn owner(&self, path: &str) -> Option<&str> {
-        let owns = |folder: &str| {
-            path.strip_prefix(folder)
-                .is_some_and(|rest| rest.starts_with('/'))
-        };
+        let rest = |folder: &str| path.strip_prefix(folder);
+        let owns = |folder: &str| rest(folder).is_some_and(|rest| rest.starts_with('/'));
         let owners = self.all.iter().filter(|(_, (folder, _))| owns(folder));
         let owner = owners.max_by_key(|(_, (folder, _))| folder.len());
         owner.map(|(name, _)| name.as_str())
@@ -55,25 +50,22 @@ impl Packages {
 
     /// Packages with these files, and those that depend on them, directly or indirectly. A manifest at the
     /// root affects all packages.
-    pub fn touched(&self, paths: &BTreeSet<String>) -> BTreeSet<String> {
+    pub fn affected(&self, paths: &BTreeSet<String>) -> BTreeSet<String> {
         let of_all = ["Cargo.toml", "Cargo.lock", "rust-toolchain.toml"];
         if of_all.iter().any(|path| paths.contains(*path)) {
             return self.all.keys().cloned().collect();
         }
         let owners = paths.iter().filter_map(|path| self.owner(path));
-        let mut touched: BTreeSet<String> = owners.map(str::to_owned).collect();
+        let mut affected: BTreeSet<String> = owners.map(str::to_owned).collect();
         loop {
-            let depends = |needs: &BTreeSet<String>| !needs.is_disjoint(&touched);
-            let users: Vec<String> = self
-                .all
-                .iter()
-                .filter(|(name, (_, needs))| !touched.contains(*name) && depends(needs))
-                .map(|(name, _)| name.clone())
-                .collect();
-            if users.is_empty() {
-                return touched;
+            let depends = |needs: &BTreeSet<String>| !needs.is_disjoint(&affected);
+            let users = self.all.iter().filter(|(_, (_, needs))| depends(needs));
+            let users: Vec<String> = users.map(|(name, _)| name.clone()).collect();
+            let before = affected.len();
+            affected.extend(users);
+            if affected.len() == before {
+                return affected;
             }
-            touched.extend(users);
         }
     }
 }
@@ -99,7 +91,7 @@ mod tests {
 
     fn touched(path: &str) -> Vec<String> {
         let paths = BTreeSet::from([path.to_owned()]);
-        packages().touched(&paths).into_iter().collect()
+        packages().affected(&paths).into_iter().collect()
     }
 
     #[test]

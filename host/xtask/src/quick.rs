@@ -24,22 +24,18 @@ const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// A check fails.
 pub fn run(commit: &str) -> Result<()> {
     Step::cargo(&["fmt", "--all", "--check"]).run()?;
-    let touched = Packages::read()?.touched(&changes::since(commit)?);
-    if touched.is_empty() {
+    let affected = Packages::read()?.affected(&changes::since(commit)?);
+    if affected.is_empty() {
         eprintln!("no package is touched");
         return Ok(());
     }
-    let is_one_of = |list: &[&str], name: &str| list.contains(&name);
-    let on_hosts = touched
-        .iter()
-        .filter(|name| !is_one_of(&NOT_FOR_HOSTS, name));
-    let (libraries, others): (Vec<&String>, Vec<&String>) =
-        on_hosts.partition(|name| is_one_of(&LIBRARY_ALONE, name));
-    let named = |names: &[&String]| {
-        let pairs = names
-            .iter()
-            .flat_map(|name| ["-p".to_owned(), format!("{name}@{VERSION}")]);
-        pairs.collect::<Vec<String>>()
+    let names = affected.iter().map(String::as_str);
+    let on_hosts = names.filter(|name| !NOT_FOR_HOSTS.contains(name));
+    let (libraries, others): (Vec<&str>, Vec<&str>) =
+        on_hosts.partition(|name| LIBRARY_ALONE.contains(name));
+    let named = |names: &[&str]| {
+        let pair = |name| ["-p".to_owned(), format!("{name}@{VERSION}")];
+        names.iter().flat_map(pair).collect::<Vec<String>>()
     };
     let deny = ["--", "-D", "warnings"];
     if !libraries.is_empty() {
@@ -50,9 +46,9 @@ pub fn run(commit: &str) -> Result<()> {
         let lints = Step::cargo(&["clippy", "--locked", "--all-targets"]);
         lints.with(named(&others)).with(deny).run()?;
     }
-    let quick = |names: &[&String]| {
-        let quick = names.iter().filter(|name| !is_one_of(&SLOW, name));
-        named(&quick.copied().collect::<Vec<&String>>())
+    let quick = |names: &[&str]| {
+        let quick = names.iter().copied().filter(|name| !SLOW.contains(name));
+        named(&quick.collect::<Vec<&str>>())
     };
     for (targets, names) in [
         (&["--lib"][..], quick(&libraries)),

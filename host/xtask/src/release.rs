@@ -84,9 +84,8 @@ pub fn run(only: Option<Part>) -> Result<()> {
     for file in DESCRIPTIONS {
         copy(&root().join(file), &dist)?;
     }
-    let mut names: Vec<String> = fs::read_dir(&dist)?
-        .map(|entry| Ok(entry?.file_name().display().to_string()))
-        .collect::<Result<_>>()?;
+    let names = fs::read_dir(&dist)?.map(|entry| Ok(entry?.file_name().display().to_string()));
+    let mut names: Vec<String> = names.collect::<Result<_>>()?;
     names.sort();
     let sums = Step::program("sha256sum").at(&dist).with(&names).output()?;
     fs::write(dist.join("SHA256SUMS"), &sums)?;
@@ -109,9 +108,8 @@ fn install_tools() -> Result<PathBuf> {
         .with(TOOLS)
         .run()?;
     for machine in &MACHINES {
-        Step::program("rustup")
-            .with(["target", "add", machine.program, machine.wheel])
-            .run()?;
+        let add = ["target", "add", machine.program, machine.wheel];
+        Step::program("rustup").with(add).run()?;
     }
     Ok(programs)
 }
@@ -129,11 +127,9 @@ fn build_program(machine: &Machine, tools: &Path, dist: &Path) -> Result<()> {
         fs::remove_dir_all(&folder)?;
     }
     fs::create_dir_all(&folder)?;
-    let program = root()
-        .join("target")
-        .join(machine.program)
-        .join("release/footfall");
-    if asks_for_a_linker(&fs::read(&program)?) {
+    let program = root().join("target").join(machine.program);
+    let program = program.join("release/footfall");
+    if has_interpreter(&fs::read(&program)?) {
         bail!("{}: it is not static", program.display());
     }
     copy(&program, &folder)?;
@@ -149,7 +145,7 @@ fn build_program(machine: &Machine, tools: &Path, dist: &Path) -> Result<()> {
 }
 
 /// Returns whether a 64-bit ELF has a segment `PT_INTERP`, which names a dynamic linker.
-fn asks_for_a_linker(elf: &[u8]) -> bool {
+fn has_interpreter(elf: &[u8]) -> bool {
     const PT_INTERP: u32 = 3;
     let at = |offset: usize, size: usize| -> usize {
         let bytes = elf.get(offset..offset + size).unwrap_or_default();
@@ -176,10 +172,10 @@ fn build_wheel(machine: &Machine, tools: &Path, dist: &Path) -> Result<()> {
 fn build_firmware(dist: &Path) -> Result<()> {
     let folders = folders()?;
     for board in boards::all()? {
-        let elf = image::build(&board, &without(&folders))?;
+        let elf = image::build(&board, &remap(&folders))?;
         check_names(&elf, &folders)?;
         let built = elf.clone();
-        let bootloader = build_bootloader(&board, &without(&folders))?;
+        let bootloader = build_bootloader(&board, &remap(&folders))?;
         check_names(&bootloader, &folders)?;
         image::write(&elf, None, None, &elf.with_extension("img"))?;
         fs::copy(&elf, elf.with_extension("elf"))?;
@@ -201,9 +197,8 @@ fn folders() -> Result<[(PathBuf, &'static str); 3]> {
         let home = env::home_dir().context("neither CARGO_HOME nor a home folder is known")?;
         anyhow::Ok(home.join(".cargo"))
     })?;
-    let compiler = Step::program("rustc")
-        .with(["--print", "sysroot"])
-        .output()?;
+    let compiler = Step::program("rustc").with(["--print", "sysroot"]);
+    let compiler = compiler.output()?;
     Ok([
         (root().canonicalize()?, "/footfall"),
         (home, "/cargo"),
@@ -212,7 +207,7 @@ fn folders() -> Result<[(PathBuf, &'static str); 3]> {
 }
 
 /// Arguments of cargo that give the folders their names.
-fn without(folders: &[(PathBuf, &str)]) -> Vec<String> {
+fn remap(folders: &[(PathBuf, &str)]) -> Vec<String> {
     let flag = |(folder, name): &(PathBuf, &str)| {
         format!("--remap-path-prefix={}={name}", folder.display())
     };
@@ -235,11 +230,8 @@ fn check_names(elf: &Path, folders: &[(PathBuf, &str)]) -> Result<()> {
 
 /// Builds the bootloader of a board, with more arguments for cargo, and returns the path of its ELF.
 fn build_bootloader(board: &boards::Board, arguments: &[String]) -> Result<PathBuf> {
-    let path = Step::program(".ci/bootloader")
-        .with([&board.name])
-        .with(arguments)
-        .output()?;
-    Ok(root().join(path.trim()))
+    let build = Step::program(".ci/bootloader").with([&board.name]);
+    Ok(root().join(build.with(arguments).output()?.trim()))
 }
 
 fn copy(file: &Path, folder: &Path) -> Result<()> {

@@ -47,11 +47,8 @@ pub(super) enum Elapsed {
 impl Elapsed {
     /// Time on the foot's clock, µs.
     pub(super) const fn micros(self) -> i64 {
-        match self {
-            Self::Agreed(elapsed) | Self::Contradicted(elapsed) | Self::Unbridged(elapsed) => {
-                elapsed
-            }
-        }
+        let (Self::Agreed(elapsed) | Self::Contradicted(elapsed) | Self::Unbridged(elapsed)) = self;
+        elapsed
     }
 
     /// Returns whether both clocks agree on a time forwards of less than half a turn.
@@ -61,11 +58,9 @@ impl Elapsed {
 
     /// The same time, or the next later one on the short clock that is not negative, as agreed.
     pub(super) fn forward(self) -> Self {
-        let elapsed = self.micros();
-        Self::Agreed(if elapsed < 0 {
-            elapsed.rem_euclid(TURN_US)
-        } else {
-            elapsed
+        Self::Agreed(match self.micros() {
+            elapsed @ ..0 => elapsed.rem_euclid(TURN_US),
+            elapsed => elapsed,
         })
     }
 }
@@ -136,10 +131,9 @@ impl Mark {
         }
         let turns = (logged - steps + TURN_US / 2).div_euclid(TURN_US);
         let elapsed = steps + turns * TURN_US;
-        if (elapsed - logged).abs() <= TOLERANCE_US {
-            Elapsed::Agreed(elapsed)
-        } else {
-            Elapsed::Contradicted(elapsed)
+        match (elapsed - logged).abs() <= TOLERANCE_US {
+            true => Elapsed::Agreed(elapsed),
+            false => Elapsed::Contradicted(elapsed),
         }
     }
 

@@ -112,9 +112,10 @@ impl LoggedFoot {
 
     /// Whether the turn of the newest contact is known.
     pub(super) const fn turn(&self) -> Turn {
-        match self.gap {
-            None => Turn::Known,
-            Some(_) => Turn::NotYet,
+        if self.gap.is_none() {
+            Turn::Known
+        } else {
+            Turn::NotYet
         }
     }
 
@@ -189,13 +190,10 @@ impl LoggedFoot {
         let (short, sequence) = (contact.timestamp, contact.sequence);
         let numbers = sequence.wrapping_sub(self.sequence);
         let after_suspect = self.suspect.take().and_then(|suspect| {
-            match suspect.elapsed(short, at) {
-                // The two contacts agree, so the mark is out of date.
-                Elapsed::Agreed(elapsed) if elapsed > 0 => {
-                    Some(suspect.after(elapsed, short, sequence, at))
-                }
-                _ => None,
-            }
+            let elapsed = suspect.elapsed(short, at);
+            // The two contacts agree, so the mark is out of date.
+            let is_after = matches!(elapsed, Elapsed::Agreed(1..));
+            is_after.then(|| suspect.after(elapsed.micros(), short, sequence, at))
         });
         let mut elapsed = self.mark.elapsed(short, at);
         if let Some(before) = self.before
@@ -348,10 +346,8 @@ impl LoggedFoot {
     fn offset(&self) -> Option<i64> {
         let offset = self.alignment.offset()?;
         // No contact is made after it was received.
-        Some(
-            self.least
-                .map_or(offset, |least| offset.min(least.offset_us())),
-        )
+        let latest = self.least.map(LeastDelay::offset_us);
+        Some(latest.map_or(offset, |latest| offset.min(latest)))
     }
 
     /// Converts a time of its clock, µs, to the log's, if the offset is known from SYNCs.

@@ -28,14 +28,14 @@ use wire::pdo::{Contact, Health, Load};
 use wire::{CanFrame, Emergency, Fault, NodeId, Pdo};
 
 use super::lines::Lines;
-use super::report::{EmergencyReport, Medium, Report};
+use super::report::{EmergencyReport, Report};
 use super::row::Clock;
 use super::{ContactRow, DecodeError, Feet, FileOutcome, RowSink};
-use crate::can_log::{LogContent, LogTimes, Other, Reader};
+use crate::can_log::{LogContent, LogTimes, Reader};
 use crate::report::Counted;
 use foot::{Change, LoggedFoot};
-use pending::Pending;
-use rows::{Belongs, complete, kind_name, row_of};
+use pending::{KEPT, Pending};
+use rows::{complete, kind_name, row_of};
 use sync::Syncs;
 
 /// Number of malformed lines that are quoted; further ones are only counted.
@@ -54,11 +54,8 @@ pub(super) fn decode(
     let mut notices = Vec::new();
     let mut malformed = 0;
     let mut has_times = false;
-    let unreadable = |source| DecodeError::Unreadable {
-        file: file.to_owned(),
-        source,
-    };
-    while let Some((number, line)) = lines.next().map_err(unreadable)? {
+    let unreadable = DecodeError::unreadable(file);
+    while let Some((number, line)) = lines.next().map_err(&unreadable)? {
         if line.trim().is_empty() {
             continue;
         }
@@ -66,7 +63,7 @@ pub(super) fn decode(
         has_times |= matches!(&read, Some(read) if read.time.is_some());
         match read.map(|read| (read.content, read.time)) {
             Some((LogContent::Frame(interface, frame), at)) => log.take(interface, &frame, at),
-            Some((LogContent::Other(other), _)) => log.report.count_frame(other_name(other)),
+            Some((LogContent::Other(other), _)) => log.report.count_frame(other.name()),
             Some((LogContent::Dropped(count), _)) => {
                 log.report.count_problems("dropped_before_the_log", count);
             }
@@ -85,16 +82,13 @@ pub(super) fn decode(
                 }
             }
         }
-        log.rows.settle(&mut log.report, sink)?;
+        log.rows.settle(KEPT, &mut log.report, sink)?;
     }
     log.finish();
-    log.rows.settle_all(&mut log.report, sink)?;
+    log.rows.settle(0, &mut log.report, sink)?;
     if malformed > NAMED_LINES {
-        let others = malformed - NAMED_LINES;
-        notices.push(format!(
-            "{file}: {others} more lines are none of {}",
-            reader.form().name()
-        ));
+        let (others, form) = (malformed - NAMED_LINES, reader.form().name());
+        notices.push(format!("{file}: {others} more lines are none of {form}"));
     }
     if log.report.rows == 0
         && let Some(id) = log.unknown_foot
@@ -109,26 +103,24 @@ pub(super) fn decode(
             "{file}: its times are differences from line to line; t_received is their sum"
         ));
     }
-    notices.extend(
-        log.clock_notice(has_times)
-            .map(|said| format!("{file}: {said}")),
-    );
-    Ok(FileOutcome {
-        report: log.report,
-        notices,
-    })
+    let notice = log.clock_notice(has_times);
+    notices.extend(notice.map(|said| format!("{file}: {said}")));
+    let report = log.report;
+    Ok(FileOutcome { report, notices })
 }
 
 /// Meaning of a frame's time of reception.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Reception {
     /// Approximate time on the bus: the log was written as frames arrived.
+    #[default]
     Logged,
     /// Time of reading: the frame may have been queued, and later frames may have been dropped.
     Live,
 }
 
 /// State of the log up to the newest line.
+#[derive(Default)]
 pub(crate) struct Log {
     pub(crate) rows: Pending,
     pub(crate) report: Report,
@@ -162,16 +154,9 @@ struct First {
 impl Log {
     pub(crate) fn new(known: Feet, reception: Reception) -> Self {
         Self {
-            rows: Pending::default(),
-            report: Report::new(Medium::Can),
-            feet: BTreeMap::new(),
-            first: BTreeMap::new(),
-            segments: BTreeMap::new(),
-            syncs: BTreeMap::new(),
             known,
-            unknown_foot: None,
-            interface: None,
             reception,
+            ..Self::default()
         }
     }
 
@@ -190,14 +175,11 @@ impl Log {
                 "t_common is the time of reception, as no foot has reported a numbered SYNC of this log (object 0x1019 of the master numbers them)".to_owned()
             }
             (true, _, 0) => "t_common is by numbered SYNCs".to_owned(),
-            (true, ..) => format!(
+                        (true, ..) => format!(
                 "t_common is by numbered SYNCs, but for {received} rows of feet that had reported none: there it is the time of reception"
             ),
         })
     }
-}
-
-impl Log {
     /// Processes a frame received at `at`.
     pub(crate) fn take(&mut self, interface: &str, frame: &CanFrame, at: Option<Timestamp>) {
         let id = frame.id();
@@ -244,10 +226,8 @@ impl Log {
         *segment += 1;
         match self.first.remove(&key) {
             Some(first) if !first.counted.is_nothing() => {
-                let First {
-                    contact, index, at, ..
-                } = first;
-                let foot = LoggedFoot::new(&contact, index, at, self.reception);
+                let (index, at) = (first.index, first.at);
+                let foot = LoggedFoot::new(&first.contact, index, at, self.reception);
                 if let Some(row) = self.rows.get_mut(index) {
                     row.timestamp = Timestamp::from_micros(foot.micros());
                     row.turn = foot.turn();
@@ -277,23 +257,17 @@ impl Log {
     fn emergency(&mut self, interface: &str, node: NodeId, frame: &CanFrame) {
         self.report.count_frame("emergency");
         let Some(bytes) = frame.data8() else {
-            self.report.count_problem("emergency_of_wrong_length");
-            return;
+            return self.report.count_problem("emergency_of_wrong_length");
         };
         let emergency = Emergency::decode(bytes);
-        let t = self
-            .feet
-            .get(&(interface.to_owned(), node.get()))
-            .map(|foot| foot.micros() as f64 / 1.0e6);
+        let foot = self.feet.get(&(interface.to_owned(), node.get()));
+        let fault = emergency.fault.map(Fault::name);
         self.report.emergencies.push(EmergencyReport {
-            t,
+            t: foot.map(|foot| foot.micros() as f64 / 1.0e6),
             interface: interface.to_owned(),
             node: node.get(),
             code: emergency.code,
-            fault: emergency
-                .fault
-                .map_or("a fault that is not known here", Fault::name)
-                .to_owned(),
+            fault: fault.unwrap_or("a fault that is not known here").to_owned(),
             detail: emergency.detail,
         });
     }
@@ -303,14 +277,8 @@ impl Log {
         let (&[counter], Some(at)) = (frame.data(), at) else {
             return;
         };
-        match self.syncs.get_mut(interface) {
-            Some(syncs) => syncs.take(counter, at),
-            None => {
-                let mut syncs = Syncs::default();
-                syncs.take(counter, at);
-                self.syncs.insert(interface.to_owned(), syncs);
-            }
-        }
+        let syncs = self.syncs.entry(interface.to_owned()).or_default();
+        syncs.take(counter, at);
     }
 
     /// Name of the interface, shared with the newest row if equal; `None` if the log does not name it.
@@ -330,23 +298,19 @@ impl Log {
         at: Option<Timestamp>,
     ) {
         let Some(bytes) = frame.data8() else {
-            self.report
-                .count_problem(format!("{}_of_wrong_length", kind_name(pdo)));
-            return;
+            let problem = format!("{}_of_wrong_length", kind_name(pdo));
+            return self.report.count_problem(problem);
         };
         self.report.count_frame(kind_name(pdo));
         if pdo == Pdo::Contact {
-            self.contact(interface, node, &Contact::decode(bytes), at);
-            return;
+            return self.contact(interface, node, &Contact::decode(bytes), at);
         }
         // Other frames of a foot belong to the contact that it sent just before.
         let Some(foot) = self.feet.get_mut(&(interface.to_owned(), node.get())) else {
-            self.report.count_problem("frames_before_any_contact");
-            return;
+            return self.report.count_problem("frames_before_any_contact");
         };
         let row = self.rows.get_mut(foot.row);
-        let belongs = row.map(|row| complete(row, pdo, bytes, foot.short()));
-        if belongs != Some(Belongs::ToTheContact) {
+        if !row.is_some_and(|row| complete(row, pdo, bytes, foot.short())) {
             self.report.count_problem("frames_without_their_contact");
         }
         if pdo != Pdo::Health {
@@ -412,31 +376,22 @@ impl Log {
         }
         let known = self.feet.get(&key).cloned();
         let may_be_first = known.is_some() && contact.sequence == 0;
-        let mut counted = Counted::new();
-        let report = if may_be_first {
-            &mut counted.0
-        } else {
-            &mut self.report
+        let mut counted = Counted::default();
+        let report = match may_be_first {
+            true => &mut counted.0,
+            false => &mut self.report,
         };
-        let (mut foot, micros) = match known {
-            None => {
-                let foot = LoggedFoot::new(contact, index, at, self.reception);
-                let micros = foot.micros();
-                (foot, Some(micros))
-            }
-            Some(mut foot) => {
-                let micros = foot.take(contact, index, at, report);
-                (foot, micros)
-            }
+        let mut foot = match known {
+            None => LoggedFoot::new(contact, index, at, self.reception),
+            Some(mut foot) => match foot.take(contact, index, at, report) {
+                Some(_) => foot,
+                None => return self.report.add(counted),
+            },
         };
-        let Some(micros) = micros else {
-            self.report.add(counted);
-            return;
-        };
+        let micros = foot.micros();
         if may_be_first {
-            let contact = *contact;
             let first = First {
-                contact,
+                contact: *contact,
                 index,
                 at,
                 counted,
@@ -452,15 +407,5 @@ impl Log {
         row.common = foot.common(micros).or(at.map(|at| (at, Clock::Received)));
         self.rows.push(row);
         self.feet.insert(key, foot);
-    }
-}
-
-const fn other_name(other: Other) -> &'static str {
-    match other {
-        Other::Remote => "remote",
-        Other::Extended => "extended",
-        Other::Error => "error_frame",
-        Other::Fd => "fd",
-        Other::Event => "events",
     }
 }

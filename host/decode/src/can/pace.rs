@@ -44,27 +44,19 @@ impl Pace {
     /// `elapsed_us` between them. The tolerance is half a period plus the change of the pace; the next contact
     /// may be later, as with a late edge.
     pub(super) fn agrees(self, elapsed_us: i64, contacts: i64) -> bool {
-        let (Ok(mean_us), Ok(averaged)) =
-            (i64::try_from(self.elapsed_us), i64::try_from(self.contacts))
-        else {
-            return false;
+        let expected_us = |contacts| {
+            let mean_us = i64::try_from(self.elapsed_us).ok()?;
+            let averaged = i64::try_from(self.contacts).ok()?;
+            mean_us.saturating_mul(contacts).checked_div(averaged)
         };
-        let (Some(period_us), Some(expected_us)) = (
-            mean_us.checked_div(averaged),
-            mean_us.saturating_mul(contacts).checked_div(averaged),
-        ) else {
+        let (Some(period_us), Some(expected_us)) = (expected_us(1), expected_us(contacts)) else {
             return false;
         };
         let tolerance_us = period_us / 2 + expected_us.abs() / 256;
-        let latest_us = match contacts {
-            1 => MOST_PERIODS * period_us,
-            _ => expected_us + tolerance_us,
-        };
-        let earliest_us = match contacts {
-            1 => 1,
-            _ => expected_us - tolerance_us,
-        };
-        (earliest_us..=latest_us).contains(&elapsed_us)
+        match contacts {
+            1 => (1..=MOST_PERIODS * period_us).contains(&elapsed_us),
+            _ => (expected_us - elapsed_us).abs() <= tolerance_us,
+        }
     }
 
     /// Number of contacts missing in `elapsed_us`, in which the number has advanced by `numbers`. The pace

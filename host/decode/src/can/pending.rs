@@ -10,7 +10,7 @@ use crate::{DecodeError, RowSink};
 
 /// Number of rows kept: a second of four feet. The other frames of a sample follow the contact within
 /// milliseconds; the first SYNC that a foot reports follows within a tenth of a second.
-const KEPT: usize = 4096;
+pub(super) const KEPT: usize = 4096;
 
 /// The newest rows of a log, and the number of rows already handed on.
 #[derive(Default)]
@@ -82,33 +82,19 @@ impl Pending {
         }
     }
 
-    /// Hands on rows in excess of `KEPT`.
+    /// Hands on the oldest rows until `kept` are left.
     pub(super) fn settle(
         &mut self,
+        kept: usize,
         report: &mut Report,
         sink: RowSink<'_>,
     ) -> Result<(), DecodeError> {
-        while self.rows.len() > KEPT {
-            self.hand_on(report, sink)?;
+        while self.rows.len() > kept
+            && let Some(row) = self.take(report)
+        {
+            sink(row).map_err(DecodeError::Rows)?;
         }
         Ok(())
-    }
-
-    /// Hands on all rows.
-    pub(super) fn settle_all(
-        &mut self,
-        report: &mut Report,
-        sink: RowSink<'_>,
-    ) -> Result<(), DecodeError> {
-        while !self.rows.is_empty() {
-            self.hand_on(report, sink)?;
-        }
-        Ok(())
-    }
-
-    fn hand_on(&mut self, report: &mut Report, sink: RowSink<'_>) -> Result<(), DecodeError> {
-        self.take(report)
-            .map_or(Ok(()), |row| sink(row).map_err(DecodeError::Rows))
     }
 
     /// Removes and returns the oldest row.

@@ -21,22 +21,9 @@ pub(super) fn row_of(contact: &Contact, micros: u64, turn: Turn, node: NodeId) -
     }
 }
 
-/// Whether a frame belongs to the contact whose row it should complete.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Belongs {
-    /// The frame has no time, or the contact's time.
-    ToTheContact,
-    /// The frame has another time; its values are discarded.
-    Elsewhere,
-}
-
-/// Completes the row of the contact at `short` with another frame of the foot.
-pub(super) fn complete(
-    row: &mut ContactRow,
-    pdo: Pdo,
-    bytes: &[u8; 8],
-    short: ShortTime,
-) -> Belongs {
+/// Completes the row of the contact at `short` with another frame of the foot, and returns whether it belongs to that
+/// contact. The values of a frame with another time are discarded.
+pub(super) fn complete(row: &mut ContactRow, pdo: Pdo, bytes: &[u8; 8], short: ShortTime) -> bool {
     let mut time = short;
     match pdo {
         Pdo::Contact => {}
@@ -63,11 +50,7 @@ pub(super) fn complete(
         }
         Pdo::Health => row.flags = Some(Health::decode(bytes).flags),
     }
-    if time == short {
-        Belongs::ToTheContact
-    } else {
-        Belongs::Elsewhere
-    }
+    time == short
 }
 
 /// Name of a PDO in reports.

@@ -4,7 +4,7 @@
 //! Source of the format: "CAN, Log & Trigger ASC Logging Format Specification", Vector, version
 //! 1.4.6; and the files of python-can 4.6 and of can-utils' `log2asc`.
 
-use super::text::{Identifier, bytes, seconds};
+use super::text::{Identifier, Payload, bytes, seconds};
 use super::{LogContent, LogLine, LogTimes, Other, is_name};
 
 /// Flag of a CAN FD line: the frame has the format of CAN FD.
@@ -28,6 +28,17 @@ impl Default for AscHeader {
     }
 }
 
+/// Returns a frame of a channel, if it has this length.
+fn frame<'a>(
+    id: Identifier,
+    channel: &'a str,
+    length: usize,
+    data: &Payload,
+) -> Option<LogContent<'a>> {
+    let is_whole = data.get().len() == length && is_name(channel);
+    id.frame(channel, data.get()).filter(|_| is_whole)
+}
+
 /// Returns whether a line is a header line unique to ASC.
 #[must_use]
 pub fn is_header(line: &str) -> bool {
@@ -38,14 +49,10 @@ impl AscHeader {
     /// Reads a line; `None` if it is not a line of an ASC log.
     pub fn read<'a>(&mut self, line: &'a str) -> Option<LogLine<'a>> {
         if self.header_line(line).is_some() {
-            return Some(LogLine {
-                time: None,
-                content: LogContent::Aside,
-            });
+            return Some(LogLine::without_time(LogContent::Aside));
         }
-        let (time, event) = line
-            .trim_start()
-            .split_once(|c: char| c.is_ascii_whitespace())?;
+        let line = line.trim_start();
+        let (time, event) = line.split_once(|c: char| c.is_ascii_whitespace())?;
         let time = Some(seconds(time)?);
         let content = self.event(event.trim())?;
         Some(LogLine { time, content })
@@ -105,7 +112,8 @@ impl AscHeader {
                         // A length code of more than eight means eight bytes.
                         let length = usize::from_str_radix(words.next()?, 16).ok()?;
                         let length = (length <= 15).then_some(length.min(8))?;
-                        self.frame(id, first, length, words)
+                        let data = bytes(words.take(length), self.base)?;
+                        frame(id, first, length, &data)
                     }
                     _ => None,
                 }
@@ -146,32 +154,14 @@ impl AscHeader {
             Some(LogContent::Other(Other::Fd))
         } else if is_remote {
             Some(LogContent::Other(Other::Remote))
-        } else if data.get().len() == length && is_name(channel) {
-            id.frame(channel, data.get())
         } else {
-            None
+            frame(id, channel, length, &data)
         }
-    }
-
-    fn frame<'a>(
-        &self,
-        id: Identifier,
-        channel: &'a str,
-        length: usize,
-        words: impl Iterator<Item = &'a str>,
-    ) -> Option<LogContent<'a>> {
-        let data = bytes(words.take(length), self.base)?;
-        if data.get().len() != length || !is_name(channel) {
-            return None;
-        }
-        id.frame(channel, data.get())
     }
 
     fn identifier(&self, text: &str) -> Option<Identifier> {
-        let (digits, is_extended) = match text.strip_suffix(['x', 'X']) {
-            Some(digits) => (digits, true),
-            None => (text, false),
-        };
+        let extended = text.strip_suffix(['x', 'X']);
+        let (digits, is_extended) = (extended.unwrap_or(text), extended.is_some());
         let is_number = digits.bytes().all(|byte| byte.is_ascii_hexdigit());
         let id = u32::from_str_radix(digits, self.base).ok();
         Identifier::new(id.filter(|_| is_number)?, is_extended)

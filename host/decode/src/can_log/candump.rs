@@ -23,20 +23,15 @@ pub fn parse(line: &str) -> Option<LogLine<'_>> {
 
 /// Reads the textual explanation of an error frame, on an indented line of its own (`-e`).
 fn explanation(line: &str) -> Option<LogLine<'_>> {
-    line.starts_with('\t').then_some(LogLine {
-        time: None,
-        content: LogContent::Other(Other::Event),
-    })
+    let event = LogLine::without_time(LogContent::Other(Other::Event));
+    line.starts_with('\t').then_some(event)
 }
 
 /// Reads a line of `candump -l`; `None` if it has another format.
 #[must_use]
 pub fn log_line(line: &str) -> Option<LogLine<'_>> {
     if let Some(count) = dropped(line) {
-        return Some(LogLine {
-            time: None,
-            content: LogContent::Dropped(count),
-        });
+        return Some(LogLine::without_time(LogContent::Dropped(count)));
     }
     let mut words = line.split_ascii_whitespace();
     let (time, interface, frame) = (words.next()?, words.next()?, words.next()?);
@@ -44,39 +39,29 @@ pub fn log_line(line: &str) -> Option<LogLine<'_>> {
     if !matches!(words.next(), None | Some("R" | "T")) || words.next().is_some() {
         return None;
     }
-    let time = time
-        .strip_prefix('(')?
-        .strip_suffix(')')
-        .and_then(micros)
-        .filter(|_| is_name(interface))?;
-    Some(LogLine {
-        time: Some(time),
-        content: compact(interface, frame)?,
-    })
+    let time = within(time, '(', ')').and_then(micros);
+    let time = time.filter(|_| is_name(interface))?;
+    let (time, content) = (Some(time), compact(interface, frame)?);
+    Some(LogLine { time, content })
 }
 
 /// Parses an identifier, `#`, and flags, data or length of the frame.
 fn compact<'a>(interface: &'a str, frame: &str) -> Option<LogContent<'a>> {
     let (id, content) = frame.split_once('#')?;
     let (id, kind) = identifier(id)?;
+    let whole = content;
     if let Some(fd) = content.strip_prefix('#') {
         let (flags, payload) = fd.split_at_checked(1)?;
         let is_flags = flags.bytes().all(|byte| byte.is_ascii_hexdigit());
         let length = bytes(payload)?.len();
         return (is_flags && is_fd_length(length)).then_some(LogContent::Other(Other::Fd));
     }
-    let (content, raw_length) = match content.split_once('_') {
-        Some((content, raw)) => (content, Some(raw)),
-        None => (content, None),
-    };
-    let length = if let Some(length) = content.strip_prefix('R') {
-        match length.as_bytes() {
-            [] => 0,
-            [digit @ b'0'..=b'8'] => usize::from(digit - b'0'),
-            _ => return None,
-        }
-    } else {
-        bytes(content)?.len()
+    let (content, raw_length) = content.split_once('_').unzip();
+    let content = content.unwrap_or(whole);
+    let length = match content.as_bytes() {
+        [b'R'] => 0,
+        [b'R', digit @ b'0'..=b'8'] => usize::from(digit - b'0'),
+        _ => bytes(content)?.len(),
     };
     if length > 8 || raw_length.is_some_and(|raw| length != 8 || !is_raw_length(raw)) {
         return None;
@@ -122,10 +107,9 @@ fn printed<'a>(
     rest: &str,
 ) -> Option<LogContent<'a>> {
     // A raw length of more than eight is in braces (-8).
-    let (length, most) = if let Some(raw) = within(length, '{', '}') {
-        (is_raw_length(raw).then_some(8)?, 8)
-    } else {
-        (within(length, '[', ']')?.parse().ok()?, 64)
+    let (length, most) = match within(length, '{', '}') {
+        Some(raw) => (is_raw_length(raw).then_some(8)?, 8),
+        None => (within(length, '[', ']')?.parse().ok()?, 64),
     };
     if length > most || !is_fd_length(length) {
         return None;
@@ -174,10 +158,9 @@ fn dated(date: &str, clock: &str) -> Option<Timestamp> {
         return None;
     }
     // Days since 1970, with years that begin in March so that the leap day is the last day.
-    let (years, months) = if month > 2 {
-        (year, month - 3)
-    } else {
-        (year - 1, month + 9)
+    let (years, months) = match month {
+        0..=2 => (year - 1, month + 9),
+        _ => (year, month - 3),
     };
     let days = 365 * years + years / 4 - years / 100 + years / 400 + (153 * months + 2) / 5 + day
         - 719_469;
@@ -240,22 +223,19 @@ fn micros(text: &str) -> Option<Timestamp> {
         return None;
     }
     let whole: u64 = seconds.parse().ok()?;
-    let micros = whole
-        .checked_mul(1_000_000)?
-        .checked_add(fraction.get(..6)?.parse().ok()?)?;
+    let micros = fraction.get(..6)?.parse().ok()?;
+    let micros = whole.checked_mul(1_000_000)?.checked_add(micros)?;
     Some(Timestamp::from_micros(micros))
 }
 
 /// Parses pairs of hexadecimal digits, as written by `candump`; dots between them are allowed.
 fn bytes(text: &str) -> Option<Vec<u8>> {
     let digits: Vec<char> = text.chars().filter(|c| *c != '.').collect();
-    digits
-        .chunks(2)
-        .map(|pair| match pair {
-            [high, low] => Some((high.to_digit(16)? << 4 | low.to_digit(16)?) as u8),
-            _ => None,
-        })
-        .collect()
+    let byte = |pair: &[char]| match pair {
+        [high, low] => Some((high.to_digit(16)? << 4 | low.to_digit(16)?) as u8),
+        _ => None,
+    };
+    digits.chunks(2).map(byte).collect()
 }
 
 #[cfg(test)]

@@ -35,19 +35,11 @@ impl Logged {
     /// Formats the frame as a line of `candump -l`, without line feed.
     #[must_use]
     pub fn line(self, interface: &str) -> impl fmt::Display {
+        let (id, data) = (self.frame.id(), self.frame.data().iter());
+        let data: String = data.map(|byte| format!("{byte:02X}")).collect();
         let micros = self.at.as_micros();
-        let data: String = self
-            .frame
-            .data()
-            .iter()
-            .map(|byte| format!("{byte:02X}"))
-            .collect();
-        format!(
-            "({}.{:06}) {interface} {:03X}#{data}",
-            micros / 1_000_000,
-            micros % 1_000_000,
-            self.frame.id()
-        )
+        let (seconds, micros) = (micros / 1_000_000, micros % 1_000_000);
+        format!("({seconds}.{micros:06}) {interface} {id:03X}#{data}")
     }
 }
 
@@ -58,6 +50,14 @@ pub struct LogLine<'a> {
     pub time: Option<Timestamp>,
     /// Content of the line.
     pub content: LogContent<'a>,
+}
+
+impl<'a> LogLine<'a> {
+    /// A line without a time.
+    const fn without_time(content: LogContent<'a>) -> Self {
+        let time = None;
+        Self { time, content }
+    }
 }
 
 /// Content of a line of a log.
@@ -74,19 +74,21 @@ pub enum LogContent<'a> {
     Aside,
 }
 
-/// Kinds of entries that no foot sends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Other {
-    /// A remote frame.
-    Remote,
-    /// A data frame with an identifier of 29 bits.
-    Extended,
-    /// An error frame of the interface.
-    Error,
-    /// A CAN FD frame.
-    Fd,
-    /// An event of the logging program or of another bus.
-    Event,
+samples::named! {
+    /// Kinds of entries that no foot sends, with their names in reports.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Other {
+        /// A remote frame.
+        Remote = "remote",
+        /// A data frame with an identifier of 29 bits.
+        Extended = "extended",
+        /// An error frame of the interface.
+        Error = "error_frame",
+        /// A CAN FD frame.
+        Fd = "fd",
+        /// An event of the logging program or of another bus.
+        Event = "events",
+    }
 }
 
 /// Reference of the times in a log.
@@ -98,32 +100,23 @@ pub enum LogTimes {
     Differences,
 }
 
-/// A form of log.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Form {
-    /// `candump -l`.
-    CandumpLog,
-    /// `candump` as it prints on a terminal.
-    CandumpTerminal,
-    /// Vector's ASC.
-    VectorAsc,
-    /// python-can's CSV.
-    PythonCanCsv,
+samples::named! {
+    /// A form of log.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Form {
+        /// `candump -l`.
+        CandumpLog = "candump -l",
+        /// `candump` as it prints on a terminal.
+        CandumpTerminal = "candump",
+        /// Vector's ASC.
+        VectorAsc = "Vector ASC",
+        /// python-can's CSV.
+        PythonCanCsv = "python-can's CSV",
+    }
 }
 
 impl Form {
-    /// Its name in messages.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::CandumpLog => "candump -l",
-            Self::CandumpTerminal => "candump",
-            Self::VectorAsc => "Vector ASC",
-            Self::PythonCanCsv => "python-can's CSV",
-        }
-    }
-
     /// An example line.
     #[must_use]
     pub const fn example(self) -> &'static str {

@@ -15,10 +15,7 @@ pub const HEADER: &str = "timestamp,arbitration_id,extended,remote,error,dlc,dat
 pub fn parse(line: &str) -> Option<LogLine<'_>> {
     let line = line.trim();
     if line == HEADER {
-        return Some(LogLine {
-            time: None,
-            content: LogContent::Aside,
-        });
+        return Some(LogLine::without_time(LogContent::Aside));
     }
     let mut cells = line.split(',');
     let mut cell = || cells.next();
@@ -54,15 +51,12 @@ fn time(text: &str) -> Option<Timestamp> {
     if let Some(time) = seconds(text) {
         return Some(time);
     }
-    let is_float = text
-        .bytes()
-        .all(|byte| byte.is_ascii_digit() || matches!(byte, b'.' | b'e' | b'-' | b'+'));
+    let allowed = |byte: u8| byte.is_ascii_digit() || matches!(byte, b'.' | b'e' | b'-' | b'+');
+    let is_float = text.bytes().all(allowed);
     let micros = text.parse::<f64>().ok().filter(|_| is_float)? * 1e6;
     // A float represents every microsecond up to this limit.
-    let limit = (1_u64 << 53) as f64;
-    (0.0..limit)
-        .contains(&micros)
-        .then(|| Timestamp::from_micros(micros.round() as u64))
+    let is_exact = (0.0..(1_u64 << 53) as f64).contains(&micros);
+    is_exact.then(|| Timestamp::from_micros(micros.round() as u64))
 }
 
 #[cfg(test)]

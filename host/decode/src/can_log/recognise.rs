@@ -42,23 +42,18 @@ const LONGEST_DIFFERENCE_US: u64 = 1_000_000_000_000;
 /// Distinguishes differences from absolute times: absolute times rarely decrease, differences do every few
 /// lines.
 fn printed_times(text: &str) -> LogTimes {
-    let times: Vec<u64> = text
-        .lines()
-        .filter_map(candump::terminal_line)
-        .filter_map(|line| line.time.map(Timestamp::as_micros))
-        .collect();
+    let lines = text.lines().filter_map(candump::terminal_line);
+    let times = lines.filter_map(|line| line.time.map(Timestamp::as_micros));
+    let times: Vec<u64> = times.collect();
     let falls = times.windows(2).filter(|pair| pair[1] < pair[0]).count();
     let rises = times.windows(2).filter(|pair| pair[1] > pair[0]).count();
     // A steady bus repeats the same difference.
     let is_steady = rises <= 1 && times.len() > 2 && times.last() > Some(&0);
-    if times.iter().any(|time| *time > LONGEST_DIFFERENCE_US) {
+    match falls * 10 > falls + rises || is_steady {
         // Times since 1970: the clocks of two interfaces may differ, or stamp several frames alike.
-        return LogTimes::Absolute;
-    }
-    if falls * 10 > falls + rises || is_steady {
-        LogTimes::Differences
-    } else {
-        LogTimes::Absolute
+        _ if times.iter().any(|time| *time > LONGEST_DIFFERENCE_US) => LogTimes::Absolute,
+        true => LogTimes::Differences,
+        false => LogTimes::Absolute,
     }
 }
 

@@ -13,11 +13,9 @@ pub(super) fn seconds(text: &str) -> Option<Timestamp> {
         return None;
     }
     let nanos: u64 = format!("{fraction:0<9}").parse().ok()?;
-    let micros = whole
-        .parse::<u64>()
-        .ok()?
-        .checked_mul(1_000_000)?
-        .checked_add((nanos + 500) / 1000)?;
+    let whole: u64 = whole.parse().ok()?;
+    let micros = whole.checked_mul(1_000_000)?;
+    let micros = micros.checked_add((nanos + 500) / 1000)?;
     Some(Timestamp::from_micros(micros))
 }
 

@@ -21,13 +21,14 @@ use ros::compat::{FEET, LOW_STATE_TOPIC, place};
 use ros::mcap_file::{Declared, Times};
 use ros::{AllFeet, Compat, McapFile, RosMessage};
 
+use crate::convert::earliest;
 use crate::error::Error;
 use crate::files::write_file;
 use crate::foot_names::unlike;
 use crate::mcap_recording::io_error;
 use crate::messages::warn;
 use low_state::LowState;
-use stream::{Due, Stream};
+use stream::Stream;
 
 pub use low_state::LowStates;
 
@@ -67,7 +68,7 @@ impl OfAllFeet {
         if *self == Self::default() {
             return;
         }
-        let all: Vec<&str> = FEET.iter().map(|[name, _]| *name).collect();
+        let all = FEET.map(|[name, _]| name);
         for name in names.iter().filter(|name| place(name).is_none()) {
             let all = all.join(", ");
             warn(format!(
@@ -75,10 +76,8 @@ impl OfAllFeet {
             ));
         }
         let is_absent = |at: &usize| names.iter().all(|name| place(name) != Some(*at));
-        let absent: Vec<&str> = (0..FEET.len())
-            .filter(is_absent)
-            .map(|at| all[at])
-            .collect();
+        let absent = (0..FEET.len()).filter(is_absent).map(|at| all[at]);
+        let absent: Vec<&str> = absent.collect();
         if !absent.is_empty() {
             warn(format!(
                 "the bag has no foot {}: in messages of all feet each counts as in swing",
@@ -100,9 +99,9 @@ pub fn write(
     of_all_feet: &OfAllFeet,
     path: &Path,
 ) -> Result<Vec<String>, Error> {
-    let mut outcome = Ok(Vec::new());
-    let file = || input.display().to_string();
-    let written = write_file(path, |to| {
+    let mut notices = Vec::new();
+    let file = input.display().to_string();
+    write_file(path, |to| {
         let mut bag = McapFile::new(NoSeek::new(to)).map_err(io_error)?;
         let mut streams = Vec::new();
         let mut names: Vec<String> = Vec::new();
@@ -116,70 +115,41 @@ pub fn write(
         let topics = topics.chain(of_all_feet.topics()).collect();
         let compats = &of_all_feet.compats;
         let mut merging = Merging {
+            file: &file,
             bag: &mut bag,
             streams: &mut streams,
             topics,
             places: names.iter().map(|name| place(name)).collect(),
             all_feet: (!compats.is_empty()).then(|| AllFeet::new(compats)),
             low_state: of_all_feet.low_states.as_ref().map(LowState::new),
-            refused: None,
         };
-        let copied = copy(input, &mut merging);
-        match merging.refused.take() {
-            None => {}
-            Some(Refused::Taken(topic)) => {
-                let file = file();
-                outcome = Err(Error::TopicTaken { file, topic });
-                return Err(io::ErrorKind::InvalidInput.into());
-            }
-            Some(Refused::NoForces(topic, what)) => {
-                let file = file();
-                outcome = Err(Error::NoForces { file, topic, what });
-                return Err(io::ErrorKind::InvalidInput.into());
-            }
-        }
-        let notices = match copied {
-            Ok(copied) => copied?,
-            Err(error) => {
-                outcome = Err(error.into());
-                return Err(io::ErrorKind::InvalidData.into());
-            }
-        };
+        notices = copy(input, &mut merging).map_err(|error| carried(error.into()))??;
         merging.messages_until(i64::MAX)?;
-        if let (
-            Some(LowStates { topic, .. }),
-            Some(LowState {
-                is_found: false, ..
-            }),
-        ) = (&of_all_feet.low_states, &merging.low_state)
+        if let Some(states) = &of_all_feet.low_states
+            && merging.low_state.is_some_and(|state| !state.is_found)
         {
-            outcome = Err(Error::NoForces {
-                file: file(),
-                topic: topic.clone(),
-                what: "the bag has no message on it".to_owned(),
-            });
-            return Err(io::ErrorKind::InvalidInput.into());
+            let what = "the bag has no message on it".to_owned();
+            return Err(no_forces(&file, &states.topic, what));
         }
-        outcome = Ok(notices);
         bag.finish().map_err(io_error)
-    });
-    match (outcome, written) {
-        (Err(error), _) => Err(error),
-        (Ok(notices), Ok(())) => Ok(notices),
-        (Ok(_), Err(error)) => Err(error.into()),
-    }
+    })?;
+    Ok(notices)
 }
 
-/// Reason why a bag is not copied.
-enum Refused {
-    /// Topic of the copy that the bag has already.
-    Taken(String),
-    /// Topic of states without forces, and half a sentence on them.
-    NoForces(String, String),
+/// Carries an error out of a writer.
+fn carried(error: Error) -> io::Error {
+    io::Error::other(error)
+}
+
+fn no_forces(file: &str, topic: &str, what: String) -> io::Error {
+    let [file, topic] = [file, topic].map(str::to_owned);
+    carried(Error::NoForces { file, topic, what })
 }
 
 /// Receiver that puts messages of the feet between those of others.
 struct Merging<'a, 'b, W: Write + io::Seek> {
+    /// Name of the bag in messages.
+    file: &'a str,
     bag: &'a mut McapFile<W>,
     streams: &'a mut [Stream<'b>],
     /// Topics of the feet.
@@ -188,25 +158,15 @@ struct Merging<'a, 'b, W: Write + io::Seek> {
     places: Vec<Option<usize>>,
     all_feet: Option<AllFeet>,
     low_state: Option<LowState>,
-    refused: Option<Refused>,
 }
 
 impl<W: Write + io::Seek> Merging<'_, '_, W> {
     /// Writes the messages of the feet up to a time of writing, µs.
     fn messages_until(&mut self, until_us: i64) -> io::Result<()> {
-        loop {
-            let mut first: Option<(Due, usize)> = None;
-            for (index, stream) in self.streams.iter_mut().enumerate() {
-                if let Some(due) = stream.due()?
-                    && due.written_us <= until_us
-                    && first.is_none_or(|(before, _)| due.written_us < before.written_us)
-                {
-                    first = Some((due, index));
-                }
-            }
-            let Some((due, index)) = first else {
-                return Ok(());
-            };
+        while let Some((due, index)) = earliest(self.streams, |stream| {
+            let due = stream.due()?.filter(|due| due.written_us <= until_us);
+            Ok(due.map(|due| (due.written_us, due)))
+        })? {
             let (messages, load) = self.streams[index].take(due);
             for published in messages {
                 self.bag.write(&published).map_err(io_error)?;
@@ -225,14 +185,15 @@ impl<W: Write + io::Seek> Merging<'_, '_, W> {
                 }
             }
         }
+        Ok(())
     }
 }
 
 impl<W: Write + io::Seek> Receiver for Merging<'_, '_, W> {
     fn message(&mut self, channel: &Channel, written: Written, payload: &[u8]) -> io::Result<()> {
         if self.topics.contains(&channel.topic) {
-            self.refused = Some(Refused::Taken(channel.topic.clone()));
-            return Err(io::ErrorKind::InvalidInput.into());
+            let (file, topic) = (self.file.to_owned(), channel.topic.clone());
+            return Err(carried(Error::TopicTaken { file, topic }));
         }
         let schema = channel.schema.as_deref();
         let declared = Declared {
@@ -252,18 +213,16 @@ impl<W: Write + io::Seek> Receiver for Merging<'_, '_, W> {
             sequence: written.sequence,
         };
         self.bag.copy(&declared, times, payload).map_err(io_error)?;
-        let low_state = self.low_state.as_mut();
-        let replaced = low_state.map(|low_state| low_state.replaced(channel, payload));
-        match replaced.transpose() {
-            Ok(None | Some(None)) => Ok(()),
-            Ok(Some(Some(message))) => {
+        let Some(low_state) = &mut self.low_state else {
+            return Ok(());
+        };
+        let replaced = low_state.replaced(channel, payload);
+        match replaced.map_err(|what| no_forces(self.file, &channel.topic, what))? {
+            None => Ok(()),
+            Some(message) => {
                 let topic = LOW_STATE_TOPIC;
                 let declared = Declared { topic, ..declared };
                 self.bag.copy(&declared, times, &message).map_err(io_error)
-            }
-            Err(what) => {
-                self.refused = Some(Refused::NoForces(channel.topic.clone(), what));
-                Err(io::ErrorKind::InvalidInput.into())
             }
         }
     }

@@ -46,12 +46,11 @@ impl<'a> Stream<'a> {
             let sample = sample?;
             Ok((replay.update(&sample), sample.load))
         });
-        let estimates = estimates.filter(move |estimated: &io::Result<(ContactEstimate, _)>| {
-            estimated
-                .as_ref()
-                .map_or(true, |(estimate, _)| span.contains(estimate.timestamp))
-        });
-        let estimates: Estimated<'_> = Box::new(estimates);
+        let is_in = move |estimated: &io::Result<(ContactEstimate, _)>| match estimated {
+            Ok((estimate, _)) => span.contains(estimate.timestamp),
+            Err(_) => true,
+        };
+        let estimates: Estimated<'_> = Box::new(estimates.filter(is_in));
         let mut events = foot.events.clone();
         events.sort_by_key(|event| event.time);
         Ok(Self {

@@ -10,11 +10,12 @@ use recordings::replay::replay_observed;
 use scoring::inclination::InclinationScore;
 
 use super::headings::ESTIMATOR;
-use super::recording::{ReadingArguments, check, check_axes};
+use super::recording::{ReadingArguments, check};
 use crate::attitude::AttitudeReport;
 use crate::error::Error;
+use crate::messages::warn;
 use crate::progress::{self, Bars};
-use crate::report::{SummaryStyle, print, print_text, warn};
+use crate::report::{SummaryStyle, print, print_text};
 use crate::targets;
 
 /// Arguments of `footfall attitude`.
@@ -40,9 +41,8 @@ pub struct AttitudeArguments {
 
 impl AttitudeArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
-        let resolved = self
-            .reading
-            .resolved(Preset::Default, self.config.as_deref())?;
+        let config = self.config.as_deref();
+        let resolved = self.reading.resolved(Preset::Default, config)?;
         let params = resolved.params(Format::Csv);
         targets::check_inputs(&self.inputs)?;
         let hints = self.reading.hints(&resolved)?;
@@ -55,11 +55,9 @@ impl AttitudeArguments {
                 loaded.notices.iter().for_each(warn);
                 let file = input.display().to_string();
                 let name = loaded.recording.name.as_str();
-                check_axes(&resolved, [name].into_iter())?;
-                let findings = check(&loaded.recording, &loaded.recording.name, &hints)
-                    .into_iter()
-                    .filter(concerns_attitude)
-                    .collect::<Vec<_>>();
+                resolved.check_axes(&[name])?;
+                let mut findings = check(&loaded.recording, &loaded.recording.name, &hints);
+                findings.retain(concerns_attitude);
                 self.reading.report(&file, &findings)?;
                 let origins = resolved.origins(&file);
                 origins.check_effects(&params)?;
@@ -74,12 +72,7 @@ impl AttitudeArguments {
         if self.markdown {
             print_text(&report.markdown())
         } else {
-            let style = if self.json {
-                SummaryStyle::Json
-            } else {
-                SummaryStyle::Text
-            };
-            print(&report, style, [])
+            print(&report, SummaryStyle::of(self.json), [])
         }
         .map_err(Error::Print)
     }

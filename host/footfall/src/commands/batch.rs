@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use analysis::batch::pattern::PathPattern;
 use analysis::batch::run::{Reason, RecordingOutcome, Results, Stale, Watch};
-use analysis::batch::sources::{FoundRecording, PassedOver, Search, Sources, find};
+use analysis::batch::sources::{FoundRecording, PassedOver, Search, find};
 use analysis::batch::{
     BatchRow, BatchSettings, FeetWanted, Plausibility, Progress, Status, Verify,
 };
@@ -27,11 +27,11 @@ use serde::Serialize;
 use super::headings::{ESTIMATOR, INPUT, OUTPUT};
 use super::recording::RecordingArguments;
 use crate::error::Error;
+use crate::files::check_can_be_directory;
 use crate::messages::{aside, detail, error, warn};
 use crate::progress::Bars;
 use crate::report::{SummaryStyle, print};
 use crate::schema::{Described, SchemaKind};
-use crate::targets;
 
 /// Arguments of `footfall batch`.
 #[derive(Debug, Args)]
@@ -154,17 +154,11 @@ impl fmt::Display for BatchReport {
                 writeln!(f, "to do    {}: {}", recording.recording, reason.sentence())?;
             }
         }
-        let Self {
-            done,
-            up_to_date,
-            failed,
-            to_do,
-            ..
-        } = self;
-        match to_do {
-            0 => write!(f, "batch    {done} done")?,
+        match self.to_do {
+            0 => write!(f, "batch    {} done", self.done)?,
             to_do => write!(f, "batch    {to_do} to do")?,
         }
+        let (up_to_date, failed) = (self.up_to_date, self.failed);
         write!(f, ", {up_to_date} up to date, {failed} failed")?;
         let passed_over = self.passed_over.len();
         if passed_over > 0 {
@@ -187,29 +181,24 @@ impl fmt::Display for BatchReport {
 
 impl BatchArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
-        targets::check_can_be_directory(&self.out)?;
+        check_can_be_directory(&self.out)?;
         if self.prune && !self.yes && !self.dry_run && !self.can_ask() {
             return Err(Error::NoTerminal);
         }
         let settings = self.settings()?;
-        let Sources {
-            recordings,
-            passed_over,
-            not_as_the_pattern,
-        } = find(
-            &self.sources,
-            &Search {
-                robot: self.robot.clone(),
-                pattern: self.path_pattern.clone(),
-                format: self.recording.reading.format,
-                out: self.out.clone(),
-            },
-        )?;
+        let search = Search {
+            robot: self.robot.clone(),
+            pattern: self.path_pattern.clone(),
+            format: self.recording.reading.format,
+            out: self.out.clone(),
+        };
+        let found = find(&self.sources, &search)?;
+        let (recordings, passed_over) = (found.recordings, found.passed_over);
         for PassedOver { path, reason } in &passed_over {
             detail(format!("{path} is passed over: {reason}"));
         }
-        if let Some(example) = not_as_the_pattern.first() {
-            let count = not_as_the_pattern.len();
+        if let Some(example) = found.not_as_the_pattern.first() {
+            let count = found.not_as_the_pattern.len();
             warn(format!(
                 "{count} of {} recordings are not as --path-pattern has it, such as {example}",
                 recordings.len()
@@ -217,15 +206,14 @@ impl BatchArguments {
         }
         let jobs = self.jobs.unwrap_or_else(jobs::all_cores);
         let watching = Watching::new(&recordings, self.json || self.dry_run);
-        let results = if self.dry_run {
-            let results = Results::look(&self.out);
-            results.plan(&recordings, &settings, self.verify, jobs, &watching);
-            results
-        } else {
-            let results = Results::open(&self.out)?;
-            results.estimate(&recordings, &settings, self.verify, jobs, &watching)?;
-            results
+        let results = match self.dry_run {
+            true => Results::look(&self.out),
+            false => Results::open(&self.out)?,
         };
+        match self.dry_run {
+            true => results.plan(&recordings, &settings, self.verify, jobs, &watching),
+            false => results.estimate(&recordings, &settings, self.verify, jobs, &watching)?,
+        }
         let stale = results.stale(&recordings, &self.sources);
         for Stale { recording, key, .. } in &stale {
             let name = recording.as_ref().unwrap_or(key);
@@ -235,26 +223,21 @@ impl BatchArguments {
         if pruned {
             results.prune(&stale)?;
         }
-        let State {
-            report,
-            feet,
-            corrections,
-            ..
-        } = watching.finish();
+        let state = watching.finish();
         let report = BatchReport {
             passed_over,
             stale,
             pruned,
-            ..report
+            ..state.report
         };
         // Only a warning, because the results are written already.
-        let without = settings.feet_without_recording(&feet, &corrections);
+        let feet = &state.feet;
+        let without = settings.feet_without_recording(feet, &state.corrections);
         if !without.is_empty() && !feet.is_empty() {
             let first: Vec<&str> = feet.iter().take(SHOWN).map(String::as_str).collect();
-            let more = if feet.len() > SHOWN {
-                " and others"
-            } else {
-                ""
+            let more = match feet.len() {
+                0..=SHOWN => "",
+                _ => " and others",
             };
             warn(format!(
                 "there are settings of {}, but no recording of it; the feet are {}{more}",
@@ -262,19 +245,12 @@ impl BatchArguments {
                 first.join(", ")
             ));
         }
-        let style = if self.json {
-            SummaryStyle::Json
-        } else {
-            SummaryStyle::Text
-        };
         let written = (!self.dry_run).then_some(&self.out);
-        print(&report, style, written).map_err(Error::Print)?;
-        match report.failed {
-            failed if failed > 0 && !self.dry_run => Err(Error::Failed {
-                failed,
-                recordings: recordings.len(),
-            }),
-            _ => Ok(()),
+        print(&report, SummaryStyle::of(self.json), written).map_err(Error::Print)?;
+        let (failed, recordings) = (report.failed, recordings.len());
+        match failed > 0 && !self.dry_run {
+            true => Err(Error::Failed { failed, recordings }),
+            false => Ok(()),
         }
     }
 
@@ -312,10 +288,9 @@ impl BatchArguments {
             },
             resolved,
             format: reading.format,
-            plausibility: if reading.strict {
-                Plausibility::Required
-            } else {
-                Plausibility::Reported
+            plausibility: match reading.strict {
+                true => Plausibility::Required,
+                false => Plausibility::Reported,
             },
             feet: FeetWanted::All,
         };
@@ -364,10 +339,8 @@ impl Watching {
         self.bar.finish_and_clear();
         let state = self.state.into_inner();
         let mut state = state.unwrap_or_else(PoisonError::into_inner);
-        state
-            .report
-            .recordings
-            .sort_by(|a, b| a.recording.cmp(&b.recording));
+        let recordings = &mut state.report.recordings;
+        recordings.sort_by(|a, b| a.recording.cmp(&b.recording));
         state
     }
 }
@@ -429,10 +402,9 @@ impl Watch for Watching {
 /// Prints the findings of a recording when it is estimated, and its failure in each run.
 fn say(name: &str, action: Action, rows: &[BatchRow]) {
     for row in rows {
-        let of_feet = if rows.len() > 1 {
-            format!("{name} {}", row.foot)
-        } else {
-            name.to_owned()
+        let of_feet = match rows.len() {
+            0 | 1 => name.to_owned(),
+            _ => format!("{name} {}", row.foot),
         };
         let found = row.found.iter().filter(|_| action == Action::Estimated);
         for finding in found.flat_map(|found| &found.finding_messages) {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::{self, Display};
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use analysis::calibrate::CalibrationError;
 use analysis::calibrate::learnt::{LearntCalibration, LearntFoot};
@@ -15,19 +15,19 @@ use analysis::summary::{InputFile, InputReport, WithInputs};
 use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
 use estimator_core::Params;
-use recordings::input::{Correction, Format, Hints, Loaded};
+use recordings::input::{Correction, Format, Hints, InputError, Loaded, Opened};
 use recordings::plausible::{self, Finding};
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::headings::{ESTIMATOR, OUTPUT};
-use super::recording::{self, RecordingArguments, check, check_axes, warn_of_unused_feet};
+use super::recording::{self, RecordingArguments, check};
 use crate::error::Error;
 use crate::files::write_file;
-use crate::messages::detail;
+use crate::messages::{detail, warn};
 use crate::plot;
 use crate::progress::{self, Bars};
-use crate::report::{SummaryStyle, print, warn};
+use crate::report::{SummaryStyle, print};
 use crate::schema::{Described, SchemaKind};
 use crate::targets::{self, Target};
 
@@ -97,12 +97,10 @@ fn set_learnt(mut file: RobotFile, report: &WithInputs<LearntFoot>) -> RobotFile
 impl CalibrateArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
         targets::check_inputs(&self.inputs)?;
-        let configuration = self.output.iter().map(|path| Target::Configuration(path));
-        let picture = self.plot.iter().map(|path| Target::Picture(path));
-        targets::check(
-            &self.inputs,
-            &configuration.chain(picture).collect::<Vec<_>>(),
-        )?;
+        let configuration = self.output.as_deref().map(Target::Configuration);
+        let picture = self.plot.as_deref().map(Target::Picture);
+        let all: Vec<_> = configuration.into_iter().chain(picture).collect();
+        targets::check(&self.inputs, &all)?;
         let resolved = self.recording.resolved(None)?;
         if self.rests {
             self.calibrate_sensor(&resolved)
@@ -117,17 +115,50 @@ impl CalibrateArguments {
         match (&self.foot, hints.foot_corrections.keys().next()) {
             (Some(foot), _) => {
                 let foot = foot.as_str();
-                check_axes(resolved, [foot].into_iter())?;
+                resolved.check_axes(&[foot])?;
                 hints.correction = *hints.correction_of(&[foot]);
                 hints.foot_corrections.clear();
             }
-            (None, Some(named)) => {
-                let foot = named.clone();
-                return Err(Error::WhichFoot { foot });
-            }
+            (None, Some(named)) => return Err(Error::WhichFoot(named.clone())),
             (None, None) => {}
         }
         Ok(hints)
+    }
+
+    fn open(&self, input: &Path) -> Result<Opened, InputError> {
+        progress::open(input, self.recording.reading.format, &Bars::default())
+    }
+
+    /// Reads the recordings, each of one foot.
+    fn recordings(&self, hints: &Hints) -> impl Iterator<Item = Result<Input, Error>> {
+        self.inputs.iter().map(|input| {
+            let opened = self.open(input)?;
+            Ok(Input {
+                file: input.display().to_string(),
+                format: opened.format(),
+                loaded: opened.read(hints)?,
+            })
+        })
+    }
+
+    /// Reports the findings of a recording of `foot`, and returns its report.
+    fn report(
+        &self,
+        Input {
+            file,
+            format,
+            loaded,
+        }: &Input,
+        foot: Option<&str>,
+        findings: &[Finding],
+    ) -> Result<InputReport, Error> {
+        let place = recording::place(file, foot);
+        self.recording.reading.report(&place, findings)?;
+        let source = InputFile {
+            file,
+            format: *format,
+        };
+        Ok(InputReport::of(source, loaded, findings))
     }
 
     fn learn(&self, resolved: &Resolved) -> Result<(), Error> {
@@ -135,14 +166,7 @@ impl CalibrateArguments {
             return self.learn_feet(resolved);
         }
         let hints = self.hints(resolved)?;
-        let inputs = self.inputs.iter().map(|input| {
-            let opened = progress::open(input, self.recording.reading.format, &Bars::default())?;
-            Ok(Input {
-                file: input.display().to_string(),
-                format: opened.format(),
-                loaded: opened.read(&hints)?,
-            })
-        });
+        let inputs = self.recordings(&hints);
         let report = self.learn_foot(resolved, self.foot.as_deref(), &hints, inputs)?;
         if let Some(path) = &self.plot {
             write_file(path, |to| {
@@ -162,7 +186,7 @@ impl CalibrateArguments {
         let hints = self.recording.reading.hints(resolved)?;
         let mut inputs: BTreeMap<String, Vec<Input>> = BTreeMap::new();
         for input in &self.inputs {
-            let opened = progress::open(input, self.recording.reading.format, &Bars::default())?;
+            let opened = self.open(input)?;
             let (file, format) = (input.display().to_string(), opened.format());
             for stored in opened.store_all(&hints)? {
                 let foot = stored.about.foot_or_name().to_owned();
@@ -175,9 +199,9 @@ impl CalibrateArguments {
                 });
             }
         }
-        let names = || inputs.keys().map(String::as_str);
-        check_axes(resolved, names())?;
-        warn_of_unused_feet(resolved, names());
+        let names: Vec<&str> = inputs.keys().map(String::as_str).collect();
+        resolved.check_axes(&names)?;
+        resolved.unused_feet(&names).into_iter().for_each(warn);
         let mut feet = BTreeMap::new();
         for (foot, inputs) in inputs {
             let hints = Hints {
@@ -213,13 +237,10 @@ impl CalibrateArguments {
         let mut rest = RestingUp::default();
         let mut calibration = None;
         for input in recordings {
-            let Input {
-                file,
-                format,
-                loaded,
-            } = input?;
+            let input = input?;
+            let (file, loaded, format) = (&input.file, &input.loaded, input.format);
             let params = resolved.params_of(foot.as_slice(), format);
-            let origins = resolved.origins(&file);
+            let origins = resolved.origins(file);
             origins.check_effects(&params)?;
             let calibration = match &mut calibration {
                 Some(calibration) => calibration,
@@ -234,13 +255,7 @@ impl CalibrateArguments {
                 self.recording.parameters_text(&params, format)
             ));
             let findings = check(&loaded.recording, &loaded.recording.name, hints);
-            let place = recording::place(&file, foot);
-            self.recording.reading.report(&place, &findings)?;
-            let source = InputFile {
-                file: &file,
-                format,
-            };
-            inputs.insert(file.clone(), InputReport::of(source, &loaded, &findings));
+            inputs.insert(file.clone(), self.report(&input, foot, &findings)?);
             rest.add(plausible::gravity_at_rest(&loaded.recording));
             let bar = Bars::default().estimating(loaded.recording.samples.len() as u64);
             let learnt = calibration.add_observed(&loaded.recording, || bar.inc(1));
@@ -266,37 +281,20 @@ impl CalibrateArguments {
         let mut hints = self.hints(resolved)?;
         // Previous results are replaced, not added to.
         hints.correction = Correction::NONE;
-        let loaded: Result<Vec<(Format, Loaded)>, Error> = self
-            .inputs
-            .iter()
-            .map(|input| {
-                let opened =
-                    progress::open(input, self.recording.reading.format, &Bars::default())?;
-                Ok((opened.format(), opened.read(&hints)?))
-            })
-            .collect();
-        let loaded = loaded?;
-        loaded
-            .iter()
-            .flat_map(|(_, loaded)| &loaded.notices)
-            .for_each(warn);
+        let recordings = self.recordings(&hints).collect::<Result<Vec<_>, _>>()?;
+        let notices = recordings.iter().flat_map(|input| &input.loaded.notices);
+        notices.for_each(warn);
         let mut inputs = BTreeMap::new();
-        for (input, (format, loaded)) in self.inputs.iter().zip(&loaded) {
-            let mut findings = check(&loaded.recording, &loaded.recording.name, &hints);
+        for input in &recordings {
+            let recording = &input.loaded.recording;
+            let mut findings = check(recording, &recording.name, &hints);
             // In this calibration the sensor lies on each of its sides in turn.
             findings.retain(|finding| !matches!(finding, Finding::GravityNotAlongZ { .. }));
-            let file = input.display().to_string();
-            let place = recording::place(&file, self.foot.as_deref());
-            self.recording.reading.report(&place, &findings)?;
-            let source = InputFile {
-                file: &file,
-                format: *format,
-            };
-            let report = InputReport::of(source, loaded, &findings);
-            inputs.insert(file, report);
+            let report = self.report(input, self.foot.as_deref(), &findings)?;
+            inputs.insert(input.file.clone(), report);
         }
-        let sensor = SensorCalibration::of(loaded.iter().map(|(_, loaded)| &loaded.recording))
-            .map_err(CalibrationError::from)?;
+        let recordings = recordings.iter().map(|input| &input.loaded.recording);
+        let sensor = SensorCalibration::of(recordings).map_err(CalibrationError::from)?;
         let report = WithInputs {
             report: sensor,
             mounting: None,
@@ -316,20 +314,15 @@ impl CalibrateArguments {
         set: impl FnOnce(RobotFile) -> RobotFile,
     ) -> Result<(), Error> {
         if let Some(path) = &self.output {
-            let file = RobotFile::keeping(resolved.file_text()).map_err(|error| {
-                ConfigError::Unreadable {
-                    file: resolved.file_name().to_owned(),
-                    source: io::Error::other(error),
-                }
+            let file = RobotFile::keeping(resolved.file_text());
+            let file = file.map_err(|error| ConfigError::Unreadable {
+                file: resolved.file_name().to_owned(),
+                source: io::Error::other(error),
             })?;
             let text = set(file).text();
             write_file(path, |to| to.write_all(text.as_bytes()))?;
         }
-        let style = if self.json {
-            SummaryStyle::Json
-        } else {
-            SummaryStyle::Text
-        };
-        print(report, style, self.output.iter().chain(&self.plot)).map_err(Error::Print)
+        let written = self.output.iter().chain(&self.plot);
+        print(report, SummaryStyle::of(self.json), written).map_err(Error::Print)
     }
 }

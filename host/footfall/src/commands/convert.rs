@@ -10,8 +10,8 @@ use estimator_core::Gravity;
 use estimator_core::params::LoadParams;
 use recordings::input::{Format, InputError, TimesSoFar};
 use recordings::plausible::{Check, Finding};
-use recordings::recording::RecordedSample;
 use ros::FootTopics;
+use samples::recording::RecordedSample;
 
 use super::headings::{INPUT, OUTPUT};
 use super::recording::{self, ReadingArguments, with_mounting};
@@ -49,6 +49,7 @@ pub struct ConvertArguments {
 }
 
 /// Properties of a foot found by scanning its samples.
+#[derive(Default)]
 struct Looked {
     samples: u64,
     has_load: bool,
@@ -66,10 +67,8 @@ impl ConvertArguments {
         let resolved = self.reading.resolved(Preset::default(), None)?;
         let hints = self.reading.hints(&resolved)?;
         let stored = opened.store_all(&hints)?;
-        let longest_s = stored
-            .iter()
-            .map(|stored| stored.about.duration_s())
-            .fold(0.0, f64::max);
+        let durations_s = stored.iter().map(|stored| stored.about.duration_s());
+        let longest_s = durations_s.fold(0.0, f64::max);
         if let Some(from) = self.from.filter(|from| *from > longest_s) {
             return Err(Error::BeyondTheEnd {
                 file,
@@ -78,15 +77,12 @@ impl ConvertArguments {
             });
         }
         let names = stored.iter().flat_map(|stored| stored.about.names());
-        recording::check_axes(&resolved, names)?;
+        resolved.check_axes(&names.collect::<Vec<_>>())?;
         let mut feet: Vec<ConvertedFoot> = Vec::new();
         for stored in stored {
             stored.about.notices.iter().for_each(warn);
-            let taken: Vec<String> = feet
-                .iter()
-                .map(|foot: &ConvertedFoot| foot.name.clone())
-                .collect();
-            let name = unlike(stored.about.foot_or_name(), &taken);
+            let taken = feet.iter().map(|foot| foot.name.as_str());
+            let name = unlike(stored.about.foot_or_name(), &taken.collect::<Vec<_>>());
             feet.push(ConvertedFoot { name, stored });
         }
         if feet.len() > 1 && !form.holds_several() {
@@ -104,7 +100,7 @@ impl ConvertArguments {
             looked.push(looked_at);
         }
         if looked.iter().all(|looked| looked.samples == 0) {
-            return Err(Error::NothingInSpan { file });
+            return Err(Error::NothingInSpan(file));
         }
         let bag = self.write(form, &mut feet, &looked, span)?;
         let has_loads = looked.iter().any(|looked| looked.has_load);
@@ -127,22 +123,13 @@ impl ConvertArguments {
         }
         let target = Target::Samples(output);
         targets::check(std::slice::from_ref(&self.input), &[target])?;
-        let is_there = if form == ConvertFormat::Rosbag2 {
-            output.exists()
-        } else {
-            output.is_file() && !self.overwrite
-        };
-        if is_there {
-            let file = named();
-            return Err(match form {
-                ConvertFormat::Rosbag2 => OutputError::NotReplaced { file },
-                _ => OutputError::Exists { file },
-            });
+        match form {
+            ConvertFormat::Rosbag2 if output.exists() => Err(OutputError::NotReplaced(named())),
+            ConvertFormat::Rosbag2 if output == Path::new(STANDARD) => Err(OutputError::NoStdout),
+            ConvertFormat::Rosbag2 => Ok(form),
+            _ if output.is_file() && !self.overwrite => Err(OutputError::Exists(named())),
+            _ => Ok(form),
         }
-        if form == ConvertFormat::Rosbag2 && output == Path::new(STANDARD) {
-            return Err(OutputError::NoStdout);
-        }
-        Ok(form)
     }
 
     fn write(
@@ -159,17 +146,15 @@ impl ConvertArguments {
             }
             return Ok(None);
         }
-        let file = path.display().to_string();
         let has_loads = looked.iter().any(|looked| looked.has_load);
-        let Some(bag) = Bag::new(feet, has_loads) else {
-            return Err(OutputError::TooLate { file }.into());
-        };
+        let bag = Bag::new(feet, has_loads)
+            .ok_or_else(|| OutputError::TooLate(path.display().to_string()))?;
         #[cfg(feature = "bags")]
         if form == ConvertFormat::Mcap {
             write_file(path, |to| bag.write_mcap(feet, span, to))?;
         } else {
             let written = bag.write_rosbag2(feet, span, path);
-            written.map_err(|source| OutputError::Unwritable { file, source })?;
+            written.map_err(OutputError::unwritable(path))?;
         }
         if bag.shift_us != 0 {
             warn(format!(
@@ -191,11 +176,9 @@ impl ConvertArguments {
         thresholds: Option<LoadParams>,
     ) -> Result<(), Error> {
         let output = self.output.display();
-        let counts: Vec<String> = feet
-            .iter()
-            .zip(looked)
-            .map(|(foot, looked)| format!("{} samples of {}", looked.samples, foot.name))
-            .collect();
+        let counts = feet.iter().zip(looked);
+        let counts = counts.map(|(foot, of)| format!("{} samples of {}", of.samples, foot.name));
+        let counts: Vec<String> = counts.collect();
         let mut options: Vec<String> = Vec::new();
         if feet.len() > 1 {
             options.push("--topic all".to_owned());
@@ -204,11 +187,8 @@ impl ConvertArguments {
             // `--topic all` expects the load topics in the order of the feet's topic names.
             let mut topics: Vec<&FootTopics> = bag.topics.iter().collect();
             topics.sort_by(|a, b| a.imu.cmp(&b.imu));
-            options.extend(
-                topics
-                    .iter()
-                    .map(|topics| format!("--load-topic {}", topics.load)),
-            );
+            let topics = topics.into_iter();
+            options.extend(topics.map(|topics| format!("--load-topic {}", topics.load)));
         }
         for option in looked.iter().flat_map(|looked| &looked.options) {
             if !options.contains(option) {
@@ -248,11 +228,7 @@ fn look(foot: &mut ConvertedFoot, span: Span) -> io::Result<(Looked, Vec<Finding
     let about = foot.stored.about.clone();
     let mut check = Check::new(about.sample_rate, about.gravity).with_units(about.units);
     let mut times = TimesSoFar::default();
-    let mut looked = Looked {
-        samples: 0,
-        has_load: false,
-        options: Vec::new(),
-    };
+    let mut looked = Looked::default();
     each(&mut foot.stored, span, |sample: &RecordedSample| {
         check.add(sample);
         let micros = i64::try_from(sample.imu.timestamp.as_micros());

@@ -54,7 +54,7 @@ impl CopiedArguments {
             (_, None) => "--compat",
         };
         if bag.is_none() {
-            return Err(OutputError::NoCopy { option });
+            return Err(OutputError::NoCopy(option));
         }
         if self.lowstate.is_some() && self.compat.contains(&Compat::Unitree) {
             return Err(OutputError::LowStateTwice);

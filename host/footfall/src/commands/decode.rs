@@ -12,9 +12,9 @@ use super::feet::FeetArguments;
 use crate::decoded::{DecodedFeet, DecodedTable};
 use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
-use crate::messages;
-use crate::replay::{write_events, write_pictures};
-use crate::report::{SummaryStyle, print, warn};
+use crate::messages::{aside, warn};
+use crate::replay::write_shown;
+use crate::report::{SummaryStyle, print};
 use crate::targets::{self, Drawing, Target};
 
 /// Arguments of `footfall decode`.
@@ -64,10 +64,10 @@ impl DecodeArguments {
 
     /// Checks that all results can be written before anything is decoded.
     fn check_targets(&self) -> Result<(), OutputError> {
-        let table = self.output.iter().map(|path| Target::Estimates(path));
-        let events = self.events.iter().map(|path| Target::Events(path));
-        let picture = self.plot.iter().map(|path| Target::Drawing(path));
-        let all: Vec<_> = table.chain(events).chain(picture).collect();
+        let table = self.output.as_deref().map(Target::Estimates);
+        let events = self.events.as_deref().map(Target::Events);
+        let picture = self.plot.as_deref().map(Target::Drawing);
+        let all: Vec<_> = [table, events, picture].into_iter().flatten().collect();
         targets::check(std::slice::from_ref(&self.input), &all)?;
         if self.json && self.fills_stdout() {
             return Err(OutputError::StdoutTwice);
@@ -103,7 +103,7 @@ impl DecodeArguments {
         decoded: &mut DecodedFeet,
     ) -> Result<Option<FileOutcome>, Error> {
         let mut result = None;
-        let written = write_file(path, |to| {
+        write_file(path, |to| {
             let mut table = Some(DecodedTable::new(Layout::of(path), to)?);
             let read = decode::read(&self.input, feet, &mut |row| {
                 self.collect(decoded, &row)?;
@@ -116,24 +116,14 @@ impl DecodeArguments {
                     added => added,
                 }
             });
-            match read {
+            result = Some(read.map_err(|error| match error {
                 // Errors of the writer concern the output file.
-                Err(DecodeError::Rows(error)) => Err(error),
-                Err(error) => {
-                    result = Some(Err(error));
-                    Err(io::ErrorKind::InvalidData.into())
-                }
-                Ok(outcome) => {
-                    result = Some(Ok(outcome));
-                    table.map_or(Ok(()), DecodedTable::finish)
-                }
-            }
-        });
-        match (result, written) {
-            (Some(Err(error)), _) => Err(error.into()),
-            (_, Err(error)) => Err(error.into()),
-            (outcome, Ok(())) => Ok(outcome.and_then(Result::ok)),
-        }
+                DecodeError::Rows(error) => error,
+                error => io::Error::other(Error::from(error)),
+            })?);
+            table.map_or(Ok(()), DecodedTable::finish)
+        })?;
+        Ok(result)
     }
 
     /// Writes events and pictures of the feet, and returns the files.
@@ -150,15 +140,8 @@ impl DecodeArguments {
         let name = recording_name(&self.input);
         let (mut feet, left_out) = decoded.finish(&name, self.events.is_some(), drawing)?;
         notices.extend(left_out);
-        let mut written = Vec::new();
-        if let Some(path) = &self.events {
-            write_events(path, &mut feet, several)?;
-            written.push(path.clone());
-        }
-        if let Some(path) = &self.plot {
-            written.extend(write_pictures(path, &mut feet)?);
-        }
-        Ok(written)
+        let (events, plot) = (self.events.as_deref(), self.plot.as_deref());
+        Ok(write_shown(events, plot, &mut feet, several)?)
     }
 
     fn report(
@@ -168,14 +151,9 @@ impl DecodeArguments {
     ) -> Result<(), Error> {
         notices.iter().for_each(warn);
         if self.fills_stdout() {
-            messages::aside(report);
+            aside(report);
             return Ok(());
         }
-        let style = if self.json {
-            SummaryStyle::Json
-        } else {
-            SummaryStyle::Text
-        };
-        print(report, style, written).map_err(Error::Print)
+        print(report, SummaryStyle::of(self.json), written).map_err(Error::Print)
     }
 }

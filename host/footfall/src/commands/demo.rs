@@ -1,17 +1,18 @@
 //! `footfall demo`: estimates a simulated walk, without input files.
 
-use std::fs;
 use std::path::PathBuf;
 
+use analysis::summary::{Summaries, Summary};
 use clap::Args;
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams};
 use live::robot::walk;
+use recordings::output::write_samples;
 
 use crate::error::Error;
-use crate::files::{OutputError, write_file};
-use crate::report::{Outputs, write_outputs};
-use crate::targets;
+use crate::files::{check_can_be_directory, create_directory, write_file};
+use crate::plot;
+use crate::report::{SummaryStyle, print};
 
 /// Default directory of the results.
 pub const DIRECTORY: &str = "footfall-demo";
@@ -46,23 +47,24 @@ impl DemoArguments {
     /// Simulates a walk, estimates it, and writes the samples, the picture and the output of the foot.
     pub(super) fn run(&self) -> Result<(), Error> {
         let directory = &self.out;
-        targets::check_can_be_directory(directory)?;
+        check_can_be_directory(directory)?;
         let plan = Plan::demo(self.seed);
         let simulation = gait::simulate(&plan, &SensorParams::LSM6DSOX, self.seed);
         let sent = walk::walk(&simulation)?;
 
-        fs::create_dir_all(directory).map_err(|source| OutputError::Unwritable {
-            file: directory.display().to_string(),
-            source,
+        create_directory(directory)?;
+        let (recording, estimates) = (&simulation.recording, &sent.estimates);
+        let files = ["samples.csv", "plot.svg", CAN_LOG, UART].map(|name| directory.join(name));
+        let [samples, picture, can, uart] = &files;
+        write_file(can, |to| to.write_all(sent.can_log().as_bytes()))?;
+        write_file(uart, |to| to.write_all(&sent.uart))?;
+        write_file(samples, |to| {
+            write_samples(&recording.samples, estimates, to)
         })?;
-        let (can, uart) = (directory.join(CAN_LOG), directory.join(UART));
-        write_file(&can, |to| to.write_all(sent.can_log().as_bytes()))?;
-        write_file(&uart, |to| to.write_all(&sent.uart))?;
-        let outputs = Outputs {
-            samples: directory.join("samples.csv"),
-            plot: directory.join("plot.svg"),
-            others: vec![can, uart],
-        };
-        write_outputs(&outputs, &simulation.recording, &sent.estimates)
+        write_file(picture, |to| {
+            to.write_all(plot::svg(recording, estimates)?.as_bytes())
+        })?;
+        let summary = Summaries::new(vec![Summary::of(recording, estimates)]);
+        print(&summary, SummaryStyle::Text, &files).map_err(Error::Print)
     }
 }

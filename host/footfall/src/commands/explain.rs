@@ -17,18 +17,14 @@ pub struct ExplainArguments {
 
 impl ExplainArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
-        if self.what.is_empty() {
-            let list: String = Trouble::all().map(line).collect();
-            return print_text(&list).map_err(Error::Print);
-        }
         let wanted = self.what.join(" ");
         // Some refusals have codes that could be addresses in the bootloader.
         let explained = match Trouble::find(&wanted) {
+            _ if self.what.is_empty() => Trouble::all().map(line).collect(),
             Some(trouble) => text(trouble),
-            None => match address_of_crash(&wanted) {
-                Some(address) => where_it_is(address),
-                None => return Err(Error::NothingToExplain { wanted }),
-            },
+            None => address_of_crash(&wanted)
+                .map(where_it_is)
+                .ok_or(Error::NothingToExplain(wanted))?,
         };
         print_text(&explained).map_err(Error::Print)
     }
@@ -43,9 +39,7 @@ const RAM: std::ops::Range<u32> = 0x2000_0000..0x2002_0000;
 
 /// Returns the address that the text is, as object 0x2113:2 and the log give it for a crash.
 fn address_of_crash(text: &str) -> Option<u32> {
-    let digits = text
-        .strip_prefix("0x")
-        .or_else(|| text.strip_prefix("0X"))?;
+    let digits = text.strip_prefix("0x").or(text.strip_prefix("0X"))?;
     let address = u32::from_str_radix(digits, 16).ok()?;
     (FLASH.contains(&address) || RAM.contains(&address)).then_some(address)
 }
@@ -78,12 +72,8 @@ fn line(trouble: Trouble) -> String {
 }
 
 fn text(trouble: Trouble) -> String {
-    let mut text = format!(
-        "{} {} {}",
-        trouble.kind(),
-        trouble.code_text(),
-        trouble.name()
-    );
+    let (kind, code) = (trouble.kind(), trouble.code_text());
+    let mut text = format!("{kind} {code} {}", trouble.name());
     if let Trouble::Fault(fault) = trouble {
         text.push_str(&format!("\n  detail: {}", fault.detail()));
     }

@@ -31,13 +31,16 @@ impl FeetArguments {
 
 /// Parses a node id, decimal or hexadecimal with 0x.
 pub(super) fn parse_node(text: &str) -> Result<NodeId, &'static str> {
-    let id = match text.strip_prefix("0x") {
-        Some(digits) => u8::from_str_radix(digits, 16),
-        None => text.parse(),
-    };
-    id.ok()
-        .and_then(NodeId::new)
-        .ok_or("write a node id, 1 to 127 or 0x01 to 0x7F")
+    let id = parse_number(text).and_then(|id| NodeId::new(u8::try_from(id).ok()?));
+    id.ok_or("write a node id, 1 to 127 or 0x01 to 0x7F")
+}
+
+/// Parses a number, decimal or hexadecimal with 0x.
+pub(super) fn parse_number(text: &str) -> Option<u32> {
+    match text.strip_prefix("0x") {
+        Some(digits) => u32::from_str_radix(digits, 16).ok(),
+        None => text.parse().ok(),
+    }
 }
 
 /// Parses a node id with the name of its foot.

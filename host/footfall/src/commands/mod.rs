@@ -31,6 +31,8 @@ pub mod accept;
 pub mod attitude;
 #[cfg(feature = "parquet")]
 pub mod batch;
+#[cfg(not(feature = "parquet"))]
+use absent as batch;
 pub mod calibrate;
 pub mod config;
 pub mod convert;
@@ -50,41 +52,17 @@ pub mod recording;
 pub mod replay;
 #[cfg(feature = "ros2")]
 pub mod ros2;
+#[cfg(not(feature = "ros2"))]
+use absent as ros2;
 pub mod schema;
 pub mod shell;
 pub mod view;
 
 use clap::{ArgAction, Parser, Subcommand};
-use decode::DecodeArguments;
 
 use crate::error::Error;
 use crate::messages::{Verbosity, set_verbosity};
-#[cfg(not(feature = "parquet"))]
-use absent::BatchArguments;
-#[cfg(not(feature = "ros2"))]
-use absent::Ros2Arguments;
-use accept::AcceptArguments;
-use attitude::AttitudeArguments;
-#[cfg(feature = "parquet")]
-use batch::BatchArguments;
-use calibrate::CalibrateArguments;
-use config::ConfigArguments;
-use convert::ConvertArguments;
-use demo::DemoArguments;
-use explain::ExplainArguments;
-use foot::FootArguments;
-use headings::{
-    BATCH_EXAMPLES, CALIBRATE_EXAMPLES, COMPLETIONS_EXAMPLES, CONFIG_EXAMPLES, CONVERT_EXAMPLES,
-    EXAMPLES, EXIT_CODES, MAN_EXAMPLES, REPLAY_EXAMPLES, VIEW_EXAMPLES,
-};
-use monitor::MonitorArguments;
-use record::RecordArguments;
-use replay::ReplayArguments;
-#[cfg(feature = "ros2")]
-use ros2::Ros2Arguments;
-use schema::SchemaArguments;
-use shell::{CompletionsArguments, ManArguments};
-use view::ViewArguments;
+use headings::{EXAMPLES, EXIT_CODES};
 
 /// How probable it is that a robot's foot stands firmly, from the IMU on it
 #[derive(Debug, Parser)]
@@ -111,56 +89,56 @@ pub struct Arguments {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Replay a recording: probabilities to a table, a picture and a summary
-    #[command(after_help = REPLAY_EXAMPLES)]
-    Replay(ReplayArguments),
+    #[command(after_help = headings::REPLAY_EXAMPLES)]
+    Replay(replay::ReplayArguments),
     /// Estimate all recordings of folders: samples, events and summaries as Parquet, partitioned by robot,
     /// foot and day. A second run does only what is missing or has changed
-    #[command(after_help = BATCH_EXAMPLES)]
-    Batch(BatchArguments),
+    #[command(after_help = headings::BATCH_EXAMPLES)]
+    Batch(batch::BatchArguments),
     /// Convert a recording: any format that replay reads to CSV, Parquet, MCAP or rosbag2
-    #[command(after_help = CONVERT_EXAMPLES)]
-    Convert(ConvertArguments),
+    #[command(after_help = headings::CONVERT_EXAMPLES)]
+    Convert(convert::ConvertArguments),
     /// Make a walking foot with a simulated LSM6DSOX, estimate, and write that and what the foot
     /// sends of it; needs no files
-    Demo(DemoArguments),
+    Demo(demo::DemoArguments),
     /// Turn what a foot has sent, a log of its CAN frames or a recording of its serial line, into
     /// rows, and report what is missing or damaged
-    Decode(DecodeArguments),
+    Decode(decode::DecodeArguments),
     /// Watch feet that stream: probability, state, faults, rate and losses of each
-    Monitor(MonitorArguments),
+    Monitor(monitor::MonitorArguments),
     /// Record feet that stream as MCAP for ROS 2: contacts, IMU, diagnostics
-    Record(RecordArguments),
+    Record(record::RecordArguments),
     /// Show feet that stream in viewers of others.
     #[command(
         about = "Show feet that stream in Foxglove and PlotJuggler, and print layouts for them",
-        after_help = VIEW_EXAMPLES
+        after_help = headings::VIEW_EXAMPLES
     )]
-    View(ViewArguments),
+    View(view::ViewArguments),
     /// Publish feet that stream as a node of ROS 2, without ROS: contacts, IMU, diagnostics
-    Ros2(Ros2Arguments),
+    Ros2(ros2::Ros2Arguments),
     /// Score the orientation against the truth in the columns qw,qx,qy,qz of recordings
-    Attitude(AttitudeArguments),
+    Attitude(attitude::AttitudeArguments),
     /// Let the estimator learn a foot from recordings, for a warm start; or with --rests find what is
     /// wrong with the sensor
-    #[command(after_help = CALIBRATE_EXAMPLES)]
-    Calibrate(CalibrateArguments),
+    #[command(after_help = headings::CALIBRATE_EXAMPLES)]
+    Calibrate(calibrate::CalibrateArguments),
     /// Show, check or explain what a configuration file may set
-    #[command(after_help = CONFIG_EXAMPLES)]
-    Config(ConfigArguments),
+    #[command(after_help = headings::CONFIG_EXAMPLES)]
+    Config(config::ConfigArguments),
     /// Ask and set one foot: scan, info, get, set, save, restore, diff, export, import, reset
-    Foot(FootArguments),
+    Foot(foot::FootArguments),
     /// Measure a board with your help, step by step, and judge each figure by its limits
-    Accept(AcceptArguments),
+    Accept(accept::AcceptArguments),
     /// Say what a fault, a flag or a refusal means, and what to do about it
-    Explain(ExplainArguments),
+    Explain(explain::ExplainArguments),
     /// Print the JSON Schema of what a command prints with --json
-    Schema(SchemaArguments),
+    Schema(schema::SchemaArguments),
     /// Print a script that completes commands and options in a shell
-    #[command(after_help = COMPLETIONS_EXAMPLES)]
-    Completions(CompletionsArguments),
+    #[command(after_help = headings::COMPLETIONS_EXAMPLES)]
+    Completions(shell::CompletionsArguments),
     /// Print the manual page, or write one for each command
-    #[command(after_help = MAN_EXAMPLES)]
-    Man(ManArguments),
+    #[command(after_help = headings::MAN_EXAMPLES)]
+    Man(shell::ManArguments),
 }
 
 impl Arguments {
@@ -174,10 +152,10 @@ impl Arguments {
             (false, true) => Verbosity::Verbose,
             (false, false) => Verbosity::Normal,
         });
-        let command = self
+        match self
             .command
-            .unwrap_or_else(|| Command::Demo(DemoArguments::default()));
-        match command {
+            .unwrap_or(Command::Demo(demo::DemoArguments::default()))
+        {
             Command::Replay(arguments) => arguments.run(),
             Command::Batch(arguments) => arguments.run(),
             Command::Convert(arguments) => arguments.run(),

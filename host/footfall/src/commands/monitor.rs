@@ -18,7 +18,7 @@ use crate::monitor::robot::PICTURE;
 #[cfg(feature = "screen")]
 use crate::monitor::terminal::watch_screen;
 use crate::monitor::{MonitorState, lines};
-use crate::stream::{deadline, is_over, next, warn_of_lost};
+use crate::stream::{deadline, is_over, next, unless_ended, warn_of_lost};
 
 /// Period of the lines of a foot.
 const LINE: Duration = Duration::from_secs(1);
@@ -67,9 +67,7 @@ impl MonitorArguments {
         };
         warn_of_lost(&feed);
         watched.map_err(Error::Print)?;
-        robot
-            .into_failure()
-            .map_or(Ok(()), |error| Err(error.into()))
+        unless_ended(robot.into_ended())
     }
 }
 

@@ -60,10 +60,7 @@ impl PlayedArguments {
             settings,
         };
         if playback != Playback::default() && source.file().is_none() {
-            let source = source.to_string();
-            return Err(Error::NotPlayed {
-                source_text: source,
-            });
+            return Err(Error::NotPlayed(source.to_string()));
         }
         Ok(source.played_with(playback))
     }

@@ -1,8 +1,10 @@
 //! Frames of messages, and messages of other programs, for all commands that publish streaming feet.
 
 use clap::Args;
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::builder::TypedValueParser;
 use ros::{Bridge, Compat};
+
+use super::recording::name_parser;
 
 /// Frames of messages, and messages of other programs.
 #[derive(Clone, Debug, Args)]
@@ -38,10 +40,5 @@ impl PublishedArguments {
 
 /// Parser of a program's name; the help lists its message and topic.
 pub(super) fn compat_parser() -> impl TypedValueParser<Value = Compat> {
-    let names = Compat::ALL.map(|compat| PossibleValue::new(compat.name()).help(compat.about()));
-    PossibleValuesParser::new(names).try_map(|name| {
-        let mut all = Compat::ALL.into_iter();
-        all.find(|compat| compat.name() == name)
-            .ok_or("not in the list")
-    })
+    name_parser(Compat::ALL, Compat::name, Compat::about)
 }

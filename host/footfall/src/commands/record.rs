@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use live::LinkError;
 use live::link::pace::Speed;
 
 use super::listen::ListenArguments;
@@ -12,7 +11,7 @@ use crate::error::Error;
 use crate::files::finish_when_interrupted;
 use crate::mcap_recording::{Existing, McapRecording};
 use crate::report::print_text;
-use crate::stream::{Stream, deadline};
+use crate::stream::{Stream, deadline, unless_ended};
 use crate::targets::{self, Target};
 
 /// Arguments of `footfall record`.
@@ -40,10 +39,9 @@ impl RecordArguments {
         let path = self.output.as_path();
         let input = self.listen.source.file().map(Path::to_owned);
         targets::check(input.as_slice(), &[Target::Bag(path)])?;
-        let existing = if self.overwrite {
-            Existing::Replaced
-        } else {
-            Existing::Kept
+        let existing = match self.overwrite {
+            true => Existing::Replaced,
+            false => Existing::Kept,
         };
         finish_when_interrupted();
         // Recorded sources are read at full speed.
@@ -55,9 +53,6 @@ impl RecordArguments {
         let ended = stream.run(deadline(self.seconds), &mut recording)?;
         stream.report();
         print_text(&recording.finish()?).map_err(Error::Print)?;
-        match ended {
-            None | Some(LinkError::Ended(_)) => Ok(()),
-            Some(error) => Err(error.into()),
-        }
+        unless_ended(ended)
     }
 }

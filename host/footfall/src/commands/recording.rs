@@ -17,7 +17,7 @@ use recordings::input::{
     Topics, Units,
 };
 use recordings::plausible::{self, Finding};
-use recordings::recording::Recording;
+use samples::recording::Recording;
 
 use super::headings::{ESTIMATOR, INPUT};
 use crate::error::Error;
@@ -192,10 +192,8 @@ impl BagArguments {
 pub(super) fn span(from: Option<f64>, to: Option<f64>) -> Result<Span, Error> {
     let span = Span::new(from, to);
     if span.is_empty() {
-        return Err(Error::EmptySpan {
-            from: from.unwrap_or(0.0),
-            to: to.unwrap_or(0.0),
-        });
+        let [from, to] = [from, to].map(Option::unwrap_or_default);
+        return Err(Error::EmptySpan { from, to });
     }
     Ok(span)
 }
@@ -219,14 +217,25 @@ pub(super) fn estimator_options(
 
 /// Parser of a format name; the help lists all formats.
 fn format_parser() -> impl TypedValueParser<Value = Format> {
-    let names = Format::ALL.map(|format| PossibleValue::new(format.name()).help(format.help()));
-    PossibleValuesParser::new(names).try_map(|name| name.parse::<Format>())
+    name_parser(Format::ALL, Format::name, Format::help)
 }
 
 /// Parser of a preset name; the help lists all presets.
 pub(super) fn preset_parser() -> impl TypedValueParser<Value = Preset> {
-    let names = Preset::ALL.map(|preset| PossibleValue::new(preset.name()).help(preset.help()));
-    PossibleValuesParser::new(names).try_map(|name| name.parse::<Preset>())
+    name_parser(Preset::ALL, Preset::name, Preset::help)
+}
+
+/// Parser of a name of one of `all`; the help describes each.
+pub(super) fn name_parser<T: Copy + Send + Sync + 'static, const N: usize>(
+    all: [T; N],
+    name: fn(T) -> &'static str,
+    help: fn(T) -> &'static str,
+) -> impl TypedValueParser<Value = T> {
+    let names = all.map(|one| PossibleValue::new(name(one)).help(help(one)));
+    PossibleValuesParser::new(names).try_map(move |text| {
+        let found = all.into_iter().find(|one| name(*one) == text);
+        found.ok_or("not in the list")
+    })
 }
 
 /// Parser of one of several words; an error suggests the nearest word.
@@ -239,34 +248,14 @@ fn word_parser<T: Clone + Send + Sync + 'static, const N: usize>(
 
 /// Adjusts findings of a recording that was read with this mounting: suggested axes replace it.
 pub(super) fn with_mounting(findings: Vec<Finding>, mounting: &Mounting) -> Vec<Finding> {
-    let findings = findings.into_iter();
-    findings
-        .map(|finding| finding.with_mounting(mounting))
-        .collect()
+    let adjusted = |finding: Finding| finding.with_mounting(mounting);
+    findings.into_iter().map(adjusted).collect()
 }
 
 /// Returns the findings of a recording read with `hints` as that of `foot`.
 pub(super) fn check(recording: &Recording, foot: &str, hints: &Hints) -> Vec<Finding> {
     let findings = plausible::check_read_in(recording, hints.table.units);
     with_mounting(findings, &hints.correction_of(&[foot]).mounting)
-}
-
-/// Checks that each foot with axes of its own is among `feet`.
-///
-/// # Errors
-/// The first that is not.
-pub(super) fn check_axes<'a>(
-    resolved: &Resolved,
-    feet: impl Iterator<Item = &'a str>,
-) -> Result<(), Error> {
-    let feet: Vec<&str> = feet.collect();
-    Ok(resolved.check_axes(&feet)?)
-}
-
-/// Warns if the file has settings of feet, and none of them is among `feet`.
-pub(super) fn warn_of_unused_feet<'a>(resolved: &Resolved, feet: impl Iterator<Item = &'a str>) {
-    let feet: Vec<&str> = feet.collect();
-    resolved.unused_feet(&feet).into_iter().for_each(warn);
 }
 
 /// Reads the settings of a configuration file. It is read once, so it may be a pipe.

@@ -20,13 +20,13 @@ use recordings::output::TableFeet;
 
 use super::copied::{Copied, CopiedArguments};
 use super::headings::{ESTIMATOR, INPUT, OUTPUT};
-use super::recording::{self, RecordingArguments, with_mounting};
+use super::recording::{self, RecordingArguments, estimator_options, with_mounting};
 use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
-use crate::messages::detail;
+use crate::messages::{detail, warn};
 use crate::progress::{self, Bars};
-use crate::replay::{Picture, ReplayedFoot, Watched, write_events, write_pictures};
-use crate::report::{SummaryStyle, print, warn};
+use crate::replay::{Picture, ReplayedFoot, Watched, write_shown};
+use crate::report::{SummaryStyle, print};
 use crate::targets::{self, Drawing, Target};
 
 /// Arguments of `footfall replay`.
@@ -102,35 +102,23 @@ impl ReplayArguments {
             self.replay(&resolved, input, span, jobs, &bars)
         });
         let done: Vec<Done> = done.into_iter().collect::<Result<_, _>>()?;
-        let names = || {
-            done.iter()
-                .flat_map(|done| done.names.iter().flatten())
-                .map(String::as_str)
-        };
-        recording::check_axes(&resolved, names())?;
-        recording::warn_of_unused_feet(&resolved, names());
+        let names = done.iter().flat_map(|done| done.names.iter().flatten());
+        let names: Vec<&str> = names.map(String::as_str).collect();
+        resolved.check_axes(&names)?;
+        resolved.unused_feet(&names).into_iter().for_each(warn);
         let mut feet = Vec::new();
         let mut copied = Vec::new();
-        for one in done {
-            let Done {
-                file,
-                notices,
-                details,
-                feet: replayed,
-                names,
-                copied: of_bag,
-            } = one;
-            let first = names
-                .into_iter()
-                .filter_map(|names| names.into_iter().next());
-            copied.extend(first.zip(of_bag));
-            details.iter().for_each(detail);
-            notices.iter().for_each(warn);
-            for ReplayedFoot { foot, .. } in &replayed {
-                let place = recording::place(&file, foot.summary.foot.as_deref());
+        for done in done {
+            let names = done.names.into_iter();
+            let first = names.filter_map(|names| names.into_iter().next());
+            copied.extend(first.zip(done.copied));
+            done.details.iter().for_each(detail);
+            done.notices.iter().for_each(warn);
+            for ReplayedFoot { foot, .. } in &done.feet {
+                let place = recording::place(&done.file, foot.summary.foot.as_deref());
                 self.recording.reading.report(&place, &foot.findings)?;
             }
-            feet.extend(replayed);
+            feet.extend(done.feet);
         }
         if let Some(bag) = self.bag() {
             self.copied.copy(&self.inputs, bag, copied, span)?;
@@ -140,23 +128,23 @@ impl ReplayArguments {
 
     /// Checks that all results can be written before computing them.
     fn check_targets(&self) -> Result<(), OutputError> {
-        let table = self.output.iter().map(|path| match is_bag(path) {
+        let table = self.output.as_deref().map(|path| match is_bag(path) {
             true => Target::Bag(path),
             false => Target::Estimates(path),
         });
-        let events = self.events.iter().map(|path| Target::Events(path));
-        let picture = self.plot.iter().map(|path| Target::Drawing(path));
-        let all: Vec<_> = table.chain(events).chain(picture).collect();
+        let events = self.events.as_deref().map(Target::Events);
+        let picture = self.plot.as_deref().map(Target::Drawing);
+        let all: Vec<_> = [table, events, picture].into_iter().flatten().collect();
         targets::check(&self.inputs, &all)?;
         self.copied.check(self.bag())?;
         if let Some(bag) = self.bag() {
             let file = bag.display().to_string();
             let [input] = &self.inputs[..] else {
-                return Err(OutputError::OneBagOnly { file });
+                return Err(OutputError::OneBagOnly(file));
             };
             if input.exists() && !input.is_file() && !input.is_dir() || input == Path::new(STANDARD)
             {
-                return Err(OutputError::ReadTwice { file });
+                return Err(OutputError::ReadTwice(file));
             }
             let folder = bag.parent().filter(|folder| *folder != Path::new(""));
             let folder = folder.unwrap_or(Path::new(".")).canonicalize();
@@ -164,7 +152,7 @@ impl ReplayArguments {
                 && input.is_dir()
                 && folder.starts_with(&input)
             {
-                return Err(OutputError::OverInput { file });
+                return Err(OutputError::OverInput(file));
             }
         }
         if self.json && self.fills_stdout() {
@@ -206,7 +194,7 @@ impl ReplayArguments {
             && !matches!(format, Format::Mcap | Format::Rosbag2)
         {
             let file = bag.display().to_string();
-            return Err(OutputError::OneBagOnly { file }.into());
+            return Err(OutputError::OneBagOnly(file).into());
         }
         let params = resolved.params(format);
         let file = input.display().to_string();
@@ -216,15 +204,11 @@ impl ReplayArguments {
             ..self.recording.reading.hints(resolved)?
         };
         let mut stored = opened.store_all(&hints)?;
-        let names = stored.iter().map(|stored| {
-            stored
-                .about
-                .names()
-                .into_iter()
-                .map(str::to_owned)
-                .collect()
-        });
-        let names: Vec<Vec<String>> = names.collect();
+        let names_of = |stored: &Stored| {
+            let names = stored.about.names().into_iter();
+            names.map(str::to_owned).collect()
+        };
+        let names: Vec<Vec<String>> = stored.iter().map(names_of).collect();
         let mut longest_s = 0.0_f64;
         for about in stored.iter_mut().map(|stored| &mut stored.about) {
             longest_s = longest_s.max(about.duration_s());
@@ -246,13 +230,11 @@ impl ReplayArguments {
         let recorded = stored.iter().filter(|stored| stored.has_estimates());
         let recorded = recorded.count();
         if recorded > 0 {
-            let recording = &self.recording;
-            let ineffective = recording::estimator_options(
-                recording.preset,
-                recording.config.as_deref(),
-                self.window,
-                &recording.reading.mounting,
-            );
+            let RecordingArguments {
+                config, reading, ..
+            } = &self.recording;
+            let config = config.as_deref();
+            let ineffective = estimator_options(preset, config, self.window, &reading.mounting);
             notices.extend(without_effect(&file, &ineffective));
         }
         for Stored { about, .. } in &stored {
@@ -270,29 +252,23 @@ impl ReplayArguments {
         };
         let wanted = Wanted {
             span,
-            table: match self.bag() {
-                Some(_) => Table::None,
-                None => table(&self.output),
-            },
+            table: self.bag().map_or(table(&self.output), |_| Table::None),
             layout: self.output.as_deref().map(Layout::of).unwrap_or_default(),
             events: table(&self.events),
         };
         // Each foot is estimated once, on any thread.
-        let stored: Vec<_> = names
-            .iter()
-            .zip(stored.into_iter().map(Mutex::new))
-            .collect();
-        let jobs = if self.inputs.len() == 1 {
-            jobs
-        } else {
-            NonZeroUsize::MIN
+        let stored = stored.into_iter().map(Mutex::new);
+        let stored: Vec<_> = names.iter().zip(stored).collect();
+        let jobs = match self.inputs.len() {
+            1 => jobs,
+            _ => NonZeroUsize::MIN,
         };
         let drawing = self.plot.as_deref().map(Drawing::of);
         let params_of = |names: &[String]| {
             let names: Vec<&str> = names.iter().map(String::as_str).collect();
             resolved.params_of(&names, format)
         };
-        let feet = jobs::run(&stored, jobs, |(names, stored)| {
+        let replayed = jobs::run(&stored, jobs, |(names, stored)| {
             let mut stored = stored.lock().unwrap_or_else(PoisonError::into_inner);
             let mut watched = Watched {
                 bar: bars.estimating(stored.about.samples as u64),
@@ -325,22 +301,17 @@ impl ReplayArguments {
                 learnt: foot.learnt.into(),
             });
             let recognised = recognised(about, &foot.summary);
-            let Watched {
-                picture, events, ..
-            } = watched;
-            let events = events.unwrap_or_default();
-            Ok::<_, Error>(((ReplayedFoot { foot, picture }, events), recognised))
+            let (picture, events) = (watched.picture, watched.events);
+            Ok::<_, Error>((ReplayedFoot { foot, picture }, events, recognised))
         });
-        let feet: Vec<_> = feet.into_iter().collect::<Result<_, _>>()?;
-        let (feet, mut details): (Vec<_>, Vec<_>) = feet.into_iter().unzip();
-        let (feet, events): (Vec<_>, Vec<_>) = feet.into_iter().unzip();
-        let copied = stored.into_iter().zip(events);
-        let copied = copied.filter(|_| self.bag().is_some());
-        let copied = copied.map(|((names, stored), events)| {
+        let (mut feet, mut copied, mut details) = (Vec::new(), Vec::new(), Vec::new());
+        for ((names, stored), replayed) in stored.into_iter().zip(replayed) {
+            let (foot, events, recognised) = replayed?;
             let stored = stored.into_inner().unwrap_or_else(PoisonError::into_inner);
-            (stored, params_of(names), events)
-        });
-        let copied = copied.collect();
+            copied.extend(events.map(|events| (stored, params_of(names), events)));
+            feet.push(foot);
+            details.push(recognised);
+        }
         let parameters = match recorded < feet.len() {
             true => self.recording.parameters_text(&params, format),
             false => "the estimates are recorded contacts".to_owned(),
@@ -368,29 +339,20 @@ impl ReplayArguments {
         if let Some(path) = &self.output {
             let tables = feet.iter_mut().filter_map(|foot| foot.foot.table.take());
             let tables = tables.collect();
-            let named = if several {
-                TableFeet::Several
-            } else {
-                TableFeet::One
+            let named = match several {
+                true => TableFeet::Several,
+                false => TableFeet::One,
             };
             if !is_bag(path) {
                 write_file(path, |to| estimates::write(tables, named, to))?;
             }
             written.push(path.clone());
         }
-        if let Some(path) = &self.events {
-            write_events(path, &mut feet, several)?;
-            written.push(path.clone());
-        }
-        if let Some(path) = &self.plot {
-            written.extend(write_pictures(path, &mut feet)?);
-        }
-        let style = if self.json {
-            SummaryStyle::Json
-        } else if self.fills_stdout() {
-            SummaryStyle::Silent
-        } else {
-            SummaryStyle::Text
+        let (events, plot) = (self.events.as_deref(), self.plot.as_deref());
+        written.extend(write_shown(events, plot, &mut feet, several)?);
+        let style = match self.fills_stdout() {
+            true => SummaryStyle::Silent,
+            false => SummaryStyle::of(self.json),
         };
         let summaries = Summaries::new(feet.into_iter().map(|foot| foot.foot.summary).collect());
         print(&summaries, style, &written).map_err(Error::Print)
@@ -406,10 +368,8 @@ fn is_bag(path: &Path) -> bool {
 /// Returns the recognised properties of a recording.
 fn recognised(about: &About, summary: &Summary) -> String {
     let gravity = word_of(&GRAVITIES, about.gravity);
-    let labelled = summary
-        .metrics
-        .as_ref()
-        .map_or(0, |metrics| metrics.labelled_samples);
+    let metrics = summary.metrics.as_ref();
+    let labelled = metrics.map_or(0, |metrics| metrics.labelled_samples);
     format!(
         "{}: {} samples, {:.3} s at {} Hz, gravity {gravity}, {labelled} with a label",
         summary.recording,

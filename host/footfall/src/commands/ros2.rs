@@ -5,7 +5,6 @@ use std::fmt::Write;
 use std::net::{IpAddr, Ipv4Addr};
 
 use clap::{Args, ValueEnum};
-use live::LinkError;
 use live::link::pace::Speed;
 use ros::Published;
 use ros::node::{FootNode, Options, Reliability};
@@ -16,7 +15,7 @@ use crate::error::Error;
 use crate::files::finish_when_interrupted;
 use crate::messages::warn;
 use crate::report::print_text;
-use crate::stream::{Sink, Stream, deadline};
+use crate::stream::{Sink, Stream, deadline, unless_ended};
 
 /// Arguments of `footfall ros2`.
 #[derive(Debug, Args)]
@@ -81,14 +80,12 @@ const DOMAIN: &str = "ROS_DOMAIN_ID";
 /// # Errors
 /// The variable has no domain.
 fn domain(given: Option<u16>) -> Result<u16, Error> {
-    match (given, env::var_os(DOMAIN)) {
+    let name = DOMAIN;
+    match (given, env::var_os(name)) {
         (Some(domain), _) => Ok(domain),
         (None, None) => Ok(0),
         (None, Some(text)) => {
-            parse_domain(&text.to_string_lossy()).map_err(|reason| Error::Variable {
-                name: DOMAIN,
-                reason,
-            })
+            parse_domain(&text.to_string_lossy()).map_err(|reason| Error::Variable { name, reason })
         }
     }
 }
@@ -140,10 +137,7 @@ impl Ros2Arguments {
         stream.end(&mut node)?;
         stream.report();
         finish(node)?;
-        match ended {
-            None | Some(LinkError::Ended(_)) => Ok(()),
-            Some(error) => Err(error.into()),
-        }
+        unless_ended(ended)
     }
 }
 

@@ -73,11 +73,9 @@ impl SchemaKind {
         let settings = SchemaSettings::draft2020_12().for_serialize();
         let mut schema = settings.into_generator().into_root_schema_for::<T>();
         RecursiveTransform(for_readers_of_json).transform(&mut schema);
+        let title = format!("JSON of footfall: {}", self.name());
         schema.insert("$id".to_owned(), json!(self.id()));
-        schema.insert(
-            "title".to_owned(),
-            json!(format!("JSON of footfall: {}", self.name())),
-        );
+        schema.insert("title".to_owned(), json!(title));
         if let Some(id) = schema.pointer_mut("/properties/schema") {
             id["const"] = json!(self.id());
         }

@@ -1,6 +1,5 @@
 //! `footfall completions` and `footfall man`: shell completions and manual pages.
 
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -10,9 +9,8 @@ use clap_mangen::Man;
 
 use super::Arguments;
 use crate::error::Error;
-use crate::files::{OutputError, write_file};
+use crate::files::{create_directory, write_file};
 use crate::report::print_text;
-use crate::targets;
 
 const NAME: &str = "footfall";
 
@@ -49,20 +47,13 @@ impl ManArguments {
             let page = page(all).map_err(Error::Print)?;
             return print_text(&page).map_err(Error::Print);
         };
-        targets::check_can_be_directory(directory)?;
-        fs::create_dir_all(directory).map_err(|source| OutputError::Unwritable {
-            file: directory.display().to_string(),
-            source,
-        })?;
-        let commands: Vec<Command> = all
-            .get_subcommands()
+        create_directory(directory)?;
+        let commands = all.get_subcommands().cloned();
+        let commands: Vec<_> = commands
             .filter(|command| command.get_name() != "help")
-            .cloned()
             .collect();
-        for command in [vec![all], commands].concat() {
-            write_page(directory, command)?;
-        }
-        Ok(())
+        let mut all = [vec![all], commands].concat().into_iter();
+        all.try_for_each(|command| write_page(directory, command))
     }
 }
 

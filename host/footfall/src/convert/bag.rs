@@ -8,10 +8,10 @@ use analysis::replay::span::Span;
 use analysis::whole_file::WholeFolder;
 use estimator_core::Timestamp;
 use mcap::write::NoSeek;
-use recordings::recording::RecordedSample;
-use ros::{McapFile, Rosbag2File, SampleMessages};
+use ros::{McapFile, Published, Rosbag2File, SampleMessages};
+use samples::recording::RecordedSample;
 
-use super::{Bag, ConvertedFoot, samples};
+use super::{Bag, ConvertedFoot, earliest, samples};
 use crate::mcap_recording::io_error;
 
 impl Bag {
@@ -20,7 +20,7 @@ impl Bag {
         &self,
         feet: &mut [ConvertedFoot],
         span: Span,
-        mut put: impl FnMut(&ros::Published) -> io::Result<()>,
+        mut put: impl FnMut(&Published) -> io::Result<()>,
     ) -> io::Result<()> {
         let mut streams = Vec::new();
         for foot in feet {
@@ -28,33 +28,24 @@ impl Bag {
             let messages = SampleMessages::new(&foot.name);
             streams.push(Stream {
                 offset_us,
-                messages: if self.has_loads {
-                    messages.with_load()
-                } else {
-                    messages
+                messages: match self.has_loads {
+                    true => messages.with_load(),
+                    false => messages,
                 },
                 samples: samples(&mut foot.stored, span)?.peekable(),
             });
         }
-        loop {
-            let mut first: Option<(Timestamp, usize)> = None;
-            for (index, stream) in streams.iter_mut().enumerate() {
-                if let Some(at) = stream.next_at()?
-                    && first.is_none_or(|(before, _)| at.as_micros() < before.as_micros())
-                {
-                    first = Some((at, index));
-                }
-            }
-            let Some((at, index)) = first else {
-                return Ok(());
-            };
+        while let Some((at, index)) = earliest(&mut streams, |stream| {
+            let next = stream.next_at()?;
+            Ok(next.map(|at| (at, at)))
+        })? {
             let stream = &mut streams[index];
             if let Some(sample) = stream.samples.next() {
-                for published in stream.messages.messages(&sample?, at) {
-                    put(&published)?;
-                }
+                let mut messages = stream.messages.messages(&sample?, at).into_iter();
+                messages.try_for_each(|published| put(&published))?;
             }
         }
+        Ok(())
     }
 
     /// Writes the bag as MCAP.
@@ -68,9 +59,8 @@ impl Bag {
         to: &mut dyn Write,
     ) -> io::Result<()> {
         let mut bag = McapFile::new(NoSeek::new(to)).map_err(io_error)?;
-        self.write(feet, span, |published| {
-            bag.write(published).map_err(io_error)
-        })?;
+        let put = |published: &Published| bag.write(published).map_err(io_error);
+        self.write(feet, span, put)?;
         bag.finish().map_err(io_error)
     }
 
@@ -87,9 +77,8 @@ impl Bag {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let folder = WholeFolder::create(path)?;
         let mut bag = Rosbag2File::new(folder.path(), &name).map_err(io::Error::other)?;
-        self.write(feet, span, |published| {
-            bag.write(published).map_err(io::Error::other)
-        })?;
+        let put = |published: &Published| bag.write(published).map_err(io::Error::other);
+        self.write(feet, span, put)?;
         bag.finish().map_err(io::Error::other)?;
         folder.finish()
     }
@@ -109,10 +98,10 @@ impl<I: Iterator<Item = io::Result<RecordedSample>>> Stream<I> {
         if let Some(Err(error)) = self.samples.next_if(Result::is_err) {
             return Err(error);
         }
-        let micros = |sample: &RecordedSample| sample.imu.timestamp.as_micros();
         let next = self.samples.peek().and_then(|next| next.as_ref().ok());
         Ok(next.map(|sample| {
-            Timestamp::from_micros(micros(sample).saturating_add_signed(self.offset_us))
+            let micros = sample.imu.timestamp.as_micros();
+            Timestamp::from_micros(micros.saturating_add_signed(self.offset_us))
         }))
     }
 }

@@ -18,9 +18,9 @@ use recordings::input::Stored;
 use recordings::output::{write_recording_header, write_recording_row};
 #[cfg(feature = "parquet")]
 use recordings::parquet_samples::ParquetSamples;
-use recordings::recording::RecordedSample;
 use ros::FootTopics;
 use ros::samples::{LAST_US, clock_shift_us};
+use samples::recording::RecordedSample;
 
 use crate::feature::Feature;
 use crate::files::STANDARD;
@@ -114,6 +114,26 @@ pub fn each(
     Ok(())
 }
 
+/// Returns the item of least time that a stream has next, and the index of the stream; the first of several.
+///
+/// # Errors
+/// The first error of `next`, which returns a time and its item.
+#[cfg(feature = "bags")]
+pub(crate) fn earliest<S, K: Ord, T>(
+    streams: &mut [S],
+    mut next: impl FnMut(&mut S) -> io::Result<Option<(K, T)>>,
+) -> io::Result<Option<(T, usize)>> {
+    let mut first: Option<(K, T, usize)> = None;
+    for (index, stream) in streams.iter_mut().enumerate() {
+        if let Some((time, item)) = next(stream)?
+            && first.as_ref().is_none_or(|(before, ..)| time < *before)
+        {
+            first = Some((time, item, index));
+        }
+    }
+    Ok(first.map(|(_, item, index)| (item, index)))
+}
+
 /// Writes the table of a foot.
 ///
 /// # Errors
@@ -167,11 +187,8 @@ impl Bag {
         let abouts = feet.iter().map(|foot| &foot.stored.about);
         let starts = abouts.clone().map(|about| about.start_us);
         let shift_us = clock_shift_us(starts.min().unwrap_or_default());
-        let last = |about: &recordings::input::About| {
-            let duration_us = i64::try_from(about.duration_us).unwrap_or(i64::MAX);
-            about.start_us.saturating_add(duration_us)
-        };
-        let ends_us = abouts.map(last).max().unwrap_or_default();
+        let ends_us = abouts.map(|about| about.start_us.saturating_add_unsigned(about.duration_us));
+        let ends_us = ends_us.max().unwrap_or_default();
         let is_in_time = ends_us.saturating_add(shift_us) <= LAST_US;
         is_in_time.then(|| Self {
             topics: feet.iter().map(|foot| FootTopics::of(&foot.name)).collect(),

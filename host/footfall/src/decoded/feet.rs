@@ -126,8 +126,8 @@ fn names(feet: &BTreeMap<Key, DecodedFoot>) -> Vec<String> {
     };
     let interfaces = |name: &str| {
         let named = feet.iter().filter(|(_, foot)| own(foot) == name);
-        let interfaces = named.map(|(key, _)| key.interface.as_deref());
-        interfaces.collect::<BTreeSet<_>>().len()
+        let interfaces: BTreeSet<_> = named.map(|(key, _)| &key.interface).collect();
+        interfaces.len()
     };
     let name = |(key, foot): (&Key, &DecodedFoot)| {
         let mut name = own(foot);
@@ -168,14 +168,7 @@ impl DecodedFoot {
         let contact = SentContact {
             time_us,
             probabilities: Probabilities {
-                axes: row.axes.unwrap_or(PerAxis {
-                    ax: f32::NAN,
-                    ay: f32::NAN,
-                    az: f32::NAN,
-                    wx: f32::NAN,
-                    wy: f32::NAN,
-                    wz: f32::NAN,
-                }),
+                axes: row.axes.unwrap_or(PerAxis::splat(f32::NAN)),
                 tangential: row.tangential,
                 vertical: row.vertical,
                 stable: row.stable,
@@ -188,8 +181,7 @@ impl DecodedFoot {
             orientation: self.orientation.at(time_us),
             acceleration: row.acceleration.unwrap_or(NO_VECTOR),
         };
-        self.contacts.push(&contact)?;
-        Ok(())
+        self.contacts.push(&contact).map(|_| ())
     }
 }
 

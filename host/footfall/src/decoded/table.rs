@@ -70,8 +70,9 @@ mod parquet {
 
     use decode::ContactRow;
     use decode::row::HEADER;
-    use estimator_core::{Decision, PerAxis, Timestamp, Vec3};
+    use estimator_core::{Decision, PerAxis, Timestamp};
     use recordings::parquet_rows::{DataType, Field, ParquetRows};
+    use samples::space::components;
     use serde::Serialize;
     use serde::ser::{SerializeMap, Serializer};
 
@@ -146,28 +147,20 @@ mod parquet {
             map.serialize_entry("p_stable", &row.stable)?;
             map.serialize_entry("p_tangential", &row.tangential)?;
             map.serialize_entry("p_vertical", &row.vertical)?;
-            numbers(
-                &mut map,
-                ["p_ax", "p_ay", "p_az", "p_wx", "p_wy", "p_wz"],
-                row.axes.map(PerAxis::to_array),
-            )?;
-            numbers(
-                &mut map,
-                ["qw", "qx", "qy", "qz"],
-                row.orientation.map(|q| [q.w, q.x, q.y, q.z]),
-            )?;
+            let axes = row.axes.map(PerAxis::to_array);
+            let columns = ["p_ax", "p_ay", "p_az", "p_wx", "p_wy", "p_wz"];
+            numbers(&mut map, columns, axes)?;
+            let orientation = row.orientation.map(|q| [q.w, q.x, q.y, q.z]);
+            numbers(&mut map, ["qw", "qx", "qy", "qz"], orientation)?;
             for (columns, vector) in [
                 (["lax", "lay", "laz"], row.acceleration),
                 (["uwx", "uwy", "uwz"], row.rate),
                 (["bwx", "bwy", "bwz"], row.bias),
             ] {
-                numbers(&mut map, columns, vector.map(|Vec3 { x, y, z }| [x, y, z]))?;
+                numbers(&mut map, columns, vector.map(components))?;
             }
-            numbers(
-                &mut map,
-                ["temperature"],
-                row.temperature.map(|celsius| [celsius]),
-            )?;
+            let temperature = row.temperature.map(|celsius| [celsius]);
+            numbers(&mut map, ["temperature"], temperature)?;
             map.serialize_entry("state", row.status.phase().name())?;
             let decision = u8::from(row.status.decision() == Decision::Stable);
             map.serialize_entry("decision", &decision)?;
@@ -186,9 +179,7 @@ mod parquet {
         columns: [&'static str; N],
         numbers: Option<[f32; N]>,
     ) -> Result<(), M::Error> {
-        let known = numbers
-            .into_iter()
-            .flat_map(|numbers| columns.into_iter().zip(numbers));
+        let known = columns.into_iter().zip(numbers.unwrap_or([f32::NAN; N]));
         for (column, number) in known.filter(|(_, number)| !number.is_nan()) {
             map.serialize_entry(column, &number)?;
         }

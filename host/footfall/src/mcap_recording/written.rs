@@ -30,12 +30,10 @@ impl McapRecording {
         options.write(true).create_new(!replaces);
         let options = options.create(replaces).truncate(replaces);
         let file = options.open(path).map_err(|source| match source.kind() {
-            io::ErrorKind::AlreadyExists => OutputError::Exists {
-                file: path.display().to_string(),
-            },
-            _ => unwritable(path, source),
+            io::ErrorKind::AlreadyExists => OutputError::Exists(path.display().to_string()),
+            _ => OutputError::unwritable(path)(source),
         })?;
-        let file = McapFile::new(file).map_err(|error| unwritable(path, io_error(error)))?;
+        let file = McapFile::new(file).map_err(unwritable(path))?;
         Ok(Self {
             path: path.to_owned(),
             file,
@@ -59,8 +57,7 @@ impl McapRecording {
             let _ = writeln!(text, "{count:>9} {topic}");
         }
         let _ = writeln!(text, "wrote {}", self.path.display());
-        let finished = self.file.finish();
-        finished.map_err(|error| unwritable(&self.path, io_error(error)))?;
+        self.file.finish().map_err(unwritable(&self.path))?;
         Ok(text)
     }
 }
@@ -68,20 +65,16 @@ impl McapRecording {
 impl Sink for McapRecording {
     fn publish(&mut self, published: Published) -> Result<(), Error> {
         let written = self.file.write(&published);
-        Ok(written.map_err(|error| unwritable(&self.path, io_error(error)))?)
+        Ok(written.map_err(unwritable(&self.path))?)
     }
 
     fn idle(&mut self) -> Result<(), Error> {
-        let flushed = self.file.flush();
-        Ok(flushed.map_err(|error| unwritable(&self.path, io_error(error)))?)
+        Ok(self.file.flush().map_err(unwritable(&self.path))?)
     }
 }
 
-fn unwritable(path: &Path, source: io::Error) -> OutputError {
-    OutputError::Unwritable {
-        file: path.display().to_string(),
-        source,
-    }
+fn unwritable(path: &Path) -> impl FnOnce(McapError) -> OutputError {
+    |error| OutputError::unwritable(path)(io_error(error))
 }
 
 /// Converts an error of the MCAP writer to an I/O error, keeping one of the operating system.

@@ -148,12 +148,11 @@ pub fn write_text(robot: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
             _ if line.several_boards => write!(to, "  {SEVERAL_BOARDS}")?,
             (_, true) => write!(to, "  silent")?,
             (None, _) => write!(to, "  no contact yet")?,
-            (Some(p), _) => write!(
-                to,
-                "  P {p:.3}  {:<7}  {}",
-                line.state.unwrap_or_default(),
-                decision_text(line.decision)
-            )?,
+            (Some(p), _) => {
+                let state = line.state.unwrap_or_default();
+                let not = if line.decision == Some(1) { "" } else { "not " };
+                write!(to, "  P {p:.3}  {state:<7}  {not}stable")?;
+            }
         }
         if let (Some(rate), Some(jitter)) = (line.rate_hz, line.jitter_ms) {
             write!(to, "  {rate:.0} Hz, jitter {jitter:.1} ms")?;
@@ -178,18 +177,6 @@ pub fn write_text(robot: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
 /// Errors of the writer.
 pub fn write_event(event: &MonitorEvent, to: &mut dyn Write) -> io::Result<()> {
     let MonitorEvent { t, foot, text } = event;
-    writeln!(
-        to,
-        "{t:9.3} s  {:<4}  {text}",
-        foot.as_deref().unwrap_or("")
-    )
-}
-
-/// Returns the name of a decision.
-const fn decision_text(decision: Option<u8>) -> &'static str {
-    match decision {
-        Some(1) => "stable",
-        Some(_) => "not stable",
-        None => "",
-    }
+    let foot = foot.as_deref().unwrap_or("");
+    writeln!(to, "{t:9.3} s  {foot:<4}  {text}")
 }

@@ -1,6 +1,6 @@
 //! Recording of received messages while the display runs.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use live::{Session, Update};
 use ros::Bridge;
@@ -24,18 +24,15 @@ impl Recorder {
     /// The file cannot be written.
     pub fn begin() -> Result<Self, OutputError> {
         let mut number = 1_u32;
-        loop {
-            let path = PathBuf::from(format!("footfall-{number}.mcap"));
-            match McapRecording::create(&path, Existing::Kept) {
-                Err(OutputError::Exists { .. }) => number += 1,
-                created => {
-                    return Ok(Self {
-                        bridge: Bridge::default(),
-                        to: created?,
-                    });
-                }
+        let to = loop {
+            let path = format!("footfall-{number}.mcap");
+            match McapRecording::create(path.as_ref(), Existing::Kept) {
+                Err(OutputError::Exists(_)) => number += 1,
+                created => break created?,
             }
-        }
+        };
+        let bridge = Bridge::default();
+        Ok(Self { bridge, to })
     }
 
     /// Returns the path of the file.

@@ -192,11 +192,8 @@ impl MonitorState {
 
     /// Returns the events after the first `seen`, and the total number of events so far.
     pub fn events_since(&self, seen: usize) -> (impl Iterator<Item = &MonitorEvent>, usize) {
-        let skipped = seen.saturating_sub(self.forgotten);
-        (
-            self.events.iter().skip(skipped),
-            self.forgotten + self.events.len(),
-        )
+        let new = self.events.iter().skip(seen.saturating_sub(self.forgotten));
+        (new, self.forgotten + self.events.len())
     }
 
     /// Returns the resource the line is waiting for if it is not open.
@@ -211,11 +208,10 @@ impl MonitorState {
         self.ended.is_some()
     }
 
-    /// Returns the error that prevented playback or ended it early.
+    /// Returns the reason the source has ended.
     #[must_use]
-    pub fn into_failure(self) -> Option<LinkError> {
+    pub fn into_ended(self) -> Option<LinkError> {
         self.ended
-            .filter(|error| !matches!(error, LinkError::Ended(_)))
     }
 
     /// Returns the number of unreadable lines and fragments in playback, from adapters and on serial lines.

@@ -102,23 +102,13 @@ fn draw_foot(
     curve: &Curve,
     area: Rect,
 ) {
-    let [first, middle, second] = Layout::vertical([
-        Constraint::Length(1),
-        Constraint::Min(1),
-        Constraint::Length(1),
-    ])
-    .areas(area);
+    let line = Constraint::Length(1);
+    let [first, middle, second] = Layout::vertical([line, Constraint::Min(1), line]).areas(area);
     frame.render_widget(contact_line(robot, foot), first);
-    let values: Vec<u64> = curve
-        .least(usize::from(middle.width))
-        .iter()
-        .map(|p| (p * STEPS as f32) as u64)
-        .collect();
-    let sparkline = Sparkline::default()
-        .data(values)
-        .max(STEPS)
-        .style(Style::new().fg(colour(foot)));
-    frame.render_widget(sparkline, middle);
+    let values = curve.least(usize::from(middle.width)).into_iter();
+    let values: Vec<u64> = values.map(|p| (p * STEPS as f32) as u64).collect();
+    let sparkline = Sparkline::default().data(values).max(STEPS);
+    frame.render_widget(sparkline.style(Style::new().fg(colour(foot))), middle);
     frame.render_widget(health_line(foot), second);
 }
 
@@ -134,10 +124,8 @@ fn colour(foot: &LiveFoot) -> Color {
 
 fn contact_line(robot: &MonitorState, foot: &LiveFoot) -> Paragraph<'static> {
     let name = format!("{:<5}", foot.name_or("node "));
-    let mut spans = vec![Span::styled(
-        name,
-        Style::new().add_modifier(Modifier::BOLD),
-    )];
+    let bold = Style::new().add_modifier(Modifier::BOLD);
+    let mut spans = vec![Span::styled(name, bold)];
     let Some(row) = &foot.row else {
         spans.push(Span::raw("no contact yet"));
         return Paragraph::new(Line::from(spans));
@@ -153,14 +141,9 @@ fn contact_line(robot: &MonitorState, foot: &LiveFoot) -> Paragraph<'static> {
         Decision::Stable => "stable",
         _ => "not stable",
     };
-    spans.push(Span::styled(
-        format!(
-            "P {:.2}  {:<7}  {decision:<10}",
-            row.stable,
-            row.status.phase().name()
-        ),
-        Style::new().fg(colour(foot)),
-    ));
+    let (p, phase) = (row.stable, row.status.phase().name());
+    let text = format!("P {p:.2}  {phase:<7}  {decision:<10}");
+    spans.push(Span::styled(text, Style::new().fg(colour(foot))));
     spans.push(Span::raw(format!(
         "  tangential {:.2}  vertical {:.2}",
         row.tangential, row.vertical
@@ -172,11 +155,10 @@ fn contact_line(robot: &MonitorState, foot: &LiveFoot) -> Paragraph<'static> {
 }
 
 fn health_line(foot: &LiveFoot) -> Paragraph<'static> {
-    let mut words = Vec::new();
     let alarm = Style::new().fg(Color::Red);
-    for fault in foot.faults.iter() {
-        words.push(Span::styled(fault.name(), alarm));
-    }
+    let faults = foot.faults.iter();
+    let faults = faults.map(|fault| Span::styled(fault.name(), alarm));
+    let mut words: Vec<_> = faults.collect();
     if let Some((_, Some(reason))) = foot.started {
         let text = format!("started after: {}", reason.name());
         words.push(Span::styled(text, alarm));
@@ -205,13 +187,9 @@ fn health_line(foot: &LiveFoot) -> Paragraph<'static> {
     if let Some(board) = &foot.board {
         words.push(Span::raw(board.stage.name()));
     }
-    let mut spans = vec![Span::raw("     ")];
-    for (index, word) in words.into_iter().enumerate() {
-        if index > 0 {
-            spans.push(Span::raw("  "));
-        }
-        spans.push(word);
-    }
+    let mut spans = vec![Span::raw("   ")];
+    let words = words.into_iter();
+    spans.extend(words.flat_map(|word| [Span::raw("  "), word]));
     Paragraph::new(Line::from(spans))
 }
 

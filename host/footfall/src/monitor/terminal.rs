@@ -73,10 +73,9 @@ fn watch(
                 _ => continue,
             };
             is_changed = true;
+            let is_control = key.modifiers.contains(KeyModifiers::CONTROL);
             match key.code {
-                KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => {
-                    return Ok(());
-                }
+                KeyCode::Char('c') if is_control => return Ok(()),
                 KeyCode::Char('q') | KeyCode::Esc => return Ok(()),
                 KeyCode::Char(' ' | 'p') => {
                     running = match running {

@@ -38,10 +38,8 @@ impl Polyline {
     /// Appends a value. A missing value ends the current piece.
     pub(super) fn add(&mut self, time: f64, value: Option<f64>) {
         let column = self.width.column_of(time);
-        if let Some(full) = self
-            .bucket
-            .take_if(|bucket| value.is_none() || bucket.column != column)
-        {
+        let is_full = |bucket: &mut Bucket| value.is_none() || bucket.column != column;
+        if let Some(full) = self.bucket.take_if(is_full) {
             full.append_to(&mut self.piece);
         }
         match value {
@@ -100,11 +98,9 @@ impl<T: Copy + PartialEq> Stretching<T> {
     /// Closes the current column.
     fn close(&mut self) {
         let winner = self.votes.drain(..).max_by_key(|(_, count)| *count);
+        let last = self.winners.last().map(|(_, value)| *value);
         if let Some((winner, _)) = winner
-            && self
-                .winners
-                .last()
-                .is_none_or(|(_, value)| *value != winner)
+            && last != Some(winner)
         {
             self.winners.push((self.column, winner));
         }

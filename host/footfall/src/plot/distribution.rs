@@ -21,9 +21,8 @@ use super::{
 const PANEL_HEIGHT: u32 = 300;
 const VALUE_AXIS_HEIGHT: u32 = 60;
 const LEGEND_HEIGHT: u32 = 44;
-/// Factors by which a panel extends beyond the classes.
-const BELOW: f64 = 30.0;
-const ABOVE: f64 = 30.0;
+/// Factor by which a panel extends beyond the classes, below and above.
+const BEYOND: f64 = 30.0;
 const BINS: usize = 120;
 const STILL_COLOUR: RGBColor = TOTAL_COLOUR;
 const MOVING_COLOUR: RGBColor = TANGENTIAL_COLOUR;
@@ -85,17 +84,11 @@ fn draw_panel(
 ) -> Drawn {
     let [at_rest, edge, in_motion] =
         [quantity.at_rest, quantity.edge, quantity.in_motion].map(f64::from);
-    let shown = at_rest / BELOW..in_motion * ABOVE;
-    let values = || {
-        amplitudes
-            .iter()
-            .map(|sample| (sample.values[index], sample.stable))
-    };
-    let still = histogram(values(), &shown);
-    let moving = histogram(
-        values().map(|(value, stable)| (value, 1.0 - stable)),
-        &shown,
-    );
+    let shown = at_rest / BEYOND..in_motion * BEYOND;
+    let samples = amplitudes.iter();
+    let still = samples.clone().map(|of| (of.values[index], of.stable));
+    let moving = samples.map(|of| (of.values[index], 1.0 - of.stable));
+    let (still, moving) = (histogram(still, &shown), histogram(moving, &shown));
     let bars = still.iter().chain(&moving);
     let top = bars.map(|(_, height)| *height).fold(0.0, f64::max);
     let range = 0.0..1.15 * top.max(f64::MIN_POSITIVE);
@@ -130,11 +123,8 @@ fn draw_panel(
             Rectangle::new([(x.start, 0.0), (x.end, height)], colour.mix(0.6).filled())
         }))?;
     }
-    for (x, colour) in [
-        (at_rest, STILL_COLOUR),
-        (in_motion, MOVING_COLOUR),
-        (edge, EDGE_COLOUR),
-    ] {
+    let colours = [STILL_COLOUR, MOVING_COLOUR, EDGE_COLOUR];
+    for (x, colour) in [at_rest, in_motion, edge].into_iter().zip(colours) {
         let ends = [(x, range.start), (x, range.end)];
         chart.draw_series([PathElement::new(ends, colour.stroke_width(3))])?;
     }
@@ -158,10 +148,8 @@ fn histogram(
         }
     }
     let edge = |bin: usize| libm::exp(low + width * bin as f64);
-    heights
-        .into_iter()
-        .enumerate()
-        .map(|(bin, height)| (edge(bin)..edge(bin + 1), height))
+    let bars = heights.into_iter().enumerate();
+    bars.map(|(bin, height)| (edge(bin)..edge(bin + 1), height))
         .collect()
 }
 

@@ -30,7 +30,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use decimate::Trace;
-use recordings::recording::{Label, RecordedSample, Recording};
+use samples::recording::{Label, RecordedSample, Recording};
 use series::Series;
 
 pub use decimate::Width;
@@ -153,18 +153,15 @@ pub fn svg(recording: &Recording, estimates: &[ContactEstimate]) -> io::Result<S
     figure.svg()
 }
 
-/// A line in a panel.
-struct Line {
-    colour: RGBColor,
-    width: u32,
-    trace: Trace,
-}
+/// Width of the lines in panels.
+const LINE_WIDTH: u32 = 2;
 
 /// A panel: its axis and its line, which the axis title also names in the legend.
 struct Panel {
     axis_title: String,
     range: Range<f64>,
-    line: Line,
+    colour: RGBColor,
+    trace: Trace,
 }
 
 /// Time intervals to be shaded.
@@ -179,10 +176,8 @@ impl Stretches {
     fn blocks(&self, between: Range<f64>) -> impl Iterator<Item = Rectangle<(f64, f64)>> {
         let style = self.colour.filled();
         self.times.iter().map(move |time| {
-            Rectangle::new(
-                [(time.start, between.start), (time.end, between.end)],
-                style,
-            )
+            let corners = [(time.start, between.start), (time.end, between.end)];
+            Rectangle::new(corners, style)
         })
     }
 }
@@ -196,7 +191,11 @@ fn draw(
 ) -> Drawn {
     let time = &series.span;
     let shades = shades(series);
-    let labels = label_track(series);
+    let labels = series.labels.as_ref().map(|labels| Stretches {
+        name: "label: stable",
+        colour: LABEL_COLOUR,
+        times: times_of(labels, Some(Label::Stable)),
+    });
     if let (Some(_), Some(total)) = (&labels, panels.last_mut()) {
         total.range.end = TRACK.end + 0.06;
     }
@@ -260,69 +259,48 @@ pub fn text_style(size: u32) -> TextStyle<'static> {
 }
 
 fn panels(load_title: &str, series: &Series) -> Vec<Panel> {
-    let of_probability = |axis_title: &str, colour, trace: &Trace| Panel {
+    let panel = |axis_title: &str, range, colour, trace: &Trace| Panel {
         axis_title: axis_title.to_owned(),
-        range: -0.04..1.04,
-        line: Line {
-            colour,
-            width: 2,
-            trace: trace.clone(),
-        },
+        range,
+        colour,
+        trace: trace.clone(),
     };
-    let load = series.load.as_ref().map(|(trace, range)| Panel {
-        axis_title: load_title.to_owned(),
-        range: padded(range),
-        line: Line {
-            colour: LOAD_COLOUR,
-            width: 2,
-            trace: trace.clone(),
-        },
-    });
-    let mut panels: Vec<Panel> = load.into_iter().collect();
-    panels.extend([
-        of_probability("P tangential", TANGENTIAL_COLOUR, &series.tangential),
-        of_probability("P vertical", VERTICAL_COLOUR, &series.vertical),
-        of_probability("P stable", TOTAL_COLOUR, &series.total),
-    ]);
-    panels
-}
-
-/// Returns the intervals labelled stable; `None` without labels.
-fn label_track(series: &Series) -> Option<Stretches> {
-    let labels = series.labels.as_ref()?;
-    Some(Stretches {
-        name: "label: stable",
-        colour: LABEL_COLOUR,
-        times: times_of(labels, Some(Label::Stable)),
-    })
+    let load = series.load.as_ref();
+    let load = load.map(|(trace, range)| panel(load_title, padded(range), LOAD_COLOUR, trace));
+    let shown = [
+        ("P tangential", TANGENTIAL_COLOUR),
+        ("P vertical", VERTICAL_COLOUR),
+        ("P stable", TOTAL_COLOUR),
+    ];
+    let shown = shown.into_iter().zip(&series.probabilities);
+    let shown = shown.map(|((title, colour), trace)| panel(title, -0.04..1.04, colour, trace));
+    load.into_iter().chain(shown).collect()
 }
 
 /// Returns a value range with a small margin.
 fn padded(Range { start, end }: &Range<f64>) -> Range<f64> {
-    let padding = if end > start {
-        0.06 * (end - start)
-    } else {
-        1.0
+    let padding = match end > start {
+        true => 0.06 * (end - start),
+        false => 1.0,
     };
     start - padding..end + padding
 }
 
 /// Returns the shaded states that occur.
 fn shades(series: &Series) -> Vec<Stretches> {
-    [
+    let shades = [
         ("state: swing", SWING_SHADE, Phase::Swing),
         ("state: quiet swing", QUIET_SWING_SHADE, Phase::QuietSwing),
         ("state: slip", SLIP_SHADE, Phase::Slip),
         ("state: unknown", UNKNOWN_SHADE, Phase::Unknown),
-    ]
-    .into_iter()
-    .map(|(name, colour, phase)| Stretches {
+    ];
+    let shades = shades.map(|(name, colour, phase)| Stretches {
         name,
         colour,
         times: times_of(&series.phases, phase),
-    })
-    .filter(|shade| !shade.times.is_empty())
-    .collect()
+    });
+    let occurs = |shade: &Stretches| !shade.times.is_empty();
+    shades.into_iter().filter(occurs).collect()
 }
 
 /// Returns the intervals of `stretches` with this value.
@@ -345,14 +323,11 @@ fn draw_legend(area: &Area<'_>, panels: &[Panel], blocks: &[&Stretches]) -> Draw
         drawn
     };
     let (mut x, mut middle) = (plot_left(), LEGEND_HEIGHT as i32 / 2);
-    for Panel {
-        axis_title, line, ..
-    } in panels
-    {
-        let stroke = line.colour.stroke_width(line.width + 2);
+    for panel in panels {
+        let stroke = panel.colour.stroke_width(LINE_WIDTH + 2);
         let ends = [(x, middle), (x + SWATCH, middle)];
         area.draw(&PathElement::new(ends, stroke))?;
-        name_at(&mut x, middle, axis_title)?;
+        name_at(&mut x, middle, &panel.axis_title)?;
     }
     (x, middle) = (plot_left(), middle + LEGEND_HEIGHT as i32);
     for shown in blocks {
@@ -402,8 +377,8 @@ fn draw_panel(
     if let Some(track) = track {
         chart.draw_series(track.blocks(TRACK))?;
     }
-    let style = panel.line.colour.stroke_width(panel.line.width);
-    let paths = panel.line.trace.iter();
+    let style = panel.colour.stroke_width(LINE_WIDTH);
+    let paths = panel.trace.iter();
     chart.draw_series(paths.map(|path| PathElement::new(path.clone(), style)))?;
     Ok(())
 }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use estimator_core::{ContactEstimate, Load, Phase};
-use recordings::recording::{Label, RecordedSample};
+use samples::recording::{Label, RecordedSample};
 
 use super::decimate::{Polyline, Stretching, Trace, Width};
 
@@ -11,9 +11,8 @@ use super::decimate::{Polyline, Stretching, Trace, Width};
 pub struct Collector {
     width: Width,
     load: Polyline,
-    tangential: Polyline,
-    vertical: Polyline,
-    total: Polyline,
+    /// Tangential, vertical and total.
+    probabilities: [Polyline; 3],
     phases: Stretching<Phase>,
     labels: Stretching<Option<Label>>,
     load_range: Option<Range<f64>>,
@@ -26,9 +25,8 @@ pub(super) struct Series {
     pub(super) span: Range<f64>,
     /// Load with its minimum and maximum; `None` if unknown.
     pub(super) load: Option<(Trace, Range<f64>)>,
-    pub(super) tangential: Trace,
-    pub(super) vertical: Trace,
-    pub(super) total: Trace,
+    /// Tangential, vertical and total.
+    pub(super) probabilities: [Trace; 3],
     /// State seen by the estimator; empty without any load, when the state is always unknown.
     pub(super) phases: Vec<(Range<f64>, Phase)>,
     /// Labels over time; `None` without labels.
@@ -46,9 +44,7 @@ impl Collector {
         };
         Self {
             load: line(),
-            tangential: line(),
-            vertical: line(),
-            total: line(),
+            probabilities: [line(), line(), line()],
             phases: Stretching::new(shades),
             labels: Stretching::new(width.clone()),
             load_range: None,
@@ -69,9 +65,10 @@ impl Collector {
         }
         self.load.add(time, load);
         let p = estimate.probabilities;
-        self.tangential.add(time, Some(f64::from(p.tangential)));
-        self.vertical.add(time, Some(f64::from(p.vertical)));
-        self.total.add(time, Some(f64::from(p.stable)));
+        let values = [p.tangential, p.vertical, p.stable];
+        for (line, value) in self.probabilities.iter_mut().zip(values) {
+            line.add(time, Some(value.into()));
+        }
         self.phases.add(time, estimate.phase);
         self.has_state |= estimate.phase != Phase::Unknown;
         self.labels.add(time, sample.label);
@@ -87,9 +84,7 @@ impl Collector {
                 false => Vec::new(),
             },
             load: self.load_range.map(|range| (load, range)),
-            tangential: self.tangential.finish(),
-            vertical: self.vertical.finish(),
-            total: self.total.finish(),
+            probabilities: self.probabilities.map(Polyline::finish),
             labels: self.is_labelled.then(|| self.labels.finish()),
         }
     }

@@ -53,18 +53,15 @@ fn column(names: &[String]) -> Value {
 
 /// Returns the Foxglove type and settings of a panel.
 fn settings(panel: &Panel) -> (&'static str, Value) {
-    let paths: Vec<_> = panel
-        .curves
-        .iter()
-        .map(|curve| {
-            json!({
-                "value": format!("{}.{}", curve.topic, curve.field),
-                "label": curve.label,
-                "enabled": true,
-                "timestampMethod": "receiveTime",
-            })
+    let paths = panel.curves.iter().map(|curve| {
+        json!({
+            "value": format!("{}.{}", curve.topic, curve.field),
+            "label": curve.label,
+            "enabled": true,
+            "timestampMethod": "receiveTime",
         })
-        .collect();
+    });
+    let paths: Vec<_> = paths.collect();
     let title = &panel.title;
     let mut plot = json!({
         "foxglovePanelTitle": title,

@@ -45,117 +45,66 @@ pub struct PlottedField {
     /// Topic of the messages.
     pub topic: Arc<str>,
     /// Field of the messages, with nested fields separated by points.
-    pub field: &'static str,
+    pub field: String,
 }
 
-fn curve(label: impl Into<String>, topic: &Arc<str>, field: &'static str) -> PlottedField {
+fn curve(label: &str, topic: &Arc<str>, field: impl Into<String>) -> PlottedField {
     PlottedField {
-        label: label.into(),
+        label: label.to_owned(),
         topic: Arc::clone(topic),
-        field,
+        field: field.into(),
     }
 }
 
-/// Fields of a sample's acceleration, x, y and z.
-const LINEAR_ACCELERATION: [&str; 3] = [
-    "linear_acceleration.x",
-    "linear_acceleration.y",
-    "linear_acceleration.z",
-];
-
-/// Fields of a sample's angular rate, x, y and z.
-const ANGULAR_VELOCITY: [&str; 3] = [
-    "angular_velocity.x",
-    "angular_velocity.y",
-    "angular_velocity.z",
-];
-
-/// Returns a curve for each of three axes.
-fn axes(topic: &Arc<str>, fields: [&'static str; 3]) -> Vec<PlottedField> {
-    let named = ["x", "y", "z"].into_iter().zip(fields);
-    named
-        .map(|(name, field)| curve(name, topic, field))
-        .collect()
+/// Returns a curve for each of the three axes of a vector.
+fn axes(topic: &Arc<str>, vector: &str) -> Vec<PlottedField> {
+    let of_axis = |axis| curve(axis, topic, format!("{vector}.{axis}"));
+    ["x", "y", "z"].map(of_axis).into()
 }
 
 /// Returns the pages of feet with these names.
 #[must_use]
 pub fn pages(feet: &[String]) -> Vec<Page> {
-    let topics: Vec<(&String, FootTopics)> = feet
-        .iter()
-        .map(|foot| (foot, FootTopics::of(foot)))
-        .collect();
-    let of_all = |curve_of: fn(&String, &FootTopics) -> PlottedField| -> Vec<PlottedField> {
-        topics
-            .iter()
-            .map(|(foot, topics)| curve_of(foot, topics))
-            .collect()
+    let topics = feet.iter().map(|foot| (foot, FootTopics::of(foot)));
+    let topics: Vec<(&String, FootTopics)> = topics.collect();
+    let of_all = |curve_of: fn(&str, &FootTopics) -> PlottedField| {
+        let curves = topics.iter().map(|(foot, topics)| curve_of(foot, topics));
+        curves.collect::<Vec<_>>()
     };
     let panel = |title: &str, kind, curves| Panel {
         title: title.to_owned(),
         kind,
         curves,
     };
+    let stable = of_all(|foot, topics| curve(foot, &topics.contact, "p_stable"));
+    let states = of_all(|foot, topics| curve(foot, &topics.contact, "state"));
+    let loads = of_all(|foot, topics| curve(foot, &topics.load, "data"));
     let all = Page {
         title: "Feet".to_owned(),
         panels: vec![
-            panel(
-                "P of stable contact",
-                PanelKind::Probabilities,
-                of_all(|foot, topics| curve(foot, &topics.contact, "p_stable")),
-            ),
-            panel(
-                "State",
-                PanelKind::States,
-                of_all(|foot, topics| curve(foot, &topics.contact, "state")),
-            ),
-            panel(
-                "Load (N)",
-                PanelKind::Lines,
-                of_all(|foot, topics| curve(foot, &topics.load, "data")),
-            ),
+            panel("P of stable contact", PanelKind::Probabilities, stable),
+            panel("State", PanelKind::States, states),
+            panel("Load (N)", PanelKind::Lines, loads),
             panel("Faults and counters", PanelKind::Diagnostics, Vec::new()),
         ],
     };
     let one = |(foot, topics): &(&String, FootTopics)| {
-        let FootTopics {
-            contact, load, imu, ..
-        } = topics;
+        let (contact, imu) = (&topics.contact, &topics.imu);
+        let probabilities = ["stable", "tangential", "vertical"];
+        let probabilities = probabilities.map(|name| curve(name, contact, format!("p_{name}")));
+        let decision = ["decision", "state"].map(|name| curve(name, contact, name));
+        let load = vec![curve("load", &topics.load, "data")];
+        let acceleration = axes(imu, "linear_acceleration");
+        let rate = axes(imu, "angular_velocity");
+        let (probabilities, decision) = (probabilities.into(), decision.into());
         Page {
             title: (*foot).clone(),
             panels: vec![
-                panel(
-                    "Probabilities",
-                    PanelKind::Probabilities,
-                    vec![
-                        curve("stable", contact, "p_stable"),
-                        curve("tangential", contact, "p_tangential"),
-                        curve("vertical", contact, "p_vertical"),
-                    ],
-                ),
-                panel(
-                    "Decision and state",
-                    PanelKind::States,
-                    vec![
-                        curve("decision", contact, "decision"),
-                        curve("state", contact, "state"),
-                    ],
-                ),
-                panel(
-                    "Load (N)",
-                    PanelKind::Lines,
-                    vec![curve("load", load, "data")],
-                ),
-                panel(
-                    "Acceleration (m/s²)",
-                    PanelKind::Lines,
-                    axes(imu, LINEAR_ACCELERATION),
-                ),
-                panel(
-                    "Angular rate (rad/s)",
-                    PanelKind::Lines,
-                    axes(imu, ANGULAR_VELOCITY),
-                ),
+                panel("Probabilities", PanelKind::Probabilities, probabilities),
+                panel("Decision and state", PanelKind::States, decision),
+                panel("Load (N)", PanelKind::Lines, load),
+                panel("Acceleration (m/s²)", PanelKind::Lines, acceleration),
+                panel("Angular rate (rad/s)", PanelKind::Lines, rate),
             ],
         }
     };

@@ -48,9 +48,10 @@ fn write_layout(pages: &[Page], to: &mut String) -> fmt::Result {
 }
 
 fn write_panel(panel: &Panel, to: &mut String) -> fmt::Result {
-    let style = match panel.kind {
-        PanelKind::States => "Steps",
-        PanelKind::Lines | PanelKind::Probabilities | PanelKind::Diagnostics => "Lines",
+    let (style, limits) = match panel.kind {
+        PanelKind::States => ("Steps", ""),
+        PanelKind::Probabilities => ("Lines", " min=\"0\" max=\"1\""),
+        PanelKind::Lines | PanelKind::Diagnostics => ("Lines", ""),
     };
     let title = escaped(&panel.title);
     writeln!(to, "     <DockArea name=\"{title}\">")?;
@@ -62,10 +63,7 @@ fn write_panel(panel: &Panel, to: &mut String) -> fmt::Result {
         to,
         "       <range left=\"0\" right=\"10\" bottom=\"0\" top=\"1\"/>"
     )?;
-    let limits = match panel.kind {
-        PanelKind::Probabilities => " min=\"0\" max=\"1\"",
-        PanelKind::Lines | PanelKind::States | PanelKind::Diagnostics => "",
-    };
+
     writeln!(to, "       <limitY{limits}/>")?;
     for (curve, colour) in panel.curves.iter().zip(COLOURS.iter().cycle()) {
         let field = curve.field.replace('.', "/");

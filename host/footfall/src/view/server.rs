@@ -28,15 +28,6 @@ const QUEUE: usize = 1 << 16;
 /// Timeout for closing client connections at the end.
 const GOODBYE: Duration = Duration::from_secs(1);
 
-/// Addresses of this machine on which the server listens.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reach {
-    /// One address.
-    OneAddress,
-    /// All addresses: other machines can connect.
-    AllAddresses,
-}
-
 /// Resolves a host given as an address or a name. If a name has addresses of both kinds, IPv4 is preferred, as
 /// viewers try it first.
 fn address_of(host: &str, port: u16) -> Result<SocketAddr, ViewError> {
@@ -91,14 +82,10 @@ impl Server {
         })
     }
 
-    /// Returns whether the server listens on one address or on all.
+    /// Returns whether the server listens on all addresses of this machine: others can connect.
     #[must_use]
-    pub const fn reach(&self) -> Reach {
-        if self.address.ip().is_unspecified() {
-            Reach::AllAddresses
-        } else {
-            Reach::OneAddress
-        }
+    pub const fn listens_everywhere(&self) -> bool {
+        self.address.ip().is_unspecified()
     }
 
     /// Returns the URL of the server for programs on this machine.
@@ -150,12 +137,11 @@ impl Server {
 
 impl Sink for Server {
     fn publish(&mut self, published: Published) -> Result<(), Error> {
-        let channel = self
-            .channel(&published)
-            .map_err(|source| ViewError::Topic {
-                topic: published.topic.as_ref().to_owned(),
-                source: Box::new(source),
-            })?;
+        let channel = self.channel(&published);
+        let channel = channel.map_err(|source| ViewError::Topic {
+            topic: published.topic.to_string(),
+            source: Box::new(source),
+        })?;
         // Messages are encoded only if a client has subscribed.
         if channel.has_sinks() {
             let nanos = published.at.as_micros().saturating_mul(1000);

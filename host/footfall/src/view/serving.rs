@@ -8,11 +8,11 @@ use live::link::pace::Speed;
 use live::{LinkError, Source};
 use ros::Bridge;
 
-use super::server::{Reach, Server};
+use super::server::Server;
 use crate::error::Error;
 use crate::files::finish_when_interrupted;
 use crate::messages::{aside, warn};
-use crate::stream::{Stream, is_over};
+use crate::stream::{Stream, is_over, unless_ended};
 
 /// Polling interval for the deadline after the source has ended.
 const LOOK: Duration = Duration::from_millis(50);
@@ -35,9 +35,9 @@ pub fn serve(
     let mut server = Server::start(host, port, &name)?;
     let url = server.url();
     let app_url = server.app_url();
-    let also = match server.reach() {
-        Reach::OneAddress => "",
-        Reach::AllAddresses => ", and at all other addresses of this machine",
+    let also = match server.listens_everywhere() {
+        true => ", and at all other addresses of this machine",
+        false => "",
     };
     aside(format!(
         "serving {source} at {url}{also}\n\
@@ -46,15 +46,10 @@ pub fn serve(
     ));
     let ended = stream.run(deadline, &mut server);
     stream.report();
-    let ended = match ended {
-        Ok(Some(error @ LinkError::Ended(_))) => {
-            warn(format!("{error}; viewers stay connected until Ctrl-C"));
-            Ok(())
-        }
-        Ok(Some(error)) => Err(error.into()),
-        Ok(None) => Ok(()),
-        Err(error) => Err(error),
-    };
+    if let Ok(Some(error @ LinkError::Ended(_))) = &ended {
+        warn(format!("{error}; viewers stay connected until Ctrl-C"));
+    }
+    let ended = ended.and_then(unless_ended);
     // Played messages may still be queued for viewers, which show them while connected.
     while ended.is_ok() && !is_over(deadline) {
         thread::sleep(LOOK);

@@ -21,11 +21,9 @@ const FIRST: u8 = 3;
 /// # Errors
 /// A request has failed.
 pub fn state(client: &mut Client) -> Result<CalibrationState, RequestError> {
-    let address = Address::new(index::CALIBRATION, STATE);
-    let code = client.read(address, DataType::Unsigned8)?.to_raw();
-    let state = u8::try_from(code)
-        .ok()
-        .and_then(CalibrationState::from_code);
+    let code = client.read_number(index::CALIBRATION, STATE)?;
+    let state = u8::try_from(code).ok();
+    let state = state.and_then(CalibrationState::from_code);
     state.ok_or(RequestError::Unknown {
         what: "the state of the calibration",
         code,

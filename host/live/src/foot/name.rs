@@ -41,8 +41,8 @@ pub enum NameError {
 }
 
 fn suggestion(near: &[String]) -> String {
-    let question = did_you_mean(near);
-    question.map_or_else(String::new, |question| format!("; {question}"))
+    let question = did_you_mean(near).map(|question| format!("; {question}"));
+    question.unwrap_or_default()
 }
 
 /// Returns names similar to `text`. The titles in the dictionary count as names.
@@ -56,13 +56,9 @@ fn near(text: &str) -> Vec<String> {
 
 /// Converts a title to a part of a name: lower case, with `_` between words.
 fn part(title: &str) -> String {
-    let letters = title.chars().map(|letter| match letter {
-        letter if letter.is_alphanumeric() => letter,
-        _ => ' ',
-    });
-    let words: String = letters.collect();
-    let words: Vec<_> = words.split_whitespace().map(str::to_lowercase).collect();
-    words.join("_")
+    let words = title.split(|letter: char| !letter.is_alphanumeric());
+    let words = words.filter(|word| !word.is_empty());
+    words.map(str::to_lowercase).collect::<Vec<_>>().join("_")
 }
 
 impl Named {
@@ -149,20 +145,15 @@ impl Named {
             }
             Notation::Number | Notation::Seconds | Notation::Milliseconds => {}
         }
-        let unit = match self.unit() {
-            "" => String::new(),
-            unit => format!(" {unit}"),
-        };
+        let unit = format!(" {}", self.unit());
+        let unit = unit.trim_end();
         match self.entry.limits() {
             Limits::Any => format!("a value of type {}", self.entry.data_type().name()),
             Limits::Range(low, high) => format!("{} to {}{unit}", text(low), text(high)),
-            Limits::RangeWithout([low, high, from, to]) => format!(
-                "{} to {}{unit}, but not {} to {}",
-                text(low),
-                text(high),
-                text(from),
-                text(to)
-            ),
+            Limits::RangeWithout(limits) => {
+                let [low, high, from, to] = limits.map(text);
+                format!("{low} to {high}{unit}, but not {from} to {to}")
+            }
             Limits::OneOf(values) => {
                 let values: Vec<_> = values.iter().map(|value| text(*value)).collect();
                 format!("one of {}{unit}", values.join(", "))

@@ -1,7 +1,5 @@
 //! Values of settings as text, in the notation of a configuration file where it has the setting.
 
-use std::fmt;
-
 use analysis::config::{LEARNINGS, METHODS, parse_axes, parse_window, window_text, word_of};
 use estimator_core::{Learning, Method, MountingParams, SensorAxis, WindowLength};
 use wire::dictionary::code_of_axes;
@@ -38,13 +36,14 @@ impl Notation {
         let is_key = !entry.key.is_empty();
         match (address.index, address.subindex) {
             _ if entry.role == Role::PdoCobId => Self::Pdo,
-            (index::ESTIMATION, 1) => Self::Words(
-                [Method::SelfCalibrating, Method::HalfWidths]
-                    .map(|method| word_of(&METHODS, method)),
-            ),
-            (index::ESTIMATION, 2) => Self::Words(
-                [Learning::Frozen, Learning::On].map(|learning| word_of(&LEARNINGS, learning)),
-            ),
+            (index::ESTIMATION, 1) => {
+                let methods = [Method::SelfCalibrating, Method::HalfWidths];
+                Self::Words(methods.map(|method| word_of(&METHODS, method)))
+            }
+            (index::ESTIMATION, 2) => {
+                let learnings = [Learning::Frozen, Learning::On];
+                Self::Words(learnings.map(|learning| word_of(&LEARNINGS, learning)))
+            }
             (index::MOUNTING, 1) => Self::Axes,
             (index::WINDOW, _) => Self::Milliseconds,
             _ if is_key && entry.data_type() == DataType::Unsigned32 => Self::Seconds,
@@ -77,7 +76,7 @@ impl Notation {
                 window_text(WindowLength::Duration(seconds as f32))
             }
             (Self::Axes, Value::U16(code)) => axes_text(code),
-            _ => Raw(value).to_string(),
+            _ => raw_text(value),
         }
     }
 
@@ -119,9 +118,8 @@ pub(super) fn id(node: Option<NodeId>) -> u32 {
 /// Converts a time in s to whole µs; `None` if it does not fit.
 fn micros(seconds: f64) -> Option<Value> {
     let micros = (seconds * MICROS_PER_SECOND).round();
-    (0.0..=f64::from(u32::MAX))
-        .contains(&micros)
-        .then_some(Value::U32(micros as u32))
+    let fits = (0.0..=f64::from(u32::MAX)).contains(&micros);
+    fits.then_some(Value::U32(micros as u32))
 }
 
 /// Formats the code of a mounting.
@@ -155,17 +153,13 @@ fn number(data_type: DataType, text: &str) -> Option<Value> {
 }
 
 /// Formats a number so that it parses back to the same value.
-struct Raw(Value);
-
-impl fmt::Display for Raw {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0 {
-            Value::I16(value) => write!(f, "{value}"),
-            Value::U8(value) => write!(f, "{value}"),
-            Value::U16(value) => write!(f, "{value}"),
-            Value::U32(value) => write!(f, "{value}"),
-            Value::F32(value) => write!(f, "{value}"),
-            Value::Text(text) => f.write_str(text),
-        }
+fn raw_text(value: Value) -> String {
+    match value {
+        Value::I16(value) => value.to_string(),
+        Value::U8(value) => value.to_string(),
+        Value::U16(value) => value.to_string(),
+        Value::U32(value) => value.to_string(),
+        Value::F32(value) => value.to_string(),
+        Value::Text(text) => (*text).to_owned(),
     }
 }

@@ -2,9 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use wire::dictionary::index;
+use wire::NodeId;
 use wire::node::{Command, State};
-use wire::{Address, DataType, NodeId, Value};
 
 use super::client::{Client, RequestError, TRIES};
 
@@ -44,7 +43,7 @@ impl Client {
                 self.hear(node);
                 None
             }
-            None => self.read(SERIAL_NUMBER, DataType::Unsigned32).ok(),
+            None => self.serial_number().ok(),
         };
         for _ in 0..TRIES {
             self.take_booted();
@@ -57,17 +56,16 @@ impl Client {
                 return self.first_answer();
             }
         }
-        Err(RequestError::NoAnswer {
-            foot: self.foot(),
-            what: format!("it was commanded to reset {TRIES} times, and has not"),
-        })
+        Err(self.no_answer(format!(
+            "it was commanded to reset {TRIES} times, and has not"
+        )))
     }
 
     /// Waits for a start of the foot: as the given node, or as any node with its serial number.
     fn hears_start(
         &mut self,
         node: Option<NodeId>,
-        serial: Option<Value>,
+        serial: Option<u32>,
     ) -> Result<bool, RequestError> {
         let before = self.starts();
         let end = Instant::now() + HEARD;
@@ -81,7 +79,9 @@ impl Client {
                 return Ok(true);
             }
             for other in booted {
-                if serial.is_some() && self.is_now(other, serial)? {
+                if let Some(serial) = serial
+                    && self.is_now(other, serial)?
+                {
                     return Ok(true);
                 }
             }
@@ -90,17 +90,13 @@ impl Client {
     }
 
     /// Returns whether the node has this serial number; if so, the client follows it.
-    pub(super) fn is_now(
-        &mut self,
-        node: NodeId,
-        serial: Option<Value>,
-    ) -> Result<bool, RequestError> {
+    pub(super) fn is_now(&mut self, node: NodeId, serial: u32) -> Result<bool, RequestError> {
         let Some(own) = self.node() else {
             return Ok(false);
         };
         self.follow(node);
-        let is_foot = match self.read(SERIAL_NUMBER, DataType::Unsigned32) {
-            Ok(other) => Some(other) == serial,
+        let is_foot = match self.serial_number() {
+            Ok(other) => other == serial,
             Err(RequestError::NoAnswer { .. } | RequestError::Refused { .. }) => false,
             Err(error) => return Err(error),
         };
@@ -112,7 +108,7 @@ impl Client {
 
     /// Returns whether the foot responds under its current id.
     fn is_there(&mut self) -> Result<bool, RequestError> {
-        match self.read(SERIAL_NUMBER, DataType::Unsigned32) {
+        match self.serial_number() {
             Ok(_) => Ok(true),
             Err(RequestError::NoAnswer { .. }) => Ok(false),
             Err(error) => Err(error),
@@ -124,10 +120,7 @@ impl Client {
         let end = Instant::now() + START;
         while !self.is_there()? {
             if Instant::now() > end {
-                return Err(RequestError::NoAnswer {
-                    foot: self.foot(),
-                    what: format!("it was reset {} s ago", START.as_secs()),
-                });
+                return Err(self.no_answer(format!("it was reset {} s ago", START.as_secs())));
             }
         }
         Ok(())
@@ -136,5 +129,3 @@ impl Client {
 
 /// Polling interval for a start.
 const LOOK: Duration = Duration::from_millis(5);
-
-const SERIAL_NUMBER: Address = Address::new(index::IDENTITY, 4);

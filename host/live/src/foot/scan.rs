@@ -24,15 +24,6 @@ const TRIES: u32 = 2;
 /// Object of the product code.
 const PRODUCT: Address = Address::new(index::IDENTITY, 2);
 
-/// Kind of node by its product code.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Product {
-    Foot,
-    Other,
-    /// The node does not respond.
-    Unknown,
-}
-
 /// Returns the feet that are heard on a line within `time`, by line and id, and adds them to the listener. A
 /// serial line has one foot, whose id is `None`.
 ///
@@ -73,17 +64,19 @@ pub fn feet(
         let Some(node) = NodeId::new(id) else {
             continue;
         };
-        match product(link, listener, node)? {
-            Product::Foot => {
+        match product_code(link, listener, node)? {
+            Some(PRODUCT_CODE) => {
+                let node_id = Some(id);
                 listener.add(node);
                 feet.insert(FootKey {
                     line,
-                    node: Some(id),
+                    node: node_id,
                 });
             }
-            Product::Other => feet.retain(|foot| foot.node != Some(id)),
+            // An abort code is no product code: a node that refuses is another device.
+            Some(_) => feet.retain(|foot| foot.node != Some(id)),
             // A foot may be too busy to respond.
-            Product::Unknown => {}
+            None => {}
         }
     }
     Ok(feet)
@@ -111,17 +104,15 @@ fn heartbeat(arrival: &Arrival) -> Option<(NodeId, Arc<str>)> {
     }
 }
 
-/// Reads the product code of a node.
-fn product(
+/// Reads the product code of a node, or the abort code of its refusal; `None` without a response.
+fn product_code(
     link: &mut dyn Link,
     listener: &mut Listener,
     node: NodeId,
-) -> Result<Product, LinkError> {
-    let [low, high] = PRODUCT.index.to_le_bytes();
-    let head = [low, high, PRODUCT.subindex];
-    let request = [0x40, low, high, PRODUCT.subindex, 0, 0, 0, 0];
+) -> Result<Option<u32>, LinkError> {
+    let request @ [_, head @ .., _, _, _, _] = upload(PRODUCT);
     let Some(request) = CanFrame::new(node.cob_id(cob_id::SDO_REQUEST), &request) else {
-        return Ok(Product::Unknown);
+        return Ok(None);
     };
     for _ in 0..TRIES {
         link.send(&Sending::Frame(request))?;
@@ -135,14 +126,16 @@ fn product(
                 && let Some([_, a, b, c, code @ ..]) = frame.data8()
                 && [*a, *b, *c] == head
             {
-                // An abort code is no product code: a node that refuses is another device.
-                return Ok(match u32::from_le_bytes(*code) {
-                    PRODUCT_CODE => Product::Foot,
-                    _ => Product::Other,
-                });
+                return Ok(Some(u32::from_le_bytes(*code)));
             }
             arrival.hand_to(listener, at);
         }
     }
-    Ok(Product::Unknown)
+    Ok(None)
+}
+
+/// Request to read an object by SDO.
+pub(super) const fn upload(Address { index, subindex }: Address) -> [u8; 8] {
+    let [low, high] = index.to_le_bytes();
+    [0x40, low, high, subindex, 0, 0, 0, 0]
 }

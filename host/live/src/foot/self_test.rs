@@ -6,7 +6,7 @@ use estimator_core::Axis;
 use thiserror::Error;
 use wire::dictionary::index;
 use wire::node::Command;
-use wire::{Address, DataType, Emergency, Fault, Faults, Stage, Value};
+use wire::{Address, Emergency, Fault, Faults, Stage, Value};
 
 use super::client::{Client, RequestError};
 use super::settings;
@@ -35,12 +35,9 @@ pub enum SelfTestError {
     /// The foot has started without a self-test.
     #[error("the foot has started without a self-test: does its program have one?")]
     NotRun,
-    /// The sensor has not started.
-    #[error("the sensor has not started within {} s: {faults}", START.as_secs())]
-    NotStarted {
-        /// Active faults.
-        faults: String,
-    },
+    /// The sensor has not started, with these faults.
+    #[error("the sensor has not started within {} s: {}", START.as_secs(), .0)]
+    NotStarted(String),
     /// A request has failed.
     #[error(transparent)]
     Request(#[from] RequestError),
@@ -59,21 +56,16 @@ pub enum SelfTestError {
 pub fn run(client: &mut Client) -> Result<SelfTestResult, SelfTestError> {
     client.is_alone()?;
     let before = client.state()?;
-    let setting = Address::new(index::SELF_TEST, 0);
     client.reset(None)?;
-    let was_on = client.read(setting, DataType::Unsigned8)? != OFF;
+    let was_on = client.read_number(index::SELF_TEST, 0)? != 0;
+    let mut stored = Ok(());
     if !was_on {
-        client.write(setting, ON)?;
+        client.write(SETTING, Value::U8(1))?;
+        // Without an answer, settings may be stored nevertheless.
+        stored = settings::store(client);
     }
-    // Without an answer, settings may be stored nevertheless.
-    let stored = match was_on {
-        true => Ok(()),
-        false => settings::store(client),
-    };
-    let verdict = match stored {
-        Ok(()) => watched(client),
-        Err(error) => Err(error.into()),
-    };
+    let stored = stored.map_err(SelfTestError::from);
+    let verdict = stored.and_then(|()| watched(client));
     if !was_on {
         switch_off(client).map_err(SelfTestError::StaysOn)?;
     }
@@ -90,12 +82,12 @@ pub fn run(client: &mut Client) -> Result<SelfTestResult, SelfTestError> {
 fn switch_off(client: &mut Client) -> Result<(), RequestError> {
     client.first_answer()?;
     client.command(Command::EnterPreOperational)?;
-    client.write(Address::new(index::SELF_TEST, 0), OFF)?;
+    client.write(SETTING, Value::U8(0))?;
     settings::store(client)
 }
 
-const ON: Value = Value::U8(1);
-const OFF: Value = Value::U8(0);
+/// Object of the setting.
+const SETTING: Address = Address::new(index::SELF_TEST, 0);
 
 /// Resets the foot and watches it start.
 fn watched(client: &mut Client) -> Result<SelfTestResult, SelfTestError> {
@@ -105,18 +97,16 @@ fn watched(client: &mut Client) -> Result<SelfTestResult, SelfTestError> {
     let mut has_run = false;
     let mut faults = Faults::NONE;
     loop {
-        let code = client.read(Address::new(index::STAGE, 0), DataType::Unsigned8)?;
-        let bits = client.read(Address::new(index::FAULTS, 0), DataType::Unsigned32)?;
-        let now = Faults::from_bits(bits.to_raw());
+        let code = client.read_number(index::STAGE, 0)?;
+        let now = Faults::from_bits(client.read_number(index::FAULTS, 0)?);
         now.iter().for_each(|fault| faults = faults.with(fault));
-        match u8::try_from(code.to_raw()).ok().and_then(Stage::from_code) {
+        match u8::try_from(code).ok().and_then(Stage::from_code) {
             Some(Stage::SelfTest) => has_run = true,
             Some(Stage::HoldStill | Stage::Running) => break,
             _ if Instant::now() < end => {}
             _ => {
                 let names: Vec<_> = now.iter().map(Fault::name).collect();
-                let faults = names.join(", ");
-                return Err(SelfTestError::NotStarted { faults });
+                return Err(SelfTestError::NotStarted(names.join(", ")));
             }
         }
         client.wait(LOOK)?;
@@ -124,24 +114,15 @@ fn watched(client: &mut Client) -> Result<SelfTestResult, SelfTestError> {
     client.wait(REPORT)?;
     let emergencies = client.take_emergencies();
     let is_of_test = |emergency: &&Emergency| emergency.code == Fault::SensorSelfTest.code();
-    let detail = emergencies
-        .iter()
-        .find(is_of_test)
-        .map(|emergency| emergency.detail);
-    if let Some(bits) = detail {
-        let failed = Axis::ALL
-            .into_iter()
-            .zip(0..)
-            .filter(|(_, bit)| bits >> bit & 1 != 0);
-        return Ok(SelfTestResult::Failed(Some(
-            failed.map(|(axis, _)| axis).collect(),
-        )));
+    if let Some(emergency) = emergencies.iter().find(is_of_test) {
+        let axes = Axis::ALL.into_iter().zip(0..);
+        let failed = axes.filter(|(_, bit)| emergency.detail >> bit & 1 != 0);
+        let failed = failed.map(|(axis, _)| axis).collect();
+        return Ok(SelfTestResult::Failed(Some(failed)));
     }
-    if faults.contains(Fault::SensorSelfTest) {
-        return Ok(SelfTestResult::Failed(None));
+    match has_run {
+        _ if faults.contains(Fault::SensorSelfTest) => Ok(SelfTestResult::Failed(None)),
+        true => Ok(SelfTestResult::Passed),
+        false => Err(SelfTestError::NotRun),
     }
-    if !has_run {
-        return Err(SelfTestError::NotRun);
-    }
-    Ok(SelfTestResult::Passed)
 }

@@ -1,7 +1,6 @@
 //! Search for feet by their serial numbers, which stay with the boards when node ids change.
 
-use wire::dictionary::index;
-use wire::{Address, DataType, NodeId};
+use wire::NodeId;
 
 use super::client::{Client, RequestError};
 
@@ -20,8 +19,8 @@ pub fn find(
         if let Some(node) = foot {
             client.follow(*node);
         }
-        match client.read(Address::new(index::IDENTITY, 4), DataType::Unsigned32) {
-            Ok(serial) => heard.push((serial.to_raw(), *foot)),
+        match client.serial_number() {
+            Ok(serial) => heard.push((serial, *foot)),
             // It may be another one than those that are wanted.
             Err(RequestError::NoAnswer { .. }) => {}
             Err(error) => return Err(error),
@@ -43,12 +42,9 @@ fn missing(wanted: u32, heard: &[(u32, Option<NodeId>)]) -> RequestError {
         Some(node) => format!("0x{serial:08X} (node {})", node.get()),
         None => format!("0x{serial:08X}"),
     });
-    let heard: Vec<String> = heard.collect();
-    RequestError::NoSerial {
-        wanted,
-        heard: match heard.is_empty() {
-            true => "none".to_owned(),
-            false => heard.join(", "),
-        },
-    }
+    let heard = match &heard.collect::<Vec<String>>()[..] {
+        [] => "none".to_owned(),
+        heard => heard.join(", "),
+    };
+    RequestError::NoSerial { wanted, heard }
 }

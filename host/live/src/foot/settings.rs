@@ -29,7 +29,7 @@ pub enum SettingsError {
     #[error("these settings do not go together, from {0} on; nothing was written")]
     Incompatible(String),
     /// The foot has not accepted all of them.
-    #[error("{cause}; {undone}")]
+    #[error("{cause}; {}", undone.name())]
     NotTaken {
         /// Cause of the failure.
         cause: RequestError,
@@ -37,7 +37,7 @@ pub enum SettingsError {
         undone: Undone,
     },
     /// A setting reads back as another value.
-    #[error("{name} was written as {written} and reads back as {read}; {undone}")]
+    #[error("{name} was written as {written} and reads back as {read}; {}", undone.name())]
     ReadBack {
         /// Name of the setting.
         name: String,
@@ -53,17 +53,19 @@ pub enum SettingsError {
     Request(#[from] RequestError),
 }
 
-/// Settings of a foot after a failure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Undone {
-    /// The previous settings.
-    All,
-    /// Some of the new and some of the previous settings until a reset; nothing was stored.
-    NotStored,
-    /// The settings that were stored before.
-    NoneStored,
-    /// All new settings; whether they are stored is unknown.
-    Unknown,
+samples::named! {
+    /// Settings of a foot after a failure, described by its name.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Undone {
+        /// The previous settings.
+        All = "all settings are as they were",
+        /// Some of the new and some of the previous settings until a reset; nothing was stored.
+        NotStored = "the foot has some of the new settings and some of the old until it is reset; none of the new are stored",
+        /// The settings that were stored before.
+        NoneStored = "it has the settings that were stored before",
+        /// All new settings; whether they are stored is unknown.
+        Unknown = "the foot has the new settings; whether they are stored is seen after a reset",
+    }
 }
 
 /// Lifetime of written settings.
@@ -73,21 +75,6 @@ pub enum Lasting {
     UntilReset,
     /// Permanently: all settings are stored.
     Stored,
-}
-
-impl std::fmt::Display for Undone {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::All => "all settings are as they were",
-            Self::NotStored => {
-                "the foot has some of the new settings and some of the old until it is reset; none of the new are stored"
-            }
-            Self::NoneStored => "it has the settings that were stored before",
-            Self::Unknown => {
-                "the foot has the new settings; whether they are stored is seen after a reset"
-            }
-        })
-    }
 }
 
 /// Reads all settings of a foot.
@@ -106,10 +93,8 @@ pub fn read(client: &mut Client) -> Result<Values, RequestError> {
 /// Default settings of a foot with this id.
 #[must_use]
 pub fn defaults(node: Option<NodeId>) -> Values {
-    let settings = Named::settings();
-    settings
-        .map(|named| (named.address, named.default(node)))
-        .collect()
+    let default = |named: Named| (named.address, named.default(node));
+    Named::settings().map(default).collect()
 }
 
 /// Formats settings as text, one per line, with range and unit as a comment.
@@ -120,14 +105,9 @@ pub fn to_text(values: &Values, about: &str) -> String {
         let Some(named) = Named::at(*address) else {
             continue;
         };
+        let (name, value, range) = (named.name(), named.text(*value), named.range());
         // Writing to a String does not fail.
-        let _ = writeln!(
-            text,
-            "{} = {} # {}",
-            named.name(),
-            named.text(*value),
-            named.range()
-        );
+        let _ = writeln!(text, "{name} = {value} # {range}");
     }
     text
 }
@@ -155,10 +135,8 @@ pub fn from_text(text: &str, node: Option<NodeId>) -> Result<Values, SettingsErr
         let by_name = |error: NameError| wrong(error.to_string());
         let named = Named::find(name.trim()).map_err(by_name)?;
         if !named.entry.is_setting() {
-            return Err(wrong(format!(
-                "{} is no setting: it cannot be written",
-                named.name()
-            )));
+            let name = named.name();
+            return Err(wrong(format!("{name} is no setting: it cannot be written")));
         }
         let value = named.parse(value.trim(), node).map_err(by_name)?;
         if values.insert(named.address, value).is_some() {
@@ -202,9 +180,7 @@ fn store_these(client: &mut Client, settings: &Values) -> Result<(), RequestErro
     if differences(settings, &read(client)?).is_empty() {
         return Ok(());
     }
-    Err(RequestError::StartedAgain {
-        foot: client.foot(),
-    })
+    Err(RequestError::StartedAgain(client.foot()))
 }
 
 /// Stores the current settings; the foot must not stream meanwhile.
@@ -244,21 +220,17 @@ pub fn write(
         return Ok(changes);
     }
     let state = pause(client)?;
-    if let Err(cause) = write_all(client, &changes) {
-        let undone = put_back(client, &changes, state);
-        return Err(with_undone(cause, undone));
+    if let Err(error_with) = write_all(client, &changes) {
+        return Err(error_with(put_back(client, &changes, state)));
     }
     if lasting == Lasting::Stored {
         let mut settings = before;
-        settings.extend(
-            changes
-                .iter()
-                .map(|(named, _, value)| (named.address, *value)),
-        );
+        let new = changes.iter();
+        settings.extend(new.map(|(named, _, value)| (named.address, *value)));
         if let Err(cause) = store_these(client, &settings) {
             let undone = match cause {
                 RequestError::NoAnswer { .. } | RequestError::Link(_) => Undone::Unknown,
-                RequestError::StartedAgain { .. } => {
+                RequestError::StartedAgain(_) => {
                     // After a reset of its own, the foot is in the state of its settings.
                     let _ = client.bring_to(state);
                     Undone::NoneStored
@@ -297,49 +269,32 @@ pub fn while_paused(
     let done = action(client);
     client.bring_to(before)?;
     if done.is_ok() && client.starts() != starts {
-        return Err(RequestError::StartedAgain {
-            foot: client.foot(),
-        });
+        return Err(RequestError::StartedAgain(client.foot()));
     }
     done
 }
 
-/// Cause of a failed write.
-enum Cause {
-    Request(RequestError),
-    ReadBack {
-        name: String,
-        written: String,
-        read: String,
-    },
-    Incompatible(String),
+/// Error of a failed write, for the settings that the foot has after it.
+type ErrorWith = Box<dyn FnOnce(Undone) -> SettingsError>;
+
+fn not_taken(cause: RequestError) -> ErrorWith {
+    Box::new(|undone| SettingsError::NotTaken { cause, undone })
 }
 
-fn with_undone(cause: Cause, undone: Undone) -> SettingsError {
-    match cause {
-        Cause::Request(cause) => SettingsError::NotTaken { cause, undone },
-        Cause::Incompatible(name) if undone == Undone::All => SettingsError::Incompatible(name),
-        Cause::Incompatible(name) => SettingsError::NotTaken {
-            cause: RequestError::Refused {
-                what: format!("writing {name}"),
-                reason: AbortCode::Incompatible,
-            },
-            undone,
-        },
-        Cause::ReadBack {
-            name,
-            written,
-            read,
-        } => SettingsError::ReadBack {
-            name,
-            written,
-            read,
-            undone,
-        },
-    }
+fn incompatible(name: String) -> ErrorWith {
+    Box::new(|undone| {
+        if undone == Undone::All {
+            return SettingsError::Incompatible(name);
+        }
+        let cause = RequestError::Refused {
+            what: format!("writing {name}"),
+            reason: AbortCode::Incompatible,
+        };
+        SettingsError::NotTaken { cause, undone }
+    })
 }
 
-fn write_all(client: &mut Client, changes: &[(Named, Value, Value)]) -> Result<(), Cause> {
+fn write_all(client: &mut Client, changes: &[(Named, Value, Value)]) -> Result<(), ErrorWith> {
     // A setting may become compatible after another: refused ones are retried as long as any is accepted.
     let mut left: Vec<_> = changes.iter().collect();
     while !left.is_empty() {
@@ -349,29 +304,27 @@ fn write_all(client: &mut Client, changes: &[(Named, Value, Value)]) -> Result<(
             let (named, _, value) = change;
             match client.write(named.address, *value) {
                 Ok(()) => {}
-                Err(RequestError::Refused {
-                    reason: AbortCode::Incompatible,
-                    ..
-                }) => refused.push(change),
-                Err(error) => return Err(Cause::Request(error)),
+                Err(error) if error.is_refusal(AbortCode::Incompatible) => refused.push(change),
+                Err(error) => return Err(not_taken(error)),
             }
         }
         if refused.len() == before {
             let first = refused.first().map(|(named, ..)| named.name());
-            return Err(Cause::Incompatible(first.unwrap_or_default()));
+            return Err(incompatible(first.unwrap_or_default()));
         }
         left = refused;
     }
     for (named, _, value) in changes {
-        let read = client
-            .read(named.address, named.entry.data_type())
-            .map_err(Cause::Request)?;
+        let read = client.read(named.address, named.entry.data_type());
+        let read = read.map_err(not_taken)?;
         if read != *value {
-            return Err(Cause::ReadBack {
-                name: named.name(),
-                written: named.text(*value),
-                read: named.text(read),
-            });
+            let (name, written, read) = (named.name(), named.text(*value), named.text(read));
+            return Err(Box::new(|undone| SettingsError::ReadBack {
+                name,
+                written,
+                read,
+                undone,
+            }));
         }
     }
     Ok(())
@@ -379,15 +332,12 @@ fn write_all(client: &mut Client, changes: &[(Named, Value, Value)]) -> Result<(
 
 /// Restores the previous settings as far as possible.
 fn put_back(client: &mut Client, changes: &[(Named, Value, Value)], state: State) -> Undone {
-    let backwards: Vec<_> = changes
-        .iter()
-        .map(|(named, before, after)| (*named, *after, *before))
-        .collect();
-    let put_back = write_all(client, &backwards);
+    let backwards = changes.iter();
+    let backwards = backwards.map(|(named, before, after)| (*named, *after, *before));
+    let put_back = write_all(client, &backwards.collect::<Vec<_>>());
     let started = client.bring_to(state);
-    if put_back.is_ok() && started.is_ok() {
-        Undone::All
-    } else {
-        Undone::NotStored
+    match (put_back, started) {
+        (Ok(()), Ok(())) => Undone::All,
+        _ => Undone::NotStored,
     }
 }

@@ -140,9 +140,8 @@ impl Clocks {
             self.forget(foot);
         }
         let reported = self.feet.entry(foot.clone()).or_default();
-        let time = reported
-            .newest
-            .map_or(time, |last| last + (time - last).rem_euclid(1 << 32));
+        let unwrapped = |last: i64| last + (time - last).rem_euclid(1 << 32);
+        let time = reported.newest.map_or(time, unwrapped);
         reported.newest = Some(time);
         reported.syncs.insert(index, time);
     }
@@ -157,13 +156,11 @@ impl Clocks {
         }
         let mut feet = self.feet.iter();
         let (Some((first, reference)), true) = (feet.next(), self.feet.len() > 1) else {
-            return Err(
-                match (self.heard.is_empty(), self.has_sync_without_number) {
-                    (true, true) => SyncError::NoNumbers,
-                    (true, false) => SyncError::NoSync,
-                    (false, _) => SyncError::TooFew(self.feet.len()),
-                },
-            );
+            return Err(match self.has_sync_without_number {
+                _ if !self.heard.is_empty() => SyncError::TooFew(self.feet.len()),
+                true => SyncError::NoNumbers,
+                false => SyncError::NoSync,
+            });
         };
         let compared = feet.map(|(foot, reported)| {
             let points = differences(reference, reported);
@@ -187,10 +184,8 @@ fn differences(reference: &Reported, own: &Reported) -> Vec<(f64, f64)> {
             between => (number - before) as f64 / between as f64,
         };
         let on_reference = *before_time as f64 + share * (after_time - before_time) as f64;
-        Some((
-            on_reference * step * 1.0e-6,
-            (*time as f64 - on_reference) * step,
-        ))
+        let difference = *time as f64 - on_reference;
+        Some((on_reference * step * 1.0e-6, difference * step))
     });
     points.collect()
 }

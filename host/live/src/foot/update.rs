@@ -8,7 +8,7 @@ use bootloader::image::{HEADER, Header, Kind, Refusal};
 use thiserror::Error;
 use wire::dictionary::index;
 use wire::node::{Command, State};
-use wire::{AbortCode, Address, DataType, NodeId, Value};
+use wire::{AbortCode, Address, NodeId, Value};
 
 use super::client::{Client, RequestError, TRIES};
 
@@ -159,15 +159,22 @@ fn reason(why: Option<Refusal>) -> String {
 
 /// Foot between its installation and its confirmation.
 struct Installed {
-    foot: String,
+    /// Its result, once the program is confirmed.
+    updated: Updated,
     /// Its node id; `None` on a serial line.
     node: Option<NodeId>,
-    serial: u32,
-    before: FootProgram,
-    /// The new program; `None` if it ran before, perhaps without its confirmation.
-    after: Option<FootProgram>,
     /// Number of its starts until now.
     starts: usize,
+}
+
+impl Installed {
+    fn new(client: &Client, updated: Updated) -> Self {
+        Self {
+            updated,
+            node: client.node(),
+            starts: client.starts_of_foot(),
+        }
+    }
 }
 
 /// Updates feet, one after the other: the nodes of a bus, or the one foot of a serial line. Then waits until all have
@@ -188,7 +195,7 @@ pub fn update(
     let begin = Instant::now();
     let confirm = |foot: Result<Installed, UpdateError>| {
         let foot = foot?;
-        report(&foot.foot, UpdateStage::Confirming);
+        report(&foot.updated.foot, UpdateStage::Confirming);
         client.wait(CONFIRMATION.saturating_sub(begin.elapsed()))?;
         confirm(client, foot, image)
     };
@@ -203,21 +210,20 @@ fn install(
 ) -> Result<Installed, UpdateError> {
     let foot = client.foot();
     client.is_alone()?;
-    let serial = client.read(Address::new(index::IDENTITY, 4), DataType::Unsigned32)?;
+    let serial = client.serial_number()?;
     let runs = runs(client)?;
     let before = program(client, runs).map_err(|error| match error {
         error if error.is_refusal(AbortCode::NoObject) => UpdateError::NoBootloader(foot.clone()),
         error => error.into(),
     })?;
     if runs == Runs::Program && before.identification == image.header.identification() {
-        return Ok(Installed {
+        let updated = Updated {
             foot,
-            node: client.node(),
-            serial: serial.to_raw(),
+            serial,
             before,
             after: None,
-            starts: client.starts_of_foot(),
-        });
+        };
+        return Ok(Installed::new(client, updated));
     }
     let state = match runs {
         Runs::Bootloader => State::Operational,
@@ -250,30 +256,27 @@ fn install(
     client.turn_to_program()?;
     let runs = wait_for(client, serial, Runs::Program, INSTALL);
     if let Some(why) = why {
-        return Err(match (runs, why) {
-            (Err(_), UpdateError::Refused { foot, why }) => {
-                UpdateError::RefusedWithoutProgram { foot, why }
-            }
-            (Err(_), why) => why,
-            (Ok(()), why) => {
-                client.bring_to(state)?;
-                why
-            }
+        if runs.is_ok() {
+            client.bring_to(state)?;
+            return Err(why);
+        }
+        return Err(match why {
+            UpdateError::Refused { foot, why } => UpdateError::RefusedWithoutProgram { foot, why },
+            why => why,
         });
     }
     runs?;
     let after = program(client, Runs::Program)?;
     client.bring_to(state)?;
     is_sent(client, image, after.identification)?;
-    Ok(Installed {
+    let updated = Updated {
         // LSS may have given it another id.
         foot: client.node().map_or(foot, |_| client.foot()),
-        node: client.node(),
-        serial: serial.to_raw(),
+        serial,
         before,
         after: Some(after),
-        starts: client.starts_of_foot(),
-    })
+    };
+    Ok(Installed::new(client, updated))
 }
 
 /// Clears the slot and sends the image, again if the transfer is disturbed.
@@ -327,16 +330,11 @@ fn confirm(client: &mut Client, foot: Installed, image: &Image) -> Result<Update
     let found = identification(client)?;
     is_sent(client, image, found)?;
     if client.starts_of_foot() != foot.starts {
-        return Err(UpdateError::StartedAgain(foot.foot));
+        return Err(UpdateError::StartedAgain(foot.updated.foot));
     }
     // Changes nothing where the program has confirmed itself; says so where it could not.
     control(client, control::CONFIRM)?;
-    Ok(Updated {
-        foot: foot.foot,
-        serial: foot.serial,
-        before: foot.before,
-        after: foot.after,
-    })
+    Ok(foot.updated)
 }
 
 fn is_sent(client: &mut Client, image: &Image, found: u32) -> Result<(), UpdateError> {
@@ -367,11 +365,7 @@ fn runs(client: &mut Client) -> Result<Runs, RequestError> {
 
 /// Number of the program that is in the slot of the running one.
 fn identification(client: &mut Client) -> Result<u32, RequestError> {
-    number(client, Address::new(index::PROGRAM_ID, 1))
-}
-
-fn number(client: &mut Client, address: Address) -> Result<u32, RequestError> {
-    Ok(client.read(address, DataType::Unsigned32)?.to_raw())
+    client.read_number(index::PROGRAM_ID, 1)
 }
 
 fn program(client: &mut Client, runs: Runs) -> Result<FootProgram, RequestError> {
@@ -402,38 +396,37 @@ pub struct Programs {
 pub fn programs(client: &mut Client) -> Result<Programs, RequestError> {
     let known = |result: Result<u32, RequestError>| match result {
         Ok(number) => Ok(Some(number).filter(|number| *number != 0)),
-        Err(error)
-            if error.is_refusal(AbortCode::NoObject) || error.is_refusal(AbortCode::NoSubindex) =>
-        {
-            Ok(None)
-        }
+        Err(error) if error.is_refusal(AbortCode::NoObject) => Ok(None),
+        Err(error) if error.is_refusal(AbortCode::NoSubindex) => Ok(None),
         Err(error) => Err(error),
     };
     Ok(Programs {
         running: known(identification(client))?,
-        previous: known(number(client, Address::new(index::PROGRAM_ID, 2)))?,
-        refused: known(number(client, Address::new(index::FLASH_STATUS, 1)))?
+        previous: known(client.read_number(index::PROGRAM_ID, 2))?,
+        refused: known(client.read_number(index::FLASH_STATUS, 1))?
             .and_then(Refusal::from_flash_status),
     })
 }
 
 /// Reason why the last image was refused.
 fn refusal(client: &mut Client) -> Result<Option<Refusal>, RequestError> {
-    let status = number(client, Address::new(index::FLASH_STATUS, 1))?;
+    let status = client.read_number(index::FLASH_STATUS, 1)?;
     Ok(Refusal::from_flash_status(status))
 }
 
-/// Program that a foot can run.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Runs {
-    Bootloader,
-    Program,
+samples::named! {
+    /// Program that a foot can run.
+    #[derive(Clone, Copy, PartialEq, Eq)]
+    enum Runs {
+        Bootloader = "its bootloader",
+        Program = "a program",
+    }
 }
 
 /// Waits until the foot with this serial number runs its bootloader or its program, under its id or another one.
 fn wait_for(
     client: &mut Client,
-    serial: Value,
+    serial: u32,
     expected: Runs,
     within: Duration,
 ) -> Result<(), UpdateError> {
@@ -441,7 +434,7 @@ fn wait_for(
     while Instant::now() < end {
         client.wait(LOOK)?;
         for node in client.take_booted() {
-            client.is_now(node, Some(serial))?;
+            client.is_now(node, serial)?;
         }
         match runs(client) {
             Ok(runs) if runs == expected => return Ok(()),
@@ -449,13 +442,9 @@ fn wait_for(
             Err(error) => return Err(error.into()),
         }
     }
-    let what = match expected {
-        Runs::Bootloader => "its bootloader",
-        Runs::Program => "a program",
-    };
     Err(UpdateError::NotStarted {
         foot: client.foot(),
-        what,
+        what: expected.name(),
         within,
         why: refusal(client).unwrap_or_default(),
     })

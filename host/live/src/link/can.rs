@@ -26,6 +26,8 @@ fn is_full(error: &io::Error) -> bool {
 /// Open interface.
 pub(super) struct Interface {
     name: Arc<str>,
+    /// Name in messages.
+    device: String,
     socket: CanSocket,
 }
 
@@ -35,15 +37,9 @@ impl Interface {
         let socket = CanSocket::open(name).map_err(LinkError::device(&device))?;
         Ok(Self {
             name: name.into(),
+            device,
             socket,
         })
-    }
-
-    fn error(&self, source: io::Error) -> LinkError {
-        LinkError::Device {
-            device: format!("can:{}", self.name),
-            source,
-        }
     }
 }
 
@@ -66,7 +62,7 @@ impl Link for Interface {
                 Err(error) => match error.kind() {
                     io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock => return Ok(None),
                     io::ErrorKind::Interrupted => {}
-                    _ => return Err(self.error(error)),
+                    _ => return Err(LinkError::device(&self.device)(error)),
                 },
             }
             if left.is_zero() {
@@ -77,10 +73,7 @@ impl Link for Interface {
 
     fn send(&mut self, sending: &Sending) -> Result<(), LinkError> {
         let Sending::Frame(frame) = sending else {
-            return Err(LinkError::WrongKind {
-                device: format!("can:{}", self.name),
-                takes: "CAN frames",
-            });
+            return Err(LinkError::wrong_kind(&self.device, "CAN frames"));
         };
         let id = StandardId::new(frame.id());
         let Some(frame) = id.and_then(|id| CanDataFrame::new(id, frame.data())) else {
@@ -90,7 +83,7 @@ impl Link for Interface {
         loop {
             match self.socket.write_frame(&frame) {
                 Err(error) if is_full(&error) && Instant::now() < end => thread::sleep(FRAME),
-                written => return written.map_err(|error| self.error(error)),
+                written => return written.map_err(LinkError::device(&self.device)),
             }
         }
     }

@@ -41,9 +41,8 @@ impl SimulatedFeet {
             ports: robot.names().map(Arc::from).collect(),
             line: demo.line,
             pace: Pace::new(demo.speed.unwrap_or(Speed::REAL)),
-            end_us: demo
-                .seconds
-                .map_or(u64::MAX, |seconds| (seconds * 1.0e6) as u64),
+            // The cast saturates.
+            end_us: (demo.seconds.unwrap_or(f64::INFINITY) * 1.0e6) as u64,
             interface: INTERFACE.into(),
             waiting: VecDeque::new(),
             is_due: None,
@@ -109,13 +108,11 @@ impl Link for SimulatedFeet {
                 }
             }
             (_, line) => {
-                return Err(LinkError::WrongKind {
-                    device: "the demo".to_owned(),
-                    takes: match line {
-                        DemoLine::Can => "CAN frames",
-                        DemoLine::Uart => "bytes of the serial line",
-                    },
-                });
+                let takes = match line {
+                    DemoLine::Can => "CAN frames",
+                    DemoLine::Uart => "bytes of the serial line",
+                };
+                return Err(LinkError::wrong_kind("the demo", takes));
             }
         }
         Ok(())

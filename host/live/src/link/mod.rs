@@ -143,6 +143,12 @@ impl LinkError {
         matches!(self, Self::Device { .. } | Self::Adapter { .. })
     }
 
+    /// Error of data that a line does not accept.
+    fn wrong_kind(device: impl Into<String>, takes: &'static str) -> Self {
+        let device = device.into();
+        Self::WrongKind { device, takes }
+    }
+
     fn device(device: &str) -> impl FnOnce(io::Error) -> Self + use<> {
         let device = device.to_owned();
         |source| Self::Device { device, source }

@@ -22,14 +22,9 @@ pub(super) struct Port {
 
 impl Port {
     pub(super) fn open(name: &str, baud: u32) -> Result<Self, LinkError> {
-        let mut port = SerialPort::open(name, baud).map_err(LinkError::device(name))?;
-        take_alone(&port).map_err(LinkError::device(name))?;
-        port.set_write_timeout(WRITE_TIMEOUT)
-            .map_err(LinkError::device(name))?;
-        Ok(Self {
-            name: name.into(),
-            port,
-        })
+        let port = opened(name, baud).map_err(LinkError::device(name))?;
+        let name = name.into();
+        Ok(Self { name, port })
     }
 
     pub(super) fn name(&self) -> Arc<str> {
@@ -66,6 +61,13 @@ impl Port {
         let written = self.port.write_all(bytes);
         written.map_err(LinkError::device(&self.name))
     }
+}
+
+fn opened(name: &str, baud: u32) -> io::Result<SerialPort> {
+    let mut port = SerialPort::open(name, baud)?;
+    take_alone(&port)?;
+    port.set_write_timeout(WRITE_TIMEOUT)?;
+    Ok(port)
 }
 
 /// Locks the port against other programs that would take bytes from it. The lock is advisory: footfall and

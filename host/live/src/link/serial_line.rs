@@ -64,10 +64,10 @@ impl Link for SerialLine {
         match (sending, self.language) {
             (_, Language::Text) => self.adapter.send(sending),
             (Sending::Bytes { bytes, .. }, Language::Messages) => self.adapter.port.write(bytes),
-            (Sending::Frame(_), Language::Messages) => Err(LinkError::WrongKind {
-                device: self.adapter.port.name().to_string(),
-                takes: "bytes of the serial line",
-            }),
+            (Sending::Frame(_), Language::Messages) => {
+                let device = &*self.adapter.port.name();
+                Err(LinkError::wrong_kind(device, "bytes of the serial line"))
+            }
         }
     }
 

@@ -57,14 +57,13 @@ impl Words {
         match byte {
             CR => {
                 let line = std::mem::take(&mut self.line);
-                if std::mem::take(&mut self.is_too_long) {
-                    return Some(SlcanWord::Line(String::from_utf8_lossy(&line).into_owned()));
-                }
-                Some(word(&line))
+                Some(match std::mem::take(&mut self.is_too_long) {
+                    true => other_line(&line),
+                    false => word(&line),
+                })
             }
             BEL => {
-                self.line.clear();
-                self.is_too_long = false;
+                *self = Self::default();
                 Some(SlcanWord::Failed)
             }
             b'\n' => None,
@@ -84,13 +83,14 @@ fn word(line: &[u8]) -> SlcanWord {
     match line {
         // z and Z acknowledge a sent frame, Z an extended one.
         [] | [b'z' | b'Z'] => SlcanWord::Done,
-        [b't', ..] => match slcan::decode(line) {
-            Some(frame) => SlcanWord::Frame(frame),
-            None => SlcanWord::Line(String::from_utf8_lossy(line).into_owned()),
-        },
+        [b't', ..] => slcan::decode(line).map_or_else(|| other_line(line), SlcanWord::Frame),
         [b'T' | b'r' | b'R' | b'd' | b'D' | b'b' | b'B', _, ..] => SlcanWord::OtherFrame,
-        _ => SlcanWord::Line(String::from_utf8_lossy(line).into_owned()),
+        _ => other_line(line),
     }
+}
+
+fn other_line(line: &[u8]) -> SlcanWord {
+    SlcanWord::Line(String::from_utf8_lossy(line).into_owned())
 }
 
 /// Adapter.
@@ -207,10 +207,7 @@ impl Link for SlcanAdapter {
     fn send(&mut self, sending: &Sending) -> Result<(), LinkError> {
         match sending {
             Sending::Frame(frame) => self.port.write(slcan::encode(frame).as_bytes()),
-            Sending::Bytes { .. } => Err(LinkError::WrongKind {
-                device: self.interface.to_string(),
-                takes: "CAN frames",
-            }),
+            Sending::Bytes { .. } => Err(LinkError::wrong_kind(&*self.interface, "CAN frames")),
         }
     }
 }

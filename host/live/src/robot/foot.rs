@@ -31,7 +31,8 @@ pub(super) struct SimulatedFoot {
     position: Position,
     walk: EndlessRounds,
     program: Program,
-    self_test: SelfTest,
+    /// Remaining ticks of the sensor's self-test since the last reset of the board; `None` once its result was returned.
+    self_test: Option<u32>,
     storage: Storage<Flash>,
     clock: OwnClock,
     serial: u32,
@@ -56,23 +57,9 @@ impl OwnClock {
     }
 }
 
-/// Self-test of the sensor since the last reset of the board.
-struct SelfTest {
-    /// Remaining ticks.
-    ticks: u32,
-    /// Whether its result is pending.
-    is_pending: bool,
-}
-
-impl SelfTest {
-    /// Begins a self-test if the settings demand it.
-    fn after_reset(settings: &Settings) -> Self {
-        let is_pending = settings.self_test();
-        Self {
-            ticks: if is_pending { SELF_TEST_TICKS } else { 0 },
-            is_pending,
-        }
-    }
+/// Ticks of the self-test that begins with a reset, if the settings demand one.
+fn self_test(settings: &Settings) -> Option<u32> {
+    settings.self_test().then_some(SELF_TEST_TICKS)
 }
 
 impl SimulatedFoot {
@@ -108,7 +95,7 @@ impl SimulatedFoot {
             failing_axes: 0,
             position,
             walk: EndlessRounds::new(seed, phase_s),
-            self_test: SelfTest::after_reset(&settings),
+            self_test: self_test(&settings),
             program: started(settings, serial, BootCause::PowerUp),
             storage,
             serial,
@@ -173,8 +160,8 @@ impl SimulatedFoot {
     fn measure(&mut self, edge: Timestamp, walked: &Walked) -> Measurement {
         let mut sample = walked.imu;
         sample.timestamp = edge;
-        if self.self_test.ticks > 0 {
-            self.self_test.ticks -= 1;
+        if let Some(ticks @ 1..) = &mut self.self_test {
+            *ticks -= 1;
             sample.validity = Validity::Invalid;
             return Measurement {
                 activity: Activity::SelfTest,
@@ -182,7 +169,7 @@ impl SimulatedFoot {
             };
         }
         let mut measurement = board::measurement(sample, walked.raw);
-        if std::mem::take(&mut self.self_test.is_pending) && self.failing_axes != 0 {
+        if self.self_test.take().is_some() && self.failing_axes != 0 {
             measurement.fault = Some(SensorFault {
                 fault: Fault::SensorSelfTest,
                 detail: self.failing_axes,
@@ -217,7 +204,7 @@ impl SimulatedFoot {
                 let (settings, origin) = self.storage.load();
                 self.receiver = UartReceiver::new();
                 self.clock.began_us = now.as_micros() as i64;
-                self.self_test = SelfTest::after_reset(&settings);
+                self.self_test = self_test(&settings);
                 self.program = started(settings, self.serial, BootCause::Commanded);
                 debug_assert_ne!(origin, Origin::Corrupted, "its flash keeps what is written");
             }

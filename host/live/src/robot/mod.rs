@@ -97,10 +97,8 @@ impl Robot {
 
     /// Returns the bytes that a foot, counted from 0, has sent on its serial line since the last call.
     pub fn take_serial(&mut self, foot: usize) -> Vec<u8> {
-        self.feet
-            .get_mut(foot)
-            .map(SimulatedFoot::take_serial)
-            .unwrap_or_default()
+        let foot = self.feet.get_mut(foot);
+        foot.map(SimulatedFoot::take_serial).unwrap_or_default()
     }
 
     /// Makes these axes of a foot's sensor fail from its next self-test on: bit *i* is axis *i*. Feet are counted

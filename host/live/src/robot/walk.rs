@@ -33,10 +33,8 @@ impl Transmission {
     /// Returns the CAN frames as a log of `candump -l`.
     #[must_use]
     pub fn can_log(&self) -> String {
-        self.can
-            .iter()
-            .map(|logged| format!("{}\n", logged.line(board::INTERFACE)))
-            .collect()
+        let line = |logged: &Logged| format!("{}\n", logged.line(board::INTERFACE));
+        self.can.iter().map(line).collect()
     }
 }
 

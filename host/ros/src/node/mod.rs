@@ -69,6 +69,22 @@ pub enum NodeError {
     },
 }
 
+impl NodeError {
+    /// Returns the conversion of an error of `ros2-client` about a node or a topic.
+    fn create(name: impl Into<String>) -> impl Fn(&dyn std::fmt::Display) -> Self {
+        let name = name.into();
+        move |error| Self::Create {
+            name: name.clone(),
+            reason: error.to_string(),
+        }
+    }
+}
+
+fn bad_name(what: &'static str, name: &str) -> NodeError {
+    let name = name.to_owned();
+    NodeError::Name { what, name }
+}
+
 /// Counts of the messages of a topic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sent {
@@ -112,14 +128,6 @@ impl FootNode {
     /// # Errors
     /// A name is invalid in ROS, or ports or interfaces cannot be used.
     pub fn new(options: Options) -> Result<Self, NodeError> {
-        let domain = |reason: String| NodeError::Domain {
-            domain_id: options.domain_id,
-            reason,
-        };
-        let bad_name = |what, name: &str| NodeError::Name {
-            what,
-            name: name.to_owned(),
-        };
         if options.topic("/x").is_none() {
             return Err(bad_name("namespace", &options.namespace));
         }
@@ -135,16 +143,17 @@ impl FootNode {
             participant = participant.with_only_networks(options.networks.iter().copied());
         }
         let participant = participant.build();
+        let domain = |reason: String| NodeError::Domain {
+            domain_id: options.domain_id,
+            reason,
+        };
         let participant = participant.map_err(|error| domain(error.to_string()))?;
         let context = Context::from_domain_participant(participant);
         let context = context.map_err(|error| domain(error.to_string()))?;
-        let create = |reason: String| NodeError::Create {
-            name: name.fully_qualified_name(),
-            reason,
-        };
+        let create = NodeError::create(name.fully_qualified_name());
         let node = context.new_node(name.clone(), parameters(&options));
-        let mut node = node.map_err(|error| create(error.to_string()))?;
-        let spinner = node.spinner().map_err(|error| create(error.to_string()))?;
+        let mut node = node.map_err(|error| create(&error))?;
+        let spinner = node.spinner().map_err(|error| create(&error))?;
         let has_namesake = Arc::new(AtomicBool::new(false));
         if let Some(events) = node.status_receiver() {
             let own = context.participant_entities_info();
@@ -159,13 +168,13 @@ impl FootNode {
                 }
             });
             // The thread ends with the node, whose events it receives.
-            watch.map_err(|error| create(error.to_string()))?;
+            watch.map_err(|error| create(&error))?;
         }
         let spinner = thread::Builder::new().name("ros2".to_owned()).spawn(|| {
             // Messages are published even if the spinner fails.
             let _ = block_on(spinner.spin());
         });
-        let spinner = spinner.map_err(|error| create(error.to_string()))?;
+        let spinner = spinner.map_err(|error| create(&error))?;
         Ok(Self {
             options,
             topics: BTreeMap::new(),
@@ -204,31 +213,20 @@ impl FootNode {
         match topic.publisher.publish(published.message) {
             Ok(()) => topic.sent.sent += 1,
             Err(WriteError::WouldBlock { .. }) => topic.sent.not_sent += 1,
-            Err(error) => {
-                return Err(NodeError::Create {
-                    name: published.topic.to_string(),
-                    reason: error.to_string(),
-                });
-            }
+            Err(error) => return Err(NodeError::create(&*published.topic)(&error)),
         }
         Ok(())
     }
 
     fn publisher(&mut self, published: &Published) -> Result<Publisher<RosMessage>, NodeError> {
         let name = self.options.topic(&published.topic);
-        let name = name.ok_or_else(|| NodeError::Name {
-            what: "topic",
-            name: published.topic.to_string(),
-        })?;
+        let name = name.ok_or_else(|| bad_name("topic", &published.topic))?;
         let (package, message) = Definition::of(&published.message).package_and_name();
         let kind = MessageTypeName::new(package, message);
         let qos = self.options.qos(published);
         let topic = self.node.create_topic(&name, kind, &qos);
         let publisher = topic.and_then(|topic| self.node.create_publisher(&topic, Some(qos)));
-        publisher.map_err(|error| NodeError::Create {
-            name: published.topic.to_string(),
-            reason: error.to_string(),
-        })
+        publisher.map_err(|error| NodeError::create(&*published.topic)(&error))
     }
 
     /// Counts of the messages of each topic so far, by full name of the topic.
@@ -274,12 +272,11 @@ fn parameters(options: &Options) -> NodeOptions {
     }
     parameters.parameter_validator(Box::new(move |name: &str, value: &ParameterValue| {
         let is = declared.iter().find(|(declared, _)| *declared == name);
-        if is.is_none_or(|(_, declared)| declared == value) {
-            Ok(())
-        } else {
-            Err(format!(
+        match is.is_none_or(|(_, declared)| declared == value) {
+            true => Ok(()),
+            false => Err(format!(
                 "{name} is read-only: start footfall ros2 with another"
-            ))
+            )),
         }
     }))
 }

@@ -11,23 +11,14 @@ use crate::{Compat, Published};
 /// Depth of the history of diagnostics, the same as in `diagnostic_updater`.
 const DIAGNOSTICS_DEPTH: usize = 10;
 
-/// Whether a message lost on the network is sent again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reliability {
-    /// Lost messages are sent again. Subscribers of both kinds receive the messages.
-    Reliable,
-    /// Lost messages are not sent again. Subscribers that request reliable messages receive none.
-    BestEffort,
-}
-
-impl Reliability {
-    /// Name in ROS.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Reliable => "reliable",
-            Self::BestEffort => "best_effort",
-        }
+samples::named! {
+    /// Whether a message lost on the network is sent again, with its name in ROS.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Reliability {
+        /// Lost messages are sent again. Subscribers of both kinds receive the messages.
+        Reliable = "reliable",
+        /// Lost messages are not sent again. Subscribers that request reliable messages receive none.
+        BestEffort = "best_effort",
     }
 }
 
@@ -59,15 +50,13 @@ impl Options {
     pub(crate) fn parameters(&self) -> Vec<(&'static str, ParameterValue)> {
         let text = |text: &str| ParameterValue::String(text.to_owned());
         let names: Vec<&str> = self.compat.iter().map(|compat| compat.name()).collect();
-        let compat = match names.join(",") {
-            none if none.is_empty() => "none".to_owned(),
-            names => names,
-        };
+        let names = names.join(",");
+        let compat = if names.is_empty() { "none" } else { &names };
         let depth = i64::try_from(self.depth).unwrap_or(i64::MAX);
         vec![
             ("source", text(&self.source)),
             ("frame_id", text(&self.frame_id)),
-            ("compat", text(&compat)),
+            ("compat", text(compat)),
             ("qos.reliability", text(self.reliability.name())),
             ("qos.depth", ParameterValue::Integer(depth)),
         ]

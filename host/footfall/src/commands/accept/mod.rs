@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use clap::Args;
 use live::Source;
-use live::foot::accept::{self, AcceptError, AcceptStep, Figure, Person, Verdict};
+use live::foot::accept::{self, AcceptStep, Figure, Person, Verdict};
 use live::foot::client::Client;
 use live::link::{self, pace::Speed};
 use wire::NodeId;
@@ -55,10 +55,8 @@ pub struct AcceptArguments {
 
 fn parse_step(text: &str) -> Result<AcceptStep, String> {
     let step = AcceptStep::ALL.into_iter().find(|step| step.name() == text);
-    step.ok_or_else(|| {
-        let names = AcceptStep::ALL.map(AcceptStep::name);
-        format!("write some of {}, with commas between", names.join(", "))
-    })
+    let names = AcceptStep::ALL.map(AcceptStep::name).join(", ");
+    step.ok_or_else(|| format!("write some of {names}, with commas between"))
 }
 
 impl AcceptArguments {
@@ -108,14 +106,9 @@ impl AcceptArguments {
         if let Some(file) = &self.page {
             write_file(file, |to| to.write_all(page::of(&report).as_bytes()))?;
         }
-        done.map_err(|error| match error {
-            AcceptError::Request(error) => FootError::from(error),
-            AcceptError::Settings(error) => FootError::from(error),
-            AcceptError::SelfTest(error) => FootError::from(error),
-        })?;
-        let out = figures
-            .iter()
-            .filter(|figure| figure.verdict() == Verdict::Out);
+        done.map_err(FootError::from)?;
+        let is_out = |figure: &&Figure| figure.verdict() == Verdict::Out;
+        let out = figures.iter().filter(is_out);
         let names: Vec<_> = out.map(|figure| figure.limit.name).collect();
         let why = match (report.accepted, names.is_empty(), end) {
             (true, ..) => return Ok(()),

@@ -1,16 +1,12 @@
 //! Report of an acceptance as text and as JSON.
 
-use live::foot::accept::{Figure, FigureOutcome, Verdict};
-use live::foot::client::Client;
-use live::foot::update;
-use schemars::JsonSchema;
-use serde::Serialize;
-use wire::dictionary::index;
-use wire::{Address, DataType, NodeId};
-
-use crate::commands::foot::to_json;
+use crate::commands::foot::{Identity, hex, to_json};
 use crate::foot_error::FootError;
 use crate::schema::{Described, DescribedLine, SchemaKind};
+use live::foot::accept::{Figure, FigureOutcome, Verdict};
+use live::foot::client::Client;
+use schemars::JsonSchema;
+use serde::Serialize;
 
 /// Figures of a healthy foot on the virtual board, by the names of the step and of the quantity.
 const PREDICTIONS: &str = include_str!("virtual-board.csv");
@@ -25,7 +21,7 @@ pub(super) enum End {
 }
 
 /// Report of the acceptance of a board.
-#[derive(Debug, JsonSchema, Serialize)]
+#[derive(Debug, Default, JsonSchema, Serialize)]
 pub struct AcceptReport {
     /// Whether all steps were done, at least one figure was measured, and none is out of its limits.
     pub(super) accepted: bool,
@@ -88,30 +84,15 @@ impl Described for AcceptReport {
 impl AcceptReport {
     /// Creates the report of a foot before the first step.
     pub(super) fn of(client: &mut Client) -> Result<Self, FootError> {
-        let text = |client: &mut Client, index| client.read_text(Address::new(index, 0));
-        if text(client, index::DEVICE_NAME)? == bootloader::DEVICE_NAME {
-            return Err(FootError::InBootloader(client.node()));
-        }
-        let version = text(client, index::SOFTWARE_VERSION)?;
-        let hardware = text(client, index::HARDWARE_VERSION)?;
-        let program = update::programs(client)?.running;
-        let code = client.read(Address::new(index::FOOT, 0), DataType::Unsigned8)?;
-        let serial = client.read(Address::new(index::IDENTITY, 4), DataType::Unsigned32)?;
-        let foot = u8::try_from(code.to_raw())
-            .ok()
-            .and_then(wire::Foot::from_code);
+        let identity = Identity::read(client)?;
         Ok(Self {
-            accepted: false,
-            passed: 0,
-            out: 0,
-            not_tested: 0,
-            foot: foot.map_or("?", wire::Foot::name),
-            node: client.node().map(NodeId::get),
-            serial: serial.to_raw(),
-            hardware,
-            version,
-            program: program.map(|number| format!("{number:08X}")),
-            figures: Vec::new(),
+            foot: identity.foot,
+            node: identity.node,
+            serial: identity.serial,
+            hardware: identity.hardware,
+            version: identity.version,
+            program: identity.programs.running.map(hex),
+            ..Self::default()
         })
     }
 
@@ -147,16 +128,10 @@ impl AcceptReport {
     }
 
     pub(super) fn counts(&self) -> String {
+        let not = if self.accepted { "" } else { "not " };
         format!(
-            "{}: {} passed, {} out, {} not tested",
-            if self.accepted {
-                "accepted"
-            } else {
-                "not accepted"
-            },
-            self.passed,
-            self.out,
-            self.not_tested
+            "{not}accepted: {} passed, {} out, {} not tested",
+            self.passed, self.out, self.not_tested
         )
     }
 }
@@ -169,13 +144,13 @@ impl Judged {
     fn of(figure: &Figure) -> Self {
         let limit = figure.limit;
         let finite = |value: f64| value.is_finite().then_some(value);
-        let (value, reason) = match &figure.outcome {
-            FigureOutcome::Measured(value) => (finite(*value), ""),
+        let verdict = figure.verdict();
+        let (value, reason, remedy) = match &figure.outcome {
+            FigureOutcome::Measured(value) => (finite(*value), "", limit.remedy),
             FigureOutcome::Failed(reason) | FigureOutcome::NotTested(reason) => {
-                (None, reason.as_str())
+                (None, reason.as_str(), "")
             }
         };
-        let verdict = figure.verdict();
         Self {
             step: limit.step.name(),
             name: limit.name,
@@ -187,10 +162,7 @@ impl Judged {
             predicted: predicted(limit.step.name(), limit.name),
             verdict: verdict.name(),
             detail: figure.detail.clone() + reason,
-            remedy: match (verdict, &figure.outcome) {
-                (Verdict::Out, FigureOutcome::Measured(_)) => limit.remedy,
-                _ => "",
-            },
+            remedy: if verdict == Verdict::Out { remedy } else { "" },
             range: limit.range(),
         }
     }
@@ -209,10 +181,10 @@ fn predicted(step: &str, name: &str) -> Option<f64> {
 pub(super) fn line(figure: &Figure) -> String {
     let limit = figure.limit;
     let name = limit.name;
+    let verdict = figure.verdict().name();
     match &figure.outcome {
-        FigureOutcome::NotTested(reason) => format!("{name:<32} not tested: {reason}"),
-        FigureOutcome::Failed(reason) => {
-            format!("{name:<32} {}: {reason}", figure.verdict().name())
+        FigureOutcome::NotTested(reason) | FigureOutcome::Failed(reason) => {
+            format!("{name:<32} {verdict}: {reason}")
         }
         FigureOutcome::Measured(value) => {
             let value = format!("{} {}", short(*value), limit.unit);
@@ -221,7 +193,6 @@ pub(super) fn line(figure: &Figure) -> String {
                 "" => String::new(),
                 detail => format!("  ({detail})"),
             };
-            let verdict = figure.verdict().name();
             format!("{name:<32} {value:<14} {range:<14} {verdict}{detail}")
         }
     }

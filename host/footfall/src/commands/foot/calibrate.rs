@@ -6,7 +6,7 @@ use live::foot::{Client, Named, RequestError, calibration};
 use serde_json::{Map, Value as Json, json};
 use wire::node::{Calibration, CalibrationState};
 
-use super::FootArguments;
+use super::{FootArguments, to_json};
 use crate::files::finish_when_interrupted;
 use crate::foot_error::FootError;
 use crate::messages;
@@ -52,10 +52,9 @@ impl FootArguments {
         finish_when_interrupted();
         calibration::store(client, Calibration::Keep)?;
         let found = Found::read(client)?;
-        Ok(if self.json {
-            format!("{:#}\n", found.json())
-        } else {
-            found.text()
+        Ok(match self.json {
+            true => to_json(&found.json()),
+            false => found.text(),
         })
     }
 }
@@ -76,9 +75,8 @@ fn seen(learnt: &[(Named, f32)]) -> String {
 /// Returns the name without the table that it is in.
 fn last_parts(named: &Named) -> String {
     let name = named.name();
-    name.split_once('.')
-        .map_or(name.as_str(), |(_, parts)| parts)
-        .to_owned()
+    let parts = name.split_once('.').map(|(_, parts)| parts.to_owned());
+    parts.unwrap_or(name)
 }
 
 impl Found {
@@ -116,9 +114,8 @@ impl Found {
 
     fn json(&self) -> Json {
         let numbers = |numbers: &[(Named, f32)]| {
-            let pairs = numbers
-                .iter()
-                .map(|(named, value)| (last_parts(named), json!(value)));
+            let pairs = numbers.iter();
+            let pairs = pairs.map(|(named, value)| (last_parts(named), json!(value)));
             Json::Object(pairs.collect::<Map<_, _>>())
         };
         json!({
@@ -130,8 +127,6 @@ impl Found {
 }
 
 fn line(name: &str, value: f32, unit: &str) -> String {
-    format!("{name:<26} {value:.4} {unit}")
-        .trim_end()
-        .to_owned()
-        + "\n"
+    let line = format!("{name:<26} {value:.4} {unit}");
+    line.trim_end().to_owned() + "\n"
 }

@@ -18,21 +18,19 @@ use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
-use decode::live::Listener;
-use live::Source;
 use live::foot::Named;
 use live::foot::calibration;
-use live::foot::client::{Client, RequestError};
+use live::foot::client::Client;
 use live::foot::position;
-use live::foot::scan;
 use live::foot::self_test::{self, SelfTestResult};
 use live::foot::settings::{self, Lasting, Values};
 use live::link::{self, pace::Speed};
+use live::{Link, Source};
 use wire::dictionary::index;
 use wire::node::Calibration;
 use wire::{Address, NodeId};
 
-use super::feet::parse_node;
+use super::feet::{parse_node, parse_number};
 use super::listen::SOURCES;
 use crate::error::Error;
 use crate::files::{STANDARD, finish_when_interrupted, write_file};
@@ -41,6 +39,7 @@ use crate::report::print_text;
 use crate::targets::{self, Target};
 
 pub use show::{FootChanges, FootInfo, FootScan, FootValues, to_json};
+pub(super) use show::{Identity, hex};
 pub use update::FootUpdates;
 use update::Which;
 
@@ -150,24 +149,14 @@ pub enum FootAction {
 impl FootAction {
     /// Returns whether interrupting the action would leave the foot in an intermediate state.
     const fn is_whole(&self) -> bool {
-        match self {
-            Self::Set { .. }
-            | Self::Import { .. }
-            | Self::Save
-            | Self::Restore
-            | Self::Id { .. }
-            | Self::Selftest
-            | Self::Reset
-            | Self::Update { .. }
-            | Self::Calibrate { forget: true, .. } => true,
-            Self::Scan
-            | Self::Info
-            | Self::Get { .. }
-            | Self::Diff { .. }
-            | Self::Export { .. }
-            | Self::Calibrate { .. }
-            | Self::Sync { .. } => false,
-        }
+        !matches!(
+            self,
+            Self::Info
+                | Self::Get { .. }
+                | Self::Diff { .. }
+                | Self::Export { .. }
+                | Self::Calibrate { forget: false, .. }
+        )
     }
 }
 
@@ -182,21 +171,14 @@ fn parse_seconds(text: &str) -> Result<f64, String> {
 
 /// Parses a serial number, decimal or hexadecimal with 0x.
 fn parse_serial(text: &str) -> Result<u32, &'static str> {
-    let number = match text.strip_prefix("0x") {
-        Some(digits) => u32::from_str_radix(digits, 16),
-        None => text.parse(),
-    };
-    number.map_err(|_| "write a serial number, such as 0x1234ABCD")
+    parse_number(text).ok_or("write a serial number, such as 0x1234ABCD")
 }
 
 fn parse_position(text: &str) -> Result<wire::Foot, String> {
-    let foot = wire::Foot::ALL
-        .into_iter()
-        .find(|foot| foot.name().eq_ignore_ascii_case(text));
-    foot.ok_or_else(|| {
-        let names: Vec<_> = wire::Foot::ALL.iter().map(|foot| foot.name()).collect();
-        format!("write one of {}", names.join(", "))
-    })
+    let mut all = wire::Foot::ALL.into_iter();
+    let foot = all.find(|foot| foot.name().eq_ignore_ascii_case(text));
+    let names = wire::Foot::ALL.map(wire::Foot::name).join(", ");
+    foot.ok_or_else(|| format!("write one of {names}"))
 }
 
 impl FootArguments {
@@ -205,42 +187,34 @@ impl FootArguments {
             targets::check(&[], &[Target::Settings(file)])?;
         }
         let mut link = link::open(&self.source.clone().at_speed(Speed::REAL))?;
-        if let FootAction::Scan = self.action {
-            let mut listener = Listener::default();
-            let feet = scan::feet(link.as_mut(), &mut listener, scan::SCAN)?;
-            if feet.is_empty() {
-                return Err(FootError::from(RequestError::NoFoot).into());
+        let text = match &self.action {
+            FootAction::Scan => self.scan(link.as_mut())?,
+            FootAction::Sync { seconds, send } => self.sync(link.as_mut(), *seconds, *send)?,
+            FootAction::Update { image, all, serial } => {
+                // A foot that is left in its bootloader is silent.
+                finish_when_interrupted();
+                let which = match (all, serial.as_slice()) {
+                    (true, _) => Which::All,
+                    (false, []) => Which::One,
+                    (false, numbers) => Which::Numbered(numbers),
+                };
+                self.update(link, image, which)?
             }
-            return print_text(&self.feet(feet.iter(), &listener)).map_err(Error::Print);
-        }
-        if let FootAction::Sync { seconds, send } = self.action {
-            let text = self.sync(link.as_mut(), seconds, send)?;
-            return print_text(&text).map_err(Error::Print);
-        }
-        if let FootAction::Update { image, all, serial } = &self.action {
-            // A foot that is left in its bootloader is silent.
-            finish_when_interrupted();
-            let which = match (all, serial.as_slice()) {
-                (true, _) => Which::All,
-                (false, []) => Which::One,
-                (false, numbers) => Which::Numbered(numbers),
-            };
-            let text = self.update(link, image, which)?;
-            return print_text(&text).map_err(Error::Print);
-        }
-        let mut client = Client::new(link, self.node).map_err(FootError::from)?;
-        let text = self.act(&mut client)?;
+            action => self.act(action, link)?,
+        };
         print_text(&text).map_err(Error::Print)
     }
 
-    fn act(&self, client: &mut Client) -> Result<String, Error> {
+    /// Performs an action on one foot.
+    fn act(&self, action: &FootAction, link: Box<dyn Link>) -> Result<String, FootError> {
+        let client = &mut Client::new(link, self.node)?;
         let node = client.node();
-        if self.action.is_whole() {
+        if action.is_whole() {
             // An interruption would leave the foot with mixed settings and not streaming.
             finish_when_interrupted();
         }
-        Ok(match &self.action {
-            // Handled before.
+        Ok(match action {
+            // These are on all feet.
             FootAction::Scan | FootAction::Sync { .. } | FootAction::Update { .. } => String::new(),
             FootAction::Info => self.info(client)?,
             FootAction::Get { names } => self.get(client, names)?,
@@ -251,46 +225,45 @@ impl FootArguments {
                         .split_once('=')
                         .filter(|(name, _)| !name.trim().is_empty())
                         .ok_or_else(|| FootError::NoSetting(setting.clone()))?;
-                    let named = Named::find(name).map_err(FootError::from)?;
+                    let named = Named::find(name)?;
                     if !named.entry.is_setting() {
-                        return Err(FootError::NotWritable(named.name()).into());
+                        return Err(FootError::NotWritable(named.name()));
                     }
-                    let value = named.parse(value, node).map_err(FootError::from)?;
+                    let value = named.parse(value, node)?;
                     if values.insert(named.address, value).is_some() {
-                        return Err(FootError::NamedTwice(named.name()).into());
+                        return Err(FootError::NamedTwice(named.name()));
                     }
                 }
-                let lasting = if *save {
-                    Lasting::Stored
-                } else {
-                    Lasting::UntilReset
+                let lasting = match save {
+                    true => Lasting::Stored,
+                    false => Lasting::UntilReset,
                 };
                 self.write(client, &values, lasting)?
             }
             FootAction::Save => {
-                settings::while_paused(client, settings::store).map_err(FootError::from)?;
+                settings::while_paused(client, settings::store)?;
                 "stored\n".to_owned()
             }
             FootAction::Restore => {
-                settings::restore(client).map_err(FootError::from)?;
+                settings::restore(client)?;
                 "stored settings forgotten; the foot has started again with its defaults\n"
                     .to_owned()
             }
             FootAction::Id { foot } => {
-                position::set(client, *foot).map_err(FootError::from)?;
+                position::set(client, *foot)?;
                 self.info(client)?
             }
             FootAction::Calibrate { forget: true, .. } => {
-                calibration::store(client, Calibration::Forget).map_err(FootError::from)?;
+                calibration::store(client, Calibration::Forget)?;
                 "what was learnt is forgotten\n".to_owned()
             }
             FootAction::Calibrate { seconds, .. } => self.calibrate(client, *seconds)?,
-            FootAction::Selftest => match self_test::run(client).map_err(FootError::from)? {
+            FootAction::Selftest => match self_test::run(client)? {
                 SelfTestResult::Passed => "the sensor has passed its self-test\n".to_owned(),
-                SelfTestResult::Failed(axes) => return Err(FootError::TestFailed { axes }.into()),
+                SelfTestResult::Failed(axes) => return Err(FootError::TestFailed(axes)),
             },
             FootAction::Diff { file } => {
-                let own = settings::read(client).map_err(FootError::from)?;
+                let own = settings::read(client)?;
                 let other = match file {
                     None => settings::defaults(node),
                     Some(file) => read_file(file, node)?,
@@ -298,9 +271,8 @@ impl FootArguments {
                 self.changes(&settings::differences(&other, &own))
             }
             FootAction::Export { file } => {
-                let own = settings::read(client).map_err(FootError::from)?;
-                let version = client.read_text(Address::new(index::SOFTWARE_VERSION, 0));
-                let version = version.map_err(FootError::from)?;
+                let own = settings::read(client)?;
+                let version = client.read_text(Address::new(index::SOFTWARE_VERSION, 0))?;
                 let about = format!(
                     "settings of a foot, version {version}; footfall foot … import writes them"
                 );
@@ -313,7 +285,7 @@ impl FootArguments {
                 self.write(client, &values, Lasting::Stored)?
             }
             FootAction::Reset => {
-                client.start_again().map_err(FootError::from)?;
+                client.start_again()?;
                 "the foot has started again\n".to_owned()
             }
         })
@@ -325,8 +297,8 @@ impl FootArguments {
         client: &mut Client,
         values: &Values,
         lasting: Lasting,
-    ) -> Result<String, Error> {
-        let changes = settings::write(client, values, lasting).map_err(FootError::from)?;
+    ) -> Result<String, FootError> {
+        let changes = settings::write(client, values, lasting)?;
         let mut text = self.changes(&changes);
         if !self.json {
             text.push_str(match (changes.is_empty(), lasting) {
@@ -347,10 +319,11 @@ const MOST_BYTES: u64 = 1 << 20;
 
 /// Reads a file or standard input, up to one byte beyond the maximum size.
 fn read_text(path: &Path) -> io::Result<String> {
-    if path == Path::new(STANDARD) {
-        return io::read_to_string(io::stdin().take(MOST_BYTES + 1));
-    }
-    io::read_to_string(File::open(path)?.take(MOST_BYTES + 1))
+    let source: Box<dyn io::Read> = match path == Path::new(STANDARD) {
+        true => Box::new(io::stdin()),
+        false => Box::new(File::open(path)?),
+    };
+    io::read_to_string(source.take(MOST_BYTES + 1))
 }
 
 fn read_file(path: &Path, node: Option<NodeId>) -> Result<Values, FootError> {

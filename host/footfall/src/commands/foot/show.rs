@@ -3,9 +3,11 @@
 use std::collections::BTreeMap;
 
 use bootloader::image::Refusal;
-use decode::live::{FootKey, Listener};
+use decode::live::Listener;
+use live::Link;
 use live::foot::client::{Client, RequestError};
-use live::foot::{Named, update};
+use live::foot::update::{self, Programs};
+use live::foot::{Named, scan};
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::{Map, Value as Json, json};
@@ -14,7 +16,6 @@ use wire::node::State;
 use wire::{Address, DataType, Fault, NodeId, Value};
 
 use super::FootArguments;
-use crate::error::Error;
 use crate::foot_error::FootError;
 use crate::schema::{Described, DescribedLine, SchemaKind};
 
@@ -103,18 +104,19 @@ struct Change {
 }
 
 impl FootArguments {
-    pub(super) fn feet<'a>(
-        &self,
-        feet: impl Iterator<Item = &'a FootKey>,
-        listener: &Listener,
-    ) -> String {
-        let feet = feet.map(|foot| Scanned {
+    pub(super) fn scan(&self, link: &mut dyn Link) -> Result<String, FootError> {
+        let mut listener = Listener::default();
+        let feet = scan::feet(link, &mut listener, scan::SCAN)?;
+        if feet.is_empty() {
+            return Err(RequestError::NoFoot.into());
+        }
+        let feet = feet.iter().map(|foot| Scanned {
             line: foot.line.to_string(),
             node: foot.node,
             name: listener.name(foot).map(|name| name.to_string()),
         });
         if self.json {
-            return to_json(&FootScan(feet.collect()));
+            return Ok(to_json(&FootScan(feet.collect())));
         }
         let line = |foot: Scanned| {
             let node = foot.node.map(|node| format!("node {node}"));
@@ -122,7 +124,7 @@ impl FootArguments {
             let words: Vec<_> = words.into_iter().flatten().collect();
             words.join("  ") + "\n"
         };
-        feet.map(line).collect()
+        Ok(feet.map(line).collect())
     }
 
     pub(super) fn changes(&self, changes: &[(Named, Value, Value)]) -> String {
@@ -137,33 +139,30 @@ impl FootArguments {
         let line = |(named, before, after): &(Named, Value, Value)| {
             let unit = named.unit();
             let (before, after) = (named.text(*before), named.text(*after));
-            format!("{}: {before} → {after} {unit}", named.name())
-                .trim_end()
-                .to_owned()
-                + "\n"
+            let line = format!("{}: {before} → {after} {unit}", named.name());
+            line.trim_end().to_owned() + "\n"
         };
         changes.iter().map(line).collect()
     }
 
-    pub(super) fn get(&self, client: &mut Client, names: &[String]) -> Result<String, Error> {
-        let all: Vec<Named> = if names.is_empty() {
-            Named::settings().collect()
-        } else {
-            let found = names.iter().map(|name| Named::find(name));
-            found.collect::<Result<_, _>>().map_err(FootError::from)?
+    pub(super) fn get(&self, client: &mut Client, names: &[String]) -> Result<String, FootError> {
+        let found = names.iter().map(|name| Named::find(name));
+        let all: Vec<Named> = match names {
+            [] => Named::settings().collect(),
+            _ => found.collect::<Result<_, _>>()?,
         };
         let mut object = Map::new();
         let mut text = String::new();
         for named in all {
-            let data_type = named.entry.data_type();
-            let (shown, value) = if data_type == DataType::VisibleString {
-                let shown = client.read_text(named.address).map_err(FootError::from)?;
-                (shown.clone(), Json::String(shown))
-            } else {
-                let value = client
-                    .read(named.address, data_type)
-                    .map_err(FootError::from)?;
-                (named.text(value), number(&named, value))
+            let (shown, value) = match named.entry.data_type() {
+                DataType::VisibleString => {
+                    let shown = client.read_text(named.address)?;
+                    (shown.clone(), Json::String(shown))
+                }
+                data_type => {
+                    let value = client.read(named.address, data_type)?;
+                    (named.text(value), number(&named, value))
+                }
             };
             let unit = named.unit();
             text.push_str(format!("{} = {shown} {unit}", named.name()).trim_end());
@@ -173,38 +172,30 @@ impl FootArguments {
             text.push('\n');
             object.insert(named.name(), value);
         }
-        Ok(if self.json {
-            to_json(&FootValues(object))
-        } else {
-            text
+        Ok(match self.json {
+            true => to_json(&FootValues(object)),
+            false => text,
         })
     }
 
     pub(super) fn info(&self, client: &mut Client) -> Result<String, FootError> {
-        let text = |client: &mut Client, index| client.read_text(Address::new(index, 0));
-        let device = text(client, index::DEVICE_NAME)?;
-        if device == bootloader::DEVICE_NAME {
-            return Err(FootError::InBootloader(client.node()));
-        }
-        let version = text(client, index::SOFTWARE_VERSION)?;
-        let hardware = text(client, index::HARDWARE_VERSION)?;
-        let programs = update::programs(client)?;
-        let mut number = |index, subindex| {
-            let address = Address::new(index, subindex);
-            let named = Named::at(address);
-            let data_type = named.map_or(DataType::Unsigned32, |named| named.entry.data_type());
-            client.read(address, data_type).map(Value::to_raw)
-        };
-        let foot = number(index::FOOT, 0)?;
-        let serial = number(index::IDENTITY, 4)?;
-        let stage = number(index::STAGE, 0)?;
-        let faults = wire::Faults::from_bits(number(index::FAULTS, 0)?);
-        let foot = wire::Foot::from_code(foot as u8).map_or("?", wire::Foot::name);
-        let stage = wire::Stage::ALL
-            .get(stage as usize)
-            .map_or("?", |stage| stage.name());
+        let Identity {
+            foot,
+            node,
+            device,
+            version,
+            hardware,
+            serial,
+            programs,
+        } = Identity::read(client)?;
+        let stage = client.read(Address::new(index::STAGE, 0), DataType::Unsigned8)?;
+        let faults = client.read(Address::new(index::FAULTS, 0), DataType::Unsigned32)?;
+        let faults = wire::Faults::from_bits(faults.to_raw());
+        let stage = wire::Stage::ALL.get(stage.to_raw() as usize);
+        let stage = stage.map_or("?", |stage| stage.name());
         let faults: Vec<_> = faults.iter().map(Fault::name).collect();
-        let node = client.node().map(NodeId::get);
+        let (running, previous) = (programs.running.map(hex), programs.previous.map(hex));
+        let refused = programs.refused.map(Refusal::words);
         let state = match client.state() {
             Ok(state) => Some(state_name(state)),
             Err(RequestError::NoAnswer { .. }) => None,
@@ -216,9 +207,9 @@ impl FootArguments {
                 node,
                 device,
                 version,
-                program: programs.running.map(|number| format!("{number:08X}")),
-                previous: programs.previous.map(|number| format!("{number:08X}")),
-                refused: programs.refused.map(Refusal::words),
+                program: running,
+                previous,
+                refused,
                 hardware,
                 serial,
                 state,
@@ -226,22 +217,11 @@ impl FootArguments {
                 faults,
             })));
         }
-        let or_nothing = |words: Option<String>| words.unwrap_or_default();
-        let program = or_nothing(
-            programs
-                .running
-                .map(|number| format!(", program {number:08X}")),
-        );
-        let previous = or_nothing(
-            programs
-                .previous
-                .map(|number| format!("previous program {number:08X}, kept\n")),
-        );
-        let refused = or_nothing(
-            programs
-                .refused
-                .map(|why| format!("update   {}\n", why.words())),
-        );
+        let program = running.map(|number| format!(", program {number}"));
+        let previous = previous.map(|number| format!("previous program {number}, kept\n"));
+        let refused = refused.map(|why| format!("update   {why}\n"));
+        let [program, previous, refused] =
+            [program, previous, refused].map(Option::unwrap_or_default);
         let node = node.map_or_else(|| "serial line".to_owned(), |node| format!("node {node}"));
         let faults = match faults.as_slice() {
             [] => "none".to_owned(),
@@ -256,6 +236,50 @@ impl FootArguments {
         Ok(format!(
             "foot     {foot}, {node}\ndevice   {device}, {hardware}, serial number 0x{serial:08X}\nversion  {version}{program}\n{previous}{refused}stage    {stage}\n{state}faults   {faults}\n"
         ))
+    }
+}
+
+/// Formats the number of a program.
+pub(in crate::commands) fn hex(number: u32) -> String {
+    format!("{number:08X}")
+}
+
+/// Identity of a foot that runs its program.
+pub(in crate::commands) struct Identity {
+    pub(in crate::commands) foot: &'static str,
+    pub(in crate::commands) node: Option<u8>,
+    pub(in crate::commands) device: String,
+    pub(in crate::commands) version: String,
+    pub(in crate::commands) hardware: String,
+    pub(in crate::commands) serial: u32,
+    pub(in crate::commands) programs: Programs,
+}
+
+impl Identity {
+    /// Reads the identity.
+    ///
+    /// # Errors
+    /// The foot runs its bootloader, or a request has failed.
+    pub(in crate::commands) fn read(client: &mut Client) -> Result<Self, FootError> {
+        let text = |client: &mut Client, index| client.read_text(Address::new(index, 0));
+        let device = text(client, index::DEVICE_NAME)?;
+        if device == bootloader::DEVICE_NAME {
+            return Err(FootError::InBootloader(client.node()));
+        }
+        let version = text(client, index::SOFTWARE_VERSION)?;
+        let hardware = text(client, index::HARDWARE_VERSION)?;
+        let programs = update::programs(client)?;
+        let code = client.read(Address::new(index::FOOT, 0), DataType::Unsigned8)?;
+        let serial = client.read(Address::new(index::IDENTITY, 4), DataType::Unsigned32)?;
+        Ok(Self {
+            foot: wire::Foot::from_code(code.to_raw() as u8).map_or("?", wire::Foot::name),
+            node: client.node().map(NodeId::get),
+            device,
+            version,
+            hardware,
+            serial: serial.to_raw(),
+            programs,
+        })
     }
 }
 

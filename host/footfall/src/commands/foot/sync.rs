@@ -3,7 +3,6 @@
 use std::time::{Duration, Instant};
 
 use decode::live::{FootKey, Listener};
-use live::foot::RequestError;
 use live::foot::scan;
 use live::foot::sync::Clocks;
 use live::{Arrival, Link, Sending};
@@ -12,7 +11,7 @@ use wire::CanFrame;
 use wire::foot::cob_id;
 use wire::pdo::ClockReading;
 
-use super::FootArguments;
+use super::{FootArguments, to_json};
 use crate::foot_error::FootError;
 use crate::messages;
 
@@ -29,8 +28,7 @@ const MASTER: Duration = Duration::from_millis(500);
 fn has_sync(link: &mut dyn Link) -> Result<bool, FootError> {
     let end = Instant::now() + MASTER;
     while Instant::now() < end {
-        let received = link.receive(LISTEN).map_err(RequestError::from)?;
-        if let Some((_, Arrival::Frame { frame, .. })) = received
+        if let Some((_, Arrival::Frame { frame, .. })) = link.receive(LISTEN)?
             && frame.id() == cob_id::SYNC
         {
             return Ok(true);
@@ -52,7 +50,7 @@ impl FootArguments {
         }
         let mut listener = Listener::default();
         // Feet may have ids other than the defaults of their positions.
-        scan::feet(link, &mut listener, scan::SCAN).map_err(RequestError::from)?;
+        scan::feet(link, &mut listener, scan::SCAN)?;
         let mut clocks = Clocks::default();
         let begin = Instant::now();
         let end = begin + Duration::from_secs_f64(seconds);
@@ -63,20 +61,17 @@ impl FootArguments {
                 number = ClockReading::sync_after(number);
                 next += PERIOD;
                 if let Some(frame) = CanFrame::new(cob_id::SYNC, &[number]) {
-                    link.send(&Sending::Frame(frame))
-                        .map_err(RequestError::from)?;
+                    link.send(&Sending::Frame(frame))?;
                     clocks.take_sync(Some(number));
                 }
             }
-            let received = link.receive(LISTEN).map_err(RequestError::from)?;
-            if let Some((at, arrival)) = received {
+            if let Some((at, arrival)) = link.receive(LISTEN)? {
                 if let Arrival::Frame { frame, .. } = &arrival
                     && frame.id() == cob_id::SYNC
                 {
                     let heard = frame.data().first().copied();
                     // Some adapters echo sent frames.
-                    let is_own = send && heard == Some(number);
-                    if !is_own {
+                    if !send || heard != Some(number) {
                         clocks.take_sync(heard);
                     }
                 }
@@ -87,8 +82,8 @@ impl FootArguments {
                 clocks.take(&heard);
             }
         }
-        if clocks.interruptions() > 0 {
-            let times = clocks.interruptions();
+        let times = clocks.interruptions();
+        if times > 0 {
             messages::warn(format!(
                 "feet started again, or were not heard, {times} times: what they reported before does not count"
             ));
@@ -113,10 +108,8 @@ impl FootArguments {
                 })
             });
             let feet: Vec<Json> = feet.collect();
-            return Ok(format!(
-                "{:#}\n",
-                json!({ "reference": reference, "feet": feet })
-            ));
+            let compared = json!({ "reference": reference, "feet": feet });
+            return Ok(to_json(&compared));
         }
         let lines = compared.iter().map(|compared| {
             format!(

@@ -16,7 +16,7 @@ use serde::Serialize;
 use wire::NodeId;
 
 use super::FootArguments;
-use super::show::to_json;
+use super::show::{hex, to_json};
 use crate::foot_error::FootError;
 use crate::messages;
 use crate::progress::Bars;
@@ -91,10 +91,8 @@ impl FootArguments {
             shown.show(foot, step);
         });
         shown.end_bar();
-        let failed: Vec<String> = results
-            .iter()
-            .filter_map(|result| result.as_ref().err().map(ToString::to_string))
-            .collect();
+        let failed = results.iter().filter_map(|result| result.as_ref().err());
+        let failed: Vec<String> = failed.map(ToString::to_string).collect();
         let text = if self.json {
             let updates = feet.iter().zip(&results);
             let updates = updates.map(|(node, result)| FootUpdate::of(*node, result));
@@ -113,7 +111,7 @@ impl FootArguments {
 
 impl FootUpdate {
     fn of<E: ToString>(node: Option<NodeId>, result: &Result<Updated, E>) -> Self {
-        let number = |program: &FootProgram| format!("{:08X}", program.identification);
+        let number = |program: &FootProgram| hex(program.identification);
         let done = result.as_ref().ok();
         let after = done.and_then(|done| done.after.as_ref());
         Self {
@@ -141,7 +139,7 @@ fn name(program: &FootProgram) -> String {
     match (program.version.as_deref(), program.identification) {
         (None, _) => "no program".to_owned(),
         (Some(version), 0) => version.to_owned(),
-        (Some(version), number) => format!("{version} ({number:08X})"),
+        (Some(version), number) => format!("{version} ({})", hex(number)),
     }
 }
 
@@ -155,9 +153,8 @@ struct Progress {
 impl Progress {
     fn show(&mut self, foot: &str, step: UpdateStage) {
         let last = self.last.replace((foot.to_owned(), step));
-        let is_same =
-            last.is_some_and(|(of, last)| of == foot && discriminant(&last) == discriminant(&step));
-        if !is_same {
+        let step_of = |step: &UpdateStage| discriminant(step);
+        if last.is_none_or(|(of, last)| of != foot || step_of(&last) != step_of(&step)) {
             self.end_bar();
             messages::aside(format!("{foot}: {}", words(step)));
         }

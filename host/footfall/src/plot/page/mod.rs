@@ -13,7 +13,7 @@ use std::ops::Range;
 use estimator_core::{ContactEstimate, Decision, Phase};
 use recordings::events::{ContactEvent, EventKind};
 use recordings::input::About;
-use recordings::recording::{Label, RecordedSample};
+use samples::recording::{Label, RecordedSample};
 
 use super::decimate::{Stretching, Width};
 use super::series::Collector;
@@ -122,17 +122,12 @@ impl PageFoot {
             pack::line("load", &self.load_title, trace, range.clone(), to)?;
             to.push(',');
         }
-        for (k, (kind, name, trace)) in [
-            ("tangential", "P tangential", &series.tangential),
-            ("vertical", "P vertical", &series.vertical),
-            ("total", "P stable", &series.total),
-        ]
-        .into_iter()
-        .enumerate()
-        {
-            to.push_str(if k > 0 { "," } else { "" });
-            pack::line(kind, name, trace, 0.0..1.0, to)?;
-        }
+        let [tangential, vertical, total] = &series.probabilities;
+        pack::line("tangential", "P tangential", tangential, 0.0..1.0, to)?;
+        to.push(',');
+        pack::line("vertical", "P vertical", vertical, 0.0..1.0, to)?;
+        to.push(',');
+        pack::line("total", "P stable", total, 0.0..1.0, to)?;
         to.push_str("],\"states\":");
         pack::stretches(&series.phases, &Phase::ALL, to)?;
         to.push_str(",\"decisions\":");
@@ -203,12 +198,11 @@ fn data(title: &str, feet: Vec<PageFoot>) -> Result<String, std::fmt::Error> {
         pack::names(EventKind::ALL.map(EventKind::name)),
     )?;
     // As in the figure of a foot, 0 on an axis is timestamp 0 of its first foot.
-    let origins: Vec<i64> = (0..axes.len())
-        .map(|axis| {
-            let of_axis = feet.iter().zip(&axis_of).filter(|(_, of)| **of == axis);
-            of_axis.map(|(foot, _)| foot.start_us).min().unwrap_or(0)
-        })
-        .collect();
+    let origin = |axis| {
+        let of_axis = feet.iter().zip(&axis_of).filter(|(_, of)| **of == axis);
+        of_axis.map(|(foot, _)| foot.start_us).min().unwrap_or(0)
+    };
+    let origins: Vec<i64> = (0..axes.len()).map(origin).collect();
     for (k, (axis, origin)) in axes.iter().zip(&origins).enumerate() {
         let comma = if k > 0 { "," } else { "" };
         let seconds = |micros: i64| (micros - origin) as f64 / 1.0e6;

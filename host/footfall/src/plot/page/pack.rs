@@ -3,7 +3,7 @@
 use std::fmt::{self, Write};
 use std::ops::Range;
 
-use recordings::events::{ContactEvent, EventKind};
+use recordings::events::ContactEvent;
 
 use crate::plot::decimate::Trace;
 
@@ -43,9 +43,8 @@ impl Axis {
 
 /// Encodes a text as JSON that cannot end the enclosing script.
 pub(super) fn json_string(text: &str) -> String {
-    serde_json::Value::from(text)
-        .to_string()
-        .replace('<', "\\u003c")
+    let quoted = serde_json::Value::from(text).to_string();
+    quoted.replace('<', "\\u003c")
 }
 
 /// Returns names as a JSON list.
@@ -86,31 +85,34 @@ pub(super) fn line(
         json_string(name)
     )?;
     let mut steps = Steps::default();
-    for (k, piece) in trace.iter().enumerate() {
-        if k > 0 {
-            to.push_str(",0");
-        }
-        for (i, (time, _)) in piece.iter().enumerate() {
-            let comma = if k + i > 0 { "," } else { "" };
-            write!(to, "{comma}{}", steps.to(*time))?;
-        }
-    }
+    pieces(trace, "0", |(time, _)| steps.to(time), to)?;
     to.push_str("],\"v\":[");
-    let scale = if end > start {
-        f64::from(LEVELS) / (end - start)
-    } else {
-        0.0
+    let scale = match end > start {
+        true => f64::from(LEVELS) / (end - start),
+        false => 0.0,
     };
+    let level = |(_, value): (f64, f64)| ((value - start) * scale).round() as i64;
+    pieces(trace, "null", level, to)?;
+    to.push_str("]}");
+    Ok(())
+}
+
+/// Appends a number for each point of a line, with `between` its pieces.
+fn pieces(
+    trace: &Trace,
+    between: &str,
+    mut number: impl FnMut((f64, f64)) -> i64,
+    to: &mut String,
+) -> fmt::Result {
     for (k, piece) in trace.iter().enumerate() {
         if k > 0 {
-            to.push_str(",null");
+            write!(to, ",{between}")?;
         }
-        for (i, (_, value)) in piece.iter().enumerate() {
+        for (i, point) in piece.iter().enumerate() {
             let comma = if k + i > 0 { "," } else { "" };
-            write!(to, "{comma}{}", ((value - start) * scale).round() as i64)?;
+            write!(to, "{comma}{}", number(*point))?;
         }
     }
-    to.push_str("]}");
     Ok(())
 }
 
@@ -139,11 +141,8 @@ pub(super) fn events(events: &[ContactEvent], to: &mut String) -> fmt::Result {
     to.push('[');
     for (k, event) in events.iter().enumerate() {
         let comma = if k > 0 { "," } else { "" };
-        let kind = EventKind::ALL
-            .into_iter()
-            .position(|kind| kind == event.kind);
-        let time = event.time.as_micros();
-        write!(to, "{comma}[{time},{},", kind.unwrap_or(0))?;
+        let (time, kind) = (event.time.as_micros(), event.kind as usize);
+        write!(to, "{comma}[{time},{kind},")?;
         match event.duration_us {
             Some(duration) => write!(to, "{duration},")?,
             None => to.push_str("null,"),

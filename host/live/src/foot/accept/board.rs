@@ -6,8 +6,7 @@ use wire::dictionary::index;
 use wire::pdo::{Quantity, TEMPERATURE_STEP};
 use wire::{AbortCode, Address, DataType, Fault, Faults, Value};
 
-use super::figure::{self, Figure};
-use super::{AcceptStep, Person};
+use super::{AcceptStep, Measured, Person, figure};
 use crate::foot::client::{Client, RequestError};
 use crate::foot::self_test::{self, SelfTestError, SelfTestResult};
 
@@ -16,20 +15,17 @@ const LOOK: Duration = Duration::from_millis(100);
 const LOOKS: u32 = 30;
 
 /// Reads faults, the last crash, the brown-out level, the temperature, and what the board measures of itself.
-pub(super) fn measure(client: &mut Client) -> Result<Vec<Figure>, RequestError> {
-    let mut read =
-        |index, subindex, data_type| client.read(Address::new(index, subindex), data_type);
-    let faults = Faults::from_bits(read(index::FAULTS, 0, DataType::Unsigned32)?.to_raw());
-    let crash = read(index::LAST_CRASH, 1, DataType::Unsigned16)?.to_raw();
-    let level = read(index::SUPPLY, 1, DataType::Unsigned8)?.to_raw();
+pub(super) fn measure(client: &mut Client) -> Measured {
+    let faults = Faults::from_bits(client.read_number(index::FAULTS, 0)?);
+    let crash = client.read_number(index::LAST_CRASH, 1)?;
+    let level = client.read_number(index::SUPPLY, 1)?;
     let temperature = temperature_celsius(client)?;
     let costs = [&figure::TO_MAILBOX, &figure::TO_END, &figure::STACK];
-    let costs: Result<Vec<Figure>, RequestError> = (1..)
+    let costs: Measured = (1..)
         .zip(costs)
         .map(|(subindex, limit)| {
-            let address = Address::new(index::COSTS, subindex);
-            match client.read(address, DataType::Unsigned16) {
-                Ok(value) => Ok(limit.measured(f64::from(value.to_raw()))),
+            match client.read_number(index::COSTS, subindex) {
+                Ok(cost) => Ok(limit.measured(f64::from(cost))),
                 Err(RequestError::Refused {
                     reason: AbortCode::NoObject,
                     ..
@@ -72,10 +68,7 @@ fn temperature_celsius(client: &mut Client) -> Result<Option<f64>, RequestError>
 }
 
 /// Runs the sensor's self-test.
-pub(super) fn test_sensor(
-    client: &mut Client,
-    person: &mut Person,
-) -> Result<Vec<Figure>, SelfTestError> {
+pub(super) fn test_sensor(client: &mut Client, person: &mut Person) -> Measured<SelfTestError> {
     (person.tell)(
         "put the foot down, and do not touch it: the sensor tests itself, and the board starts again",
     );
@@ -85,9 +78,10 @@ pub(super) fn test_sensor(
             let names: Vec<_> = axes.iter().map(|axis| axis.name()).collect();
             figure::SELF_TEST.counted(axes.len()).with(names.join(", "))
         }
-        SelfTestResult::Failed(None) => figure::SELF_TEST
-            .measured(f64::NAN)
-            .with("which axes is said over CAN only".to_owned()),
+        SelfTestResult::Failed(None) => {
+            let detail = "which axes is said over CAN only".to_owned();
+            figure::SELF_TEST.measured(f64::NAN).with(detail)
+        }
     };
     debug_assert_eq!(figure.limit.step, AcceptStep::SelfTest);
     Ok(vec![figure])

@@ -6,11 +6,10 @@ use decode::ContactRow;
 use estimator_core::{Decision, Phase, Timestamp};
 use wire::dictionary::index;
 use wire::node::CalibrationState;
-use wire::{Address, DataType, Fault, Faults};
+use wire::{Fault, Faults};
 
-use super::figure::{self, Figure};
 use super::moments::{Moment, watch};
-use super::{AcceptStep, Person};
+use super::{AcceptStep, Measured, Person, figure};
 use crate::foot::calibration;
 use crate::foot::client::{Client, RequestError};
 
@@ -48,6 +47,25 @@ fn listen(
     Ok(())
 }
 
+/// Listens until `take` has counted `wanted` of what `name` says, and tells each.
+fn count(
+    client: &mut Client,
+    person: &mut Person,
+    (name, wanted): (&str, usize),
+    mut take: impl FnMut(&ContactRow) -> usize,
+) -> Result<(), RequestError> {
+    let (patience, tell, has_left) = person.parts();
+    let mut told = 0;
+    listen(client, has_left, patience, |row| {
+        let count = take(row);
+        if count > told {
+            tell(&format!("{name} {count} of {wanted}"));
+        }
+        told = count;
+        count >= wanted
+    })
+}
+
 /// Taps, seen by their contacts.
 #[derive(Default)]
 struct Taps {
@@ -76,7 +94,7 @@ impl Taps {
 }
 
 /// Measures taps on the sole.
-pub(super) fn taps(client: &mut Client, person: &mut Person) -> Result<Vec<Figure>, RequestError> {
+pub(super) fn taps(client: &mut Client, person: &mut Person) -> Measured {
     let (patience, tell, has_left) = person.parts();
     tell("put the foot down, let it rest, then tap its sole five times, two seconds apart");
     let mut is_ready = false;
@@ -89,13 +107,9 @@ pub(super) fn taps(client: &mut Client, person: &mut Person) -> Result<Vec<Figur
     }
     tell("now");
     let mut taps = Taps::default();
-    listen(client, has_left, patience, |row| {
-        let count = taps.count;
+    count(client, person, ("tap", TAPS), |row| {
         taps.take(row);
-        if taps.count > count {
-            tell(&format!("tap {} of {TAPS}", taps.count));
-        }
-        taps.count >= TAPS
+        taps.count
     })?;
     let recovery = match taps.count {
         0 => figure::TAP_RECOVERY.failed("no tap was seen"),
@@ -140,22 +154,18 @@ impl Steps {
 }
 
 /// Measures ten steps.
-pub(super) fn steps(client: &mut Client, person: &mut Person) -> Result<Vec<Figure>, RequestError> {
-    let (patience, tell, has_left) = person.parts();
+pub(super) fn steps(client: &mut Client, person: &mut Person) -> Measured {
+    let (_, tell, _) = person.parts();
     tell(
         "let the foot take ten steps: lift it, swing it, put it down and leave it for half a second",
     );
     let mut steps = Steps::default();
     let (mut contacts, mut valid) = (0, 0);
-    listen(client, has_left, patience, |row| {
+    count(client, person, ("step", STEPS), |row| {
         contacts += 1;
         valid += usize::from(row.status.is_valid());
-        let count = steps.count;
         steps.take(row);
-        if steps.count > count {
-            tell(&format!("step {} of {STEPS}", steps.count));
-        }
-        steps.count >= STEPS
+        steps.count
     })?;
     let settled = match calibration::state(client)? {
         CalibrationState::Settling => 0.0,
@@ -171,16 +181,15 @@ pub(super) fn steps(client: &mut Client, person: &mut Person) -> Result<Vec<Figu
 }
 
 /// Measures loads, where the foot has a source of them.
-pub(super) fn load(client: &mut Client, person: &mut Person) -> Result<Vec<Figure>, RequestError> {
-    let (patience, tell, has_left) = person.parts();
-    let source = Address::new(index::LOAD_INPUT, 1);
-    if client.read(source, DataType::Unsigned8)?.to_raw() == 0 {
+pub(super) fn load(client: &mut Client, person: &mut Person) -> Measured {
+    let (_, tell, _) = person.parts();
+    if client.read_number(index::LOAD_INPUT, 1)? == 0 {
         return Ok(AcceptStep::Load.not_tested("the foot has no load input (load_input.source)"));
     }
     tell("load and unload the foot three times, a second each");
     let (mut contacts, mut known, mut loads) = (0_usize, 0_usize, 0);
     let mut was_loaded = None;
-    listen(client, has_left, patience, |row| {
+    count(client, person, ("load", LOADS), |row| {
         contacts += 1;
         let is_loaded = match row.status.phase() {
             Phase::Stance | Phase::Slip => Some(true),
@@ -188,12 +197,9 @@ pub(super) fn load(client: &mut Client, person: &mut Person) -> Result<Vec<Figur
             Phase::Unknown => None,
         };
         known += usize::from(is_loaded.is_some());
-        if is_loaded == Some(true) && was_loaded == Some(false) {
-            loads += 1;
-            tell(&format!("load {loads} of {LOADS}"));
-        }
+        loads += usize::from(is_loaded == Some(true) && was_loaded == Some(false));
         was_loaded = is_loaded.or(was_loaded);
-        loads >= LOADS
+        loads
     })?;
     Ok(vec![
         figure::LOADS.counted(loads),
@@ -202,6 +208,7 @@ pub(super) fn load(client: &mut Client, person: &mut Person) -> Result<Vec<Figur
 }
 
 /// What a foot says while its sensor is unplugged and plugged in again.
+#[derive(Default)]
 struct Unplugged {
     last_valid: Timestamp,
     first_fault: Option<Timestamp>,
@@ -213,13 +220,10 @@ struct Unplugged {
 
 impl Unplugged {
     /// Begins after a contact of a foot with a sensor.
-    const fn after(last_valid: Timestamp) -> Self {
+    fn after(last_valid: Timestamp) -> Self {
         Self {
             last_valid,
-            first_fault: None,
-            stable: 0,
-            valid_since: None,
-            faults: Faults::NONE,
+            ..Self::default()
         }
     }
 
@@ -250,10 +254,7 @@ fn says_stable(row: &ContactRow) -> bool {
 }
 
 /// Measures a foot whose sensor is unplugged and plugged in again.
-pub(super) fn unplug(
-    client: &mut Client,
-    person: &mut Person,
-) -> Result<Vec<Figure>, RequestError> {
+pub(super) fn unplug(client: &mut Client, person: &mut Person) -> Measured {
     let (patience, tell, has_left) = person.parts();
     // A foot without a sensor sends no contact until it reports the fault, so the last one with a sensor is known
     // only if it came before the person was told.
@@ -265,9 +266,8 @@ pub(super) fn unplug(
         last_valid.is_some()
     })?;
     let Some(last_valid) = last_valid else {
-        return Ok(
-            AcceptStep::Unplug.failed("the foot had a fault before the sensor was unplugged")
-        );
+        let reason = "the foot had a fault before the sensor was unplugged";
+        return Ok(AcceptStep::Unplug.failed(reason));
     };
     tell("unplug the sensor while the board runs, or pull its wire INT1");
     let mut unplugged = Unplugged::after(last_valid);
@@ -288,21 +288,17 @@ pub(super) fn unplug(
     let recovered = watch(client, has_left, patience, |moment| match moment {
         Moment::Contact(row) => unplugged.take(row).then_some(()),
         Moment::Faults(faults) => {
-            faults
-                .iter()
-                .for_each(|fault| unplugged.faults = unplugged.faults.with(fault));
+            let of = &mut unplugged.faults;
+            faults.iter().for_each(|fault| *of = of.with(fault));
             None
         }
         Moment::Motion(_) => None,
     })?;
     let names: Vec<_> = unplugged.faults.iter().map(Fault::name).collect();
-    let delay_us = first
-        .as_micros()
-        .saturating_sub(unplugged.last_valid.as_micros());
+    let last_us = unplugged.last_valid.as_micros();
+    let delay_ms = first.as_micros().saturating_sub(last_us) as f64 / 1000.0;
     Ok(vec![
-        figure::DETECTED
-            .measured(delay_us as f64 / 1000.0)
-            .with(names.join(", ")),
+        figure::DETECTED.measured(delay_ms).with(names.join(", ")),
         figure::STABLE_UNPLUGGED.counted(unplugged.stable),
         figure::RECOVERED.counted(usize::from(recovered.is_some())),
     ])

@@ -43,36 +43,22 @@ pub struct Figure {
     pub detail: String,
 }
 
-/// Judgement of a figure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// Within the limits.
-    Pass,
-    /// Out of the limits, or not measurable.
-    Out,
-    /// Nothing to measure.
-    NotTested,
-}
-
-impl Verdict {
-    /// Name in reports.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Pass => "pass",
-            Self::Out => "OUT",
-            Self::NotTested => "not tested",
-        }
+samples::named! {
+    /// Judgement of a figure, with its name in reports.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Verdict {
+        /// Within the limits.
+        Pass = "pass",
+        /// Out of the limits, or not measurable.
+        Out = "OUT",
+        /// Nothing to measure.
+        NotTested = "not tested",
     }
 }
 
 impl Limit {
     pub(super) fn measured(&'static self, value: f64) -> Figure {
-        Figure {
-            limit: self,
-            outcome: FigureOutcome::Measured(value),
-            detail: String::new(),
-        }
+        self.with_outcome(FigureOutcome::Measured(value))
     }
 
     pub(super) fn counted(&'static self, count: usize) -> Figure {
@@ -80,14 +66,14 @@ impl Limit {
     }
 
     pub(super) fn failed(&'static self, reason: &str) -> Figure {
-        self.without_value(FigureOutcome::Failed(reason.to_owned()))
+        self.with_outcome(FigureOutcome::Failed(reason.to_owned()))
     }
 
     pub(super) fn not_tested(&'static self, reason: &str) -> Figure {
-        self.without_value(FigureOutcome::NotTested(reason.to_owned()))
+        self.with_outcome(FigureOutcome::NotTested(reason.to_owned()))
     }
 
-    const fn without_value(&'static self, outcome: FigureOutcome) -> Figure {
+    const fn with_outcome(&'static self, outcome: FigureOutcome) -> Figure {
         Figure {
             limit: self,
             outcome,
@@ -119,12 +105,9 @@ impl Figure {
     /// Judges the figure; a value that is not a number is out.
     #[must_use]
     pub fn verdict(&self) -> Verdict {
+        let accepted = self.limit.lowest..=self.limit.highest;
         match self.outcome {
-            FigureOutcome::Measured(value)
-                if (self.limit.lowest..=self.limit.highest).contains(&value) =>
-            {
-                Verdict::Pass
-            }
+            FigureOutcome::Measured(value) if accepted.contains(&value) => Verdict::Pass,
             FigureOutcome::Measured(_) | FigureOutcome::Failed(_) => Verdict::Out,
             FigureOutcome::NotTested(_) => Verdict::NotTested,
         }

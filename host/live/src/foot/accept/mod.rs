@@ -70,18 +70,15 @@ samples::named! {
 impl AcceptStep {
     /// Quantities measured in this step.
     pub fn limits(self) -> impl Iterator<Item = &'static Limit> {
-        figure::LIMITS
-            .iter()
-            .copied()
-            .filter(move |limit| limit.step == self)
+        let all = figure::LIMITS.into_iter();
+        all.filter(move |limit| limit.step == self)
     }
 
     /// Figures of this step where there was nothing to measure, for a reason.
     #[must_use]
     pub fn not_tested(self, reason: &str) -> Vec<Figure> {
-        self.limits()
-            .map(|limit| limit.not_tested(reason))
-            .collect()
+        let figures = self.limits().map(|limit| limit.not_tested(reason));
+        figures.collect()
     }
 
     /// Figures of this step where the measurement failed.
@@ -89,6 +86,9 @@ impl AcceptStep {
         self.limits().map(|limit| limit.failed(reason)).collect()
     }
 }
+
+/// Figures of a step.
+type Measured<E = RequestError> = Result<Vec<Figure>, E>;
 
 /// The person with the foot in the hand.
 pub struct Person<'a> {

@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 use decode::ContactRow;
 use decode::live::{Heard, Said};
 use estimator_core::{Quaternion, Timestamp, Vec3};
-use recordings::space::{Rotation, Vector};
-use wire::Faults;
+use samples::space::{Rotation, Vector};
+use wire::{Emergency, Faults};
 
 use crate::foot::client::{Client, RequestError};
 
@@ -63,9 +63,9 @@ pub(super) fn watch<T>(
         let found = match &heard.said {
             Said::Contact(row) => find(Moment::Contact(row)),
             Said::Board(board) => find(Moment::Faults(board.faults)),
-            Said::Emergency(emergency) => emergency
-                .fault
-                .and_then(|fault| find(Moment::Faults(Faults::NONE.with(fault)))),
+            Said::Emergency(Emergency {
+                fault: Some(fault), ..
+            }) => find(Moment::Faults(Faults::NONE.with(*fault))),
             _ => None,
         };
         found.or_else(|| find(Moment::Motion(motion?)))

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use recordings::space::Vector;
+use samples::space::Vector;
 
 use super::moments::Motion;
 
@@ -46,10 +46,8 @@ impl Statistics {
 /// Mean, and largest standard deviation of an axis.
 fn moments(values: impl ExactSizeIterator<Item = Vector> + Clone) -> (Vector, f64) {
     let per_value = 1.0 / values.len().max(1) as f64;
-    let mean = values
-        .clone()
-        .fold(Vector::default(), |sum, value| sum + value)
-        * per_value;
+    let sum = values.clone();
+    let mean = sum.fold(Vector::default(), |sum, value| sum + value) * per_value;
     let mut squares = [0.0; 3];
     for value in values {
         let differences = (value + mean * -1.0).to_array();

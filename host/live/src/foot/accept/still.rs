@@ -4,12 +4,13 @@ use std::time::Duration;
 
 use estimator_core::Decision;
 use wire::dictionary::index;
-use wire::{Address, Counter, Counters, DataType};
+use wire::{Counter, Counters};
 
 use super::figure::{self, Figure};
 use super::moments::{Moment, Motion, Source, watch};
 use super::rest::{Statistics, Stillness};
-use super::{AcceptStep, Person};
+use super::{AcceptStep, Measured, Person};
+use crate::foot::calibration::gyroscope_bias_rad_s;
 use crate::foot::client::{Client, RequestError};
 
 /// Time from rest to the measurement, in which the probability rises, and duration of the measurement.
@@ -59,10 +60,7 @@ impl SampleTimes {
 }
 
 /// Measures a foot that lies still.
-pub(super) fn measure(
-    client: &mut Client,
-    person: &mut Person,
-) -> Result<Vec<Figure>, RequestError> {
+pub(super) fn measure(client: &mut Client, person: &mut Person) -> Measured {
     let (patience, tell, has_left) = person.parts();
     tell("put the foot down level, and do not touch it for ten seconds");
     let period_us = contact_period_us(client)?;
@@ -115,26 +113,19 @@ pub(super) fn measure(
 
 /// Reads the period at which the foot sends contacts, µs; 0 where they are tied to SYNCs.
 fn contact_period_us(client: &mut Client) -> Result<u64, RequestError> {
-    // The transmission type of the contact's PDO; its timer counts without SYNCs alone.
-    let transmission = Address::new(index::TPDO, 2);
-    if client.node().is_some()
-        && (1..=240).contains(&client.read(transmission, DataType::Unsigned8)?.to_raw())
-    {
-        return Ok(0);
-    }
-    let period = match client.node() {
-        Some(_) => Address::new(index::TPDO, 5),
-        None => Address::new(index::UART_STREAMS, 1),
+    let ms = match client.node() {
+        // The transmission type of the contact's PDO; its timer counts without SYNCs alone.
+        Some(_) if (1..=240).contains(&client.read_number(index::TPDO, 2)?) => 0,
+        Some(_) => client.read_number(index::TPDO, 5)?,
+        None => client.read_number(index::UART_STREAMS, 1)?,
     };
-    let ms = client.read(period, DataType::Unsigned16)?.to_raw();
     Ok(u64::from(ms) * 1000)
 }
 
 fn counters(client: &mut Client) -> Result<Counters, RequestError> {
     let mut values = Counters::default().to_array();
     for (subindex, value) in (1..).zip(&mut values) {
-        let address = Address::new(index::COUNTERS, subindex);
-        *value = client.read(address, DataType::Unsigned32)?.to_raw();
+        *value = client.read_number(index::COUNTERS, subindex)?;
     }
     Ok(Counters::from_array(values))
 }
@@ -162,41 +153,37 @@ fn of_contacts(contacts: &Contacts, period_us: u64) -> Vec<Figure> {
     ]
 }
 
-fn of_motions(client: &mut Client, motions: &[Motion]) -> Result<Vec<Figure>, RequestError> {
-    let statistics = Statistics::of(motions.iter());
-    let mut figures = vec![figure::FORCE.measured(statistics.force.length())];
-    let is_raw = motions.iter().all(|motion| motion.source == Source::Raw);
+fn of_motions(client: &mut Client, motions: &[Motion]) -> Measured {
+    let [force, force_noise, rate_noise, bias] = [
+        &figure::FORCE,
+        &figure::FORCE_NOISE,
+        &figure::RATE_NOISE,
+        &figure::BIAS,
+    ];
     if motions.is_empty() {
         let missing = "no acceleration, attitude or rate was received";
-        figures[0] = figure::FORCE.failed(missing);
-        for limit in [&figure::FORCE_NOISE, &figure::RATE_NOISE, &figure::BIAS] {
-            figures.push(limit.failed(missing));
-        }
-        return Ok(figures);
+        let all = [force, force_noise, rate_noise, bias];
+        return Ok(all.map(|limit| limit.failed(missing)).into());
     }
-    figures.extend([
-        figure::FORCE_NOISE.measured(statistics.force_noise),
-        figure::RATE_NOISE.measured(statistics.rate_noise.to_degrees()),
-    ]);
-    let bias = match is_raw {
-        true => Some(statistics.rate.to_array()),
+    let statistics = Statistics::of(motions.iter());
+    let is_raw = motions.iter().all(|motion| motion.source == Source::Raw);
+    let axes = match is_raw {
+        true => statistics.rate.to_array().map(Some),
         // Frames of a bus have no bias left.
-        false => {
-            let known = crate::foot::calibration::gyroscope_bias_rad_s(client)?;
-            match known {
-                [Some(x), Some(y), Some(z)] => Some([x, y, z].map(f64::from)),
-                _ => None,
-            }
-        }
+        false => gyroscope_bias_rad_s(client)?.map(|axis| axis.map(f64::from)),
     };
-    figures.push(match bias {
-        Some(axes) => {
-            let largest = axes.into_iter().map(f64::abs).fold(0.0, f64::max);
-            figure::BIAS.measured(largest.to_degrees())
-        }
-        None => figure::BIAS.not_tested("the foot does not know it yet"),
-    });
-    Ok(figures)
+    let largest = axes
+        .into_iter()
+        .try_fold(0.0, |largest: f64, axis| Some(largest.max(axis?.abs())));
+    Ok(vec![
+        force.measured(statistics.force.length()),
+        force_noise.measured(statistics.force_noise),
+        rate_noise.measured(statistics.rate_noise.to_degrees()),
+        match largest {
+            Some(largest) => bias.measured(largest.to_degrees()),
+            None => bias.not_tested("the foot does not know it yet"),
+        },
+    ])
 }
 
 #[cfg(test)]

@@ -2,13 +2,13 @@
 
 use std::time::Duration;
 
-use recordings::space::{Rotation, Vector};
+use samples::space::{Rotation, Vector};
 
 use super::figure::{self, Figure};
 use super::moments::{Moment, Motion, watch};
 use super::rest::{Statistics, Stillness};
-use super::{AcceptStep, Person};
-use crate::foot::client::{Client, RequestError};
+use super::{AcceptStep, Measured, Person};
+use crate::foot::client::Client;
 
 /// Largest angle between an axis and the vertical on a side, rad: 20°.
 const SIDE: f64 = 0.35;
@@ -83,15 +83,12 @@ impl Turning {
 /// Rotation by a vector of small length, rad.
 fn turn(by: Vector) -> Rotation {
     let half = by.length() / 2.0;
-    let scale = if half > 0.0 {
-        half.sin() / (2.0 * half)
-    } else {
-        0.5
+    let scale = match half > 0.0 {
+        true => half.sin() / (2.0 * half),
+        false => 0.5,
     };
-    Rotation {
-        w: half.cos(),
-        v: by * scale,
-    }
+    let (w, v) = (half.cos(), by * scale);
+    Rotation { w, v }
 }
 
 fn seconds(motion: &Motion) -> f64 {
@@ -106,10 +103,9 @@ fn unit(vector: Vector) -> Vector {
 fn largest(vector: Vector) -> usize {
     let magnitudes = vector.to_array().map(f64::abs);
     (0..3).fold(0, |largest, axis| {
-        if magnitudes[axis] > magnitudes[largest] {
-            axis
-        } else {
-            largest
+        match magnitudes[axis] > magnitudes[largest] {
+            true => axis,
+            false => largest,
         }
     })
 }
@@ -137,11 +133,8 @@ impl Progress {
         if component.abs() >= SIDE.cos() && self.sides[side].is_none() {
             self.sides[side] = Some(rest.force.length());
             let (name, way) = (AXES[axis], if component < 0.0 { "down" } else { "up" });
-            let count = self.sides.iter().flatten().count();
-            let taken = format!(
-                "{name} {way}: {:.2} m/s², {count} of 6",
-                rest.force.length()
-            );
+            let (count, force) = (self.sides.iter().flatten().count(), rest.force.length());
+            let taken = format!("{name} {way}: {force:.2} m/s², {count} of 6");
             news = Some(news.map_or(taken.clone(), |turned| format!("{turned}; {taken}")));
         }
         news
@@ -153,20 +146,15 @@ impl Progress {
 
     /// Axes that no turn was about.
     fn missing_turns(&self) -> String {
-        let missing = AXES.iter().zip(&self.turns);
-        let missing: Vec<_> = missing
-            .filter(|(_, turn)| turn.is_none())
-            .map(|(axis, _)| *axis)
-            .collect();
+        let missing = AXES.into_iter().zip(self.turns);
+        let missing = missing.filter(|(_, turn)| turn.is_none());
+        let missing: Vec<_> = missing.map(|(axis, _)| axis).collect();
         missing.join(" and ")
     }
 }
 
 /// Measures the six sides of a foot, and a turn about each of its axes.
-pub(super) fn measure(
-    client: &mut Client,
-    person: &mut Person,
-) -> Result<Vec<Figure>, RequestError> {
+pub(super) fn measure(client: &mut Client, person: &mut Person) -> Measured {
     let (patience, tell, has_left) = person.parts();
     tell("put the foot on each of its six sides, and let go of it for a second on each");
     let mut progress = Progress::default();

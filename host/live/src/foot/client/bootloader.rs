@@ -50,10 +50,7 @@ impl Client {
                 return Ok(());
             }
             if Instant::now() > end {
-                return Err(RequestError::NoAnswer {
-                    foot: self.foot(),
-                    what: "as its bootloader".to_owned(),
-                });
+                return Err(self.no_answer("as its bootloader"));
             }
         }
     }

@@ -51,8 +51,7 @@ impl Client {
             Err(Ended::Failed(error)) => Err(error),
             Err(Ended::Silent) => {
                 self.abort(node, address)?;
-                let foot = self.foot();
-                Err(RequestError::NoAnswer { foot, what })
+                Err(self.no_answer(what))
             }
         }
     }
@@ -85,9 +84,7 @@ impl Client {
                 }
                 let is_last = index + 1 == segments.len();
                 let mut request = [number | u8::from(is_last) << 7, 0, 0, 0, 0, 0, 0, 0];
-                for (to, byte) in request.iter_mut().skip(1).zip(*segment) {
-                    *to = *byte;
-                }
+                request[1..=segment.len()].copy_from_slice(segment);
                 last = Some(request);
             }
             let last = last.ok_or(Ended::Silent)?;
@@ -102,10 +99,9 @@ impl Client {
             sent((done * SEGMENT).min(bytes.len()));
         }
         let unused = segments.last().map_or(0, |last| SEGMENT - last.len()) as u8;
-        let crc = if has_crc {
-            Crc::<u16>::new(&CRC_16_XMODEM).checksum(bytes)
-        } else {
-            0
+        let crc = match has_crc {
+            true => Crc::<u16>::new(&CRC_16_XMODEM).checksum(bytes),
+            false => 0,
         };
         let [low, high] = crc.to_le_bytes();
         let end = [0xC1 | unused << 2, low, high, 0, 0, 0, 0, 0];

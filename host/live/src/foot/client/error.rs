@@ -61,11 +61,8 @@ pub enum RequestError {
         code: u32,
     },
     /// The foot has restarted while it was being configured.
-    #[error("{foot} has started again meanwhile: settings that were not stored are gone")]
-    StartedAgain {
-        /// Name of the foot.
-        foot: String,
-    },
+    #[error("{0} has started again meanwhile: settings that were not stored are gone")]
+    StartedAgain(String),
     /// Another board has the new id of the foot.
     #[error("{foot} would become node {}, which is on the bus already", node.get())]
     Taken {

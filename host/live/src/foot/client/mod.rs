@@ -15,10 +15,10 @@ use wire::node::{Command, State};
 use wire::uart::{Message, NmtRequest};
 use wire::{AbortCode, Address, CanFrame, DataType, Emergency, NodeId, Value};
 
+use super::name::Named;
 use super::scan::{self, SCAN};
 use crate::link::{LISTEN, Link, Sending};
 pub use error::RequestError;
-use requests::Came;
 
 /// Response timeout; a foot responds in the tick that receives the request.
 const ANSWER: Duration = Duration::from_millis(500);
@@ -130,6 +130,14 @@ impl Client {
         self.listener.add(node);
     }
 
+    /// Error of a request without a response.
+    pub(super) fn no_answer(&self, what: impl Into<String>) -> RequestError {
+        RequestError::NoAnswer {
+            foot: self.foot(),
+            what: what.into(),
+        }
+    }
+
     pub(super) fn foot(&self) -> String {
         match self.way {
             Way::Can(node) => format!("node {}", node.get()),
@@ -142,12 +150,7 @@ impl Client {
     /// # Errors
     /// The request is refused, or there is no response.
     pub fn read_bytes(&mut self, address: Address) -> Result<Vec<u8>, RequestError> {
-        let what = || format!("reading {}", named(address));
-        match self.request(address, None, ANSWER, &what)? {
-            Came::Bytes(bytes) => Ok(bytes),
-            Came::Done => Ok(Vec::new()),
-            Came::Refused(code) => Err(RequestError::refused(what(), code)),
-        }
+        self.request(address, None, ANSWER)
     }
 
     /// Reads a number.
@@ -161,6 +164,25 @@ impl Client {
             length: bytes.len(),
             data_type,
         })
+    }
+
+    /// Reads a number with the type that the dictionary gives it, or else UNSIGNED32; returns its bits.
+    ///
+    /// # Errors
+    /// The request is refused, there is no response, or the object has another type.
+    pub fn read_number(&mut self, index: u16, subindex: u8) -> Result<u32, RequestError> {
+        let address = Address::new(index, subindex);
+        let named = Named::at(address);
+        let data_type = named.map_or(DataType::Unsigned32, |named| named.entry.data_type());
+        Ok(self.read(address, data_type)?.to_raw())
+    }
+
+    /// Reads the serial number of the foot (object 0x1018:4).
+    ///
+    /// # Errors
+    /// The request is refused, or there is no response.
+    pub fn serial_number(&mut self) -> Result<u32, RequestError> {
+        self.read_number(SERIAL_NUMBER.index, SERIAL_NUMBER.subindex)
     }
 
     /// Reads a text.
@@ -257,10 +279,7 @@ impl Client {
                 return Ok(());
             }
         }
-        Err(RequestError::NoAnswer {
-            foot: self.foot(),
-            what: "the command to start".to_owned(),
-        })
+        Err(self.no_answer("the command to start"))
     }
 
     /// Returns the state that the foot reports next, in a heartbeat or a health message. A foot whose heartbeats
@@ -281,10 +300,7 @@ impl Client {
             _ => None,
         })?;
         let state = state.or(streams.then_some(State::Operational));
-        state.ok_or_else(|| RequestError::NoAnswer {
-            foot: self.foot(),
-            what: "its state, in a heartbeat or health message,".to_owned(),
-        })
+        state.ok_or_else(|| self.no_answer("its state, in a heartbeat or health message,"))
     }
 
     /// Writes an object, and waits this long for the response.
@@ -297,11 +313,7 @@ impl Client {
         value: Value,
         answer: Duration,
     ) -> Result<(), RequestError> {
-        let what = || format!("writing {}", named(address));
-        match self.request(address, Some(value), answer, &what)? {
-            Came::Done | Came::Bytes(_) => Ok(()),
-            Came::Refused(code) => Err(RequestError::refused(what(), code)),
-        }
+        self.request(address, Some(value), answer).map(|_| ())
     }
 
     /// Checks that exactly one board responds.
@@ -309,13 +321,10 @@ impl Client {
     /// # Errors
     /// There is no response, or several boards have the same id.
     pub fn is_alone(&mut self) -> Result<(), RequestError> {
-        let serial = Address::new(index::IDENTITY, 4);
         let Way::Can(node) = self.way else {
-            return self.read(serial, DataType::Unsigned32).map(|_| ());
+            return self.serial_number().map(|_| ());
         };
-        let [low, high] = serial.index.to_le_bytes();
-        let head = [low, high, serial.subindex];
-        let request = [0x40, low, high, serial.subindex, 0, 0, 0, 0];
+        let request @ [_, head @ .., _, _, _, _] = scan::upload(SERIAL_NUMBER);
         let mut count = 0;
         // All responses within the timeout are counted.
         self.exchange(node, request, ANSWER, |response| {
@@ -324,7 +333,7 @@ impl Client {
         })?;
         match count {
             // A frame was lost: repeat as a normal request.
-            0 => self.read(serial, DataType::Unsigned32).map(|_| ()),
+            0 => self.serial_number().map(|_| ()),
             1 => Ok(()),
             count => Err(RequestError::SameId {
                 foot: self.foot(),
@@ -445,9 +454,12 @@ impl Client {
     }
 }
 
+/// Object of the serial number.
+const SERIAL_NUMBER: Address = Address::new(index::IDENTITY, 4);
+
 /// Formats an object as its name and address.
 fn named(address: Address) -> String {
     let Address { index, subindex } = address;
-    let name = super::name::Named::at(address).map(|named| format!("{} ", named.name()));
+    let name = Named::at(address).map(|named| format!("{} ", named.name()));
     format!("{}(0x{index:04X}:{subindex})", name.unwrap_or_default())
 }

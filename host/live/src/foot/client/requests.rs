@@ -7,19 +7,15 @@ use wire::foot::cob_id;
 use wire::uart::{Answer, ConfigGet, ConfigResponse, ConfigSet, Message, encode};
 use wire::{Address, CanFrame, NodeId, Value};
 
-use super::{Client, RequestError, TRIES, Way};
+use super::{Client, RequestError, TRIES, Way, named};
+use crate::foot::scan::upload;
 use crate::link::Sending;
 
 /// Abort code for a response that has not come: SDO protocol timed out.
 const TIMED_OUT: u32 = 0x0504_0000;
 
-/// Response to a request.
-pub(super) enum Came {
-    Bytes(Vec<u8>),
-    Done,
-    /// Abort code.
-    Refused(u32),
-}
+/// Response to a request: the bytes that were read, none after a write, or an abort code.
+type Response = Result<Vec<u8>, u32>;
 
 impl Client {
     /// Reads, or writes `value`. A request without a response is repeated; all requests are idempotent.
@@ -28,8 +24,13 @@ impl Client {
         address: Address,
         value: Option<Value>,
         answer: Duration,
-        what: &dyn Fn() -> String,
-    ) -> Result<Came, RequestError> {
+    ) -> Result<Vec<u8>, RequestError> {
+        let verb = if value.is_some() {
+            "writing"
+        } else {
+            "reading"
+        };
+        let what = || format!("{verb} {}", named(address));
         for attempt in 0..TRIES {
             // The node may be in the transfer of a master that has vanished.
             if attempt > 0
@@ -38,18 +39,15 @@ impl Client {
             {
                 self.abort(node, address)?;
             }
-            let came = match self.way {
+            let response = match self.way {
                 Way::Can(node) => self.request_sdo(node, address, value, answer)?,
                 Way::Serial => self.request_serial(address, value, answer)?,
             };
-            if let Some(came) = came {
-                return Ok(came);
+            if let Some(response) = response {
+                return response.map_err(|code| RequestError::refused(what(), code));
             }
         }
-        Err(RequestError::NoAnswer {
-            foot: self.foot(),
-            what: format!("{}, asked {TRIES} times", what()),
-        })
+        Err(self.no_answer(format!("{}, asked {TRIES} times", what())))
     }
 
     fn request_serial(
@@ -57,7 +55,7 @@ impl Client {
         address: Address,
         value: Option<Value>,
         answer: Duration,
-    ) -> Result<Option<Came>, RequestError> {
+    ) -> Result<Option<Response>, RequestError> {
         let message = match value {
             None => Message::ConfigGet(ConfigGet { address }),
             Some(value) => Message::ConfigSet(ConfigSet {
@@ -71,9 +69,9 @@ impl Client {
                 address: of,
                 answer,
             }) if *of == address => Some(match answer {
-                Answer::Value(bytes) => Came::Bytes(bytes.as_bytes().to_vec()),
-                Answer::Done => Came::Done,
-                Answer::Refused(reason) => Came::Refused(reason.code()),
+                Answer::Value(bytes) => Ok(bytes.as_bytes().to_vec()),
+                Answer::Done => Ok(Vec::new()),
+                Answer::Refused(reason) => Err(reason.code()),
             }),
             _ => None,
         })
@@ -91,38 +89,29 @@ impl Client {
         address: Address,
         value: Option<Value>,
         answer: Duration,
-    ) -> Result<Option<Came>, RequestError> {
-        let [low, high] = address.index.to_le_bytes();
-        let (command, data) = match value {
-            None => (0x40, [0; 4]),
+    ) -> Result<Option<Response>, RequestError> {
+        let mut request = upload(address);
+        if let Some(value) = value {
             // Expedited, with the number of unused bytes.
-            Some(value) => {
-                let size = value.data_type().size().unwrap_or(4);
-                (0x23 | ((4 - size) as u8) << 2, value.to_raw().to_le_bytes())
-            }
-        };
-        let [a, b, c, d] = data;
-        let request = [command, low, high, address.subindex, a, b, c, d];
-        let Some(response) = self.exchange(node, request, answer, |r| {
-            r[1..4] == [low, high, address.subindex]
-        })?
-        else {
+            let size = value.data_type().size().unwrap_or(4);
+            request[0] = 0x23 | ((4 - size) as u8) << 2;
+            request[4..].copy_from_slice(&value.to_raw().to_le_bytes());
+        }
+        let is_answer = |response: &[u8; 8]| response[1..4] == request[1..4];
+        let response = self.exchange(node, request, answer, is_answer)?;
+        let Some([head, _, _, _, data @ ..]) = response else {
             return Ok(None);
         };
-        let [head, _, _, _, data @ ..] = response;
-        Ok(Some(match head >> 5 {
-            4 => Came::Refused(u32::from_le_bytes(data)),
-            3 => Came::Done,
+        Ok(match head >> 5 {
+            4 => Some(Err(u32::from_le_bytes(data))),
+            3 => Some(Ok(Vec::new())),
             // An upload: expedited, or in segments.
             2 if head & 2 != 0 => {
                 let length = 4 - usize::from(head >> 2 & 3);
-                Came::Bytes(data.get(..length).unwrap_or_default().to_vec())
+                Some(Ok(data[..length].to_vec()))
             }
-            _ => match self.segments(node, answer)? {
-                Some(bytes) => Came::Bytes(bytes),
-                None => return Ok(None),
-            },
-        }))
+            _ => self.segments(node, answer)?.map(Ok),
+        })
     }
 
     /// Reads the segments of an upload.
@@ -135,13 +124,12 @@ impl Client {
         let mut toggle = 0;
         loop {
             let request = [0x60 | toggle, 0, 0, 0, 0, 0, 0, 0];
-            let is_next =
-                |response: &[u8; 8]| response[0] >> 5 == 0 && response[0] & 0x10 == toggle;
+            let is_next = |[head, ..]: &[u8; 8]| head >> 5 == 0 && head & 0x10 == toggle;
             let Some([head, data @ ..]) = self.exchange(node, request, answer, is_next)? else {
                 return Ok(None);
             };
             let length = 7 - usize::from(head >> 1 & 7);
-            bytes.extend_from_slice(data.get(..length).unwrap_or_default());
+            bytes.extend_from_slice(&data[..length]);
             if head & 1 != 0 {
                 return Ok(Some(bytes));
             }
@@ -166,9 +154,10 @@ impl Client {
 
     /// Ends a transfer whose response has not come.
     pub(super) fn abort(&mut self, node: NodeId, address: Address) -> Result<(), RequestError> {
-        let [low, high] = address.index.to_le_bytes();
-        let [a, b, c, d] = TIMED_OUT.to_le_bytes();
-        self.send_sdo(node, [0x80, low, high, address.subindex, a, b, c, d])
+        let mut request = upload(address);
+        request[0] = 0x80;
+        request[4..].copy_from_slice(&TIMED_OUT.to_le_bytes());
+        self.send_sdo(node, request)
     }
 
     /// Sends a frame of the SDO client, without waiting for a response.

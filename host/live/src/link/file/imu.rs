@@ -6,43 +6,34 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::mpsc::{IntoIter, SyncSender, sync_channel};
 use std::thread;
-use std::time::Duration;
 
 use analysis::replay::foot::{check_samples, findings_beside_contacts};
 use analysis::replay::span::Span;
 use decode::ContactRow;
 use estimator_core::{ContactEstimate, Flags, Gravity, ImuSample, Load, Timestamp};
 use recordings::input::store::contacts::without_effect;
-use recordings::input::{About, Opened, RecordedEstimate, Stored};
+use recordings::input::{About, Opened, Stored};
 use recordings::plausible::{Check, Finding};
 use recordings::replay::Replay;
 use wire::Faults;
 use wire::pdo::Status;
 
-use crate::link::pace::Pace;
-use crate::link::{Arrival, Arrived, Link, LinkError, Sending};
+use super::Content;
+use crate::link::{Arrival, Arrived, LinkError};
 use crate::playback::Playback;
 
 /// Number of estimates that a thread computes in advance.
 const AHEAD: usize = 1024;
 
-/// Recording with the state of its playback.
-pub(super) struct Imu {
-    name: String,
-    feet: Vec<Peekable<IntoIter<Estimated>>>,
-    pace: Pace,
-}
+/// Recording of feet, each read by a thread.
+pub(super) struct Imu(Vec<Peekable<IntoIter<Estimated>>>);
 
 /// Estimate or remark with its time on the recording's clock, or the error that ends the recording.
 type Estimated = Result<Arrived, String>;
 
 impl Imu {
-    pub(super) fn open(path: &Path, pace: Pace, playback: &Playback) -> Result<Self, LinkError> {
-        let Playback {
-            hints,
-            settings,
-            estimator_options,
-        } = playback;
+    pub(super) fn open(path: &Path, playback: &Playback) -> Result<Self, LinkError> {
+        let (hints, settings) = (&playback.hints, &playback.settings);
         let name = path.display().to_string();
         let opened = Opened::new(path, None).map_err(failed)?;
         let format = opened.format();
@@ -50,13 +41,11 @@ impl Imu {
         let of_all = settings.params(format);
         origins.check_effects(&of_all).map_err(failed)?;
         let stored = opened.store_all(hints).map_err(failed)?;
-        let names: Vec<&str> = stored
-            .iter()
-            .flat_map(|stored| stored.about.names())
-            .collect();
+        let names = stored.iter().flat_map(|stored| stored.about.names());
+        let names: Vec<&str> = names.collect();
         settings.check_axes(&names).map_err(failed)?;
         let mut unused = settings.unused_feet(&names);
-        let mut ineffective = without_effect(&name, estimator_options);
+        let mut ineffective = without_effect(&name, &playback.estimator_options);
         let mut feet = Vec::new();
         for mut stored in stored {
             let is_recorded = stored.has_estimates();
@@ -71,16 +60,15 @@ impl Imu {
                 let window = preset.window_notice(format, &params, foot, about.sample_rate);
                 (Some(replay), window)
             };
-            about
-                .notices
-                .extend(unused.take().into_iter().chain(notice));
+            let notices = unused.take().into_iter().chain(notice);
+            about.notices.extend(notices);
             let (sender, receiver) = sync_channel(AHEAD);
             let line: Arc<str> = name.as_str().into();
             // The thread ends with the recording, or when the receiver is dropped.
             thread::spawn(move || play(stored, replay, &line, &sender));
             feet.push(receiver.into_iter().peekable());
         }
-        Ok(Self { name, feet, pace })
+        Ok(Self(feet))
     }
 }
 
@@ -104,11 +92,8 @@ enum Failure {
 /// Sends the remarks about a foot's recording and the rows of its estimates, which `replay` computes or which were
 /// recorded.
 fn play(stored: Stored, replay: Option<Replay>, line: &Arc<str>, to: &SyncSender<Estimated>) {
-    let name = match &replay {
-        Some(_) => None,
-        None => sender_of(&stored.about),
-    };
-    let name = name.unwrap_or_else(|| stored.about.foot_or_name());
+    let sender = sender_of(&stored.about).filter(|_| replay.is_none());
+    let name = sender.unwrap_or_else(|| stored.about.foot_or_name());
     let mut rows = Rows::new(&stored.about, name, line, to);
     let sent = rows.introduce().and_then(|()| match replay {
         Some(replay) => rows.estimate(stored, replay),
@@ -154,9 +139,8 @@ impl<'a> Rows<'a> {
     }
 
     fn send(&self, arrival: Arrival) -> Result<(), Failure> {
-        self.to
-            .send(Ok((self.at, arrival)))
-            .map_err(|_| Failure::Left)
+        let sent = self.to.send(Ok((self.at, arrival)));
+        sent.map_err(|_| Failure::Left)
     }
 
     fn remark(&self, text: String) -> Result<(), Failure> {
@@ -220,22 +204,18 @@ impl<'a> Rows<'a> {
         self.doubt(&findings_beside_contacts(&check))?;
         let recorded = stored.estimates().map_err(broken)?;
         for recorded in recorded.into_iter().flatten() {
-            let RecordedEstimate {
-                sample,
-                new_age_us,
-                is_valid,
-                estimate,
-                moved,
-            } = recorded.map_err(broken)?;
+            let recorded = recorded.map_err(broken)?;
+            let (sample, estimate) = (recorded.sample, recorded.estimate);
             let axes = estimate.probabilities.axes;
             let are_known = axes.to_array().iter().all(|p| p.is_finite());
+            let orientation = recorded.moved.orientation;
             let sigma = estimate.velocity_sigma.0;
             let row = ContactRow {
                 axes: are_known.then_some(axes),
-                orientation: moved.orientation.w.is_finite().then_some(moved.orientation),
+                orientation: orientation.w.is_finite().then_some(orientation),
                 velocity_sigma: sigma.is_finite().then_some(sigma),
-                load: new_age_us.and_then(|_| self.load(sample.load)),
-                status: match is_valid {
+                load: recorded.new_age_us.and_then(|_| self.load(sample.load)),
+                status: match recorded.is_valid {
                     true => status_of(&estimate, Flags::NONE),
                     false => status_of(&estimate, estimate.flags),
                 },
@@ -243,13 +223,11 @@ impl<'a> Rows<'a> {
             };
             // A sample before the first contact has no time on the clock of the rows.
             let made_us = estimate.timestamp.as_micros();
-            match new_age_us.and_then(|age_us| made_us.checked_sub(age_us)) {
+            let age_us = recorded.new_age_us;
+            match age_us.and_then(|age_us| made_us.checked_sub(age_us)) {
                 Some(taken_us) => {
-                    let timestamp = Timestamp::from_micros(taken_us);
-                    let sample = ImuSample {
-                        timestamp,
-                        ..sample.imu
-                    };
+                    let mut sample = sample.imu;
+                    sample.timestamp = Timestamp::from_micros(taken_us);
                     self.row(row, sample)?;
                 }
                 None => self.row_alone(row)?,
@@ -286,10 +264,9 @@ impl<'a> Rows<'a> {
 /// Sentence about an implausible property. Commands that play take the options that it advises, but for `--gravity`.
 fn doubt(name: &str, finding: &Finding) -> String {
     let text = finding.to_string();
-    let advice = if text.contains("--gravity") {
-        ", in footfall convert"
-    } else {
-        ""
+    let advice = match text.contains("--gravity") {
+        true => ", in footfall convert",
+        false => "",
     };
     format!("{name}: {text}{advice}")
 }
@@ -320,32 +297,21 @@ fn row_of(estimate: &ContactEstimate) -> ContactRow {
     }
 }
 
-impl Link for Imu {
-    fn receive(&mut self, longest: Duration) -> Result<Option<Arrived>, LinkError> {
+impl Content for Imu {
+    /// Returns the earliest of the feet's next estimates.
+    fn next(&mut self) -> Result<Option<Arrived>, String> {
         let mut first: Option<(Timestamp, usize)> = None;
-        for (index, foot) in self.feet.iter_mut().enumerate() {
+        for (index, foot) in self.0.iter_mut().enumerate() {
             let at = match foot.peek() {
                 None => continue,
-                Some(Err(error)) => {
-                    return Err(LinkError::File(format!("{}: {error}", self.name)));
-                }
+                Some(Err(error)) => return Err(error.clone()),
                 Some(Ok((at, _))) => *at,
             };
-            if first.is_none_or(|(earliest, _)| at.as_micros() < earliest.as_micros()) {
+            if first.is_none_or(|(earliest, _)| at < earliest) {
                 first = Some((at, index));
             }
         }
-        let Some((at, index)) = first else {
-            return Err(LinkError::Ended(self.name.clone()));
-        };
-        if !self.pace.wait(at.as_micros(), longest) {
-            return Ok(None);
-        }
-        let estimated = self.feet.get_mut(index).and_then(Iterator::next);
-        Ok(estimated.and_then(Result::ok))
-    }
-
-    fn send(&mut self, _: &Sending) -> Result<(), LinkError> {
-        Err(LinkError::ReadOnly(self.name.clone()))
+        let estimated = first.and_then(|(_, index)| self.0[index].next());
+        estimated.transpose()
     }
 }

@@ -13,13 +13,14 @@ mod log;
 use std::fs::File;
 use std::io::{Cursor, Read};
 use std::path::Path;
+use std::time::Duration;
 
 use decode::can_log::recognise::recognise;
 use recordings::input::compressed::decompressed;
 use wire::uart::Decoder;
 
 use super::pace::{Pace, Speed};
-use super::{Link, LinkError};
+use super::{Arrived, Link, LinkError, Sending};
 use crate::playback::Playback;
 
 /// Number of bytes read to recognise the format.
@@ -40,25 +41,73 @@ pub fn open(path: &Path, speed: Speed, playback: &Playback) -> Result<Box<dyn Li
         let read = source.by_ref().take(HEAD).read_to_end(&mut head);
         read.map_err(unreadable)?;
         let reader = recognise(&head);
-        let is_line = reader.is_none() && holds_a_frame(&head);
-        if (reader.is_some() || is_line) && *playback != Playback::default() {
-            return Err(LinkError::NotEstimated(name));
-        }
-        if let Some(reader) = reader {
-            let whole = Cursor::new(head).chain(source);
-            return Ok(Box::new(log::Log::new(name, Box::new(whole), reader, pace)));
-        }
-        if is_line {
-            let whole = Cursor::new(head).chain(source);
-            return Ok(Box::new(bytes::Recording::new(name, Box::new(whole), pace)));
+        if reader.is_some() || holds_a_frame(&head) {
+            if *playback != Playback::default() {
+                return Err(LinkError::NotEstimated(name));
+            }
+            let whole = Box::new(Cursor::new(head).chain(source));
+            return Ok(match reader {
+                Some(reader) => Played::link(log::Log::new(whole, reader), name, pace),
+                None => Played::link(bytes::Recording::new(&name, whole), name, pace),
+            });
         }
     }
-    Ok(Box::new(imu::Imu::open(path, pace, playback)?))
+    let imu = imu::Imu::open(path, playback)?;
+    Ok(Played::link(imu, name, pace))
+}
+
+/// Content of a file, in order of time.
+trait Content {
+    /// Returns the next part with its time; `None` at the end.
+    ///
+    /// # Errors
+    /// Reason why the file cannot be read further.
+    fn next(&mut self) -> Result<Option<Arrived>, String>;
+}
+
+/// File with the state of its playback.
+struct Played<C> {
+    content: C,
+    name: String,
+    pace: Pace,
+    /// Part that is read but not due yet.
+    next: Option<Arrived>,
+}
+
+impl<C: Content + 'static> Played<C> {
+    fn link(content: C, name: String, pace: Pace) -> Box<dyn Link> {
+        Box::new(Self {
+            content,
+            name,
+            pace,
+            next: None,
+        })
+    }
+}
+
+impl<C: Content> Link for Played<C> {
+    fn receive(&mut self, longest: Duration) -> Result<Option<Arrived>, LinkError> {
+        let name = &self.name;
+        let read = match self.next.take() {
+            None => self.content.next(),
+            next => Ok(next),
+        };
+        let next = read.map_err(|error| LinkError::File(format!("{name}: {error}")))?;
+        let next = next.ok_or_else(|| LinkError::Ended(name.clone()))?;
+        if self.pace.wait(next.0.as_micros(), longest) {
+            return Ok(Some(next));
+        }
+        self.next = Some(next);
+        Ok(None)
+    }
+
+    fn send(&mut self, _: &Sending) -> Result<(), LinkError> {
+        Err(LinkError::ReadOnly(self.name.clone()))
+    }
 }
 
 fn holds_a_frame(bytes: &[u8]) -> bool {
     let mut decoder = Decoder::new();
-    bytes
-        .iter()
-        .any(|byte| matches!(decoder.push(*byte), Some(Ok(_))))
+    let mut results = bytes.iter().map(|byte| decoder.push(*byte));
+    results.any(|result| matches!(result, Some(Ok(_))))
 }
