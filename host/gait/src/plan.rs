@@ -23,12 +23,6 @@ samples::named! {
     }
 }
 
-impl fmt::Display for Ground {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
 samples::named! {
     /// Named gaits.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,18 +49,11 @@ impl GaitName {
     }
 }
 
-impl fmt::Display for GaitName {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
 impl FromStr for GaitName {
     type Err = UnknownGait;
 
     fn from_str(name: &str) -> Result<Self, UnknownGait> {
-        let known = Self::ALL.into_iter().find(|gait| gait.name() == name);
-        known.ok_or_else(|| UnknownGait(name.to_owned()))
+        Self::of_name(name).ok_or_else(|| UnknownGait(name.to_owned()))
     }
 }
 

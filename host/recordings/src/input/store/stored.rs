@@ -4,7 +4,7 @@ use std::io;
 
 use estimator_core::{ContactEstimate, Gravity, ImuSample, LinearAcceleration, Timestamp};
 
-use super::contacts::{Contacts, Reading};
+use super::contacts::{Contacts, SentContact};
 use crate::input::correction::Correction;
 use crate::input::loaded::{Loaded, OLDEST_LOAD_US, Repairs, steady_time};
 use crate::input::table::options::Units;
@@ -315,7 +315,7 @@ impl Stored {
 
 /// Iterator that adds the times to samples.
 struct Timed<'a> {
-    samples: Samples<'a>,
+    samples: Samples<'a, RecordedSample>,
     timing: &'a Timing,
     pending: Option<Correction>,
     start_us: i64,
@@ -359,7 +359,7 @@ impl Iterator for Timed<'_> {
 
 /// Iterator over recorded contacts, with the samples beside them.
 struct Merged<'a> {
-    contacts: Reading<'a>,
+    contacts: Samples<'a, SentContact>,
     /// Time of the file's clock at the first contact, µs.
     start_us: i64,
     samples: Timed<'a>,
