@@ -8,8 +8,8 @@ use estimator_core::{AngularRate, ImuSample, Load, SpecificForce, Timestamp, Val
 use samples::space::components;
 use tempfile::SpooledTempFile;
 
-use crate::recording::{Label, RecordedSample};
-use crate::validity::VALIDITIES;
+use samples::recording::{Label, RecordedSample};
+use samples::validity::VALIDITIES;
 
 /// Bytes kept in memory; longer data go to a file in the system's temporary folder.
 const IN_MEMORY: usize = 32 << 20;

@@ -2,10 +2,10 @@
 //! repeatedly reaches the same largest reading and stays there for some samples.
 
 use estimator_core::{Decision, Saturation, Validity};
+use samples::recording::RecordedSample;
 use samples::space::components;
 
 use super::Finding;
-use crate::recording::RecordedSample;
 
 /// Number of samples per step that may be at the end of the range: the impact itself.
 pub const CLIPPED_A_STEP: u64 = 3;

@@ -32,11 +32,11 @@ mod rise;
 
 use estimator_core::params::STANDARD_GRAVITY;
 use estimator_core::{ContactEstimate, Decision, Gravity, Mounting, Vec3};
+use samples::recording::{RecordedSample, Recording};
 use thiserror::Error;
 
 use crate::input::{RateUnit, Units};
 use crate::mounting;
-use crate::recording::{RecordedSample, Recording};
 use clipping::Clipping;
 use clock::ClockCheck;
 use held::HeldCheck;

@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use std::io;
 
 use estimator_core::{Decision, Flags, PerAxis, Probabilities, Quaternion};
+use samples::phase::phase_of;
 
 use super::super::store::contacts::{
     Contacts, NO_ORIENTATION, NO_VECTOR, NewestOrientation, SentContact, flags_of_contact,
@@ -17,7 +18,6 @@ use super::super::store::contacts::{
 use super::cdr::decode;
 use super::messages::{self, Imu, TwistWithCovarianceStamped};
 use super::storage::{Channel, micros};
-use crate::phase::phase_of;
 
 /// Largest deviation of the square of a unit quaternion's length from 1.
 const UNIT: f64 = 1.0e-3;

@@ -1,6 +1,7 @@
 //! Converts the messages of one IMU into the rows of a recording.
 
 use estimator_core::{Gravity, Load, Timestamp, Validity};
+use samples::recording::RecordedSample;
 
 use super::super::error::InputError;
 use super::super::loaded::{Hints, OLDEST_LOAD_US, imu_sample};
@@ -11,7 +12,6 @@ use super::load::{Clock, Found, LoadSeries};
 use super::messages::Imu;
 use super::sidecar::Known;
 use super::storage::micros;
-use crate::recording::RecordedSample;
 
 /// Deviation from a constant delay up to which the time of writing of a sample is not kept, µs.
 const FOLLOWS_US: u64 = 1_000;

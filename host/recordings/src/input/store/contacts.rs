@@ -6,10 +6,10 @@ use estimator_core::{
     AngularRate, ContactEstimate, Decision, Flag, Flags, LinearAcceleration, PerAxis, Phase,
     Probabilities, Quaternion, Timestamp, Vec3, VelocitySigma,
 };
+use samples::phase::{code_of, phase_of};
 use samples::space::components;
 
 use super::rate::TimesSoFar;
-use crate::phase::{code_of, phase_of};
 use crate::spool::{Samples, Spool, Spooled};
 
 /// Source of the estimates of a recording that has contacts of its foot.

@@ -3,6 +3,7 @@
 use std::io;
 
 use estimator_core::{Gravity, Timestamp};
+use samples::recording::RecordedSample;
 
 use super::rate::sample_rate;
 use super::stored::{About, Stored, Timing};
@@ -10,7 +11,6 @@ use super::times::{longest_increase, mean_rate, moved};
 use crate::input::error::InputError;
 use crate::input::loaded::{Hints, Repairs, steady_time};
 use crate::input::table::options::Times;
-use crate::recording::RecordedSample;
 use crate::spool::Spool;
 use crate::steps::Steps;
 
