@@ -10,7 +10,7 @@ use walkdir::WalkDir;
 
 use super::identity::decoded;
 use super::row::{BatchRow, Status};
-use super::tables::Table;
+use super::tables::{self, Table};
 use crate::whole_file::is_unfinished;
 
 /// The files of all recordings below a folder of results.
@@ -143,10 +143,7 @@ pub(super) fn remove_empty_folders(out: &Path) {
 }
 
 fn remove(path: &PathBuf) -> Result<(), (PathBuf, io::Error)> {
-    match fs::remove_file(path) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err((path.clone(), error)),
-        _ => Ok(()),
-    }
+    tables::remove(path).map_err(|error| (path.clone(), error))
 }
 
 /// Reads the row in a file; robot, foot and day come from its path.

@@ -9,7 +9,7 @@ use recordings::events::{ContactEvent, EventKind};
 use recordings::output::seconds;
 use recordings::parquet_output::ParquetEstimates;
 use recordings::parquet_rows::{DataType, Field, ParquetRows};
-use recordings::recording::RecordedSample;
+use samples::recording::RecordedSample;
 use serde::Serialize;
 
 use super::identity::FootFiles;
@@ -18,22 +18,18 @@ use crate::replay::foot::Observer;
 use crate::whole_file::WholeFile;
 
 /// Tables, by the names of their folders.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Table {
-    Samples,
-    Events,
-    Recordings,
+samples::named! {
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub(super) enum Table {
+        Samples = "samples",
+        Events = "events",
+        Recordings = "recordings",
+    }
 }
 
 impl Table {
-    pub(super) const ALL: [Self; 3] = [Self::Samples, Self::Events, Self::Recordings];
-
     pub(super) const fn folder(self) -> &'static str {
-        match self {
-            Self::Samples => "samples",
-            Self::Events => "events",
-            Self::Recordings => "recordings",
-        }
+        self.name()
     }
 
     /// Returns the path of a foot's file.
