@@ -10,8 +10,8 @@ use estimator_core::{ContactEstimate, Flag, Learning, Learnt, Method, StillnessP
 use firmware::ports::{Input, Reloaded, Request};
 use gait::{Activity, GaitName, Ground, Plan, SensorParams, Track};
 use lsm6dsox::sim::SharedPart;
-use recordings::recording::{RecordedSample, Recording};
 use recordings::replay::replay;
+use samples::recording::{RecordedSample, Recording};
 use wire::dictionary::{SIGNATURE_STORE, index};
 use wire::node::{CalibrationState, Command};
 use wire::uart::{Answer, ConfigGet, Message};
