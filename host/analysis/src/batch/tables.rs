@@ -17,8 +17,8 @@ use super::row::BatchRow;
 use crate::replay::foot::Observer;
 use crate::whole_file::WholeFile;
 
-/// Tables, by the names of their folders.
 samples::named! {
+    /// Tables, by the names of their folders.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub(super) enum Table {
         Samples = "samples",
@@ -28,13 +28,9 @@ samples::named! {
 }
 
 impl Table {
-    pub(super) const fn folder(self) -> &'static str {
-        self.name()
-    }
-
     /// Returns the path of a foot's file.
     pub(super) fn path(self, out: &Path, place: &FootFiles) -> PathBuf {
-        out.join(self.folder()).join(place.path())
+        out.join(self.name()).join(place.path())
     }
 }
 
