@@ -34,7 +34,7 @@ use host_tests::changed::{starting_later, stood, with_force_bias, with_rate_drif
 use host_tests::constants::with_constants;
 use host_tests::slips::{self, Score};
 use labelled::{of_sets, rmse, stances_found};
-use recordings::recording::Recording;
+use samples::recording::Recording;
 
 /// Times after the first sample at which recordings start later, s.
 const LATER_S: [f64; 3] = [2.0, 3.0, 6.0];

@@ -10,9 +10,9 @@ use estimator_core::{ContactEstimate, Decision, Params};
 use gait::label::SPEED_LIMIT;
 pub use gait::slips::{Profile, SPEEDS, profiles};
 use gait::{Activity, FootState, Simulation};
-use recordings::recording::Label;
 use recordings::replay::replay;
-use recordings::space::Vector;
+use samples::recording::Label;
+use samples::space::Vector;
 
 /// Stride of [`sample`] through the profiles. It is coprime with every dimension of the grid, so all values of each
 /// occur.

@@ -6,8 +6,8 @@ use host_tests::committed::assert_block;
 use host_tests::datasets::recorded;
 use host_tests::oracle::Oracle;
 use recordings::input::{self, Format, Hints};
-use recordings::recording::Recording;
 use recordings::replay::replay;
+use samples::recording::Recording;
 use scoring::metrics::Metrics;
 use scoring::scored::Scored;
 

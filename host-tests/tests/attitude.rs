@@ -11,7 +11,7 @@ use gait::plan::{GaitName, Ground, Plan};
 use gait::sensor::{self, AxisErrors};
 use gait::{Activity, SensorParams, Simulation, Track, simulate};
 use host_tests::committed::assert_block;
-use recordings::space::{Rotation, Vector};
+use samples::space::{Rotation, Vector};
 use scoring::inclination::inclination_error_degrees;
 
 use proptest::prelude::*;

@@ -13,9 +13,9 @@ use host_tests::committed::assert_block;
 use host_tests::datasets::recorded;
 use host_tests::requirements::unmet;
 use recordings::input::{Hints, read_with_orientation};
-use recordings::recording::Recording;
 use recordings::replay::replay;
-use recordings::space::Rotation;
+use samples::recording::Recording;
+use samples::space::Rotation;
 use scoring::inclination::InclinationScore;
 
 #[path = "../../wire/tests/python/environment.rs"]

@@ -15,8 +15,8 @@ use estimator_core::{ContactEstimator, Gravity, Learnt, Params, Vec3};
 use gait::sensor::{AxisErrors, GRAVITY, MILLI_DPS, MILLI_G};
 use gait::{GaitName, Ground, Plan, SensorParams, record, simulate};
 use labelled::{averaged, rmse};
-use recordings::recording::Recording;
-use recordings::space::Vector;
+use samples::recording::Recording;
+use samples::space::Vector;
 
 /// An accelerometer without errors of its own.
 const CALIBRATED: SensorParams = SensorParams {

@@ -13,7 +13,7 @@ use host_tests::committed::assert_block;
 use host_tests::constants::CONSTANTS;
 use host_tests::slips::{self, Score};
 use labelled::{averaged, rmse_by_set};
-use recordings::recording::Recording;
+use samples::recording::Recording;
 
 const DOCUMENT: &str = "docs/choosing.md";
 

@@ -14,8 +14,8 @@ use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
 use recordings::input::{BagOptions, Hints, Opened};
 use recordings::output::{write_recording, write_recording_header, write_recording_row};
-use recordings::recording::{Label, RecordedSample};
-use recordings::validity::VALIDITIES;
+use samples::recording::{Label, RecordedSample};
+use samples::validity::VALIDITIES;
 
 #[path = "../../wire/tests/python/environment.rs"]
 mod environment;

@@ -6,8 +6,8 @@ use footfall::plot;
 use gait::plan::DEMO_SEED;
 use gait::{Activity, Plan, SensorParams, record, simulate};
 use host_tests::committed::{assert_block, assert_current, workspace};
-use recordings::recording::Recording;
 use recordings::replay::replay;
+use samples::recording::Recording;
 use scoring::metrics::{Latency, Metrics};
 use scoring::scored::Scored;
 

@@ -13,8 +13,8 @@ use host_tests::datasets::recorded;
 use labelled::of_sets;
 use recordings::events::{ContactEvent, EventKind, Events};
 use recordings::input::{self, Format, Hints};
-use recordings::recording::{Label, RecordedSample, Recording};
 use recordings::replay::Replay;
+use samples::recording::{Label, RecordedSample, Recording};
 
 /// Delay from rest under load to the decision, s: window and on-delay.
 const DEBOUNCE: f64 = 0.06;

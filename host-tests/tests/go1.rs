@@ -11,8 +11,8 @@ use host_tests::datasets::recorded;
 use labelled::of_sets;
 use recordings::input::{self, Format, Hints};
 use recordings::plausible::{Finding, check};
-use recordings::recording::{RecordedSample, Recording};
 use recordings::replay::replay;
+use samples::recording::{RecordedSample, Recording};
 
 /// Minimum duration of a stance, s; shorter contacts are bounces.
 const SHORTEST_STANCE: f64 = 0.25;

@@ -10,9 +10,9 @@ use host_tests::datasets::recorded;
 use recordings::input::{self, Correction, Format, Hints};
 use recordings::mounting::{rotation, then};
 use recordings::output::write_recording;
-use recordings::recording::Recording;
 use recordings::replay::replay;
-use recordings::space::Vector;
+use samples::recording::Recording;
+use samples::space::Vector;
 
 /// Half-widths judge axis by axis: a missing mounting shows at once.
 const HALF_WIDTHS: Params = Params {

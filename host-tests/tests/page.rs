@@ -13,8 +13,8 @@ use gait::{Plan, SensorParams, simulate};
 use host_tests::requirements::unmet;
 use recordings::events::{ContactEvent, EventKind, Events};
 use recordings::input::About;
-use recordings::recording::{Label, Recording};
 use recordings::replay::replay;
+use samples::recording::{Label, Recording};
 use tempfile::TempDir;
 use tiny_skia::Pixmap;
 

@@ -11,8 +11,8 @@ use estimator_core::{
 };
 use gait::{GaitName, Ground, Plan, SensorParams, record};
 use proptest::prelude::*;
-use recordings::recording::Recording;
 use recordings::replay::replay;
+use samples::recording::Recording;
 use std::sync::OnceLock;
 
 const CAPACITY: usize = 128;

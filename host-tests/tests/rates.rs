@@ -14,8 +14,8 @@ use evaluate::score::Scores;
 use evaluate::sets::{Pool, Set};
 use host_tests::changed::starting_later;
 use labelled::of_sets;
-use recordings::recording::Recording;
 use recordings::replay::replay;
+use samples::recording::Recording;
 use scoring::metrics::brier_score;
 use scoring::scored::Scored;
 

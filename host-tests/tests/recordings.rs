@@ -13,8 +13,8 @@ use host_tests::committed::assert_current;
 use host_tests::datasets::simulated;
 use recordings::input::{self, Format, Hints};
 use recordings::output::{write_estimates, write_recording, write_samples};
-use recordings::recording::RecordedSample;
 use recordings::replay::replay;
+use samples::recording::RecordedSample;
 use scoring::metrics::Metrics;
 use scoring::scored::Scored;
 

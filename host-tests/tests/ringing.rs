@@ -13,8 +13,8 @@ use host_tests::committed::assert_block;
 use lsm6dsox::config::Params;
 use lsm6dsox::sim::{Part, SharedPart, SimSpi, Stimulus};
 use lsm6dsox::{AccelFilter, Config, Lsm6dsox, Pin};
-use recordings::recording::Recording;
 use recordings::replay::replay;
+use samples::recording::Recording;
 use scoring::metrics::{Latency, Metrics};
 use scoring::scored::Scored;
 

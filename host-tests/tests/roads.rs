@@ -16,8 +16,8 @@ use host_tests::committed::assert_block;
 use host_tests::requirements::unmet;
 use recordings::input::{BagOptions, Correction, Foreign, Format, Hints, Opened, Topics};
 use recordings::output::write_recording;
-use recordings::recording::RecordedSample;
 use recordings::replay::Replay;
+use samples::recording::RecordedSample;
 use tempfile::TempDir;
 
 #[path = "../../wire/tests/python/environment.rs"]

@@ -10,7 +10,7 @@ use host_tests::changed::{
     jittering, losing_bursts, losing_single, stood, with_force_bias, with_rate_bias,
 };
 use labelled::{averaged, rmse};
-use recordings::recording::Recording;
+use samples::recording::Recording;
 
 const SEED: u64 = 1;
 

@@ -7,8 +7,8 @@ use evaluate::resample::resample;
 use evaluate::sets::Set;
 use host_tests::committed::assert_block;
 use labelled::of_sets;
-use recordings::recording::Recording;
 use recordings::replay::replay;
+use samples::recording::Recording;
 
 /// Force above which the foot bears the robot, N.
 const LOADED: f32 = 850.0;

@@ -4,8 +4,8 @@
 use estimator_core::Params;
 use evaluate::labelled::Labelled;
 use evaluate::sets::{Set, files};
-use recordings::recording::{Label, Recording};
 use recordings::replay::replay;
+use samples::recording::{Label, Recording};
 use scoring::metrics::brier_score;
 use scoring::scored::Scored;
 

@@ -7,7 +7,7 @@ use estimator_core::stillness::SLIDE_FULL_RATE;
 use estimator_core::{ContactEstimate, Flag, Phase, Timestamp};
 use recordings::input::{Format, Loaded, Repairs};
 use recordings::plausible::Finding;
-use recordings::recording::{RecordedSample, Recording};
+use samples::recording::{RecordedSample, Recording};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use scoring::metrics::{Latency, Metrics};
 use scoring::running::RunningMetrics;
@@ -120,11 +120,6 @@ impl InputReport {
         repairs: Repairs,
         findings: &[Finding],
     ) -> Self {
-        let Repairs {
-            blank_rows,
-            dropped_rows,
-            retimed_rows,
-        } = repairs;
         let report = |finding: &Finding| FindingReport {
             name: finding.name(),
             message: finding.to_string(),
@@ -133,9 +128,9 @@ impl InputReport {
             file: source.file.to_owned(),
             format: source.format.name(),
             notices: notices.to_vec(),
-            blank_rows,
-            dropped_rows,
-            retimed_rows,
+            blank_rows: repairs.blank_rows,
+            dropped_rows: repairs.dropped_rows,
+            retimed_rows: repairs.retimed_rows,
             findings: findings.iter().map(report).collect(),
         }
     }
@@ -347,12 +342,8 @@ fn metrics_text(metrics: &Metrics) -> String {
 }
 
 fn latency_text(latency: &Latency) -> String {
-    let Latency {
-        median_s,
-        followed,
-        missed,
-    } = latency;
-    match (median_s, missed) {
+    let (followed, missed) = (latency.followed, latency.missed);
+    match (latency.median_s, missed) {
         (Some(median), _) => {
             let milliseconds = 1.0e3 * median;
             format!("{milliseconds:.1} ms (median of {followed}, {missed} missed)")
@@ -366,7 +357,7 @@ fn latency_text(latency: &Latency) -> String {
 mod tests {
     use super::*;
     use estimator_core::{Flags, Gravity, ImuSample, Probabilities};
-    use recordings::recording::Label;
+    use samples::recording::Label;
 
     fn summary(labels: [Option<Label>; 4]) -> Summary {
         let phases = [Phase::Swing, Phase::Stance, Phase::Stance, Phase::Slip];

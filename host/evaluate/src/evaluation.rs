@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use estimator_core::Params;
-use recordings::recording::Label;
+use samples::recording::Label;
 use serde::Serialize;
 
 use crate::error::Error;

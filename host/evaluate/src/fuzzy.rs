@@ -141,7 +141,7 @@ mod tests {
     use super::*;
     use crate::sets::Set;
     use crate::testing::labelled;
-    use recordings::recording::Label;
+    use samples::recording::Label;
 
     /// Alternating stance and swing, with loads and readings that vary by `scatter`.
     fn walk(scatter: f64) -> Labelled {

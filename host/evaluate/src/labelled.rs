@@ -5,7 +5,7 @@ use std::path::Path;
 use estimator_core::Gravity;
 use recordings::input::published::simulated::{Wrench, read_with_wrench};
 use recordings::input::{self, Format, Hints};
-use recordings::recording::{Label, Recording};
+use samples::recording::{Label, Recording};
 
 use crate::error::Error;
 use crate::sets::{File, FileLayout, RecordingSource, Set};
@@ -106,7 +106,7 @@ impl Labelled {
 
     /// Creates a recording with labels, and with the wrench of each sample if available.
     pub(crate) fn new(set: Set, recording: Recording, wrenches: Option<Vec<Wrench>>) -> Self {
-        let reading = |sample: &recordings::recording::RecordedSample| {
+        let reading = |sample: &samples::recording::RecordedSample| {
             let (a, w) = (sample.imu.specific_force.0, sample.imu.angular_rate.0);
             [a.x, a.y, a.z, w.x, w.y, w.z].map(f64::from)
         };

@@ -12,7 +12,7 @@
 use std::f64::consts::PI;
 
 use estimator_core::{AngularRate, ImuSample, SpecificForce, Timestamp, Validity, Vec3};
-use recordings::recording::{RecordedSample, Recording};
+use samples::recording::{RecordedSample, Recording};
 
 /// Relative difference below which rates are treated as equal.
 const SAME_RATE: f64 = 0.01;
@@ -120,7 +120,7 @@ mod tests {
     use super::*;
     use crate::sets::Set;
     use crate::testing::labelled;
-    use recordings::recording::Label;
+    use samples::recording::Label;
 
     /// Two seconds at 1 kHz; the second half is stable.
     fn recording(ax: impl Fn(f64) -> f64) -> Recording {

@@ -1,6 +1,6 @@
 //! Figures of a method on one recording, on several together, and their mean over sets.
 
-use recordings::recording::Label;
+use samples::recording::Label;
 use serde::Serialize;
 
 use scoring::metrics::{Latency, best_f1, brier_score, f1, latency_over, roc_auc};

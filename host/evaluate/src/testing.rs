@@ -3,7 +3,7 @@
 use estimator_core::params::STANDARD_GRAVITY;
 use estimator_core::{AngularRate, Gravity, ImuSample, SpecificForce, Timestamp, Vec3};
 use recordings::input::published::simulated::Wrench;
-use recordings::recording::{Label, RecordedSample, Recording};
+use samples::recording::{Label, RecordedSample, Recording};
 
 use crate::labelled::Labelled;
 use crate::sets::{Family, Set};

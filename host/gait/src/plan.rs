@@ -23,12 +23,6 @@ samples::named! {
     }
 }
 
-impl fmt::Display for Ground {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
 samples::named! {
     /// Named gaits.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,18 +49,11 @@ impl GaitName {
     }
 }
 
-impl fmt::Display for GaitName {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
 impl FromStr for GaitName {
     type Err = UnknownGait;
 
     fn from_str(name: &str) -> Result<Self, UnknownGait> {
-        let known = Self::ALL.into_iter().find(|gait| gait.name() == name);
-        known.ok_or_else(|| UnknownGait(name.to_owned()))
+        Self::of_name(name).ok_or_else(|| UnknownGait(name.to_owned()))
     }
 }
 
@@ -192,18 +179,9 @@ fn hard_landing(speed: f64, random: &mut Random) -> TouchDown {
         speed: speed * random.uniform(0.85..1.15),
         scuff: [random.uniform(-0.02..0.12), random.uniform(-0.03..0.03)],
         turn: [random.uniform(-0.6..0.6), random.uniform(-1.5..1.5)],
-        vertical: Spring {
-            frequency: random.uniform(46.0..78.0),
-            damping: random.uniform(0.28..0.38),
-        },
-        tangential: Spring {
-            frequency: random.uniform(40.0..60.0),
-            damping: random.uniform(0.4..0.5),
-        },
-        rotational: Spring {
-            frequency: random.uniform(28.0..36.0),
-            damping: random.uniform(0.45..0.55),
-        },
+        vertical: spring(46.0..78.0, 0.28..0.38, random),
+        tangential: spring(40.0..60.0, 0.4..0.5, random),
+        rotational: spring(28.0..36.0, 0.45..0.55, random),
     }
 }
 
@@ -213,18 +191,17 @@ fn soft_landing(speed: f64, random: &mut Random) -> TouchDown {
         speed: speed * random.uniform(0.75..1.0),
         scuff: [random.uniform(0.0..0.08), random.uniform(-0.03..0.03)],
         turn: [random.uniform(-0.5..0.5), random.uniform(-0.9..0.9)],
-        vertical: Spring {
-            frequency: random.uniform(9.0..13.0),
-            damping: random.uniform(0.5..0.6),
-        },
-        tangential: Spring {
-            frequency: random.uniform(8.0..12.0),
-            damping: random.uniform(0.5..0.6),
-        },
-        rotational: Spring {
-            frequency: random.uniform(5.0..7.0),
-            damping: random.uniform(0.4..0.5),
-        },
+        vertical: spring(9.0..13.0, 0.5..0.6, random),
+        tangential: spring(8.0..12.0, 0.5..0.6, random),
+        rotational: spring(5.0..7.0, 0.4..0.5, random),
+    }
+}
+
+/// Draws a spring from the ranges of its frequency, Hz, and its damping.
+fn spring(frequency: Range<f64>, damping: Range<f64>, random: &mut Random) -> Spring {
+    Spring {
+        frequency: random.uniform(frequency),
+        damping: random.uniform(damping),
     }
 }
 

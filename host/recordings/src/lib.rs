@@ -31,5 +31,3 @@ pub mod plausible;
 pub mod replay;
 pub mod spool;
 mod steps;
-
-pub use samples::{phase, recording, space, validity};

@@ -8,8 +8,8 @@ use estimator_core::{
 };
 use samples::space::components;
 
-use crate::recording::{Label, RecordedSample};
-use crate::validity::name_of;
+use samples::recording::{Label, RecordedSample};
+use samples::validity::name_of;
 
 /// Header of the table of estimates.
 ///
@@ -72,16 +72,13 @@ pub fn write_row(
     start_us: i64,
     to: &mut dyn Write,
 ) -> io::Result<()> {
-    if let Some(foot) = foot {
-        write!(to, "{},", quoted(foot))?;
-    }
-    write_time(estimate.timestamp, start_us, to)?;
+    write_start(foot, estimate.timestamp, start_us, to)?;
     write_estimate(estimate, to)?;
     writeln!(to)
 }
 
 /// A name as a cell, quoted if necessary.
-pub(crate) fn quoted(name: &str) -> Cow<'_, str> {
+fn quoted(name: &str) -> Cow<'_, str> {
     if name.contains(['"', ',', '\n', '\r']) {
         Cow::Owned(format!("\"{}\"", name.replace('"', "\"\"")))
     } else {
@@ -192,11 +189,20 @@ fn on_clock(timestamp: Timestamp, start_us: i64) -> i128 {
     i128::from(timestamp.as_micros()) + i128::from(start_us)
 }
 
-pub(crate) fn write_time(
+/// Writes the start of a row: the foot, if the table has several, and the time.
+pub(crate) fn write_start(
+    foot: Option<&str>,
     timestamp: Timestamp,
     start_us: i64,
     to: &mut dyn Write,
 ) -> io::Result<()> {
+    if let Some(foot) = foot {
+        write!(to, "{},", quoted(foot))?;
+    }
+    write_time(timestamp, start_us, to)
+}
+
+fn write_time(timestamp: Timestamp, start_us: i64, to: &mut dyn Write) -> io::Result<()> {
     let micros = on_clock(timestamp, start_us);
     let sign = if micros < 0 { "-" } else { "" };
     let size = micros.unsigned_abs();

@@ -17,12 +17,12 @@ use arrow_array::builder::{
 use arrow_array::types::Int32Type;
 use arrow_schema::{DataType, Field, Schema};
 use estimator_core::{Axis, Load};
+use samples::recording::{Label, RecordedSample};
 use samples::space::components;
+use samples::validity::name_of;
 
 use crate::output::seconds;
 use crate::parquet_encoder::{BATCH, Encoder};
-use crate::recording::{Label, RecordedSample};
-use crate::validity::name_of;
 
 /// A recording that is being written. Its memory is that of a row group.
 pub struct ParquetSamples<W: Write> {

@@ -2,51 +2,68 @@
 //! that, so that memory does not grow with the length of a recording.
 
 use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
+use std::marker::PhantomData;
 
 use estimator_core::{AngularRate, ImuSample, Load, SpecificForce, Timestamp, Validity, Vec3};
 use samples::space::components;
 use tempfile::SpooledTempFile;
 
-use crate::recording::{Label, RecordedSample};
-use crate::validity::VALIDITIES;
+use samples::recording::{Label, RecordedSample};
+use samples::validity::VALIDITIES;
 
 /// Bytes kept in memory; longer data go to a file in the system's temporary folder.
 const IN_MEMORY: usize = 32 << 20;
 
-/// Bytes per sample: its time, six axes, the load, and the codes of validity, load and label.
-const ROW: usize = 8 + 6 * 4 + 4 + 3;
+/// A row of a spool: a time, numbers, and three codes.
+pub trait Spooled {
+    /// Number of its numbers.
+    const NUMBERS: usize;
 
-/// Samples in order, written once and read as often as needed.
-pub struct Spool {
-    file: BufWriter<SpooledTempFile>,
-    len: usize,
+    /// Time, the numbers and the codes.
+    fn encode(&self) -> (u64, impl Iterator<Item = f32>, [u8; 3]);
+
+    /// Row of these.
+    fn decode(time: u64, numbers: &[f32], codes: [u8; 3]) -> Self;
 }
 
-impl Default for Spool {
+/// Rows in order, written once and read as often as needed.
+pub struct Spool<T = RecordedSample> {
+    file: BufWriter<SpooledTempFile>,
+    len: usize,
+    rows: PhantomData<T>,
+}
+
+impl<T: Spooled> Default for Spool<T> {
     fn default() -> Self {
         Self::holding(IN_MEMORY)
     }
 }
 
-impl Spool {
+impl<T: Spooled> Spool<T> {
     fn holding(in_memory: usize) -> Self {
         Self {
             file: BufWriter::with_capacity(1 << 16, SpooledTempFile::new(in_memory)),
             len: 0,
+            rows: PhantomData,
         }
     }
 
-    /// Appends a sample.
+    /// Appends a row.
     ///
     /// # Errors
     /// The temporary file cannot be written.
-    pub fn push(&mut self, sample: &RecordedSample) -> io::Result<()> {
-        self.file.write_all(&encode(sample))?;
+    pub fn push(&mut self, row: &T) -> io::Result<()> {
+        let (time, numbers, codes) = row.encode();
+        self.file.write_all(&time.to_le_bytes())?;
+        for number in numbers {
+            self.file.write_all(&number.to_le_bytes())?;
+        }
+        self.file.write_all(&codes)?;
         self.len += 1;
         Ok(())
     }
 
-    /// Number of samples.
+    /// Number of rows.
     #[must_use]
     pub const fn len(&self) -> usize {
         self.len
@@ -58,90 +75,92 @@ impl Spool {
         self.len == 0
     }
 
-    /// Returns all samples, from the first.
+    /// Returns all rows, from the first.
     ///
     /// # Errors
     /// The temporary file cannot be written completely.
-    pub fn samples(&mut self) -> io::Result<Samples<'_>> {
+    pub fn samples(&mut self) -> io::Result<Samples<'_, T>> {
         self.file.seek(SeekFrom::Start(0))?;
         Ok(Samples {
             left: self.len,
+            bytes: vec![0; 8 + 4 * T::NUMBERS + 3],
+            numbers: vec![0.0; T::NUMBERS],
             file: BufReader::with_capacity(1 << 16, self.file.get_mut()),
+            rows: PhantomData,
         })
     }
 }
 
-/// The samples of a [`Spool`].
-pub struct Samples<'a> {
+/// The rows of a [`Spool`].
+pub struct Samples<'a, T> {
     left: usize,
+    bytes: Vec<u8>,
+    numbers: Vec<f32>,
     file: BufReader<&'a mut SpooledTempFile>,
+    rows: PhantomData<T>,
 }
 
-impl Iterator for Samples<'_> {
-    type Item = io::Result<RecordedSample>;
+impl<T: Spooled> Samples<'_, T> {
+    fn row(&mut self) -> io::Result<T> {
+        self.file.read_exact(&mut self.bytes)?;
+        let (time, rest) = self.bytes.split_at(8);
+        let (numbers, codes) = rest.split_at(4 * T::NUMBERS);
+        for (number, bytes) in self.numbers.iter_mut().zip(numbers.chunks_exact(4)) {
+            *number = f32::from_le_bytes(bytes.try_into().unwrap_or_default());
+        }
+        let time = u64::from_le_bytes(time.try_into().unwrap_or_default());
+        let codes = codes.try_into().unwrap_or_default();
+        Ok(T::decode(time, &self.numbers, codes))
+    }
+}
+
+impl<T: Spooled> Iterator for Samples<'_, T> {
+    type Item = io::Result<T>;
 
     fn next(&mut self) -> Option<Self::Item> {
         self.left = self.left.checked_sub(1)?;
-        let mut row = [0; ROW];
-        Some(self.file.read_exact(&mut row).map(|()| decode(&row)))
-    }
-
-    fn size_hint(&self) -> (usize, Option<usize>) {
-        (self.left, Some(self.left))
+        Some(self.row())
     }
 }
 
-impl ExactSizeIterator for Samples<'_> {}
+impl Spooled for RecordedSample {
+    /// Six axes and the load.
+    const NUMBERS: usize = 7;
 
-fn encode(sample: &RecordedSample) -> [u8; ROW] {
-    let load = sample.load.map_or(0.0, |Load(load)| load);
-    let validity = VALIDITIES
-        .iter()
-        .position(|(_, known)| *known == sample.imu.validity);
-    let label = match sample.label {
-        None => 0,
-        Some(Label::NotStable) => 1,
-        Some(Label::Stable) => 2,
-    };
-    let mut row = [0; ROW];
-    let (time, rest) = row.split_at_mut(8);
-    time.copy_from_slice(&sample.imu.timestamp.as_micros().to_le_bytes());
-    let values = components(sample.imu.specific_force.0)
-        .into_iter()
-        .chain(components(sample.imu.angular_rate.0))
-        .chain([load]);
-    for (bytes, value) in rest.chunks_exact_mut(4).zip(values) {
-        bytes.copy_from_slice(&value.to_le_bytes());
+    /// Its codes are those of validity, load and label.
+    fn encode(&self) -> (u64, impl Iterator<Item = f32>, [u8; 3]) {
+        let mut validities = VALIDITIES.iter();
+        let validity = validities.position(|(_, known)| *known == self.imu.validity);
+        let label = match self.label {
+            None => 0,
+            Some(Label::NotStable) => 1,
+            Some(Label::Stable) => 2,
+        };
+        let numbers = components(self.imu.specific_force.0)
+            .into_iter()
+            .chain(components(self.imu.angular_rate.0))
+            .chain([self.load.map_or(0.0, |Load(load)| load)]);
+        let validity = validity.unwrap_or(VALIDITIES.len()) as u8;
+        let codes = [validity, u8::from(self.load.is_some()), label];
+        (self.imu.timestamp.as_micros(), numbers, codes)
     }
-    row[ROW - 3] = validity.unwrap_or(VALIDITIES.len()) as u8;
-    row[ROW - 2] = u8::from(sample.load.is_some());
-    row[ROW - 1] = label;
-    row
-}
 
-fn decode(row: &[u8; ROW]) -> RecordedSample {
-    let (time, rest) = row.split_at(8);
-    let mut values = [0.0; 7];
-    for (value, bytes) in values.iter_mut().zip(rest.chunks_exact(4)) {
-        *value = f32::from_le_bytes(bytes.try_into().unwrap_or_default());
-    }
-    let [ax, ay, az, wx, wy, wz, load] = values;
-    let validity = VALIDITIES.get(usize::from(row[ROW - 3]));
-    RecordedSample {
-        imu: ImuSample {
-            timestamp: Timestamp::from_micros(u64::from_le_bytes(
-                time.try_into().unwrap_or_default(),
-            )),
-            specific_force: SpecificForce(Vec3::new(ax, ay, az)),
-            angular_rate: AngularRate(Vec3::new(wx, wy, wz)),
-            validity: validity.map_or(Validity::Invalid, |(_, validity)| *validity),
-        },
-        load: (row[ROW - 2] != 0).then_some(Load(load)),
-        label: match row[ROW - 1] {
-            1 => Some(Label::NotStable),
-            2 => Some(Label::Stable),
-            _ => None,
-        },
+    fn decode(time: u64, numbers: &[f32], [validity, has_load, label]: [u8; 3]) -> Self {
+        let validity = VALIDITIES.get(usize::from(validity));
+        Self {
+            imu: ImuSample {
+                timestamp: Timestamp::from_micros(time),
+                specific_force: SpecificForce(Vec3::new(numbers[0], numbers[1], numbers[2])),
+                angular_rate: AngularRate(Vec3::new(numbers[3], numbers[4], numbers[5])),
+                validity: validity.map_or(Validity::Invalid, |(_, validity)| *validity),
+            },
+            load: (has_load != 0).then_some(Load(numbers[6])),
+            label: match label {
+                1 => Some(Label::NotStable),
+                2 => Some(Label::Stable),
+                _ => None,
+            },
+        }
     }
 }
 

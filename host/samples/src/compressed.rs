@@ -1,6 +1,8 @@
 //! Files compressed with gzip or zstd, recognised by their first bytes.
 
+use std::ffi::OsStr;
 use std::io::{self, BufReader, Cursor, Read};
+use std::path::Path;
 
 use flate2::read::MultiGzDecoder;
 use ruzstd::decoding::StreamingDecoder;
@@ -10,6 +12,19 @@ const GZIP: [u8; 2] = [0x1f, 0x8b];
 
 /// The first bytes of a zstd frame (RFC 8878, section 3.1.1).
 pub const ZSTD: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
+
+/// Endings of the names of compressed files.
+const ENDINGS: [&str; 3] = ["gz", "zst", "zstd"];
+
+/// Path without the ending of a compressed file.
+#[must_use]
+pub fn without_ending(path: &Path) -> &Path {
+    let is_ending = |extension: &OsStr| ENDINGS.iter().any(|known| extension == *known);
+    match path.extension().is_some_and(is_ending) {
+        true => Path::new(path.file_stem().unwrap_or_default()),
+        false => path,
+    }
+}
 
 /// Content of a file, decompressed if necessary.
 ///

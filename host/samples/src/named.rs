@@ -1,7 +1,7 @@
 //! Enums whose variants have names, as options, files and tables write them.
 
 /// Defines an enum by its variants and their names, such as `Csv = "csv"`. `ALL` has the variants in their order,
-/// `name` returns the name of one.
+/// `name` returns the name of one, `of_name` the variant with a name; `Display` writes the name.
 #[macro_export]
 macro_rules! named {
     ($(#[$of_enum:meta])* $visibility:vis enum $enum:ident {
@@ -12,7 +12,19 @@ macro_rules! named {
             $($(#[$of_variant])* $variant),+
         }
 
+        impl std::fmt::Display for $enum {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str(self.name())
+            }
+        }
+
         impl $enum {
+            /// Returns the variant with this name.
+            #[must_use]
+            pub fn of_name(name: &str) -> Option<Self> {
+                Self::ALL.into_iter().find(|one| one.name() == name)
+            }
+
             /// All variants, in their order.
             pub const ALL: [Self; [$($name),+].len()] = [$(Self::$variant),+];
 

@@ -6,6 +6,8 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use samples::compressed::without_ending;
+
 /// Placeholder for an unknown value.
 pub const UNKNOWN: &str = "unknown";
 
@@ -193,16 +195,7 @@ fn civil_from_days(days: i64) -> Day {
 /// Returns the last part of a name, without the extensions of a recording.
 fn stem(name: &str) -> String {
     let last = name.rsplit('/').next().unwrap_or(name);
-    let path = Path::new(last);
-    let compressed = ["gz", "zst", "zstd"].iter().any(|known| {
-        path.extension()
-            .is_some_and(|extension| extension == *known)
-    });
-    let whole = if compressed {
-        Path::new(path.file_stem().unwrap_or_default())
-    } else {
-        path
-    };
+    let whole = without_ending(Path::new(last));
     let stem = whole.file_stem().unwrap_or_default().to_string_lossy();
     if stem.is_empty() {
         UNKNOWN.to_owned()

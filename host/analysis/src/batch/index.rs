@@ -10,7 +10,7 @@ use walkdir::WalkDir;
 
 use super::identity::decoded;
 use super::row::{BatchRow, Status};
-use super::tables::Table;
+use super::tables::{self, Table};
 use crate::whole_file::is_unfinished;
 
 /// The files of all recordings below a folder of results.
@@ -32,7 +32,7 @@ impl Index {
         };
         for table in Table::ALL {
             // An unreadable folder counts as empty; writing to it reports the error.
-            for entry in WalkDir::new(out.join(table.folder())).into_iter().flatten() {
+            for entry in WalkDir::new(out.join(table.name())).into_iter().flatten() {
                 let path = entry.path();
                 if !entry.file_type().is_file() {
                     continue;
@@ -66,7 +66,7 @@ impl Index {
         noted: impl Fn(&Path, &Path) -> Option<BatchRow>,
     ) -> Result<Vec<(PathBuf, BatchRow)>, Incomplete> {
         let files = self.files.get(key).ok_or(Incomplete::Missing)?;
-        let folder = self.out.join(Table::Recordings.folder());
+        let folder = self.out.join(Table::Recordings.name());
         let mut rows = Vec::new();
         for file in files {
             if let Ok(below) = file.strip_prefix(&folder) {
@@ -82,7 +82,7 @@ impl Index {
             };
             tables
                 .iter()
-                .map(move |table| self.out.join(table.folder()).join(below))
+                .map(move |table| self.out.join(table.name()).join(below))
         });
         let expected: BTreeSet<PathBuf> = expected.collect();
         let mut feet = rows.iter().map(|(_, row)| row.origin.feet);
@@ -95,7 +95,7 @@ impl Index {
 
     /// Returns the name of a recording, if it has a row, and the number of its files.
     pub(super) fn about(&self, key: &str) -> (Option<String>, usize) {
-        let folder = self.out.join(Table::Recordings.folder());
+        let folder = self.out.join(Table::Recordings.name());
         let files = self.files.get(key);
         let mut rows = files.into_iter().flatten().filter_map(|file| {
             let below = file.strip_prefix(&folder).ok()?;
@@ -107,7 +107,7 @@ impl Index {
 
     /// Removes all files of a recording, rows first, so that a partly removed recording does not count as done.
     pub(super) fn remove(&self, key: &str) -> Result<(), (PathBuf, io::Error)> {
-        let folder = self.out.join(Table::Recordings.folder());
+        let folder = self.out.join(Table::Recordings.name());
         let files = self.files.get(key).into_iter().flatten();
         let (rows, others): (Vec<_>, Vec<_>) = files.partition(|file| file.starts_with(&folder));
         rows.into_iter().chain(others).try_for_each(remove)
@@ -131,7 +131,7 @@ pub(super) enum Incomplete {
 /// Removes empty folders.
 pub(super) fn remove_empty_folders(out: &Path) {
     for table in Table::ALL {
-        let folder = out.join(table.folder());
+        let folder = out.join(table.name());
         let entries = WalkDir::new(&folder).contents_first(true).into_iter();
         for entry in entries.flatten() {
             if entry.file_type().is_dir() {
@@ -143,10 +143,7 @@ pub(super) fn remove_empty_folders(out: &Path) {
 }
 
 fn remove(path: &PathBuf) -> Result<(), (PathBuf, io::Error)> {
-    match fs::remove_file(path) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err((path.clone(), error)),
-        _ => Ok(()),
-    }
+    tables::remove(path).map_err(|error| (path.clone(), error))
 }
 
 /// Reads the row in a file; robot, foot and day come from its path.

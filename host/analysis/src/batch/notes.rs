@@ -53,7 +53,7 @@ impl Note {
     ) -> Option<Self> {
         let blake3 = rows.first()?.origin.input_blake3.clone()?;
         let files = before.filter(|files| listed(path).as_ref() == Some(files))?;
-        let folder = out.join(Table::Recordings.folder());
+        let folder = out.join(Table::Recordings.name());
         let noted = |row: &BatchRow| {
             Some(NotedRow {
                 file: listed(&folder.join(row.place().path()))?,

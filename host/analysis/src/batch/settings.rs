@@ -3,8 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use recordings::input::{
-    ContactUse, Correction, Decimal, Format, Hints, Scale, TableOptions, TimeUnit, Times, Topics,
-    is_among,
+    ContactUse, Correction, Decimal, Format, Hints, Scale, TableOptions, TimeUnit, Topics, is_among,
 };
 use serde::Serialize;
 
@@ -118,11 +117,7 @@ impl BatchSettings {
             scale: (*scale != Scale::default()).then(|| scale.to_string()),
             decimal: (*decimal != Decimal::default()).then(|| decimal.name()),
             time_unit: time_unit.map(TimeUnit::name),
-            times: match times {
-                Times::Keep => "keep",
-                Times::DropBad => "drop-bad",
-                Times::Rate => "rate",
-            },
+            times: times.name(),
             topics: match &bag.topics {
                 Topics::TheOnly => None,
                 Topics::All => Some(Vec::new()),

@@ -9,7 +9,7 @@ use recordings::events::{ContactEvent, EventKind};
 use recordings::output::seconds;
 use recordings::parquet_output::ParquetEstimates;
 use recordings::parquet_rows::{DataType, Field, ParquetRows};
-use recordings::recording::RecordedSample;
+use samples::recording::RecordedSample;
 use serde::Serialize;
 
 use super::identity::FootFiles;
@@ -17,28 +17,20 @@ use super::row::BatchRow;
 use crate::replay::foot::Observer;
 use crate::whole_file::WholeFile;
 
-/// Tables, by the names of their folders.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Table {
-    Samples,
-    Events,
-    Recordings,
+samples::named! {
+    /// Tables, by the names of their folders.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub(super) enum Table {
+        Samples = "samples",
+        Events = "events",
+        Recordings = "recordings",
+    }
 }
 
 impl Table {
-    pub(super) const ALL: [Self; 3] = [Self::Samples, Self::Events, Self::Recordings];
-
-    pub(super) const fn folder(self) -> &'static str {
-        match self {
-            Self::Samples => "samples",
-            Self::Events => "events",
-            Self::Recordings => "recordings",
-        }
-    }
-
     /// Returns the path of a foot's file.
     pub(super) fn path(self, out: &Path, place: &FootFiles) -> PathBuf {
-        out.join(self.folder()).join(place.path())
+        out.join(self.name()).join(place.path())
     }
 }
 

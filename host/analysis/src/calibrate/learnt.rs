@@ -9,8 +9,8 @@ use estimator_core::stillness::{Classes, Constants, SETTLED_AFTER};
 use estimator_core::{
     ContactEstimate, Flag, Learning, Learnt, Method, Params, ParamsError, StillnessParams, Vec3,
 };
-use recordings::recording::Recording;
 use recordings::replay::replay_observed;
+use samples::recording::Recording;
 use schemars::JsonSchema;
 use serde::Serialize;
 use wire::dictionary::index;

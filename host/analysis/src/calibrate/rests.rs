@@ -5,7 +5,7 @@ use samples::space::components;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use recordings::recording::{RecordedSample, Recording};
+use samples::recording::{RecordedSample, Recording};
 
 /// Least duration of a rest, s.
 const SHORTEST: f64 = 1.0;

@@ -11,8 +11,8 @@ use std::fmt;
 
 use estimator_core::Gravity;
 use lsm6dsox::scale::{DEGREE, STANDARD_GRAVITY};
-use recordings::recording::Recording;
-use recordings::space::Vector;
+use samples::recording::Recording;
+use samples::space::Vector;
 use schemars::JsonSchema;
 use serde::Serialize;
 use thiserror::Error;

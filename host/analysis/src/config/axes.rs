@@ -10,13 +10,11 @@ use serde::{Deserialize, Deserializer};
 
 /// A value for each axis of both sensors.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct SensorOverrides {
     /// For `ax`, `ay` and `az`, m/s².
-    #[serde(default)]
     pub acceleration_m_s2: AxisOverrides<AccelerationAxes>,
     /// For `wx`, `wy` and `wz`, rad/s.
-    #[serde(default)]
     pub angular_rate_rad_s: AxisOverrides<AngularRateAxes>,
 }
 

@@ -9,23 +9,20 @@ use super::{AccelerationAxes, AngularRateAxes, ParameterRefusal};
 
 /// Systematic errors of an accelerometer.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct AccelerometerOverrides {
     /// Reading in free fall, m/s²; −5 to 5.
-    #[serde(default)]
     pub bias_m_s2: AccelerationAxes,
     /// Factor of its readings after the bias is subtracted; 0.5 to 2.
-    #[serde(default)]
     pub scale: AccelerationAxes,
 }
 
 /// Systematic errors of a gyroscope.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct GyroscopeOverrides {
     /// Reading at rest, rad/s; −1 to 1. Subtracted from the first sample on; the bias that the
     /// estimator learns comes on top.
-    #[serde(default)]
     pub bias_rad_s: AngularRateAxes,
 }
 

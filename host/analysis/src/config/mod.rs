@@ -129,86 +129,80 @@ use value::checked_sample_rate;
 
 /// A configuration file: what it sets differs from the preset, the rest does not.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct Overrides {
     /// Sample rate in Hz, where the recording does not say it, as [`parse_sample_rate`] takes it.
-    #[serde(default, deserialize_with = "sample_rate")]
+    #[serde(deserialize_with = "sample_rate")]
     pub sample_rate_hz: Option<f32>,
     /// Whether samples contain gravity.
-    #[serde(default, deserialize_with = "gravity")]
+    #[serde(deserialize_with = "gravity")]
     pub gravity: Option<Gravity>,
     /// How the axes of the sensor that recorded lie in the foot, as [`parse_axes`] reads it.
-    #[serde(default, deserialize_with = "axes")]
+    #[serde(deserialize_with = "axes")]
     pub axes: Option<Mounting>,
     /// Where the limits of stillness come from, as [`parse_method`] reads it.
-    #[serde(default, deserialize_with = "method")]
+    #[serde(deserialize_with = "method")]
     pub method: Option<Method>,
     /// Whether the foot goes on learning, as [`parse_learning`] reads it.
-    #[serde(default, deserialize_with = "learning")]
+    #[serde(deserialize_with = "learning")]
     pub learning: Option<Learning>,
     /// Values learnt earlier, for a warm start.
     pub learnt: Option<LearntValues>,
     /// Length of the window, as [`parse_window`] reads it.
-    #[serde(default, deserialize_with = "window")]
+    #[serde(deserialize_with = "window")]
     pub window: Option<WindowLength>,
     /// Kernel standard deviations h.
-    #[serde(default)]
     pub bandwidth: SensorOverrides,
     /// Half-widths δ.
-    #[serde(default)]
     pub half_width: SensorOverrides,
     /// The attitude filter.
-    #[serde(default, deserialize_with = "numbers::attitude")]
+    #[serde(deserialize_with = "numbers::attitude")]
     pub attitude: Numbers,
     /// Systematic errors of the accelerometer that recorded.
-    #[serde(default)]
     pub accelerometer: AccelerometerOverrides,
     /// Systematic errors of the gyroscope that recorded.
-    #[serde(default)]
     pub gyroscope: GyroscopeOverrides,
     /// The debounced decision.
-    #[serde(default, deserialize_with = "numbers::decision")]
+    #[serde(deserialize_with = "numbers::decision")]
     pub decision: Numbers,
     /// The load trigger.
-    #[serde(default, deserialize_with = "numbers::load")]
+    #[serde(deserialize_with = "numbers::load")]
     pub load: Numbers,
     /// The zero-velocity measurement.
-    #[serde(default, deserialize_with = "numbers::velocity")]
+    #[serde(deserialize_with = "numbers::velocity")]
     pub velocity: Numbers,
     /// Settings of single feet, by name; they override those of the file for all feet.
-    #[serde(default)]
     pub feet: BTreeMap<String, FootOverrides>,
 }
 
 /// Settings of one foot, in a table such as `[feet.FL]`.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct FootOverrides {
     /// Mounting of the sensor in the foot, as [`parse_axes`] reads it.
-    #[serde(default, deserialize_with = "axes")]
+    #[serde(deserialize_with = "axes")]
     pub axes: Option<Mounting>,
     /// Learnt values of the foot: a warm start.
     pub learnt: Option<LearntValues>,
     /// Errors of the accelerometer.
-    #[serde(default)]
     pub accelerometer: AccelerometerOverrides,
     /// Errors of the gyroscope.
-    #[serde(default)]
     pub gyroscope: GyroscopeOverrides,
     /// The debounced decision.
-    #[serde(default, deserialize_with = "numbers::decision")]
+    #[serde(deserialize_with = "numbers::decision")]
     pub decision: Numbers,
     /// The load trigger: the zero of a foot's sensor is its own.
-    #[serde(default, deserialize_with = "numbers::load")]
+    #[serde(deserialize_with = "numbers::load")]
     pub load: Numbers,
 }
 
 impl FootOverrides {
     /// Applies the settings to `params`, which have those of all feet.
     pub(crate) fn apply(&self, params: &mut Params) {
-        if let Some(learnt) = self.learnt {
-            params.learnt = Some(learnt.into());
-        }
+        set(
+            &mut params.learnt,
+            self.learnt.map(|learnt| Some(learnt.into())),
+        );
         for numbers in [&self.decision, &self.load] {
             numbers.apply(params);
         }
@@ -317,9 +311,10 @@ impl Overrides {
         set(&mut params.gravity, self.gravity);
         set(&mut params.method, self.method);
         set(&mut params.learning, self.learning);
-        if let Some(learnt) = self.learnt {
-            params.learnt = Some(learnt.into());
-        }
+        set(
+            &mut params.learnt,
+            self.learnt.map(|learnt| Some(learnt.into())),
+        );
         set(&mut params.window, self.window);
         self.bandwidth.apply(&mut params.bandwidth);
         self.half_width.apply(&mut params.half_width);

@@ -106,8 +106,7 @@ impl FromStr for Preset {
     type Err = String;
 
     fn from_str(name: &str) -> Result<Self, Self::Err> {
-        let mut all = Self::ALL.into_iter();
-        all.find(|preset| preset.name() == name).ok_or_else(|| {
+        Self::of_name(name).ok_or_else(|| {
             let names = Self::ALL.map(|preset| format!("{:?}", preset.name()));
             format!("preset is {name:?}, but {} is expected", names.join(" or "))
         })

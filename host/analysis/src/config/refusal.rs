@@ -1,6 +1,6 @@
 //! Rejected parameters, reported by the option or key that sets them, with unit and file.
 
-use estimator_core::{LoadParams, Method, Parameter, Params, ParamsError, WindowLength};
+use estimator_core::{Method, Parameter, Params, ParamsError, WindowLength};
 use recordings::input::time::{BATCHES_HINT, MICROSECONDS_HINT, MILLISECONDS_HINT};
 use recordings::number::shown;
 use recordings::replay::CAPACITY;
@@ -96,22 +96,16 @@ impl Origins<'_> {
                 return Err(refusal);
             }
         }
-        let Overrides {
-            window,
-            bandwidth,
-            half_width,
-            ..
-        } = self.overrides;
         let nothing = SensorOverrides::default();
         let (set, way) = if params.method == Method::HalfWidths {
             return Ok(());
         } else if self.window.is_some() {
             ("--window".to_owned(), "leave it out")
-        } else if *half_width != nothing {
+        } else if self.overrides.half_width != nothing {
             (self.in_file("half_width"), "remove the table")
-        } else if *bandwidth != nothing {
+        } else if self.overrides.bandwidth != nothing {
             (self.in_file("bandwidth"), "remove the table")
-        } else if window.is_some() {
+        } else if self.overrides.window.is_some() {
             (self.in_file("window"), "remove it")
         } else {
             return Ok(());
@@ -143,19 +137,15 @@ impl Origins<'_> {
                 min,
                 max,
             } => {
-                let notation = Notation::of(field);
-                let [is, low, high] = [*value, *min, *max].map(|v| notation.number(v));
-                let subject = match *field {
-                    "window" => self.window_name(),
-                    "sample_rate_hz" => self.sample_rate_name(),
-                    _ => self.key_name(field),
+                let (subject, hint) = match *field {
+                    "window" => (self.window_name(), ""),
+                    "sample_rate_hz" => {
+                        let hint = self.unit_of_times(*value, *min, *max);
+                        (self.sample_rate_name(), hint)
+                    }
+                    _ => (self.key_name(field), ""),
                 };
-                let unit = notation.symbol();
-                let hint = match *field {
-                    "sample_rate_hz" => self.unit_of_times(*value, *min, *max),
-                    _ => "",
-                };
-                format!("{subject} is {is}{unit}, allowed is {low} to {high}{unit}{hint}")
+                out_of_range(&subject, field, [*value, *min, *max]) + hint
             }
         })
     }
@@ -177,10 +167,7 @@ impl Origins<'_> {
             return None;
         };
         let numbers = own.numbers();
-        let LoadParams {
-            on_threshold,
-            off_threshold,
-        } = params.load;
+        let (on_threshold, off_threshold) = (params.load.on_threshold, params.load.off_threshold);
         let is_load = *field == Parameter::LoadOffThreshold.name() && off_threshold > on_threshold;
         if is_load && numbers.keys().any(|name| name.starts_with("load.")) {
             return Some(ParameterRefusal::new(format!(
@@ -192,13 +179,9 @@ impl Origins<'_> {
             )));
         }
         let (name, _) = numbers.get_key_value(field)?;
-        let notation = Notation::of(name);
-        let [is, low, high] = [*value, *min, *max].map(|v| notation.number(v));
-        let unit = notation.symbol();
         let key = self.in_file(&format!("feet.{foot}.{name}"));
-        Some(ParameterRefusal::new(format!(
-            "{key} is {is}{unit}, allowed is {low} to {high}{unit}"
-        )))
+        let sentence = out_of_range(&key, name, [*value, *min, *max]);
+        Some(ParameterRefusal::new(sentence))
     }
 
     /// Describes an off-threshold above the on-threshold; names both, as either may be the preset's.
@@ -259,6 +242,14 @@ impl Origins<'_> {
             _ => "",
         }
     }
+}
+
+/// Writes that a parameter is outside its range; `numbers` are its value and the ends of the range.
+fn out_of_range(subject: &str, field: &str, numbers: [f32; 3]) -> String {
+    let notation = Notation::of(field);
+    let [is, low, high] = numbers.map(|number| notation.number(number));
+    let unit = notation.symbol();
+    format!("{subject} is {is}{unit}, allowed is {low} to {high}{unit}")
 }
 
 #[cfg(test)]

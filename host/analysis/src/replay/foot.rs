@@ -4,10 +4,10 @@ use std::io;
 
 use estimator_core::{AngularRate, ContactEstimate, Learnt, Params, ParamsError, Timestamp};
 use recordings::events::{ContactEvent, Events};
-use recordings::input::{RecordedEstimate, Stored};
+use recordings::input::Stored;
 use recordings::plausible::{Check, Finding};
-use recordings::recording::RecordedSample;
 use recordings::replay::Replay;
+use samples::recording::RecordedSample;
 use thiserror::Error;
 
 use super::estimates::{Estimates, Layout};
@@ -155,17 +155,12 @@ fn estimated<O: Observer>(
 fn recorded<O: Observer>(stored: &mut Stored, mut results: Results<'_, O>) -> io::Result<Replayed> {
     let mut check = check_samples(stored, results.found.span)?;
     for recorded in stored.estimates()?.into_iter().flatten() {
-        let RecordedEstimate {
-            sample,
-            estimate,
-            moved,
-            ..
-        } = recorded?;
-        if results.found.span.is_before(estimate.timestamp) {
+        let recorded = recorded?;
+        if results.found.span.is_before(recorded.estimate.timestamp) {
             break;
         }
-        check.add_decision(estimate.decision);
-        results.add(&sample, &estimate, &moved)?;
+        check.add_decision(recorded.estimate.decision);
+        results.add(&recorded.sample, &recorded.estimate, &recorded.moved)?;
     }
     Ok(Replayed {
         findings: findings_beside_contacts(&check),

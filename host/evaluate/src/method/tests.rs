@@ -1,6 +1,6 @@
 //! Tests of the knowledge and the answers of each method.
 
-use recordings::recording::Label;
+use samples::recording::Label;
 
 use super::*;
 use crate::sets::{Family, Set};

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use estimator_core::{ContactEstimate, Params};
-use recordings::recording::Label;
 use recordings::replay::replay;
+use samples::recording::Label;
 
 use super::walk::Walk;
 use crate::error::Error;

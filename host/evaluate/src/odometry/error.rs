@@ -1,6 +1,6 @@
 //! Error of an estimated track.
 
-use recordings::space::Vector;
+use samples::space::Vector;
 
 /// Error of a track as in `PyShoe`, m: the mean over all samples of the root of the mean square of the
 /// three axes' errors. The mean distance in space is √3 times as long.

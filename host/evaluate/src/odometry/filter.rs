@@ -11,7 +11,7 @@
 //! `σ_ω` = 0.5 °/s; σ = 0.01 m/s for binary detectors; initially 10 µm, 10 µm/s and 0.1°. The initial
 //! vertical is the mean of the first 20 specific forces, whose length is g. No bias is estimated.
 
-use recordings::space::{Rotation, Vector};
+use samples::space::{Rotation, Vector};
 
 use crate::window::Reading;
 

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use estimator_core::{ContactEstimate, Params};
 use recordings::replay::replay;
-use recordings::space::Vector;
+use samples::space::Vector;
 
 use crate::error::Error;
 use crate::labelled::Labelled;

@@ -21,7 +21,7 @@ pub mod published;
 pub mod shoe;
 
 use estimator_core::Params;
-use recordings::recording::Label;
+use samples::recording::Label;
 use serde::Serialize;
 
 use crate::labelled::Labelled;

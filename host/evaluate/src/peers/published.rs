@@ -64,7 +64,7 @@ mod tests {
     use super::*;
     use crate::sets::Set;
     use crate::testing::labelled;
-    use recordings::recording::Label;
+    use samples::recording::Label;
 
     /// Recording of a foot that turns at a constant rate, rad/s.
     fn turning(rate: f64) -> Labelled {

@@ -6,9 +6,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::axes;
-use footfall::plot::{
-    Drawn, TANGENTIAL_COLOUR, TEXT_SIZE, TITLE_HEIGHT, TITLE_SIZE, VERTICAL_COLOUR, text_style,
-};
+use footfall::plot::{Area, Drawn, TANGENTIAL_COLOUR, TEXT_SIZE, VERTICAL_COLOUR, text_style};
 
 const WIDTH: u32 = 1200;
 const HEIGHT: u32 = 560;
@@ -31,21 +29,14 @@ pub struct ErrorSeries {
 /// # Errors
 /// The drawing library reports an error, which is not expected when writing to memory.
 pub fn svg(title: &str, series: &[ErrorSeries; 2]) -> io::Result<String> {
-    let mut text = String::new();
-    draw(&mut text, title, series).map_err(io::Error::other)?;
-    Ok(text)
+    axes::picture((WIDTH, HEIGHT), title, |area| draw(area, series))
 }
 
-fn draw(text: &mut String, title: &str, series: &[ErrorSeries; 2]) -> Drawn {
+fn draw(area: &Area<'_>, series: &[ErrorSeries; 2]) -> Drawn {
     let colours = [TANGENTIAL_COLOUR, VERTICAL_COLOUR];
     let shares = series.each_ref().map(|series| shares(&series.errors));
     let highest = shares.iter().flatten().copied().fold(1.0, f64::max);
-    let root = SVGBackend::with_string(text, (WIDTH, HEIGHT)).into_drawing_area();
-    root.fill(&WHITE)?;
-    let (head, rest) = root.split_vertically(TITLE_HEIGHT);
-    let centred = text_style(TITLE_SIZE).pos(Pos::new(HPos::Center, VPos::Center));
-    head.draw_text(title, &centred, (WIDTH as i32 / 2, 32))?;
-    let (legend, rest) = rest.split_vertically(LEGEND_HEIGHT);
+    let (legend, rest) = area.split_vertically(LEGEND_HEIGHT);
     for ((series, colour), left) in series.iter().zip(colours).zip([140, 640]) {
         let swatch = Rectangle::new([(left, 10), (left + 44, 34)], colour.filled());
         legend.draw(&swatch)?;
@@ -68,7 +59,6 @@ fn draw(text: &mut String, title: &str, series: &[ErrorSeries; 2]) -> Drawn {
         });
         chart.draw_series(bars)?;
     }
-    root.present()?;
     Ok(())
 }
 

@@ -8,8 +8,8 @@ use scoring::reliability::Bin;
 
 use super::axes;
 use footfall::plot::{
-    Area, Drawn, TANGENTIAL_COLOUR, TEXT_SIZE, TITLE_HEIGHT, TITLE_SIZE, TOTAL_COLOUR,
-    VALUE_AXIS_WIDTH, VERTICAL_COLOUR, text_style,
+    Area, Drawn, TANGENTIAL_COLOUR, TEXT_SIZE, TOTAL_COLOUR, VALUE_AXIS_WIDTH, VERTICAL_COLOUR,
+    text_style,
 };
 
 const WIDTH: u32 = 1600;
@@ -40,22 +40,11 @@ pub struct ReliabilityDiagram {
 /// # Errors
 /// The drawing library reports an error, which is not expected when writing to memory.
 pub fn svg(title: &str, panels: &[ReliabilityDiagram; 2]) -> io::Result<String> {
-    let mut text = String::new();
-    draw(&mut text, title, panels).map_err(io::Error::other)?;
-    Ok(text)
-}
-
-fn draw(text: &mut String, title: &str, panels: &[ReliabilityDiagram; 2]) -> Drawn {
-    let root = SVGBackend::with_string(text, (WIDTH, HEIGHT)).into_drawing_area();
-    root.fill(&WHITE)?;
-    let (head, rest) = root.split_vertically(TITLE_HEIGHT);
-    let centred = text_style(TITLE_SIZE).pos(Pos::new(HPos::Center, VPos::Center));
-    head.draw_text(title, &centred, (WIDTH as i32 / 2, 32))?;
-    for (area, panel) in rest.split_evenly((1, 2)).iter().zip(panels) {
-        draw_panel(area, panel)?;
-    }
-    root.present()?;
-    Ok(())
+    axes::picture((WIDTH, HEIGHT), title, |area| {
+        let areas = area.split_evenly((1, 2));
+        let mut panels = areas.iter().zip(panels);
+        panels.try_for_each(|(area, panel)| draw_panel(area, panel))
+    })
 }
 
 fn draw_panel(area: &Area<'_>, panel: &ReliabilityDiagram) -> Drawn {

@@ -49,7 +49,7 @@ use std::io::{self, Write};
 
 use estimator_core::{ContactEstimate, Decision, Timestamp};
 
-use crate::output::{quoted, write_time};
+use crate::output::write_start;
 use loaded::Loaded;
 use reckoning::Reckoning;
 use unstable::{Unstable, Verdict};
@@ -290,10 +290,7 @@ pub fn write_event(
     start_us: i64,
     to: &mut dyn Write,
 ) -> io::Result<()> {
-    if let Some(foot) = foot {
-        write!(to, "{},", quoted(foot))?;
-    }
-    write_time(event.time, start_us, to)?;
+    write_start(foot, event.time, start_us, to)?;
     write!(to, ",{},", event.kind.name())?;
     if let Some(micros) = event.duration_us {
         write!(to, "{}.{:06}", micros / 1_000_000, micros % 1_000_000)?;

@@ -1,6 +1,6 @@
 //! Errors in a file, and their position.
 
-use std::{fmt, io};
+use std::io;
 
 use thiserror::Error;
 
@@ -15,47 +15,25 @@ use super::time::{MAX_TIME_S, MILLISECONDS_HINT};
 use crate::number::{shown, shown_rate};
 
 /// Reason why the names in a header are not recognised, although they are present.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum HeaderSlip {
     /// The names are in upper case.
+    #[error("names are written in lower case")]
     UpperCase,
     /// The names are separated by this character instead of commas.
+    #[error("columns are separated by commas, semicolons or tabs, not by {0:?}")]
     Separator(char),
 }
 
-impl fmt::Display for HeaderSlip {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::UpperCase => f.write_str("names are written in lower case"),
-            Self::Separator(found) => {
-                write!(
-                    f,
-                    "columns are separated by commas, semicolons or tabs, not by {found:?}"
-                )
-            }
-        }
-    }
-}
-
 /// Suggestion for a header that is not understood.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum Suggestion {
     /// Mapping that may be intended.
+    #[error("did you mean --map {0}?")]
     Meant(Mapping),
     /// Mapping of the header's first names, as an example of the syntax.
+    #[error("--map says which columns stand for them, such as --map {0}")]
     Example(Mapping),
-}
-
-impl fmt::Display for Suggestion {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Meant(mapping) => write!(f, "did you mean --map {mapping}?"),
-            Self::Example(mapping) => write!(
-                f,
-                "--map says which columns stand for them, such as --map {mapping}"
-            ),
-        }
-    }
 }
 
 /// End of an error about a header: how to resolve it.
@@ -460,6 +438,21 @@ pub enum InputError {
 }
 
 impl InputError {
+    pub(crate) fn empty(file: &str) -> Self {
+        let file = file.to_owned();
+        Self::Empty { file }
+    }
+
+    pub(crate) fn unreadable(file: &str, source: io::Error) -> Self {
+        let file = file.to_owned();
+        Self::Unreadable { file, source }
+    }
+
+    pub(crate) fn spool(file: &str, source: io::Error) -> Self {
+        let file = file.to_owned();
+        Self::Spool { file, source }
+    }
+
     /// Returns whether compressed data end early.
     pub(super) fn ended_early(&self) -> bool {
         matches!(self, Self::Unreadable { source, .. } if source.kind() == io::ErrorKind::UnexpectedEof)

@@ -1,6 +1,5 @@
 //! Formats of files, by name.
 
-use std::fmt;
 use std::str::FromStr;
 
 use samples::magic::ContainerKind;
@@ -78,9 +77,7 @@ impl Format {
     pub const fn is_container(self) -> bool {
         matches!(self, Self::Parquet | Self::Mcap | Self::Rosbag2)
     }
-}
 
-impl Format {
     /// Feature of this crate that reads its files, if missing in this build.
     #[must_use]
     pub const fn missing_feature(self) -> Option<&'static str> {
@@ -89,12 +86,6 @@ impl Format {
             Self::Mcap | Self::Rosbag2 if !cfg!(feature = "bags") => Some("bags"),
             _ => None,
         }
-    }
-}
-
-impl fmt::Display for Format {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
     }
 }
 
@@ -112,8 +103,7 @@ impl FromStr for Format {
     type Err = String;
 
     fn from_str(name: &str) -> Result<Self, String> {
-        let found = Self::ALL.into_iter().find(|format| format.name() == name);
-        found.ok_or_else(|| {
+        Self::of_name(name).ok_or_else(|| {
             let known = Self::ALL.map(Self::name).join(", ");
             format!("there is no format `{name}`; known are {known}")
         })

@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use estimator_core::{
     AngularRate, Gravity, ImuSample, Load, SpecificForce, Timestamp, Validity, Vec3,
 };
+use samples::recording::Recording;
 
 use super::correction::Correction;
 use super::format::{Content, Format};
 use super::store::contacts::ContactUse;
 use super::table::options::TableOptions;
 use super::topics::BagOptions;
-use crate::recording::Recording;
 
 /// Properties of a file that its format does not define.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -76,26 +76,16 @@ pub struct Repairs {
 impl Repairs {
     /// One sentence for each kind of repair that occurred.
     pub(super) fn notices(self, file: &str) -> Vec<String> {
-        let Self {
-            blank_rows,
-            dropped_rows,
-            retimed_rows,
-        } = self;
-        [
-            (blank_rows, "left out, in which all six axes are blank"),
-            (dropped_rows, "left out, whose times do not advance"),
-            (
-                retimed_rows,
-                "moved by more than half a period, to where the sample rate has them",
-            ),
-        ]
-        .into_iter()
-        .filter(|(rows, _)| *rows > 0)
-        .map(|(rows, what)| {
+        let blank = "left out, in which all six axes are blank";
+        let dropped = "left out, whose times do not advance";
+        let retimed = "moved by more than half a period, to where the sample rate has them";
+        let rows = [self.blank_rows, self.dropped_rows, self.retimed_rows];
+        let counted = rows.into_iter().zip([blank, dropped, retimed]);
+        let notices = counted.filter(|(rows, _)| *rows > 0).map(|(rows, what)| {
             let noun = if rows == 1 { "row" } else { "rows" };
             format!("{file}: {rows} {noun} {what}")
-        })
-        .collect()
+        });
+        notices.collect()
     }
 }
 

@@ -59,10 +59,10 @@ pub use table::reader::recording_name;
 pub use topics::{BagOptions, LoadTopic, Topics};
 
 use crate::mounting;
-use crate::space::Rotation;
 use open::{Container, Source};
 use published::go1;
 use published::simulated::{self, LabelScheme};
+use samples::space::Rotation;
 #[cfg(feature = "parquet")]
 use table::parquet;
 use table::reader::Table;

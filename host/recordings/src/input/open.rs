@@ -85,7 +85,7 @@ impl Source {
         let opened = if path.is_dir() {
             Self::folder(path)?
         } else {
-            Opened::file(path, wrap).map_err(|source| unreadable(&file, source))?
+            Opened::file(path, wrap).map_err(|source| InputError::unreadable(&file, source))?
         };
         match (opened, given) {
             #[cfg(feature = "bags")]
@@ -142,7 +142,7 @@ impl Source {
     /// Files of a rosbag2 in its folder.
     fn folder(path: &Path) -> Result<Opened, InputError> {
         let file = path.display().to_string();
-        let entries = fs::read_dir(path).map_err(|source| unreadable(&file, source))?;
+        let entries = fs::read_dir(path).map_err(|source| InputError::unreadable(&file, source))?;
         let mut paths: Vec<PathBuf> = entries
             .filter_map(|entry| Some(entry.ok()?.path()))
             .filter(|path| is_part(path))
@@ -152,7 +152,9 @@ impl Source {
         for path in paths {
             let file = path.display().to_string();
             let unwrapped = |file, _| -> Box<dyn Read> { Box::new(file) };
-            match Opened::file(&path, unwrapped).map_err(|source| unreadable(&file, source))? {
+            match Opened::file(&path, unwrapped)
+                .map_err(|source| InputError::unreadable(&file, source))?
+            {
                 Opened::Parts(Format::Mcap | Format::Rosbag2, mut part) => parts.append(&mut part),
                 _ => {
                     let given = Format::Rosbag2;
@@ -245,11 +247,4 @@ fn number_at_the_end(path: &Path) -> u64 {
     let stem = name.split('.').next().unwrap_or_default();
     let number = stem.rsplit('_').next().unwrap_or_default();
     number.parse().unwrap_or_default()
-}
-
-fn unreadable(file: &str, source: io::Error) -> InputError {
-    InputError::Unreadable {
-        file: file.to_owned(),
-        source,
-    }
 }

@@ -1,30 +1,24 @@
 //! Position in a file, for messages.
 
-use std::fmt;
+use thiserror::Error;
 
 /// Position of a row in a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum RowPlace {
     /// Line number in a text, from 1.
+    #[error(", line {0}")]
     Line(u64),
     /// Row number, from 1, in a file without lines.
+    #[error(", row {0}")]
     Row(u64),
     /// The names of the columns, in a file without lines.
+    #[error("")]
     Names,
 }
 
-impl fmt::Display for RowPlace {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Line(line) => write!(f, ", line {line}"),
-            Self::Row(row) => write!(f, ", row {row}"),
-            Self::Names => Ok(()),
-        }
-    }
-}
-
 /// Position of a cell in a file.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("{file}{place}, column {column} ({name})")]
 pub struct Cell {
     /// Path of the file, as given.
     pub file: String,
@@ -34,16 +28,4 @@ pub struct Cell {
     pub column: usize,
     /// Name of the column.
     pub name: String,
-}
-
-impl fmt::Display for Cell {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            file,
-            place,
-            column,
-            name,
-        } = self;
-        write!(f, "{file}{place}, column {column} ({name})")
-    }
 }

@@ -29,18 +29,12 @@ pub struct ImuTopic {
 
 impl fmt::Display for ImuTopic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            name,
-            frame,
-            messages,
-            rate,
-        } = self;
-        f.write_str(name)?;
-        if let Some(frame) = frame {
+        f.write_str(&self.name)?;
+        if let Some(frame) = &self.frame {
             write!(f, " frame {frame:?}")?;
         }
-        write!(f, " ({messages} messages")?;
-        match rate {
+        write!(f, " ({} messages", self.messages)?;
+        match self.rate {
             Some(rate) => write!(f, ", {rate:.0} Hz)"),
             None => write!(f, ")"),
         }
@@ -49,13 +43,26 @@ impl fmt::Display for ImuTopic {
 
 /// List of topics or other names.
 fn listed<T: fmt::Display>(names: &[T]) -> String {
-    const SHOWN: usize = 20;
-    let shown: Vec<_> = names.iter().take(SHOWN).map(T::to_string).collect();
-    let shown = shown.join(", ");
-    match names.len().checked_sub(SHOWN) {
-        Some(more @ 1..) => format!("{shown} and {more} more"),
-        _ if names.is_empty() => "nothing".to_owned(),
-        _ => shown,
+    match names {
+        [] => "nothing".to_owned(),
+        _ => first_of(names, 20),
+    }
+}
+
+/// Joins the first names with commas, and counts the rest.
+pub(super) fn first_of<T: fmt::Display>(
+    names: impl IntoIterator<Item = T>,
+    shown: usize,
+) -> String {
+    let mut names = names.into_iter();
+    let first: Vec<_> = names
+        .by_ref()
+        .take(shown)
+        .map(|name| name.to_string())
+        .collect();
+    match names.count() {
+        0 => first.join(", "),
+        more => format!("{} and {more} more", first.join(", ")),
     }
 }
 

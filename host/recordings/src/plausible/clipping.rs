@@ -2,10 +2,10 @@
 //! repeatedly reaches the same largest reading and stays there for some samples.
 
 use estimator_core::{Decision, Saturation, Validity};
+use samples::recording::RecordedSample;
 use samples::space::components;
 
 use super::Finding;
-use crate::recording::RecordedSample;
 
 /// Number of samples per step that may be at the end of the range: the impact itself.
 pub const CLIPPED_A_STEP: u64 = 3;
@@ -20,25 +20,18 @@ const LEAST_STAY: u64 = 2;
 /// if readings are rounded.
 const APPROACH: f32 = 0.99;
 
-/// One of the two sensors.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sensor {
-    /// The accelerometer.
-    Accelerometer,
-    /// The gyroscope.
-    Gyroscope,
+samples::named! {
+    /// One of the two sensors.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Sensor {
+        /// The accelerometer.
+        Accelerometer = "accelerometer",
+        /// The gyroscope.
+        Gyroscope = "gyroscope",
+    }
 }
 
 impl Sensor {
-    /// Name of the sensor.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Accelerometer => "accelerometer",
-            Self::Gyroscope => "gyroscope",
-        }
-    }
-
     /// Unit of its readings.
     #[must_use]
     pub const fn unit(self) -> &'static str {
@@ -134,8 +127,7 @@ impl Clipping {
     }
 
     pub(super) fn findings(&self) -> Vec<Finding> {
-        let names = [Sensor::Accelerometer, Sensor::Gyroscope];
-        let counted = names.into_iter().zip(&self.sensors);
+        let counted = Sensor::ALL.into_iter().zip(&self.sensors);
         let finding = |(sensor, count): (Sensor, &SensorCount)| {
             let is_end = |end: &&End| {
                 end.visits >= LEAST_VISITS

@@ -1,7 +1,5 @@
 //! A load that stays on one side of its thresholds: wrong unit or an offset.
 
-use std::fmt;
-
 use estimator_core::{Load, Phase};
 
 use super::Finding;
@@ -9,21 +7,14 @@ use super::Finding;
 /// Least time in stance and in motion for a finding, s.
 const LEAST_S: f32 = 1.0;
 
-/// Side of the thresholds on which a load stays.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LoadSide {
-    /// Above the thresholds: the foot never seems to swing.
-    Above,
-    /// Below the thresholds: the foot never seems to stand.
-    Below,
-}
-
-impl fmt::Display for LoadSide {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Above => "above",
-            Self::Below => "below",
-        })
+samples::named! {
+    /// Side of the thresholds on which a load stays.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum LoadSide {
+        /// Above the thresholds: the foot never seems to swing.
+        Above = "above",
+        /// Below the thresholds: the foot never seems to stand.
+        Below = "below",
     }
 }
 

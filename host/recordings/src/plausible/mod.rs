@@ -30,14 +30,13 @@ mod rates;
 mod rest;
 mod rise;
 
-use std::fmt;
-
 use estimator_core::params::STANDARD_GRAVITY;
 use estimator_core::{ContactEstimate, Decision, Gravity, Mounting, Vec3};
+use samples::recording::{RecordedSample, Recording};
+use thiserror::Error;
 
 use crate::input::{RateUnit, Units};
 use crate::mounting;
-use crate::recording::{RecordedSample, Recording};
 use clipping::Clipping;
 use clock::ClockCheck;
 use held::HeldCheck;
@@ -69,24 +68,35 @@ const NEAR: f32 = 1.2;
 const NO_GRAVITY: f32 = 0.5;
 
 /// One implausible property of a recording.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum Finding {
     /// Accelerations look like g, but are read as m/s².
+    #[error("the acceleration is {at_rest:.2} m/s² at rest, which looks like g: --units g")]
     AccelerationInG {
         /// |a| at rest, m/s².
         at_rest: f32,
     },
     /// Accelerations look like m/s², but are read as g.
+    #[error(
+        "the acceleration is {at_rest:.0} m/s² at rest, so it was in m/s² already: --units m/s2"
+    )]
     AccelerationNotInG {
         /// |a| at rest, m/s².
         at_rest: f32,
     },
     /// Accelerations are in an unsupported unit.
+    #[error(
+        "the acceleration is {at_rest:.0} m/s² at rest, {:.0} times gravity, which looks like mg or counts of the sensor: --units mg, or --scale with the value of a count",
+        at_rest / STANDARD_GRAVITY
+    )]
     AccelerationInOtherUnit {
         /// |a| at rest, m/s².
         at_rest: f32,
     },
     /// Samples have an axis that is not a number.
+    #[error(
+        "{samples} of {of} samples have an axis that is blank or no number, and are invalid: where accelerations and rates have rows of their own, join these first (pandas.merge_asof)"
+    )]
     NotNumbers {
         /// Number of such samples.
         samples: u64,
@@ -94,11 +104,19 @@ pub enum Finding {
         of: u64,
     },
     /// Angular rates look like rad/s, but are read as °/s.
+    #[error(
+        "the angular rate exceeds {percentile:.2} rad/s in one sample in a hundred only, though the foot moves, so it was in rad/s already: --units rad/s"
+    )]
     RateNotInDegrees {
         /// Rate exceeded by one sample in a hundred, rad/s.
         percentile: f32,
     },
     /// The load does not cross its thresholds.
+    #[error(
+        "the load is {:.3} to {:.3}, which is always {side} its thresholds, though the foot stands and moves: set [load] in the unit of the signal, and take out its offset",
+        range[0],
+        range[1]
+    )]
     LoadThresholds {
         /// Side on which it stays.
         side: LoadSide,
@@ -106,21 +124,31 @@ pub enum Finding {
         range: [f32; 2],
     },
     /// Angular rates look like °/s, but are read as rad/s.
+    #[error(
+        "the angular rate exceeds {percentile:.0} rad/s in every hundredth sample, which looks like °/s: --units dps"
+    )]
     RateInDegrees {
         /// Rate exceeded by one sample in a hundred, rad/s.
         percentile: f32,
     },
     /// Gravity is declared removed, but is included.
+    #[error(
+        "gravity is declared removed, but the acceleration is {at_rest:.2} m/s² at rest: --gravity included"
+    )]
     GravityIncluded {
         /// |a| at rest, m/s².
         at_rest: f32,
     },
     /// Gravity is declared included, but is missing.
+    #[error(
+        "gravity is declared included, but the acceleration is {at_rest:.2} m/s² at rest: --gravity removed"
+    )]
     GravityRemoved {
         /// |a| at rest, m/s².
         at_rest: f32,
     },
     /// At rest, gravity is not along the z axis.
+    #[error("{up} is up at rest, where the foot has z: --axes {axes}")]
     GravityNotAlongZ {
         /// The axis that is up, such as `-x`.
         up: &'static str,
@@ -128,6 +156,10 @@ pub enum Finding {
         axes: Mounting,
     },
     /// The clock jumps.
+    #[error(
+        "the clock jumps {}, by up to {longest_s:.1} s: samples are missing, or --times rate",
+        times(*count)
+    )]
     ClockJumps {
         /// Number of jumps.
         count: usize,
@@ -135,11 +167,18 @@ pub enum Finding {
         longest_s: f64,
     },
     /// Rows arrive in batches.
+    #[error(
+        "{:.0} % of the rows come right after another, as if they arrive in batches: --times rate",
+        100.0 * share
+    )]
     Batches {
         /// The share of steps that are much shorter than the mean, in [0, 1].
         share: f64,
     },
     /// Rows come more often than new readings of the sensor.
+    #[error(
+        "{samples} of {of} samples repeat the one before in all axes: the sensor was read at about {rate:.0} Hz, and its readings were held"
+    )]
     HeldReadings {
         /// Number of samples that repeat the one before.
         samples: u64,
@@ -149,6 +188,11 @@ pub enum Finding {
         rate: f32,
     },
     /// A sensor's range is too small for the steps.
+    #[error(
+        "the {} clips at {largest:.0} {} in {samples} samples of {steps} steps, which hides landings: choose a larger range",
+        sensor.name(),
+        sensor.unit()
+    )]
     Clips {
         /// The sensor.
         sensor: Sensor,
@@ -160,12 +204,16 @@ pub enum Finding {
         largest: f32,
     },
     /// The probability stays low although the foot is loaded.
+    #[error("{}", never_rises(*loaded_share))]
     NeverRises {
         /// Share of the loaded time in which it is above ½; `None` if the load is unknown and the whole recording
         /// counts.
         loaded_share: Option<f64>,
     },
     /// A window has few samples.
+    #[error(
+        "{rate} Hz is too low for the windows of the estimate, which was chosen with {LOWEST_RATE} Hz and more"
+    )]
     LowRate {
         /// The sample rate, Hz.
         rate: f32,
@@ -210,96 +258,20 @@ impl Finding {
     }
 }
 
-impl fmt::Display for Finding {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::AccelerationInG { at_rest } => write!(
-                f,
-                "the acceleration is {at_rest:.2} m/s² at rest, which looks like g: --units g"
-            ),
-            Self::AccelerationNotInG { at_rest } => write!(
-                f,
-                "the acceleration is {at_rest:.0} m/s² at rest, so it was in m/s² already: --units m/s2"
-            ),
-            Self::AccelerationInOtherUnit { at_rest } => write!(
-                f,
-                "the acceleration is {at_rest:.0} m/s² at rest, {:.0} times gravity, which looks like mg or counts of the sensor: --units mg, or --scale with the value of a count",
-                at_rest / STANDARD_GRAVITY
-            ),
-            Self::NotNumbers { samples, of } => write!(
-                f,
-                "{samples} of {of} samples have an axis that is blank or no number, and are invalid: where accelerations and rates have rows of their own, join these first (pandas.merge_asof)"
-            ),
-            Self::RateNotInDegrees { percentile } => write!(
-                f,
-                "the angular rate exceeds {percentile:.2} rad/s in one sample in a hundred only, though the foot moves, so it was in rad/s already: --units rad/s"
-            ),
-            Self::LoadThresholds {
-                side,
-                range: [lowest, highest],
-            } => write!(
-                f,
-                "the load is {lowest:.3} to {highest:.3}, which is always {side} its thresholds, though the foot stands and moves: set [load] in the unit of the signal, and take out its offset"
-            ),
-            Self::RateInDegrees { percentile } => write!(
-                f,
-                "the angular rate exceeds {percentile:.0} rad/s in every hundredth sample, which looks like °/s: --units dps"
-            ),
-            Self::GravityIncluded { at_rest } => write!(
-                f,
-                "gravity is declared removed, but the acceleration is {at_rest:.2} m/s² at rest: --gravity included"
-            ),
-            Self::GravityRemoved { at_rest } => write!(
-                f,
-                "gravity is declared included, but the acceleration is {at_rest:.2} m/s² at rest: --gravity removed"
-            ),
-            Self::GravityNotAlongZ { up, axes } => {
-                write!(f, "{up} is up at rest, where the foot has z: --axes {axes}")
-            }
-            Self::ClockJumps { count, longest_s } => write!(
-                f,
-                "the clock jumps {}, by up to {longest_s:.1} s: samples are missing, or --times rate",
-                if *count == 1 {
-                    "once".to_owned()
-                } else {
-                    format!("{count} times")
-                }
-            ),
-            Self::Batches { share } => write!(
-                f,
-                "{:.0} % of the rows come right after another, as if they arrive in batches: --times rate",
-                100.0 * share
-            ),
-            Self::HeldReadings { samples, of, rate } => write!(
-                f,
-                "{samples} of {of} samples repeat the one before in all axes: the sensor was read at about {rate:.0} Hz, and its readings were held"
-            ),
-            Self::Clips {
-                sensor,
-                samples,
-                steps,
-                largest,
-            } => write!(
-                f,
-                "the {} clips at {largest:.0} {} in {samples} samples of {steps} steps, which hides landings: choose a larger range",
-                sensor.name(),
-                sensor.unit()
-            ),
-            Self::NeverRises {
-                loaded_share: Some(share),
-            } => write!(
-                f,
-                "the probability is above ½ in {:.1} % of the time under load: the units, the axes or the half-widths do not fit this robot (footfall calibrate)",
-                100.0 * share
-            ),
-            Self::NeverRises { loaded_share: None } => f.write_str(
-                "the probability never rises above ½: the units, the axes or the half-widths do not fit this robot (footfall calibrate), or the foot never stands",
-            ),
-            Self::LowRate { rate } => write!(
-                f,
-                "{rate} Hz is too low for the windows of the estimate, which was chosen with {LOWEST_RATE} Hz and more"
-            ),
-        }
+fn times(count: usize) -> String {
+    match count {
+        1 => "once".to_owned(),
+        count => format!("{count} times"),
+    }
+}
+
+fn never_rises(loaded_share: Option<f64>) -> String {
+    match loaded_share {
+        Some(share) => format!(
+            "the probability is above ½ in {:.1} % of the time under load: the units, the axes or the half-widths do not fit this robot (footfall calibrate)",
+            100.0 * share
+        ),
+        None => "the probability never rises above ½: the units, the axes or the half-widths do not fit this robot (footfall calibrate), or the foot never stands".to_owned(),
     }
 }
 

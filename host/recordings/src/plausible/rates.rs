@@ -1,9 +1,10 @@
 //! Angular rates that are too large or too small for their unit.
 
+use samples::recording::RecordedSample;
+
 use super::Finding;
 use super::histogram::Histogram;
 use crate::input::RateUnit;
-use crate::recording::RecordedSample;
 
 /// Range of the gyroscopes on robots, 2000 °/s, in rad/s.
 pub const LARGEST_RATE: f32 = 34.9;

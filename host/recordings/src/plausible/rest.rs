@@ -3,7 +3,7 @@
 use estimator_core::Validity;
 use samples::space::components;
 
-use crate::recording::RecordedSample;
+use samples::recording::RecordedSample;
 
 /// Duration of a piece, s.
 const PIECE_S: f32 = 0.1;

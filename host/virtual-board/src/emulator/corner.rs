@@ -24,10 +24,7 @@ impl FromStr for Corner {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        Self::ALL
-            .into_iter()
-            .find(|corner| corner.name() == text)
-            .ok_or_else(|| format!("{text} is none of fast, typical, slow"))
+        Self::of_name(text).ok_or_else(|| format!("{text} is none of fast, typical, slow"))
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::emulator::memory::FLASH;
 use object::{Object, ObjectSegment, ObjectSymbol};
+use thiserror::Error;
 
 /// The parts of an ELF that the board needs.
 #[derive(Clone, Debug, Default)]
@@ -15,16 +16,9 @@ pub struct ElfImage {
 }
 
 /// Reason why an ELF cannot be loaded.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("the ELF cannot be loaded: {0}")]
 pub struct ElfError(pub String);
-
-impl core::fmt::Display for ElfError {
-    fn fmt(&self, f: &mut core::fmt::Formatter) -> core::fmt::Result {
-        write!(f, "the ELF cannot be loaded: {}", self.0)
-    }
-}
-
-impl core::error::Error for ElfError {}
 
 impl ElfImage {
     /// Parses an ELF.

@@ -1,9 +1,10 @@
 //! Failures that end a run: the firmware misused the part, or used something that is not modelled.
 
-use core::fmt;
+use thiserror::Error;
 
 /// A misuse of the part, and its address.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("at {pc:#010x}{}: {what}", address.map_or_else(String::new, |at| format!(", address {at:#010x}")))]
 pub struct Failure {
     /// Address of the instruction.
     pub pc: u32,
@@ -22,15 +23,3 @@ impl Failure {
         }
     }
 }
-
-impl fmt::Display for Failure {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "at {:#010x}", self.pc)?;
-        if let Some(address) = self.address {
-            write!(f, ", address {address:#010x}")?;
-        }
-        write!(f, ": {}", self.what)
-    }
-}
-
-impl core::error::Error for Failure {}

@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use std::io;
 
 use estimator_core::{Decision, Flags, PerAxis, Probabilities, Quaternion};
+use samples::phase::phase_of;
 
 use super::super::store::contacts::{
     Contacts, NO_ORIENTATION, NO_VECTOR, NewestOrientation, SentContact, flags_of_contact,
@@ -17,7 +18,6 @@ use super::super::store::contacts::{
 use super::cdr::decode;
 use super::messages::{self, Imu, TwistWithCovarianceStamped};
 use super::storage::{Channel, micros};
-use crate::phase::phase_of;
 
 /// Largest deviation of the square of a unit quaternion's length from 1.
 const UNIT: f64 = 1.0e-3;
@@ -49,11 +49,8 @@ struct LeftOut {
 }
 
 /// Contacts of a foot, and a sentence on each kind of those that were left out.
-pub(super) struct FootContacts {
-    pub(super) topic: String,
-    pub(super) contacts: Contacts,
-    pub(super) notices: Vec<String>,
-}
+/// Topic of the contacts of a foot, the contacts, and notices about those left out.
+pub(super) type FootContacts = (String, Contacts, Vec<String>);
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
@@ -145,23 +142,15 @@ impl ContactFeeds {
         };
         feed.flush()?;
         let topic = foot + CONTACT;
-        let LeftOut {
-            not_decoded,
-            not_after,
-        } = feed.left_out;
         let counted = [
-            (not_decoded, "are no message of this type"),
-            (not_after, "are not after the one before"),
+            (feed.left_out.not_decoded, "are no message of this type"),
+            (feed.left_out.not_after, "are not after the one before"),
         ];
         let counted = counted.into_iter().filter(|(count, _)| *count > 0);
         let notices = counted
             .map(|(count, what)| format!("{topic}: {count} contacts left out, which {what}"))
             .collect();
-        Ok(Some(FootContacts {
-            topic,
-            contacts: feed.contacts,
-            notices,
-        }))
+        Ok(Some((topic, feed.contacts, notices)))
     }
 }
 

@@ -88,9 +88,7 @@ impl Visitor for Copier<'_> {
         received.map_err(|error| {
             // The visit ends; the error itself is returned apart.
             self.failed = Some(error);
-            InputError::Empty {
-                file: self.file.clone(),
-            }
+            InputError::empty(&self.file)
         })
     }
 }

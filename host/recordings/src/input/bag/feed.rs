@@ -1,6 +1,7 @@
 //! Converts the messages of one IMU into the rows of a recording.
 
 use estimator_core::{Gravity, Load, Timestamp, Validity};
+use samples::recording::RecordedSample;
 
 use super::super::error::InputError;
 use super::super::loaded::{Hints, OLDEST_LOAD_US, imu_sample};
@@ -11,7 +12,6 @@ use super::load::{Clock, Found, LoadSeries};
 use super::messages::Imu;
 use super::sidecar::Known;
 use super::storage::micros;
-use crate::recording::RecordedSample;
 
 /// Deviation from a constant delay up to which the time of writing of a sample is not kept, µs.
 const FOLLOWS_US: u64 = 1_000;
@@ -239,13 +239,7 @@ impl Feed {
     }
 
     fn notices(&self, place: &str, load: Option<&LoadSeries>) -> Vec<String> {
-        let Lacking {
-            stamp,
-            accelerations,
-            rates,
-            load: unloaded,
-            number,
-        } = self.without;
+        let without = self.without;
         let fields = self.fields_taken.as_ref();
         let mut notices: Vec<String> = fields
             .map(|taken| format!("{place}: {taken}"))
@@ -260,21 +254,21 @@ impl Feed {
         let load = load.unwrap_or_default();
         let newest_ms = OLDEST_LOAD_US / 1000;
         let counted = [
-            (stamp, "left out, without a stamp".to_owned()),
+            (without.stamp, "left out, without a stamp".to_owned()),
             (
-                accelerations,
+                without.accelerations,
                 "without accelerations, by their covariance: invalid samples".to_owned(),
             ),
             (
-                rates,
+                without.rates,
                 "without angular rates, by their covariance: invalid samples".to_owned(),
             ),
             (
-                unloaded,
+                without.load,
                 format!("without a load: nothing on {load} in the {newest_ms} ms before"),
             ),
             (
-                number,
+                without.number,
                 format!("without a load: the last value on {load} is not a number"),
             ),
         ];

@@ -110,17 +110,8 @@ impl Fields {
 
 /// Indices of the six axes among names, if there is one sensor of each kind.
 fn recognised(names: &[String]) -> Option<[usize; 6]> {
-    let ours = |triple: Triple| {
-        let ours = triple
-            .ours()
-            .map(|axis| names.iter().position(|name| name == axis));
-        match ours {
-            [Some(x), Some(y), Some(z)] => Some([x, y, z]),
-            _ => None,
-        }
-    };
     // As in tables, our own names come first.
-    let triple = |triple| match (ours(triple), find(triple, names)) {
+    let triple = |triple: Triple| match (triple.own(names), find(triple, names)) {
         (Some(axes), _) | (None, Found::At(axes)) => Some(axes),
         (None, Found::Nowhere | Found::Several(..)) => None,
     };

@@ -71,39 +71,31 @@ fn read(
         failed: None,
     };
     visit(&mut container.parts, &container.file, &mut reader)?;
-    let LoadReader {
-        mut series,
-        feet,
-        others,
-        failed,
-        ..
-    } = reader;
-    if let Some(error) = failed {
+    if let Some(error) = reader.failed {
         return Err(error);
     }
-    for series in &mut series {
+    for series in &mut reader.series {
         if !series.is_declared() {
             return Err(ContainerError::NoSuchTopic {
                 file: container.file.clone(),
                 topic: series.topic.topic.clone(),
                 wanted: "numbers",
-                topics: others.iter().map(described).collect(),
+                topics: reader.others.iter().map(described).collect(),
             }
             .into());
         }
         series.sort();
     }
-    let all = feet;
     let is_selected = |(_, frame): &&ImuKey| is_wanted(frame, hints);
-    let mut feet: Vec<ImuKey> = all.iter().filter(is_selected).cloned().collect();
+    let mut feet: Vec<ImuKey> = reader.feet.iter().filter(is_selected).cloned().collect();
     if let Topics::Named(named) = &hints.bag.topics {
         feet.retain(|(topic, _)| named.contains(topic));
     }
     feet.sort_by(|a, b| order(&hints.bag, &a.0, &a.1).cmp(&order(&hints.bag, &b.0, &b.1)));
-    let hidden = hidden_imus(&others, &hints.bag);
-    let names = names(&feet, &all, hidden);
+    let hidden = hidden_imus(&reader.others, &hints.bag);
+    let names = names(&feet, &reader.feet, hidden);
     Ok(Loads {
-        series,
+        series: reader.series,
         feet,
         names,
     })

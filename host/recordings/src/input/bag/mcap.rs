@@ -85,10 +85,7 @@ pub(super) fn visit(
     match read {
         Ok(()) => Ok(End::Complete),
         Err(Stop::Early(why)) => Ok(End::Early(why)),
-        Err(Stop::Unreadable(source)) => Err(InputError::Unreadable {
-            file: file.to_owned(),
-            source,
-        }),
+        Err(Stop::Unreadable(source)) => Err(InputError::unreadable(file, source)),
         Err(Stop::Damaged(error)) => Err(ContainerError::Damaged {
             file: file.to_owned(),
             source: Box::new(error),

@@ -48,7 +48,6 @@ use super::open::Container;
 use super::refusal::ContainerError;
 use super::store::stored::Stored;
 use super::topics::{BagOptions, Topics};
-use contacts::FootContacts;
 use feed::{Feed, Name, Sharing};
 use loads::loads;
 use messages::Imu;
@@ -90,12 +89,13 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
     let topics: Vec<String> = chosen.iter().map(Feed::address).collect();
     let feet = feet::names_of(&topics, &all);
     if !loads.series.is_empty() && loads.series.len() != chosen.len() {
-        return Err(load_count(&file, hints, topics));
+        return Err(ContainerError::LoadCount {
+            file,
+            loads: hints.bag.loads.clone(),
+            feet: topics,
+        }
+        .into());
     }
-    let not_stored = |source| InputError::Spool {
-        file: file.clone(),
-        source,
-    };
     let mut recordings = Vec::new();
     let mut used = Vec::new();
     for ((k, feed), foot) in chosen.into_iter().enumerate().zip(feet) {
@@ -105,39 +105,29 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
         };
         let address = feed.address();
         let of_foot = match feed.sharing {
-            Sharing::Alone => contacts.of_imu(&feed.topic).map_err(not_stored)?,
+            Sharing::Alone => {
+                (contacts.of_imu(&feed.topic)).map_err(|source| InputError::spool(&file, source))?
+            }
             // Samples of several feet on one topic have no contacts beside them.
             Sharing::Shared => None,
         };
         let mut stored = feed.finish(name, loads.series.get(k), hints, &file)?;
         stored.about.address = Some(address);
-        if let Some(FootContacts {
-            topic,
-            contacts,
-            notices,
-        }) = of_foot
+        if let Some((topic, contacts, notices)) = of_foot
             && stored.use_contacts(contacts)
         {
-            let notices = notices.into_iter();
-            stored
-                .about
-                .notices
-                .extend(notices.map(|notice| format!("{file}, topic {notice}")));
+            let notices = notices.iter();
+            let notices = notices.map(|notice| format!("{file}, topic {notice}"));
+            stored.about.notices.extend(notices);
             used.push(topic);
         }
         recordings.push(stored);
     }
     let contacts = contact_notices(&file, contact_topics, &used, recordings.len());
     if let Some(first) = recordings.first_mut() {
-        first.about.notices.splice(
-            0..0,
-            container
-                .notice
-                .into_iter()
-                .chain(missing)
-                .chain(endings)
-                .chain(contacts),
-        );
+        let notices = container.notice.into_iter().chain(missing);
+        let notices = notices.chain(endings).chain(contacts);
+        first.about.notices.splice(0..0, notices);
     }
     Ok(recordings)
 }
@@ -164,15 +154,6 @@ fn contact_notices(
         )
     });
     taken.into_iter().chain(ignored)
-}
-
-fn load_count(file: &str, hints: &Hints, feet: Vec<String>) -> InputError {
-    ContainerError::LoadCount {
-        file: file.to_owned(),
-        loads: hints.bag.loads.clone(),
-        feet,
-    }
-    .into()
 }
 
 /// Topic, or part of its messages, and frame of an IMU.
@@ -233,13 +214,8 @@ fn hidden_imus(channels: &[Channel], bag: &BagOptions) -> BTreeSet<String> {
 
 /// A topic with the type of its messages.
 fn described(channel: &Channel) -> String {
-    let Channel {
-        topic,
-        message,
-        encoding,
-        ..
-    } = channel;
-    match (message.as_str(), encoding.as_str()) {
+    let topic = &channel.topic;
+    match (channel.message.as_str(), channel.encoding.as_str()) {
         ("", encoding) => format!("{topic} ({encoding})"),
         (message, "cdr") => format!("{topic} ({message})"),
         (message, encoding) => format!("{topic} ({message} in {encoding})"),

@@ -1,7 +1,6 @@
 //! Selects the IMUs that are feet, and passes the messages of each to its feed.
 
 use std::collections::BTreeSet;
-use std::io;
 
 use super::super::error::InputError;
 use super::super::loaded::Hints;
@@ -90,7 +89,7 @@ impl Visitor for Reader<'_> {
                 true => self.contacts.take(channel, log_ns, payload),
                 false => Ok(()),
             }
-            .map_err(|source| self.not_stored(source));
+            .map_err(|source| InputError::spool(self.file, source));
         };
         let is_needed = match &self.hints.bag.topics {
             Topics::Named(named) => named.contains(&channel.topic),
@@ -136,13 +135,6 @@ impl<'a> Reader<'a> {
 
     const fn reads_contacts(&self) -> bool {
         matches!(self.hints.contacts, ContactUse::Recorded)
-    }
-
-    fn not_stored(&self, source: io::Error) -> InputError {
-        InputError::Spool {
-            file: self.file.to_owned(),
-            source,
-        }
     }
 
     /// Takes the contacts of all feet.
@@ -192,26 +184,19 @@ impl<'a> Reader<'a> {
         (log_ns, known): (i64, Known),
         imu: Result<Imu, String>,
     ) -> Result<(), InputError> {
-        let decoded = imu.and_then(|imu| {
-            let at = self.place(topic, &imu.header.frame_id.0)?;
-            Ok((at, imu))
-        });
-        let (at, imu) = match decoded {
-            Ok((at, imu)) => (at, imu),
-            Err(what) => {
-                if let Some(first) = self.feeds.iter_mut().find(|feed| feed.topic == topic) {
-                    first.count(log_ns);
-                }
-                let of_topic = self.feeds.iter().filter(|feed| feed.topic == topic);
-                return Err(ContainerError::Message {
-                    file: self.file.to_owned(),
-                    topic: topic.to_owned(),
-                    number: of_topic.map(|feed| feed.messages).sum(),
-                    what,
-                }
-                .into());
+        let decoded = imu.and_then(|imu| Ok((self.place(topic, &imu.header.frame_id.0)?, imu)));
+        let (at, imu) = decoded.map_err(|what| {
+            if let Some(first) = self.feeds.iter_mut().find(|feed| feed.topic == topic) {
+                first.count(log_ns);
             }
-        };
+            let of_topic = self.feeds.iter().filter(|feed| feed.topic == topic);
+            ContainerError::Message {
+                file: self.file.to_owned(),
+                topic: topic.to_owned(),
+                number: of_topic.map(|feed| feed.messages).sum(),
+                what,
+            }
+        })?;
         self.feeds[at].count(log_ns);
         if !is_wanted(&imu.header.frame_id.0, self.hints) {
             return Ok(());
@@ -261,18 +246,14 @@ impl<'a> Reader<'a> {
         let is_there = |frame: &String| self.feeds.iter().any(|feed| has(feed, frame));
         if let Some(frame) = frames.iter().find(|frame| !is_there(frame)) {
             let filled = self.feeds.iter().filter(|feed| feed.frame.is_some());
+            let with_frame = |feed: &Feed| ImuTopic {
+                frame: feed.frame.clone(),
+                ..feed.about()
+            };
             return Err(ContainerError::NoSuchFrame {
                 file: self.file.to_owned(),
                 frame: frame.clone(),
-                frames: filled
-                    .map(|feed| {
-                        let frame = feed.frame.clone();
-                        ImuTopic {
-                            frame,
-                            ..feed.about()
-                        }
-                    })
-                    .collect(),
+                frames: filled.map(with_frame).collect(),
             }
             .into());
         }
@@ -306,40 +287,29 @@ impl<'a> Reader<'a> {
             return Err(error);
         }
         self.select_frames()?;
-        let abouts: Vec<ImuTopic> = self.feeds.iter().map(Feed::about).collect();
+        let topics: Vec<ImuTopic> = self.feeds.iter().map(Feed::about).collect();
         let mut feeds = self.feeds;
-        match &self.hints.bag.topics {
-            Topics::Named(named) => {
-                for topic in named {
-                    let topic = topic.clone();
-                    match feeds.iter().find(|feed| feed.topic == topic) {
-                        Some(feed) if feed.messages > 0 => {}
-                        Some(_) => {
-                            let topics = abouts;
-                            return Err(ContainerError::NoMessage {
-                                file,
-                                topic,
-                                topics,
-                            }
-                            .into());
-                        }
-                        None => {
-                            let all = abouts.iter().map(ToString::to_string);
-                            return Err(ContainerError::NoSuchTopic {
-                                file,
-                                topic,
-                                wanted: Imu::TYPE,
-                                topics: all.chain(self.others.iter().map(described)).collect(),
-                            }
-                            .into());
-                        }
+        sort(&mut feeds, &self.hints.bag);
+        if let Topics::Named(named) = &self.hints.bag.topics {
+            for topic in named {
+                let of_topic = feeds.iter().find(|feed| feed.topic == *topic);
+                let topic = topic.clone();
+                let Some(feed) = of_topic else {
+                    let all = topics.iter().map(ToString::to_string);
+                    return Err(ContainerError::NoSuchTopic {
+                        file,
+                        topic,
+                        wanted: Imu::TYPE,
+                        topics: all.chain(self.others.iter().map(described)).collect(),
                     }
+                    .into());
+                };
+                if feed.messages == 0 {
+                    return Err(no_message(file, topic, topics));
                 }
-                feeds.retain(|feed| named.contains(&feed.topic));
-                sort(&mut feeds, &self.hints.bag);
-                return Ok(feeds);
             }
-            Topics::All | Topics::TheOnly => sort(&mut feeds, &self.hints.bag),
+            feeds.retain(|feed| named.contains(&feed.topic));
+            return Ok(feeds);
         }
         if feeds.is_empty() {
             let with_axes =
@@ -354,30 +324,26 @@ impl<'a> Reader<'a> {
         }
         feeds.retain(|feed| feed.messages > 0);
         match (feeds.len(), &self.hints.bag.topics) {
-            (0, _) => {
-                let topic = Imu::TYPE.to_owned();
-                let topics = abouts;
-                Err(ContainerError::NoMessage {
-                    file,
-                    topic,
-                    topics,
-                }
-                .into())
-            }
+            (0, _) => Err(no_message(file, Imu::TYPE.to_owned(), topics)),
             // Each of the frames that were selected may be a foot.
             (several @ 2.., Topics::TheOnly) if several > self.hints.bag.frames.len() => {
-                let topics = abouts;
                 Err(ContainerError::SeveralTopics { file, topics }.into())
             }
-            _ => match self.failed {
-                Some(error) => Err(error),
-                None => Ok(feeds),
-            },
+            _ => self.failed.map_or(Ok(feeds), Err),
         }
     }
 }
 
 /// Sorts feeds by [`order`].
+fn no_message(file: String, topic: String, topics: Vec<ImuTopic>) -> InputError {
+    ContainerError::NoMessage {
+        file,
+        topic,
+        topics,
+    }
+    .into()
+}
+
 fn sort(feeds: &mut [Feed], bag: &BagOptions) {
     feeds.sort_by(|a, b| {
         let of = |feed: &Feed| feed.frame.clone().unwrap_or_default();

@@ -31,10 +31,7 @@ impl Converted {
 /// The program is not installed, cannot be run, or refuses the bag.
 pub(in crate::input) fn converted(path: &Path) -> Result<Converted, InputError> {
     let file = path.display().to_string();
-    let unusable = |source: io::Error| InputError::Spool {
-        file: file.clone(),
-        source,
-    };
+    let unusable = |source| InputError::spool(&file, source);
     let folder = tempfile::tempdir().map_err(unusable)?;
     let converted = Converted { folder };
     // An absolute path cannot be taken for an option.

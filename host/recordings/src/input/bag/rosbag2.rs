@@ -41,10 +41,7 @@ pub(super) fn visit(
         }
         .into()
     };
-    let whole = whole_pages(&part.path).map_err(|source| InputError::Unreadable {
-        file: file.to_owned(),
-        source,
-    })?;
+    let whole = whole_pages(&part.path).map_err(|source| InputError::unreadable(file, source))?;
     let path = whole.as_deref().unwrap_or(&part.path);
     let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
     let database = Connection::open_with_flags(path, flags).map_err(damaged)?;

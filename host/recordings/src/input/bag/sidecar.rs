@@ -11,12 +11,12 @@
 use std::collections::HashMap;
 
 use estimator_core::Validity;
+use samples::recording::Label;
+use samples::validity::of_name;
 use serde::Deserialize;
 
 use super::cdr::decode;
 use super::storage::Channel;
-use crate::recording::Label;
-use crate::validity::of_name;
 
 /// Validity and label of a sample, if known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

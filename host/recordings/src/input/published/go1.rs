@@ -21,12 +21,12 @@
 
 use estimator_core::params::STANDARD_GRAVITY;
 use estimator_core::{Axis, Params, Saturation, Validity};
+use samples::recording::{RecordedSample, Recording};
 
 use crate::input::error::InputError;
 use crate::input::loaded::{Hints, Loaded, Repairs, finite_load, imu_sample, steady_time};
 use crate::input::table::cells::Cells;
 use crate::input::table::reader::{Row, Table};
-use crate::recording::{RecordedSample, Recording};
 
 /// Nominal rate of the GO1 recordings' IMU columns, Hz.
 pub const SAMPLE_RATE: f32 = Params::PAPER_GO1.sample_rate;

@@ -15,13 +15,13 @@
 use std::path::Path;
 
 use estimator_core::{Load, Params, Validity};
+use samples::recording::{Label, RecordedSample, Recording};
 
 use crate::input::correction::Correction;
 use crate::input::error::InputError;
 use crate::input::loaded::{Hints, Loaded, Repairs, imu_sample, steady_time};
 use crate::input::table::cells::{Cells, label};
 use crate::input::table::reader::Table;
-use crate::recording::{Label, RecordedSample, Recording};
 
 /// Rate of the ATLAS recordings, Hz.
 pub const ATLAS_SAMPLE_RATE: f32 = Params::PAPER.sample_rate;

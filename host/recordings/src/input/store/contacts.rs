@@ -1,16 +1,16 @@
 //! Contacts that a foot sent, as the estimates of a recording, in a temporary file.
 
-use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
+use std::io;
 
 use estimator_core::{
     AngularRate, ContactEstimate, Decision, Flag, Flags, LinearAcceleration, PerAxis, Phase,
     Probabilities, Quaternion, Timestamp, Vec3, VelocitySigma,
 };
+use samples::phase::{code_of, phase_of};
 use samples::space::components;
-use tempfile::SpooledTempFile;
 
 use super::rate::TimesSoFar;
-use crate::phase::{code_of, phase_of};
+use crate::spool::{Samples, Spool, Spooled};
 
 /// Source of the estimates of a recording that has contacts of its foot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -44,16 +44,6 @@ pub fn without_effect(file: &str, options: &[&str]) -> Option<String> {
         )
     })
 }
-
-/// Bytes kept in memory; longer data go to a file in the system's temporary folder.
-const IN_MEMORY: usize = 32 << 20;
-
-/// Numbers per contact: nine probabilities, the standard deviation of the velocity, four of the orientation, three of the
-/// acceleration.
-const NUMBERS: usize = 17;
-
-/// Bytes per contact: its time, its numbers, and the codes of decision and validity, phase, and flags.
-const ROW: usize = 8 + 4 * NUMBERS + 3;
 
 /// Value of a number that was not recorded.
 const UNKNOWN: f32 = f32::NAN;
@@ -149,23 +139,12 @@ impl NewestOrientation {
 }
 
 /// Contacts of a foot in order of time, written once and read as often as needed.
+#[derive(Default)]
 pub struct Contacts {
-    file: BufWriter<SpooledTempFile>,
-    len: usize,
+    spool: Spool<SentContact>,
     times: TimesSoFar,
     /// Times of the first and the last contact, µs.
     span_us: Option<(i64, i64)>,
-}
-
-impl Default for Contacts {
-    fn default() -> Self {
-        Self {
-            file: BufWriter::with_capacity(1 << 16, SpooledTempFile::new(IN_MEMORY)),
-            len: 0,
-            times: TimesSoFar::default(),
-            span_us: None,
-        }
-    }
 }
 
 impl Contacts {
@@ -180,15 +159,14 @@ impl Contacts {
             Some((_, last_us)) if *last_us < now_us => *last_us = now_us,
             Some(_) => return Ok(false),
         }
-        self.file.write_all(&encode(contact))?;
+        self.spool.push(contact)?;
         self.times.add(now_us);
-        self.len += 1;
         Ok(true)
     }
 
     /// Number of contacts.
     pub(super) const fn len(&self) -> usize {
-        self.len
+        self.spool.len()
     }
 
     /// Times of the first and the last contact, µs, and their rate, Hz; `None` of fewer than two.
@@ -200,90 +178,57 @@ impl Contacts {
     ///
     /// # Errors
     /// The temporary file cannot be written completely.
-    pub(super) fn read(&mut self) -> io::Result<Reading<'_>> {
-        self.file.seek(SeekFrom::Start(0))?;
-        Ok(Reading {
-            left: self.len,
-            file: BufReader::with_capacity(1 << 16, self.file.get_mut()),
-        })
+    pub(super) fn read(&mut self) -> io::Result<Samples<'_, SentContact>> {
+        self.spool.samples()
     }
 }
 
-/// The contacts of [`Contacts`].
-pub(super) struct Reading<'a> {
-    left: usize,
-    file: BufReader<&'a mut SpooledTempFile>,
-}
+impl Spooled for SentContact {
+    /// Nine probabilities, the standard deviation of the velocity, four of the orientation, three of the
+    /// acceleration.
+    const NUMBERS: usize = 17;
 
-impl Iterator for Reading<'_> {
-    type Item = io::Result<SentContact>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        self.left = self.left.checked_sub(1)?;
-        let mut row = [0; ROW];
-        Some(self.file.read_exact(&mut row).map(|()| decode(&row)))
+    /// Its codes are those of decision and validity, phase, and flags.
+    fn encode(&self) -> (u64, impl Iterator<Item = f32>, [u8; 3]) {
+        let p = &self.probabilities;
+        let Quaternion { w, x, y, z } = self.orientation;
+        let numbers = [p.stable, p.tangential, p.vertical]
+            .into_iter()
+            .chain(p.axes.to_array())
+            .chain([self.velocity_sigma, w, x, y, z])
+            .chain(components(self.acceleration));
+        let decision = u8::from(self.decision == Decision::Stable);
+        let valid = decision | u8::from(self.is_valid) << 1;
+        let codes = [valid, code_of(self.phase), self.flags.bits()];
+        (self.time_us.cast_unsigned(), numbers, codes)
     }
-}
 
-fn encode(contact: &SentContact) -> [u8; ROW] {
-    let p = &contact.probabilities;
-    let Quaternion { w, x, y, z } = contact.orientation;
-    let numbers = [p.stable, p.tangential, p.vertical]
-        .into_iter()
-        .chain(p.axes.to_array())
-        .chain([contact.velocity_sigma, w, x, y, z])
-        .chain(components(contact.acceleration));
-    let mut row = [0; ROW];
-    let (time, rest) = row.split_at_mut(8);
-    time.copy_from_slice(&contact.time_us.to_le_bytes());
-    for (bytes, number) in rest.chunks_exact_mut(4).zip(numbers) {
-        bytes.copy_from_slice(&number.to_le_bytes());
-    }
-    let decision = u8::from(contact.decision == Decision::Stable);
-    row[ROW - 3] = decision | u8::from(contact.is_valid) << 1;
-    row[ROW - 2] = code_of(contact.phase);
-    row[ROW - 1] = contact.flags.bits();
-    row
-}
-
-fn decode(row: &[u8; ROW]) -> SentContact {
-    let (time, rest) = row.split_at(8);
-    let mut numbers = [0.0; NUMBERS];
-    for (number, bytes) in numbers.iter_mut().zip(rest.chunks_exact(4)) {
-        *number = f32::from_le_bytes(bytes.try_into().unwrap_or_default());
-    }
-    let [
-        stable,
-        tangential,
-        vertical,
-        axes @ ..,
-        velocity_sigma,
-        w,
-        x,
-        y,
-        z,
-        lax,
-        lay,
-        laz,
-    ] = numbers;
-    SentContact {
-        time_us: i64::from_le_bytes(time.try_into().unwrap_or_default()),
-        probabilities: Probabilities {
-            axes: PerAxis::from_array(axes),
-            tangential,
-            vertical,
-            stable,
-        },
-        velocity_sigma,
-        decision: match row[ROW - 3] & 1 {
-            0 => Decision::NotStable,
-            _ => Decision::Stable,
-        },
-        phase: phase_of(row[ROW - 2]),
-        flags: Flags::from_bits(row[ROW - 1]),
-        is_valid: row[ROW - 3] & 2 != 0,
-        orientation: Quaternion { w, x, y, z },
-        acceleration: Vec3::new(lax, lay, laz),
+    fn decode(time: u64, numbers: &[f32], [valid, phase, flags]: [u8; 3]) -> Self {
+        let n = |place: usize| numbers[place];
+        Self {
+            time_us: time.cast_signed(),
+            probabilities: Probabilities {
+                axes: PerAxis::from_array([3, 4, 5, 6, 7, 8].map(n)),
+                tangential: n(1),
+                vertical: n(2),
+                stable: n(0),
+            },
+            velocity_sigma: n(9),
+            decision: match valid & 1 {
+                0 => Decision::NotStable,
+                _ => Decision::Stable,
+            },
+            phase: phase_of(phase),
+            flags: Flags::from_bits(flags),
+            is_valid: valid & 2 != 0,
+            orientation: Quaternion {
+                w: n(10),
+                x: n(11),
+                y: n(12),
+                z: n(13),
+            },
+            acceleration: Vec3::new(n(14), n(15), n(16)),
+        }
     }
 }
 

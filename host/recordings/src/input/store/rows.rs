@@ -3,6 +3,7 @@
 use std::io;
 
 use estimator_core::{Gravity, Timestamp};
+use samples::recording::RecordedSample;
 
 use super::rate::sample_rate;
 use super::stored::{About, Stored, Timing};
@@ -10,7 +11,6 @@ use super::times::{longest_increase, mean_rate, moved};
 use crate::input::error::InputError;
 use crate::input::loaded::{Hints, Repairs, steady_time};
 use crate::input::table::options::Times;
-use crate::recording::RecordedSample;
 use crate::spool::Spool;
 use crate::steps::Steps;
 
@@ -27,6 +27,7 @@ pub(in crate::input) struct Source<'a> {
 }
 
 /// Rows of one recording.
+#[derive(Default)]
 pub(in crate::input) struct Rows {
     times: Times,
     spool: Spool,
@@ -44,14 +45,12 @@ struct Clock {
     newest_us: i64,
 }
 
-/// A time that is not after that of the previous row, µs.
-pub(in crate::input) struct NotAfter {
-    pub(in crate::input) previous_us: i64,
-}
-
 /// Reason why a row was rejected.
 pub(in crate::input) enum Refused {
-    Time(NotAfter),
+    /// Its time is not after that of the previous row, µs.
+    Time {
+        previous_us: i64,
+    },
     Spool(io::Error),
 }
 
@@ -59,14 +58,20 @@ impl Refused {
     /// Error about times that cannot be attributed to a cell.
     pub(in crate::input) fn into_error(self, file: &str) -> InputError {
         match self {
-            Self::Time(NotAfter { previous_us }) => InputError::MessageOrder {
+            Self::Time { previous_us } => InputError::MessageOrder {
                 file: file.to_owned(),
                 previous_us,
             },
-            Self::Spool(source) => InputError::Spool {
-                file: file.to_owned(),
-                source,
-            },
+            Self::Spool(source) => InputError::spool(file, source),
+        }
+    }
+}
+
+impl Clock {
+    const fn at(time_us: i64) -> Self {
+        Self {
+            start_us: time_us,
+            newest_us: time_us,
         }
     }
 }
@@ -75,11 +80,7 @@ impl Rows {
     pub(in crate::input) fn new(times: Times) -> Self {
         Self {
             times,
-            spool: Spool::default(),
-            clock: None,
-            steps: Steps::default(),
-            unordered_us: Vec::new(),
-            repairs: Repairs::default(),
+            ..Self::default()
         }
     }
 
@@ -91,7 +92,7 @@ impl Rows {
     ) -> Result<(), Refused> {
         if let Some(now_us) = clock_us {
             let stored = match self.times {
-                Times::Keep => self.advance_to(now_us).map_err(Refused::Time)?,
+                Times::Keep => self.advance_to(now_us)?,
                 Times::DropBad | Times::Rate => {
                     self.unordered_us.push(now_us);
                     Timestamp::from_micros(now_us.cast_unsigned())
@@ -103,15 +104,12 @@ impl Rows {
     }
 
     /// Time since the first row.
-    fn advance_to(&mut self, now_us: i64) -> Result<Timestamp, NotAfter> {
-        let clock = self.clock.get_or_insert(Clock {
-            start_us: now_us,
-            newest_us: now_us,
-        });
+    fn advance_to(&mut self, now_us: i64) -> Result<Timestamp, Refused> {
+        let clock = self.clock.get_or_insert(Clock::at(now_us));
         if !self.spool.is_empty() {
             let previous_us = clock.newest_us;
             if now_us <= previous_us {
-                return Err(NotAfter { previous_us });
+                return Err(Refused::Time { previous_us });
             }
             self.steps.add(now_us.abs_diff(previous_us));
             clock.newest_us = now_us;
@@ -132,9 +130,7 @@ impl Rows {
         kept: Option<Vec<bool>>,
     ) -> Result<Stored, InputError> {
         if self.spool.is_empty() {
-            return Err(InputError::Empty {
-                file: source.file.to_owned(),
-            });
+            return Err(InputError::empty(source.file));
         }
         let mut spacing = None;
         let has_clock = self.clock.is_some() || !self.unordered_us.is_empty();
@@ -152,9 +148,8 @@ impl Rows {
                 let samples = kept.iter().filter(|kept| **kept).count();
                 (Timing::Clock { kept }, samples)
             }
-            Some(Spacing::Even(_)) => (Timing::Steady, self.spool.len()),
             None if self.clock.is_some() => (Timing::Stored, self.spool.len()),
-            None => (Timing::Steady, self.spool.len()),
+            Some(Spacing::Even(_)) | None => (Timing::Steady, self.spool.len()),
         };
         let clock = self.clock;
         let duration_us = match (&timing, clock) {
@@ -179,18 +174,12 @@ impl Rows {
 
     /// Leaves out the rows whose times do not advance.
     fn drop_bad(&mut self, kept: &[bool], spacing: &mut Option<Spacing>) {
-        let mut ordered = self
-            .unordered_us
-            .iter()
-            .zip(kept)
-            .filter(|(_, kept)| **kept);
+        let rows = self.unordered_us.iter().zip(kept);
+        let mut ordered = rows.filter(|(_, kept)| **kept);
         let Some((first, _)) = ordered.next() else {
             return;
         };
-        let mut clock = Clock {
-            start_us: *first,
-            newest_us: *first,
-        };
+        let mut clock = Clock::at(*first);
         for (time, _) in ordered {
             self.steps.add(time.abs_diff(clock.newest_us));
             clock.newest_us = *time;
@@ -205,14 +194,9 @@ impl Rows {
         let Some(first) = self.unordered_us.first() else {
             return;
         };
-        self.clock = Some(Clock {
-            start_us: *first,
-            newest_us: *first,
-        });
-        let rate = given
-            .map(f64::from)
-            .or_else(|| mean_rate(&self.unordered_us));
-        if let Some(rate) = rate {
+        self.clock = Some(Clock::at(*first));
+        let given = given.map(f64::from);
+        if let Some(rate) = given.or_else(|| mean_rate(&self.unordered_us)) {
             self.repairs.retimed_rows = moved(&self.unordered_us, rate);
             *spacing = Some(Spacing::Even(rate));
         }

@@ -3,16 +3,16 @@
 use std::io;
 
 use estimator_core::{ContactEstimate, Gravity, ImuSample, LinearAcceleration, Timestamp};
+use samples::recording::{RecordedSample, Recording};
 
-use super::contacts::{Contacts, Reading};
+use super::contacts::{Contacts, SentContact};
 use crate::input::correction::Correction;
 use crate::input::loaded::{Loaded, OLDEST_LOAD_US, Repairs, steady_time};
 use crate::input::table::options::Units;
-use crate::recording::{RecordedSample, Recording};
 use crate::spool::{Samples, Spool};
 
 /// Properties of a recording other than its samples.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct About {
     /// Name of the source, for titles and messages.
     pub name: String,
@@ -51,19 +51,9 @@ impl About {
     pub fn new(name: String, sample_rate: f32, gravity: Gravity) -> Self {
         Self {
             name,
-            foot: None,
-            address: None,
-            samples: 0,
-            duration_us: 0,
             sample_rate,
             gravity,
-            units: Units::default(),
-            load_title: String::new(),
-            start_us: 0,
-            notices: Vec::new(),
-            repairs: Repairs::default(),
-            correction: Correction::NONE,
-            anchors_us: Vec::new(),
+            ..Self::default()
         }
     }
 
@@ -218,27 +208,23 @@ impl Stored {
     pub fn estimates(
         &mut self,
     ) -> io::Result<Option<impl Iterator<Item = io::Result<RecordedEstimate>> + '_>> {
-        let Some(Used {
-            contacts,
-            samples_start_us,
-            sample_rate,
-        }) = &mut self.contacts
-        else {
+        let (samples_start_us, sample_rate) = self.clock_of_samples();
+        let Some(Used { contacts, .. }) = &mut self.contacts else {
             return Ok(None);
         };
         let samples = Timed {
             samples: self.spool.samples()?,
             timing: &self.timing,
             pending: self.pending,
-            start_us: *samples_start_us,
-            sample_rate: *sample_rate,
+            start_us: samples_start_us,
+            sample_rate,
             index: 0,
         };
         Ok(Some(Merged {
             contacts: contacts.read()?,
             start_us: self.about.start_us,
             samples,
-            samples_start_us: *samples_start_us,
+            samples_start_us,
             newest: None,
             is_used: false,
             next: None,
@@ -315,7 +301,7 @@ impl Stored {
 
 /// Iterator that adds the times to samples.
 struct Timed<'a> {
-    samples: Samples<'a>,
+    samples: Samples<'a, RecordedSample>,
     timing: &'a Timing,
     pending: Option<Correction>,
     start_us: i64,
@@ -359,7 +345,7 @@ impl Iterator for Timed<'_> {
 
 /// Iterator over recorded contacts, with the samples beside them.
 struct Merged<'a> {
-    contacts: Reading<'a>,
+    contacts: Samples<'a, SentContact>,
     /// Time of the file's clock at the first contact, µs.
     start_us: i64,
     samples: Timed<'a>,

@@ -3,12 +3,12 @@
 use std::borrow::Cow;
 
 use estimator_core::Validity;
+use samples::recording::Label;
+use samples::validity::VALIDITIES;
 
 use super::reader::Row;
 use crate::input::error::{Cell, InputError};
 use crate::input::iso8601::micros_since_1970;
-use crate::recording::Label;
-use crate::validity::VALIDITIES;
 
 /// A row of a table; columns are indexed from 0.
 pub(in crate::input) trait Cells {

@@ -3,7 +3,6 @@
 use super::cells::Cells;
 use super::options::TimeUnit;
 use crate::input::error::InputError;
-use crate::input::store::rows::NotAfter;
 use crate::input::time::MAX_TIME_S;
 
 /// Largest distance from 1970 of times with a known unit, µs; it includes the year 9999.
@@ -22,25 +21,21 @@ pub(super) struct TimeColumn {
 impl TimeColumn {
     /// Time of a row, rounded to 1 µs.
     pub(super) fn micros(&self, row: &impl Cells) -> Result<i64, InputError> {
+        let no_time = |unit| InputError::Time {
+            cell: row.cell(self.index, "t"),
+            text: row.shown(self.index).into_owned(),
+            unit,
+        };
         if let Some(micros) = row.moment_us(self.index) {
-            return if micros.unsigned_abs() <= LATEST_US {
-                Ok(micros)
-            } else {
-                Err(InputError::Time {
-                    cell: row.cell(self.index, "t"),
-                    text: row.shown(self.index).into_owned(),
-                    unit: TimeUnit::Microseconds,
-                })
+            return match micros.unsigned_abs() {
+                ..=LATEST_US => Ok(micros),
+                _ => Err(no_time(TimeUnit::Microseconds)),
             };
         }
         let value = row.number(self.index, "t")?;
         let per_second = self.unit.per_second();
         if !(-MAX_TIME_S * per_second..=MAX_TIME_S * per_second).contains(&value) {
-            return Err(InputError::Time {
-                cell: row.cell(self.index, "t"),
-                text: row.shown(self.index).into_owned(),
-                unit: self.unit,
-            });
+            return Err(no_time(self.unit));
         }
         let fraction = match self.nanoseconds {
             Some(index) => (row.number(index, "t.nanosec")? / 1.0e3).round() as i64,
@@ -55,12 +50,12 @@ impl TimeColumn {
     }
 
     /// Error about a time that is not after that of the previous row.
-    pub(super) fn order_error(&self, row: &impl Cells, not_after: &NotAfter) -> InputError {
+    pub(super) fn order_error(&self, row: &impl Cells, previous_us: i64) -> InputError {
         InputError::TimeOrder {
             cell: row.cell(self.index, "t"),
             text: row.shown(self.index).into_owned(),
             unit: self.unit,
-            previous: not_after.previous_us as f64 / (1.0e6 / self.unit.per_second()),
+            previous: previous_us as f64 / (1.0e6 / self.unit.per_second()),
         }
     }
 }

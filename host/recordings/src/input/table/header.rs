@@ -1,6 +1,7 @@
 //! Columns named in the header of a `csv`, and the cells of a row in them.
 
 use estimator_core::{Axis, Timestamp, Validity};
+use samples::recording::RecordedSample;
 
 use super::cells::{Cells, optional_label, validity};
 use super::layout::{Blanks, NANOSECONDS, shortened, suggestion};
@@ -8,7 +9,6 @@ use super::mapping::is_ours;
 use super::reader::Row;
 use crate::input::error::{HeaderSlip, InputError};
 use crate::input::loaded::{Hints, finite_load, imu_sample};
-use crate::recording::RecordedSample;
 
 /// Returns whether a row is a header, even a malformed one: it contains a known name.
 pub(in crate::input) fn is_header(row: &Row) -> bool {

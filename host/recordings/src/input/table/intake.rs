@@ -93,7 +93,7 @@ impl<'a> Intake<'a> {
         self.unloaded += usize::from(sample.load.is_none());
         let pushed = self.rows.push(time_us, sample);
         pushed.map_err(|refused| match (refused, &self.time) {
-            (Refused::Time(not_after), Some(column)) => column.order_error(row, &not_after),
+            (Refused::Time { previous_us }, Some(column)) => column.order_error(row, previous_us),
             (refused, _) => refused.into_error(self.file),
         })?;
         Ok(RowKind::Sample)

@@ -11,6 +11,7 @@ use super::ros2;
 use super::sensors::choices;
 use crate::input::error::{Cell, InputError, RowPlace, Suggestion};
 use crate::input::iso8601::micros_since_1970;
+use crate::input::refusal::first_of;
 
 /// Name of the nanoseconds of a stamp whose seconds are `t`.
 pub(super) const NANOSECONDS: &str = "t.nanosec";
@@ -243,9 +244,8 @@ impl Naming {
         self.check_units(header, units)?;
         // A table of ours has no column `time`: it may be any time.
         let foreign = self.taken.iter().any(|(ours, _)| is_axis(ours));
-        let complete = [Triple::Acceleration, Triple::Rate]
-            .iter()
-            .all(|triple| triple.ours().iter().all(|axis| self.has(axis)));
+        let is_own = |triple: Triple| triple.own(&self.names).is_some();
+        let complete = is_own(Triple::Acceleration) && is_own(Triple::Rate);
         if foreign && !self.has("force") {
             let is_force = |name: &String| split_unit(name) == ("force", Some("N"));
             let forces: Vec<usize> = (0..given.len())
@@ -379,14 +379,8 @@ fn own_name(name: &str) -> Option<&'static str> {
 
 /// List of names, shortened to the first ones if there are many.
 pub(super) fn shortened(names: &[String]) -> String {
-    const SHOWN: usize = 20;
-    let first: Vec<&str> = names
+    let names = names
         .iter()
-        .take(SHOWN)
-        .map(|name| if name.is_empty() { "(no name)" } else { name })
-        .collect();
-    match names.len().checked_sub(SHOWN) {
-        Some(more @ 1..) => format!("{} and {more} more", first.join(", ")),
-        _ => first.join(", "),
-    }
+        .map(|name| if name.is_empty() { "(no name)" } else { name });
+    first_of(names, 20)
 }

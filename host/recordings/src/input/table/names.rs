@@ -80,6 +80,13 @@ impl Triple {
         }
     }
 
+    /// Positions of our own names.
+    pub(in crate::input) fn own(self, names: &[String]) -> Option<[usize; 3]> {
+        let at = |axis: &str| names.iter().position(|name| name == axis);
+        let [x, y, z] = self.ours().map(at);
+        Some([x?, y?, z?])
+    }
+
     const fn theirs(self) -> &'static [&'static str] {
         match self {
             Self::Acceleration => &ACCELERATION,
@@ -117,13 +124,9 @@ pub(super) fn find_with_units(triple: Triple, names: &[String]) -> Found {
     match find(triple, names) {
         Found::Nowhere => {
             let bare = without_units(names);
-            let ours = triple
-                .ours()
-                .map(|axis| bare.iter().position(|n| n == axis));
-            match ours {
-                [Some(x), Some(y), Some(z)] => Found::At([x, y, z]),
-                _ => find(triple, &bare),
-            }
+            triple
+                .own(&bare)
+                .map_or_else(|| find(triple, &bare), Found::At)
         }
         found => found,
     }
@@ -138,13 +141,9 @@ pub(super) fn without_units(names: &[String]) -> Vec<String> {
 /// Returns whether the cells of a comment are a header.
 pub(super) fn is_header(cells: &StringRecord) -> bool {
     let names: Vec<String> = cells.iter().map(str::to_owned).collect();
-    let ours = |triple: Triple| {
-        triple
-            .ours()
-            .iter()
-            .all(|axis| names.iter().any(|n| n == axis))
+    let known = |triple: Triple| {
+        triple.own(&names).is_some() || find_with_units(triple, &names) != Found::Nowhere
     };
-    let known = |triple| ours(triple) || find_with_units(triple, &names) != Found::Nowhere;
     known(Triple::Acceleration) && known(Triple::Rate)
 }
 

@@ -29,10 +29,7 @@ impl TableOptions {
     #[must_use]
     pub fn to_si(&self, readings: [f64; 6]) -> [f64; 6] {
         let [ax, ay, az, wx, wy, wz] = readings;
-        let Scale {
-            acceleration: a,
-            rate: w,
-        } = self.scale;
+        let (a, w) = (self.scale.acceleration, self.scale.rate);
         let scaled = [a * ax, a * ay, a * az, w * wx, w * wy, w * wz];
         self.units.to_si(scaled)
     }
@@ -101,8 +98,7 @@ impl FromStr for Decimal {
     type Err = String;
 
     fn from_str(name: &str) -> Result<Self, String> {
-        let found = Self::ALL.into_iter().find(|mark| mark.name() == name);
-        found.ok_or_else(|| format!("{name:?} is before no fraction: write . or ,"))
+        Self::of_name(name).ok_or_else(|| format!("{name:?} is before no fraction: write . or ,"))
     }
 }
 
@@ -115,71 +111,52 @@ pub struct Units {
     pub rate: RateUnit,
 }
 
-/// A unit of acceleration.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum AccelerationUnit {
-    /// m/s².
-    #[default]
-    MetresPerSecondSquared,
-    /// g, 9.80665 m/s².
-    StandardGravity,
-    /// A thousandth of g.
-    MilliG,
+samples::named! {
+    /// A unit of acceleration.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum AccelerationUnit {
+        /// m/s².
+        #[default]
+        MetresPerSecondSquared = "m/s2",
+        /// g, 9.80665 m/s².
+        StandardGravity = "g",
+        /// A thousandth of g.
+        MilliG = "mg",
+    }
 }
 
-/// A unit of angular rate.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum RateUnit {
-    /// rad/s.
-    #[default]
-    RadiansPerSecond,
-    /// °/s.
-    DegreesPerSecond,
-    /// A thousandth of °/s.
-    MilliDegreesPerSecond,
+samples::named! {
+    /// A unit of angular rate.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum RateUnit {
+        /// rad/s.
+        #[default]
+        RadiansPerSecond = "rad/s",
+        /// °/s.
+        DegreesPerSecond = "dps",
+        /// A thousandth of °/s.
+        MilliDegreesPerSecond = "mdps",
+    }
 }
 
 impl AccelerationUnit {
-    /// Name in options.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::MetresPerSecondSquared => "m/s2",
-            Self::StandardGravity => "g",
-            Self::MilliG => "mg",
-        }
-    }
-
     /// The unit with this spelling.
     pub(super) fn written(text: &str) -> Option<Self> {
-        match text {
-            "m/s2" | "m/s^2" | "m/s²" | "m/s/s" | "m/s**2" => Some(Self::MetresPerSecondSquared),
-            "g" | "G" => Some(Self::StandardGravity),
-            "mg" => Some(Self::MilliG),
-            _ => None,
-        }
+        Self::of_name(match text {
+            "m/s^2" | "m/s²" | "m/s/s" | "m/s**2" => "m/s2",
+            "G" => "g",
+            name => name,
+        })
     }
 }
 
 impl RateUnit {
-    /// Name in options.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::RadiansPerSecond => "rad/s",
-            Self::DegreesPerSecond => "dps",
-            Self::MilliDegreesPerSecond => "mdps",
-        }
-    }
-
     /// The unit with this spelling.
     pub(super) fn written(text: &str) -> Option<Self> {
-        match text {
-            "rad/s" => Some(Self::RadiansPerSecond),
-            "dps" | "deg/s" | "°/s" | "deg/sec" => Some(Self::DegreesPerSecond),
-            "mdps" => Some(Self::MilliDegreesPerSecond),
-            _ => None,
-        }
+        Self::of_name(match text {
+            "deg/s" | "°/s" | "deg/sec" => "dps",
+            name => name,
+        })
     }
 }
 
@@ -192,23 +169,19 @@ impl Units {
     /// Converts six readings to SI units, accelerations first; SI readings are unchanged.
     #[must_use]
     pub fn to_si(self, readings: [f64; 6]) -> [f64; 6] {
-        let [ax, ay, az, wx, wy, wz] = readings;
-        let [ax, ay, az] = match self.acceleration {
-            AccelerationUnit::MetresPerSecondSquared => [ax, ay, az],
-            AccelerationUnit::StandardGravity => {
-                [ax, ay, az].map(|value| value * f64::from(STANDARD_GRAVITY))
-            }
-            AccelerationUnit::MilliG => {
-                [ax, ay, az].map(|value| value / 1000.0 * f64::from(STANDARD_GRAVITY))
-            }
+        let g = f64::from(STANDARD_GRAVITY);
+        let acceleration = |value: f64| match self.acceleration {
+            AccelerationUnit::MetresPerSecondSquared => value,
+            AccelerationUnit::StandardGravity => value * g,
+            AccelerationUnit::MilliG => value / 1000.0 * g,
         };
-        let [wx, wy, wz] = match self.rate {
-            RateUnit::RadiansPerSecond => [wx, wy, wz],
-            RateUnit::DegreesPerSecond => [wx, wy, wz].map(f64::to_radians),
-            RateUnit::MilliDegreesPerSecond => {
-                [wx, wy, wz].map(|value| (value / 1000.0).to_radians())
-            }
+        let rate = |value: f64| match self.rate {
+            RateUnit::RadiansPerSecond => value,
+            RateUnit::DegreesPerSecond => value.to_radians(),
+            RateUnit::MilliDegreesPerSecond => (value / 1000.0).to_radians(),
         };
+        let [ax, ay, az] = [readings[0], readings[1], readings[2]].map(acceleration);
+        let [wx, wy, wz] = [readings[3], readings[4], readings[5]].map(rate);
         [ax, ay, az, wx, wy, wz]
     }
 }
@@ -269,13 +242,11 @@ samples::named! {
 impl TimeUnit {
     /// The unit with this spelling.
     pub(in crate::input) fn written(text: &str) -> Option<Self> {
-        match text {
-            "s" | "sec" => Some(Self::Seconds),
-            "ms" => Some(Self::Milliseconds),
-            "us" | "µs" | "μs" => Some(Self::Microseconds),
-            "ns" => Some(Self::Nanoseconds),
-            _ => None,
-        }
+        Self::of_name(match text {
+            "sec" => "s",
+            "µs" | "μs" => "us",
+            name => name,
+        })
     }
 
     /// Number of units per second.
@@ -294,33 +265,31 @@ impl FromStr for TimeUnit {
     type Err = String;
 
     fn from_str(name: &str) -> Result<Self, String> {
-        let found = Self::ALL.into_iter().find(|unit| unit.name() == name);
-        found.ok_or_else(|| format!("{name:?} is no unit of time: write s, ms, us or ns"))
+        Self::of_name(name)
+            .ok_or_else(|| format!("{name:?} is no unit of time: write s, ms, us or ns"))
     }
 }
 
-/// Treatment of times that are not in order.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Times {
-    /// Times are kept unchanged; one that does not advance is an error.
-    #[default]
-    Keep,
-    /// The fewest possible rows are left out so that times advance: duplicates, steps back, single rows far ahead.
-    DropBad,
-    /// Rows are spaced by the sample rate, for rows that arrive in batches.
-    Rate,
+samples::named! {
+    /// Treatment of times that are not in order.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum Times {
+        /// Times are kept unchanged; one that does not advance is an error.
+        #[default]
+        Keep = "keep",
+        /// The fewest possible rows are left out so that times advance: duplicates, steps back, single rows far ahead.
+        DropBad = "drop-bad",
+        /// Rows are spaced by the sample rate, for rows that arrive in batches.
+        Rate = "rate",
+    }
 }
 
 impl FromStr for Times {
     type Err = String;
 
     fn from_str(name: &str) -> Result<Self, String> {
-        match name {
-            "keep" => Ok(Self::Keep),
-            "drop-bad" => Ok(Self::DropBad),
-            "rate" => Ok(Self::Rate),
-            _ => Err(format!("invalid {name:?}: expected keep, drop-bad or rate")),
-        }
+        Self::of_name(name)
+            .ok_or_else(|| format!("invalid {name:?}: expected keep, drop-bad or rate"))
     }
 }
 

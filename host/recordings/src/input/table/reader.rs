@@ -14,7 +14,7 @@ use super::names;
 use super::options::Decimal;
 use crate::input::error::{Cell, InputError, RowPlace};
 use crate::input::iso8601::micros_since_1970;
-use samples::compressed::decompressed;
+use samples::compressed::{decompressed, without_ending};
 
 /// Number of separators from which a line is a row: six axes need them.
 const SEPARATORS_OF_A_ROW: usize = 5;
@@ -44,10 +44,8 @@ impl Table {
     pub(in crate::input) fn open(path: &Path) -> Result<Self, InputError> {
         let name = path.display().to_string();
         let opened = File::open(path).and_then(|file| decompressed(Box::new(file)));
-        match opened.and_then(|text| Self::of(name.clone(), recording_name(path), text)) {
-            Ok(table) => Ok(table),
-            Err(source) => Err(InputError::Unreadable { file: name, source }),
-        }
+        let table = opened.and_then(|text| Self::of(name.clone(), recording_name(path), text));
+        table.map_err(|source| InputError::unreadable(&name, source))
     }
 
     /// Creates the table of a text.
@@ -142,9 +140,7 @@ impl Table {
 
     /// Error about a file without samples.
     pub(in crate::input) fn empty(&self) -> InputError {
-        InputError::Empty {
-            file: self.file.clone(),
-        }
+        InputError::empty(&self.file)
     }
 
     /// Returns the next line that is not blank; `None` at the end of the file.
@@ -253,21 +249,8 @@ pub(super) fn beginning_with(bytes: Vec<u8>, rest: Box<dyn Read>) -> Box<dyn Rea
 /// Title of a recording: the file's name without its extension and that of its compression.
 #[must_use]
 pub fn recording_name(path: &Path) -> String {
-    let compressed = path.extension().is_some_and(|extension| {
-        ["gz", "zst", "zstd"]
-            .iter()
-            .any(|known| extension == *known)
-    });
-    let whole = if compressed {
-        Path::new(path.file_stem().unwrap_or_default())
-    } else {
-        path
-    };
-    whole
-        .file_stem()
-        .unwrap_or(path.as_os_str())
-        .to_string_lossy()
-        .into_owned()
+    let stem = without_ending(path).file_stem().unwrap_or(path.as_os_str());
+    stem.to_string_lossy().into_owned()
 }
 
 /// A row of the table.

@@ -7,11 +7,12 @@
 //!
 //! They are not part of a recording: a replay must not see them.
 
+use samples::space::{Rotation, Vector};
+
 use super::cells::Cells;
 use super::extra::ExtraColumns;
 use super::reader::Row;
 use crate::input::error::InputError;
-use crate::space::{Rotation, Vector};
 
 const QUATERNION: [&str; 4] = ["qw", "qx", "qy", "qz"];
 

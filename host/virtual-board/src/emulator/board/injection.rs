@@ -123,7 +123,7 @@ impl Board {
                 machine.chip.usarts[self.wiring.usart].set_fault(fault, now, pclk);
             }
             Injection::InterruptLost(interrupt) => {
-                machine.nvic.disable(exception::INTERRUPT + interrupt);
+                machine.nvic.enable(exception::INTERRUPT + interrupt, false);
             }
             Injection::Derail
             | Injection::Hang

@@ -1,7 +1,7 @@
 //! Loads and stores of the core and of DMA: the mapping of addresses to peripherals.
 
+use super::Chip;
 use super::map::{MAP, Part};
-use super::{Chip, Context};
 use crate::emulator::memory::{FLASH, Memory};
 use crate::emulator::part::dma::Dma;
 use crate::emulator::part::pwr::Pwr;
@@ -15,16 +15,16 @@ impl Chip {
     /// If the peripheral is not modelled or not clocked.
     pub fn read(
         &mut self,
-        context: &mut Context,
+        memory: &mut dyn Memory,
+        now: u64,
         address: u32,
         size: usize,
     ) -> Result<u32, String> {
-        let now = context.now;
         if let Some((word, bit)) = bit_band(address) {
             return Ok(self.read_part(now, word)? >> bit & 1);
         }
         let value = self.read_part(now, address)?;
-        self.serve_dma(context.memory, now)?;
+        self.serve_dma(memory, now)?;
         let shift = 8 * (address & 3);
         Ok(value >> shift & (u64::from(u32::MAX) >> (32 - 8 * size.min(4))) as u32)
     }
@@ -35,24 +35,23 @@ impl Chip {
     /// If the peripheral is not modelled or not clocked, or refuses the value.
     pub fn write(
         &mut self,
-        context: &mut Context,
+        memory: &mut dyn Memory,
+        now: u64,
         address: u32,
         size: usize,
         value: u32,
     ) -> Result<(), String> {
-        let now = context.now;
         if FLASH.contains(address) {
             self.flash.reset_at = self.iwdg.next_event();
-            let memory = &mut *context.memory;
             return self.flash.program(address, size, value, now, memory);
         }
         if let Some((word, bit)) = bit_band(address) {
             let old = self.read_part(now, word)?;
             let new = old & !(1 << bit) | (value & 1) << bit;
-            return self.write_part(context.memory, now, word, 4, new);
+            return self.write_part(memory, now, word, 4, new);
         }
-        self.write_part(context.memory, now, address, size, value)?;
-        self.serve_dma(context.memory, now)
+        self.write_part(memory, now, address, size, value)?;
+        self.serve_dma(memory, now)
     }
 
     /// The peripheral at an address, and the offset into it.

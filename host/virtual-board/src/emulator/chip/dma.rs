@@ -79,14 +79,12 @@ impl Chip {
         memory: &mut dyn Memory,
         now: u64,
     ) -> Result<(), String> {
-        if controller == 1
-            && self.failing_streams[stream]
-            && self.dmas[controller].streams[stream].is_half_done()
-        {
-            self.dmas[controller].moved(stream, false);
+        let running = &mut self.dmas[controller].streams[stream];
+        if controller == 1 && self.failing_streams[stream] && running.is_half_done() {
+            running.moved(false);
             return Ok(());
         }
-        let item = self.dmas[controller].streams[stream].item();
+        let item = running.item();
         let mut bytes = [0; 4];
         // Only the core reaches CCM RAM.
         let reachable = !CCM.contains(item.memory);
@@ -113,7 +111,7 @@ impl Chip {
                     .get(..item.size)
                     .is_some_and(|bytes| memory.write(item.memory, bytes))
         };
-        self.dmas[controller].moved(stream, worked);
+        self.dmas[controller].streams[stream].moved(worked);
         if !worked {
             return Err(format!("DMA cannot reach {:#010x}", item.memory));
         }

@@ -29,8 +29,8 @@ impl Chip {
             nvic.set_line(line, level);
         }
         for (dma, lines) in self.dmas.iter().zip(DMA_INTERRUPTS) {
-            for (stream, line) in lines.into_iter().enumerate() {
-                nvic.set_line(line, dma.interrupts(stream));
+            for (stream, line) in dma.streams.iter().zip(lines) {
+                nvic.set_line(line, stream.interrupts());
             }
         }
         let requesting = self.exti.requesting();

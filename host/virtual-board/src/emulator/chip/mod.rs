@@ -40,14 +40,6 @@ use crate::emulator::time::{NEVER, cycle};
 use crate::emulator::wiring::Wiring;
 pub use sensor::Transaction;
 
-/// Time and memory for the action of a peripheral.
-pub struct Context<'a> {
-    /// Virtual time.
-    pub now: u64,
-    /// Memory, for DMA and flash.
-    pub memory: &'a mut dyn Memory,
-}
-
 /// The nominal supply, mV.
 pub const NOMINAL_MV: u32 = 3_300;
 
@@ -269,14 +261,6 @@ impl Chip {
         self.reset_cause.is_some()
     }
 
-    pub(crate) const fn take_flash_changed(&mut self) -> Option<(u32, u32)> {
-        self.flash.take_changed()
-    }
-
-    pub(crate) const fn take_stall(&mut self) -> u64 {
-        self.flash.take_stall()
-    }
-
     /// Time of the next event.
     #[must_use]
     pub fn next_event(&self) -> u64 {
@@ -304,14 +288,13 @@ impl Chip {
     ///
     /// # Errors
     /// If something is used that is not modelled.
-    pub fn advance(&mut self, context: &mut Context) -> Result<(), String> {
-        let now = context.now;
+    pub fn advance(&mut self, memory: &mut dyn Memory, now: u64) -> Result<(), String> {
         loop {
             // One at a time in order of time, as DMA may start the next.
             let due = self.next_event();
             let at = due.min(now);
             self.advance_parts(at)?;
-            self.serve_dma(context.memory, at)?;
+            self.serve_dma(memory, at)?;
             if due > now {
                 return Ok(());
             }

@@ -124,13 +124,6 @@ impl Nvic {
     }
 
     /// Disables an exception.
-    pub fn disable(&mut self, number: u16) {
-        if let Some(enabled) = self.enabled.get_mut(usize::from(number)) {
-            *enabled = false;
-        }
-        self.update();
-    }
-
     /// Marks an exception active.
     pub fn begin(&mut self, number: u16) {
         self.pending[usize::from(number)] = false;

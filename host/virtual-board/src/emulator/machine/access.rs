@@ -2,7 +2,6 @@
 
 use super::{Machine, RunningBlock, Stop};
 use crate::emulator::block::Block;
-use crate::emulator::chip::Context;
 use crate::emulator::core::nvic::exception;
 use crate::emulator::memory::Memory;
 
@@ -59,19 +58,9 @@ impl Machine {
                 Some(value? >> (8 * (address & 3)))
             }
             _ => {
-                let mut context = Context {
-                    now: machine.now,
-                    memory,
-                };
-                let read = machine.chip.read(&mut context, address, size);
+                let read = machine.chip.read(memory, machine.now, address, size);
                 machine.after_chip();
-                match read {
-                    Ok(value) => Some(value),
-                    Err(what) => {
-                        machine.fail(pc, address, what);
-                        None
-                    }
-                }
+                read.map_err(|what| machine.fail(pc, address, what)).ok()
             }
         })
     }
@@ -105,21 +94,13 @@ impl Machine {
                     None => Err("a store to a register that is not modelled".to_owned()),
                 }
             } else {
-                let mut context = Context {
-                    now: machine.now,
-                    memory,
-                };
-                let written = machine.chip.write(&mut context, address, size, value);
+                let chip = &mut machine.chip;
+                let written = chip.write(memory, machine.now, address, size, value);
                 machine.after_chip();
                 written
             };
-            match result {
-                Ok(()) => true,
-                Err(what) => {
-                    machine.fail(pc, address, what);
-                    false
-                }
-            }
+            let result = result.map_err(|what| machine.fail(pc, address, what));
+            result.is_ok()
         })
     }
 

@@ -15,7 +15,7 @@ mod counting;
 use std::collections::BTreeMap;
 
 use crate::emulator::block::Block;
-use crate::emulator::chip::{Chip, Context};
+use crate::emulator::chip::Chip;
 use crate::emulator::core::dbgmcu::Dbgmcu;
 use crate::emulator::core::dwt::Dwt;
 use crate::emulator::core::nvic::{Nvic, exception};
@@ -236,11 +236,7 @@ impl Machine {
         if self.systick.advance(self.now) {
             self.nvic.pend(exception::SYS_TICK);
         }
-        let mut context = Context {
-            now: self.now,
-            memory,
-        };
-        if let Err(what) = self.chip.advance(&mut context) {
+        if let Err(what) = self.chip.advance(memory, self.now) {
             self.fail(0, None, what);
         }
         self.after_chip();
@@ -249,7 +245,7 @@ impl Machine {
     /// Applies the effects of the chip on the core: interrupts, resets and stalls.
     fn after_chip(&mut self) {
         self.chip.drive_lines(&mut self.nvic);
-        if let Some((from, to)) = self.chip.take_flash_changed() {
+        if let Some((from, to)) = self.chip.flash.take_changed() {
             // Starts far enough before the change that no earlier block reaches into it.
             let slot = |address: u32| (address.saturating_sub(FLASH.start) / 2) as usize;
             let (from, to) = (slot(from.saturating_sub(LONGEST_BLOCK)), slot(to));
@@ -266,8 +262,7 @@ impl Machine {
             self.period = period;
         }
         // A stall of the bus, for instance while flash is written.
-        let stall = self.chip.take_stall();
-        self.now += stall;
+        self.now += self.chip.flash.take_stall();
         self.deadline = self.systick.next_event().min(self.chip.next_event());
     }
 

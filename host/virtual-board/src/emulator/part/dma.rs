@@ -42,12 +42,8 @@ const TE: u32 = 1 << 3;
 impl DmaStream {
     /// Channel of the stream; `None` while it is disabled.
     #[must_use]
-    pub const fn channel(&self) -> Option<u32> {
-        if self.control & EN == 0 {
-            None
-        } else {
-            Some(self.control >> 25 & 7)
-        }
+    pub fn channel(&self) -> Option<u32> {
+        (self.control & EN != 0).then_some(self.control >> 25 & 7)
     }
 
     /// Next item to transfer.
@@ -73,7 +69,12 @@ impl DmaStream {
     }
 
     /// Advances after the transfer of an item.
-    const fn moved(&mut self) {
+    pub const fn moved(&mut self, worked: bool) {
+        if !worked {
+            self.flags |= TE;
+            self.control &= !EN;
+            return;
+        }
         self.done += 1;
         self.left -= 1;
         if self.left == self.length / 2 {
@@ -100,12 +101,8 @@ impl DmaStream {
     }
 
     /// Handles a bus error, for instance an unmapped address.
-    const fn failed(&mut self) {
-        self.flags |= TE;
-        self.control &= !EN;
-    }
-
-    const fn interrupts(&self) -> bool {
+    #[must_use]
+    pub const fn interrupts(&self) -> bool {
         // TCIE, HTIE, TEIE, DMEIE are bits 4, 3, 2, 1; their flags 5, 4, 3, 2.
         self.flags & (self.control & 0x1E) << 1 != 0
     }
@@ -122,20 +119,7 @@ const SHIFTS: [u32; 4] = [0, 6, 16, 22];
 
 impl Dma {
     /// Handles the end of a transfer, successful or not.
-    pub const fn moved(&mut self, stream: usize, worked: bool) {
-        if worked {
-            self.streams[stream].moved();
-        } else {
-            self.streams[stream].failed();
-        }
-    }
-
     /// Returns whether a stream requests its interrupt.
-    #[must_use]
-    pub const fn interrupts(&self, stream: usize) -> bool {
-        self.streams[stream].interrupts()
-    }
-
     /// Reads a register.
     ///
     /// # Errors

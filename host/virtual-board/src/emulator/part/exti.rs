@@ -80,8 +80,7 @@ impl Exti {
     /// If the register does not exist.
     pub fn read_syscfg(&self, offset: u32) -> Result<u32, String> {
         match offset {
-            0x00 => Ok(self.other[0]),
-            0x04 => Ok(self.other[1]),
+            0x00 | 0x04 => Ok(self.other[offset as usize / 4]),
             0x08..=0x14 => Ok(self.ports[(offset as usize - 8) / 4]),
             // The compensation cell is ready.
             0x20 => Ok(0x101),
@@ -96,8 +95,7 @@ impl Exti {
     pub fn write_syscfg(&mut self, offset: u32, value: u32) -> Result<(), String> {
         match offset {
             0x00 if value & 3 != 0 => return Err("memory is remapped".into()),
-            0x00 => self.other[0] = value,
-            0x04 => self.other[1] = value,
+            0x00 | 0x04 => self.other[offset as usize / 4] = value,
             0x08..=0x14 => self.ports[(offset as usize - 8) / 4] = value & 0xFFFF,
             0x20 => {}
             _ => return unknown("SYSCFG", offset),

@@ -3,7 +3,7 @@
 use super::unknown;
 
 /// One port.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Gpio {
     modes: u32,
     types: u32,
@@ -15,39 +15,34 @@ pub struct Gpio {
     pub driven: u16,
     /// Levels of the driven pins.
     pub levels: u16,
-    reset: (u32, u32, u32),
+    index: usize,
 }
 
 impl Gpio {
     /// Creates port number `index`, A first.
     #[must_use]
-    pub const fn new(index: usize) -> Self {
-        let reset = match index {
+    pub fn new(index: usize) -> Self {
+        let (modes, speeds, pulls) = match index {
             0 => (0xA800_0000, 0, 0x6400_0000),
             1 => (0x0000_0280, 0x0000_00C0, 0x0000_0100),
             _ => (0, 0, 0),
         };
         Self {
-            modes: reset.0,
-            types: 0,
-            speeds: reset.1,
-            pulls: reset.2,
-            output: 0,
-            functions: [0; 2],
-            driven: 0,
-            levels: 0,
-            reset,
+            modes,
+            speeds,
+            pulls,
+            index,
+            ..Self::default()
         }
     }
 
     /// Resets the registers; the levels of inputs stay.
-    pub const fn reset(&mut self) {
-        self.modes = self.reset.0;
-        self.types = 0;
-        self.speeds = self.reset.1;
-        self.pulls = self.reset.2;
-        self.output = 0;
-        self.functions = [0; 2];
+    pub fn reset(&mut self) {
+        *self = Self {
+            driven: self.driven,
+            levels: self.levels,
+            ..Self::new(self.index)
+        };
     }
 
     /// Mode of a pin: 0 input, 1 output, 2 alternate function, 3 analogue.
@@ -72,7 +67,7 @@ impl Gpio {
         if self.driven as u32 & bit != 0 {
             self.levels as u32 & bit != 0
         } else {
-            self.pulls >> (2 * pin) & 3 == 1
+            self.is_pulled_up(pin)
         }
     }
 
@@ -97,8 +92,7 @@ impl Gpio {
                 .fold(0, |word, pin| word | 1 << pin),
             0x14 => self.output,
             0x18 => 0,
-            0x20 => self.functions[0],
-            0x24 => self.functions[1],
+            0x20 | 0x24 => self.functions[(offset as usize - 0x20) / 4],
             _ => return unknown("GPIO", offset),
         })
     }
@@ -115,8 +109,7 @@ impl Gpio {
             0x0C => self.pulls = value,
             0x14 => self.output = value & 0xFFFF,
             0x18 => self.output = self.output & !(value >> 16) | value & 0xFFFF,
-            0x20 => self.functions[0] = value,
-            0x24 => self.functions[1] = value,
+            0x20 | 0x24 => self.functions[(offset as usize - 0x20) / 4] = value,
             _ => return unknown("GPIO", offset),
         }
         Ok(())

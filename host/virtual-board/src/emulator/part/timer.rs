@@ -21,7 +21,7 @@ const COMPARE_PULSE: u32 = 3 << 4;
 const EXTERNAL_CLOCK: u32 = 7;
 
 /// The registers.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Timer {
     name: &'static str,
     mask: u32,
@@ -54,38 +54,27 @@ pub struct Timer {
 impl Timer {
     /// Creates a timer of 16 or 32 bits with a clock period of `period`.
     #[must_use]
-    pub const fn new(name: &'static str, bits: u32, period: u64) -> Self {
+    pub fn new(name: &'static str, bits: u32, period: u64) -> Self {
         let mask = if bits == 32 { u32::MAX } else { 0xFFFF };
         Self {
             name,
             mask,
-            control: [0; 2],
-            slave: 0,
-            interrupts: 0,
-            status: 0,
-            modes: [0; 2],
-            enables: 0,
-            prescaler: 0,
-            dividing: 0,
             reload: mask,
-            compares: [0; 4],
-            others: [0; 5],
-            pins: [false; 4],
-            count: 0,
-            since: 0,
             period,
-            frozen: false,
-            head_start: 0,
-            next: Cell::new(None),
+            ..Self::default()
         }
     }
 
     /// Resets the registers.
     pub fn reset(&mut self, period: u64) {
-        let bits = if self.mask == u32::MAX { 32 } else { 16 };
-        let head_start = self.head_start;
-        *self = Self::new(self.name, bits, period);
-        self.head_start = head_start;
+        *self = Self {
+            name: self.name,
+            mask: self.mask,
+            reload: self.mask,
+            period,
+            head_start: self.head_start,
+            ..Self::default()
+        };
     }
 
     /// Sets the period of its clock.
@@ -116,13 +105,9 @@ impl Timer {
 
     /// The trigger that it counts instead of its clock, of the four from other timers.
     #[must_use]
-    pub const fn counts_trigger(&self) -> Option<u32> {
+    pub fn counts_trigger(&self) -> Option<u32> {
         let counts = self.is_on() && self.slave & 7 == EXTERNAL_CLOCK;
-        if counts {
-            Some(self.slave >> 4 & 7)
-        } else {
-            None
-        }
+        counts.then_some(self.slave >> 4 & 7)
     }
 
     /// Counts a trigger.
@@ -167,14 +152,9 @@ impl Timer {
     /// stays the same until it passes or a register is written.
     #[must_use]
     pub fn next_event(&self) -> u64 {
-        match self.next.get() {
-            Some(next) => next,
-            None => {
-                let next = self.find_next_event();
-                self.next.set(Some(next));
-                next
-            }
-        }
+        let next = self.next.get().unwrap_or_else(|| self.find_next_event());
+        self.next.set(Some(next));
+        next
     }
 
     fn find_next_event(&self) -> u64 {

@@ -22,6 +22,7 @@ mod table;
 mod watch;
 
 use lsm6dsox::sim::Stimulus;
+use thiserror::Error;
 use wire::dictionary::{self, index};
 use wire::node::Command;
 use wire::uart::{self, ConfigGet, ConfigSet, Message, NmtRequest};
@@ -178,29 +179,14 @@ pub struct Case {
 }
 
 /// Reason why a scenario could not be run.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Error)]
 pub enum ScenarioError {
     /// The ELF does not fit the board.
+    #[error("{0}")]
     Elf(String),
     /// The firmware misused the board.
-    Failure(Failure),
-}
-
-impl core::fmt::Display for ScenarioError {
-    fn fmt(&self, f: &mut core::fmt::Formatter) -> core::fmt::Result {
-        match self {
-            Self::Elf(text) => f.write_str(text),
-            Self::Failure(failure) => failure.fmt(f),
-        }
-    }
-}
-
-impl core::error::Error for ScenarioError {}
-
-impl From<Failure> for ScenarioError {
-    fn from(failure: Failure) -> Self {
-        Self::Failure(failure)
-    }
+    #[error(transparent)]
+    Failure(#[from] Failure),
 }
 
 impl ScenarioStep {
@@ -238,10 +224,8 @@ impl ScenarioStep {
             Self::Wait(_) | Self::CutInErase(_) => {}
             Self::Request(address) => send(board, &Message::ConfigGet(ConfigGet { address })),
             Self::Garbage(count) => {
-                let bytes: Vec<u8> = (0..count)
-                    .map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8)
-                    .collect();
-                board.push_uart(&bytes);
+                let bytes = (0..count).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8);
+                board.push_uart(&bytes.collect::<Vec<u8>>());
             }
             Self::Flood(count) => {
                 let address = Address::new(index::IDENTITY, 1);

@@ -36,15 +36,16 @@ const BEL: u8 = 0x07;
 const STAMPS: u64 = 60_000;
 
 /// State of the channel to the bus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Channel {
+    #[default]
     Closed,
     Open,
     Listening,
 }
 
 /// An adapter.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct EmulatedAdapter {
     channel: Channel,
     /// Bit rate; `None` until configured.
@@ -53,19 +54,6 @@ pub struct EmulatedAdapter {
     has_lost: bool,
     line: Vec<u8>,
     is_too_long: bool,
-}
-
-impl Default for EmulatedAdapter {
-    fn default() -> Self {
-        Self {
-            channel: Channel::Closed,
-            bit_rate: None,
-            has_stamps: false,
-            has_lost: false,
-            line: Vec::new(),
-            is_too_long: false,
-        }
-    }
 }
 
 /// Result of a received byte.
@@ -85,22 +73,15 @@ impl EmulatedAdapter {
                 let line = core::mem::take(&mut self.line);
                 let is_too_long = core::mem::take(&mut self.is_too_long);
                 let line = String::from_utf8(line).ok().filter(|_| !is_too_long);
-                line.and_then(|line| self.command(&line))
-                    .unwrap_or_else(|| Reaction {
-                        answer: vec![BEL],
-                        frame: None,
-                    })
+                let reaction = line.and_then(|line| self.command(&line));
+                let (answer, frame) = (vec![BEL], None);
+                return reaction.unwrap_or(Reaction { answer, frame });
             }
-            b'\n' => Reaction::default(),
-            _ if self.line.len() == LONGEST_LINE => {
-                self.is_too_long = true;
-                Reaction::default()
-            }
-            _ => {
-                self.line.push(byte);
-                Reaction::default()
-            }
+            b'\n' => {}
+            _ if self.line.len() == LONGEST_LINE => self.is_too_long = true,
+            _ => self.line.push(byte),
         }
+        Reaction::default()
     }
 
     /// Executes a command; `None` if it is rejected.

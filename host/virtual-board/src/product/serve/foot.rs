@@ -154,12 +154,9 @@ impl Foot {
     /// # Errors
     /// As [`Board::run_for`], and if the ELF does not fit or does not store its settings.
     pub fn finish(&self) -> Result<Ran, ScenarioError> {
-        let gone = || {
-            Err(ScenarioError::Elf(
-                "the thread of the board has ended".into(),
-            ))
-        };
-        self.ran.recv().unwrap_or_else(|_| gone())
+        let gone = "the thread of the board has ended";
+        let ran = self.ran.recv();
+        ran.unwrap_or_else(|_| Err(ScenarioError::Elf(gone.to_owned())))
     }
 }
 
@@ -324,11 +321,8 @@ fn switched_on(
         let felt = gait::sensor::felt_by(&state, crate::product::motion::TEMPERATURE);
         moved.hands.felt(&felt, time_s)
     };
-    let BoardPrograms {
-        program,
-        bootloader,
-    } = &make.programs;
-    let board = Board::with_bootloader(bootloader.as_deref(), program, options, motion);
+    let bootloader = make.programs.bootloader.as_deref();
+    let board = Board::with_bootloader(bootloader, &make.programs.program, options, motion);
     let mut board = board.map_err(|error| ScenarioError::Elf(error.to_string()))?;
     board.set_settings(pages);
     board.set_serial_number(FIRST_NUMBER + u32::from(make.position.code()) - 1);

@@ -1,7 +1,7 @@
 //! Hands that hold a foot: they turn it to one of its sides, and tap its sole.
 
 use lsm6dsox::sim::Stimulus;
-use recordings::space::{Rotation, Vector};
+use samples::space::{Rotation, Vector};
 
 /// Duration of a turn, s.
 const TURN_S: f64 = 1.0;
@@ -77,18 +77,14 @@ pub struct Hands {
 
 impl Default for Hands {
     fn default() -> Self {
+        let v = Vector::new(0.0, 0.0, 0.0);
         Self {
-            before: IDENTITY,
+            before: Rotation { w: 1.0, v },
             turn: None,
             tapped_s: None,
         }
     }
 }
-
-const IDENTITY: Rotation = Rotation {
-    w: 1.0,
-    v: Vector::new(0.0, 0.0, 0.0),
-};
 
 impl Hands {
     /// Begins to turn the foot to a side.

@@ -28,6 +28,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
+use thiserror::Error;
 use wire::Foot as Position;
 
 use crate::emulator::time::{PER_SECOND, to_us};
@@ -63,41 +64,20 @@ pub struct ServeOptions {
 }
 
 /// Reason why feet cannot be served.
-#[derive(Debug)]
+#[derive(Debug, Error)]
 pub enum ServeError {
     /// Error of a terminal.
-    Terminal(io::Error),
+    #[error("a pseudo-terminal: {0}")]
+    Terminal(#[from] io::Error),
     /// Error of a link to a terminal.
+    #[error("{path}: {1}", path = .0.display())]
     Link(PathBuf, io::Error),
     /// Failure of a foot.
-    Foot(Stopped),
+    #[error(transparent)]
+    Foot(#[from] Stopped),
     /// A fault is planned for a foot that does not exist.
+    #[error("the robot has no foot {}", .0.name())]
     NoSuchFoot(Position),
-}
-
-impl core::fmt::Display for ServeError {
-    fn fmt(&self, f: &mut core::fmt::Formatter) -> core::fmt::Result {
-        match self {
-            Self::Terminal(error) => write!(f, "a pseudo-terminal: {error}"),
-            Self::Link(path, error) => write!(f, "{}: {error}", path.display()),
-            Self::Foot(stopped) => stopped.fmt(f),
-            Self::NoSuchFoot(foot) => write!(f, "the robot has no foot {}", foot.name()),
-        }
-    }
-}
-
-impl core::error::Error for ServeError {}
-
-impl From<io::Error> for ServeError {
-    fn from(error: io::Error) -> Self {
-        Self::Terminal(error)
-    }
-}
-
-impl From<Stopped> for ServeError {
-    fn from(stopped: Stopped) -> Self {
-        Self::Foot(stopped)
-    }
 }
 
 /// A message to the user.

@@ -5,6 +5,7 @@
 
 use gait::GaitName;
 use gait::control::{Control, LOAD_OVER_CAN, PHASE_S};
+use thiserror::Error;
 use wire::dictionary::index;
 use wire::foot::cob_id;
 use wire::{Address, Foot as Position, NodeId, Value};
@@ -53,21 +54,14 @@ pub struct RobotOptions {
 }
 
 /// A foot that failed, and the reason.
-#[derive(Debug)]
+#[derive(Debug, Error)]
+#[error("{}: {problem}", foot.name())]
 pub struct Stopped {
     /// Position of the foot.
     pub foot: Position,
     /// Reason.
     pub problem: ScenarioError,
 }
-
-impl core::fmt::Display for Stopped {
-    fn fmt(&self, f: &mut core::fmt::Formatter) -> core::fmt::Result {
-        write!(f, "{}: {}", self.foot.name(), self.problem)
-    }
-}
-
-impl core::error::Error for Stopped {}
 
 /// Events of a millisecond.
 #[derive(Debug, Default)]

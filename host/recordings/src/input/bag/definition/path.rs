@@ -1,6 +1,7 @@
 //! Paths to the numbers of a message: `imu_state.accelerometer[0]`.
 
 use super::{Count, Definition, Field, Kind, MOST_STEPS};
+use crate::input::refusal::first_of;
 
 /// Largest number of names that are listed.
 const MOST_NAMES: usize = 10_000;
@@ -79,18 +80,8 @@ impl Definition {
 
     /// Names of the first numbers in a part of the message, for people.
     pub(in super::super) fn listed(&self, part: &str) -> String {
-        /// Number of names in a sentence.
-        const SHOWN: usize = 12;
         let numbers = self.numbers(part).unwrap_or_default();
-        let names: Vec<&str> = numbers
-            .iter()
-            .take(SHOWN)
-            .map(|(name, _)| name.as_str())
-            .collect();
-        match numbers.len().saturating_sub(SHOWN) {
-            0 => names.join(", "),
-            more => format!("{} and {more} more", names.join(", ")),
-        }
+        first_of(numbers.iter().map(|(name, _)| name), 12)
     }
 
     /// Appends the numbers of a record to a list.

@@ -7,11 +7,11 @@ use std::path::Path;
 use ::mcap::records::MessageHeader;
 use ::mcap::{Compression, WriteOptions};
 use estimator_core::{Load, Validity, Vec3};
+use samples::recording::RecordedSample;
 
 use crate::input::{
     BagOptions, Format, Hints, InputError, LoadTopic, Opened, Stored, TimeUnit, Times, Topics,
 };
-use crate::recording::RecordedSample;
 
 const IMU: &str = "sensor_msgs/msg/Imu";
 const FLOAT: &str = "std_msgs/msg/Float64";

@@ -55,14 +55,9 @@ pub(in crate::input) fn read(
 ) -> Result<Stored, InputError> {
     let file = container.file.as_str();
     let [part] = &container.parts[..] else {
-        return Err(InputError::Empty {
-            file: file.to_owned(),
-        });
+        return Err(InputError::empty(file));
     };
-    let bytes = File::open(&part.path).map_err(|source| InputError::Unreadable {
-        file: file.to_owned(),
-        source,
-    })?;
+    let bytes = File::open(&part.path).map_err(|source| InputError::unreadable(file, source))?;
     let about = sound(file, || {
         ArrowReaderMetadata::load(&bytes, ArrowReaderOptions::default())
     })?;

@@ -14,9 +14,9 @@ use arrow_array::{
 };
 use arrow_schema::Field;
 use estimator_core::{Load, Saturation, Validity};
+use samples::recording::{Label, RecordedSample};
 
 use crate::input::{Format, Hints, InputError, Opened, Stored};
-use crate::recording::{Label, RecordedSample};
 
 const ROWS: usize = 20;
 

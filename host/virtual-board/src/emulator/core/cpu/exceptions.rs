@@ -8,26 +8,16 @@ use crate::emulator::core::scb::{FORCED, VECTTBL, cfsr};
 use crate::emulator::machine::Machine;
 use crate::emulator::memory::{CCM, FLASH, Memory, RAM};
 
-pub(super) const FLOATS: [RegisterARM; 8] = [
-    RegisterARM::D0,
-    RegisterARM::D1,
-    RegisterARM::D2,
-    RegisterARM::D3,
-    RegisterARM::D4,
-    RegisterARM::D5,
-    RegisterARM::D6,
-    RegisterARM::D7,
-];
+pub(super) const FLOATS: [RegisterARM; 8] = {
+    use RegisterARM::{D0, D1, D2, D3, D4, D5, D6, D7};
+    [D0, D1, D2, D3, D4, D5, D6, D7]
+};
 
 /// The registers that an exception stacks before the return address and the program status, in this order.
-const STACKED: [RegisterARM; 6] = [
-    RegisterARM::R0,
-    RegisterARM::R1,
-    RegisterARM::R2,
-    RegisterARM::R3,
-    RegisterARM::R12,
-    RegisterARM::LR,
-];
+const STACKED: [RegisterARM; 6] = {
+    use RegisterARM::{LR, R0, R1, R2, R3, R12};
+    [R0, R1, R2, R3, R12, LR]
+};
 
 /// Cycles from an exception's arrival to its handler, from its end to the interrupted code, and from one handler
 /// to the next.

@@ -26,21 +26,10 @@ use engine::Engine;
 use exceptions::{FLOATS, masked_below};
 use late::LateWrites;
 
-const R: [RegisterARM; 13] = [
-    RegisterARM::R0,
-    RegisterARM::R1,
-    RegisterARM::R2,
-    RegisterARM::R3,
-    RegisterARM::R4,
-    RegisterARM::R5,
-    RegisterARM::R6,
-    RegisterARM::R7,
-    RegisterARM::R8,
-    RegisterARM::R9,
-    RegisterARM::R10,
-    RegisterARM::R11,
-    RegisterARM::R12,
-];
+const R: [RegisterARM; 13] = {
+    use RegisterARM::{R0, R1, R2, R3, R4, R5, R6, R7, R8, R9, R10, R11, R12};
+    [R0, R1, R2, R3, R4, R5, R6, R7, R8, R9, R10, R11, R12]
+};
 
 /// The state of the core.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

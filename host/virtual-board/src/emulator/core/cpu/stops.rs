@@ -16,13 +16,15 @@ const WFE: u16 = 0xBF20;
 const YIELD: u16 = 0xBF10;
 const SEMIHOSTING: u16 = 0xBEAB;
 
+/// Ends the run at an instruction.
+fn failed(pc: u32, what: impl Into<String>) -> Result<(), Failure> {
+    Err(Failure::new(pc, None, what))
+}
+
 impl Cpu {
     /// Runs the engine until a hook stops it, and handles the reason.
     pub(super) fn run_blocks(&mut self) -> Result<(), Failure> {
-        {
-            let mut machine = self.machine.borrow_mut();
-            machine.stop = None;
-        }
+        self.machine.borrow_mut().stop = None;
         let start = self.get(RegisterARM::PC);
         let result = self.engine.emu_start(u64::from(start | 1), 0, 0, 0);
         self.write_deferred();
@@ -49,7 +51,7 @@ impl Cpu {
                 } else if RAM.contains(pc) && !self.runs_from_ram.replace(true) {
                     // Stores to executable memory are slow, so it is enabled on first use only.
                     engine::allow_code_in_ram(&mut self.engine)
-                        .map_err(|error| Failure::new(pc, None, format!("{error:?}")))?;
+                        .or_else(|error| failed(pc, format!("{error:?}")))?;
                 } else {
                     self.fault(pc, CoreFault::bus(cfsr::IBUSERR, None), None);
                 }
@@ -63,11 +65,7 @@ impl Cpu {
             Some(Stop::Exception(8)) => self.leave(pc),
             Some(Stop::Exception(22)) => self.fault(pc, CoreFault::usage(cfsr::UNALIGNED), None),
             Some(Stop::Exception(number)) => {
-                return Err(Failure::new(
-                    pc,
-                    None,
-                    format!("the engine stopped with {number}"),
-                ));
+                return failed(pc, format!("the engine stopped with {number}"));
             }
             Some(Stop::Invalid) => {
                 let last = self.half(pc.wrapping_sub(2));
@@ -87,13 +85,7 @@ impl Cpu {
                     self.state = CoreState::WaitingForInterrupt;
                 }
                 Ok(()) => {}
-                Err(error) => {
-                    return Err(Failure::new(
-                        pc,
-                        None,
-                        format!("the engine failed: {error:?}"),
-                    ));
-                }
+                Err(error) => return failed(pc, format!("the engine failed: {error:?}")),
             },
         }
         Ok(())
@@ -108,16 +100,11 @@ impl Cpu {
             Some(Stop::Load { .. } | Stop::FetchFault | Stop::Exception(7 | 22) | Stop::Invalid)
         ) || pc < block.address
             || pc >= block.address + block.block.size;
-        if whole {
-            self.event |= machine.charge(&block, pc);
-        } else {
-            let part = Block::at(&mut self.engine, block.address, pc - block.address);
-            let block = RunningBlock {
-                block: part,
-                ..block
-            };
-            self.event |= machine.charge(&block, pc);
+        let mut ran = block;
+        if !whole {
+            ran.block = Block::at(&mut self.engine, block.address, pc - block.address);
         }
+        self.event |= machine.charge(&ran, pc);
         self.event |= core::mem::take(&mut machine.event_sent);
         Some((block.address, block.block.size))
     }
@@ -144,13 +131,10 @@ impl Cpu {
             machine.allow_float = false;
             machine.stop = None;
             machine.running = None;
-            let part = Block::at(&mut self.engine, start, offset);
-            let block = RunningBlock {
-                address: start,
-                block: part,
-            };
-            machine.charge(&block, pc);
-            result.map_err(|error| Failure::new(start, None, format!("{error:?}")))?;
+            let block = Block::at(&mut self.engine, start, offset);
+            let address = start;
+            machine.charge(&RunningBlock { address, block }, pc);
+            result.or_else(|error| failed(start, format!("{error:?}")))?;
         }
         self.fault(pc, CoreFault::usage(cfsr::NOCP), None);
         Ok(())
@@ -184,7 +168,7 @@ impl Cpu {
     /// Handles a breakpoint: a semihosting call, or an error.
     fn breakpoint(&mut self, pc: u32) -> Result<(), Failure> {
         if self.half(pc) != SEMIHOSTING {
-            return Err(Failure::new(pc, None, "a breakpoint, and no debugger"));
+            return failed(pc, "a breakpoint, and no debugger");
         }
         let (r0, r1) = (self.get(RegisterARM::R0), self.get(RegisterARM::R1));
         let answer = {
@@ -193,7 +177,7 @@ impl Cpu {
             machine.semihosting.call(&mut self.engine, r0, r1)
         };
         let Some(answer) = answer else {
-            return Err(Failure::new(pc, None, format!("semihosting call {r0:#x}")));
+            return failed(pc, format!("semihosting call {r0:#x}"));
         };
         self.set(RegisterARM::R0, answer);
         self.set(RegisterARM::PC, (pc + 2) | 1);

@@ -46,7 +46,7 @@ enum Sender {
 }
 
 /// The controller and its bus.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Can {
     control: u32,
     status: u32,
@@ -91,32 +91,11 @@ impl Can {
         Self {
             control: 0x0001_0002,
             status: SLAK,
-            transmit: 0,
-            fifo: [VecDeque::new(), VecDeque::new()],
-            fifo_flags: [0; 2],
-            interrupts: 0,
-            last_error: 0,
-            transmit_errors: 0,
-            receive_errors: 0,
-            off: false,
             timing: 0x0123_0000,
-            mailboxes: Default::default(),
-            order: 0,
             filter_master: 0x2A1C_0E01,
-            filter_mode: 0,
-            filter_scale: 0,
-            filter_fifo: 0,
-            filter_active: 0,
-            filters: [[0; 2]; 28],
             pclk,
-            now: 0,
-            busy: None,
             joined_at: NEVER,
-            fault: BusFault::None,
-            sent: Vec::new(),
-            requested: Vec::new(),
-            incoming: VecDeque::new(),
-            overruns: 0,
+            ..Self::default()
         }
     }
 

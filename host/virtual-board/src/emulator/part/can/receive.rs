@@ -5,14 +5,14 @@ use super::{BusFrame, Can};
 impl Can {
     /// Puts a frame into the FIFO of the filter that accepts it.
     pub(super) fn receive(&mut self, frame: &BusFrame) {
-        let Some((fifo, index)) = self.filter(frame) else {
-            return;
-        };
         let identifier = if frame.extended {
             frame.id << 3 | 4
         } else {
             frame.id << 21
         } | u32::from(frame.remote) << 1;
+        let Some((fifo, index)) = self.filter(frame, identifier) else {
+            return;
+        };
         let word = |from: usize| {
             u32::from_le_bytes(core::array::from_fn(|i| {
                 frame.data.get(from + i).copied().unwrap_or(0)
@@ -41,15 +41,10 @@ impl Can {
     }
 
     /// FIFO and filter number for a frame, if a filter accepts it.
-    fn filter(&self, frame: &BusFrame) -> Option<(usize, u32)> {
+    fn filter(&self, frame: &BusFrame, wide: u32) -> Option<(usize, u32)> {
         if self.filter_master & 1 != 0 {
             return None;
         }
-        let wide = if frame.extended {
-            frame.id << 3 | 4
-        } else {
-            frame.id << 21
-        } | u32::from(frame.remote) << 1;
         let narrow = if frame.extended {
             (frame.id >> 18) << 5 | 8 | frame.id >> 15 & 7
         } else {
