@@ -23,16 +23,16 @@ pub(super) fn measure(client: &mut Client) -> Measured {
     let costs = [&figure::TO_MAILBOX, &figure::TO_END, &figure::STACK];
     let costs: Measured = (1..)
         .zip(costs)
-        .map(|(subindex, limit)| {
-            match client.read_number(index::COSTS, subindex) {
+        .map(
+            |(subindex, limit)| match client.read_number(index::COSTS, subindex) {
                 Ok(cost) => Ok(limit.measured(f64::from(cost))),
                 Err(RequestError::Refused {
                     reason: AbortCode::NoObject,
                     ..
                 }) => Ok(limit.not_tested("the foot's program is older")),
                 Err(error) => Err(error),
-            }
-        })
+            },
+        )
         .collect();
     let names: Vec<_> = faults.iter().map(Fault::name).collect();
     let crash_name = match crash {
