@@ -142,8 +142,8 @@ pub(super) fn remove_empty_folders(out: &Path) {
     }
 }
 
-fn remove(path: &PathBuf) -> Result<(), (PathBuf, io::Error)> {
-    tables::remove(path).map_err(|error| (path.clone(), error))
+fn remove(path: &Path) -> Result<(), (PathBuf, io::Error)> {
+    tables::remove(path).map_err(|error| (path.to_path_buf(), error))
 }
 
 /// Reads the row in a file; robot, foot and day come from its path.
