@@ -10,6 +10,8 @@
 //!
 //! CR ends the line.
 
+use heapless::Vec;
+
 use crate::frame::CanFrame;
 
 /// End of a line.
@@ -21,38 +23,17 @@ pub const BEL: u8 = 0x07;
 /// Length of the longest line that [`encode`] makes, its CR included, bytes.
 pub const LONGEST: usize = 22;
 
-/// Line of a frame.
-#[derive(Clone, Copy, Debug)]
-pub struct Line {
-    bytes: [u8; LONGEST],
-    length: usize,
-}
-
-impl Line {
-    /// The bytes to send, the CR included.
-    #[must_use]
-    pub fn as_bytes(&self) -> &[u8] {
-        self.bytes.get(..self.length).unwrap_or(&[])
-    }
-}
-
-/// Encodes a frame.
+/// Encodes a frame. Returns its line, the CR included.
 #[must_use]
-pub fn encode(frame: &CanFrame) -> Line {
+pub fn encode(frame: &CanFrame) -> Vec<u8, LONGEST> {
     let length = frame.data().len() as u16;
     let head = [frame.id() >> 8, frame.id() >> 4, frame.id(), length];
     let data = frame.data().iter().map(|byte| u16::from(*byte));
     let digits = data.flat_map(|byte| [byte >> 4, byte]);
     let text = [b't'].into_iter();
     let text = text.chain(head.into_iter().chain(digits).map(digit));
-    let mut line = Line {
-        bytes: [CR; LONGEST],
-        length: 6 + 2 * frame.data().len(),
-    };
-    for (to, character) in line.bytes.iter_mut().zip(text) {
-        *to = character;
-    }
-    line
+    // A frame of 8 bytes has the longest line.
+    text.chain([CR]).take(LONGEST).collect()
 }
 
 /// Decodes a line without its CR; `None` if it is not that of a data frame with an 11-bit identifier.
@@ -106,7 +87,7 @@ mod tests {
                 frame(0x7FF, &[0x01, 0x23, 0x45, 0x67, 0x89, 0xAB, 0xCD, 0xEF])
             }),
         ] {
-            assert_eq!(encode(&frame).as_bytes(), text.as_bytes());
+            assert_eq!(encode(&frame), text.as_bytes());
             assert_eq!(decode(text.trim_end().as_bytes()), Some(frame));
         }
         let stamped = decode(b"t191300abff1234");

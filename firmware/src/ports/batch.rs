@@ -10,6 +10,7 @@ use crate::telemetry::Lane;
 /// the next one replaces it in the queue.
 #[derive(Debug)]
 pub struct UartBatch {
+    // With a `heapless::Vec` the source was 5 lines shorter, but the median tick had 240 instructions more.
     bytes: [u8; uart::MAX_FRAME],
     /// Consecutive batches with a contact that had no room for all frames.
     crowded: u8,

@@ -165,7 +165,7 @@ fn adapter(ours: OwnedFd) -> Receiver<CanFrame> {
             robot.tick();
             let mut lines = Vec::new();
             while let Some((_, frame)) = robot.next_frame() {
-                lines.extend_from_slice(slcan::encode(&frame).as_bytes());
+                lines.extend_from_slice(&slcan::encode(&frame));
             }
             if is_open && to.write_all(&lines).is_err() {
                 return;

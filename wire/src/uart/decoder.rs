@@ -69,6 +69,7 @@ impl Drops {
 /// zero at the frame's beginning ends the garbage, or a frame that lost its end.
 #[derive(Clone, Debug)]
 pub struct Decoder {
+    // With a `heapless::Vec` the longest tick of a foot at full load had 20,308 instructions, of 20,000 in the budget.
     plain: [u8; MAX_DECODED],
     length: usize,
     decoding: Decoding,

@@ -110,12 +110,14 @@ impl Index {
         let folder = self.out.join(Table::Recordings.name());
         let files = self.files.get(key).into_iter().flatten();
         let (rows, others): (Vec<_>, Vec<_>) = files.partition(|file| file.starts_with(&folder));
-        rows.into_iter().chain(others).try_for_each(remove)
+        rows.into_iter()
+            .chain(others)
+            .try_for_each(|path| remove(path))
     }
 
     /// Removes the unfinished files of a killed process.
     pub(super) fn remove_unfinished(&self) -> Result<(), (PathBuf, io::Error)> {
-        self.unfinished.iter().try_for_each(remove)
+        self.unfinished.iter().try_for_each(|path| remove(path))
     }
 }
 

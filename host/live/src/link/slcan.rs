@@ -206,7 +206,7 @@ impl Link for SlcanAdapter {
 
     fn send(&mut self, sending: &Sending) -> Result<(), LinkError> {
         match sending {
-            Sending::Frame(frame) => self.port.write(slcan::encode(frame).as_bytes()),
+            Sending::Frame(frame) => self.port.write(&slcan::encode(frame)),
             Sending::Bytes { .. } => Err(LinkError::wrong_kind(&*self.interface, "CAN frames")),
         }
     }
