@@ -119,7 +119,7 @@ mod tests {
         #[test]
         fn each_frame_comes_back(id in 0_u16..0x800, data in prop::collection::vec(any::<u8>(), 0..=8)) {
             let frame = frame(id, &data);
-            let line: Vec<u8> = encode(&frame).as_bytes().to_vec();
+            let line: Vec<u8> = encode(&frame).to_vec();
             let (end, text) = line.split_last().expect("a line");
             prop_assert_eq!(*end, CR);
             prop_assert_eq!(decode(text), Some(frame));

@@ -176,6 +176,7 @@ mod tests {
     use super::*;
     use crate::config::{Overrides, Preset};
     use estimator_core::{Gravity, WindowLength};
+    use recordings::input::Times;
 
     #[test]
     fn hash_depends_on_settings_but_not_on_feet() {
