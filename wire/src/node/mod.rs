@@ -15,6 +15,7 @@
 //! | what | module |
 //! |---|---|
 //! | objects that are read and written, and the rules for it | `device` |
+//! | what the application publishes | `published` |
 //! | process data as of a tick | `snapshot` |
 //! | emergency messages | `faults` |
 //! | the node id, by LSS | `lss` |
@@ -24,6 +25,7 @@ mod device;
 mod event;
 mod faults;
 mod lss;
+mod published;
 mod snapshot;
 
 use canopen_rs::lss::{LSS_SLAVE_COB_ID, LssSlave};
@@ -196,38 +198,6 @@ impl Node {
     #[must_use]
     pub const fn faults(&self) -> Faults {
         self.device.faults
-    }
-
-    /// Publishes the board's stage.
-    pub const fn set_stage(&mut self, stage: Stage) {
-        self.device.stage = stage;
-    }
-
-    /// Publishes the last crash.
-    pub const fn set_crash(&mut self, crash: Crash) {
-        self.device.crash = Some(crash);
-    }
-
-    /// Publishes the brown-out level at the start, 0 to 3.
-    pub const fn set_brown_out_level(&mut self, level: u8) {
-        self.device.brown_out_level = level;
-    }
-
-    /// Publishes the program that runs.
-    pub const fn set_program(&mut self, program: Program) {
-        self.device.program = program;
-    }
-
-    /// Publishes the values learnt by the estimator. Required before a request is handled: objects are
-    /// encoded when they are read.
-    pub const fn set_learnt(&mut self, learnt: Learnt) {
-        self.device.learnt = learnt;
-    }
-
-    /// Publishes the largest costs so far: time to the mailbox and to the end of a tick's work, µs, and depth of the stack,
-    /// bytes. Required before a request is handled.
-    pub const fn set_costs(&mut self, costs: [u16; 3]) {
-        self.device.costs = costs;
     }
 
     /// Load last received from the robot, over RPDO1 or SDO; `None` before the first, and if none was
