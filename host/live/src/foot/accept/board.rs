@@ -25,6 +25,9 @@ pub(super) fn measure(client: &mut Client) -> Measured {
         .zip(costs)
         .map(
             |(subindex, limit)| match client.read_number(index::COSTS, subindex) {
+                Ok(0) => Ok(limit.not_tested(
+                    "the foot has not measured it: it is simulated, or has just started",
+                )),
                 Ok(cost) => Ok(limit.measured(f64::from(cost))),
                 Err(RequestError::Refused {
                     reason: AbortCode::NoObject,
