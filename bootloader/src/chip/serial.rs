@@ -114,7 +114,7 @@ impl Serial {
     /// Sends a frame of the node, while a master listens.
     pub fn send_frame(&self, frame: &CanFrame) {
         if self.adapter.is_open() {
-            self.send(slcan::encode(frame).as_bytes());
+            self.send(&slcan::encode(frame));
         }
     }
 

@@ -14,6 +14,9 @@ const EDGES: RangeInclusive<u16> = 5..=8;
 /// Consecutive ticks with the right number of edges after which samples are read at the edge again.
 const EDGES_ARE_BACK: u16 = 1000;
 
+/// Ticks within which three lost edges show that the line loses them: one or two can be a stall of the core.
+const LOST_WITHIN: usize = 100;
+
 /// Consecutive ticks with edges of a wrong number that are the rate of the sensor: of edges that are lost at random,
 /// however many, one tick in ten has the right number, or none, so that 200 in a row come once in weeks.
 const WRONG_RATE: u16 = 200;
@@ -67,6 +70,8 @@ pub(super) struct Watch {
     is_in_step: bool,
     /// Whether no edge came in the previous tick, though there was a new sample.
     edge_missed: bool,
+    /// [`turn`](Self::turn) of the last two lost edges, the older one first.
+    lost: [Option<usize>; 2],
     /// Event at which samples are read; kept at a start of the sensor.
     pub(super) read_at: ReadAt,
     /// Consecutive ticks with the right number of edges while samples are read by the timer.
@@ -165,7 +170,11 @@ impl Watch {
         };
         // Of a line that is dead none follows, of a sensor that is too slow too few.
         if self.edge_missed && is_right && self.without_edge == 0 {
-            self.read_by_timer();
+            let [older, newer] = self.lost;
+            self.lost = [newer, Some(self.turn)];
+            if older.is_some_and(|turn| self.turn.wrapping_sub(turn) < LOST_WITHIN) {
+                self.read_by_timer();
+            }
         }
         self.edge_missed = tick.edge.is_none() && is_fresh;
         if self.read_at == ReadAt::Timer {

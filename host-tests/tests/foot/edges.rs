@@ -84,19 +84,18 @@ fn lost_edges_are_reported_and_survived() {
             let case = format!("{per_million} in a million, phase {phase}");
             assert!(seen.restarts <= 2, "{case}: {} restarts", seen.restarts);
             let reported = seen.raised(Fault::DataReadyDead);
-            let (Some(missed), Some(first)) = (seen.missed, reported.first()) else {
-                panic!("{case}: {:?}", seen.reports);
-            };
-            // Single ones at once, otherwise after two restarts.
-            let within = match seen.restarts {
-                0 => 2 * MS,
-                _ => 700 * MS,
-            };
-            assert!(
-                first.saturating_sub(missed) <= within,
-                "{case}: {:?}",
-                seen.reports
-            );
+            // A few cost a sample of doubt each, and need no report.
+            if per_million >= 10_000 {
+                let (Some(missed), Some(first)) = (seen.missed, reported.first()) else {
+                    panic!("{case}: {:?}", seen.reports);
+                };
+                let after_ms = first.saturating_sub(missed) / MS;
+                println!(
+                    "{case}: reported after {after_ms} ms, {} restarts",
+                    seen.restarts
+                );
+                assert!(after_ms <= 500, "{case}: {:?}", seen.reports);
+            }
             // The estimate goes on, but for a sample of doubt each second and two restarts.
             let doubtful = seen.contacts - seen.valid;
             assert!(doubtful <= 40 + 350 * seen.restarts, "{case}: {doubtful}");

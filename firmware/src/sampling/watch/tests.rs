@@ -188,9 +188,36 @@ fn dead_line_differs_from_a_silent_sensor() {
 }
 
 #[test]
-fn a_single_lost_edge_has_samples_read_by_the_timer() {
-    let after = |first: Tick, second: Tick| {
+fn third_lost_edge_in_100_ticks_has_samples_read_by_the_timer() {
+    for (between, read_at) in [(40, ReadAt::Timer), (60, ReadAt::Edge)] {
         let mut watch = Watch::default();
+        for lost in 0..3 {
+            for k in 0..between {
+                assert_eq!(watch.read_at, ReadAt::Edge, "{lost}, {k}");
+                let tick = if k == 0 {
+                    tick(false, Some(6))
+                } else {
+                    ordinary()
+                };
+                watch.issue(&tick, &moving(k));
+                watch.turn += 1;
+                if lost == 2 && k == 1 {
+                    break;
+                }
+            }
+        }
+        assert_eq!(watch.read_at, read_at);
+    }
+}
+
+#[test]
+fn ticks_that_show_a_lost_edge() {
+    let after = |first: Tick, second: Tick| {
+        let mut watch = Watch {
+            turn: 10,
+            lost: [Some(1); 2],
+            ..Watch::default()
+        };
         watch.issue(&ordinary(), &moving(0));
         let issue = watch.issue(&first, &moving(1));
         assert_eq!(issue, Some(SampleIssue::Unannounced));
