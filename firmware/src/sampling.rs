@@ -29,7 +29,7 @@
 //!
 //! Where edges are missing and samples are new, the fault is in the line of the edges: the samples are read at the end
 //! of the wait for an edge, which is reported, until edges have come for a second again. With single edges missing that
-//! begins after the third within 100 ticks; with none, after a restart of the sensor; with many, after two. Meanwhile a rate of edges that
+//! begins after the third, each within 50 ticks of the one before; with none, after a restart of the sensor; with many, after two. Meanwhile a rate of edges that
 //! stays wrong is a fault of the sensor again.
 //!
 //! From the first bad tick on its sample is flagged, so that the estimate is "not stable" before

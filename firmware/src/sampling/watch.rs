@@ -14,8 +14,10 @@ const EDGES: RangeInclusive<u16> = 5..=8;
 /// Consecutive ticks with the right number of edges after which samples are read at the edge again.
 const EDGES_ARE_BACK: u16 = 1000;
 
-/// Ticks within which three lost edges show that the line loses them: one or two can be a stall of the core.
-const LOST_WITHIN: usize = 100;
+/// Lost edges, each within [`LOST_WITHIN`] ticks of the one before, that show that the line loses them: one or two can
+/// be a stall of the core.
+const LOST: u8 = 3;
+const LOST_WITHIN: usize = 50;
 
 /// Consecutive ticks with edges of a wrong number that are the rate of the sensor: of edges that are lost at random,
 /// however many, one tick in ten has the right number, or none, so that 200 in a row come once in weeks.
@@ -70,8 +72,9 @@ pub(super) struct Watch {
     is_in_step: bool,
     /// Whether no edge came in the previous tick, though there was a new sample.
     edge_missed: bool,
-    /// [`turn`](Self::turn) of the last two lost edges, the older one first.
-    lost: [Option<usize>; 2],
+    /// Edges lost, each soon after the one before, and [`turn`](Self::turn) of the last.
+    lost: u8,
+    lost_turn: usize,
     /// Event at which samples are read; kept at a start of the sensor.
     pub(super) read_at: ReadAt,
     /// Consecutive ticks with the right number of edges while samples are read by the timer.
@@ -170,9 +173,14 @@ impl Watch {
         };
         // Of a line that is dead none follows, of a sensor that is too slow too few.
         if self.edge_missed && is_right && self.without_edge == 0 {
-            let [older, newer] = self.lost;
-            self.lost = [newer, Some(self.turn)];
-            if older.is_some_and(|turn| self.turn.wrapping_sub(turn) < LOST_WITHIN) {
+            let is_soon = self.turn.wrapping_sub(self.lost_turn) <= LOST_WITHIN;
+            self.lost = if is_soon {
+                self.lost.saturating_add(1)
+            } else {
+                1
+            };
+            self.lost_turn = self.turn;
+            if self.lost >= LOST {
                 self.read_by_timer();
             }
         }

@@ -188,7 +188,7 @@ fn dead_line_differs_from_a_silent_sensor() {
 }
 
 #[test]
-fn third_lost_edge_in_100_ticks_has_samples_read_by_the_timer() {
+fn third_lost_edge_soon_has_samples_read_by_the_timer() {
     for (between, read_at) in [(40, ReadAt::Timer), (60, ReadAt::Edge)] {
         let mut watch = Watch::default();
         for lost in 0..3 {
@@ -215,7 +215,8 @@ fn ticks_that_show_a_lost_edge() {
     let after = |first: Tick, second: Tick| {
         let mut watch = Watch {
             turn: 10,
-            lost: [Some(1); 2],
+            lost: LOST - 1,
+            lost_turn: 9,
             ..Watch::default()
         };
         watch.issue(&ordinary(), &moving(0));

@@ -143,10 +143,10 @@ pub(super) const ROWS: &[Scenario] = &[
     },
     Scenario {
         name: "edges-lost",
-        what: "data-ready line loses one edge in 50",
+        what: "data-ready line loses one edge in 20",
         steps: |_| {
             vec![sensor(SensorFault::DataReadyLosses {
-                per_million: 20_000,
+                per_million: 50_000,
             })]
         },
         invalid: Invalid::Never,
