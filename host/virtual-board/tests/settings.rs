@@ -308,7 +308,7 @@ fn checksum(data: &[u8]) -> u32 {
         crc ^= u32::from(*byte);
         for _ in 0..8 {
             let low = crc & 1;
-            crc = crc >> 1 ^ low * 0x82F6_3B78;
+            crc = (crc >> 1) ^ (low * 0x82F6_3B78);
         }
     }
     match !crc {
@@ -352,7 +352,8 @@ fn unusable_settings_are_replaced_by_defaults_and_kept() {
     };
     assert!(rewritten(&stored, |_| {}) == stored, "another format");
     let not_a_number = f32::NAN.to_bits();
-    let cases: [(&str, bool, &dyn Fn(&mut [u8])); 7] = [
+    type Change<'a> = &'a dyn Fn(&mut [u8]);
+    let cases: [(&str, bool, Change<'_>); 7] = [
         ("half-width", true, &|record| {
             replace(record, index::HALF_WIDTH, 1, 1.0e4_f32.to_bits());
         }),
@@ -364,10 +365,10 @@ fn unusable_settings_are_replaced_by_defaults_and_kept() {
             replace(record, index::CAN_BIT_RATE, 0, 125);
         }),
         ("bit rate", true, &|record| {
-            replace(record, index::CAN_BIT_RATE, 0, 333)
+            replace(record, index::CAN_BIT_RATE, 0, 333);
         }),
         ("serial rate", true, &|record| {
-            replace(record, index::UART_RATE, 0, 3)
+            replace(record, index::UART_RATE, 0, 3);
         }),
         ("address", true, &|record| record[2..4].fill(0xFF)),
         ("version", false, &|record| record[1] = 99),
