@@ -117,9 +117,11 @@ static LONGEST: AtomicU32 = AtomicU32::new(0);
 static LISTENING: AtomicU8 = AtomicU8::new(0);
 
 /// Sets the node id that the filters accept, 0 for none, for each start of the controller too.
+#[cold]
+#[inline(never)]
 pub fn listen_as(node: u8) {
-    LISTENING.store(node, Ordering::Relaxed);
-    if STARTED.load(Ordering::Acquire) {
+    let changed = LISTENING.swap(node, Ordering::Relaxed) != node;
+    if changed && STARTED.load(Ordering::Acquire) {
         set_filters();
     }
 }
@@ -241,6 +243,10 @@ pub fn try_send(frame: &CanFrame) -> bool {
     let Some(mailbox) = empty.filter(|_| room >= needed) else {
         return false;
     };
+    if frame.id() & FUNCTION == cob_id::HEARTBEAT {
+        // A master may answer the boot-up message of a new id at once.
+        listen_as((frame.id() & !FUNCTION) as u8);
+    }
     let mut bytes = [0; 8];
     for (to, from) in bytes.iter_mut().zip(frame.data()) {
         *to = *from;
