@@ -7,9 +7,9 @@ unsafe extern "C" {
     static _stack_start: u32;
 }
 
-/// Words checked per call: a fifth of a tick's work. Checking all of the stack at once would
-/// be eight times that work.
-const PIECE: usize = 256;
+/// Words checked per call: a tenth of a tick's work. Checking all of the stack at once would
+/// be eight times a tick's work.
+const PIECE: usize = 128;
 
 /// Size of the stack, bytes.
 pub fn size() -> usize {

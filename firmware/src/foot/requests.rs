@@ -12,7 +12,7 @@ use crate::telemetry::Lane;
 use storage::{Erase, Origin, StoreFailed};
 
 /// Maximum number of requests handled per tick; more wait for the next.
-pub const INPUTS_PER_TICK: usize = 7;
+pub const INPUTS_PER_TICK: usize = 8;
 
 /// Stores and restores that may follow each other at once after power-up; then there is one in each 1024 ticks: a sector of
 /// flash endures 10 000 erases (STM32F405 data sheet, DS8626), and 50 stores a second would use them up in hours. After a
