@@ -2,7 +2,7 @@
 
 use core::sync::atomic::{AtomicU16, Ordering};
 
-/// A cost.
+/// A cost. The times are those of ticks in which the sensor measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cost {
     /// Time from the data-ready edge to the contact in its mailbox, µs.

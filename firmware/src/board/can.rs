@@ -110,8 +110,8 @@ impl Parts {
     }
 }
 
-/// Longest time from a data-ready edge to the contact in its mailbox, µs.
-static LONGEST: AtomicU32 = AtomicU32::new(0);
+/// Time from the data-ready edge to the newest contact in its mailbox, µs.
+static TO_MAILBOX: AtomicU32 = AtomicU32::new(0);
 
 /// Node id that the filters accept, 0 for none.
 static LISTENING: AtomicU8 = AtomicU8::new(0);
@@ -265,17 +265,14 @@ pub fn try_send(frame: &CanFrame) -> bool {
         w.set_txrq(true);
     });
     if needed == 1 {
-        let waited = timebase::since_edge();
-        if waited > LONGEST.load(Ordering::Relaxed) {
-            LONGEST.store(waited, Ordering::Relaxed);
-        }
+        TO_MAILBOX.store(timebase::since_edge(), Ordering::Relaxed);
     }
     true
 }
 
-/// Longest time from a data-ready edge to the contact in its mailbox, µs; 0 before the first.
-pub fn longest() -> u32 {
-    LONGEST.load(Ordering::Relaxed)
+/// Time from the data-ready edge to the newest contact in its mailbox, µs; 0 before the first.
+pub fn to_mailbox() -> u32 {
+    TO_MAILBOX.load(Ordering::Relaxed)
 }
 
 /// Returns whether a mailbox shows a frame that another node has acknowledged. It shows that until its next frame.

@@ -6,7 +6,7 @@ use core::sync::atomic::Ordering;
 use firmware::Foot;
 use firmware::costs::Cost;
 use firmware::ports::{BusState, Input};
-use firmware::sampling::{self, Sensor};
+use firmware::sampling::{self, Activity, Sensor};
 
 use super::{FAULT, LIGHT, PORTS};
 use crate::board;
@@ -21,7 +21,7 @@ pub(super) async fn sample(
     self_test: bool,
 ) {
     let mut bus = BusState::Active;
-    let (mut id, mut longest) = (0, 0);
+    let mut id = 0;
     board::timebase::discard();
     sampling::run(
         sensor,
@@ -37,10 +37,10 @@ pub(super) async fn sample(
             let fault = if foot.faults().is_empty() { 0 } else { FAULT };
             LIGHT.store(foot.stage().code() | fault, Ordering::Relaxed);
             board::flash::note_tick();
-            let work = board::timebase::since_edge();
-            if work > longest {
-                longest = work;
-                PORTS.costs.take(Cost::Work, work);
+            // A sensor that starts holds up ticks, whose contacts are invalid.
+            if measurement.activity == Activity::Measuring {
+                PORTS.costs.take(Cost::Mailbox, board::can::to_mailbox());
+                PORTS.costs.take(Cost::Work, board::timebase::since_edge());
             }
         },
     )

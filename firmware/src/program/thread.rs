@@ -85,7 +85,6 @@ pub(super) async fn feed_watchdog() {
                 }
             }
         }
-        PORTS.costs.take(Cost::Mailbox, board::can::longest());
         if let Some(used) = stack.look() {
             PORTS.costs.take(Cost::Stack, used as u32);
             defmt::info!("stack: {} of {} bytes", used, board::stack::size());

@@ -149,8 +149,8 @@ limits! {
     TEMPERATURE: Board, "sensor temperature", "°C", 0.0, 60.0,
         "a room, and the part's own heat; the part takes −40 to 85 °C (DS12814)",
         "let the board come to the temperature of the room";
-    TO_MAILBOX: Board, "edge to mailbox", "µs", 0.0, 800.0,
-        "period of the edges; the longest since power-up, by the board's timer, mostly of the first tick; 0 without CAN",
+    TO_MAILBOX: Board, "edge to mailbox", "µs", 0.0, 150.0,
+        "period of the edges; the longest since power-up, by the board's timer; 0 without CAN",
         "a store of settings adds to it: switch the board off and on, and repeat; then the clock or the program is another";
     TO_END: Board, "edge to end of work", "µs", 0.0, 800.0,
         "a tick without the wait for its edge; the longest since power-up",
