@@ -557,6 +557,24 @@ fn two_boards_with_the_same_id_are_not_configured() {
 }
 
 #[test]
+fn late_response_to_a_write_is_not_read_as_a_value() {
+    for source in ["demo:feet=1,speed=20", "demo:speed=20,line=uart"] {
+        let link = link::open(&source.parse().expect("a source")).expect("a demo");
+        let mut client = Client::new(Box::new(Twice { link, again: None }), None).expect("one id");
+        client
+            .command(Command::EnterPreOperational)
+            .expect("a line");
+        let address = Address::new(index::DECISION, 1);
+        for threshold in [0.625, 0.75] {
+            let value = Value::F32(threshold);
+            client.write(address, value).expect("taken");
+            let read = client.read(address, DataType::Real32);
+            assert_eq!(read.expect("a number"), value, "{source}");
+        }
+    }
+}
+
+#[test]
 fn calibration_survives_a_reset_and_is_erased_on_command() {
     for line in LINES {
         let mut client = client(line);

@@ -68,11 +68,13 @@ impl Client {
             Said::Answer(ConfigResponse {
                 address: of,
                 answer,
-            }) if *of == address => Some(match answer {
-                Answer::Value(bytes) => Ok(bytes.as_bytes().to_vec()),
-                Answer::Done => Ok(Vec::new()),
-                Answer::Refused(reason) => Err(reason.code()),
-            }),
+            }) if *of == address => match answer {
+                Answer::Value(bytes) if value.is_none() => Some(Ok(bytes.as_bytes().to_vec())),
+                Answer::Done if value.is_some() => Some(Ok(Vec::new())),
+                Answer::Refused(reason) => Some(Err(reason.code())),
+                // A late response to a repeated write is none to a read of the same object.
+                Answer::Value(_) | Answer::Done => None,
+            },
             _ => None,
         })
     }
@@ -97,13 +99,18 @@ impl Client {
             request[0] = 0x23 | ((4 - size) as u8) << 2;
             request[4..].copy_from_slice(&value.to_raw().to_le_bytes());
         }
-        let is_answer = |response: &[u8; 8]| response[1..4] == request[1..4];
+        const ABORT: u8 = 4;
+        // A late response to a repeated write is none to a read of the same object.
+        let wanted = if value.is_some() { 3 } else { 2 };
+        let is_answer = |response: &[u8; 8]| {
+            response[1..4] == request[1..4] && [wanted, ABORT].contains(&(response[0] >> 5))
+        };
         let response = self.exchange(node, request, answer, is_answer)?;
         let Some([head, _, _, _, data @ ..]) = response else {
             return Ok(None);
         };
         Ok(match head >> 5 {
-            4 => Some(Err(u32::from_le_bytes(data))),
+            ABORT => Some(Err(u32::from_le_bytes(data))),
             3 => Some(Ok(Vec::new())),
             // An upload: expedited, or in segments.
             2 if head & 2 != 0 => {
