@@ -301,6 +301,16 @@ fn arbitrary_pages_are_reported_until_settings_are_stored() {
     }
 }
 
+/// Pages of a board that has stored a scale of 2.
+fn stored_pages(elf: &[u8]) -> Vec<u8> {
+    let mut board = board(elf);
+    run(&mut board, 300);
+    command(&mut board, PRE_OPERATIONAL);
+    set_scale(&mut board, 2.0);
+    assert_eq!(store(&mut board).map(|a| a[0]), Some(WRITTEN));
+    pages(&mut board)
+}
+
 /// CRC-32C of a record, as the pages keep it; its lowest byte is neither 0 nor 0xFF.
 fn checksum(data: &[u8]) -> u32 {
     let mut crc = 0xEEEE_EEEE_u32;
@@ -342,14 +352,7 @@ fn replace(record: &mut [u8], index: u16, subindex: u8, value: u32) {
 #[test]
 fn unusable_settings_are_replaced_by_defaults_and_kept() {
     let Some(elf) = product() else { return };
-    let stored = {
-        let mut board = board(&elf);
-        run(&mut board, 300);
-        command(&mut board, PRE_OPERATIONAL);
-        set_scale(&mut board, 2.0);
-        assert_eq!(store(&mut board).map(|a| a[0]), Some(WRITTEN));
-        pages(&mut board)
-    };
+    let stored = stored_pages(&elf);
     assert!(rewritten(&stored, |_| {}) == stored, "another format");
     let not_a_number = f32::NAN.to_bits();
     type Change<'a> = &'a dyn Fn(&mut [u8]);
@@ -489,14 +492,7 @@ fn largest_costs_are_measured_by_the_board() {
 #[test]
 fn one_cleared_bit_under_the_record_loses_no_settings() {
     let Some(elf) = product() else { return };
-    let stored = {
-        let mut board = board(&elf);
-        run(&mut board, 300);
-        command(&mut board, PRE_OPERATIONAL);
-        set_scale(&mut board, 2.0);
-        assert_eq!(store(&mut board).map(|a| a[0]), Some(WRITTEN));
-        pages(&mut board)
-    };
+    let stored = stored_pages(&elf);
     let used = stored.iter().rposition(|byte| *byte != 0xFF);
     let used = used.expect("something was stored") + 1;
     for (at, bit) in (used..used + 800).step_by(41).zip((0..8).cycle()) {

@@ -1,4 +1,4 @@
-//! What the application publishes for objects to show.
+//! Values that the application publishes, and objects show.
 
 use estimator_core::Learnt;
 
