@@ -34,7 +34,8 @@ fn main() {
     }
 }
 
-/// Commit of the sources, hexadecimal; empty if none has them, as after a change or outside of a repository.
+/// Last commit that changed the sources, hexadecimal: a commit of documents gives the same program. Empty if no commit has
+/// the sources, as after a change or outside of a repository.
 fn commit() -> String {
     let Some(log) = git(&["rev-parse", "--git-path", "logs/HEAD"]) else {
         return String::new();
@@ -42,7 +43,9 @@ fn commit() -> String {
     println!("cargo:rerun-if-changed={log}");
     let changes = git(&[&["status", "--porcelain", "--"], &SOURCES[..]].concat());
     match changes.as_deref() {
-        Some("") => git(&["rev-parse", "HEAD"]).unwrap_or_default(),
+        Some("") => {
+            git(&[&["log", "-1", "--format=%H", "--"], &SOURCES[..]].concat()).unwrap_or_default()
+        }
         _ => String::new(),
     }
 }

@@ -271,7 +271,7 @@ fn a_suspended_program_counts_all_it_has_lost() {
             "-o",
             "stopped.mcap",
             "--seconds",
-            "16",
+            "20",
         ])
         .current_dir(&server.folder)
         .stdout(Stdio::piped())
@@ -285,7 +285,7 @@ fn a_suspended_program_counts_all_it_has_lost() {
     };
     thread::sleep(Duration::from_secs(4));
     signal("-STOP");
-    thread::sleep(Duration::from_secs(8));
+    thread::sleep(Duration::from_secs(12));
     signal("-CONT");
     let output = recording.wait_with_output().expect("it ends");
     let [printed, words] =
@@ -308,9 +308,9 @@ fn a_suspended_program_counts_all_it_has_lost() {
     let lost = lost.and_then(|line| line.split_whitespace().nth(4));
     let lost_s: f64 = lost.map_or(0.0, |seconds| seconds.parse().expect("seconds"));
     let made = (contacts + missing) as f64;
-    let least = 15_000.0 - 1.0e3 * lost_s;
+    let least = 19_000.0 - 1.0e3 * lost_s;
     assert!(
-        (least..16_200.0).contains(&made),
+        (least..20_200.0).contains(&made),
         "{contacts}, {missing}: {lost_s} s lost"
     );
 }
