@@ -137,10 +137,11 @@ impl ConfigFlash {
             FLASH.optkeyr().write_value(key);
         }
         after_a_tick();
-        watchdog::feed();
+        watchdog::extend();
         FLASH.optcr().modify(|w| w.set_bor_lev(LEVEL_3));
         FLASH.optcr().modify(|w| w.set_optstrt(true));
         let done = finish();
+        watchdog::start();
         FLASH.optcr().modify(|w| w.set_optlock(true));
         lock();
         done?;

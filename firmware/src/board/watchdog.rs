@@ -59,9 +59,19 @@ pub fn start() {
         w.set_tim4(true);
         w.set_tim5(true);
     });
+    set_period(Pr::DIVIDE_BY16, RELOAD as u16);
+}
+
+/// Makes the period the longest but two, 5.6 to 15 s, until [`start`] is called: option bytes that a reset leaves
+/// erased close the chip to probes, and no data sheet limits the time they take.
+pub fn extend() {
+    set_period(Pr::DIVIDE_BY64, 0xFFF);
+}
+
+fn set_period(divider: Pr, reload: u16) {
     IWDG.kr().write(|w| w.set_key(Key::ENABLE));
-    IWDG.pr().write(|w| w.set_pr(Pr::DIVIDE_BY16));
-    IWDG.rlr().write(|w| w.set_rl(RELOAD as u16));
+    IWDG.pr().write(|w| w.set_pr(divider));
+    IWDG.rlr().write(|w| w.set_rl(reload));
     for _ in 0..POLLS {
         if IWDG.sr().read().0 == 0 {
             break;

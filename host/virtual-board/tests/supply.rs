@@ -5,10 +5,13 @@ mod common;
 use common::{options, product, run, watch};
 use lsm6dsox::sim::Stimulus;
 use virtual_board::emulator::board::{Board, Injection};
+use virtual_board::emulator::corner::Corner;
 use virtual_board::emulator::part::can::BusFrame;
 use wire::Emergency;
 use wire::dictionary::{SIGNATURE_BROWN_OUT, SIGNATURE_STORE, index};
 
+/// Readout protection of level 0.
+const OPEN: u8 = 0xAA;
 const WRITTEN: u8 = 0x60;
 const HARDWARE: [u8; 4] = 0x0606_0000_u32.to_le_bytes();
 const DEVICE_STATE: [u8; 4] = 0x0800_0022_u32.to_le_bytes();
@@ -68,6 +71,28 @@ fn the_first_start_sets_the_brown_out_level() {
         run(&mut board, 300);
         assert_eq!(level(&mut board), expected, "{mv} mV");
     }
+}
+
+/// No data sheet limits the time that option bytes take: cut short, they close the chip to probes.
+#[test]
+fn slow_option_bytes_end_before_the_watchdog() {
+    let Some(elf) = product() else { return };
+    let mut options = options();
+    options.chip.brown_out_level = 0;
+    options.chip.corner = Corner::Fast;
+    let mut board =
+        Board::with_motion(&elf, options, |_| Stimulus::REST).expect("it fits the flash");
+    board.cpu().machine().chip.flash.option_bytes_ms = Some(4_000);
+    run(&mut board, 4_500);
+    let (codes, contacts) = watch(&mut board, 500);
+    assert_eq!((codes, board.resets().len()), (vec![], 0));
+    assert!(contacts >= 499, "{contacts} contacts");
+    let [_, readout, ..] = board.cpu().machine().chip.flash.option_bytes();
+    assert_eq!(readout, OPEN);
+    // The period is the usual one again.
+    board.inject(Injection::Hang);
+    run(&mut board, 900);
+    assert_eq!(board.resets().len(), 1);
 }
 
 #[test]

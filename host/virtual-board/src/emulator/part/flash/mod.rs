@@ -99,6 +99,8 @@ pub struct FlashRegisters {
     pub cut: bool,
     /// Number of the operation that, if it programs, clears one more bit.
     pub worn_at: Option<u64>,
+    /// Time to program the option bytes, ms; `None` for that of the sector that holds them.
+    pub option_bytes_ms: Option<u32>,
     stall: u64,
     changed: Option<(u32, u32)>,
 }
@@ -124,6 +126,7 @@ impl FlashRegisters {
             cut_at: None,
             cut: false,
             worn_at: None,
+            option_bytes_ms: None,
             stall: 0,
             changed: None,
         }
@@ -279,8 +282,8 @@ impl FlashRegisters {
                 self.option_control = value & 0x0FFF_FFED;
                 if value & OPTSTRT != 0 {
                     self.check_supply()?;
-                    // Lasts as long as the erase of the sector that holds them.
-                    let cut = self.operate(now, from_us(u64::from(self.erase_ms(16)) * 1000));
+                    let ms = self.option_bytes_ms.unwrap_or_else(|| self.erase_ms(16));
+                    let cut = self.operate(now, from_us(u64::from(ms) * 1000));
                     // They are erased first.
                     self.options = if cut { BLANK } else { value & 0x0FFF_FFEC };
                     memory.write(OPTIONS.start, &self.option_bytes());
