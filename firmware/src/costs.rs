@@ -2,7 +2,7 @@
 
 use core::sync::atomic::{AtomicU16, Ordering};
 
-/// A cost. The times are those of ticks in which the sensor measures.
+/// A cost. The times are those of ticks with a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cost {
     /// Time from the data-ready edge to the contact in its mailbox, µs.

@@ -6,7 +6,7 @@ use core::sync::atomic::Ordering;
 use firmware::Foot;
 use firmware::costs::Cost;
 use firmware::ports::{BusState, Input};
-use firmware::sampling::{self, Activity, Sensor};
+use firmware::sampling::{self, Sensor};
 
 use super::{FAULT, LIGHT, PORTS};
 use crate::board;
@@ -37,8 +37,8 @@ pub(super) async fn sample(
             let fault = if foot.faults().is_empty() { 0 } else { FAULT };
             LIGHT.store(foot.stage().code() | fault, Ordering::Relaxed);
             board::flash::note_tick();
-            // A sensor that starts holds up ticks, whose contacts are invalid.
-            if measurement.activity == Activity::Measuring {
+            // Ticks without a sample may be long: the sensor starts, or its burst hangs.
+            if measurement.raw.is_some() {
                 PORTS.costs.take(Cost::Mailbox, board::can::to_mailbox());
                 PORTS.costs.take(Cost::Work, board::timebase::since_edge());
             }
