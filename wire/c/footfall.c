@@ -198,7 +198,7 @@ const char *footfall_fault_name(enum footfall_fault fault)
     case FOOTFALL_FAULT_UART_OVERRUN:
         return "UART overrun";
     case FOOTFALL_FAULT_PDO_TIMEOUT:
-        return "received PDO has stayed away";
+        return "received PDO timed out";
     case FOOTFALL_FAULT_GYRO_BIAS:
         return "gyroscope bias too large";
     case FOOTFALL_FAULT_SENSOR_SCALE:

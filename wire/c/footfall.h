@@ -291,16 +291,16 @@ struct footfall_axes {
 
 /* TPDO3: orientation. */
 struct footfall_attitude {
-    /* Orientation quaternion (Hamilton), sensor to world, z up, heading arbitrary; of the sample
+    /* Orientation quaternion (Hamilton), foot to world, z up, heading arbitrary; of the sample
      * of the Contact message before it. */
     float quaternion_w;
-    /* Orientation quaternion (Hamilton), sensor to world, z up, heading arbitrary; of the sample
+    /* Orientation quaternion (Hamilton), foot to world, z up, heading arbitrary; of the sample
      * of the Contact message before it. */
     float quaternion_x;
-    /* Orientation quaternion (Hamilton), sensor to world, z up, heading arbitrary; of the sample
+    /* Orientation quaternion (Hamilton), foot to world, z up, heading arbitrary; of the sample
      * of the Contact message before it. */
     float quaternion_y;
-    /* Orientation quaternion (Hamilton), sensor to world, z up, heading arbitrary; of the sample
+    /* Orientation quaternion (Hamilton), foot to world, z up, heading arbitrary; of the sample
      * of the Contact message before it. */
     float quaternion_z;
 };

@@ -129,7 +129,7 @@ faults! {
     UartOverrun = 20, 0x81F0, "UART overrun", COMMUNICATION, unaffected, "frames or bytes lost so far, at least";
     // Number 21 belonged to a fault that was removed.
     /// No load was received over RPDO1 within its event timer.
-    PdoTimeout = 22, 0x8250, "received PDO has stayed away", COMMUNICATION, unaffected, "event timer, ms";
+    PdoTimeout = 22, 0x8250, "received PDO timed out", COMMUNICATION, unaffected, "event timer, ms";
     /// The gyroscope's bias at rest is larger than can be learnt.
     GyroBias = 23, 0x7009, "gyroscope bias too large", MANUFACTURER, unaffected, "angular rate at rest, 0.001 °/s";
     /// The specific force at rest is outside 0.8 to 1.2 g: another part, or a wrong correction.

@@ -238,7 +238,7 @@ pub(super) const ATTITUDE: [Field; 4] = {
             name,
             UNIT_STEP,
             "",
-            "Orientation quaternion (Hamilton), sensor to world, z up, heading arbitrary; of the sample of the Contact message before it.",
+            "Orientation quaternion (Hamilton), foot to world, z up, heading arbitrary; of the sample of the Contact message before it.",
         )
     }
     [
