@@ -158,7 +158,7 @@ def measure(program: str) -> dict[str, str]:
     today = datetime.date.today().isoformat()
     about = (
         f"{RECORDINGS} recordings of {SECONDS:.0f} s at 1 kHz, on {machine()}, {os.cpu_count()} cores, CPython"
-        f" {platform.python_version()}, on {today}; before it began, other work kept {load:.1f} cores busy."
+        f" {platform.python_version()}, on {today}; before it began, the load average was {load:.1f}."
     )
     names = list(times)
     lines = ["| way | s | samples/s | samples/s and core |", "|---|---|---|---|"]

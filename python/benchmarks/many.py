@@ -59,7 +59,7 @@ def measure(count: int, duration: float) -> str:
             list(pool.map(estimate_alone, paths))
 
     ways = {
-        f"the Rust part alone, {WORKERS} threads": (alone, all_alone),
+        f"the Rust part, a call for each recording, {WORKERS} threads": (alone, all_alone),
         f"`footfall.batch`, {WORKERS} threads": (threads, lambda: fleet.estimate(recordings, threads, jobs=WORKERS)),
         f"`footfall.fleet.estimate`, {WORKERS} workers": (tables, lambda: fleet.estimate(recordings, tables)),
     }
@@ -86,7 +86,7 @@ def measure(count: int, duration: float) -> str:
     today = datetime.date.today().isoformat()
     about = (
         f"The best of {RUNS} runs in turns of the first three. {count} recordings of {duration:g} s at 1 kHz, on"
-        f" {machine()}, {os.cpu_count()} cores, CPython {platform.python_version()}, on {today}; before it began, other work kept {load:.1f} cores busy."
+        f" {machine()}, {os.cpu_count()} cores, CPython {platform.python_version()}, on {today}; before it began, the load average was {load:.1f}."
     )
     return "\n".join([*lines, "", about])
 

@@ -114,7 +114,7 @@ def measure() -> str:
         f"Two threads estimate {scaling:.2f} times as many samples a second as one. Measured by"
         " [`benchmarks/throughput.py`](benchmarks/throughput.py) on"
         f" {machine()}, {os.cpu_count()} cores, CPython {platform.python_version()}, on {today}; before it began,"
-        f" other work kept {load:.1f} cores busy.",
+        f" the load average was {load:.1f}.",
     ]
     return "\n".join(lines)
 

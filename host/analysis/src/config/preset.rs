@@ -44,7 +44,7 @@ impl Preset {
     #[must_use]
     pub const fn help(self) -> &'static str {
         match self {
-            Self::Default => "For an LSM6DSOX on a robot's foot",
+            Self::Default => "Self-calibrating, for any foot and sensor",
             Self::Paper => {
                 "The paper's settings: those for the GO1 with --format pce-go1, else those for ATLAS"
             }

@@ -61,7 +61,7 @@ pub struct BatchArguments {
         long,
         value_name = "PATTERN",
         help_heading = INPUT,
-        help = "What the last parts of the paths say: {robot}, {foot} and {day} stand for themselves, * for \
+        help = "Pattern of the last parts of the paths: {robot}, {foot} and {day} are taken from it, * is \
                 any text in a part, ** for any parts, such as {robot}/{day}/*_{foot}.csv"
     )]
     pub path_pattern: Option<PathPattern>,

@@ -64,7 +64,7 @@ use crate::error::Error;
 use crate::messages::{Verbosity, set_verbosity};
 use headings::{EXAMPLES, EXIT_CODES};
 
-/// How probable it is that a robot's foot stands firmly, from the IMU on it
+/// Estimates the probability of stable contact of a robot's foot, from the IMU on it
 #[derive(Debug, Parser)]
 #[command(
     version = crate::feature::version(),
@@ -98,8 +98,8 @@ pub enum Command {
     /// Convert a recording: any format that replay reads to CSV, Parquet, MCAP or rosbag2
     #[command(after_help = headings::CONVERT_EXAMPLES)]
     Convert(convert::ConvertArguments),
-    /// Make a walking foot with a simulated LSM6DSOX, estimate, and write that and what the foot
-    /// sends of it; needs no files
+    /// Simulate a walking foot with an LSM6DSOX, and write its samples, plot, CAN log and serial bytes;
+    /// needs no input
     Demo(demo::DemoArguments),
     /// Turn what a foot has sent, a log of its CAN frames or a recording of its serial line, into
     /// rows, and report what is missing or damaged
@@ -125,7 +125,8 @@ pub enum Command {
     /// Show, check or explain what a configuration file may set
     #[command(after_help = headings::CONFIG_EXAMPLES)]
     Config(config::ConfigArguments),
-    /// Ask and set one foot: scan, info, get, set, save, restore, diff, export, import, reset
+    /// Query, configure, calibrate and update feet: scan, info, get, set, save, restore, diff, export, import, reset,
+    /// id, calibrate, selftest, sync, update
     Foot(foot::FootArguments),
     /// Measure a board with your help, step by step, and judge each figure by its limits
     Accept(accept::AcceptArguments),

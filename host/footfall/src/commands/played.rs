@@ -25,7 +25,7 @@ pub struct PlayedArguments {
     /// How the sensor lies.
     #[command(flatten)]
     pub mounting: MountingArguments,
-    /// Where the parameters start from that the recording of an IMU is estimated with
+    /// Preset of the parameters with which the recording of an IMU is estimated
     #[arg(long, value_parser = preset_parser(), default_value = Preset::default().name(), help_heading = ESTIMATOR)]
     pub preset: Preset,
     /// A TOML file with parameters that differ from the preset, of all feet or of single ones

@@ -16,7 +16,7 @@ pub struct PublishedArguments {
     /// Frames of the messages; {foot} stands for the foot's name
     #[arg(long, value_name = "FRAME", default_value = ros::topics::FRAME)]
     pub frame_id: String,
-    /// Before the frames of all messages, such as spot/
+    /// Prefix of the frames of all messages, such as spot/
     #[arg(
         long,
         value_name = "PREFIX",

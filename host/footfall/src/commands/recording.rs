@@ -151,8 +151,8 @@ pub struct BagArguments {
         long,
         value_name = "FRAME",
         help_heading = INPUT,
-        help = "The frame (header.frame_id) of a foot whose topic has those of several; several for \
-                several feet. Without it each is a foot"
+        help = "Frame (header.frame_id) of a foot, where one topic has those of several; may be \
+                repeated. By default each frame is a foot"
     )]
     pub frame: Vec<String>,
     /// The topics of the loads.

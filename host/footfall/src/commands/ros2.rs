@@ -104,9 +104,9 @@ fn networks(named: Vec<IpAddr>) -> Vec<IpAddr> {
 /// Whether lost messages are sent again.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum ReliabilityOption {
-    /// They are
+    /// Lost messages are sent again
     Reliable,
-    /// They are not
+    /// Lost messages are not sent again
     BestEffort,
 }
 

@@ -40,7 +40,7 @@ pub struct ViewArguments {
     /// The port at which viewers connect; 0 takes one that is free
     #[arg(long, default_value_t = 8765)]
     pub port: u16,
-    /// Stop after this time; Ctrl-C stops it, too. The end of what is played does not
+    /// Stop after this time; Ctrl-C stops it, too. The end of a played file does not
     #[arg(long, value_name = "SECONDS", value_parser = crate::stream::parse_seconds)]
     pub seconds: Option<f64>,
     /// Print a layout that the viewer opens, and serve nothing

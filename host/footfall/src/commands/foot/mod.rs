@@ -85,7 +85,7 @@ pub enum FootAction {
     },
     /// Store all settings, so that they outlast power-off
     Save,
-    /// Forget the stored settings and reset the foot: it has its defaults then
+    /// Erase the stored settings and reset the foot: it is then FL, with all defaults
     Restore,
     /// Show how the settings differ from the defaults, or from those in a file
     Diff {

@@ -269,7 +269,7 @@ pub(super) fn unplug(client: &mut Client, person: &mut Person) -> Measured {
         let reason = "the foot had a fault before the sensor was unplugged";
         return Ok(AcceptStep::Unplug.failed(reason));
     };
-    tell("unplug the sensor while the board runs, or pull its wire INT1");
+    tell("unplug the sensor while the board runs, or pull its wire DO (SDO)");
     let mut unplugged = Unplugged::after(last_valid);
     listen(client, has_left, patience, |row| {
         unplugged.take(row);

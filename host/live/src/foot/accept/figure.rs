@@ -180,13 +180,13 @@ limits! {
         "gravity ± 5 %: offset 20 mg, sensitivity 1 % (DS12814), and soldering",
         "half or twice as much is another part, such as an LSM6DSO32; otherwise footfall calibrate --rests";
     FORCE_NOISE: Still, "noise of the accelerometer", "m/s²", 0.002, 0.1,
-        "above a code of 0.005 m/s² by half, or the sensor counts as frozen; 110 µg/√Hz (DS12814) is some 0.025",
+        "less than half a code, which is 0.005 m/s², may be reported as frozen; 110 µg/√Hz (DS12814) is some 0.025",
         "too much: vibration or supply; too little: a filter is set wrongly";
     RATE_NOISE: Still, "noise of the gyroscope", "°/s", 0.02, 0.5,
-        "above a code of 0.07 °/s by half, or it counts as frozen; 3.8 mdps/√Hz (DS12814) is some 0.09",
+        "less than half a code, which is 0.07 °/s, may be reported as frozen; 3.8 mdps/√Hz (DS12814) is some 0.09",
         "too much: vibration or supply; too little: a filter is set wrongly";
-    BIAS: Still, "bias of the gyroscope", "°/s", 0.0, 10.0,
-        "zero-rate level 1 °/s (DS12814); more than 10 is a fault",
+    BIAS: Still, "bias of the gyroscope", "°/s", 0.0, 6.0,
+        "zero-rate level 1 °/s (DS12814); more than 6 is fault 0x7009",
         "replace the sensor";
     MISSED: Still, "missed samples", "", 0.0, 0.0,
         "counter of the board",
