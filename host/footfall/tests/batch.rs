@@ -508,12 +508,24 @@ fn rerun_after_kill_gives_identical_output() {
             );
         }
         report(&bench, &format!("logs --out {out}"));
-        assert!(tree(&bench.path(&out)) == expected, "{k}");
+        let rerun = tree(&bench.path(&out));
+        let names = [&rerun, &expected].map(|tree| tree.keys().collect::<Vec<_>>());
+        assert!(rerun == expected, "{k}: {names:#?}");
         if k >= 15 && killed >= 8 && halfway >= 2 {
             return;
         }
     }
     panic!("{killed} were running, {halfway} left an unfinished file");
+}
+
+#[test]
+fn unfinished_notes_of_a_killed_run_are_removed() {
+    let bench = lab();
+    let unfinished = bench.path(&format!("out/.{NOTES}.1.part"));
+    fs::create_dir(bench.path("out")).expect("a folder");
+    fs::write(&unfinished, "{").expect("a file");
+    report(&bench, "logs --out out");
+    assert!(!unfinished.exists());
 }
 
 #[cfg(unix)]

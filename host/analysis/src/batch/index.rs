@@ -9,6 +9,7 @@ use recordings::parquet_rows::read;
 use walkdir::WalkDir;
 
 use super::identity::decoded;
+use super::notes::Notes;
 use super::row::{BatchRow, Status};
 use super::tables::{self, Table};
 use crate::whole_file::is_unfinished;
@@ -30,6 +31,9 @@ impl Index {
             out: out.to_owned(),
             ..Self::default()
         };
+        let own = fs::read_dir(out).into_iter().flatten().flatten();
+        let own = own.map(|entry| entry.path());
+        index.unfinished = own.filter(|path| Notes::are_unfinished(path)).collect();
         for table in Table::ALL {
             // An unreadable folder counts as empty; writing to it reports the error.
             for entry in WalkDir::new(out.join(table.name())).into_iter().flatten() {

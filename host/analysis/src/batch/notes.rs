@@ -14,7 +14,7 @@ use serde_json::Value;
 use super::fingerprint::{Listed, listed};
 use super::row::BatchRow;
 use super::tables::Table;
-use crate::whole_file::WholeFile;
+use crate::whole_file::{WholeFile, is_unfinished};
 
 /// Name of the file of notes in the folder of results.
 const FILE: &str = ".inputs.json";
@@ -81,6 +81,12 @@ impl Notes {
     pub(super) fn read(out: &Path) -> Self {
         let text = fs::read(out.join(FILE)).unwrap_or_default();
         serde_json::from_slice(&text).unwrap_or_default()
+    }
+
+    /// Returns whether this is the file of notes that a killed process was writing.
+    pub(super) fn are_unfinished(path: &Path) -> bool {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        is_unfinished(path) && name.contains(FILE)
     }
 
     /// Hash of a recording whose files are as noted.
