@@ -14,30 +14,33 @@ use crate::foot::self_test::{self, SelfTestError, SelfTestResult};
 const LOOK: Duration = Duration::from_millis(100);
 const LOOKS: u32 = 30;
 
+/// Number of attempts for the depth of the stack.
+const STACK_LOOKS: u32 = 300;
+
 /// Reads faults, the last crash, the brown-out level, the temperature, and what the board measures of itself.
 pub(super) fn measure(client: &mut Client) -> Measured {
     let faults = Faults::from_bits(client.read_number(index::FAULTS, 0)?);
     let crash = client.read_number(index::LAST_CRASH, 1)?;
     let level = client.read_number(index::SUPPLY, 1)?;
     let temperature = temperature_celsius(client)?;
-    let costs = [&figure::TO_MAILBOX, &figure::TO_END, &figure::STACK];
-    let costs: Measured = (1..)
-        .zip(costs)
-        .map(
-            |(subindex, limit)| match client.read_number(index::COSTS, subindex) {
-                // The depth of the stack is known after ten seconds alone.
-                Ok(0) if subindex < 3 => Ok(limit.not_tested(
-                    "the foot has not measured it: it is simulated, or has just started",
-                )),
-                Ok(cost) => Ok(limit.measured(f64::from(cost))),
-                Err(RequestError::Refused {
-                    reason: AbortCode::NoObject,
-                    ..
-                }) => Ok(limit.not_tested("the foot's program is older")),
-                Err(error) => Err(error),
-            },
-        )
-        .collect();
+    let limits = [&figure::TO_MAILBOX, &figure::TO_END, &figure::STACK];
+    let (mut costs, mut looks) = (Vec::new(), 1);
+    for (subindex, limit) in (1..).zip(limits) {
+        costs.push(match cost(client, subindex, looks) {
+            Ok(0) => limit
+                .not_tested("the foot has not measured it: it is simulated, or has just started"),
+            Ok(cost) => {
+                // A foot that measures times measures the stack, too, ten seconds after its start.
+                looks = STACK_LOOKS;
+                limit.measured(f64::from(cost))
+            }
+            Err(RequestError::Refused {
+                reason: AbortCode::NoObject,
+                ..
+            }) => limit.not_tested("the foot's program is older"),
+            Err(error) => return Err(error),
+        });
+    }
     let names: Vec<_> = faults.iter().map(Fault::name).collect();
     let crash_name = match crash {
         0 => String::new(),
@@ -52,8 +55,20 @@ pub(super) fn measure(client: &mut Client) -> Measured {
             None => figure::TEMPERATURE.failed("the foot has none: its sensor is faulty"),
         },
     ];
-    figures.extend(costs?);
+    figures.extend(costs);
     Ok(figures)
+}
+
+/// Reads a cost, µs or bytes, up to `looks` times while the foot has not measured it; 0 if it stays so.
+fn cost(client: &mut Client, subindex: u8, looks: u32) -> Result<u32, RequestError> {
+    for _ in 1..looks {
+        let cost = client.read_number(index::COSTS, subindex)?;
+        if cost != 0 {
+            return Ok(cost);
+        }
+        client.wait(LOOK)?;
+    }
+    client.read_number(index::COSTS, subindex)
 }
 
 /// Reads the temperature of the sensor, °C, which has no value while up is not yet known; `None` if it stays so.

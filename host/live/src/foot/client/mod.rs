@@ -29,6 +29,9 @@ const STORE: Duration = Duration::from_secs(3);
 /// Time after which a foot takes one more store, with a reserve.
 const STORE_INTERVAL: Duration = Duration::from_millis(1_100);
 
+/// Maximum number of attempts to store: an emulated foot may be slower than this machine's clock.
+const STORE_TRIES: u32 = 8;
+
 /// Maximum number of attempts per request, because frames may be lost.
 pub(super) const TRIES: u32 = 3;
 
@@ -220,7 +223,7 @@ impl Client {
 
     /// Writes a signature, again where the foot has stored too often just before.
     fn write_flash(&mut self, address: Address, signature: u32) -> Result<(), RequestError> {
-        let mut tries = TRIES;
+        let mut tries = STORE_TRIES;
         loop {
             tries -= 1;
             match self.write_within(address, Value::U32(signature), STORE) {
