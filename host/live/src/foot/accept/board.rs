@@ -10,11 +10,11 @@ use super::{AcceptStep, Measured, Person, figure};
 use crate::foot::client::{Client, RequestError};
 use crate::foot::self_test::{self, SelfTestError, SelfTestResult};
 
-/// Polling interval of a temperature, and number of attempts.
+/// Polling interval of a value that the foot may not have yet.
 const LOOK: Duration = Duration::from_millis(100);
-const LOOKS: u32 = 30;
 
-/// Number of attempts for the depth of the stack.
+/// Number of attempts for a temperature, and for the depth of the stack.
+const TEMPERATURE_LOOKS: u32 = 30;
 const STACK_LOOKS: u32 = 300;
 
 /// Reads faults, the last crash, the brown-out level, the temperature, and what the board measures of itself.
@@ -26,10 +26,14 @@ pub(super) fn measure(client: &mut Client) -> Measured {
     let limits = [&figure::TO_MAILBOX, &figure::TO_END, &figure::STACK];
     let (mut costs, mut looks) = (Vec::new(), 1);
     for (subindex, limit) in (1..).zip(limits) {
-        costs.push(match cost(client, subindex, looks) {
-            Ok(0) => limit
+        let cost = poll(client, looks, |client| {
+            let cost = client.read_number(index::COSTS, subindex)?;
+            Ok((cost != 0).then_some(cost))
+        });
+        costs.push(match cost {
+            Ok(None) => limit
                 .not_tested("the foot has not measured it: it is simulated, or has just started"),
-            Ok(cost) => {
+            Ok(Some(cost)) => {
                 // A foot that measures times measures the stack, too, ten seconds after its start.
                 looks = STACK_LOOKS;
                 limit.measured(f64::from(cost))
@@ -59,31 +63,33 @@ pub(super) fn measure(client: &mut Client) -> Measured {
     Ok(figures)
 }
 
-/// Reads a cost, µs or bytes, up to `looks` times while the foot has not measured it; 0 if it stays so.
-fn cost(client: &mut Client, subindex: u8, looks: u32) -> Result<u32, RequestError> {
-    for _ in 1..looks {
-        let cost = client.read_number(index::COSTS, subindex)?;
-        if cost != 0 {
-            return Ok(cost);
+/// Reads a value up to `looks` times while the foot has none; `None` if it stays so.
+fn poll<T>(
+    client: &mut Client,
+    looks: u32,
+    mut read: impl FnMut(&mut Client) -> Result<Option<T>, RequestError>,
+) -> Result<Option<T>, RequestError> {
+    for look in 0..looks {
+        if look > 0 {
+            client.wait(LOOK)?;
         }
-        client.wait(LOOK)?;
+        if let Some(value) = read(client)? {
+            return Ok(Some(value));
+        }
     }
-    client.read_number(index::COSTS, subindex)
+    Ok(None)
 }
 
 /// Reads the temperature of the sensor, °C, which has no value while up is not yet known; `None` if it stays so.
 fn temperature_celsius(client: &mut Client) -> Result<Option<f64>, RequestError> {
-    for _ in 0..LOOKS {
+    poll(client, TEMPERATURE_LOOKS, |client| {
         let read = client.read(Address::new(index::TEMPERATURE, 0), DataType::Integer16)?;
-        if let Value::I16(code) = read {
-            let celsius = Quantity(code).value(TEMPERATURE_STEP);
-            if celsius.is_finite() {
-                return Ok(Some(celsius.into()));
-            }
-        }
-        client.wait(LOOK)?;
-    }
-    Ok(None)
+        let Value::I16(code) = read else {
+            return Ok(None);
+        };
+        let celsius = f64::from(Quantity(code).value(TEMPERATURE_STEP));
+        Ok(celsius.is_finite().then_some(celsius))
+    })
 }
 
 /// Runs the sensor's self-test.

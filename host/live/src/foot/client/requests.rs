@@ -14,11 +14,17 @@ use crate::link::Sending;
 /// Abort code for a response that has not come: SDO protocol timed out.
 const TIMED_OUT: u32 = 0x0504_0000;
 
+/// Commands of an SDO server: the upper three bits of its response.
+const UPLOADED: u8 = 2;
+const DOWNLOADED: u8 = 3;
+const ABORTED: u8 = 4;
+
 /// Response to a request: the bytes that were read, none after a write, or an abort code.
 type Response = Result<Vec<u8>, u32>;
 
 impl Client {
-    /// Reads, or writes `value`. A request without a response is repeated; all requests are idempotent.
+    /// Reads, or writes `value`. A request without a response is repeated; all requests are idempotent. A read ignores late
+    /// responses to writes, and a write those to reads.
     pub(super) fn request(
         &mut self,
         address: Address,
@@ -72,7 +78,6 @@ impl Client {
                 Answer::Value(bytes) if value.is_none() => Some(Ok(bytes.as_bytes().to_vec())),
                 Answer::Done if value.is_some() => Some(Ok(Vec::new())),
                 Answer::Refused(reason) => Some(Err(reason.code())),
-                // A late response to a repeated write is none to a read of the same object.
                 Answer::Value(_) | Answer::Done => None,
             },
             _ => None,
@@ -99,21 +104,19 @@ impl Client {
             request[0] = 0x23 | ((4 - size) as u8) << 2;
             request[4..].copy_from_slice(&value.to_raw().to_le_bytes());
         }
-        const ABORT: u8 = 4;
-        // A late response to a repeated write is none to a read of the same object.
-        let wanted = if value.is_some() { 3 } else { 2 };
+        let wanted = value.map_or(UPLOADED, |_| DOWNLOADED);
         let is_answer = |response: &[u8; 8]| {
-            response[1..4] == request[1..4] && [wanted, ABORT].contains(&(response[0] >> 5))
+            response[1..4] == request[1..4] && [wanted, ABORTED].contains(&(response[0] >> 5))
         };
         let response = self.exchange(node, request, answer, is_answer)?;
         let Some([head, _, _, _, data @ ..]) = response else {
             return Ok(None);
         };
         Ok(match head >> 5 {
-            ABORT => Some(Err(u32::from_le_bytes(data))),
-            3 => Some(Ok(Vec::new())),
-            // An upload: expedited, or in segments.
-            2 if head & 2 != 0 => {
+            ABORTED => Some(Err(u32::from_le_bytes(data))),
+            DOWNLOADED => Some(Ok(Vec::new())),
+            // Expedited, or in segments.
+            UPLOADED if head & 2 != 0 => {
                 let length = 4 - usize::from(head >> 2 & 3);
                 Some(Ok(data[..length].to_vec()))
             }
