@@ -237,6 +237,17 @@ mod tests {
     }
 
     #[test]
+    fn recording_may_begin_with_any_two_bytes() {
+        let frame = contact(1, 1);
+        let begun = &frame[frame.len() - 3..];
+        for first in 0..=u16::MAX {
+            let stream = [&first.to_le_bytes()[..], begun, &frame].concat();
+            let rows = decode(&stream).map(|decoded| decoded.rows.len());
+            assert_eq!(rows, Some(1), "{first:04x}");
+        }
+    }
+
+    #[test]
     fn recording_without_a_valid_frame_is_rejected() {
         let mut damaged = contact(1, 1);
         damaged[5] ^= 1;

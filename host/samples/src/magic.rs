@@ -108,12 +108,25 @@ pub fn known(first: &[u8]) -> Option<Known> {
 #[must_use]
 pub fn no_log(first: &[u8]) -> Option<Foreign> {
     let kind = match known(first)? {
+        // A recording of the serial line may begin inside a frame, and a reading of −2 has the bytes of this mark.
+        Known::Foreign(Foreign::Utf16) if !begins_with_ascii_in_utf16(first) => return None,
         Known::Foreign(kind) => kind,
         Known::Container(ContainerKind::Mcap) => Foreign::Mcap,
         Known::Container(ContainerKind::Parquet) => Foreign::Parquet,
         Known::Container(ContainerKind::Sqlite) => Foreign::Sqlite,
     };
     kind.log_advice("").is_some().then_some(kind)
+}
+
+/// Returns whether the first four characters after a byte order mark, or all of a shorter text, are ASCII in UTF-16.
+fn begins_with_ascii_in_utf16(first: &[u8]) -> bool {
+    let character: fn([u8; 2]) -> u16 = match first {
+        [0xff, 0xfe, ..] => u16::from_le_bytes,
+        _ => u16::from_be_bytes,
+    };
+    let (characters, _) = first.get(2..).unwrap_or_default().as_chunks();
+    let mut start = characters.iter().take(4);
+    start.all(|bytes| (1..0x80).contains(&character(*bytes)))
 }
 
 /// Kind of ZIP archive, by the name of its first member.
@@ -229,7 +242,12 @@ mod tests {
             .filter_map(|(first, _)| Some((*first, no_log(first)?)))
             .collect();
         for (first, kind) in &kinds {
-            assert_eq!(no_log(&[first, &b"more"[..]].concat()), Some(*kind));
+            let more: &[u8] = match *first {
+                b"\xff\xfe" => b"(\x001\0",
+                b"\xfe\xff" => b"\0(\x001",
+                _ => b"more",
+            };
+            assert_eq!(no_log(&[*first, more].concat()), Some(*kind));
             assert_eq!(no_log(&first[..first.len() - 1]), None, "{kind}");
         }
         for kind in [
@@ -243,8 +261,14 @@ mod tests {
             assert!(kinds.iter().any(|(_, known)| *known == kind), "{kind}");
         }
         // A log, and possible first bytes of a recording of the serial line.
-        for first in [&b"(1609459200.000114) can0 191#FF"[..], b"", b"\x80\x02"] {
-            assert_eq!(no_log(first), None);
+        for first in [
+            &b"(1609459200.000114) can0 191#FF"[..],
+            b"",
+            b"\x80\x02",
+            b"\xff\xfe\x05\0\x0b\x01",
+            b"\xfe\xff\x41\x02\x7f\0",
+        ] {
+            assert_eq!(no_log(first), None, "{first:?}");
         }
     }
 
