@@ -23,37 +23,45 @@ pub const fn without(family: Family) -> StillnessParams {
     }
 }
 
+/// Constants of a quantity, in the order of their fields: one row of a table for each search.
+const fn quantity(row: [f32; 8]) -> QuantityParams {
+    let [
+        floor,
+        still,
+        moving,
+        width,
+        edge,
+        bandwidth,
+        indifference,
+        separation,
+    ] = row;
+    QuantityParams {
+        floor,
+        still,
+        moving,
+        width,
+        edge,
+        bandwidth,
+        indifference,
+        separation,
+    }
+}
+
+/// Constants of the error of gravity, in the order of their fields.
+const fn gravity_error([quiet, start, memory, forgetting, limit]: [f32; 5]) -> GravityErrorParams {
+    GravityErrorParams {
+        quiet,
+        start,
+        memory,
+        forgetting,
+        limit,
+    }
+}
+
 const WITHOUT_ATLAS: StillnessParams = StillnessParams {
-    acceleration: QuantityParams {
-        floor: 0.0362,
-        still: 0.821,
-        moving: 10.6,
-        width: 0.409,
-        edge: 5.2,
-        bandwidth: 0.17,
-        indifference: 0.0684,
-        separation: 0.105,
-    },
-    rate: QuantityParams {
-        floor: 0.0933,
-        still: 0.143,
-        moving: 4.2,
-        width: 0.169,
-        edge: 7.1,
-        bandwidth: 1.26,
-        indifference: 0.877,
-        separation: 2.19,
-    },
-    velocity: QuantityParams {
-        floor: 0.00566,
-        still: 0.0958,
-        moving: 4.86,
-        width: 0.232,
-        edge: 10.3,
-        bandwidth: 0.235,
-        indifference: 0.0256,
-        separation: 0.481,
-    },
+    acceleration: quantity([0.0362, 0.821, 10.6, 0.409, 5.2, 0.17, 0.0684, 0.105]),
+    rate: quantity([0.0933, 0.143, 4.2, 0.169, 7.1, 1.26, 0.877, 2.19]),
+    velocity: quantity([0.00566, 0.0958, 4.86, 0.232, 10.3, 0.235, 0.0256, 0.481]),
     window: 0.0143,
     leak: 0.00547,
     impact: 5.42,
@@ -65,48 +73,14 @@ const WITHOUT_ATLAS: StillnessParams = StillnessParams {
     stance: 0.247,
     motion: 1.43,
     relaxation: 4.93,
-    slide: StillnessParams::DEFAULT.slide,
-    evidence: StillnessParams::DEFAULT.evidence,
-    gravity_error: GravityErrorParams {
-        quiet: 0.887,
-        start: 0.105,
-        memory: 2.06,
-        forgetting: 10.2,
-        limit: 0.449,
-    },
+    gravity_error: gravity_error([0.887, 0.105, 2.06, 10.2, 0.449]),
+    ..StillnessParams::DEFAULT
 };
 
 const WITHOUT_LCD: StillnessParams = StillnessParams {
-    acceleration: QuantityParams {
-        floor: 0.0228,
-        still: 0.901,
-        moving: 10.1,
-        width: 0.41,
-        edge: 8.54,
-        bandwidth: 0.265,
-        indifference: 0.028,
-        separation: 0.194,
-    },
-    rate: QuantityParams {
-        floor: 0.094,
-        still: 0.144,
-        moving: 5.19,
-        width: 0.171,
-        edge: 4.39,
-        bandwidth: 1.75,
-        indifference: 0.861,
-        separation: 2.5,
-    },
-    velocity: QuantityParams {
-        floor: 0.0054,
-        still: 0.0426,
-        moving: 5.59,
-        width: 0.345,
-        edge: 5.12,
-        bandwidth: 0.231,
-        indifference: 0.00697,
-        separation: 1.68,
-    },
+    acceleration: quantity([0.0228, 0.901, 10.1, 0.41, 8.54, 0.265, 0.028, 0.194]),
+    rate: quantity([0.094, 0.144, 5.19, 0.171, 4.39, 1.75, 0.861, 2.5]),
+    velocity: quantity([0.0054, 0.0426, 5.59, 0.345, 5.12, 0.231, 0.00697, 1.68]),
     window: 0.0142,
     leak: 0.00495,
     impact: 5.37,
@@ -118,48 +92,14 @@ const WITHOUT_LCD: StillnessParams = StillnessParams {
     stance: 0.211,
     motion: 1.0,
     relaxation: 5.72,
-    slide: StillnessParams::DEFAULT.slide,
-    evidence: StillnessParams::DEFAULT.evidence,
-    gravity_error: GravityErrorParams {
-        quiet: 0.896,
-        start: 0.214,
-        memory: 0.647,
-        forgetting: 14.8,
-        limit: 0.293,
-    },
+    gravity_error: gravity_error([0.896, 0.214, 0.647, 14.8, 0.293]),
+    ..StillnessParams::DEFAULT
 };
 
 const WITHOUT_SHOE: StillnessParams = StillnessParams {
-    acceleration: QuantityParams {
-        floor: 0.0327,
-        still: 0.801,
-        moving: 12.3,
-        width: 0.434,
-        edge: 4.56,
-        bandwidth: 0.161,
-        indifference: 0.0279,
-        separation: 0.155,
-    },
-    rate: QuantityParams {
-        floor: 0.0943,
-        still: 0.113,
-        moving: 4.62,
-        width: 0.166,
-        edge: 4.02,
-        bandwidth: 1.74,
-        indifference: 0.908,
-        separation: 2.69,
-    },
-    velocity: QuantityParams {
-        floor: 0.00554,
-        still: 0.0931,
-        moving: 4.46,
-        width: 0.228,
-        edge: 7.42,
-        bandwidth: 0.258,
-        indifference: 0.00195,
-        separation: 1.36,
-    },
+    acceleration: quantity([0.0327, 0.801, 12.3, 0.434, 4.56, 0.161, 0.0279, 0.155]),
+    rate: quantity([0.0943, 0.113, 4.62, 0.166, 4.02, 1.74, 0.908, 2.69]),
+    velocity: quantity([0.00554, 0.0931, 4.46, 0.228, 7.42, 0.258, 0.00195, 1.36]),
     window: 0.011,
     leak: 0.0074,
     impact: 7.92,
@@ -171,48 +111,14 @@ const WITHOUT_SHOE: StillnessParams = StillnessParams {
     stance: 0.231,
     motion: 1.55,
     relaxation: 4.1,
-    slide: StillnessParams::DEFAULT.slide,
-    evidence: StillnessParams::DEFAULT.evidence,
-    gravity_error: GravityErrorParams {
-        quiet: 0.886,
-        start: 0.159,
-        memory: 0.938,
-        forgetting: 6.55,
-        limit: 0.319,
-    },
+    gravity_error: gravity_error([0.886, 0.159, 0.938, 6.55, 0.319]),
+    ..StillnessParams::DEFAULT
 };
 
 const WITHOUT_SIMULATED: StillnessParams = StillnessParams {
-    acceleration: QuantityParams {
-        floor: 0.0262,
-        still: 0.48,
-        moving: 17.4,
-        width: 0.47,
-        edge: 5.76,
-        bandwidth: 0.175,
-        indifference: 0.0235,
-        separation: 0.131,
-    },
-    rate: QuantityParams {
-        floor: 0.098,
-        still: 0.11,
-        moving: 3.33,
-        width: 0.115,
-        edge: 5.83,
-        bandwidth: 1.27,
-        indifference: 0.918,
-        separation: 2.65,
-    },
-    velocity: QuantityParams {
-        floor: 0.0057,
-        still: 0.0915,
-        moving: 4.48,
-        width: 0.3,
-        edge: 8.2,
-        bandwidth: 0.22,
-        indifference: 0.00194,
-        separation: 1.13,
-    },
+    acceleration: quantity([0.0262, 0.48, 17.4, 0.47, 5.76, 0.175, 0.0235, 0.131]),
+    rate: quantity([0.098, 0.11, 3.33, 0.115, 5.83, 1.27, 0.918, 2.65]),
+    velocity: quantity([0.0057, 0.0915, 4.48, 0.3, 8.2, 0.22, 0.00194, 1.13]),
     window: 0.0147,
     leak: 0.00418,
     impact: 6.95,
@@ -224,13 +130,6 @@ const WITHOUT_SIMULATED: StillnessParams = StillnessParams {
     stance: 0.241,
     motion: 1.12,
     relaxation: 7.91,
-    slide: StillnessParams::DEFAULT.slide,
-    evidence: StillnessParams::DEFAULT.evidence,
-    gravity_error: GravityErrorParams {
-        quiet: 0.876,
-        start: 0.0959,
-        memory: 1.31,
-        forgetting: 3.16,
-        limit: 0.277,
-    },
+    gravity_error: gravity_error([0.876, 0.0959, 1.31, 3.16, 0.277]),
+    ..StillnessParams::DEFAULT
 };
