@@ -3,6 +3,7 @@
 
 use estimator_core::{Params, ParamsError};
 use recordings::replay::replay;
+use scoring::scored::Scored;
 use serde::Serialize;
 
 use crate::labelled::Labelled;
@@ -94,17 +95,13 @@ pub fn answers(
     params: &Params,
 ) -> Result<Option<Answers>, ParamsError> {
     let resampled = match rate {
-        SampleRate::Native => file.clone(),
+        SampleRate::Native => file.recording.clone(),
         SampleRate::Hz(rate) if rate.max(file.recording.sample_rate) <= LOWEST => return Ok(None),
-        SampleRate::Hz(rate) => Labelled::new(file.set, resample(&file.recording, rate), None),
+        SampleRate::Hz(rate) => resample(&file.recording, rate),
     };
-    let estimates = replay(&resampled.recording, params)?;
-    let stable = estimates.iter().map(|e| f64::from(e.probabilities.stable));
-    let scored = resampled.scored(&stable.collect::<Vec<_>>());
-    Ok(Some(Answers {
-        ranking: scored.clone(),
-        scored,
-    }))
+    let estimates = replay(&resampled, params)?;
+    let scored = Scored::collect(&resampled.samples, &estimates);
+    Ok(Some(Answers::of(scored)))
 }
 
 /// Computes the figures of `params` at all rates.

@@ -17,6 +17,17 @@ pub struct Answers {
     pub ranking: Vec<Scored>,
 }
 
+impl Answers {
+    /// Answers of a method whose ranking is its probability.
+    #[must_use]
+    pub fn of(scored: Vec<Scored>) -> Self {
+        Self {
+            ranking: scored.clone(),
+            scored,
+        }
+    }
+}
+
 /// Figures of merit about samples, each as [`metrics`](scoring::metrics) and
 /// [`reliability`](scoring::reliability) define it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use estimator_core::{ContactEstimate, Gravity, Learning, Params, ParamsError, WindowLength};
+use estimator_core::{Gravity, Learning, Params, ParamsError, WindowLength};
 use recordings::replay::{replay, replay_and_learn};
 use serde::Serialize;
 
@@ -147,67 +147,66 @@ impl ComparedMethod {
     /// The estimator refuses a recording's sample rate.
     pub fn run(self, recordings: &[Labelled]) -> Result<Vec<Option<MethodRun>>, ParamsError> {
         match self {
-            Self::Default => each(recordings, |_, file| {
-                estimated(file, &Params::DEFAULT, "preset as it is").map(Some)
-            }),
-            Self::WarmStart => each(recordings, |index, file| {
-                let from = &recordings[teaching::unlabelled(recordings, index)];
-                let (_, learnt) = replay_and_learn(&from.recording, &Params::DEFAULT)?;
-                let params = Params {
-                    learnt: Some(learnt),
-                    ..Params::DEFAULT
-                };
-                let learnt = format!("amplitudes from {}, no labels", from.name());
-                estimated(file, &params, &learnt).map(Some)
-            }),
-            Self::LeftOut => each(recordings, |_, file| {
-                let constants = left_out::without(file.set.family());
-                let params = Params {
-                    stillness: constants.check()?,
-                    ..Params::DEFAULT
-                };
-                estimated(file, &params, "constants from other families").map(Some)
-            }),
-            Self::Unlearnt => each(recordings, |_, file| {
-                let params = Params {
-                    learning: Learning::Frozen,
-                    ..Params::DEFAULT
-                };
-                estimated(file, &params, "preset, frozen").map(Some)
-            }),
-            Self::Paper => each(recordings, |_, file| {
-                estimated(file, &paper_params(), "preset as it is").map(Some)
-            }),
-            Self::Authors => each(recordings, |_, file| Ok(authors_run(file))),
-            Self::PublishedShoe => each(recordings, |_, file| {
-                Ok(Some(published_run(file, &published::shoe(file))))
-            }),
-            Self::PublishedAred => each(recordings, |_, file| {
-                Ok(Some(published_run(file, &published::ared(file))))
-            }),
             Self::Tuned { detector, teachers } => Ok(tuned(recordings, detector, teachers)),
-            Self::ForceTrigger => each(recordings, |_, file| Ok(force_trigger_run(file))),
-            Self::FuzzyCMeans => each(recordings, |index, file| {
-                let from = &recordings[teaching::unlabelled(recordings, index)];
+            _ => (0..recordings.len())
+                .map(|index| self.run_on(recordings, index))
+                .collect(),
+        }
+    }
+
+    fn run_on(
+        self,
+        recordings: &[Labelled],
+        index: usize,
+    ) -> Result<Option<MethodRun>, ParamsError> {
+        let file = &recordings[index];
+        let from = &recordings[teaching::unlabelled(recordings, index)];
+        let mut params = Params::DEFAULT;
+        let learnt = match self {
+            Self::Default => "preset as it is".to_owned(),
+            Self::WarmStart => {
+                let (_, learnt) = replay_and_learn(&from.recording, &params)?;
+                params.learnt = Some(learnt);
+                format!("amplitudes from {}, no labels", from.name())
+            }
+            Self::LeftOut => {
+                params.stillness = left_out::without(file.set.family()).check()?;
+                "constants from other families".to_owned()
+            }
+            Self::Unlearnt => {
+                params.learning = Learning::Frozen;
+                "preset, frozen".to_owned()
+            }
+            Self::Paper => {
+                params = Params::PAPER;
+                params.window = WindowLength::Duration(PAPER_WINDOW);
+                "preset as it is".to_owned()
+            }
+            Self::Authors => return Ok(authors_run(file)),
+            Self::PublishedShoe => return Ok(Some(published_run(file, &published::shoe(file)))),
+            Self::PublishedAred => return Ok(Some(published_run(file, &published::ared(file)))),
+            Self::ForceTrigger => return Ok(force_trigger_run(file)),
+            Self::FuzzyCMeans => {
                 let learnt = format!("clusters from {}, no labels", from.name());
                 let probabilities = fuzzy::probabilities(from, file);
-                Ok(probabilities.map(|p| MethodRun::of(file, &p, &learnt)))
-            }),
-        }
+                return Ok(probabilities.map(|p| MethodRun::of(file.scored(&p), learnt)));
+            }
+            // Its threshold needs the scores of all recordings.
+            Self::Tuned { .. } => return Ok(None),
+        };
+        let estimates = replay(&file.recording, &params)?;
+        let scored = Scored::collect(&file.recording.samples, &estimates);
+        Ok(Some(MethodRun::of(scored, learnt)))
     }
 }
 
 impl MethodRun {
     /// Run of a method without labels, whose ranking is its probability.
-    fn of(file: &Labelled, probabilities: &[f64], learnt: &str) -> Self {
-        let scored = file.scored(probabilities);
+    fn of(scored: Vec<Scored>, learnt: String) -> Self {
         Self {
-            answers: Answers {
-                ranking: scored.clone(),
-                scored,
-            },
+            answers: Answers::of(scored),
             knowledge: Knowledge {
-                learnt: learnt.to_owned(),
+                learnt,
                 labels_of: Vec::new(),
             },
         }
@@ -248,29 +247,6 @@ impl Knowledge {
     }
 }
 
-fn each(
-    recordings: &[Labelled],
-    run: impl Fn(usize, &Labelled) -> Result<Option<MethodRun>, ParamsError>,
-) -> Result<Vec<Option<MethodRun>>, ParamsError> {
-    let runs = recordings.iter().enumerate();
-    runs.map(|(index, file)| run(index, file)).collect()
-}
-
-/// Paper's preset with the window as a duration.
-fn paper_params() -> Params {
-    Params {
-        window: WindowLength::Duration(PAPER_WINDOW),
-        ..Params::PAPER
-    }
-}
-
-fn estimated(file: &Labelled, params: &Params, learnt: &str) -> Result<MethodRun, ParamsError> {
-    let estimates = replay(&file.recording, params)?;
-    let stable = |estimate: &ContactEstimate| f64::from(estimate.probabilities.stable);
-    let probabilities: Vec<f64> = estimates.iter().map(stable).collect();
-    Ok(MethodRun::of(file, &probabilities, learnt))
-}
-
 /// Runs the authors' script, which cannot remove gravity.
 fn authors_run(file: &Labelled) -> Option<MethodRun> {
     match file.recording.gravity {
@@ -278,11 +254,8 @@ fn authors_run(file: &Labelled) -> Option<MethodRun> {
         Gravity::Removed => {
             let window = file.samples_in(f64::from(PAPER_WINDOW));
             let probabilities = authors::probabilities(&file.readings, window, &Params::PAPER);
-            Some(MethodRun::of(
-                file,
-                &probabilities,
-                "parameters as published",
-            ))
+            let learnt = "parameters as published".to_owned();
+            Some(MethodRun::of(file.scored(&probabilities), learnt))
         }
     }
 }
@@ -297,11 +270,9 @@ fn published_run(file: &Labelled, scores: &[f64]) -> MethodRun {
 
 fn force_trigger_run(file: &Labelled) -> Option<MethodRun> {
     let shares = grf::load_shares(file.ground_reaction.as_ref()?);
-    Some(MethodRun::of(
-        file,
-        &grf::schmitt_trigger(&shares),
-        "levels as published, weight from the load",
-    ))
+    let scored = file.scored(&grf::schmitt_trigger(&shares));
+    let learnt = "levels as published, weight from the load".to_owned();
+    Some(MethodRun::of(scored, learnt))
 }
 
 /// Runs a detector with the threshold that gives the fewest wrong answers on its teachers' recordings, each
