@@ -77,31 +77,26 @@ impl Labelled {
         if !path.exists() {
             return Err(Error::NoDataset {
                 file: path.display().to_string(),
-                origin: file.origin(),
+                origin: file.layout.origin(),
             });
         }
-        match file.layout {
+        let gravity = match file.layout {
             FileLayout::Robot(labels) => {
                 let (recording, wrenches) = read_with_wrench(&path, labels)?;
-                Ok(Self::new(set, recording, Some(wrenches)))
+                return Ok(Self::new(set, recording, Some(wrenches)));
             }
-            FileLayout::Walk => {
-                let loaded = input::read(&path, Format::Csv, &Hints::default())?;
-                Ok(Self::new(set, loaded.recording, None))
-            }
-            FileLayout::Foot { .. } => {
-                let gravity = match path.with_file_name(GRAVITY_REMOVED).exists() {
-                    true => Gravity::Removed,
-                    false => Gravity::Included,
-                };
-                let hints = Hints {
-                    gravity: Some(gravity),
-                    ..Hints::default()
-                };
-                let loaded = input::read(&path, Format::Csv, &hints)?;
-                Ok(Self::new(set, loaded.recording, None))
-            }
-        }
+            FileLayout::Walk => None,
+            FileLayout::Foot { .. } => match path.with_file_name(GRAVITY_REMOVED).exists() {
+                true => Some(Gravity::Removed),
+                false => Some(Gravity::Included),
+            },
+        };
+        let hints = Hints {
+            gravity,
+            ..Hints::default()
+        };
+        let loaded = input::read(&path, Format::Csv, &hints)?;
+        Ok(Self::new(set, loaded.recording, None))
     }
 
     /// Creates a recording with labels, and with the wrench of each sample if available.

@@ -27,33 +27,21 @@ const SLIPS_STEP: usize = 31;
 /// Seed of the first walk with slips, incremented for each further one.
 const SLIPS_SEED: u64 = 3000;
 
-/// Sets that share their robots, sensors or labels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Family {
-    /// The simulated robot of the method's authors; labels come from the friction cone.
-    Atlas,
-    /// Two other simulated robots; labels are contact classes.
-    Lcd,
-    /// A person's shoe; labels come from the shoe's measured speed.
-    Shoe,
-    /// The simulated foot of [`gait`]; labels come from its true motion.
-    Simulated,
-    /// Real robots; labels say that the foot is loaded, which is not quite stable.
-    Robots,
-}
-
-impl Family {
-    /// Its name in tables.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Atlas => "ATLAS",
-            Self::Lcd => "LCD",
-            Self::Shoe => "shoe",
-            Self::Simulated => "simulated",
-            Self::Robots => "robots",
-        }
+samples::named! {
+    /// Sets that share their robots, sensors or labels.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Family {
+        /// The simulated robot of the method's authors; labels come from the friction cone.
+        Atlas = "ATLAS",
+        /// Two other simulated robots; labels are contact classes.
+        Lcd = "LCD",
+        /// A person's shoe; labels come from the shoe's measured speed.
+        Shoe = "shoe",
+        /// The simulated foot of [`gait`]; labels come from its true motion.
+        Simulated = "simulated",
+        /// Real robots; labels say that the foot is loaded, which is not quite stable.
+        Robots = "robots",
     }
 }
 
@@ -136,12 +124,12 @@ impl Set {
     #[must_use]
     pub fn sources(self) -> Vec<RecordingSource> {
         match self {
-            Self::Ground => vec![atlas("pce/ATLAS_01ground.csv")],
-            Self::ThreeSteps => vec![atlas("pce/ATLAS_01ground_3steps.csv")],
-            Self::Slip => vec![atlas("pce/ATLAS_01ground_003slip.csv")],
-            Self::Atlas7k => vec![lcd("lcd/ATLAS_7k_04ground.csv")],
-            Self::Nao => vec![lcd("lcd/NAO_05ground.csv")],
-            Self::Shoe => SHOE_WALKS.map(shoe).into(),
+            Self::Ground => vec![file(ATLAS, "pce/ATLAS_01ground.csv")],
+            Self::ThreeSteps => vec![file(ATLAS, "pce/ATLAS_01ground_3steps.csv")],
+            Self::Slip => vec![file(ATLAS, "pce/ATLAS_01ground_003slip.csv")],
+            Self::Atlas7k => vec![file(LCD, "lcd/ATLAS_7k_04ground.csv")],
+            Self::Nao => vec![file(LCD, "lcd/NAO_05ground.csv")],
+            Self::Shoe => SHOE_WALKS.map(|path| file(FileLayout::Walk, path)).into(),
             Self::Demo => vec![RecordingSource::Simulated {
                 plan: Plan::demo(DEMO_SEED),
                 sensor: SensorParams::LSM6DSOX,
@@ -159,19 +147,19 @@ impl Set {
                 })
                 .collect(),
             Self::Atlas500 => vec![
-                foot("robots/atlas500/atlas_500hz_01ground.csv", AUTHORS_HISTORY),
-                foot("robots/atlas500/atlas_500hz_03ground.csv", AUTHORS_HISTORY),
+                file(AUTHORS_HISTORY, "robots/atlas500/atlas_500hz_01ground.csv"),
+                file(AUTHORS_HISTORY, "robots/atlas500/atlas_500hz_03ground.csv"),
             ],
-            Self::Talos => vec![foot("robots/talos/talos1.csv", AUTHORS_HISTORY)],
-            Self::RealNao => vec![foot("robots/nao/nao_L.csv", AUTHORS_HISTORY)],
+            Self::Talos => vec![file(AUTHORS_HISTORY, "robots/talos/talos1.csv")],
+            Self::RealNao => vec![file(AUTHORS_HISTORY, "robots/nao/nao_L.csv")],
             Self::Go1 => vec![
-                foot("robots/go1/REALgo1.csv", AUTHORS_HISTORY),
-                foot("robots/go1/normal_surface.csv", AUTHORS_HISTORY),
+                file(AUTHORS_HISTORY, "robots/go1/REALgo1.csv"),
+                file(AUTHORS_HISTORY, "robots/go1/normal_surface.csv"),
             ],
             // The force of the left leg is doubtful.
             Self::PushedNao => vec![
-                foot("robots/nao_gem/1_r.csv", GEM_HISTORY),
-                foot("robots/nao_gem/2_r.csv", GEM_HISTORY),
+                file(GEM_HISTORY, "robots/nao_gem/1_r.csv"),
+                file(GEM_HISTORY, "robots/nao_gem/2_r.csv"),
             ],
         }
     }
@@ -249,14 +237,6 @@ pub enum FileLayout {
     },
 }
 
-impl File {
-    /// Origin of the file.
-    #[must_use]
-    pub const fn origin(&self) -> &'static str {
-        self.layout.origin()
-    }
-}
-
 impl FileLayout {
     /// Origin of files with this layout.
     #[must_use]
@@ -287,8 +267,10 @@ pub fn files() -> Vec<File> {
 #[must_use]
 pub fn needed() -> String {
     let mut text = "All of these are needed:".to_owned();
-    for of_one_origin in files().chunk_by(|one, next| one.origin() == next.origin()) {
-        let origin = of_one_origin.first().map_or("", File::origin);
+    for of_one_origin in files().chunk_by(|one, next| one.layout.origin() == next.layout.origin()) {
+        let origin = of_one_origin
+            .first()
+            .map_or("", |file| file.layout.origin());
         text = text + "\n  from " + origin;
         for file in of_one_origin {
             text = text + "\n    " + file.path;
@@ -313,28 +295,19 @@ pub(crate) const SHOE_WALKS: [&str; 12] = [
     "pyshoe/2017-11-22-11-36-45.csv",
 ];
 
-const fn atlas(path: &'static str) -> RecordingSource {
-    let layout = FileLayout::Robot(LabelScheme::StableOrNot);
-    RecordingSource::File(File { path, layout })
-}
+const ATLAS: FileLayout = FileLayout::Robot(LabelScheme::StableOrNot);
 
-const fn lcd(path: &'static str) -> RecordingSource {
-    let layout = FileLayout::Robot(LabelScheme::ContactClass);
-    RecordingSource::File(File { path, layout })
-}
+const LCD: FileLayout = FileLayout::Robot(LabelScheme::ContactClass);
 
-const fn shoe(path: &'static str) -> RecordingSource {
-    let layout = FileLayout::Walk;
-    RecordingSource::File(File { path, layout })
-}
+const AUTHORS_HISTORY: FileLayout = FileLayout::Foot {
+    origin: "the history of github.com/MichaelMarav/ProbabilisticContactEstimation, converted to CSV",
+};
 
-const AUTHORS_HISTORY: &str =
-    "the history of github.com/MichaelMarav/ProbabilisticContactEstimation, converted to CSV";
+const GEM_HISTORY: FileLayout = FileLayout::Foot {
+    origin: "the history of github.com/mrsp/gem, converted to CSV",
+};
 
-const GEM_HISTORY: &str = "the history of github.com/mrsp/gem, converted to CSV";
-
-const fn foot(path: &'static str, origin: &'static str) -> RecordingSource {
-    let layout = FileLayout::Foot { origin };
+const fn file(layout: FileLayout, path: &'static str) -> RecordingSource {
     RecordingSource::File(File { path, layout })
 }
 

@@ -29,35 +29,25 @@ use crate::window::PAPER_WINDOW;
 use scoring::scored::Scored;
 use shoe::Noise;
 
-/// A detector whose threshold is tuned on labels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Detector {
-    /// See [`shoe`].
-    Shoe,
-    /// See [`ared`].
-    Ared,
-    /// See [`amvd`].
-    Amvd,
-    /// See [`mbgtd`].
-    Mbgtd,
-    /// A threshold on the vertical force.
-    Force,
+samples::named! {
+    /// A detector whose threshold is tuned on labels.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Detector {
+        /// See [`shoe`].
+        Shoe = "SHOE / GLRT",
+        /// See [`ared`].
+        Ared = "ARED",
+        /// See [`amvd`].
+        Amvd = "AMVD",
+        /// See [`mbgtd`].
+        Mbgtd = "MBGTD",
+        /// A threshold on the vertical force.
+        Force = "force threshold",
+    }
 }
 
 impl Detector {
-    /// Its name in tables.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Shoe => "SHOE / GLRT",
-            Self::Ared => "ARED",
-            Self::Amvd => "AMVD",
-            Self::Mbgtd => "MBGTD",
-            Self::Force => "force threshold",
-        }
-    }
-
     /// Score at each sample for the threshold, larger if the foot is more likely at rest; `None` if the recording
     /// lacks the signal.
     #[must_use]
