@@ -4,7 +4,7 @@ use estimator_core::VelocityParams;
 
 use super::detector::sigmas;
 use super::walk::Walk;
-use super::{OnWalk, scored};
+use super::{OnWalk, mean, scored};
 
 /// Candidate speeds, m/s.
 const SPEEDS: [f32; 5] = [0.03, 0.05, 0.07, 0.1, 0.2];
@@ -84,9 +84,4 @@ impl Candidate {
     fn half(&self, half: usize) -> impl Iterator<Item = &OnWalk> {
         self.walks.iter().skip(half).step_by(2)
     }
-}
-
-fn mean(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
-    if count > 0.0 { sum / count } else { 0.0 }
 }

@@ -63,7 +63,12 @@ impl ZeroVelocity {
         };
         let pyshoe = || {
             let window = published::FEWEST_SAMPLES;
-            shoe::statistic(&walk.readings, window, PYSHOE_NOISE, Gravity::Included)
+            shoe::statistic(
+                &walk.labelled.readings,
+                window,
+                PYSHOE_NOISE,
+                Gravity::Included,
+            )
         };
         match self {
             Self::Sigma => vec![sigmas(&walk.estimates, &VelocityParams::DEFAULT)],

@@ -48,8 +48,6 @@ pub struct OnWalk {
 pub struct OfDetector {
     /// The detector.
     pub detector: ZeroVelocity,
-    /// Its name in tables.
-    pub name: String,
     /// Mean error of the walks, m.
     pub mean_error_m: f64,
     /// Largest error of a walk, m.
@@ -106,26 +104,32 @@ impl OfDetector {
             best.unwrap_or_else(|| scored(walk, &[]))
         };
         let walks: Vec<OnWalk> = walks.iter().map(on_walk).collect();
-        let count = walks.len().max(1) as f64;
-        let sum = walks.iter().map(|walk| walk.error_m).sum::<f64>();
+        let errors = || walks.iter().map(|walk| walk.error_m);
         let nis: Option<Vec<f64>> = walks.iter().map(|walk| walk.nis).collect();
         Self {
             detector,
-            name: detector.name().to_owned(),
-            mean_error_m: sum / count,
-            largest_error_m: walks.iter().map(|walk| walk.error_m).fold(0.0, f64::max),
-            mean_nis: nis.map(|nis| nis.iter().sum::<f64>() / count),
+            mean_error_m: mean(errors()),
+            largest_error_m: errors().fold(0.0, f64::max),
+            mean_nis: nis.map(|nis| mean(nis.into_iter())),
             walks,
         }
     }
 }
 
+/// Mean of values; 0 if there is none.
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+    if count > 0.0 { sum / count } else { 0.0 }
+}
+
 /// Scores a walk with one standard deviation per sample; `None` is a sample without a measurement.
 #[must_use]
 pub fn scored(walk: &Walk, sigmas: &[Option<f64>]) -> OnWalk {
-    let track = navigate(&walk.readings, walk.period, sigmas);
+    let labelled = &walk.labelled;
+    let period = 1.0 / f64::from(labelled.recording.sample_rate);
+    let track = navigate(&labelled.readings, period, sigmas);
     OnWalk {
-        walk: walk.name.clone(),
+        walk: labelled.name().to_owned(),
         error_m: position_error(&track.positions, &walk.positions),
         nis: track.nis,
     }

@@ -10,7 +10,6 @@ use samples::space::Vector;
 use crate::error::Error;
 use crate::labelled::Labelled;
 use crate::sets::{FileLayout, SHOE_WALKS, Set};
-use crate::window::Reading;
 
 /// Folder of the positions, next to that of the recordings.
 pub const POSITIONS: &str = "pyshoe-positions";
@@ -18,19 +17,13 @@ pub const POSITIONS: &str = "pyshoe-positions";
 /// Walk with its truth and the estimates of the default preset.
 #[derive(Clone, Debug)]
 pub struct Walk {
-    /// Name of the recording.
-    pub name: String,
-    /// Time between samples, s.
-    pub period: f64,
-    /// Readings of the sensor, gravity included.
-    pub readings: Vec<Reading>,
     /// True positions at the samples, m; z up.
     pub positions: Vec<Vector>,
     /// True speed at the samples, m/s.
     pub speeds: Vec<f64>,
     /// Estimates, one per sample.
     pub estimates: Vec<ContactEstimate>,
-    /// Recording with its labels.
+    /// Recording with its labels; gravity is included.
     pub labelled: Labelled,
 }
 
@@ -58,9 +51,6 @@ impl Walk {
         let positions = x.iter().zip(&y).zip(&z);
         let positions = positions.map(|((x, y), z)| Vector::new(*x, -y, *z));
         Ok(Self {
-            name: labelled.name().to_owned(),
-            period: 1.0 / f64::from(labelled.recording.sample_rate),
-            readings: labelled.readings.clone(),
             positions: positions.collect(),
             speeds,
             estimates: replay(&labelled.recording, &Params::DEFAULT)?,

@@ -27,7 +27,7 @@ pub fn odometry_tables(odometry: &Odometry, style: Style) -> String {
 fn detectors(detectors: &[OfDetector]) -> Table {
     let row = |of: &OfDetector| {
         vec![
-            of.name.clone(),
+            of.detector.name().to_owned(),
             metres(of.mean_error_m),
             metres(of.largest_error_m),
             of.mean_nis.map_or_else(none, |nis| format!("{nis:.1}")),
