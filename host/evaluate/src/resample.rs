@@ -68,11 +68,7 @@ fn interpolated(samples: &[RecordedSample], before: usize, time: f64) -> Recorde
 fn smoothed(samples: &[RecordedSample], before: usize, time: f64, period: f64) -> RecordedSample {
     let weight = |sample: &RecordedSample| {
         let away = (micros(sample) - time).abs() / period;
-        if away < 1.0 {
-            0.5 + 0.5 * libm::cos(PI * away)
-        } else {
-            0.0
-        }
+        0.5 + 0.5 * libm::cos(PI * away)
     };
     let is_near = |sample: &&RecordedSample| (micros(sample) - time).abs() < period;
     let (past, future) = samples.split_at(before + 1);
