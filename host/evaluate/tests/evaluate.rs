@@ -112,7 +112,10 @@ fn help_lists_every_recording_and_its_origin() {
     for file in files() {
         let (before, _) = help.split_once(file.path).expect(file.path);
         let origin = before.lines().rfind(|line| line.starts_with("  from "));
-        assert_eq!(origin, Some(format!("  from {}", file.layout.origin()).as_str()));
+        assert_eq!(
+            origin,
+            Some(format!("  from {}", file.layout.origin()).as_str())
+        );
     }
 }
 

@@ -1,6 +1,5 @@
 //! Plans: the steps of a foot and the ground, with variation from a seed.
 
-use std::fmt;
 use std::ops::Range;
 use std::str::FromStr;
 
@@ -50,25 +49,15 @@ impl GaitName {
 }
 
 impl FromStr for GaitName {
-    type Err = UnknownGait;
+    type Err = String;
 
-    fn from_str(name: &str) -> Result<Self, UnknownGait> {
-        Self::of_name(name).ok_or_else(|| UnknownGait(name.to_owned()))
+    fn from_str(name: &str) -> Result<Self, String> {
+        Self::of_name(name).ok_or_else(|| {
+            let known = Self::ALL.map(Self::name).join(", ");
+            format!("there is no gait `{name}`; known are {known}")
+        })
     }
 }
-
-/// Error for an unknown name of a gait.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct UnknownGait(pub String);
-
-impl fmt::Display for UnknownGait {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let known = GaitName::ALL.map(GaitName::name).join(", ");
-        write!(f, "there is no gait `{}`; known are {known}", self.0)
-    }
-}
-
-impl std::error::Error for UnknownGait {}
 
 /// Typical values of a gait, for a foot of a Unitree GO1: a quadruped of 12 kg with legs of about 0.4 m.
 #[derive(Clone, Copy, Debug)]

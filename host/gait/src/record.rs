@@ -3,8 +3,6 @@
 //! The rest is the foot's own program: the driver over SPI, one burst at the first data-ready edge after each
 //! tick, and the conversion in [`firmware::imu`].
 
-use std::fmt;
-
 use estimator_core::{Gravity, ImuSample, Load, Timestamp};
 use firmware::imu::{SENSOR, imu_sample, missing_sample};
 use lsm6dsox::sim::{SharedPart, SimSpi};
@@ -85,14 +83,6 @@ impl Walking {
     }
 }
 
-impl fmt::Debug for Walking {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Walking")
-            .field("ticks", &self.ticks)
-            .finish_non_exhaustive()
-    }
-}
-
 /// Simulates a plan with the sensor specimen of `seed`, from time 0 on.
 ///
 /// Each sample is that of the first data-ready edge after its tick, at most 155 µs later, and carries that edge's
@@ -105,35 +95,25 @@ impl fmt::Debug for Walking {
 pub fn simulate(plan: &Plan, sensor: &SensorParams, seed: u64) -> Simulation {
     let mut walking = Walking::new(plan, sensor, seed);
     let ticks = libm::floor(plan.duration * 1e6 / TICK_US as f64) as u64;
-    let mut imu = Vec::new();
-    let mut raw = Vec::new();
-    let mut truth = Vec::new();
-    for _ in 0..ticks {
-        let walked = walking.tick();
-        imu.push(walked.imu);
-        raw.push(walked.raw);
-        truth.push(walked.truth);
-    }
+    let walked: Vec<Walked> = (0..ticks).map(|_| walking.tick()).collect();
+    let truth: Vec<FootState> = walked.iter().map(|walked| walked.truth).collect();
     let labels = labels(&truth, seconds(TICK_US));
-    let samples = imu
-        .into_iter()
-        .zip(truth.iter().zip(labels))
-        .map(|(imu, (state, label))| RecordedSample {
-            imu,
-            load: Some(Load(state.load as f32)),
-            label: Some(label),
-        })
-        .collect();
+    let samples = walked.iter().zip(labels);
+    let samples = samples.map(|(walked, label)| RecordedSample {
+        imu: walked.imu,
+        load: Some(Load(walked.truth.load as f32)),
+        label: Some(label),
+    });
     Simulation {
         recording: Recording {
             name: plan.name.clone(),
             sample_rate: 1e6 / TICK_US as f32,
             gravity: Gravity::Included,
             load_title: "vertical force (N)".to_owned(),
-            samples,
+            samples: samples.collect(),
         },
         truth,
-        raw,
+        raw: walked.into_iter().map(|walked| walked.raw).collect(),
     }
 }
 

@@ -46,12 +46,8 @@ impl Change {
 
     /// Returns the progress at time `t` in s.
     pub fn progress(self, t: f64) -> f64 {
-        let term = Term {
-            start: self.start,
-            duration: self.duration,
-            shape: Shape::Slide { distance: 1.0 },
-        };
-        term.at(t).value
+        let shape = Shape::Slide { distance: 1.0 };
+        Term::new(self.start, self.duration, shape).at(t).value
     }
 }
 

@@ -118,18 +118,14 @@ impl SensorParams {
     pub fn specimen(&self, seed: u64) -> PartOptions {
         let mut random = Random::new(seed, Stream::Specimen);
         let mut axes = |limit: f64| [(); 3].map(|()| random.uniform(-limit..limit));
-        let accel_bias = axes(self.accelerometer.bias_limit);
-        let accel_drift = axes(self.accelerometer.drift_limit);
-        let gyro_bias = axes(self.gyroscope.bias_limit);
-        let gyro_drift = axes(self.gyroscope.drift_limit);
-        let clock_error = random.uniform(-self.clock_limit..self.clock_limit);
         PartOptions {
             seed,
-            clock_error,
-            accel_bias,
-            gyro_bias,
-            accel_drift,
-            gyro_drift,
+            // In the order in which they are drawn.
+            accel_bias: axes(self.accelerometer.bias_limit),
+            accel_drift: axes(self.accelerometer.drift_limit),
+            gyro_bias: axes(self.gyroscope.bias_limit),
+            gyro_drift: axes(self.gyroscope.drift_limit),
+            clock_error: random.uniform(-self.clock_limit..self.clock_limit),
             byte_time_ns: BYTE_TIME_NS,
             ..PartOptions::default()
         }
@@ -149,12 +145,6 @@ impl SensorParams {
             felt
         };
         Part::with_options(felt, self.specimen(seed)).shared()
-    }
-}
-
-impl Default for SensorParams {
-    fn default() -> Self {
-        Self::LSM6DSOX
     }
 }
 

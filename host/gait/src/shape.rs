@@ -105,6 +105,14 @@ pub(crate) struct Term {
 }
 
 impl Term {
+    pub const fn new(start: f64, duration: f64, shape: Shape) -> Self {
+        Self {
+            start,
+            duration,
+            shape,
+        }
+    }
+
     /// Returns the contribution of the term at time `t` in s.
     pub fn at(&self, t: f64) -> Jet {
         if t < self.start {

@@ -104,11 +104,6 @@ fn swing(step: &PlannedStep, start: f64, lifted: &Pose, stood_at: &Pose) -> (Seg
         Jet::moving(pitch, landing.turn[1]),
         Jet::constant(yaw),
     ];
-    let term = |shape| Term {
-        start,
-        duration,
-        shape,
-    };
     let lift = Shape::Pulse {
         height: step.clearance,
     };
@@ -121,7 +116,10 @@ fn swing(step: &PlannedStep, start: f64, lifted: &Pose, stood_at: &Pose) -> (Seg
         kind: Kind::Swing,
         start,
         base: paths(lifted, &landed, start, duration),
-        terms: vec![(Z, term(lift)), (PITCH, term(pitching))],
+        terms: vec![
+            (Z, Term::new(start, duration, lift)),
+            (PITCH, Term::new(start, duration, pitching)),
+        ],
         load: None,
     };
     (segment, landed)
@@ -149,12 +147,8 @@ fn stance(step: &PlannedStep, start: f64, landed: &Pose, next: Option<&PlannedSt
         settled = settled.max(start + duration);
         let [roll, pitch] = sinking.lean;
         for (channel, distance) in [(Z, -sinking.depth), (ROLL, roll), (PITCH, pitch)] {
-            let term = Term {
-                start,
-                duration,
-                shape: Shape::Slide { distance },
-            };
-            terms.push((channel, term));
+            let shape = Shape::Slide { distance };
+            terms.push((channel, Term::new(start, duration, shape)));
         }
     }
     terms.extend(tremor(step, start, standing));
@@ -216,12 +210,7 @@ fn tremor(step: &PlannedStep, start: f64, duration: f64) -> [(usize, Term); 5] {
             angular_frequency,
             phase,
         };
-        let term = Term {
-            start,
-            duration,
-            shape,
-        };
-        (channel, term)
+        (channel, Term::new(start, duration, shape))
     })
 }
 
@@ -235,35 +224,17 @@ fn slide(slip: &Slip, touch_down: f64) -> [(usize, Term); 6] {
         angular_frequency,
         phase: 0.0,
     };
+    let along = |distance| Shape::Slide { distance };
     let parts = [
-        (
-            X,
-            Shape::Slide {
-                distance: slip.distance * cos,
-            },
-        ),
-        (
-            Y,
-            Shape::Slide {
-                distance: slip.distance * sin,
-            },
-        ),
-        (
-            YAW,
-            Shape::Slide {
-                distance: slip.twist,
-            },
-        ),
+        (X, along(slip.distance * cos)),
+        (Y, along(slip.distance * sin)),
+        (YAW, along(slip.twist)),
         (X, ripple(chatter * cos)),
         (Y, ripple(chatter * sin)),
         (Z, ripple(chatter * VERTICAL_CHATTER)),
     ];
     parts.map(|(channel, shape)| {
-        let term = Term {
-            start: touch_down + slip.onset,
-            duration: slip.duration,
-            shape,
-        };
-        (channel, term)
+        let start = touch_down + slip.onset;
+        (channel, Term::new(start, slip.duration, shape))
     })
 }
