@@ -1,6 +1,5 @@
 //! Configuration file written by a calibration, in the form that [`config`](crate::config) reads.
 
-use estimator_core::stillness::Classes;
 use estimator_core::{Learnt, Mounting};
 use toml::{Table, Value};
 
@@ -60,35 +59,10 @@ impl RobotFile {
             foot.swing_s,
             recordings.join(", ")
         ));
-        let Learnt {
-            acceleration,
-            rate,
-            velocity,
-            still_seconds,
-            moving_seconds,
-            idle_seconds,
-        } = foot.learnt;
         // Earlier learnt values are replaced as a whole.
         self.table().remove("learnt");
-        for (key, seconds) in [
-            ("still_seconds", still_seconds),
-            ("moving_seconds", moving_seconds),
-            ("idle_seconds", idle_seconds),
-        ] {
-            self.set("learnt", key, Value::Float(shortest(seconds)));
-        }
-        for (key, classes) in [
-            ("acceleration", acceleration),
-            ("rate", rate),
-            ("velocity", velocity),
-        ] {
-            let Classes {
-                still,
-                moving,
-                width,
-            } = classes;
-            let values = [("still", still), ("moving", moving), ("width", width)];
-            self.set("learnt", key, table(&values));
+        for (row, value) in Learnt::ROWS.iter().zip(foot.object) {
+            self.set(row.name, value);
         }
     }
 
@@ -119,28 +93,23 @@ impl RobotFile {
             sensor.rests.len(),
             sensor.orientations
         ));
-        let [bx, by, bz] = sensor.accelerometer_bias.map(|bias| bias as f32);
-        let [sx, sy, sz] = sensor.accelerometer_scale.map(|scale| scale as f32);
-        let [gx, gy, gz] = sensor.gyroscope_bias.map(|bias| bias as f32);
-        self.set(
-            "accelerometer",
-            "bias_m_s2",
-            table(&[("ax", bx), ("ay", by), ("az", bz)]),
-        );
-        self.set(
-            "accelerometer",
-            "scale",
-            table(&[("ax", sx), ("ay", sy), ("az", sz)]),
-        );
-        self.set(
-            "gyroscope",
-            "bias_rad_s",
-            table(&[("wx", gx), ("wy", gy), ("wz", gz)]),
-        );
+        let (force, rate) = (["ax", "ay", "az"], ["wx", "wy", "wz"]);
+        for (key, axes, values) in [
+            ("accelerometer.bias_m_s2", force, sensor.accelerometer_bias),
+            ("accelerometer.scale", force, sensor.accelerometer_scale),
+            ("gyroscope.bias_rad_s", rate, sensor.gyroscope_bias),
+        ] {
+            for (axis, value) in axes.into_iter().zip(values) {
+                self.set(&format!("{key}.{axis}"), value as f32);
+            }
+        }
     }
 
-    fn set(&mut self, table: &str, key: &str, value: Value) {
-        sub_table(self.table(), table).insert(key.to_owned(), value);
+    /// Sets a key, given with the tables that it is in.
+    fn set(&mut self, path: &str, value: f32) {
+        let (tables, key) = path.rsplit_once('.').unwrap_or(("", path));
+        let table = tables.split('.').fold(self.table(), sub_table);
+        table.insert(key.to_owned(), Value::Float(shortest(value)));
     }
 
     /// Returns the text of the file.
@@ -162,12 +131,6 @@ fn sub_table<'a>(within: &'a mut Table, name: &str) -> &'a mut Table {
         Value::Table(table) => table,
         _ => unreachable!("a table was just put here"),
     }
-}
-
-fn table(values: &[(&str, f32)]) -> Value {
-    let values = values.iter();
-    let values = values.map(|(key, value)| ((*key).to_owned(), Value::Float(shortest(*value))));
-    Value::Table(values.collect())
 }
 
 /// Returns the f64 with the fewest digits that reads back as the same f32.
