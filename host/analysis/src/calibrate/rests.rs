@@ -1,7 +1,7 @@
 //! Still stretches of a recording, and the sensor's readings in each.
 
 use estimator_core::{RestParams, Validity};
-use samples::space::components;
+use samples::space::Vector;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -51,26 +51,38 @@ pub fn rests(recording: &Recording) -> Vec<Rest> {
     rests
 }
 
+/// Readings of a sample.
+struct Reading {
+    time_s: f64,
+    force: Vector,
+    rate: Vector,
+}
+
 /// Samples that may form a rest.
 #[derive(Default)]
-struct Stretch<'a> {
-    samples: Vec<&'a RecordedSample>,
+struct Stretch {
+    readings: Vec<Reading>,
     force: Mean,
     rate: Mean,
 }
 
-impl<'a> Stretch<'a> {
+impl Stretch {
     /// Adds a valid sample close to those so far; returns whether it was added.
-    fn takes(&mut self, sample: &'a RecordedSample) -> bool {
-        let force = components(sample.imu.specific_force.0).map(f64::from);
-        let rate = components(sample.imu.angular_rate.0).map(f64::from);
-        let alike = self.samples.is_empty()
-            || (distance(force, self.force.value()) <= FORCE_TOLERANCE
-                && distance(rate, self.rate.value()) <= RATE_TOLERANCE);
+    fn takes(&mut self, sample: &RecordedSample) -> bool {
+        let force = Vector::from(sample.imu.specific_force.0);
+        let rate = Vector::from(sample.imu.angular_rate.0);
+        let alike = self.readings.is_empty()
+            || ((force - self.force.value()).length() <= FORCE_TOLERANCE
+                && (rate - self.rate.value()).length() <= RATE_TOLERANCE);
         if !alike || sample.imu.checked_validity() != Validity::Valid {
             return false;
         }
-        self.samples.push(sample);
+        let time_s = sample.time_s();
+        self.readings.push(Reading {
+            time_s,
+            force,
+            rate,
+        });
         self.force.add(force);
         self.rate.add(rate);
         true
@@ -78,33 +90,22 @@ impl<'a> Stretch<'a> {
 
     fn rest(&self, sample_rate: f32) -> Option<Rest> {
         let margin = (MARGIN * f64::from(sample_rate)).round() as usize;
-        let inside = self
-            .samples
-            .get(margin..self.samples.len().checked_sub(margin)?)?;
+        let end = self.readings.len().checked_sub(margin)?;
+        let inside = self.readings.get(margin..end)?;
         let (first, last) = (inside.first()?, inside.last()?);
-        let duration = last.time_s() - first.time_s();
-        let force = |samples: &[&RecordedSample]| {
-            mean(
-                samples
-                    .iter()
-                    .map(|s| components(s.imu.specific_force.0).map(f64::from)),
-            )
-        };
+        let duration = last.time_s - first.time_s;
+        let force = |readings: &[Reading]| mean(readings.iter().map(|reading| reading.force));
         let (early, late) = inside.split_at(inside.len() / 2);
-        let rate = mean(
-            inside
-                .iter()
-                .map(|s| components(s.imu.angular_rate.0).map(f64::from)),
-        );
+        let rate = mean(inside.iter().map(|reading| reading.rate)).to_array();
         // A larger rate is rotation, because no bias is that large.
         let largest_bias = f64::from(RestParams::DEFAULT.bias_limit);
         let still = duration + 2.0 * MARGIN >= SHORTEST
-            && distance(force(early), force(late)) <= SWAY
+            && (force(early) - force(late)).length() <= SWAY
             && rate.iter().all(|rate| rate.abs() <= largest_bias);
         still.then(|| Rest {
-            start_s: first.time_s(),
+            start_s: first.time_s,
             duration_s: duration,
-            specific_force: force(inside),
+            specific_force: force(inside).to_array(),
             angular_rate: rate,
         })
     }
@@ -112,30 +113,26 @@ impl<'a> Stretch<'a> {
 
 #[derive(Default)]
 struct Mean {
-    sum: [f64; 3],
+    sum: Vector,
     count: f64,
 }
 
 impl Mean {
-    fn add(&mut self, value: [f64; 3]) {
-        self.sum = std::array::from_fn(|k| self.sum[k] + value[k]);
+    fn add(&mut self, value: Vector) {
+        self.sum = self.sum + value;
         self.count += 1.0;
     }
 
-    fn value(&self) -> [f64; 3] {
-        self.sum.map(|sum| sum / self.count.max(1.0))
+    fn value(&self) -> Vector {
+        let count = self.count.max(1.0);
+        Vector::from_array(self.sum.to_array().map(|sum| sum / count))
     }
 }
 
-fn mean(values: impl Iterator<Item = [f64; 3]>) -> [f64; 3] {
+fn mean(values: impl Iterator<Item = Vector>) -> Vector {
     let mut mean = Mean::default();
     values.for_each(|value| mean.add(value));
     mean.value()
-}
-
-fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    let squares = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b));
-    squares.sum::<f64>().sqrt()
 }
 
 #[cfg(test)]
