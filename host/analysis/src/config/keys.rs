@@ -100,7 +100,6 @@ impl Key {
     #[must_use]
     pub fn meaning(&self) -> &'static str {
         match &self.kind {
-            Kind::Numbers(numbers) => numbers.first().map_or("", |number| number.row().about),
             Kind::Gravity => "whether the accelerations contain gravity",
             Kind::Axes => {
                 "how the sensor lies in the foot: its axes along the foot's x, y and z, which is up, or a \
@@ -108,71 +107,63 @@ impl Key {
             }
             Kind::Method => "where the limits of stillness come from",
             Kind::Learning => "whether the foot goes on learning",
-            Kind::Window => parameter::WINDOW.about,
-            Kind::GyroTiming => parameter::GYRO_DELAY.about,
-            Kind::Learnt(place) => learnt_row(*place).map_or("", |row| row.about),
             Kind::Correction(limits) => limits.meaning,
+            Kind::Numbers(_) | Kind::Window | Kind::GyroTiming | Kind::Learnt(_) => {
+                self.row().map_or("", |row| row.about)
+            }
+        }
+    }
+
+    /// Returns the row of the first number in the table of limits; `None` if the key has no number there.
+    fn row(&self) -> Option<Row> {
+        match &self.kind {
+            Kind::Numbers(numbers) => numbers.first().map(|number| number.row()),
+            Kind::Window => Some(parameter::WINDOW),
+            Kind::GyroTiming => Some(parameter::GYRO_DELAY),
+            Kind::Learnt(place) => Learnt::ROWS.get(*place).copied(),
+            Kind::Gravity | Kind::Axes | Kind::Method | Kind::Learning | Kind::Correction(_) => {
+                None
+            }
         }
     }
 
     /// Returns the unit of the numbers; empty if they have none or the value includes it.
     #[must_use]
-    pub const fn unit(&self) -> &'static str {
+    pub fn unit(&self) -> &'static str {
         match &self.kind {
-            Kind::Numbers(numbers) => match numbers.as_slice() {
-                [number, ..] => number.row().unit.symbol(),
-                [] => "",
-            },
             Kind::Window | Kind::GyroTiming => "ms",
-            Kind::Learnt(place) => match learnt_row(*place) {
-                Some(row) => row.unit.symbol(),
-                None => "",
-            },
             Kind::Correction(limits) => limits.unit,
-            Kind::Gravity | Kind::Axes | Kind::Method | Kind::Learning => "",
+            _ => self.row().map_or("", |row| row.unit.symbol()),
         }
     }
 
     /// Returns the accepted values.
     #[must_use]
     pub fn range(&self) -> String {
-        let of_row = |row: &Row, notation: Notation| {
+        let range = self.row().map_or_else(String::new, |row| {
+            let notation = Notation::of(row.name);
             let [least, most] = [row.least, row.most].map(|limit| notation.number(limit));
             format!("{least} to {most}")
-        };
+        });
+        let in_words = || range.replace(" to ", "ms\" to \"");
         let of_words = |words: [&str; 2]| format!("\"{}\" or \"{}\"", words[0], words[1]);
         match &self.kind {
-            Kind::Numbers(numbers) => numbers.first().map_or_else(String::new, |number| {
-                let row = number.row();
-                let range = of_row(&row, Notation::As(row.unit));
-                match (numbers.len(), number) {
-                    (1, Parameter::LoadOffThreshold) => {
-                        format!("{range}, and not above load.on_threshold")
-                    }
-                    (1, _) => range,
-                    _ => {
-                        let axes: Vec<&str> = numbers.iter().map(|number| axis(*number)).collect();
-                        format!("{range}; one number, or a table of {}", axes.join(", "))
-                    }
-                }
-            }),
+            Kind::Numbers(numbers) if numbers[..] == [Parameter::LoadOffThreshold] => {
+                format!("{range}, and not above load.on_threshold")
+            }
+            Kind::Numbers(numbers) if numbers.len() > 1 => {
+                let axes: Vec<&str> = numbers.iter().map(|number| axis(*number)).collect();
+                format!("{range}; one number, or a table of {}", axes.join(", "))
+            }
+            Kind::Numbers(_) | Kind::Learnt(_) => range,
             Kind::Gravity => of_words(GRAVITIES.map(|(word, _)| word)),
             Kind::Axes => {
                 "three right-handed axes such as \"x,-z,y\", or \"w,x,y,z\" of length 1".to_owned()
             }
             Kind::Method => of_words(METHODS.map(|(word, _)| word)),
             Kind::Learning => of_words(LEARNINGS.map(|(word, _)| word)),
-            Kind::Window => format!(
-                "\"{}ms\", or \"1samples\" and more",
-                of_row(&parameter::WINDOW, Notation::Milliseconds).replace(" to ", "ms\" to \"")
-            ),
-            Kind::GyroTiming => format!(
-                "\"period_mean\", or \"{}ms\"",
-                of_row(&parameter::GYRO_DELAY, Notation::Milliseconds)
-                    .replace(" to ", "ms\" to \"")
-            ),
-            Kind::Learnt(place) => learnt_row(*place)
-                .map_or_else(String::new, |row| of_row(row, Notation::As(row.unit))),
+            Kind::Window => format!("\"{}ms\", or \"1samples\" and more", in_words()),
+            Kind::GyroTiming => format!("\"period_mean\", or \"{}ms\"", in_words()),
             Kind::Correction(limits) => format!(
                 "{} to {}; a table of {}",
                 shown(limits.least),
@@ -283,15 +274,6 @@ impl Key {
             .filter(|(_, entry)| split_axis(entry.key.as_str()).0 == self.of_all_feet())
             .map(|(address, _)| address)
             .collect()
-    }
-}
-
-const fn learnt_row(place: usize) -> Option<&'static Row> {
-    const ROWS: &[Row] = &Learnt::ROWS;
-    if place < ROWS.len() {
-        Some(&ROWS[place])
-    } else {
-        None
     }
 }
 

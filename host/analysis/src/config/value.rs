@@ -50,7 +50,7 @@ fn value_of<T: Copy>(table: &[(&'static str, T); 2], text: &str) -> Result<T, St
 #[must_use]
 pub fn window_text(window: WindowLength) -> String {
     match window {
-        WindowLength::Duration(seconds) => format!("{}ms", milliseconds(seconds)),
+        WindowLength::Duration(seconds) => format!("{}ms", Notation::Milliseconds.number(seconds)),
         WindowLength::Samples(samples) => format!("{samples}samples"),
     }
 }
@@ -60,13 +60,10 @@ pub fn window_text(window: WindowLength) -> String {
 pub fn gyro_timing_text(timing: GyroTiming) -> String {
     match timing {
         GyroTiming::PeriodMean => "period_mean".to_owned(),
-        GyroTiming::Delay(seconds) => format!("{}ms", milliseconds(seconds)),
+        GyroTiming::Delay(seconds) => {
+            format!("{}ms", Notation::Milliseconds.number(seconds))
+        }
     }
-}
-
-/// Formats a time in s as a number of ms.
-fn milliseconds(seconds: f32) -> String {
-    Notation::Milliseconds.number(seconds)
 }
 
 /// Parses the length of a window: a duration such as `50ms`, or a count such as `50samples`.
