@@ -56,18 +56,11 @@ impl Identity {
     /// Returns the name of its files without extension: the recording's name made safe, and a hash of it.
     #[must_use]
     pub fn key(&self) -> String {
-        let end = |text: &str| {
-            let from = text.len().saturating_sub(LONGEST);
-            text[from..].to_owned()
-        };
         let safe: String = self.name.chars().map(safe_or_dash).collect();
         // The distinguishing part of a name is at its end.
-        let safe = end(&safe);
-        format!(
-            "{}-{}",
-            safe.trim_matches(['-', '.']),
-            short_hash(&self.name)
-        )
+        let end = &safe[safe.len().saturating_sub(LONGEST)..];
+        let end = end.trim_matches(['-', '.']);
+        format!("{end}-{}", short_hash(&self.name))
     }
 
     /// Returns the foot of a recording with a single, unnamed foot.

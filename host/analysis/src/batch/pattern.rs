@@ -28,11 +28,13 @@ enum Token {
     Value(Value),
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Value {
-    Robot,
-    Foot,
-    Day,
+samples::named! {
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    enum Value {
+        Robot = "{robot}",
+        Foot = "{foot}",
+        Day = "{day}",
+    }
 }
 
 /// Matched values, in the order of the pattern.
@@ -122,19 +124,14 @@ fn tokens(part: &str) -> Result<Vec<Token>, String> {
             }
             rest = after;
         } else if !rest.is_empty() {
-            let names = [
-                ("{robot}", Value::Robot),
-                ("{foot}", Value::Foot),
-                ("{day}", Value::Day),
-            ];
-            let known = names.into_iter().find(|(name, _)| rest.starts_with(name));
-            let Some((name, value)) = known else {
+            let mut values = Value::ALL.into_iter();
+            let Some(value) = values.find(|value| rest.starts_with(value.name())) else {
                 return Err(format!(
                     "{part:?} has something else than {{robot}}, {{foot}} or {{day}} in braces"
                 ));
             };
             tokens.push(Token::Value(value));
-            rest = &rest[name.len()..];
+            rest = &rest[value.name().len()..];
         }
     }
     Ok(tokens)

@@ -85,6 +85,7 @@ impl BatchSettings {
             time_unit,
             times,
         } = table;
+        let feet = &self.resolved.overrides.feet;
         let all = Hashed {
             preset: self.resolved.preset.name(),
             parameters: Format::ALL
@@ -97,17 +98,11 @@ impl BatchSettings {
                 .iter()
                 .map(|(foot, correction)| (foot.clone(), CorrectionReport::from(correction)))
                 .collect(),
-            foot_learnt: self
-                .resolved
-                .overrides
-                .feet
+            foot_learnt: feet
                 .iter()
                 .filter_map(|(foot, own)| Some((foot.clone(), own.learnt?)))
                 .collect(),
-            foot_numbers: self
-                .resolved
-                .overrides
-                .feet
+            foot_numbers: feet
                 .iter()
                 .map(|(foot, own)| (foot.clone(), own.numbers()))
                 .filter(|(_, numbers)| !numbers.is_empty())

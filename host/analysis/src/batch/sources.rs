@@ -137,23 +137,14 @@ impl Finder<'_> {
                 }
                 continue;
             }
-            let is_bag = is_folder && entry.depth() > 0 && is_rosbag2(path);
-            if is_bag {
-                entries.skip_current_dir();
-            } else if is_folder {
-                continue;
-            } else {
-                match self.is_recording(&entry) {
-                    Ok(true) => {}
-                    Ok(false) => {
-                        self.pass_over(path, "it is not a recording".to_owned());
-                        continue;
-                    }
-                    Err(error) => {
-                        self.pass_over(path, error.to_string());
-                        continue;
-                    }
+            if is_folder {
+                if entry.depth() == 0 || !is_rosbag2(path) {
+                    continue;
                 }
+                entries.skip_current_dir();
+            } else if let Err(error) = self.check(&entry) {
+                self.pass_over(path, error.to_string());
+                continue;
             }
             let below = path.strip_prefix(source).unwrap_or(path);
             let robot = robot_of(below, real_source);
@@ -165,9 +156,13 @@ impl Finder<'_> {
         }
     }
 
-    fn is_recording(&self, entry: &DirEntry) -> io::Result<bool> {
+    /// Checks that a file is a recording.
+    fn check(&self, entry: &DirEntry) -> io::Result<()> {
         // Opening a pipe would wait for its writer.
-        Ok(entry.file_type().is_file() && is_recording(entry.path(), self.search.format)?)
+        if entry.file_type().is_file() && is_recording(entry.path(), self.search.format)? {
+            return Ok(());
+        }
+        Err(io::Error::other("it is not a recording"))
     }
 
     fn add(&mut self, path: &Path, real: &Path, robot: &str) {
