@@ -132,7 +132,7 @@ fn estimated<O: Observer>(
     let mut gyro_bias = None;
     for sample in stored.samples()? {
         let sample = sample?;
-        if results.found.span.is_before(sample.imu.timestamp) {
+        if results.span.is_before(sample.imu.timestamp) {
             break;
         }
         let estimate = replay.update(&sample);
@@ -153,10 +153,10 @@ fn estimated<O: Observer>(
 
 /// Takes the recorded estimates of a foot. Nothing is computed from the samples, which may be few, but they are checked.
 fn recorded<O: Observer>(stored: &mut Stored, mut results: Results<'_, O>) -> io::Result<Replayed> {
-    let mut check = check_samples(stored, results.found.span)?;
+    let mut check = check_samples(stored, results.span)?;
     for recorded in stored.estimates()?.into_iter().flatten() {
         let recorded = recorded?;
-        if results.found.span.is_before(recorded.estimate.timestamp) {
+        if results.span.is_before(recorded.estimate.timestamp) {
             break;
         }
         check.add_decision(recorded.estimate.decision);
@@ -211,37 +211,31 @@ pub fn check_samples(stored: &mut Stored, span: Span) -> io::Result<Check> {
 struct Results<'a, O> {
     tally: Tally,
     table: Option<Estimates>,
+    event_table: Option<Part>,
     events: Events,
-    found: Found<'a, O>,
+    span: Span,
+    observer: &'a mut O,
 }
 
 impl<'a, O: Observer> Results<'a, O> {
     fn new(stored: &Stored, wanted: &Wanted, observer: &'a mut O) -> io::Result<Self> {
         let name = name(stored);
         let about = &stored.about;
-        let own = Some(about.foot_or_name().to_owned());
-        let part = |table| match table {
+        // The name in each row, if the table is wanted and has one.
+        let named = |table| match table {
             Table::None => None,
-            Table::OneFoot => Some(Part::new(None, about.start_us)),
-            Table::SeveralFeet => Some(Part::new(own.clone(), about.start_us)),
-            Table::SeveralRecordings => Some(Part::new(Some(name.clone()), about.start_us)),
+            Table::OneFoot => Some(None),
+            Table::SeveralFeet => Some(Some(about.foot_or_name().to_owned())),
+            Table::SeveralRecordings => Some(Some(name.clone())),
         };
         let estimates = |foot| Estimates::new(wanted.layout, foot, about.start_us);
-        let table = match wanted.table {
-            Table::None => None,
-            Table::OneFoot => Some(estimates(None)?),
-            Table::SeveralFeet => Some(estimates(own.clone())?),
-            Table::SeveralRecordings => Some(estimates(Some(name.clone()))?),
-        };
         Ok(Self {
             tally: Tally::new(&name, about.foot.as_deref(), about.sample_rate),
-            table,
+            table: named(wanted.table).map(estimates).transpose()?,
+            event_table: named(wanted.events).map(|foot| Part::new(foot, about.start_us)),
             events: Events::default(),
-            found: Found {
-                span: wanted.span,
-                table: part(wanted.events),
-                observer,
-            },
+            span: wanted.span,
+            observer,
         })
     }
 
@@ -254,53 +248,43 @@ impl<'a, O: Observer> Results<'a, O> {
     ) -> io::Result<()> {
         self.events.add(moved);
         while let Some(event) = self.events.pop() {
-            self.found.add(&event)?;
+            self.add_event(&event)?;
         }
-        if self.found.span.contains(estimate.timestamp) {
+        if self.span.contains(estimate.timestamp) {
             self.tally.add(sample, estimate);
             if let Some(table) = &mut self.table {
                 table.add(estimate)?;
             }
-            self.found.observer.add(sample, estimate);
+            self.observer.add(sample, estimate);
         }
-        self.found.observer.estimated();
+        self.observer.estimated();
         Ok(())
     }
 
-    /// Ends the recording. Findings and learnt values are empty.
-    fn finish(self) -> io::Result<Replayed> {
-        let mut found = self.found;
-        self.events
-            .finish()
-            .try_for_each(|event| found.add(&event))?;
-        Ok(Replayed {
-            summary: self.tally.finish(),
-            findings: Vec::new(),
-            table: self.table,
-            events: found.table,
-            learnt: Learnt::default(),
-            gyro_bias: None,
-        })
-    }
-}
-
-/// Receiver of events.
-struct Found<'a, O> {
-    span: Span,
-    table: Option<Part>,
-    observer: &'a mut O,
-}
-
-impl<O: Observer> Found<'_, O> {
     /// Adds an event if it is in the selected part.
-    fn add(&mut self, event: &ContactEvent) -> io::Result<()> {
+    fn add_event(&mut self, event: &ContactEvent) -> io::Result<()> {
         if !self.span.contains(event.time) {
             return Ok(());
         }
         self.observer.add_event(event);
-        match &mut self.table {
+        match &mut self.event_table {
             Some(table) => table.add_event(event),
             None => Ok(()),
         }
+    }
+
+    /// Ends the recording. Findings and learnt values are empty.
+    fn finish(mut self) -> io::Result<Replayed> {
+        for event in std::mem::take(&mut self.events).finish() {
+            self.add_event(&event)?;
+        }
+        Ok(Replayed {
+            summary: self.tally.finish(),
+            findings: Vec::new(),
+            table: self.table,
+            events: self.event_table,
+            learnt: Learnt::default(),
+            gyro_bias: None,
+        })
     }
 }
