@@ -2,13 +2,14 @@
 
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use analysis::batch::pattern::PathPattern;
 use analysis::batch::run::{Reason, RecordingOutcome, Results, Watch};
 use analysis::batch::sources::FoundRecording;
 use analysis::batch::{
-    BatchRow, BatchSettings, FeetWanted, Identity, Plausibility, Verify, estimate_recording,
+    BatchRow, BatchSettings, FeetWanted, Identity, Plausibility, Progress, Verify,
+    estimate_recording,
 };
 use analysis::config::{Resolved, parse_window};
 use pyo3::exceptions::PyOSError;
@@ -89,7 +90,8 @@ pub(crate) fn batch_recording(
 ) -> PyResult<String> {
     let settings = all_settings(&options, &settings, batch)?;
     let identity = identity.read()?;
-    let rows = py.detach(|| estimate_recording(&path, &identity, &settings, &out));
+    let progress: Progress = Arc::new(|_| ());
+    let rows = py.detach(|| estimate_recording(&path, &identity, &settings, &out, &progress));
     json(&rows.map_err(|error| PyOSError::new_err(error.to_string()))?)
 }
 

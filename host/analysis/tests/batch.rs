@@ -2,9 +2,11 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use analysis::batch::{
-    BatchRow, BatchSettings, FeetWanted, Identity, Plausibility, Status, estimate_recording,
+    BatchRow, BatchSettings, FeetWanted, Identity, Plausibility, Progress, Status,
+    estimate_recording,
 };
 use gait::{GaitName, Ground, Plan, SensorParams, record};
 use recordings::output::write_recording;
@@ -45,7 +47,9 @@ impl Bench {
     }
 
     fn run(&self) -> Vec<BatchRow> {
-        estimate_recording(&self.input(), &self.identity, &self.settings, &self.out()).unwrap()
+        let (input, out) = (self.input(), self.out());
+        let progress: Progress = Arc::new(|_| ());
+        estimate_recording(&input, &self.identity, &self.settings, &out, &progress).unwrap()
     }
 
     /// Returns all files below the results folder, with their bytes.

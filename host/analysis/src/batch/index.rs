@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
-use std::io;
 use std::path::{Path, PathBuf};
 
 use recordings::parquet_rows::read;
@@ -10,6 +9,7 @@ use walkdir::WalkDir;
 
 use super::identity::decoded;
 use super::notes::Notes;
+use super::recording::BatchError;
 use super::row::{BatchRow, Status};
 use super::tables::{self, Table};
 use crate::whole_file::is_unfinished;
@@ -110,7 +110,7 @@ impl Index {
     }
 
     /// Removes all files of a recording, rows first, so that a partly removed recording does not count as done.
-    pub(super) fn remove(&self, key: &str) -> Result<(), (PathBuf, io::Error)> {
+    pub(super) fn remove(&self, key: &str) -> Result<(), BatchError> {
         let folder = self.out.join(Table::Recordings.name());
         let files = self.files.get(key).into_iter().flatten();
         let (rows, others): (Vec<_>, Vec<_>) = files.partition(|file| file.starts_with(&folder));
@@ -120,7 +120,7 @@ impl Index {
     }
 
     /// Removes the unfinished files of a killed process.
-    pub(super) fn remove_unfinished(&self) -> Result<(), (PathBuf, io::Error)> {
+    pub(super) fn remove_unfinished(&self) -> Result<(), BatchError> {
         self.unfinished.iter().try_for_each(|path| remove(path))
     }
 }
@@ -148,8 +148,8 @@ pub(super) fn remove_empty_folders(out: &Path) {
     }
 }
 
-fn remove(path: &Path) -> Result<(), (PathBuf, io::Error)> {
-    tables::remove(path).map_err(|error| (path.to_path_buf(), error))
+fn remove(path: &Path) -> Result<(), BatchError> {
+    tables::remove(path).map_err(BatchError::output(path))
 }
 
 /// Reads the row in a file; robot, foot and day come from its path.

@@ -30,6 +30,6 @@ mod tables;
 
 pub use identity::Identity;
 pub use notes::Verify;
-pub use recording::{BatchError, Progress, estimate_recording, estimate_recording_watched};
+pub use recording::{BatchError, Progress, estimate_recording};
 pub use row::{BatchRow, Status};
 pub use settings::{BatchSettings, FeetWanted, Plausibility};

@@ -46,6 +46,14 @@ pub enum BatchError {
     },
 }
 
+impl BatchError {
+    /// Returns the error of a result at this path, from that of the operating system.
+    pub(super) fn output(path: &Path) -> impl FnOnce(io::Error) -> Self {
+        let path = path.to_owned();
+        |source| Self::Output { path, source }
+    }
+}
+
 /// Failure of a recording.
 struct Failure {
     sentence: String,
@@ -56,30 +64,11 @@ struct Failure {
 /// Estimates all feet of a recording, or the selected one, and writes samples, events and the returned rows below
 /// the folder `out`. A recording that cannot be estimated has a row with the reason.
 ///
-/// An earlier row is removed first; the new one is written last.
+/// An earlier row is removed first; the new one is written last. The share that is done is reported to `progress`.
 ///
 /// # Errors
 /// Results or temporary files cannot be written, which affects every recording.
 pub fn estimate_recording(
-    path: &Path,
-    identity: &Identity,
-    settings: &BatchSettings,
-    out: &Path,
-) -> Result<Vec<BatchRow>, BatchError> {
-    estimate_recording_watched(
-        path,
-        identity,
-        settings,
-        out,
-        &(Arc::new(|_| ()) as Progress),
-    )
-}
-
-/// Does the same as [`estimate_recording`], and reports progress.
-///
-/// # Errors
-/// The errors of [`estimate_recording`].
-pub fn estimate_recording_watched(
     path: &Path,
     identity: &Identity,
     settings: &BatchSettings,
@@ -182,11 +171,9 @@ impl Work<'_> {
             };
             let names = foot.about.names_with(self.identity.foot.as_deref());
             let params = self.settings.resolved.params_of(&names, format);
-            match self.estimate_foot(&mut foot, format, &params, &progress)? {
-                Ok((place, status, found)) => {
-                    let origin = self.origin(feet, Some(fingerprint), status);
-                    rows.push(row(&place, origin, Some(found)));
-                }
+            let of = (format, feet, fingerprint);
+            match self.estimate_foot(&mut foot, of, &params, &progress)? {
+                Ok(row) => rows.push(row),
                 Err(ReplayError::Params(error)) => {
                     return Ok(Err(for_good(origins.explain(&error, &params).to_string())));
                 }
@@ -228,14 +215,13 @@ impl Work<'_> {
 
     /// Estimates a foot and writes its samples and events. If the recording has to be plausible and is not, both
     /// are removed again.
-    #[allow(clippy::type_complexity)]
     fn estimate_foot(
         &self,
         stored: &mut Stored,
-        format: Format,
+        (format, feet, fingerprint): (Format, u64, &Fingerprint),
         params: &Params,
         progress: &dyn Fn(u64),
-    ) -> Result<Result<(FootFiles, Option<String>, Found), ReplayError>, BatchError> {
+    ) -> Result<Result<BatchRow, ReplayError>, BatchError> {
         let about = stored.about.clone();
         let day = Day::of_clock(about.start_us).or(self.identity.day);
         let place = FootFiles {
@@ -246,15 +232,15 @@ impl Work<'_> {
         };
         self.change(Table::Recordings, &place, tables::remove)?;
         let name = &self.identity.name;
+        let samples = Table::Samples.path(self.out, &place);
         let mut writer = Writer::new(self.out, &place, name, about.start_us, progress)
-            .map_err(|source| self.output(Table::Samples, &place, source))?;
+            .map_err(BatchError::output(&samples))?;
         let replayed = match replay(stored, params, &Wanted::default(), &mut writer) {
             Ok(replayed) => replayed,
             Err(error) => return Ok(Err(error)),
         };
         let counts = writer.counts;
-        let written = writer.finish();
-        written.map_err(|source| self.output(Table::Samples, &place, source))?;
+        writer.finish().map_err(BatchError::output(&samples))?;
         let mounting = &about.correction.mounting;
         let findings = replayed.findings.iter();
         let findings: Vec<Finding> = findings.map(|f| f.with_mounting(mounting)).collect();
@@ -269,7 +255,8 @@ impl Work<'_> {
             self.change(Table::Events, &place, tables::remove)?;
         }
         let found = self.found(stored, format, params, &replayed, &counts, &findings);
-        Ok(Ok((place, error, found)))
+        let origin = self.origin(feet, Some(fingerprint), error);
+        Ok(Ok(row(&place, origin, Some(found))))
     }
 
     /// Returns the results of a foot's recording.
@@ -433,12 +420,8 @@ impl Work<'_> {
         place: &FootFiles,
         how: impl FnOnce(&Path) -> io::Result<()>,
     ) -> Result<(), BatchError> {
-        how(&table.path(self.out, place)).map_err(|source| self.output(table, place, source))
-    }
-
-    fn output(&self, table: Table, place: &FootFiles, source: io::Error) -> BatchError {
         let path = table.path(self.out, place);
-        BatchError::Output { path, source }
+        how(&path).map_err(BatchError::output(&path))
     }
 
     fn temporary(&self, source: impl std::error::Error + Send + Sync + 'static) -> BatchError {

@@ -19,7 +19,7 @@ pub enum Status {
 }
 
 /// Type of a row's field.
-trait Column {
+pub(super) trait Column {
     /// Returns the type in a table, and whether it is nullable.
     fn column() -> (DataType, bool);
 }
@@ -37,6 +37,7 @@ macro_rules! column {
 column! {
     Status => DataType::Utf8,
     String => DataType::Utf8,
+    &str => DataType::Utf8,
     bool => DataType::Boolean,
     // Spark has no unsigned integers.
     u64 => DataType::Int64,
@@ -53,13 +54,13 @@ impl<T: Column> Column for Option<T> {
 
 /// Defines a struct, and the columns of a table with its fields.
 macro_rules! columns {
-    ($(#[$about:meta])* pub struct $name:ident { $($(#[$meta:meta])* $field:ident: $type:ty,)* }) => {
+    ($(#[$about:meta])* pub struct $name:ident $(<$of:lifetime>)? { $($(#[$meta:meta])* $field:ident: $type:ty,)* }) => {
         $(#[$about])*
-        pub struct $name {
+        pub struct $name $(<$of>)? {
             $($(#[$meta])* pub $field: $type,)*
         }
 
-        impl $name {
+        impl $(<$of>)? $name $(<$of>)? {
             fn columns() -> Vec<Field> {
                 vec![$({
                     let (data_type, nullable) = <$type as Column>::column();
@@ -69,6 +70,8 @@ macro_rules! columns {
         }
     };
 }
+
+pub(super) use columns;
 
 /// Result of one foot of a recording.
 #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Serialize)]

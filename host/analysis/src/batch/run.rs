@@ -14,7 +14,7 @@ use super::fingerprint::{Fingerprint, listed};
 use super::identity::{Day, FootFiles, Identity, day_or_unknown};
 use super::index::{Incomplete, Index, remove_empty_folders};
 use super::notes::{Note, Notes, Verify};
-use super::recording::{BatchError, Progress, estimate_recording_watched};
+use super::recording::{BatchError, Progress, estimate_recording};
 use super::row::{BatchRow, Status};
 use super::settings::BatchSettings;
 use super::sources::{FoundRecording, name};
@@ -118,22 +118,13 @@ impl Results {
     /// # Errors
     /// The folder cannot be written, or another process uses it.
     pub fn open(out: &Path) -> Result<Self, BatchError> {
-        let output = |path: &Path, source| BatchError::Output {
-            path: path.to_owned(),
-            source,
+        fs::create_dir_all(out).map_err(BatchError::output(out))?;
+        let results = Self {
+            _lock: lock(out)?,
+            ..Self::look(out)
         };
-        fs::create_dir_all(out).map_err(|source| output(out, source))?;
-        let lock = lock(out)?;
-        let index = Index::of(out);
-        index
-            .remove_unfinished()
-            .map_err(|(path, source)| output(&path, source))?;
-        Ok(Self {
-            out: out.to_owned(),
-            index,
-            notes: Notes::read(out),
-            _lock: lock,
-        })
+        results.index.remove_unfinished()?;
+        Ok(results)
     }
 
     /// Reads a folder, which may be missing, without changing it.
@@ -170,8 +161,8 @@ impl Results {
             let outcome = match self.up_to_date(recording, &hash, verify) {
                 Ok(rows) => RecordingOutcome::UpToDate(rows),
                 Err(reason) => {
-                    self.remove(&key)?;
-                    let rows = estimate_recording_watched(
+                    self.index.remove(&key)?;
+                    let rows = estimate_recording(
                         &recording.path,
                         &recording.identity,
                         settings,
@@ -199,10 +190,7 @@ impl Results {
         notes.retain(|key| known.contains(key));
         if notes != self.notes {
             let written = notes.write(&self.out);
-            written.map_err(|source| BatchError::Output {
-                path: self.out.clone(),
-                source,
-            })?;
+            written.map_err(BatchError::output(&self.out))?;
         }
         results.into_iter().collect()
     }
@@ -265,14 +253,10 @@ impl Results {
     /// # Errors
     /// A file cannot be removed.
     pub fn prune(&self, stale: &[Stale]) -> Result<(), BatchError> {
-        stale.iter().try_for_each(|stale| self.remove(&stale.key))?;
+        let mut keys = stale.iter().map(|stale| &stale.key);
+        keys.try_for_each(|key| self.index.remove(key))?;
         remove_empty_folders(&self.out);
         Ok(())
-    }
-
-    fn remove(&self, key: &str) -> Result<(), BatchError> {
-        let removed = self.index.remove(key);
-        removed.map_err(|(path, source)| BatchError::Output { path, source })
     }
 
     /// Returns the rows of a recording that is up to date, or the reason to estimate it. The recording is read
@@ -361,17 +345,16 @@ fn is_in_place(below: &Path, row: &BatchRow, identity: &Identity) -> bool {
 
 /// Locks a folder.
 fn lock(out: &Path) -> Result<Option<File>, BatchError> {
-    let in_use = || BatchError::Output {
-        path: out.to_owned(),
-        source: io::Error::other("another process writes there; wait until it is done"),
-    };
     // If a folder cannot be opened or locked, as on Windows or some network drives, the run continues unlocked.
     let Ok(folder) = File::open(out) else {
         return Ok(None);
     };
     match folder.try_lock() {
         Ok(()) => Ok(Some(folder)),
-        Err(TryLockError::WouldBlock) => Err(in_use()),
+        Err(TryLockError::WouldBlock) => {
+            let in_use = io::Error::other("another process writes there; wait until it is done");
+            Err(BatchError::output(out)(in_use))
+        }
         Err(TryLockError::Error(_)) => Ok(None),
     }
 }

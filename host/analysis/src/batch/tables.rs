@@ -8,12 +8,12 @@ use estimator_core::{ContactEstimate, Decision, Phase};
 use recordings::events::{ContactEvent, EventKind};
 use recordings::output::seconds;
 use recordings::parquet_output::ParquetEstimates;
-use recordings::parquet_rows::{DataType, Field, ParquetRows};
+use recordings::parquet_rows::{Field, ParquetRows};
 use samples::recording::RecordedSample;
 use serde::Serialize;
 
 use super::identity::FootFiles;
-use super::row::BatchRow;
+use super::row::{BatchRow, Column, columns};
 use crate::replay::foot::Observer;
 use crate::whole_file::WholeFile;
 
@@ -37,26 +37,17 @@ impl Table {
 /// Column of the recording's name in the tables of samples and events.
 const RECORDING: &str = "recording";
 
-/// A row of the table of events; the columns are those of [`recordings::events::HEADER`].
-#[derive(Serialize)]
-struct EventRow<'a> {
-    recording: &'a str,
-    t: f64,
-    event: &'static str,
-    duration: Option<f64>,
-    p_peak: f32,
-    distance: Option<f64>,
-}
-
-fn event_columns() -> Vec<Field> {
-    vec![
-        Field::new(RECORDING, DataType::Utf8, false),
-        Field::new("t", DataType::Float64, false),
-        Field::new("event", DataType::Utf8, false),
-        Field::new("duration", DataType::Float64, true),
-        Field::new("p_peak", DataType::Float32, false),
-        Field::new("distance", DataType::Float64, true),
-    ]
+columns! {
+    /// A row of the table of events; the columns are those of [`recordings::events::HEADER`].
+    #[derive(Serialize)]
+    pub struct EventRow<'a> {
+        recording: &'a str,
+        t: f64,
+        event: &'static str,
+        duration: Option<f64>,
+        p_peak: f32,
+        distance: Option<f64>,
+    }
 }
 
 /// Counters of a foot's estimation.
@@ -104,7 +95,7 @@ impl<'a> Writer<'a> {
             recording,
             start_us,
             samples: ParquetEstimates::with_name(samples, Some(RECORDING))?,
-            events: ParquetRows::new(events, event_columns())?,
+            events: ParquetRows::new(events, EventRow::columns())?,
             written: Ok(()),
             counts: Counts::default(),
             progress,
