@@ -41,7 +41,7 @@ fn walk(seconds: f64, seed: u64) -> Recording {
 fn learnt_by_the_program(recordings: &[&Recording]) -> Learnt {
     let mut calibration = LearntCalibration::new(&Params::DEFAULT).expect("a method that learns");
     for recording in recordings {
-        calibration.add(recording).expect("valid parameters");
+        calibration.add(recording, || ()).expect("valid parameters");
     }
     calibration.finish().expect("a walk").learnt
 }
@@ -76,7 +76,9 @@ fn the_program_learns_the_same_bits_as_the_estimator() {
 fn learnt_values_pass_through_a_configuration_file_exactly() {
     let recording = walk(12.0, 3);
     let mut calibration = LearntCalibration::new(&Params::DEFAULT).expect("a method that learns");
-    calibration.add(&recording).expect("valid parameters");
+    calibration
+        .add(&recording, || ())
+        .expect("valid parameters");
     let foot = calibration.finish().expect("a walk");
     let mut file = RobotFile::default();
     file.set_learnt(&foot);
@@ -130,7 +132,7 @@ fn a_recording_with_too_few_steps_is_rejected() {
     let refused = |recording: &Recording| {
         let mut calibration =
             LearntCalibration::new(&Params::DEFAULT).expect("a method that learns");
-        calibration.add(recording).expect("valid parameters");
+        calibration.add(recording, || ()).expect("valid parameters");
         calibration.finish().expect_err("refused")
     };
     let stand = Plan::steady(GaitName::Stand, Ground::Hard, 30.0, 1);

@@ -238,7 +238,7 @@ pub(crate) fn calibrate<'py>(
                 .map(|index| recorded.sample(index, &settings.hints.correction))
                 .collect(),
         };
-        let learnt = py.detach(|| calibration.add(&recording));
+        let learnt = py.detach(|| calibration.add(&recording, || ()));
         learnt.map_err(|error| value_error(format!("parameter {error}")))?;
     }
     let foot = calibration.finish().map_err(value_error)?;

@@ -5,7 +5,7 @@ use std::fmt;
 
 use estimator_core::stillness::SLIDE_FULL_RATE;
 use estimator_core::{ContactEstimate, Flag, Phase, Timestamp};
-use recordings::input::{Format, Loaded, Repairs};
+use recordings::input::{Format, Repairs};
 use recordings::plausible::Finding;
 use samples::recording::{RecordedSample, Recording};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
@@ -96,26 +96,12 @@ pub struct FindingReport {
     pub message: String,
 }
 
-/// File that was read.
-#[derive(Clone, Copy, Debug)]
-pub struct InputFile<'a> {
-    /// Name of the file, as given.
-    pub file: &'a str,
-    /// Format of the file.
-    pub format: Format,
-}
-
 impl InputReport {
-    /// Reports on a file in memory and its findings.
-    #[must_use]
-    pub fn of(source: InputFile<'_>, loaded: &Loaded, findings: &[Finding]) -> Self {
-        Self::new(source, &loaded.notices, loaded.repairs, findings)
-    }
-
     /// Reports the notices, repairs and findings of a file.
     #[must_use]
     pub fn new(
-        source: InputFile<'_>,
+        file: &str,
+        format: Format,
         notices: &[String],
         repairs: Repairs,
         findings: &[Finding],
@@ -125,8 +111,8 @@ impl InputReport {
             message: finding.to_string(),
         };
         Self {
-            file: source.file.to_owned(),
-            format: source.format.name(),
+            file: file.to_owned(),
+            format: format.name(),
             notices: notices.to_vec(),
             blank_rows: repairs.blank_rows,
             dropped_rows: repairs.dropped_rows,
@@ -141,14 +127,6 @@ impl InputReport {
 pub struct Summaries {
     /// One for each foot of each recording.
     pub recordings: Vec<Summary>,
-}
-
-impl Summaries {
-    /// Creates the summaries of these recordings.
-    #[must_use]
-    pub const fn new(recordings: Vec<Summary>) -> Self {
-        Self { recordings }
-    }
 }
 
 impl fmt::Display for Summaries {
@@ -189,15 +167,11 @@ impl<R: fmt::Display> fmt::Display for WithInputs<R> {
 /// Counts the figures of a [`Summary`], sample by sample.
 #[derive(Clone, Debug)]
 pub struct Tally {
-    recording: String,
-    foot: Option<String>,
-    sample_rate_hz: f32,
-    samples: usize,
-    first_and_last: Option<(Timestamp, Timestamp)>,
+    /// The summary so far, without shares and metrics.
+    summary: Summary,
+    first: Option<Timestamp>,
     /// In the order of [`Phase::ALL`].
     states: [usize; Phase::ALL.len()],
-    /// In the order of [`Flag::ALL`].
-    flags: [usize; Flag::ALL.len()],
     /// Metrics of the samples with a label.
     metrics: RunningMetrics,
 }
@@ -206,14 +180,22 @@ impl Tally {
     /// Creates a tally for a recording at this sample rate.
     #[must_use]
     pub fn new(recording: &str, foot: Option<&str>, sample_rate_hz: f32) -> Self {
-        Self {
+        let summary = Summary {
             recording: recording.to_owned(),
             foot: foot.map(str::to_owned),
-            sample_rate_hz,
             samples: 0,
-            first_and_last: None,
+            duration_s: 0.0,
+            sample_rate_hz,
+            state_shares: BTreeMap::new(),
+            flag_counts: BTreeMap::new(),
+            metrics: None,
+            input: None,
+            estimation: None,
+        };
+        Self {
+            summary,
+            first: None,
             states: [0; Phase::ALL.len()],
-            flags: [0; Flag::ALL.len()],
             metrics: RunningMetrics::default(),
         }
     }
@@ -221,13 +203,17 @@ impl Tally {
     /// Counts a sample with its estimate.
     pub fn add(&mut self, sample: &RecordedSample, estimate: &ContactEstimate) {
         let now = sample.imu.timestamp;
-        self.samples += 1;
-        self.first_and_last.get_or_insert((now, now)).1 = now;
+        let summary = &mut self.summary;
+        summary.samples += 1;
+        let duration_us = now.micros_since(*self.first.get_or_insert(now));
+        summary.duration_s = duration_us.unwrap_or(0) as f64 / 1.0e6;
         for (count, phase) in self.states.iter_mut().zip(Phase::ALL) {
             *count += usize::from(estimate.phase == phase);
         }
-        for (count, flag) in self.flags.iter_mut().zip(Flag::ALL) {
-            *count += usize::from(estimate.flags.contains(flag));
+        for flag in Flag::ALL {
+            if estimate.flags.contains(flag) {
+                *summary.flag_counts.entry(flag.name()).or_default() += 1;
+            }
         }
         if let Some(scored) = Scored::of(sample, estimate) {
             self.metrics.add(&scored);
@@ -237,28 +223,13 @@ impl Tally {
     /// Returns the summary.
     #[must_use]
     pub fn finish(self) -> Summary {
-        let duration_us = self
-            .first_and_last
-            .and_then(|(first, last)| last.micros_since(first));
-        let samples = self.samples.max(1) as f64;
-        let shares = Phase::ALL.into_iter().zip(self.states);
-        let counts = Flag::ALL.into_iter().zip(self.flags);
+        let samples = self.summary.samples.max(1) as f64;
+        let counts = Phase::ALL.into_iter().zip(self.states);
+        let shares = counts.map(|(phase, count)| (phase.name(), count as f64 / samples));
         Summary {
-            recording: self.recording,
-            foot: self.foot,
-            samples: self.samples,
-            duration_s: duration_us.unwrap_or(0) as f64 / 1.0e6,
-            sample_rate_hz: self.sample_rate_hz,
-            state_shares: shares
-                .map(|(phase, count)| (phase.name(), count as f64 / samples))
-                .collect(),
-            flag_counts: counts
-                .filter(|(_, count)| *count > 0)
-                .map(|(flag, count)| (flag.name(), count))
-                .collect(),
+            state_shares: shares.collect(),
             metrics: self.metrics.finish(),
-            input: None,
-            estimation: None,
+            ..self.summary
         }
     }
 }

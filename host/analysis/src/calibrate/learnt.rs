@@ -74,19 +74,11 @@ impl LearntCalibration {
         })
     }
 
-    /// Learns from a recording.
-    ///
-    /// # Errors
-    /// A parameter is out of range.
-    pub fn add(&mut self, recording: &Recording) -> Result<(), ParamsError> {
-        self.add_observed(recording, || ())
-    }
-
     /// Learns from a recording, with a callback after each sample, such as for progress.
     ///
     /// # Errors
     /// A parameter is out of range.
-    pub fn add_observed(
+    pub fn add(
         &mut self,
         recording: &Recording,
         after_each: impl FnMut(),

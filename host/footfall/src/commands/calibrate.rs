@@ -11,7 +11,7 @@ use analysis::calibrate::mounting::{MountingReport, RestingUp};
 use analysis::calibrate::robot_file::RobotFile;
 use analysis::calibrate::sensor::SensorCalibration;
 use analysis::config::{ConfigError, Resolved};
-use analysis::summary::{InputFile, InputReport, WithInputs};
+use analysis::summary::{InputReport, WithInputs};
 use clap::Args;
 use clap::builder::NonEmptyStringValueParser;
 use estimator_core::Params;
@@ -154,11 +154,8 @@ impl CalibrateArguments {
     ) -> Result<InputReport, Error> {
         let place = recording::place(file, foot);
         self.recording.reading.report(&place, findings)?;
-        let source = InputFile {
-            file,
-            format: *format,
-        };
-        Ok(InputReport::of(source, loaded, findings))
+        let (notices, repairs) = (&loaded.notices, loaded.repairs);
+        Ok(InputReport::new(file, *format, notices, repairs, findings))
     }
 
     fn learn(&self, resolved: &Resolved) -> Result<(), Error> {
@@ -258,7 +255,7 @@ impl CalibrateArguments {
             inputs.insert(file.clone(), self.report(&input, foot, &findings)?);
             rest.add(plausible::gravity_at_rest(&loaded.recording));
             let bar = Bars::default().estimating(loaded.recording.samples.len() as u64);
-            let learnt = calibration.add_observed(&loaded.recording, || bar.inc(1));
+            let learnt = calibration.add(&loaded.recording, || bar.inc(1));
             bar.finish_and_clear();
             learnt.map_err(|error| origins.explain(&error, &params))?;
         }

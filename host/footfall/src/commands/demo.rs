@@ -64,7 +64,9 @@ impl DemoArguments {
         write_file(picture, |to| {
             to.write_all(plot::svg(recording, estimates)?.as_bytes())
         })?;
-        let summary = Summaries::new(vec![Summary::of(recording, estimates)]);
+        let summary = Summaries {
+            recordings: vec![Summary::of(recording, estimates)],
+        };
         print(&summary, SummaryStyle::Text, &files).map_err(Error::Print)
     }
 }

@@ -11,7 +11,7 @@ use analysis::replay::estimates::{self, Layout};
 use analysis::replay::foot::{ReplayError, Table, Wanted, replay};
 use analysis::replay::jobs;
 use analysis::replay::span::Span;
-use analysis::summary::{InputFile, InputReport, Summaries, Summary};
+use analysis::summary::{InputReport, Summaries, Summary};
 use clap::Args;
 use estimator_core::{Params, WindowLength};
 use recordings::input::store::contacts::without_effect;
@@ -284,11 +284,8 @@ impl ReplayArguments {
             })?;
             let about = &stored.about;
             foot.findings = with_mounting(foot.findings, &about.correction.mounting);
-            let source = InputFile {
-                file: &file,
-                format,
-            };
-            let report = InputReport::new(source, &about.notices, about.repairs, &foot.findings);
+            let (notices, findings) = (&about.notices, &foot.findings);
+            let report = InputReport::new(&file, format, notices, about.repairs, findings);
             foot.summary.input = Some(report);
             foot.summary.estimation = (!stored.has_estimates()).then(|| Estimation {
                 preset: preset.name(),
@@ -354,7 +351,9 @@ impl ReplayArguments {
             true => SummaryStyle::Silent,
             false => SummaryStyle::of(self.json),
         };
-        let summaries = Summaries::new(feet.into_iter().map(|foot| foot.foot.summary).collect());
+        let summaries = Summaries {
+            recordings: feet.into_iter().map(|foot| foot.foot.summary).collect(),
+        };
         print(&summaries, style, &written).map_err(Error::Print)
     }
 }
