@@ -12,9 +12,7 @@ use serde::Serialize;
 use crate::error::Error;
 use crate::labelled::Labelled;
 use crate::method::{Causality, ComparedMethod, Knowledge, MethodRun};
-#[cfg(doc)]
-use crate::rates::SampleRate;
-use crate::rates::{self, AtRate};
+use crate::rates::{AtRate, SampleRate, at_rate};
 use crate::score::{Answers, Figures, Scores};
 use crate::sets::{Family, Pool, Set};
 use scoring::scored::Scored;
@@ -96,7 +94,7 @@ impl Evaluation {
     /// # Errors
     /// A recording is missing or damaged, or the estimator refuses its sample rate.
     pub fn run(datasets: &Path) -> Result<Self, Error> {
-        let recordings = Labelled::all(datasets)?;
+        let recordings = Labelled::of_sets(Set::ALL, datasets)?;
         let methods = ComparedMethod::ALL
             .into_iter()
             .map(|method| {
@@ -109,7 +107,10 @@ impl Evaluation {
                 .map(|set| EvaluatedSet::of(set, &recordings))
                 .into(),
             methods,
-            rates: rates::evaluate(&recordings, &Params::DEFAULT)?,
+            rates: SampleRate::ALL
+                .into_iter()
+                .map(|rate| at_rate(&recordings, rate, &Params::DEFAULT))
+                .collect::<Result<_, _>>()?,
         })
     }
 

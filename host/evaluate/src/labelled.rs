@@ -43,18 +43,10 @@ pub struct GroundReaction {
 }
 
 impl Labelled {
-    /// Reads the recordings of all sets, in their order, from the folder of datasets.
+    /// Reads the recordings of sets, in their order, from the folder of datasets.
     ///
     /// # Errors
     /// A file is missing or invalid.
-    pub fn all(datasets: &Path) -> Result<Vec<Self>, Error> {
-        Self::of_sets(Set::ALL, datasets)
-    }
-
-    /// Like [`Self::all`], for some sets.
-    ///
-    /// # Errors
-    /// Those of [`Self::all`].
     pub fn of_sets(
         sets: impl IntoIterator<Item = Set>,
         datasets: &Path,

@@ -104,17 +104,6 @@ pub fn answers(
     Ok(Some(Answers::of(scored)))
 }
 
-/// Computes the figures of `params` at all rates.
-///
-/// # Errors
-/// Those of [`answers`].
-pub fn evaluate(recordings: &[Labelled], params: &Params) -> Result<Vec<AtRate>, ParamsError> {
-    let rates = SampleRate::ALL.into_iter();
-    rates
-        .map(|rate| at_rate(recordings, rate, params))
-        .collect()
-}
-
 /// Computes the figures of `params` at one rate.
 ///
 /// # Errors

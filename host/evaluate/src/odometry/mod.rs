@@ -35,8 +35,6 @@ use walk::Walk;
 /// Figures of a detector on one walk.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OnWalk {
-    /// Name of the recording.
-    pub walk: String,
     /// Error as in `PyShoe`, m: see [`position_error`].
     pub error_m: f64,
     /// Mean normalised innovation squared of its measurements, 3 if σ is correct; `None` without a measurement.
@@ -54,8 +52,6 @@ pub struct OfDetector {
     pub largest_error_m: f64,
     /// Mean NIS of the walks; `None` if a walk has no measurement.
     pub mean_nis: Option<f64>,
-    /// Figures of each walk.
-    pub walks: Vec<OnWalk>,
 }
 
 /// Figures of all detectors on all walks.
@@ -111,7 +107,6 @@ impl OfDetector {
             mean_error_m: mean(errors()),
             largest_error_m: errors().fold(0.0, f64::max),
             mean_nis: nis.map(|nis| mean(nis.into_iter())),
-            walks,
         }
     }
 }
@@ -129,7 +124,6 @@ pub fn scored(walk: &Walk, sigmas: &[Option<f64>]) -> OnWalk {
     let period = 1.0 / f64::from(labelled.recording.sample_rate);
     let track = navigate(&labelled.readings, period, sigmas);
     OnWalk {
-        walk: labelled.name().to_owned(),
         error_m: position_error(&track.positions, &walk.positions),
         nis: track.nis,
     }

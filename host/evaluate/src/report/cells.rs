@@ -51,7 +51,11 @@ impl Table {
     }
 }
 
+/// Writes the title of a table, after an empty line where another table precedes.
 pub(super) fn write_title(title: &str, style: Style, to: &mut String) -> fmt::Result {
+    if !to.is_empty() {
+        to.push('\n');
+    }
     match style {
         Style::Text => writeln!(to, "== {title}"),
         Style::Markdown => writeln!(to, "## {title}\n"),

@@ -14,10 +14,8 @@ pub fn odometry_tables(odometry: &Odometry, style: Style) -> String {
     written(|to| {
         write_title("Position error by detector", style, to)?;
         detectors(&odometry.detectors).write(style, to)?;
-        to.push('\n');
         write_title("Constants chosen on half of the walks", style, to)?;
         halves(&odometry.halves).write(style, to)?;
-        to.push('\n');
         write_title("Velocity in units of sigma_v", style, to)?;
         calibration(&odometry.calibration).write(style, to)?;
         fmt::Result::Ok(())

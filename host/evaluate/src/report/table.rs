@@ -157,24 +157,19 @@ pub fn full_tables(evaluation: &Evaluation, style: Style) -> String {
     written(|to| {
         write_title("Means over seven sets", style, to)?;
         scope_table(evaluation, Scope::Mean).write(style, to)?;
-        to.push('\n');
         write_title("Means over four real robots", style, to)?;
         scope_table(evaluation, Scope::Robots).write(style, to)?;
-        to.push('\n');
         write_title("Default preset at several sample rates", style, to)?;
         rates::by_set(evaluation).write(style, to)?;
         for pool in Pool::ALL {
-            to.push('\n');
             write_title(pool.name(), style, to)?;
             scope_table(evaluation, Scope::Pool(pool)).write(style, to)?;
         }
         for figure in COMPARED {
-            to.push('\n');
             write_title(&format!("{} by set", figure.name()), style, to)?;
             figure_table(evaluation, figure).write(style, to)?;
         }
         for about in &evaluation.sets {
-            to.push('\n');
             write_title(&set_title(about), style, to)?;
             writeln!(to, "{}\n", described(about))?;
             set_table(evaluation, about.set).write(style, to)?;
