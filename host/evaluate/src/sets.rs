@@ -186,15 +186,6 @@ impl Pool {
             Self::Lcd => &[Set::Atlas7k, Set::Nao],
         }
     }
-
-    /// The family of its sets.
-    #[must_use]
-    pub const fn family(self) -> Family {
-        match self {
-            Self::Atlas => Family::Atlas,
-            Self::Lcd => Family::Lcd,
-        }
-    }
 }
 
 /// Source of a recording.

@@ -7,15 +7,17 @@ use serde::Serialize;
 use crate::labelled::Labelled;
 use crate::sets::Family;
 
-/// Whose labels a method has learnt from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Teachers {
-    /// Those of all other families ([`teaches_other_families`](crate::sets::Set::teaches_other_families)): nothing is known of this robot,
-    /// sensor or kind of label.
-    OtherFamilies,
-    /// Those of another recording of the same family.
-    SameFamily,
+samples::named! {
+    /// Whose labels a method has learnt from.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+    #[serde(rename_all = "snake_case")]
+    pub enum Teachers {
+        /// Those of all other families ([`teaches_other_families`](crate::sets::Set::teaches_other_families)): nothing is known of this robot,
+        /// sensor or kind of label.
+        OtherFamilies = "on other families",
+        /// Those of another recording of the same family.
+        SameFamily = "on its family",
+    }
 }
 
 impl Teachers {

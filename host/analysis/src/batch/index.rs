@@ -11,6 +11,7 @@ use super::identity::decoded;
 use super::notes::Notes;
 use super::recording::BatchError;
 use super::row::{BatchRow, Status};
+use super::run::Stale;
 use super::tables::{self, Table};
 use crate::whole_file::is_unfinished;
 
@@ -97,16 +98,19 @@ impl Index {
         Ok(rows)
     }
 
-    /// Returns the name of a recording, if it has a row, and the number of its files.
-    pub(super) fn about(&self, key: &str) -> (Option<String>, usize) {
+    /// Returns the name of a recording, if it has a row, with the key and number of its files.
+    pub(super) fn about(&self, key: &str) -> Stale {
         let folder = self.out.join(Table::Recordings.name());
         let files = self.files.get(key);
         let mut rows = files.into_iter().flatten().filter_map(|file| {
             let below = file.strip_prefix(&folder).ok()?;
             read_row(file, below)
         });
-        let name = rows.next().map(|row| row.origin.recording);
-        (name, files.map_or(0, BTreeSet::len))
+        Stale {
+            recording: rows.next().map(|row| row.origin.recording),
+            key: key.to_owned(),
+            files: files.map_or(0, BTreeSet::len),
+        }
     }
 
     /// Removes all files of a recording, rows first, so that a partly removed recording does not count as done.

@@ -236,14 +236,7 @@ impl Results {
             .collect();
         let stale = self.index.keys().filter(|key| !wanted.contains(*key));
         stale
-            .map(|key| {
-                let (recording, files) = self.index.about(key);
-                Stale {
-                    recording,
-                    key: key.clone(),
-                    files,
-                }
-            })
+            .map(|key| self.index.about(key))
             .filter(|stale| is_below(&stale.recording))
             .collect()
     }

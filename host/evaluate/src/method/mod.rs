@@ -120,11 +120,7 @@ impl ComparedMethod {
             Self::PublishedShoe => format!("{}, as published", Detector::Shoe.name()),
             Self::PublishedAred => format!("{}, as published", Detector::Ared.name()),
             Self::Tuned { detector, teachers } => {
-                let on = match teachers {
-                    Teachers::OtherFamilies => "on other families",
-                    Teachers::SameFamily => "on its family",
-                };
-                format!("{}, tuned {on}", detector.name())
+                format!("{detector}, tuned {teachers}")
             }
             Self::ForceTrigger => "force Schmitt trigger 10/5 %".to_owned(),
             Self::FuzzyCMeans => "fuzzy c-means, force and IMU".to_owned(),

@@ -42,7 +42,7 @@ pub fn reliability(evaluation: &Evaluation) -> io::Result<String> {
             ComparedMethod::FuzzyCMeans,
         ];
         reliability_diagram::ReliabilityDiagram {
-            title: pool.family().name().to_owned(),
+            title: pool.sets()[0].family().name().to_owned(),
             series: methods.map(|method| {
                 let scored = evaluation.scored(method, |set| pool.sets().contains(&set));
                 let error = calibration_error(&scored).unwrap_or(0.0);
