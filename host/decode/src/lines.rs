@@ -1,7 +1,7 @@
 //! Reads the lines of a file one at a time, with arbitrary content and length.
 
 use std::borrow::Cow;
-use std::io::{self, BufRead};
+use std::io::{self, BufRead, Read};
 
 /// Maximum number of bytes kept of a line, more than any line of a log has. Excess bytes are skipped.
 const LONGEST: usize = 4096;
@@ -26,29 +26,12 @@ impl<R: BufRead> Lines<R> {
     /// mark at the start is removed; bytes that are not UTF-8 become replacement characters.
     pub(super) fn next(&mut self) -> io::Result<Option<(u64, Cow<'_, str>)>> {
         self.line.clear();
-        let mut is_there = false;
-        loop {
-            let buffer = match self.source.fill_buf() {
-                Ok(buffer) => buffer,
-                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
-                Err(error) => return Err(error),
-            };
-            if buffer.is_empty() {
-                break;
-            }
-            is_there = true;
-            let end = buffer.iter().position(|byte| *byte == b'\n');
-            let part = &buffer[..end.unwrap_or(buffer.len())];
-            let room = LONGEST.saturating_sub(self.line.len()).min(part.len());
-            self.line.extend_from_slice(&part[..room]);
-            let used = part.len() + usize::from(end.is_some());
-            self.source.consume(used);
-            if end.is_some() {
-                break;
-            }
-        }
-        if !is_there {
+        let mut start = self.source.by_ref().take(LONGEST as u64);
+        if start.read_until(b'\n', &mut self.line)? == 0 {
             return Ok(None);
+        }
+        if self.line.pop_if(|last| *last == b'\n').is_none() {
+            self.source.skip_until(b'\n')?;
         }
         self.number += 1;
         let mark = "\u{feff}".as_bytes();
