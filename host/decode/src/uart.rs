@@ -1,6 +1,6 @@
 //! Decoding of recordings of the serial line.
 
-use std::io::{self, Read};
+use std::io::{BufReader, Read};
 
 use estimator_core::Timestamp;
 use wire::counter::Counter;
@@ -14,7 +14,7 @@ use super::{ContactRow, DecodeError, Feet, FileOutcome, RowSink};
 
 /// Decodes all bytes of a recording; `None` if it contains no frame with a valid CRC.
 pub(super) fn decode(
-    mut source: impl Read,
+    source: impl Read,
     file: &str,
     feet: &Feet,
     sink: RowSink<'_>,
@@ -22,28 +22,19 @@ pub(super) fn decode(
     let mut decoder = Decoder::new();
     let mut has_frame = false;
     let mut stream = Stream::new(feet.clone());
-    let mut buffer = [0; 1 << 14];
-    loop {
-        let count = match source.read(&mut buffer) {
-            Ok(0) => break,
-            Ok(count) => count,
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
-            Err(error) => return Err(DecodeError::unreadable(file)(error)),
+    for byte in BufReader::with_capacity(1 << 14, source).bytes() {
+        let Some(result) = decoder.push(byte.map_err(DecodeError::unreadable(file))?) else {
+            continue;
         };
-        for byte in buffer.iter().take(count) {
-            let Some(result) = decoder.push(*byte) else {
-                continue;
-            };
-            has_frame |= result.as_ref().err().is_none_or(is_whole);
-            match result {
-                Ok(frame) => {
-                    if let Some(row) = stream.take(&frame) {
-                        stream.report.count_row(&row);
-                        sink(row).map_err(DecodeError::Rows)?;
-                    }
+        has_frame |= result.as_ref().err().is_none_or(is_whole);
+        match result {
+            Ok(frame) => {
+                if let Some(row) = stream.take(&frame) {
+                    stream.report.count_row(&row);
+                    sink(row).map_err(DecodeError::Rows)?;
                 }
-                Err(problem) => stream.report.count_problem(name(problem)),
             }
+            Err(problem) => stream.report.count_problem(name(problem)),
         }
     }
     if !has_frame {
@@ -98,8 +89,8 @@ pub(crate) struct Stream {
     pub(crate) report: Report,
     feet: Feet,
     newest: Option<u16>,
-    /// Time and segment of the newest row.
-    last: Option<(Timestamp, u32)>,
+    /// Time of the newest row of the segment.
+    last: Option<Timestamp>,
     segment: u32,
     /// Number of missing frames that the rows so far show.
     shown_missing: u64,
@@ -122,7 +113,7 @@ impl Stream {
         if self.restarts(&frame.message) {
             self.segment += 1;
             self.report.restarts += 1;
-            self.newest = None;
+            (self.newest, self.last) = (None, None);
         }
         let step = self.newest.map(|newest| step_u16(newest, frame.sequence));
         match step {
@@ -145,7 +136,7 @@ impl Stream {
 
     /// Returns whether the foot's clock, which does not wrap, has gone back.
     fn restarts(&self, message: &Message) -> bool {
-        matches!((message, self.last), (Message::Contact(contact), Some((last, _)))
+        matches!((message, self.last), (Message::Contact(contact), Some(last))
             if contact.timestamp.as_micros() < last.as_micros())
     }
 
@@ -166,13 +157,10 @@ impl Stream {
             flags: Some(contact.flags),
             ..ContactRow::default()
         };
-        if let Some((last, segment)) = self.last
-            && segment == row.segment
-        {
+        if let Some(last) = self.last.replace(row.timestamp) {
             self.report
                 .count_step(last.as_micros(), row.timestamp.as_micros());
         }
-        self.last = Some((row.timestamp, row.segment));
         row
     }
 
