@@ -4,7 +4,7 @@
 //! Source of the format: "CAN, Log & Trigger ASC Logging Format Specification", Vector, version
 //! 1.4.6; and the files of python-can 4.6 and of can-utils' `log2asc`.
 
-use super::text::{Identifier, Payload, bytes, seconds};
+use super::text::{Identifier, bytes, seconds};
 use super::{LogContent, LogLine, LogTimes, Other, is_name};
 
 /// Flag of a CAN FD line: the frame has the format of CAN FD.
@@ -26,17 +26,6 @@ impl Default for AscHeader {
             times: LogTimes::Absolute,
         }
     }
-}
-
-/// Returns a frame of a channel, if it has this length.
-fn frame<'a>(
-    id: Identifier,
-    channel: &'a str,
-    length: usize,
-    data: &Payload,
-) -> Option<LogContent<'a>> {
-    let is_whole = data.get().len() == length && is_name(channel);
-    id.frame(channel, data.get()).filter(|_| is_whole)
 }
 
 /// Returns whether a line is a header line unique to ASC.
@@ -112,8 +101,7 @@ impl AscHeader {
                         // A length code of more than eight means eight bytes.
                         let length = usize::from_str_radix(words.next()?, 16).ok()?;
                         let length = (length <= 15).then_some(length.min(8))?;
-                        let data = bytes(words.take(length), self.base)?;
-                        frame(id, first, length, &data)
+                        id.frame(first, &bytes(words, length, self.base)?)
                     }
                     _ => None,
                 }
@@ -145,7 +133,7 @@ impl AscHeader {
         if code > 15 || length > 64 {
             return None;
         }
-        let data = bytes(words.by_ref().take(length), self.base)?;
+        let data = bytes(words.by_ref(), length, self.base)?;
         // Skips duration and length in bits.
         let flags = words.nth(2)?;
         let flags = u32::from_str_radix(flags, 16).ok()?;
@@ -155,7 +143,7 @@ impl AscHeader {
         } else if is_remote {
             Some(LogContent::Other(Other::Remote))
         } else {
-            frame(id, channel, length, &data)
+            id.frame(channel, &data).filter(|_| is_name(channel))
         }
     }
 

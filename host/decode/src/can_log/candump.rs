@@ -5,9 +5,8 @@
 //! Source of the format: `candump.c` and `lib.c` of can-utils.
 
 use estimator_core::Timestamp;
-use wire::CanFrame;
 
-use super::text::{Identifier, Payload, bytes as spaced_bytes};
+use super::text::{Identifier, bytes as spaced_bytes, seconds};
 use super::{LogContent, LogLine, Other, is_name};
 
 /// Flag in identifiers of eight digits: error frame (`CAN_ERR_FLAG`).
@@ -16,15 +15,10 @@ const ERROR_FLAG: u32 = 0x2000_0000;
 /// Reads a line of either format; `None` if it matches neither.
 #[must_use]
 pub fn parse(line: &str) -> Option<LogLine<'_>> {
-    log_line(line)
-        .or_else(|| terminal_line(line))
-        .or_else(|| explanation(line))
-}
-
-/// Reads the textual explanation of an error frame, on an indented line of its own (`-e`).
-fn explanation(line: &str) -> Option<LogLine<'_>> {
-    let event = LogLine::without_time(LogContent::Other(Other::Event));
-    line.starts_with('\t').then_some(event)
+    let read = log_line(line).or_else(|| terminal_line(line));
+    // The textual explanation of an error frame, on an indented line of its own (-e).
+    let explanation = LogLine::without_time(LogContent::Other(Other::Event));
+    read.or_else(|| line.starts_with('\t').then_some(explanation))
 }
 
 /// Reads a line of `candump -l`; `None` if it has another format.
@@ -48,7 +42,7 @@ pub fn log_line(line: &str) -> Option<LogLine<'_>> {
 /// Parses an identifier, `#`, and flags, data or length of the frame.
 fn compact<'a>(interface: &'a str, frame: &str) -> Option<LogContent<'a>> {
     let (id, content) = frame.split_once('#')?;
-    let (id, kind) = identifier(id)?;
+    let id = identifier(id)?;
     let whole = content;
     if let Some(fd) = content.strip_prefix('#') {
         let (flags, payload) = fd.split_at_checked(1)?;
@@ -69,11 +63,7 @@ fn compact<'a>(interface: &'a str, frame: &str) -> Option<LogContent<'a>> {
     if content.starts_with('R') {
         return Some(LogContent::Other(Other::Remote));
     }
-    if let Some(other) = kind {
-        return Some(LogContent::Other(other));
-    }
-    let frame = CanFrame::new(u16::try_from(id).ok()?, &bytes(content)?)?;
-    Some(LogContent::Frame(interface, frame))
+    id.frame(interface, &bytes(content)?)
 }
 
 /// Reads a line of terminal output of `candump`; `None` if it has another format.
@@ -102,7 +92,7 @@ pub fn terminal_line(line: &str) -> Option<LogLine<'_>> {
 /// Parses a frame whose length and data are separate words.
 fn printed<'a>(
     interface: &'a str,
-    (id, kind): (u32, Option<Other>),
+    id: Identifier,
     length: &str,
     rest: &str,
 ) -> Option<LogContent<'a>> {
@@ -117,15 +107,11 @@ fn printed<'a>(
     if rest == "remote request" {
         return Some(LogContent::Other(Other::Remote));
     }
-    let data: Payload = spaced_bytes(rest.split_ascii_whitespace().take(length), 16)?;
-    if data.get().len() != length {
-        return None;
-    }
-    match kind {
-        Some(other @ Other::Error) => Some(LogContent::Other(other)),
+    let data = spaced_bytes(rest.split_ascii_whitespace(), length, 16)?;
+    match id {
+        Identifier::Other(other @ Other::Error) => Some(LogContent::Other(other)),
         _ if length > 8 => Some(LogContent::Other(Other::Fd)),
-        Some(_) => Identifier::Extended.frame(interface, data.get()),
-        None => Identifier::new(id, false)?.frame(interface, data.get()),
+        _ => id.frame(interface, &data),
     }
 }
 
@@ -192,12 +178,12 @@ const fn is_fd_length(length: usize) -> bool {
 }
 
 /// Parses an identifier of three or eight digits; eight digits mean an extended or error frame.
-fn identifier(text: &str) -> Option<(u32, Option<Other>)> {
+fn identifier(text: &str) -> Option<Identifier> {
     let id = u32::from_str_radix(text, 16).ok()?;
     match text.len() {
-        3 if id <= 0x7FF => Some((id, None)),
-        8 if id & ERROR_FLAG != 0 && id < ERROR_FLAG << 1 => Some((id, Some(Other::Error))),
-        8 if id < ERROR_FLAG => Some((id, Some(Other::Extended))),
+        3 => Identifier::new(id, false),
+        8 if id & ERROR_FLAG != 0 && id < ERROR_FLAG << 1 => Some(Identifier::Other(Other::Error)),
+        8 => Identifier::new(id, true),
         _ => None,
     }
 }
@@ -212,20 +198,17 @@ const CARRIED: &str = "1000000";
 
 /// Parses seconds with six decimals, or with nine (`candump -N`), of which six are used.
 fn micros(text: &str) -> Option<Timestamp> {
-    let (seconds, fraction) = text.split_once('.')?;
+    let (whole, fraction) = text.split_once('.')?;
     if fraction == CARRIED {
-        let whole: u64 = seconds.parse().ok()?;
+        let whole: u64 = whole.parse().ok()?;
         let micros = whole.checked_add(1)?.checked_mul(1_000_000)?;
         return Some(Timestamp::from_micros(micros));
     }
-    let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
-    if !matches!(fraction.len(), 6 | 9) || !digits(seconds) || !digits(fraction) {
+    let is_number = fraction.bytes().all(|byte| byte.is_ascii_digit());
+    if !matches!(fraction.len(), 6 | 9) || !is_number {
         return None;
     }
-    let whole: u64 = seconds.parse().ok()?;
-    let micros = fraction.get(..6)?.parse().ok()?;
-    let micros = whole.checked_mul(1_000_000)?.checked_add(micros)?;
-    Some(Timestamp::from_micros(micros))
+    seconds(text.get(..whole.len() + 7)?)
 }
 
 /// Parses pairs of hexadecimal digits, as written by `candump`; dots between them are allowed.
@@ -242,6 +225,7 @@ fn bytes(text: &str) -> Option<Vec<u8>> {
 mod tests {
     use super::*;
     use crate::can_log::Logged;
+    use wire::CanFrame;
 
     const LINE: &str = "(1609459200.000114) can0 191#FFFF80800C0007D8";
 

@@ -19,48 +19,29 @@ pub(super) fn seconds(text: &str) -> Option<Timestamp> {
     Some(Timestamp::from_micros(micros))
 }
 
-/// Parses bytes, one per word, in the given base; at most 64. A hexadecimal byte must have two digits, so
+/// Parses `length` bytes, one per word, in the given base; `None` for fewer. A hexadecimal byte must have two digits, so
 /// that a truncated one is rejected.
-pub(super) fn bytes<'a>(words: impl Iterator<Item = &'a str>, base: u32) -> Option<Payload> {
-    let mut payload = Payload::default();
-    for word in words {
+pub(super) fn bytes<'a>(
+    words: impl Iterator<Item = &'a str>,
+    length: usize,
+    base: u32,
+) -> Option<Vec<u8>> {
+    let byte = |word: &str| {
         let is_byte =
             (word.len() == 2 || base == 10) && word.bytes().all(|b| b.is_ascii_hexdigit());
-        let byte = u8::from_str_radix(word, base).ok().filter(|_| is_byte)?;
-        *payload.bytes.get_mut(payload.length)? = byte;
-        payload.length += 1;
-    }
-    Some(payload)
+        u8::from_str_radix(word, base).ok().filter(|_| is_byte)
+    };
+    let bytes: Vec<u8> = words.take(length).map(byte).collect::<Option<_>>()?;
+    (bytes.len() == length).then_some(bytes)
 }
 
-/// Data of a frame, including CAN FD.
-pub(super) struct Payload {
-    bytes: [u8; 64],
-    length: usize,
-}
-
-impl Default for Payload {
-    fn default() -> Self {
-        Self {
-            bytes: [0; 64],
-            length: 0,
-        }
-    }
-}
-
-impl Payload {
-    pub(super) fn get(&self) -> &[u8] {
-        self.bytes.get(..self.length).unwrap_or_default()
-    }
-}
-
-/// An identifier and its width.
+/// An identifier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Identifier {
     /// 11 bits.
     Standard(u16),
-    /// 29 bits.
-    Extended,
+    /// Of an entry that no foot sends.
+    Other(Other),
 }
 
 impl Identifier {
@@ -68,7 +49,7 @@ impl Identifier {
     pub(super) fn new(id: u32, is_extended: bool) -> Option<Self> {
         match (is_extended, id) {
             (false, 0..=0x7FF) => Some(Self::Standard(id as u16)),
-            (true, 0..=0x1FFF_FFFF) => Some(Self::Extended),
+            (true, 0..=0x1FFF_FFFF) => Some(Self::Other(Other::Extended)),
             _ => None,
         }
     }
@@ -77,7 +58,7 @@ impl Identifier {
     pub(super) fn frame<'a>(self, interface: &'a str, data: &[u8]) -> Option<LogContent<'a>> {
         match self {
             Self::Standard(id) => Some(LogContent::Frame(interface, CanFrame::new(id, data)?)),
-            Self::Extended => (data.len() <= 8).then_some(LogContent::Other(Other::Extended)),
+            Self::Other(other) => (data.len() <= 8).then_some(LogContent::Other(other)),
         }
     }
 }
