@@ -111,20 +111,18 @@ impl ContactRow {
     /// Names in the column `flags`.
     #[must_use]
     pub fn flag_names(&self) -> Vec<&'static str> {
-        let status = self.status;
-        let mut names: Vec<_> = match self.flags {
-            Some(bits) => Flags::from_bits(bits).iter().map(Flag::name).collect(),
-            None => [
-                (status.is_saturated(), Flag::Saturated.name()),
-                (status.is_starting(), "starting"),
-            ]
-            .into_iter()
-            .filter_map(|(is_set, name)| is_set.then_some(name))
-            .collect(),
-        };
-        if status.has_fault() {
-            names.push("fault");
-        }
+        let (status, flags) = (self.status, self.flags.map(Flags::from_bits));
+        let of_status = [
+            (
+                flags.is_none() && status.is_saturated(),
+                Flag::Saturated.name(),
+            ),
+            (flags.is_none() && status.is_starting(), "starting"),
+            (status.has_fault(), "fault"),
+        ];
+        let of_status = of_status.into_iter().filter(|(is_set, _)| *is_set);
+        let flags = flags.iter().flat_map(|flags| flags.iter()).map(Flag::name);
+        let mut names: Vec<_> = flags.chain(of_status.map(|(_, name)| name)).collect();
         if names.is_empty() && !status.is_valid() {
             names.push("doubtful");
         }
@@ -135,31 +133,19 @@ impl ContactRow {
     }
 }
 
-/// Writes the header line.
-///
-/// # Errors
-/// The writer fails.
-pub fn write_header(to: &mut dyn Write) -> io::Result<()> {
-    writeln!(to, "{HEADER}")
-}
-
 /// Writes a row of the table.
 ///
 /// # Errors
 /// The writer fails.
 pub fn write_row(row: &ContactRow, to: &mut dyn Write) -> io::Result<()> {
-    write_time(row.timestamp, to)?;
-    write!(to, ",")?;
-    if let Some(received) = row.received {
-        write_time(received, to)?;
-    }
-    write!(to, ",")?;
-    if let Some((common, clock)) = row.common {
-        write_time(common, to)?;
-        write!(to, ",{}", clock.name())?;
-    } else {
+    let (common, clock) = row.common.unzip();
+    for time in [Some(row.timestamp), row.received, common] {
+        if let Some(micros) = time.map(Timestamp::as_micros) {
+            write!(to, "{}.{:06}", micros / 1_000_000, micros % 1_000_000)?;
+        }
         write!(to, ",")?;
     }
+    write!(to, "{}", clock.map_or("", Clock::name))?;
     for name in [&row.interface, &row.foot] {
         write!(to, ",{}", name.as_deref().unwrap_or_default())?;
     }
@@ -178,11 +164,6 @@ pub fn write_row(row: &ContactRow, to: &mut dyn Write) -> io::Result<()> {
     let decision = u8::from(row.status.decision() == Decision::Stable);
     let state = row.status.phase().name();
     writeln!(to, ",{state},{decision},{}", row.flag_names().join("|"))
-}
-
-fn write_time(time: Timestamp, to: &mut dyn Write) -> io::Result<()> {
-    let micros = time.as_micros();
-    write!(to, "{}.{:06}", micros / 1_000_000, micros % 1_000_000)
 }
 
 /// Writes numbers, or the same number of blank cells; a NaN is blank too.

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use analysis::replay::estimates::Layout;
 use decode::ContactRow;
-use decode::row::{write_header, write_row};
+use decode::row::{HEADER, write_row};
 
 #[cfg(feature = "parquet")]
 use parquet::ParquetTable;
@@ -41,7 +41,7 @@ impl<'a> DecodedTable<'a> {
         match self {
             Self::Csv(to, is_begun) => {
                 if !std::mem::replace(is_begun, true) {
-                    write_header(to)?;
+                    writeln!(to, "{HEADER}")?;
                 }
                 write_row(row, to)
             }
@@ -57,7 +57,7 @@ impl<'a> DecodedTable<'a> {
     pub fn finish(self) -> io::Result<()> {
         match self {
             Self::Csv(_, true) => Ok(()),
-            Self::Csv(to, false) => write_header(to),
+            Self::Csv(to, false) => writeln!(to, "{HEADER}"),
             #[cfg(feature = "parquet")]
             Self::Parquet(table) => table.finish(),
         }
