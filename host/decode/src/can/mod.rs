@@ -50,7 +50,7 @@ pub(super) fn decode(
     sink: RowSink<'_>,
 ) -> Result<FileOutcome, DecodeError> {
     let mut log = Log::new(feet.clone(), Reception::Logged);
-    log.report.log = Some(reader.form());
+    log.report.log = Some(reader.form);
     let mut notices = Vec::new();
     let mut malformed = 0;
     let mut has_times = false;
@@ -73,7 +73,7 @@ pub(super) fn decode(
                 malformed += 1;
                 if malformed <= NAMED_LINES {
                     let start: String = line.chars().take(60).collect();
-                    let form = reader.form();
+                    let form = reader.form;
                     notices.push(format!(
                         "{file}, line {number}: {start:?} is no line of {}, which are like {}",
                         form.name(),
@@ -87,7 +87,7 @@ pub(super) fn decode(
     log.finish();
     log.rows.settle(0, &mut log.report, sink)?;
     if malformed > NAMED_LINES {
-        let (others, form) = (malformed - NAMED_LINES, reader.form().name());
+        let (others, form) = (malformed - NAMED_LINES, reader.form.name());
         notices.push(format!("{file}: {others} more lines are none of {form}"));
     }
     if log.report.rows == 0
@@ -98,7 +98,7 @@ pub(super) fn decode(
             feet.ids()
         ));
     }
-    if reader.times() == LogTimes::Differences {
+    if reader.times == LogTimes::Differences {
         notices.push(format!(
             "{file}: its times are differences from line to line; t_received is their sum"
         ));

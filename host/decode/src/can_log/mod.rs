@@ -134,37 +134,16 @@ impl Form {
 /// Reads the lines of a log, one after the other.
 #[derive(Clone, Debug)]
 pub struct Reader {
-    form: Form,
-    times: LogTimes,
+    /// The format that it reads.
+    pub form: Form,
+    /// Reference of the times. Of ASC, its header states it.
+    pub times: LogTimes,
     asc: asc::AscHeader,
     /// Sum of the times so far if they are differences, µs.
     elapsed: u64,
 }
 
 impl Reader {
-    /// Creates a reader for `form`. `times` is ignored for ASC, whose header states it.
-    #[must_use]
-    pub fn new(form: Form, times: LogTimes) -> Self {
-        Self {
-            form,
-            times,
-            asc: asc::AscHeader::default(),
-            elapsed: 0,
-        }
-    }
-
-    /// The format that it reads.
-    #[must_use]
-    pub const fn form(&self) -> Form {
-        self.form
-    }
-
-    /// Reference of the times.
-    #[must_use]
-    pub const fn times(&self) -> LogTimes {
-        self.times
-    }
-
     /// Reads the next line; `None` if it is not a line of the log's format.
     pub fn read<'a>(&mut self, line: &'a str) -> Option<LogLine<'a>> {
         let mut read = match self.form {

@@ -14,7 +14,12 @@ pub fn recognise(head: &[u8]) -> Option<Reader> {
         Form::CandumpTerminal => printed_times(&text),
         _ => LogTimes::Absolute,
     };
-    Some(Reader::new(form, times))
+    Some(Reader {
+        form,
+        times,
+        asc: asc::AscHeader::default(),
+        elapsed: 0,
+    })
 }
 
 fn form_of(line: &str) -> Option<Form> {
@@ -62,7 +67,7 @@ mod tests {
     use super::*;
 
     fn recognised(text: &str) -> Option<(Form, LogTimes)> {
-        recognise(text.as_bytes()).map(|reader| (reader.form(), reader.times()))
+        recognise(text.as_bytes()).map(|reader| (reader.form, reader.times))
     }
 
     #[test]
@@ -78,7 +83,7 @@ mod tests {
                 format!("\u{feff}{}\r\n", form.example()),
                 format!("cut off\n\n{}\n", form.example()),
             ] {
-                let found = recognise(text.as_bytes()).map(|reader| reader.form());
+                let found = recognise(text.as_bytes()).map(|reader| reader.form);
                 assert_eq!(found, Some(form), "{text:?}");
             }
         }
@@ -87,7 +92,7 @@ mod tests {
             (python_can::HEADER, Form::PythonCanCsv),
         ] {
             assert_eq!(
-                recognise(text.as_bytes()).map(|reader| reader.form()),
+                recognise(text.as_bytes()).map(|reader| reader.form),
                 Some(form)
             );
         }
