@@ -75,7 +75,6 @@ pub enum Said {
 
 /// Decoder state of all lines, and the messages still to be returned.
 pub struct Listener {
-    feet: Feet,
     can: Log,
     serial: BTreeMap<Arc<str>, Serial>,
     lines: BTreeMap<String, Arc<str>>,
@@ -95,8 +94,7 @@ impl Listener {
     #[must_use]
     pub fn new(feet: Feet) -> Self {
         Self {
-            can: Log::new(feet.clone(), Reception::Live),
-            feet,
+            can: Log::new(feet, Reception::Live),
             serial: BTreeMap::new(),
             lines: BTreeMap::new(),
             heard: VecDeque::new(),
@@ -106,8 +104,7 @@ impl Listener {
 
     /// Adds a node that is a foot.
     pub fn add(&mut self, node: NodeId) {
-        self.feet.add(node);
-        self.can.add(node);
+        self.can.known.add(node);
     }
 
     /// Processes a frame that `interface` received at `at`.
@@ -117,7 +114,7 @@ impl Listener {
         // Emergencies are returned as messages, so the report need not keep them.
         self.can.report.emergencies.clear();
         if let Some((node, said)) = said(frame)
-            && self.feet.contains(node)
+            && self.can.known.contains(node)
         {
             let node = Some(node.get());
             let foot = FootKey { line, node };
@@ -157,34 +154,32 @@ impl Listener {
     /// Processes bytes received on the serial line `port` at `at`.
     pub fn bytes(&mut self, port: &str, bytes: &[u8], at: Timestamp) {
         let line = self.line(port);
-        let serial = self.serial.entry(line).or_insert_with_key(|_| Serial {
+        let serial = self.serial.entry(Arc::clone(&line));
+        let serial = serial.or_insert_with(|| Serial {
             decoder: Decoder::new(),
-            stream: Stream::new(self.feet.clone()),
+            stream: Stream::new(self.can.known.clone()),
         });
-        let line = self.lines.get(port).cloned().unwrap_or_default();
         for byte in bytes {
-            let said = match serial.decoder.push(*byte) {
+            let frame = match serial.decoder.push(*byte) {
                 None => continue,
                 Some(Err(problem)) => {
                     serial.stream.report.count_problem(uart::name(problem));
                     continue;
                 }
-                Some(Ok(frame)) => {
-                    let row = serial.stream.take(&frame);
-                    match (row, frame.message) {
-                        (Some(mut row), _) => {
-                            row.received = Some(at);
-                            row.interface = Some(Arc::clone(&line));
-                            serial.stream.report.count_row(&row);
-                            Said::Contact(Box::new(row))
-                        }
-                        (None, Message::Raw(raw)) => Said::Raw(raw),
-                        (None, Message::Health(health)) => Said::Board(Box::new(health)),
-                        (None, Message::Log(log)) => Said::Log(log),
-                        (None, Message::ConfigResponse(answer)) => Said::Answer(answer),
-                        (None, _) => continue,
-                    }
+                Some(Ok(frame)) => frame,
+            };
+            let said = match (serial.stream.take(&frame), frame.message) {
+                (Some(mut row), _) => {
+                    row.received = Some(at);
+                    row.interface = Some(Arc::clone(&line));
+                    serial.stream.report.count_row(&row);
+                    Said::Contact(Box::new(row))
                 }
+                (None, Message::Raw(raw)) => Said::Raw(raw),
+                (None, Message::Health(health)) => Said::Board(Box::new(health)),
+                (None, Message::Log(log)) => Said::Log(log),
+                (None, Message::ConfigResponse(answer)) => Said::Answer(answer),
+                (None, _) => continue,
             };
             let foot = FootKey {
                 line: Arc::clone(&line),
@@ -230,7 +225,7 @@ impl Listener {
     #[must_use]
     pub fn name(&self, foot: &FootKey) -> Option<Arc<str>> {
         let node = foot.node.and_then(NodeId::new);
-        node.and_then(|node| self.feet.name(node))
+        node.and_then(|node| self.can.known.name(node))
     }
 
     /// Reports of received, missing and invalid frames: one for CAN as a whole, without a name, and one for

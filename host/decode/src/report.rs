@@ -131,14 +131,14 @@ impl Report {
     }
 
     /// Adds counts that were kept separately.
-    pub(super) fn add(&mut self, counted: Counted) {
-        self.gaps += counted.0.gaps;
-        self.missing += counted.0.missing;
-        self.duplicates += counted.0.duplicates;
-        for (problem, count) in counted.0.problems {
+    pub(super) fn add(&mut self, counted: Self) {
+        self.gaps += counted.gaps;
+        self.missing += counted.missing;
+        self.duplicates += counted.duplicates;
+        for (problem, count) in counted.problems {
             self.count_problems(problem, count);
         }
-        self.note_step(counted.0.longest_step_s);
+        self.note_step(counted.longest_step_s);
     }
 
     /// Updates the longest step with the times of two consecutive rows of a foot, µs.
@@ -147,10 +147,8 @@ impl Report {
     }
 
     fn note_step(&mut self, step: Option<f64>) {
-        self.longest_step_s = match (self.longest_step_s, step) {
-            (Some(longest), Some(step)) => Some(longest.max(step)),
-            (longest, step) => longest.or(step),
-        };
+        let steps = self.longest_step_s.into_iter().chain(step);
+        self.longest_step_s = steps.reduce(f64::max);
     }
 
     /// Counts a complete row.
@@ -162,17 +160,6 @@ impl Report {
         if let Some((_, clock)) = row.common {
             *self.clocks.entry(clock.name()).or_default() += 1;
         }
-    }
-}
-
-/// Provisional counts of one contact.
-#[derive(Default)]
-pub(super) struct Counted(pub(super) Report);
-
-impl Counted {
-    /// Returns whether nothing is missing and no problem was counted.
-    pub(super) fn is_nothing(&self) -> bool {
-        self.0.missing == 0 && self.0.problems.is_empty()
     }
 }
 

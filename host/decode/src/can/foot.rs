@@ -6,7 +6,7 @@
 //! health frame, which corrects it.
 
 use estimator_core::Timestamp;
-use wire::pdo::{ClockReading, Contact, ShortTime};
+use wire::pdo::{ClockReading, Contact};
 
 use super::Reception;
 use super::clock::{Elapsed, Mark};
@@ -22,7 +22,7 @@ pub(super) struct LoggedFoot {
     /// Row of its newest contact; other frames of the foot complete this row.
     pub(super) row: usize,
     /// That contact.
-    newest: Mark,
+    pub(super) newest: Mark,
     /// Newest contact whose time agrees with the log.
     mark: Mark,
     /// The contact before `mark`, used if the log's time of `mark` was wrong.
@@ -100,22 +100,11 @@ impl LoggedFoot {
         }
     }
 
-    /// Time of the newest contact on the foot's clock, µs.
-    pub(super) const fn micros(&self) -> u64 {
-        self.newest.micros
-    }
-
-    /// Short time of the newest contact.
-    pub(super) const fn short(&self) -> ShortTime {
-        self.newest.short
-    }
-
     /// Whether the turn of the newest contact is known.
     pub(super) const fn turn(&self) -> Turn {
-        if self.gap.is_none() {
-            Turn::Known
-        } else {
-            Turn::NotYet
+        match self.gap {
+            None => Turn::Known,
+            Some(_) => Turn::NotYet,
         }
     }
 

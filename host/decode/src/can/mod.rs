@@ -32,10 +32,9 @@ use super::report::{EmergencyReport, Report};
 use super::row::Clock;
 use super::{ContactRow, DecodeError, Feet, FileOutcome, RowSink};
 use crate::can_log::{LogContent, LogTimes, Reader};
-use crate::report::Counted;
 use foot::{Change, LoggedFoot};
 use pending::{KEPT, Pending};
-use rows::{complete, kind_name, row_of};
+use rows::{complete, kind_name};
 use sync::Syncs;
 
 /// Number of malformed lines that are quoted; further ones are only counted.
@@ -125,20 +124,27 @@ pub(crate) struct Log {
     pub(crate) rows: Pending,
     pub(crate) report: Report,
     /// By interface and node id: feet on two buses may share an id.
-    feet: BTreeMap<(String, u8), LoggedFoot>,
-    /// Feet whose newest contact is number 0.
-    first: BTreeMap<(String, u8), First>,
-    /// Number of restarts of each foot.
-    segments: BTreeMap<(String, u8), u32>,
+    feet: BTreeMap<(String, u8), FootEntry>,
     /// By interface.
     syncs: BTreeMap<String, Syncs>,
     /// Nodes that are feet.
-    known: Feet,
+    pub(crate) known: Feet,
     /// Another node whose frames may be contacts.
     pub(crate) unknown_foot: Option<u8>,
     /// Interface of the newest row.
     interface: Option<Arc<str>>,
     reception: Reception,
+}
+
+/// A foot with its restarts.
+#[derive(Default)]
+struct FootEntry {
+    /// `None` from a boot-up to the next contact.
+    foot: Option<LoggedFoot>,
+    /// Its newest contact, if that is number 0.
+    first: Option<First>,
+    /// Number of restarts.
+    segment: u32,
 }
 
 /// A contact of number 0, which may be the first after a start. A starting foot sends its first contact before
@@ -148,7 +154,7 @@ struct First {
     index: usize,
     at: Option<Timestamp>,
     /// Counts to apply if no boot-up follows.
-    counted: Counted,
+    counted: Report,
 }
 
 impl Log {
@@ -164,7 +170,8 @@ impl Log {
     fn clock_notice(&self, has_times: bool) -> Option<String> {
         let of = |clock: Clock| self.report.clocks.get(clock.name()).copied().unwrap_or(0);
         let (sync, received) = (of(Clock::Sync), of(Clock::Received));
-        if self.feet.len() < 2 {
+        let feet = self.feet.values().filter(|entry| entry.foot.is_some());
+        if feet.count() < 2 {
             return None;
         }
         Some(match (has_times, sync, received) {
@@ -217,39 +224,35 @@ impl Log {
 
     /// Resets the state of a foot: its clock and sequence numbers restart.
     fn boot_up(&mut self, interface: &str, node: NodeId) {
-        let key = (interface.to_owned(), node.get());
-        if self.feet.remove(&key).is_none() {
+        let entry = self.feet.get_mut(&(interface.to_owned(), node.get()));
+        let Some(entry) = entry.filter(|entry| entry.foot.is_some()) else {
             return;
-        }
+        };
         self.report.restarts += 1;
-        let segment = self.segments.entry(key.clone()).or_default();
-        *segment += 1;
-        match self.first.remove(&key) {
-            Some(first) if !first.counted.is_nothing() => {
-                let (index, at) = (first.index, first.at);
-                let foot = LoggedFoot::new(&first.contact, index, at, self.reception);
-                if let Some(row) = self.rows.get_mut(index) {
-                    row.timestamp = Timestamp::from_micros(foot.micros());
-                    row.turn = foot.turn();
-                    row.missing = 0;
-                    row.segment = *segment;
-                    row.common = at.map(|at| (at, Clock::Received));
-                }
-                self.feet.insert(key, foot);
-            }
-            Some(first) => self.report.add(first.counted),
-            None => {}
+        entry.segment += 1;
+        entry.foot = None;
+        let Some(first) = entry.first.take() else {
+            return;
+        };
+        if first.counted.missing == 0 && first.counted.problems.is_empty() {
+            return self.report.add(first.counted);
         }
-    }
-
-    /// Adds a node that is a foot.
-    pub(crate) fn add(&mut self, node: NodeId) {
-        self.known.add(node);
+        let (index, at) = (first.index, first.at);
+        let foot = LoggedFoot::new(&first.contact, index, at, self.reception);
+        if let Some(row) = self.rows.get_mut(index) {
+            row.timestamp = Timestamp::from_micros(foot.newest.micros);
+            row.turn = foot.turn();
+            row.missing = 0;
+            row.segment = entry.segment;
+            row.common = at.map(|at| (at, Clock::Received));
+        }
+        entry.foot = Some(foot);
     }
 
     /// Ends the log: applies the pending counts.
     pub(crate) fn finish(&mut self) {
-        for (_, first) in std::mem::take(&mut self.first) {
+        let feet = self.feet.values_mut();
+        for first in feet.filter_map(|entry| entry.first.take()) {
             self.report.add(first.counted);
         }
     }
@@ -260,10 +263,11 @@ impl Log {
             return self.report.count_problem("emergency_of_wrong_length");
         };
         let emergency = Emergency::decode(bytes);
-        let foot = self.feet.get(&(interface.to_owned(), node.get()));
+        let entry = self.feet.get(&(interface.to_owned(), node.get()));
+        let foot = entry.and_then(|entry| entry.foot.as_ref());
         let fault = emergency.fault.map(Fault::name);
         self.report.emergencies.push(EmergencyReport {
-            t: foot.map(|foot| foot.micros() as f64 / 1.0e6),
+            t: foot.map(|foot| foot.newest.micros as f64 / 1.0e6),
             interface: interface.to_owned(),
             node: node.get(),
             code: emergency.code,
@@ -278,7 +282,10 @@ impl Log {
             return;
         };
         let syncs = self.syncs.entry(interface.to_owned()).or_default();
-        syncs.take(counter, at);
+        // 0 means that SYNCs are not numbered.
+        if counter != 0 {
+            syncs.insert(counter, at);
+        }
     }
 
     /// Name of the interface, shared with the newest row if equal; `None` if the log does not name it.
@@ -306,11 +313,16 @@ impl Log {
             return self.contact(interface, node, &Contact::decode(bytes), at);
         }
         // Other frames of a foot belong to the contact that it sent just before.
-        let Some(foot) = self.feet.get_mut(&(interface.to_owned(), node.get())) else {
+        let Some(FootEntry {
+            foot: Some(foot),
+            segment,
+            ..
+        }) = self.feet.get_mut(&(interface.to_owned(), node.get()))
+        else {
             return self.report.count_problem("frames_before_any_contact");
         };
         let row = self.rows.get_mut(foot.row);
-        if !row.is_some_and(|row| complete(row, pdo, bytes, foot.short())) {
+        if !row.is_some_and(|row| complete(row, pdo, bytes, foot.newest.short)) {
             self.report.count_problem("frames_without_their_contact");
         }
         if pdo != Pdo::Health {
@@ -329,8 +341,6 @@ impl Log {
             // The boot-up was lost.
             Change::Restart(from, shift_us) => {
                 self.report.restarts += 1;
-                let key = (interface.to_owned(), node.get());
-                let segment = self.segments.entry(key).or_default();
                 *segment += 1;
                 let restarted = |row: &mut ContactRow| {
                     row.segment = *segment;
@@ -358,7 +368,8 @@ impl Log {
             let row = rows.get_mut(index)?;
             let interface = row.interface.as_deref().unwrap_or_default();
             let is_newest = row.node.is_some_and(|node| {
-                let foot = feet.get(&(interface.to_owned(), node.get()));
+                let entry = feet.get(&(interface.to_owned(), node.get()));
+                let foot = entry.and_then(|entry| entry.foot.as_ref());
                 foot.is_some_and(|foot| foot.row == index)
             });
             if is_newest && row.received.is_none_or(|received| received >= overdue) {
@@ -369,43 +380,50 @@ impl Log {
     }
 
     fn contact(&mut self, interface: &str, node: NodeId, contact: &Contact, at: Option<Timestamp>) {
-        let key = (interface.to_owned(), node.get());
         let index = self.rows.next_index();
-        if let Some(first) = self.first.remove(&key) {
+        let name = self.name(interface);
+        let entry = self.feet.entry((interface.to_owned(), node.get()));
+        let entry = entry.or_default();
+        if let Some(first) = entry.first.take() {
             self.report.add(first.counted);
         }
-        let known = self.feet.get(&key).cloned();
-        let may_be_first = known.is_some() && contact.sequence == 0;
-        let mut counted = Counted::default();
+        let may_be_first = entry.foot.is_some() && contact.sequence == 0;
+        let mut counted = Report::default();
         let report = match may_be_first {
-            true => &mut counted.0,
+            true => &mut counted,
             false => &mut self.report,
         };
-        let mut foot = match known {
+        let mut foot = match entry.foot.clone() {
             None => LoggedFoot::new(contact, index, at, self.reception),
             Some(mut foot) => match foot.take(contact, index, at, report) {
                 Some(_) => foot,
                 None => return self.report.add(counted),
             },
         };
-        let micros = foot.micros();
-        if may_be_first {
-            let first = First {
-                contact: *contact,
-                index,
-                at,
-                counted,
-            };
-            self.first.insert(key.clone(), first);
-        }
-        let mut row = row_of(contact, micros, foot.turn(), node);
-        row.missing = foot.take_missing();
-        row.interface = self.name(interface);
-        row.foot = self.known.name(node);
-        row.segment = self.segments.get(&key).copied().unwrap_or(0);
-        row.received = at;
-        row.common = foot.common(micros).or(at.map(|at| (at, Clock::Received)));
-        self.rows.push(row);
-        self.feet.insert(key, foot);
+        let micros = foot.newest.micros;
+        entry.first = may_be_first.then_some(First {
+            contact: *contact,
+            index,
+            at,
+            counted,
+        });
+        self.rows.push(ContactRow {
+            timestamp: Timestamp::from_micros(micros),
+            turn: foot.turn(),
+            missing: foot.take_missing(),
+            received: at,
+            common: foot.common(micros).or(at.map(|at| (at, Clock::Received))),
+            interface: name,
+            foot: self.known.name(node),
+            node: Some(node),
+            segment: entry.segment,
+            sequence: u16::from(contact.sequence),
+            stable: contact.stable.probability(),
+            tangential: contact.tangential.probability(),
+            vertical: contact.vertical.probability(),
+            status: contact.status,
+            ..ContactRow::default()
+        });
+        entry.foot = Some(foot);
     }
 }

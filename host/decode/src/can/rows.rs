@@ -1,25 +1,9 @@
 //! Conversion of a foot's frames to the cells of a row.
 
-use estimator_core::Timestamp;
-use wire::pdo::{Acceleration, Attitude, Axes, Bias, Contact, Health, P8, Rate, ShortTime};
-use wire::{NodeId, Pdo};
+use wire::Pdo;
+use wire::pdo::{Acceleration, Attitude, Axes, Bias, Health, P8, Rate, ShortTime};
 
-use crate::row::{ContactRow, Turn};
-
-/// Returns the row of a contact at `micros` on its foot's clock.
-pub(super) fn row_of(contact: &Contact, micros: u64, turn: Turn, node: NodeId) -> ContactRow {
-    ContactRow {
-        timestamp: Timestamp::from_micros(micros),
-        turn,
-        node: Some(node),
-        sequence: u16::from(contact.sequence),
-        stable: contact.stable.probability(),
-        tangential: contact.tangential.probability(),
-        vertical: contact.vertical.probability(),
-        status: contact.status,
-        ..ContactRow::default()
-    }
-}
+use crate::row::ContactRow;
 
 /// Completes the row of the contact at `short` with another frame of the foot, and returns whether it belongs to that
 /// contact. The values of a frame with another time are discarded.

@@ -4,6 +4,8 @@
 //! the SYNC's number. The difference is the offset to add to the foot's clock. It includes the delay of the
 //! reception, which varies, so the median of several differences is used.
 
+use std::collections::BTreeMap;
+
 use estimator_core::Timestamp;
 use wire::pdo::ClockReading;
 
@@ -20,26 +22,7 @@ const SOONER_US: i64 = 50_000;
 const LARGEST_STEP_US: u64 = 100_000;
 
 /// Time of reception of the newest SYNC of each number.
-#[derive(Default)]
-pub(super) struct Syncs {
-    /// Ordered by reception.
-    newest: Vec<(u8, Timestamp)>,
-}
-
-impl Syncs {
-    /// Stores a SYNC; counter 0 means that SYNCs are not numbered.
-    pub(super) fn take(&mut self, counter: u8, at: Timestamp) {
-        self.newest.retain(|(known, _)| *known != counter);
-        if counter != 0 {
-            self.newest.push((counter, at));
-        }
-    }
-
-    fn at(&self, counter: u8) -> Option<Timestamp> {
-        let found = self.newest.iter().rfind(|(known, _)| *known == counter);
-        found.map(|(_, at)| *at)
-    }
-}
+pub(super) type Syncs = BTreeMap<u8, Timestamp>;
 
 /// Offset from the clock of a foot to the clock of the log.
 #[derive(Clone, Debug, Default)]
@@ -64,7 +47,7 @@ impl Alignment {
             return;
         }
         self.newest = Some(reading);
-        let Some(at) = syncs.at(reading.sync) else {
+        let Some(at) = syncs.get(&reading.sync) else {
             return;
         };
         let difference = at.as_micros().wrapping_sub(micros) as i64;
