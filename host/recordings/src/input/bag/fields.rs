@@ -88,9 +88,8 @@ impl Fields {
             .chain(self.stamp.iter().flatten())
             .chain(self.covariances.iter().flatten())
             .collect();
-        let (values, frame) =
-            self.definition
-                .values_and_text(payload, &paths, self.frame.as_ref())?;
+        let (found, frame) = (self.definition).found(payload, &paths, self.frame.as_ref())?;
+        let values: Vec<f64> = found.into_iter().map(|(_, value)| value).collect();
         let [ax, ay, az, wx, wy, wz, rest @ ..] = &values[..] else {
             return Err("it lacks an axis".to_owned());
         };

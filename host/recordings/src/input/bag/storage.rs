@@ -1,6 +1,5 @@
 //! Messages of a bag, independent of its storage.
 
-use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
@@ -28,17 +27,6 @@ pub struct Schema {
     pub encoding: String,
     /// Its text.
     pub text: Vec<u8>,
-}
-
-impl Channel {
-    /// Definition of the type as `ros2msg`.
-    pub(super) fn definition(&self) -> Option<Cow<'_, str>> {
-        let schema = self
-            .schema
-            .as_ref()
-            .filter(|schema| schema.encoding == "ros2msg")?;
-        Some(String::from_utf8_lossy(&schema.text))
-    }
 }
 
 /// When a message was written.

@@ -18,11 +18,9 @@ const KNOWN: [(&str, &str); 5] = [
         "sensor_msgs/msg/JointState",
         "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort",
     ),
-    ("unitree_go/msg/LowState", LOW_STATE),
+    // Of a Go2 and of a GO1 that speaks ROS 2.
+    ("unitree_go/msg/LowState", include_str!("low_state.msg")),
 ];
-
-/// `unitree_go/msg/LowState` of a Go2 and of a GO1 that speaks ROS 2.
-const LOW_STATE: &str = include_str!("low_state.msg");
 
 /// Definition of a type, if known.
 pub(super) fn text(message: &str) -> Option<&'static str> {

@@ -29,15 +29,10 @@ const MOST_STEPS: usize = 4_000_000;
 /// Layout of a type and of all types in it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Definition {
-    records: Vec<Record>,
+    /// Fields of each type, in order.
+    records: Vec<Vec<Field>>,
     /// Index of the type itself.
     message: usize,
-}
-
-/// Fields of a type, in order.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-struct Record {
-    fields: Vec<Field>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -101,8 +96,10 @@ impl Definition {
     /// # Errors
     /// Half a sentence on what the definition lacks.
     pub(super) fn of_channel(channel: &Channel) -> Result<Self, String> {
-        let text = channel.definition();
-        match (Self::of(&channel.message, text.as_deref()), &channel.schema) {
+        let schema = channel.schema.as_deref();
+        let text = schema.filter(|schema| schema.encoding == "ros2msg");
+        let text = text.map(|schema| String::from_utf8_lossy(&schema.text));
+        match (Self::of(&channel.message, text.as_deref()), schema) {
             (Err(_), Some(schema)) if text.is_none() && !schema.encoding.is_empty() => {
                 Err(format!(
                     "its definition is in {}, and only ros2msg is read",

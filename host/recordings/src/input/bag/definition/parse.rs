@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use super::{Count, DEEPEST, Definition, Field, Kind, Number, Record, known};
+use super::{Count, DEEPEST, Definition, Field, Kind, Number, known};
 
 impl Definition {
     /// Parses the definition of a type such as `unitree_go/msg/LowState`; the error is half a sentence.
@@ -27,7 +27,7 @@ struct Parser<'a> {
     texts: HashMap<String, &'a str>,
     /// Index of each record; `None` while it is parsed.
     places: HashMap<String, Option<usize>>,
-    records: Vec<Record>,
+    records: Vec<Vec<Field>>,
 }
 
 impl Parser<'_> {
@@ -48,11 +48,11 @@ impl Parser<'_> {
         let text = text.ok_or_else(|| format!("its definition lacks {name}"))?;
         self.places.insert(name.to_owned(), None);
         let package = name.split('/').next().unwrap_or_default();
-        let mut record = Record::default();
+        let mut fields = Vec::new();
         for line in text.lines() {
-            record.fields.extend(self.field(line, package, depth + 1)?);
+            fields.extend(self.field(line, package, depth + 1)?);
         }
-        self.records.push(record);
+        self.records.push(fields);
         let place = self.records.len() - 1;
         self.places.insert(name.to_owned(), Some(place));
         Ok(place)

@@ -1,6 +1,6 @@
 //! Paths to the numbers of a message: `imu_state.accelerometer[0]`.
 
-use super::{Count, Definition, Field, Kind, MOST_STEPS};
+use super::{Count, Definition, Kind, MOST_STEPS};
 use crate::input::refusal::first_of;
 
 /// Largest number of names that are listed.
@@ -86,10 +86,7 @@ impl Definition {
 
     /// Appends the numbers of a record to a list.
     fn list(&self, record: usize, prefix: &str, path: &Path, to: &mut Listing) {
-        let Some(record) = self.records.get(record) else {
-            return;
-        };
-        for (index, field) in record.fields.iter().enumerate() {
+        for (index, field) in self.records[record].iter().enumerate() {
             let elements = match field.count {
                 Count::One => 1,
                 Count::Fixed(elements) => elements,
@@ -142,21 +139,22 @@ impl Definition {
                     (bare, Some(index))
                 }
             };
-            let fields = self
-                .records
-                .get(record)
-                .map_or(&[][..], |record| &record.fields);
+            let fields = &self.records[record];
             let Some(index) = fields.iter().position(|field| field.name == bare) else {
                 let names: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();
                 return Err(format!("there is no {bare}, but {}", names.join(", ")));
             };
-            let field = &fields[index];
-            let element = element_of(field, element)?;
             path.0.push(Step {
                 field: index,
                 element: element.unwrap_or(0),
             });
+            let field = &fields[index];
             part = match (field.kind, field.count, element) {
+                (_, Count::One, Some(_)) => return Err(format!("{bare} is not an array")),
+                (_, Count::Fixed(length), Some(element)) if element >= length => {
+                    let last = length.saturating_sub(1);
+                    return Err(format!("{bare} has the elements [0] to [{last}]"));
+                }
                 (_, Count::Fixed(_) | Count::Sequence, None) => Part::Other,
                 (Kind::Text, ..) => Part::Text,
                 (Kind::WideText, ..) => Part::Other,
@@ -174,18 +172,5 @@ pub(in super::super) fn within(part: &str, field: &str) -> String {
         field.to_owned()
     } else {
         format!("{part}.{field}")
-    }
-}
-
-/// Checks an index against the length of its field.
-fn element_of(field: &Field, element: Option<u32>) -> Result<Option<u32>, String> {
-    let name = &field.name;
-    match (field.count, element) {
-        (Count::One, Some(_)) => Err(format!("{name} is not an array")),
-        (Count::Fixed(length), Some(index)) if index >= length => Err(format!(
-            "{name} has the elements [0] to [{}]",
-            length.saturating_sub(1)
-        )),
-        _ => Ok(element),
     }
 }

@@ -48,8 +48,8 @@ impl Definition {
         payload: &[u8],
         paths: &[&Path],
     ) -> Result<Vec<f64>, String> {
-        let (numbers, _) = self.values_and_text(payload, paths, None)?;
-        Ok(numbers)
+        let (found, _) = self.found(payload, paths, None)?;
+        Ok(found.into_iter().map(|(_, value)| value).collect())
     }
 
     /// Places of the numbers of a message at these paths; the error is half a sentence.
@@ -62,20 +62,9 @@ impl Definition {
         Ok(found.into_iter().map(|(place, _)| place).collect())
     }
 
-    /// Numbers of a message at these paths, and the text at another, which is empty without a path; the error is half
-    /// a sentence.
-    pub(in super::super) fn values_and_text(
-        &self,
-        payload: &[u8],
-        paths: &[&Path],
-        text: Option<&Path>,
-    ) -> Result<(Vec<f64>, String), String> {
-        let (found, text) = self.found(payload, paths, text)?;
-        Ok((found.into_iter().map(|(_, value)| value).collect(), text))
-    }
-
-    /// Numbers of a message at these paths with their places, and the text at another.
-    fn found(
+    /// Numbers of a message at these paths with their places, and the text at another, which is empty without a path;
+    /// the error is half a sentence.
+    pub(in super::super) fn found(
         &self,
         payload: &[u8],
         paths: &[&Path],
@@ -110,7 +99,8 @@ impl Definition {
             }
             Ok(walk)
         };
-        let walk = if self.has_wide_text() {
+        let mut fields = self.records.iter().flatten();
+        let walk = if fields.any(|field| field.kind == Kind::WideText) {
             let fitting = UNITS.into_iter().map(walk).find(Result::is_ok);
             fitting.unwrap_or_else(|| {
                 Err("its wstrings have neither 1, 2 nor 4 bytes for each unit of length".to_owned())
@@ -130,13 +120,6 @@ impl Definition {
 /// the message is as long as its type.
 const UNITS: [usize; 3] = [4, 2, 1];
 
-impl Definition {
-    fn has_wide_text(&self) -> bool {
-        let mut fields = self.records.iter().flat_map(|record| &record.fields);
-        fields.any(|field| field.kind == Kind::WideText)
-    }
-}
-
 struct Walk<'a> {
     definition: &'a Definition,
     order: Order,
@@ -152,19 +135,16 @@ struct Walk<'a> {
 impl Walk<'_> {
     /// Walks through a record; `wanted` has the slots of numbers in it, and the rest of the ways to them.
     fn record(&mut self, record: usize, wanted: &[(usize, &[Step])]) -> Result<(), String> {
-        let definition = self.definition;
-        let Some(record) = definition.records.get(record) else {
-            return Ok(());
-        };
-        self.steps += record.fields.len();
+        let fields = &self.definition.records[record];
+        self.steps += fields.len();
         if self.steps > MOST_STEPS {
             return Err(format!("it has more than {MOST_STEPS} fields"));
         }
-        if record.fields.is_empty() {
+        if fields.is_empty() {
             // An empty record has a byte, because IDL has none that are empty.
             return self.skip(1, 1);
         }
-        for (index, field) in record.fields.iter().enumerate() {
+        for (index, field) in fields.iter().enumerate() {
             let of_field: Vec<_> = wanted
                 .iter()
                 .filter_map(|(slot, steps)| {
@@ -250,9 +230,7 @@ impl Walk<'_> {
         self.skip(size, 1)?;
         let stored = &self.content[self.at - size..self.at];
         let mut bytes = [0; 8];
-        for (byte, stored) in bytes.iter_mut().zip(stored) {
-            *byte = *stored;
-        }
+        bytes[..size].copy_from_slice(stored);
         if self.order == Order::Big {
             bytes[..size].reverse();
         }
