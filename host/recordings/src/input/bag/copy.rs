@@ -10,7 +10,7 @@ use super::super::open::Source;
 use super::super::refusal::ContainerError;
 use super::cdr::decompressed_message;
 use super::mcap::LONGEST_RECORD;
-use super::storage::{Channel, Interest, Visitor, Written};
+use super::storage::{Channel, Visitor, Written};
 use super::visit::visit;
 
 /// Receiver of the messages of a bag.
@@ -56,8 +56,8 @@ struct Copier<'a> {
 }
 
 impl Visitor for Copier<'_> {
-    fn channel(&mut self, _: &Channel) -> Interest {
-        Interest::Wanted
+    fn channel(&mut self, _: &Channel) -> bool {
+        true
     }
 
     fn message(

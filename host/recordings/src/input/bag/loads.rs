@@ -11,7 +11,7 @@ use super::cdr::decode_start;
 use super::fields::Fields;
 use super::load::LoadSeries;
 use super::messages::Header;
-use super::storage::{Channel, Interest, Visitor, Written};
+use super::storage::{Channel, Visitor, Written};
 use super::visit::visit;
 use super::{
     ImuKey, MOST_FRAMES, addresses, described, feet, hidden_imus, is_imu, is_wanted, order,
@@ -122,17 +122,17 @@ impl LoadReader<'_> {
 
     /// Adds the IMUs that are named in messages of another type. Those that cannot be read are reported when the samples
     /// are read.
-    fn declare_parts(&mut self, channel: &Channel) -> Interest {
-        let mut interest = Interest::Unwanted;
+    fn declare_parts(&mut self, channel: &Channel) -> bool {
+        let mut is_needed = false;
         for (address, part) in addresses(&self.hints.bag, channel) {
             if let Ok(fields) = Fields::of(channel, part, &self.hints.table.mapping) {
-                interest = Interest::Wanted;
+                is_needed = true;
                 if !self.parts.iter().any(|(before, _)| before == address) {
                     self.parts.push((address.to_owned(), fields));
                 }
             }
         }
-        interest
+        is_needed
     }
 
     /// Adds an IMU.
@@ -145,23 +145,18 @@ impl LoadReader<'_> {
 }
 
 impl Visitor for LoadReader<'_> {
-    fn channel(&mut self, channel: &Channel) -> Interest {
+    fn channel(&mut self, channel: &Channel) -> bool {
         if !self.others.contains(channel) {
             self.others.push(channel.clone());
         }
-        let mut interest = if self.is_foot(channel) {
-            Interest::Wanted
-        } else {
-            self.declare_parts(channel)
-        };
+        let mut is_needed = self.is_foot(channel) || self.declare_parts(channel);
         for series in &mut self.series {
             match series.declare(channel, self.file) {
-                Ok(true) => interest = Interest::Wanted,
-                Ok(false) => {}
+                Ok(is_load) => is_needed |= is_load,
                 Err(error) => self.failed = self.failed.take().or(Some(error)),
             }
         }
-        interest
+        is_needed
     }
 
     fn message(

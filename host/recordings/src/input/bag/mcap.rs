@@ -16,7 +16,7 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use super::super::error::InputError;
 use super::super::open::Part;
 use super::super::refusal::ContainerError;
-use super::storage::{Channel, End, Interest, Schema, Visitor, Written};
+use super::storage::{Channel, Schema, Visitor, Written};
 
 /// Length of the magic bytes at the start of a file.
 const MAGIC: u64 = 8;
@@ -65,12 +65,12 @@ impl Stop {
     }
 }
 
-/// Passes the messages of a file to a visitor.
+/// Passes the messages of a file to a visitor; returns the reason why the file ends early, if it does.
 pub(super) fn visit(
     part: &mut Part,
     file: &str,
     visitor: &mut dyn Visitor,
-) -> Result<End, InputError> {
+) -> Result<Option<String>, InputError> {
     let mut bag = Bag {
         schemas: HashMap::new(),
         channels: HashMap::new(),
@@ -83,8 +83,8 @@ pub(super) fn visit(
         bag.file(&mut bytes)
     });
     match read {
-        Ok(()) => Ok(End::Complete),
-        Err(Stop::Early(why)) => Ok(End::Early(why)),
+        Ok(()) => Ok(None),
+        Err(Stop::Early(why)) => Ok(Some(why)),
         Err(Stop::Unreadable(source)) => Err(InputError::unreadable(file, source)),
         Err(Stop::Damaged(error)) => Err(ContainerError::Damaged {
             file: file.to_owned(),
@@ -100,7 +100,8 @@ pub(super) fn visit(
 struct Bag<'a> {
     /// Names of types, with their definitions.
     schemas: HashMap<u16, (String, Option<Rc<Schema>>)>,
-    channels: HashMap<u16, (Channel, Interest)>,
+    /// Channels, and whether their messages are needed.
+    channels: HashMap<u16, (Channel, bool)>,
     visitor: &'a mut dyn Visitor,
     /// The current record.
     record: Vec<u8>,
@@ -202,17 +203,15 @@ impl Bag<'_> {
             .with_record_length_limit(LONGEST_RECORD);
         let mut reader = LinearReader::new_with_options(options);
         let length = length.to_le_bytes();
-        let mut before = (&[op::CHUNK][..]).chain(&length[..]).chain(header);
+        let before = (&[op::CHUNK][..]).chain(&length[..]).chain(header);
+        let mut bytes = before.chain(chunk);
         while let Some(event) = reader.next_event() {
             match event {
                 Ok(LinearReadEvent::ReadRequest(wanted)) => {
                     // The declared length may exceed the data: memory grows with the data read.
                     let room = reader.insert(wanted.clamp(1, 16 * AT_ONCE));
-                    let mut count = before.read(room)?;
-                    if count == 0 {
-                        count = read_some(chunk, room)?;
-                    }
-                    if count == 0 && chunk.limit() > 0 {
+                    let count = read_some(&mut bytes, room)?;
+                    if count == 0 && bytes.get_ref().1.limit() > 0 {
                         return Err(Stop::early());
                     }
                     reader.notify_read(count);
@@ -271,11 +270,11 @@ impl Bag<'_> {
                     schema,
                     metadata: channel.metadata,
                 };
-                let interest = self.visitor.channel(&declared);
-                self.channels.insert(channel.id, (declared, interest));
+                let is_needed = self.visitor.channel(&declared);
+                self.channels.insert(channel.id, (declared, is_needed));
             }
             Record::Message { header, data } => {
-                if let Some((channel, Interest::Wanted)) = self.channels.get(&header.channel_id) {
+                if let Some((channel, true)) = self.channels.get(&header.channel_id) {
                     let nanos = |time| i64::try_from(time).unwrap_or(i64::MAX);
                     let written = Written {
                         log_ns: nanos(header.log_time),

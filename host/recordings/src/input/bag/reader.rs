@@ -16,7 +16,7 @@ use super::load::LoadSeries;
 use super::loads::Loads;
 use super::messages::Imu;
 use super::sidecar::{Known, Sidecar, is_sidecar};
-use super::storage::{Channel, Interest, Visitor, Written};
+use super::storage::{Channel, Visitor, Written};
 use super::{ImuKey, MOST_FRAMES, addresses, described, hidden_imus, is_imu, is_wanted, order};
 
 /// Visitor that reads the samples.
@@ -42,23 +42,19 @@ pub(super) struct Reader<'a> {
 }
 
 impl Visitor for Reader<'_> {
-    fn channel(&mut self, channel: &Channel) -> Interest {
+    fn channel(&mut self, channel: &Channel) -> bool {
         if !is_imu(channel) || self.hints.bag.excludes(&channel.topic) {
             if !self.others.contains(channel) {
                 self.others.push(channel.clone());
             }
             let is_contact = self.reads_contacts() && ContactFeeds::is_part(channel);
-            return if is_sidecar(channel) || self.declare_fields(channel) || is_contact {
-                Interest::Wanted
-            } else {
-                Interest::Unwanted
-            };
+            return is_sidecar(channel) || self.declare_fields(channel) || is_contact;
         }
         if !self.feeds.iter().any(|feed| feed.topic == channel.topic) {
             self.feeds
                 .push(Feed::new(channel.topic.clone(), self.hints));
         }
-        Interest::Wanted
+        true
     }
 
     fn message(

@@ -14,7 +14,7 @@ use tempfile::{NamedTempFile, TempPath};
 use super::super::error::InputError;
 use super::super::open::Part;
 use super::super::refusal::ContainerError;
-use super::storage::{Channel, End, Interest, Schema, Visitor, Written};
+use super::storage::{Channel, Schema, Visitor, Written};
 use samples::foreign::Foreign;
 
 /// Advice in the error about a file that is damaged rather than truncated.
@@ -27,12 +27,12 @@ const PROPERTIES: [(&str, &str); 2] = [
     ("type_description_hash", "topic_type_hash"),
 ];
 
-/// Passes the messages of a file to a visitor.
+/// Passes the messages of a file to a visitor; returns the reason why the file ends early, if it does.
 pub(super) fn visit(
     part: &mut Part,
     file: &str,
     visitor: &mut dyn Visitor,
-) -> Result<End, InputError> {
+) -> Result<Option<String>, InputError> {
     let damaged = |error: rusqlite::Error| -> InputError {
         ContainerError::Damaged {
             file: file.to_owned(),
@@ -52,12 +52,14 @@ pub(super) fn visit(
             "PRAGMA trusted_schema = OFF; PRAGMA cell_size_check = ON; PRAGMA writable_schema = ON",
         )
         .map_err(damaged)?;
-    if count_tables(&database, &["topics", "messages"]).map_err(damaged)? != 2 {
-        let kind = Foreign::Sqlite;
-        let file = file.to_owned();
-        return Err(ContainerError::Foreign { file, kind }.into());
+    for table in ["topics", "messages"] {
+        if !has_table(&database, table).map_err(damaged)? {
+            let kind = Foreign::Sqlite;
+            let file = file.to_owned();
+            return Err(ContainerError::Foreign { file, kind }.into());
+        }
     }
-    let has_definitions = count_tables(&database, &["message_definitions"]).map_err(damaged)? == 1;
+    let has_definitions = has_table(&database, "message_definitions").map_err(damaged)?;
     let channels = channels(&database, has_definitions, visitor).map_err(damaged)?;
     // Order in which they were written.
     let mut statement = database
@@ -67,17 +69,17 @@ pub(super) fn visit(
     let mut count = 0;
     loop {
         let row = match rows.next() {
-            Ok(None) => return Ok(End::Complete),
+            Ok(None) => return Ok(None),
             Ok(Some(row)) => row,
             // A page beyond the end of a truncated file.
             Err(error) if count > 0 && is_cut_off(&error, &part.path) => {
-                return Ok(End::Early(error.to_string()));
+                return Ok(Some(error.to_string()));
             }
             Err(error) => return Err(damaged(error)),
         };
         count += 1;
         let topic: i64 = row.get(0).map_err(damaged)?;
-        let Some((channel, Interest::Wanted)) = channels.get(&topic) else {
+        let Some((channel, true)) = channels.get(&topic) else {
             continue;
         };
         let log_ns: i64 = row.get(1).map_err(damaged)?;
@@ -86,10 +88,11 @@ pub(super) fn visit(
             publish_ns: log_ns,
             sequence: None,
         };
-        match row.get_ref(2).map_err(damaged)? {
-            ValueRef::Blob(payload) => visitor.message(channel, written, payload)?,
-            _ => visitor.message(channel, written, &[])?,
-        }
+        let payload = match row.get_ref(2).map_err(damaged)? {
+            ValueRef::Blob(payload) => payload,
+            _ => &[],
+        };
+        visitor.message(channel, written, payload)?;
     }
 }
 
@@ -112,22 +115,18 @@ fn whole_pages(path: &Path) -> io::Result<Option<TempPath>> {
     Ok(Some(copy.into_temp_path()))
 }
 
-/// Number of these tables that exist, as tables and not as views, which may compute without end.
-fn count_tables(database: &Connection, names: &[&str]) -> rusqlite::Result<u32> {
-    let mut count = 0;
-    for name in names {
-        let select = "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name = ?1";
-        count += database.query_row(select, [name], |row| row.get::<_, u32>(0))?;
-    }
-    Ok(count)
+/// Returns whether a table exists, as a table and not as a view, which may compute without end.
+fn has_table(database: &Connection, name: &str) -> rusqlite::Result<bool> {
+    let select = "SELECT count(*) = 1 FROM sqlite_master WHERE type = 'table' AND name = ?1";
+    database.query_row(select, [name], |row| row.get(0))
 }
 
-/// Topics by their numbers.
+/// Topics by their numbers, and whether their messages are needed.
 fn channels(
     database: &Connection,
     has_definitions: bool,
     visitor: &mut dyn Visitor,
-) -> rusqlite::Result<HashMap<i64, (Channel, Interest)>> {
+) -> rusqlite::Result<HashMap<i64, (Channel, bool)>> {
     // Columns were added over the years.
     let mut statement = database.prepare("SELECT * FROM topics")?;
     let properties: Vec<(&str, usize)> = PROPERTIES
@@ -151,8 +150,8 @@ fn channels(
             encoding: row.get("serialization_format")?,
             metadata: properties.collect(),
         };
-        let interest = visitor.channel(&channel);
-        channels.insert(row.get("id")?, (channel, interest));
+        let is_needed = visitor.channel(&channel);
+        channels.insert(row.get("id")?, (channel, is_needed));
     }
     Ok(channels)
 }

@@ -40,17 +40,10 @@ pub struct Written {
     pub sequence: Option<u32>,
 }
 
-/// Whether the messages of a topic are needed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Interest {
-    Wanted,
-    Unwanted,
-}
-
 /// Receives the topics and messages of a bag.
 pub(super) trait Visitor {
-    /// Declares a topic before its messages. A topic may be declared more than once.
-    fn channel(&mut self, channel: &Channel) -> Interest;
+    /// Declares a topic before its messages; returns whether they are needed. A topic may be declared more than once.
+    fn channel(&mut self, channel: &Channel) -> bool;
 
     /// Passes a message of a topic that is needed.
     fn message(
@@ -59,14 +52,6 @@ pub(super) trait Visitor {
         written: Written,
         payload: &[u8],
     ) -> Result<(), InputError>;
-}
-
-/// End of a file.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum End {
-    Complete,
-    /// The file ends early, for this reason.
-    Early(String),
 }
 
 /// Converts a time from ns to µs, rounded.

@@ -3,7 +3,7 @@
 use super::super::error::InputError;
 use super::super::format::Format;
 use super::super::open::Part;
-use super::storage::{End, Visitor};
+use super::storage::Visitor;
 use super::{mcap, rosbag2};
 
 /// Passes all messages to a visitor in stored order, and reports each part that ends early.
@@ -20,16 +20,16 @@ pub(super) fn visit(
         } else {
             part.path.display().to_string()
         };
-        let end = match part.format {
+        let early = match part.format {
             Format::Mcap => mcap::visit(part, &name, visitor)?,
             _ => rosbag2::visit(part, &name, visitor)?,
         };
-        if let End::Early(why) = end {
-            notices.push(format!(
+        notices.extend(early.map(|why| {
+            format!(
                 "{name} ends early ({why}): what is there is read; for readers that refuse such a file, \
                  footfall convert writes a whole one"
-            ));
-        }
+            )
+        }));
     }
     Ok(notices)
 }
