@@ -8,7 +8,7 @@ use super::super::loaded::{Hints, OLDEST_LOAD_US, imu_sample};
 use super::super::refusal::{ContainerError, ImuTopic};
 use super::super::store::rows::{Rows, Source};
 use super::super::store::stored::Stored;
-use super::load::{Clock, Found, LoadSeries};
+use super::load::LoadSeries;
 use super::messages::Imu;
 use super::sidecar::Known;
 use super::storage::micros;
@@ -28,7 +28,8 @@ pub(super) struct Feed {
     /// Log times of the first and the last message, µs.
     log_us: Option<(i64, i64)>,
     rows: Rows,
-    clock: Clock,
+    /// Whether times are the stamps of messages, and not those when messages were written.
+    has_stamps: bool,
     /// Times of some samples, and the times at which they were written, µs.
     anchors_us: Vec<(i64, i64)>,
     /// Error in the log times, held back in case they are not needed.
@@ -71,7 +72,7 @@ impl Feed {
             messages: 0,
             log_us: None,
             rows: Rows::new(hints.table.times),
-            clock: Clock::Log,
+            has_stamps: false,
             anchors_us: Vec::new(),
             log_failed: None,
             without: Lacking::default(),
@@ -96,37 +97,31 @@ impl Feed {
         file: &str,
     ) -> Result<(), InputError> {
         let log_us = micros(log_ns);
-        let time_us = match (imu.header.stamp.micros(), self.clock) {
-            (Some(stamp_us), Clock::Stamp) => stamp_us,
-            (Some(stamp_us), Clock::Log) => {
-                // Both clocks begin at 0 where a recording without a date was played: the first stamp is a time.
-                let began_at_0 =
-                    self.messages == 2 && self.log_us.is_some_and(|(first, _)| first == 0);
-                if !began_at_0 {
-                    // Earlier messages had no stamps, so their times are those of another clock.
-                    self.without = Lacking {
-                        stamp: self.messages - 1,
-                        ..Lacking::default()
-                    };
-                    self.rows = Rows::new(hints.table.times);
-                    self.anchors_us.clear();
-                    self.log_failed = None;
-                }
-                self.clock = Clock::Stamp;
-                stamp_us
+        let stamp_us = imu.header.stamp.micros();
+        if stamp_us.is_none() && self.has_stamps {
+            self.without.stamp += 1;
+            return Ok(());
+        }
+        if stamp_us.is_some() && !self.has_stamps {
+            self.has_stamps = true;
+            // Both clocks begin at 0 where a recording without a date was played: the first stamp is a time.
+            let began_at_0 = self.messages == 2 && self.log_us.is_some_and(|(first, _)| first == 0);
+            if !began_at_0 {
+                // Earlier messages had no stamps, so their times are those of another clock.
+                self.without = Lacking {
+                    stamp: self.messages - 1,
+                    ..Lacking::default()
+                };
+                self.rows = Rows::new(hints.table.times);
+                self.anchors_us.clear();
+                self.log_failed = None;
             }
-            (None, Clock::Log) => log_us,
-            (None, Clock::Stamp) => {
-                self.without.stamp += 1;
-                return Ok(());
-            }
-        };
-        let load = load.map(|series| match (self.clock, series.clock()) {
-            (Clock::Stamp, Clock::Stamp) => series.at(time_us, Clock::Stamp),
-            _ => series.at(log_us, Clock::Log),
-        });
-        self.without.load += u64::from(load == Some(Found::Nothing));
-        self.without.number += u64::from(load == Some(Found::NotANumber));
+        }
+        let time_us = stamp_us.unwrap_or(log_us);
+        let newest = load.map(|series| series.at(stamp_us, log_us));
+        let load = newest.flatten().filter(|load| load.is_finite());
+        self.without.load += u64::from(newest == Some(None));
+        self.without.number += u64::from(newest.flatten().is_some() && load.is_none());
         self.without.accelerations += u64::from(!imu.has_accelerations());
         self.without.rates += u64::from(!imu.has_rates());
         let [ax, ay, az] = known(imu.linear_acceleration, imu.has_accelerations());
@@ -139,24 +134,20 @@ impl Feed {
                 known_beside.validity.unwrap_or(Validity::Valid),
                 &hints.correction,
             ),
-            load: match load {
-                Some(Found::Value(load)) => Some(Load(load)),
-                _ => None,
-            },
+            load: load.map(Load),
             label: known_beside.label,
         };
         if self.log_failed.is_some() {
             return Ok(());
         }
         self.anchor(time_us, log_us);
-        match (self.rows.push(Some(time_us), sample), self.clock) {
-            (Ok(()), _) => Ok(()),
-            (Err(refused), Clock::Stamp) => Err(refused.into_error(&self.place(file))),
-            (Err(refused), Clock::Log) => {
-                self.log_failed = Some(refused.into_error(&self.place(file)));
-                Ok(())
-            }
+        let pushed = self.rows.push(Some(time_us), sample);
+        let pushed = pushed.map_err(|refused| refused.into_error(&self.place(file)));
+        if self.has_stamps {
+            return pushed;
         }
+        self.log_failed = pushed.err();
+        Ok(())
     }
 
     /// Keeps the time at which a sample was written, if it does not follow from that of an earlier one.
@@ -206,10 +197,7 @@ impl Feed {
         if let Some(error) = self.log_failed {
             return Err(error);
         }
-        let taken = match self.clock {
-            Clock::Stamp => self.messages - self.without.stamp,
-            Clock::Log => self.messages,
-        };
+        let taken = self.messages - self.without.stamp;
         for (without, sensor) in [
             (self.without.accelerations, "linear_acceleration"),
             (self.without.rates, "angular_velocity"),
@@ -245,7 +233,7 @@ impl Feed {
             .map(|taken| format!("{place}: {taken}"))
             .into_iter()
             .collect();
-        if self.clock == Clock::Log {
+        if !self.has_stamps {
             notices.push(format!(
                 "{place}: no message has a stamp, so times are those when messages were written"
             ));

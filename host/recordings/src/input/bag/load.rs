@@ -6,82 +6,53 @@ use super::super::refusal::ContainerError;
 use super::super::topics::LoadTopic;
 use super::cdr::decode;
 use super::definition::{Definition, Path};
-use super::messages::{Float32, Float64, MultiArray, Time, Wrench, WrenchStamped};
+use super::messages::{MultiArray, Time, Wrench, WrenchStamped};
 use super::storage::{Channel, micros};
-
-/// Types of messages that may be a load, and their fields.
-const TYPES: [(&str, Type); 6] = [
-    ("std_msgs/msg/Float32", Type::Float32),
-    ("std_msgs/msg/Float64", Type::Float64),
-    ("geometry_msgs/msg/Wrench", Type::Wrench),
-    ("geometry_msgs/msg/WrenchStamped", Type::WrenchStamped),
-    ("std_msgs/msg/Float32MultiArray", Type::Floats32),
-    ("std_msgs/msg/Float64MultiArray", Type::Floats64),
-];
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Type {
-    Float32,
-    Float64,
-    Wrench,
-    WrenchStamped,
-    Floats32,
-    Floats64,
-}
-
-/// Number in a message that holds the load.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Field {
-    Data,
-    Force(usize),
-    Magnitude,
-    Element(usize),
-}
-
-impl Type {
-    const fn fields(self) -> &'static str {
-        match self {
-            Self::Float32 | Self::Float64 => "data",
-            Self::Wrench | Self::WrenchStamped => {
-                "force.x, force.y, force.z (which is taken where none is named), and force, its magnitude"
-            }
-            Self::Floats32 | Self::Floats64 => "data[0], data[1] and so on",
-        }
-    }
-
-    /// Finds a field by its name.
-    fn field(self, name: Option<&str>) -> Option<Field> {
-        match (self, name) {
-            (Self::Float32 | Self::Float64, None | Some("data")) => Some(Field::Data),
-            (Self::Wrench | Self::WrenchStamped, None) => Some(Field::Force(2)),
-            (Self::Wrench | Self::WrenchStamped, Some(name)) => {
-                match name.strip_prefix("wrench.").unwrap_or(name) {
-                    "force.x" => Some(Field::Force(0)),
-                    "force.y" => Some(Field::Force(1)),
-                    "force.z" => Some(Field::Force(2)),
-                    "force" => Some(Field::Magnitude),
-                    _ => None,
-                }
-            }
-            (Self::Floats32 | Self::Floats64, Some(name)) => {
-                let index = name.strip_prefix("data[")?.strip_suffix(']')?;
-                index.parse().ok().map(Field::Element)
-            }
-            _ => None,
-        }
-    }
-}
 
 /// Place of the load in a message.
 enum Place {
-    /// In a message that has one by its purpose.
-    Known(Type, Field),
+    Float32,
+    Float64,
+    Wrench(Force),
+    WrenchStamped(Force),
+    /// Index of a number in a `Float32MultiArray`.
+    Floats32(usize),
+    /// Index of a number in a `Float64MultiArray`.
+    Floats64(usize),
     /// At a path in a message of any type.
     Defined {
         definition: Definition,
         value: Path,
         stamp: Option<[Path; 2]>,
     },
+}
+
+/// Number of a force that is the load.
+enum Force {
+    /// Along an axis.
+    Axis(usize),
+    Magnitude,
+}
+
+impl Force {
+    /// Finds a number by its name; that along z where none is named.
+    fn of_name(name: Option<&str>) -> Option<Self> {
+        let name = name.map(|name| name.strip_prefix("wrench.").unwrap_or(name));
+        Some(match name.unwrap_or("force.z") {
+            "force.x" => Self::Axis(0),
+            "force.y" => Self::Axis(1),
+            "force.z" => Self::Axis(2),
+            "force" => Self::Magnitude,
+            _ => return None,
+        })
+    }
+
+    fn number(&self, Wrench { force, .. }: &Wrench) -> f64 {
+        match self {
+            Self::Axis(axis) => force[*axis],
+            Self::Magnitude => force.map(|part| part * part).iter().sum::<f64>().sqrt(),
+        }
+    }
 }
 
 /// All values of a load: 16 bytes each, 32 with stamps.
@@ -93,25 +64,6 @@ pub(super) struct LoadSeries {
     by_log: Vec<(i64, f32)>,
     /// Values by their own stamp, as long as all of them have one.
     by_stamp: Option<Vec<(i64, f32)>>,
-}
-
-/// Load at a time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Found {
-    Value(f32),
-    /// The last value marks an unknown load.
-    NotANumber,
-    /// No value is newer than [`OLDEST_LOAD_US`].
-    Nothing,
-}
-
-/// Clock by which times are compared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Clock {
-    /// Stamps of the sensors.
-    Stamp,
-    /// Times at which messages were written.
-    Log,
 }
 
 impl LoadSeries {
@@ -152,9 +104,7 @@ impl LoadSeries {
     /// Name of the load in titles.
     pub(super) fn title(&self) -> String {
         match self.place {
-            Some(Place::Known(Type::Wrench | Type::WrenchStamped, _)) => {
-                format!("{} (N)", self.topic)
-            }
+            Some(Place::Wrench(_) | Place::WrenchStamped(_)) => format!("{} (N)", self.topic),
             _ => self.topic.to_string(),
         }
     }
@@ -195,38 +145,39 @@ impl LoadSeries {
         }
     }
 
-    /// Clock by which the load of a stamped sample is found.
-    pub(super) const fn clock(&self) -> Clock {
-        match self.by_stamp {
-            Some(_) => Clock::Stamp,
-            None => Clock::Log,
-        }
-    }
-
-    /// Last value at or before a time.
-    pub(super) fn at(&self, time_us: i64, clock: Clock) -> Found {
-        let values = match (clock, &self.by_stamp) {
-            (Clock::Stamp, Some(by_stamp)) => by_stamp,
-            _ => &self.by_log,
+    /// Last value at or before a sample, by its stamp where the load has stamps, too, else by the time at which it was
+    /// written: not finite if it marks an unknown load, and `None` if it is older than [`OLDEST_LOAD_US`].
+    pub(super) fn at(&self, stamp_us: Option<i64>, log_us: i64) -> Option<f32> {
+        let (values, time_us) = match (&self.by_stamp, stamp_us) {
+            (Some(by_stamp), Some(stamp_us)) => (by_stamp, stamp_us),
+            _ => (&self.by_log, log_us),
         };
         let after = values.partition_point(|(time, _)| *time <= time_us);
-        let newest = after.checked_sub(1).and_then(|index| values.get(index));
-        match newest {
-            Some((time, _)) if time_us.abs_diff(*time) > OLDEST_LOAD_US => Found::Nothing,
-            None => Found::Nothing,
-            Some((_, value)) if !value.is_finite() => Found::NotANumber,
-            Some((_, value)) => Found::Value(*value),
-        }
+        let (time, value) = values[..after].last()?;
+        (time_us.abs_diff(*time) <= OLDEST_LOAD_US).then_some(*value)
     }
 }
 
 impl Place {
     /// Place of the load in the messages of a channel; the error is half a sentence.
     fn of(channel: &Channel, field: Option<&str>) -> Result<Self, String> {
-        let known = TYPES.iter().find(|(name, _)| *name == channel.message);
-        if let Some((_, kind)) = known {
-            let found = kind.field(field).map(|field| Self::Known(*kind, field));
-            return found.ok_or_else(|| format!("has {}", kind.fields()));
+        const FORCES: &str = "force.x, force.y, force.z (which is taken where none is named), and force, its magnitude";
+        const ELEMENTS: &str = "data[0], data[1] and so on";
+        let is_data = matches!(field, None | Some("data"));
+        let force = Force::of_name(field);
+        let index = |field: &str| field.strip_prefix("data[")?.strip_suffix(']')?.parse().ok();
+        let element = field.and_then(index);
+        let known = match channel.message.as_str() {
+            "std_msgs/msg/Float32" => Some((is_data.then_some(Self::Float32), "data")),
+            "std_msgs/msg/Float64" => Some((is_data.then_some(Self::Float64), "data")),
+            "geometry_msgs/msg/Wrench" => Some((force.map(Self::Wrench), FORCES)),
+            "geometry_msgs/msg/WrenchStamped" => Some((force.map(Self::WrenchStamped), FORCES)),
+            "std_msgs/msg/Float32MultiArray" => Some((element.map(Self::Floats32), ELEMENTS)),
+            "std_msgs/msg/Float64MultiArray" => Some((element.map(Self::Floats64), ELEMENTS)),
+            _ => None,
+        };
+        if let Some((place, fields)) = known {
+            return place.ok_or_else(|| format!("has {fields}"));
         }
         let definition =
             Definition::of_channel(channel).map_err(|what| format!("cannot be read: {what}"))?;
@@ -245,57 +196,35 @@ impl Place {
 
     /// The number of a message and its stamp, µs; the error is half a sentence.
     fn number(&self, payload: &[u8]) -> Result<(f64, Option<i64>), String> {
-        let (definition, value, stamp) = match self {
-            Self::Known(kind, field) => return number((*kind, *field), payload),
+        let number = match self {
+            Self::Float32 => f64::from(decode::<f32>(payload)?),
+            Self::Float64 => decode(payload)?,
+            Self::Wrench(force) => force.number(&decode(payload)?),
+            Self::WrenchStamped(force) => {
+                let WrenchStamped { header, wrench } = decode(payload)?;
+                return Ok((force.number(&wrench), header.stamp.micros()));
+            }
+            Self::Floats32(index) => {
+                f64::from(element(&decode::<MultiArray<f32>>(payload)?.data, *index)?)
+            }
+            Self::Floats64(index) => element(&decode::<MultiArray<f64>>(payload)?.data, *index)?,
             Self::Defined {
                 definition,
                 value,
                 stamp,
-            } => (definition, value, stamp),
+            } => {
+                let paths: Vec<&Path> = [value].into_iter().chain(stamp.iter().flatten()).collect();
+                return match &definition.values(payload, &paths)?[..] {
+                    [value, stamp @ ..] => Ok((*value, Time::of_numbers(stamp).micros())),
+                    [] => Err("it lacks the number".to_owned()),
+                };
+            }
         };
-        let paths: Vec<&Path> = [value].into_iter().chain(stamp.iter().flatten()).collect();
-        match &definition.values(payload, &paths)?[..] {
-            [value, stamp @ ..] => Ok((*value, Time::of_numbers(stamp).micros())),
-            [] => Err("it lacks the number".to_owned()),
-        }
+        Ok((number, None))
     }
 }
 
-/// The number of a message of a known type, and its stamp, µs.
-fn number((kind, field): (Type, Field), payload: &[u8]) -> Result<(f64, Option<i64>), String> {
-    let element = |data: &[f64], index: usize| {
-        let missing = || format!("it has {} numbers and no data[{index}]", data.len());
-        data.get(index).copied().ok_or_else(missing)
-    };
-    let force = |wrench: &Wrench| match field {
-        Field::Force(axis) => wrench.force[axis.min(2)],
-        _ => wrench
-            .force
-            .map(|part| part * part)
-            .iter()
-            .sum::<f64>()
-            .sqrt(),
-    };
-    let index = match field {
-        Field::Element(index) => index,
-        _ => 0,
-    };
-    Ok(match kind {
-        Type::Float32 => (f64::from(decode::<Float32>(payload)?.data), None),
-        Type::Float64 => (decode::<Float64>(payload)?.data, None),
-        Type::Wrench => (force(&decode(payload)?), None),
-        Type::WrenchStamped => {
-            let stamped: WrenchStamped = decode(payload)?;
-            (force(&stamped.wrench), stamped.header.stamp.micros())
-        }
-        Type::Floats32 => {
-            let array: MultiArray<f32> = decode(payload)?;
-            let data: Vec<f64> = array.data.into_iter().map(f64::from).collect();
-            (element(&data, index)?, None)
-        }
-        Type::Floats64 => (
-            element(&decode::<MultiArray<f64>>(payload)?.data, index)?,
-            None,
-        ),
-    })
+fn element<T: Copy>(data: &[T], index: usize) -> Result<T, String> {
+    let missing = || format!("it has {} numbers and no data[{index}]", data.len());
+    data.get(index).copied().ok_or_else(missing)
 }

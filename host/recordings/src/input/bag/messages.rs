@@ -1,5 +1,5 @@
-//! Supported messages of ROS 2, field by field as in their definitions. Source:
-//! <https://github.com/ros2/common_interfaces>.
+//! Supported messages of ROS 2, field by field as in their definitions, but for those with one field, which are that
+//! field. Source: <https://github.com/ros2/common_interfaces>.
 
 use serde::Deserialize;
 
@@ -126,23 +126,6 @@ pub(super) struct TwistWithCovarianceStamped {
 impl TwistWithCovarianceStamped {
     /// Name of its type.
     pub(super) const TYPE: &'static str = "geometry_msgs/msg/TwistWithCovarianceStamped";
-
-    /// Variance of the velocity along x, (m/s)².
-    pub(super) const fn variance(&self) -> f64 {
-        self.covariance[0][0]
-    }
-}
-
-/// `std_msgs/msg/Float32`.
-#[derive(Clone, Copy, Debug, Deserialize)]
-pub(super) struct Float32 {
-    pub(super) data: f32,
-}
-
-/// `std_msgs/msg/Float64`.
-#[derive(Clone, Copy, Debug, Deserialize)]
-pub(super) struct Float64 {
-    pub(super) data: f64,
 }
 
 /// `geometry_msgs/msg/Wrench`.

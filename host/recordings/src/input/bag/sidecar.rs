@@ -13,7 +13,6 @@ use std::collections::HashMap;
 use estimator_core::Validity;
 use samples::recording::Label;
 use samples::validity::of_name;
-use serde::Deserialize;
 
 use super::cdr::decode;
 use super::storage::Channel;
@@ -33,16 +32,6 @@ pub(super) struct Sidecar(HashMap<String, (i64, Known)>);
 enum Kind {
     Validity,
     Label,
-}
-
-#[derive(Deserialize)]
-struct Text {
-    data: String,
-}
-
-#[derive(Deserialize)]
-struct Truth {
-    data: bool,
 }
 
 /// The topic of the samples that a channel describes, and the kind of data in it.
@@ -73,11 +62,11 @@ impl Sidecar {
         }
         match kind {
             Kind::Validity => {
-                let text = decode::<Text>(payload).ok();
-                known.validity = text.and_then(|text| of_name(&text.data));
+                let text = decode::<String>(payload).ok();
+                known.validity = text.and_then(|text| of_name(&text));
             }
             Kind::Label => {
-                known.label = decode::<Truth>(payload).ok().map(|truth| match truth.data {
+                known.label = decode(payload).ok().map(|is_stable| match is_stable {
                     true => Label::Stable,
                     false => Label::NotStable,
                 });
