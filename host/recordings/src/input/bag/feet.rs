@@ -36,59 +36,29 @@ pub(super) fn last_word(address: &str) -> Option<String> {
 /// `/fl_foot/imu` and `/fr_foot/imu`.
 fn names(topics: &[String]) -> Vec<String> {
     let whole: Vec<&str> = topics.iter().map(|topic| topic.trim_matches('/')).collect();
-    let start = common(&whole, common_start);
-    let end = common(&whole, common_end);
-    let short = whole.iter().map(|topic| {
-        let end = topic.len() - end;
-        topic
-            .get(word_start(topic, start)..word_end(topic, end))
-            .unwrap_or_default()
+    let parts: Vec<Vec<&str>> = whole
+        .iter()
+        .map(|topic| topic.split('/').collect())
+        .collect();
+    // Each topic keeps a part.
+    let start = common(parts.iter().map(|parts| parts.iter().rev().skip(1).rev()));
+    let end = common(parts.iter().map(|parts| parts.iter().skip(1).rev()));
+    let short = parts.iter().map(|parts| {
+        let own = parts.get(start..parts.len() - end);
+        own.unwrap_or_default().join("/")
     });
-    let short: Vec<&str> = short.collect();
-    let tell_apart = |name: &&str| !name.is_empty();
-    let chosen = if short.iter().all(tell_apart) {
-        short
-    } else {
-        whole
-    };
-    chosen.into_iter().map(str::to_owned).collect()
+    let short: Vec<String> = short.collect();
+    if short.iter().any(String::is_empty) {
+        return whole.into_iter().map(str::to_owned).collect();
+    }
+    short
 }
 
-/// Number of bytes that all names have in common.
-fn common(names: &[&str], of_two: impl Fn(&str, &str) -> usize) -> usize {
-    let Some((first, others)) = names.split_first() else {
-        return 0;
-    };
-    others
-        .iter()
-        .map(|other| of_two(first, other))
-        .min()
-        .unwrap_or_default()
-}
-
-fn common_start(a: &str, b: &str) -> usize {
-    a.bytes().zip(b.bytes()).take_while(|(a, b)| a == b).count()
-}
-
-fn common_end(a: &str, b: &str) -> usize {
-    let pairs = a.bytes().rev().zip(b.bytes().rev());
-    pairs.take_while(|(a, b)| a == b).count()
-}
-
-/// Start of the part of a topic that contains the byte `at`.
-fn word_start(topic: &str, at: usize) -> usize {
-    topic.as_bytes()[..at.min(topic.len())]
-        .iter()
-        .rposition(|byte| *byte == b'/')
-        .map_or(0, |slash| slash + 1)
-}
-
-/// End of the part of a topic that contains the byte before `at`.
-fn word_end(topic: &str, at: usize) -> usize {
-    let rest = topic.as_bytes().get(at..).unwrap_or_default();
-    rest.iter()
-        .position(|byte| *byte == b'/')
-        .map_or(topic.len(), |slash| at + slash)
+/// Number of the first parts that all topics have in common.
+fn common<'a, P: Iterator<Item = &'a &'a str>>(mut topics: impl Iterator<Item = P>) -> usize {
+    let first: Vec<&&str> = topics.next().into_iter().flatten().collect();
+    let equal = |parts: P| parts.zip(&first).take_while(|(a, b)| a == *b).count();
+    topics.map(equal).min().unwrap_or_default()
 }
 
 #[cfg(test)]
