@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use tempfile::{NamedTempFile, TempPath};
 
 #[cfg(feature = "bags")]
-use super::bag::ros1::{self, Converted};
+use super::bag::ros1;
 use super::error::InputError;
 use super::format::Format;
 use super::refusal::ContainerError;
@@ -43,7 +43,7 @@ pub(super) struct Container {
     pub(super) notice: Option<String>,
     /// Folder of the files, if it is temporary.
     #[cfg(feature = "bags")]
-    _converted: Option<Converted>,
+    _converted: Option<tempfile::TempDir>,
 }
 
 /// A file of a container.
@@ -123,7 +123,7 @@ impl Source {
     fn converted(path: &Path) -> Result<Self, InputError> {
         let converted = ros1::converted(path)?;
         let file = path.display().to_string();
-        let parts = match Self::folder(&converted.path())? {
+        let parts = match Self::folder(&converted.path().join(ros1::BAG))? {
             Opened::Parts(_, parts) => parts,
             Opened::Table(_) | Opened::Foreign(_) => Vec::new(),
         };

@@ -1,7 +1,7 @@
 //! Bags of ROS 1, converted to a rosbag2 by the program of <https://gitlab.com/ternaris/rosbags>.
 
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use tempfile::TempDir;
@@ -13,38 +13,28 @@ use samples::foreign::Foreign;
 /// Program that converts.
 const PROGRAM: &str = "rosbags-convert";
 
-/// A rosbag2 in a temporary folder, which is removed with it.
-pub(in crate::input) struct Converted {
-    folder: TempDir,
-}
+/// Name of the rosbag2 in its temporary folder.
+pub(in crate::input) const BAG: &str = "bag";
 
-impl Converted {
-    /// Folder of the bag.
-    pub(in crate::input) fn path(&self) -> PathBuf {
-        self.folder.path().join("bag")
-    }
-}
-
-/// Converts a bag.
+/// Converts a bag to a rosbag2 in a temporary folder.
 ///
 /// # Errors
 /// The program is not installed, cannot be run, or refuses the bag.
-pub(in crate::input) fn converted(path: &Path) -> Result<Converted, InputError> {
+pub(in crate::input) fn converted(path: &Path) -> Result<TempDir, InputError> {
     let file = path.display().to_string();
     let unusable = |source| InputError::spool(&file, source);
     let folder = tempfile::tempdir().map_err(unusable)?;
-    let converted = Converted { folder };
     // An absolute path cannot be taken for an option.
     let source = path.canonicalize().map_err(unusable)?;
     let ran = Command::new(PROGRAM)
         .arg("--src")
         .arg(source)
         .arg("--dst")
-        .arg(converted.path())
+        .arg(folder.path().join(BAG))
         .stdin(Stdio::null())
         .output();
     let reason = match ran {
-        Ok(output) if output.status.success() => return Ok(converted),
+        Ok(output) if output.status.success() => return Ok(folder),
         Err(error) if error.kind() == io::ErrorKind::NotFound => {
             let kind = Foreign::Ros1Bag;
             return Err(ContainerError::Foreign { file, kind }.into());
