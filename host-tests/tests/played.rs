@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io;
 use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
@@ -14,7 +13,7 @@ use host_tests::requirements::unmet;
 use live::feed::Fed;
 use live::{Feed, Playback, Source};
 use recordings::input::Hints;
-use recordings::input::bag::{Channel, Receiver, Written, copy};
+use recordings::input::bag::copy;
 
 #[path = "../../wire/tests/python/environment.rs"]
 mod environment;
@@ -46,15 +45,12 @@ struct Counts(BTreeMap<String, u64>);
 impl Counts {
     fn of(bag: &Path) -> Self {
         let mut counts = Self::default();
-        copy(bag, &mut counts).expect("a bag").expect("messages");
+        let copied = copy(bag, &mut |channel, _, _| {
+            *counts.0.entry(channel.topic.clone()).or_default() += 1;
+            Ok(())
+        });
+        copied.expect("a bag").expect("messages");
         counts
-    }
-}
-
-impl Receiver for Counts {
-    fn message(&mut self, channel: &Channel, _: Written, _: &[u8]) -> io::Result<()> {
-        *self.0.entry(channel.topic.clone()).or_default() += 1;
-        Ok(())
     }
 }
 

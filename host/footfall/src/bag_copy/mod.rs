@@ -16,7 +16,7 @@ use estimator_core::Params;
 use mcap::write::NoSeek;
 use recordings::events::ContactEvent;
 use recordings::input::Stored;
-use recordings::input::bag::{Channel, Receiver, Written, copy};
+use recordings::input::bag::{Channel, Written, copy};
 use ros::compat::{FEET, LOW_STATE_TOPIC, place};
 use ros::mcap_file::{Declared, Times};
 use ros::{AllFeet, Compat, McapFile, RosMessage};
@@ -123,7 +123,10 @@ pub fn write(
             all_feet: (!compats.is_empty()).then(|| AllFeet::new(compats)),
             low_state: of_all_feet.low_states.as_ref().map(LowState::new),
         };
-        notices = copy(input, &mut merging).map_err(|error| carried(error.into()))??;
+        let copied = copy(input, &mut |channel, written, payload| {
+            merging.message(channel, written, payload)
+        });
+        notices = copied.map_err(|error| carried(error.into()))??;
         merging.messages_until(i64::MAX)?;
         if let Some(states) = &of_all_feet.low_states
             && merging.low_state.is_some_and(|state| !state.is_found)
@@ -187,9 +190,8 @@ impl<W: Write + io::Seek> Merging<'_, '_, W> {
         }
         Ok(())
     }
-}
 
-impl<W: Write + io::Seek> Receiver for Merging<'_, '_, W> {
+    /// Writes a message of the bag, after those of the feet that precede it.
     fn message(&mut self, channel: &Channel, written: Written, payload: &[u8]) -> io::Result<()> {
         if self.topics.contains(&channel.topic) {
             let (file, topic) = (self.file.to_owned(), channel.topic.clone());

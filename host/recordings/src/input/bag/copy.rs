@@ -13,23 +13,14 @@ use super::mcap::LONGEST_RECORD;
 use super::storage::{Channel, Visitor, Written};
 use super::visit::visit;
 
-/// Receiver of the messages of a bag.
-pub trait Receiver {
-    /// Receives a message, decompressed.
-    ///
-    /// # Errors
-    /// The copy cannot be written.
-    fn message(&mut self, channel: &Channel, written: Written, payload: &[u8]) -> io::Result<()>;
-}
+/// Receiver of the messages of a bag, decompressed.
+pub type Receiver<'a> = &'a mut dyn FnMut(&Channel, Written, &[u8]) -> io::Result<()>;
 
 /// Passes all messages of a bag in stored order to a receiver; returns a sentence about each part that ends early.
 ///
 /// # Errors
 /// Outer: the bag cannot be read. Inner: the first error of the receiver.
-pub fn copy(
-    path: &Path,
-    receiver: &mut dyn Receiver,
-) -> Result<io::Result<Vec<String>>, InputError> {
+pub fn copy(path: &Path, receiver: Receiver<'_>) -> Result<io::Result<Vec<String>>, InputError> {
     let Source::Container(mut container) = Source::open(path, None, |file, _| Box::new(file))?
     else {
         return Ok(Err(io::ErrorKind::InvalidInput.into()));
@@ -48,7 +39,7 @@ pub fn copy(
 }
 
 struct Copier<'a> {
-    receiver: &'a mut dyn Receiver,
+    receiver: Receiver<'a>,
     file: String,
     /// Number of messages of each topic so far.
     messages: HashMap<String, u64>,
@@ -66,13 +57,8 @@ impl Visitor for Copier<'_> {
         written: Written,
         payload: &[u8],
     ) -> Result<(), InputError> {
-        let number = match self.messages.get_mut(&channel.topic) {
-            Some(count) => {
-                *count += 1;
-                *count
-            }
-            None => *self.messages.entry(channel.topic.clone()).or_insert(1),
-        };
+        let number = self.messages.entry(channel.topic.clone()).or_default();
+        *number += 1;
         // rosbag2 compresses messages one by one; in others these bytes may be anything.
         let message = match channel.encoding.as_str() {
             "cdr" => decompressed_message(payload, LONGEST_RECORD as u64),
@@ -81,10 +67,10 @@ impl Visitor for Copier<'_> {
         let message = message.map_err(|what| ContainerError::Message {
             file: self.file.clone(),
             topic: channel.topic.clone(),
-            number,
+            number: *number,
             what,
         })?;
-        let received = self.receiver.message(channel, written, &message);
+        let received = (self.receiver)(channel, written, &message);
         received.map_err(|error| {
             // The visit ends; the error itself is returned apart.
             self.failed = Some(error);
