@@ -84,10 +84,7 @@ pub(super) fn content(payload: &[u8]) -> Result<Content<'_>, String> {
     };
     let bytes = match message {
         Cow::Borrowed(message) => Cow::Borrowed(&message[ENCODING..]),
-        Cow::Owned(mut message) => {
-            message.drain(..ENCODING);
-            Cow::Owned(message)
-        }
+        Cow::Owned(message) => Cow::Owned(message[ENCODING..].to_vec()),
     };
     Ok(Content { order, bytes })
 }
@@ -117,40 +114,27 @@ pub(super) fn decode_start<T: for<'de> Deserialize<'de>>(payload: &[u8]) -> Resu
         .map_err(|error| error.to_string())
 }
 
-/// A text that is skipped, whatever its content: in CDR it is a byte count followed by the bytes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Skipped;
-
-/// A text, whatever its content; bytes that are not UTF-8 are replaced.
+/// A text, whatever its content: in CDR it is a byte count followed by the bytes. Bytes that are not UTF-8 are replaced.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Text(pub(super) String);
 
-impl<'de> Deserialize<'de> for Skipped {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_bytes(Bytes(|_: &[u8]| Skipped))
-    }
-}
-
 impl<'de> Deserialize<'de> for Text {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_bytes(Bytes(|bytes: &[u8]| {
-            let text = bytes.strip_suffix(&[0]).unwrap_or(bytes);
-            Text(String::from_utf8_lossy(text).into_owned())
-        }))
+        deserializer.deserialize_bytes(TextVisitor)
     }
 }
 
-/// Visitor that makes a value of the bytes of a text.
-struct Bytes<F>(F);
+struct TextVisitor;
 
-impl<T, F: FnOnce(&[u8]) -> T> Visitor<'_> for Bytes<F> {
-    type Value = T;
+impl Visitor<'_> for TextVisitor {
+    type Value = Text;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("bytes")
     }
 
-    fn visit_bytes<E>(self, bytes: &[u8]) -> Result<T, E> {
-        Ok((self.0)(bytes))
+    fn visit_bytes<E>(self, bytes: &[u8]) -> Result<Text, E> {
+        let text = bytes.strip_suffix(&[0]).unwrap_or(bytes);
+        Ok(Text(String::from_utf8_lossy(text).into_owned()))
     }
 }

@@ -38,17 +38,12 @@ struct ContactFeed {
     /// Newest standard deviation of the velocity, with its time, µs.
     sigma: Option<(i64, f32)>,
     orientation: NewestOrientation,
-    left_out: LeftOut,
-}
-
-/// Number of contacts that were left out.
-#[derive(Clone, Copy, Default)]
-struct LeftOut {
+    /// Number of contacts left out because they could not be decoded.
     not_decoded: u64,
+    /// Number of contacts left out because they were not after the one before.
     not_after: u64,
 }
 
-/// Contacts of a foot, and a sentence on each kind of those that were left out.
 /// Topic of the contacts of a foot, the contacts, and notices about those left out.
 pub(super) type FootContacts = (String, Contacts, Vec<String>);
 
@@ -100,21 +95,18 @@ impl ContactFeeds {
         };
         let feed = self.0.entry(foot.to_owned()).or_default();
         match kind {
-            Kind::Contact => match decode::<messages::Contact>(payload) {
-                Ok(contact) => feed.contact(&contact, log_ns),
-                Err(_) => {
-                    feed.left_out.not_decoded += 1;
-                    Ok(())
-                }
+            Kind::Contact => match decode(payload) {
+                Ok(contact) => return feed.contact(&contact, log_ns),
+                Err(_) => feed.not_decoded += 1,
             },
             Kind::Velocity => {
                 if let Ok(velocity) = decode::<TwistWithCovarianceStamped>(payload) {
                     let time_us = velocity.header.stamp.micros();
-                    feed.velocity(time_us.unwrap_or(micros(log_ns)), velocity.variance());
+                    feed.velocity(time_us.unwrap_or(micros(log_ns)), velocity.covariance[0][0]);
                 }
-                Ok(())
             }
         }
+        Ok(())
     }
 
     /// Processes the orientation of a sample of an IMU.
@@ -143,8 +135,8 @@ impl ContactFeeds {
         feed.flush()?;
         let topic = foot + CONTACT;
         let counted = [
-            (feed.left_out.not_decoded, "are no message of this type"),
-            (feed.left_out.not_after, "are not after the one before"),
+            (feed.not_decoded, "are no message of this type"),
+            (feed.not_after, "are not after the one before"),
         ];
         let counted = counted.into_iter().filter(|(count, _)| *count > 0);
         let notices = counted
@@ -184,7 +176,7 @@ impl ContactFeed {
         };
         contact.orientation = self.orientation.at(contact.time_us);
         if !self.contacts.push(&contact)? {
-            self.left_out.not_after += 1;
+            self.not_after += 1;
         }
         Ok(())
     }

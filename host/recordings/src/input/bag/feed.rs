@@ -21,7 +21,8 @@ pub(super) struct Feed {
     pub(super) topic: String,
     /// `None` before the first message that is decoded.
     pub(super) frame: Option<String>,
-    pub(super) sharing: Sharing,
+    /// Whether its topic has messages of several frames.
+    pub(super) is_shared: bool,
     /// Which fields of messages of another type were taken.
     pub(super) fields_taken: Option<String>,
     pub(super) messages: u64,
@@ -37,13 +38,6 @@ pub(super) struct Feed {
     without: Lacking,
 }
 
-/// Whether a topic has messages of several frames.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Sharing {
-    Alone,
-    Shared,
-}
-
 /// Number of messages that lack a field.
 #[derive(Clone, Copy, Debug, Default)]
 struct Lacking {
@@ -56,18 +50,12 @@ struct Lacking {
     number: u64,
 }
 
-/// Names of a foot, in addition to its topic.
-pub(super) struct Name {
-    pub(super) recording: String,
-    pub(super) foot: Option<String>,
-}
-
 impl Feed {
     pub(super) fn new(topic: String, hints: &Hints) -> Self {
         Self {
             topic,
             frame: None,
-            sharing: Sharing::Alone,
+            is_shared: false,
             fields_taken: None,
             messages: 0,
             log_us: None,
@@ -185,10 +173,11 @@ impl Feed {
         }
     }
 
-    /// Returns the recording.
+    /// Returns the recording `name` of `foot`.
     pub(super) fn finish(
         self,
-        name: Name,
+        name: String,
+        foot: Option<String>,
         load: Option<&LoadSeries>,
         hints: &Hints,
         file: &str,
@@ -214,8 +203,8 @@ impl Feed {
         let notices = self.notices(&place, load);
         let source = Source {
             file: &place,
-            name: name.recording,
-            foot: name.foot,
+            name,
+            foot,
             gravity: Gravity::Included,
             load_title: load.map_or_else(|| "load".to_owned(), LoadSeries::title),
             notices,
@@ -286,10 +275,7 @@ impl Feed {
 
     /// The frame, if the topic has several.
     fn shown_frame(&self) -> Option<&str> {
-        match self.sharing {
-            Sharing::Alone => None,
-            Sharing::Shared => self.frame.as_deref(),
-        }
+        self.frame.as_deref().filter(|_| self.is_shared)
     }
 }
 

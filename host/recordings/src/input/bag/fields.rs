@@ -22,7 +22,7 @@ pub(super) struct Fields {
     /// First covariances of rates and accelerations, where axes are those of a `sensor_msgs/msg/Imu`.
     covariances: Option<[Path; 2]>,
     /// Which fields were taken, if they were found by their names.
-    taken: Option<String>,
+    pub(super) taken: Option<String>,
 }
 
 impl Fields {
@@ -75,11 +75,6 @@ impl Fields {
         })
     }
 
-    /// Which fields were taken, if they were found by their names.
-    pub(super) fn taken(&self) -> Option<&str> {
-        self.taken.as_deref()
-    }
-
     /// Sample of a message; the error is half a sentence.
     pub(super) fn imu(&self, payload: &[u8]) -> Result<Imu, String> {
         let paths: Vec<&Path> = self
@@ -99,11 +94,12 @@ impl Fields {
             stamp: Time::of_numbers(stamp),
             frame_id: Text(frame),
         };
-        let imu = Imu::of(header, [*ax, *ay, *az], [*wx, *wy, *wz]);
-        Ok(match covariances {
-            [rates, accelerations] => imu.with_covariances([*rates, *accelerations]),
-            _ => imu,
-        })
+        let covariances = match covariances {
+            [rates, accelerations] => [*rates, *accelerations],
+            _ => [0.0; 2],
+        };
+        let (accelerations, rates) = ([*ax, *ay, *az], [*wx, *wy, *wz]);
+        Ok(Imu::of(header, accelerations, rates, covariances))
     }
 }
 

@@ -91,7 +91,7 @@ fn read(
     if let Topics::Named(named) = &hints.bag.topics {
         feet.retain(|(topic, _)| named.contains(topic));
     }
-    feet.sort_by(|a, b| order(&hints.bag, &a.0, &a.1).cmp(&order(&hints.bag, &b.0, &b.1)));
+    feet.sort_by_cached_key(|(topic, frame)| order(&hints.bag, topic, frame));
     let hidden = hidden_imus(&reader.others, &hints.bag);
     let names = names(&feet, &reader.feet, hidden);
     Ok(Loads {
@@ -134,13 +134,13 @@ impl LoadReader<'_> {
         }
         is_needed
     }
+}
 
-    /// Adds an IMU.
-    fn foot(&mut self, topic: &str, frame: String) {
-        let of_topic = |(other, _): &&ImuKey| other == topic;
-        if self.feet.iter().filter(of_topic).count() < MOST_FRAMES {
-            self.feet.insert((topic.to_owned(), frame));
-        }
+/// Adds an IMU.
+fn add(feet: &mut BTreeSet<ImuKey>, topic: &str, frame: String) {
+    let of_topic = |(other, _): &&ImuKey| other == topic;
+    if feet.iter().filter(of_topic).count() < MOST_FRAMES {
+        feet.insert((topic.to_owned(), frame));
     }
 }
 
@@ -172,15 +172,13 @@ impl Visitor for LoadReader<'_> {
         if self.is_foot(channel)
             && let Ok(Header { frame_id, .. }) = decode_start(payload)
         {
-            self.foot(&channel.topic, frame_id.0);
+            add(&mut self.feet, &channel.topic, frame_id.0);
         }
-        for part in 0..self.parts.len() {
-            let (address, fields) = &self.parts[part];
+        for (address, fields) in &self.parts {
             if fields.topic == channel.topic
                 && let Ok(imu) = fields.imu(payload)
             {
-                let address = address.clone();
-                self.foot(&address, imu.header.frame_id.0);
+                add(&mut self.feet, address, imu.header.frame_id.0);
             }
         }
         let wanted = |series: &&mut LoadSeries| series.topic.topic == channel.topic;

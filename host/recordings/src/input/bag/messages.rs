@@ -3,7 +3,7 @@
 
 use serde::Deserialize;
 
-use super::cdr::{Skipped, Text};
+use super::cdr::Text;
 
 /// `builtin_interfaces/msg/Time`.
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -57,24 +57,24 @@ impl Imu {
     /// Name of its type.
     pub(super) const TYPE: &'static str = "sensor_msgs/msg/Imu";
 
-    /// Message with these accelerations and rates, in the units of its source, without orientation.
-    pub(super) fn of(header: Header, accelerations: [f64; 3], rates: [f64; 3]) -> Self {
+    /// Message with these accelerations and rates, in the units of its source, and the first covariances of rates and
+    /// accelerations, without orientation.
+    pub(super) fn of(
+        header: Header,
+        accelerations: [f64; 3],
+        rates: [f64; 3],
+        covariances: [f64; 2],
+    ) -> Self {
+        let of_first = |first| [first, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
         Self {
             header,
             orientation: [0.0; 4],
-            orientation_covariance: [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            orientation_covariance: of_first(-1.0),
             angular_velocity: rates,
-            angular_velocity_covariance: [0.0; 9],
+            angular_velocity_covariance: of_first(covariances[0]),
             linear_acceleration: accelerations,
-            linear_acceleration_covariance: [0.0; 9],
+            linear_acceleration_covariance: of_first(covariances[1]),
         }
-    }
-
-    /// The same with these first covariances of rates and accelerations.
-    pub(super) const fn with_covariances(mut self, [rates, accelerations]: [f64; 2]) -> Self {
-        self.angular_velocity_covariance[0] = rates;
-        self.linear_acceleration_covariance[0] = accelerations;
-        self
     }
 
     /// Orientation x, y, z, w; `None` if it is marked as missing.
@@ -97,7 +97,7 @@ impl Imu {
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct Contact {
     pub(super) header: Header,
-    _foot: Skipped,
+    _foot: Text,
     _node: u8,
     pub(super) p_stable: f32,
     pub(super) p_tangential: f32,
@@ -120,7 +120,8 @@ impl Contact {
 pub(super) struct TwistWithCovarianceStamped {
     pub(super) header: Header,
     _twist: [f64; 6],
-    covariance: [[f64; 6]; 6],
+    /// Of x, y, z and the rates about them, (m/s)² and (rad/s)².
+    pub(super) covariance: [[f64; 6]; 6],
 }
 
 impl TwistWithCovarianceStamped {
@@ -143,9 +144,9 @@ pub(super) struct WrenchStamped {
 }
 
 /// `std_msgs/msg/MultiArrayDimension`.
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize)]
 struct Dimension {
-    _label: Skipped,
+    _label: Text,
     _size: u32,
     _stride: u32,
 }

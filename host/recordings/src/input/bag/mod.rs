@@ -48,7 +48,7 @@ use super::open::Container;
 use super::refusal::ContainerError;
 use super::store::stored::Stored;
 use super::topics::{BagOptions, Topics};
-use feed::{Feed, Name, Sharing};
+use feed::Feed;
 use loads::loads;
 use messages::Imu;
 use reader::Reader;
@@ -71,8 +71,8 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
     let mut reader = Reader::new(&file, hints, &loads);
     let endings = visit(&mut container.parts, &file, &mut reader)?;
     let contact_topics = reader.contact_topics();
-    let mut contacts = reader.take_contacts();
-    let has_parts = reader.has_parts();
+    let mut contacts = std::mem::take(&mut reader.contacts);
+    let has_parts = !reader.parts.is_empty();
     let missing = metadata::missing_notice(Path::new(&file));
     let all = reader.all_imus();
     let chosen = reader.chosen()?;
@@ -99,19 +99,15 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
     let mut recordings = Vec::new();
     let mut used = Vec::new();
     for ((k, feed), foot) in chosen.into_iter().enumerate().zip(feet) {
-        let name = Name {
-            recording: container.name.clone(),
-            foot,
-        };
         let address = feed.address();
-        let of_foot = match feed.sharing {
-            Sharing::Alone => {
-                (contacts.of_imu(&feed.topic)).map_err(|source| InputError::spool(&file, source))?
-            }
-            // Samples of several feet on one topic have no contacts beside them.
-            Sharing::Shared => None,
+        // Samples of several feet on one topic have no contacts beside them.
+        let of_foot = match feed.is_shared {
+            true => Ok(None),
+            false => contacts.of_imu(&feed.topic),
         };
-        let mut stored = feed.finish(name, loads.series.get(k), hints, &file)?;
+        let of_foot = of_foot.map_err(|source| InputError::spool(&file, source))?;
+        let name = container.name.clone();
+        let mut stored = feed.finish(name, foot, loads.series.get(k), hints, &file)?;
         stored.about.address = Some(address);
         if let Some((topic, contacts, notices)) = of_foot
             && stored.use_contacts(contacts)
@@ -160,17 +156,17 @@ fn contact_notices(
 type ImuKey = (String, String);
 
 /// Key that sorts feet as they are selected: by topic, then by frame; by name where none are named.
-fn order<'a>(
+fn order(
     bag: &BagOptions,
-    topic: &'a str,
-    frame: &'a str,
-) -> (Option<usize>, &'a str, Option<usize>, &'a str) {
+    topic: &str,
+    frame: &str,
+) -> (Option<usize>, String, Option<usize>, String) {
     let topic_place = match &bag.topics {
         Topics::Named(named) => named.iter().position(|name| name == topic),
         Topics::All | Topics::TheOnly => None,
     };
     let frame_place = bag.frames.iter().position(|name| name == frame);
-    (topic_place, topic, frame_place, frame)
+    (topic_place, topic.to_owned(), frame_place, frame.to_owned())
 }
 
 /// Returns whether the frame of a message is selected.
@@ -190,11 +186,9 @@ fn addresses<'a>(
         _ => &[],
     };
     named.iter().filter_map(|address| {
-        let part = address.strip_prefix(&channel.topic)?;
-        let part = if part.is_empty() {
-            part
-        } else {
-            part.strip_prefix('.')?
+        let part = match address.strip_prefix(&channel.topic)? {
+            "" => "",
+            part => part.strip_prefix('.')?,
         };
         Some((address.as_str(), part))
     })

@@ -7,12 +7,11 @@ use super::super::loaded::Hints;
 use super::super::refusal::{ContainerError, ImuTopic};
 use super::super::store::contacts::ContactUse;
 use super::super::table::mapping::Mapping;
-use super::super::topics::{BagOptions, Topics};
+use super::super::topics::Topics;
 use super::cdr::decode;
 use super::contacts::{ContactFeeds, is_contact};
-use super::feed::{Feed, Sharing};
+use super::feed::Feed;
 use super::fields::Fields;
-use super::load::LoadSeries;
 use super::loads::Loads;
 use super::messages::Imu;
 use super::sidecar::{Known, Sidecar, is_sidecar};
@@ -23,18 +22,16 @@ use super::{ImuKey, MOST_FRAMES, addresses, described, hidden_imus, is_imu, is_w
 pub(super) struct Reader<'a> {
     file: &'a str,
     hints: &'a Hints,
-    loads: &'a [LoadSeries],
-    /// IMUs of the feet in the order of their loads.
-    order: &'a [ImuKey],
+    loads: &'a Loads,
     /// Topics with samples of an IMU, and their frames.
     feeds: Vec<Feed>,
     /// IMUs that are named in messages of another type, by their addresses.
-    parts: Vec<(String, Fields)>,
+    pub(super) parts: Vec<(String, Fields)>,
     /// All other topics.
     others: Vec<Channel>,
     sidecar: Sidecar,
     /// Contacts of the feet, if they are read.
-    contacts: ContactFeeds,
+    pub(super) contacts: ContactFeeds,
     /// Error in the topic that may be the only one.
     failed: Option<InputError>,
     /// Error about a topic that was named.
@@ -51,8 +48,8 @@ impl Visitor for Reader<'_> {
             return is_sidecar(channel) || self.declare_fields(channel) || is_contact;
         }
         if !self.feeds.iter().any(|feed| feed.topic == channel.topic) {
-            self.feeds
-                .push(Feed::new(channel.topic.clone(), self.hints));
+            let feed = Feed::new(channel.topic.clone(), self.hints);
+            self.feeds.push(feed);
         }
         true
     }
@@ -66,26 +63,21 @@ impl Visitor for Reader<'_> {
         if let Some(error) = self.refused.take() {
             return Err(error);
         }
-        let mut is_of_parts = false;
-        for part in 0..self.parts.len() {
-            let (address, fields) = &self.parts[part];
-            if fields.topic == channel.topic {
-                let (address, imu) = (address.clone(), fields.imu(payload));
-                self.sample(&address, (log_ns, Known::default()), imu)?;
-                is_of_parts = true;
-            }
-        }
-        if is_of_parts {
-            return Ok(());
+        let parts = self.parts.iter();
+        let of_parts: Vec<_> = parts
+            .filter(|(_, fields)| fields.topic == channel.topic)
+            .map(|(address, fields)| (address.clone(), fields.imu(payload)))
+            .collect();
+        if !of_parts.is_empty() {
+            return of_parts.into_iter().try_for_each(|(address, imu)| {
+                self.sample(&address, (log_ns, Known::default()), imu)
+            });
         }
         let is_same = |feed: &Feed| feed.topic == channel.topic;
         let Some(first) = self.feeds.iter().position(is_same) else {
             self.sidecar.take(channel, log_ns, payload);
-            return match self.reads_contacts() {
-                true => self.contacts.take(channel, log_ns, payload),
-                false => Ok(()),
-            }
-            .map_err(|source| InputError::spool(self.file, source));
+            let taken = self.contacts.take(channel, log_ns, payload);
+            return taken.map_err(|source| InputError::spool(self.file, source));
         };
         let is_needed = match &self.hints.bag.topics {
             Topics::Named(named) => named.contains(&channel.topic),
@@ -104,7 +96,7 @@ impl Visitor for Reader<'_> {
         let taken = self.sample(&channel.topic, (log_ns, known), decode(payload));
         match (taken, &self.hints.bag.topics) {
             (Err(error), Topics::TheOnly) => {
-                self.failed = self.failed.take().or(Some(error));
+                self.failed = Some(error);
                 Ok(())
             }
             (taken, _) => taken,
@@ -117,8 +109,7 @@ impl<'a> Reader<'a> {
         Self {
             file,
             hints,
-            loads: &loads.series,
-            order: &loads.feet,
+            loads,
             feeds: Vec::new(),
             parts: Vec::new(),
             others: Vec::new(),
@@ -133,11 +124,6 @@ impl<'a> Reader<'a> {
         matches!(self.hints.contacts, ContactUse::Recorded)
     }
 
-    /// Takes the contacts of all feet.
-    pub(super) fn take_contacts(&mut self) -> ContactFeeds {
-        std::mem::take(&mut self.contacts)
-    }
-
     /// Adds the IMUs that are named in messages of another type; returns whether there is one.
     fn declare_fields(&mut self, channel: &Channel) -> bool {
         let mut is_named = false;
@@ -149,7 +135,7 @@ impl<'a> Reader<'a> {
             match Fields::of(channel, part, &self.hints.table.mapping) {
                 Ok(fields) => {
                     let mut feed = Feed::new(address.to_owned(), self.hints);
-                    feed.fields_taken = fields.taken().map(str::to_owned);
+                    feed.fields_taken.clone_from(&fields.taken);
                     self.feeds.push(feed);
                     self.parts.push((address.to_owned(), fields));
                 }
@@ -165,11 +151,6 @@ impl<'a> Reader<'a> {
             }
         }
         is_named
-    }
-
-    /// Returns whether axes are read by their fields in messages of another type.
-    pub(super) fn has_parts(&self) -> bool {
-        !self.parts.is_empty()
     }
 
     /// Passes a message that is needed to the feed of its topic, or of the part of its messages, and its frame; the
@@ -198,8 +179,8 @@ impl<'a> Reader<'a> {
             return Ok(());
         }
         let is_foot = |(foot, frame): &ImuKey| *foot == topic && *frame == imu.header.frame_id.0;
-        let foot = self.order.iter().position(is_foot);
-        let load = foot.and_then(|foot| self.loads.get(foot));
+        let foot = self.loads.feet.iter().position(is_foot);
+        let load = foot.and_then(|foot| self.loads.series.get(foot));
         if self.reads_contacts() {
             self.contacts.take_imu(topic, log_ns, &imu);
         }
@@ -210,13 +191,11 @@ impl<'a> Reader<'a> {
     /// sentence.
     fn place(&mut self, topic: &str, frame: &str) -> Result<usize, String> {
         let is_same = |feed: &Feed| feed.topic == topic;
-        let is_it = |feed: &Feed| is_same(feed) && feed.frame.as_deref() == Some(frame);
+        let has_it = |feed: &Feed| feed.frame.as_deref().is_none_or(|known| known == frame);
+        let is_it = |feed: &Feed| is_same(feed) && has_it(feed);
         if let Some(at) = self.feeds.iter().position(is_it) {
-            return Ok(at);
-        }
-        let is_new = |feed: &Feed| is_same(feed) && feed.frame.is_none();
-        if let Some(at) = self.feeds.iter().position(is_new) {
-            self.feeds[at].frame = Some(frame.to_owned());
+            let known = &mut self.feeds[at].frame;
+            known.get_or_insert_with(|| frame.to_owned());
             return Ok(at);
         }
         if self.feeds.iter().filter(|feed| is_same(feed)).count() >= MOST_FRAMES {
@@ -230,7 +209,7 @@ impl<'a> Reader<'a> {
         feed.fields_taken = first.and_then(|first| first.fields_taken.clone());
         self.feeds.push(feed);
         for feed in self.feeds.iter_mut().filter(|feed| is_same(feed)) {
-            feed.sharing = Sharing::Shared;
+            feed.is_shared = true;
         }
         Ok(self.feeds.len() - 1)
     }
@@ -285,7 +264,10 @@ impl<'a> Reader<'a> {
         self.select_frames()?;
         let topics: Vec<ImuTopic> = self.feeds.iter().map(Feed::about).collect();
         let mut feeds = self.feeds;
-        sort(&mut feeds, &self.hints.bag);
+        feeds.sort_by_cached_key(|feed| {
+            let frame = feed.frame.as_deref().unwrap_or_default();
+            order(&self.hints.bag, &feed.topic, frame)
+        });
         if let Topics::Named(named) = &self.hints.bag.topics {
             for topic in named {
                 let of_topic = feeds.iter().find(|feed| feed.topic == *topic);
@@ -330,7 +312,6 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Sorts feeds by [`order`].
 fn no_message(file: String, topic: String, topics: Vec<ImuTopic>) -> InputError {
     ContainerError::NoMessage {
         file,
@@ -338,12 +319,4 @@ fn no_message(file: String, topic: String, topics: Vec<ImuTopic>) -> InputError 
         topics,
     }
     .into()
-}
-
-fn sort(feeds: &mut [Feed], bag: &BagOptions) {
-    feeds.sort_by(|a, b| {
-        let of = |feed: &Feed| feed.frame.clone().unwrap_or_default();
-        let (a_frame, b_frame) = (of(a), of(b));
-        order(bag, &a.topic, &a_frame).cmp(&order(bag, &b.topic, &b_frame))
-    });
 }
