@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use mcap::records::MessageHeader;
 use mcap::{Compression, McapError, WriteOptions, Writer};
+use recordings::input::bag::{Channel, Schema, Written};
 
 use crate::definition::Definition;
 use crate::published::Published;
@@ -23,67 +24,15 @@ const CHUNK_US: u64 = 1_000_000;
 pub struct McapFile<W: Write + Seek> {
     writer: Writer<W>,
     /// Channels of each topic: another bag may have several.
-    channels: HashMap<Arc<str>, Vec<Channel>>,
+    channels: HashMap<Arc<str>, Vec<Declared>>,
     chunk_began_us: Option<u64>,
 }
 
-struct Channel {
+/// A channel of the file.
+struct Declared {
     id: u16,
-    /// Its declaration.
-    message: String,
-    schema: Option<(String, Vec<u8>)>,
-    encoding: String,
-    metadata: BTreeMap<String, String>,
+    channel: Channel,
     messages: u32,
-}
-
-impl Channel {
-    /// Header of its next message.
-    fn header(&mut self, times: Times) -> MessageHeader {
-        let header = MessageHeader {
-            channel_id: self.id,
-            sequence: times.sequence.unwrap_or(self.messages),
-            log_time: times.log_ns,
-            publish_time: times.publish_ns,
-        };
-        self.messages = self.messages.wrapping_add(1);
-        header
-    }
-
-    /// Returns whether a topic was declared with the same type, definition, serialisation and properties.
-    fn is(&self, of: &Declared<'_>) -> bool {
-        let schema = self.schema.as_ref();
-        self.message == of.message
-            && self.encoding == of.encoding
-            && schema.map(|(encoding, text)| (encoding.as_str(), &text[..])) == of.schema
-            && self.metadata == *of.metadata
-    }
-}
-
-/// Times of a message of another bag.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Times {
-    /// Time at which it was written, ns.
-    pub log_ns: u64,
-    /// Time at which it was sent, ns.
-    pub publish_ns: u64,
-    /// Number given by its sender; without, its number on its channel.
-    pub sequence: Option<u32>,
-}
-
-/// A topic of another bag.
-#[derive(Clone, Copy, Debug)]
-pub struct Declared<'a> {
-    /// Name of the topic.
-    pub topic: &'a str,
-    /// Type of its messages.
-    pub message: &'a str,
-    /// Definition of the type with its encoding, if known.
-    pub schema: Option<(&'a str, &'a [u8])>,
-    /// Serialisation of its messages, such as `cdr`.
-    pub encoding: &'a str,
-    /// Further properties, such as the quality of service.
-    pub metadata: &'a BTreeMap<String, String>,
 }
 
 impl<W: Write + Seek> McapFile<W> {
@@ -112,48 +61,57 @@ impl<W: Write + Seek> McapFile<W> {
     /// The file cannot be written.
     pub fn write(&mut self, published: &Published) -> Result<(), McapError> {
         let definition = Definition::of(&published.message);
-        let log_ns = published.at.as_micros().saturating_mul(1000);
-        let times = Times {
-            log_ns,
-            publish_ns: log_ns,
-            sequence: None,
+        let is_own = |channel: &Channel| channel.message == definition.name;
+        let schema = || Schema {
+            encoding: "ros2msg".to_owned(),
+            text: definition.text().into_bytes(),
         };
-        let data = published.message.cdr();
-        let own = |channel: &&mut Channel| channel.message == definition.name;
-        let channels = self.channels.get_mut(&published.topic);
-        if let Some(channel) = channels.and_then(|channels| channels.iter_mut().find(own)) {
-            let header = channel.header(times);
-            return self.put(&header, &data);
-        }
-        let text = definition.text();
-        let declared = Declared {
-            topic: &published.topic,
-            message: definition.name,
-            schema: Some(("ros2msg", text.as_bytes())),
-            encoding: "cdr",
-            metadata: &BTreeMap::new(),
+        let (channel_id, sequence) = match self.next(&published.topic, is_own) {
+            Some(next) => next,
+            None => self.declare(Channel {
+                topic: published.topic.to_string(),
+                message: definition.name.to_owned(),
+                encoding: "cdr".to_owned(),
+                schema: Some(schema().into()),
+                metadata: BTreeMap::new(),
+            })?,
         };
-        self.copy(&declared, times, &data)
+        let log_time = published.at.as_micros().saturating_mul(1000);
+        let header = MessageHeader {
+            channel_id,
+            sequence,
+            log_time,
+            publish_time: log_time,
+        };
+        self.put(&header, &published.message.cdr())
     }
 
-    /// Appends a message of another bag.
+    /// Appends a message of another bag; without a number of its sender, it has that on its channel.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn copy(&mut self, of: &Declared<'_>, times: Times, data: &[u8]) -> Result<(), McapError> {
-        if self.channel(of).is_none() {
-            self.declare(of)?;
-        }
-        let Some(channel) = self.channel(of) else {
-            return Ok(());
+    pub fn copy(&mut self, of: &Channel, written: Written, data: &[u8]) -> Result<(), McapError> {
+        let (channel_id, number) = match self.next(&of.topic, |channel| channel == of) {
+            Some(next) => next,
+            None => self.declare(of.clone())?,
         };
-        let header = channel.header(times);
+        let nanos = |time| u64::try_from(time).unwrap_or_default();
+        let header = MessageHeader {
+            channel_id,
+            sequence: written.sequence.unwrap_or(number),
+            log_time: nanos(written.log_ns),
+            publish_time: nanos(written.publish_ns),
+        };
         self.put(&header, data)
     }
 
-    fn channel(&mut self, of: &Declared<'_>) -> Option<&mut Channel> {
-        let channels = self.channels.get_mut(of.topic)?;
-        channels.iter_mut().find(|channel| channel.is(of))
+    /// Id of a channel of a topic, and the number of its next message, if it was declared.
+    fn next(&mut self, topic: &str, is: impl Fn(&Channel) -> bool) -> Option<(u16, u32)> {
+        let mut channels = self.channels.get_mut(topic)?.iter_mut();
+        let Declared { id, messages, .. } = channels.find(|declared| is(&declared.channel))?;
+        let number = *messages;
+        *messages = number.wrapping_add(1);
+        Some((*id, number))
     }
 
     fn put(&mut self, header: &MessageHeader, data: &[u8]) -> Result<(), McapError> {
@@ -177,33 +135,37 @@ impl<W: Write + Seek> McapFile<W> {
         Ok(())
     }
 
-    /// Adds the channel of a topic. A schema that is there already is used again.
-    fn declare(&mut self, of: &Declared<'_>) -> Result<(), McapError> {
-        let schema = match of.schema {
-            Some((encoding, text)) => self.writer.add_schema(of.message, encoding, text)?,
+    /// Adds a channel; returns its id and the number of its first message. A schema that is there already is used again.
+    fn declare(&mut self, channel: Channel) -> Result<(u16, u32), McapError> {
+        let message = &channel.message;
+        let schema = match &channel.schema {
+            Some(schema) => self
+                .writer
+                .add_schema(message, &schema.encoding, &schema.text)?,
             // The name of the type is kept without its definition.
-            None if !of.message.is_empty() => self.writer.add_schema(of.message, "", &[])?,
+            None if !message.is_empty() => self.writer.add_schema(message, "", &[])?,
             None => 0,
         };
-        let (topic, encoding, metadata) = (of.topic, of.encoding, of.metadata);
+        let Channel {
+            topic,
+            encoding,
+            metadata,
+            ..
+        } = &channel;
         let id = self.writer.add_channel(schema, topic, encoding, metadata)?;
-        let schema = of.schema;
-        let channel = Channel {
+        let of_topic = self.channels.entry(topic.as_str().into()).or_default();
+        of_topic.push(Declared {
             id,
-            message: of.message.to_owned(),
-            schema: schema.map(|(encoding, text)| (encoding.to_owned(), text.to_owned())),
-            encoding: encoding.to_owned(),
-            metadata: metadata.clone(),
-            messages: 0,
-        };
-        self.channels.entry(topic.into()).or_default().push(channel);
-        Ok(())
+            channel,
+            messages: 1,
+        });
+        Ok((id, 0))
     }
 
     /// Number of messages on each topic so far.
     #[must_use]
     pub fn counts(&self) -> BTreeMap<&str, u32> {
-        let count = |channels: &[Channel]| channels.iter().map(|channel| channel.messages).sum();
+        let count = |channels: &[Declared]| channels.iter().map(|channel| channel.messages).sum();
         let channels = self.channels.iter();
         let counts = channels.map(|(topic, channels)| (topic.as_ref(), count(channels)));
         counts.collect()

@@ -18,7 +18,6 @@ use recordings::events::ContactEvent;
 use recordings::input::Stored;
 use recordings::input::bag::{Channel, Written, copy};
 use ros::compat::{FEET, LOW_STATE_TOPIC, place};
-use ros::mcap_file::{Declared, Times};
 use ros::{AllFeet, Compat, McapFile, RosMessage};
 
 use crate::convert::earliest;
@@ -197,24 +196,9 @@ impl<W: Write + io::Seek> Merging<'_, '_, W> {
             let (file, topic) = (self.file.to_owned(), channel.topic.clone());
             return Err(carried(Error::TopicTaken { file, topic }));
         }
-        let schema = channel.schema.as_deref();
-        let declared = Declared {
-            topic: &channel.topic,
-            message: &channel.message,
-            schema: schema.map(|schema| (schema.encoding.as_str(), &schema.text[..])),
-            encoding: &channel.encoding,
-            metadata: &channel.metadata,
-        };
         // A contact follows its sample, whose log time is rounded to µs.
         self.messages_until((written.log_ns.saturating_sub(1000)).div_euclid(1000))?;
-        let [log_ns, publish_ns] = [written.log_ns, written.publish_ns]
-            .map(|nanos| u64::try_from(nanos).unwrap_or_default());
-        let times = Times {
-            log_ns,
-            publish_ns,
-            sequence: written.sequence,
-        };
-        self.bag.copy(&declared, times, payload).map_err(io_error)?;
+        self.bag.copy(channel, written, payload).map_err(io_error)?;
         let Some(low_state) = &mut self.low_state else {
             return Ok(());
         };
@@ -222,9 +206,11 @@ impl<W: Write + io::Seek> Merging<'_, '_, W> {
         match replaced.map_err(|what| no_forces(self.file, &channel.topic, what))? {
             None => Ok(()),
             Some(message) => {
-                let topic = LOW_STATE_TOPIC;
-                let declared = Declared { topic, ..declared };
-                self.bag.copy(&declared, times, &message).map_err(io_error)
+                let channel = Channel {
+                    topic: LOW_STATE_TOPIC.to_owned(),
+                    ..channel.clone()
+                };
+                self.bag.copy(&channel, written, &message).map_err(io_error)
             }
         }
     }
@@ -244,19 +230,19 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
         let mut bag = McapFile::new(std::fs::File::create(path("walk.mcap")).unwrap()).unwrap();
-        let other = Declared {
-            topic: "/other",
-            message: "my_msgs/msg/Other",
+        let other = Channel {
+            topic: "/other".to_owned(),
+            message: "my_msgs/msg/Other".to_owned(),
             schema: None,
-            encoding: "json",
-            metadata: &BTreeMap::new(),
+            encoding: "json".to_owned(),
+            metadata: BTreeMap::new(),
         };
-        let times = Times {
+        let written = Written {
             log_ns: 7,
             publish_ns: 7,
             sequence: None,
         };
-        bag.copy(&other, times, b"{}").unwrap();
+        bag.copy(&other, written, b"{}").unwrap();
         bag.finish().unwrap();
         let mut table = "t,ax,ay,az,wx,wy,wz\n".to_owned();
         for k in 0..50 {
