@@ -9,16 +9,31 @@ use crate::message::RosMessage;
 const BETWEEN: &str =
     "\n================================================================================\nMSG: ";
 
-/// Names and fields of the messages in a header.
-const IN_HEADER: [(&str, &str); 2] = [
+/// Names and fields of nested messages.
+const NESTED: [(&str, &str); 10] = [
     (
         "std_msgs/Header",
         "builtin_interfaces/Time stamp\nstring frame_id\n",
     ),
     ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n"),
+    (
+        "geometry_msgs/Quaternion",
+        "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n",
+    ),
+    ("geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n"),
+    (
+        "geometry_msgs/TwistWithCovariance",
+        "geometry_msgs/Twist twist\nfloat64[36] covariance\n",
+    ),
+    (
+        "geometry_msgs/Twist",
+        "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n",
+    ),
+    ("diagnostic_msgs/DiagnosticStatus", STATUS),
+    ("diagnostic_msgs/KeyValue", "string key\nstring value\n"),
+    ("inekf_msgs/Contact", NUMBERED_CONTACT),
+    ("custom_sensor_msgs/Contact", NUMBERED_CONTACT),
 ];
-const QUATERNION: &str = "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n";
-const VECTOR3: &str = "float64 x\nfloat64 y\nfloat64 z\n";
 const IMU: &str = "std_msgs/Header header
 geometry_msgs/Quaternion orientation
 float64[9] orientation_covariance
@@ -27,12 +42,6 @@ float64[9] angular_velocity_covariance
 geometry_msgs/Vector3 linear_acceleration
 float64[9] linear_acceleration_covariance
 ";
-const TWIST: &str = "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n";
-const TWIST_WITH_COVARIANCE: &str = "geometry_msgs/Twist twist\nfloat64[36] covariance\n";
-const TWIST_WITH_COVARIANCE_STAMPED: &str =
-    "std_msgs/Header header\ngeometry_msgs/TwistWithCovariance twist\n";
-
-const KEY_VALUE: &str = "string key\nstring value\n";
 const STATUS: &str = "byte OK=0
 byte WARN=1
 byte ERROR=2
@@ -43,15 +52,7 @@ string message
 string hardware_id
 diagnostic_msgs/KeyValue[] values
 ";
-const DIAGNOSTICS: &str = "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status\n";
-
-const CONTACTS_STAMPED: &str = "std_msgs/Header header\nbool[] contacts\n";
-const QUADRUPED_STANCE: &str =
-    "std_msgs/Header header\nfloat32 lf\nfloat32 rf\nfloat32 lh\nfloat32 rh\n";
-
 const NUMBERED_CONTACT: &str = "int32 id\nbool indicator\n";
-const CONTACT_DETECTION: &str =
-    "std_msgs/Header header\nbool stance_lf\nbool stance_rf\nbool stance_lh\nbool stance_rh\n";
 
 /// `unitree_go/msg/LowState` with the types in it.
 const LOW_STATE: &str = include_str!("../../recordings/src/input/bag/definition/low_state.msg");
@@ -69,100 +70,63 @@ pub struct Definition {
     pub name: &'static str,
     /// Fields of the message.
     own: &'static str,
-    /// Names and fields of nested messages, but for those of a header.
-    others: &'static [(&'static str, &'static str)],
 }
 
 impl Definition {
-    const fn new(
-        name: &'static str,
-        own: &'static str,
-        others: &'static [(&'static str, &'static str)],
-    ) -> Self {
-        Self { name, own, others }
+    const fn new(name: &'static str, own: &'static str) -> Self {
+        Self { name, own }
     }
 
     /// Contact.
-    pub const CONTACT: Self = Self::new("footfall_msgs/msg/Contact", CONTACT, &[]);
-    /// Event.
-    pub const EVENT: Self = Self::new("footfall_msgs/msg/Event", EVENT, &[]);
+    pub const CONTACT: Self = Self::new("footfall_msgs/msg/Contact", CONTACT);
     /// IMU sample.
-    pub const IMU: Self = Self::new(
-        "sensor_msgs/msg/Imu",
-        IMU,
-        &[
-            ("geometry_msgs/Quaternion", QUATERNION),
-            ("geometry_msgs/Vector3", VECTOR3),
-        ],
-    );
+    pub const IMU: Self = Self::new("sensor_msgs/msg/Imu", IMU);
     /// Velocity.
     pub const VELOCITY: Self = Self::new(
         "geometry_msgs/msg/TwistWithCovarianceStamped",
-        TWIST_WITH_COVARIANCE_STAMPED,
-        &[
-            ("geometry_msgs/TwistWithCovariance", TWIST_WITH_COVARIANCE),
-            ("geometry_msgs/Twist", TWIST),
-            ("geometry_msgs/Vector3", VECTOR3),
-        ],
+        "std_msgs/Header header\ngeometry_msgs/TwistWithCovariance twist\n",
     );
     /// Number.
-    pub const FLOAT64: Self = Self::new("std_msgs/msg/Float64", "float64 data\n", &[]);
-    /// Text.
-    pub const STRING: Self = Self::new("std_msgs/msg/String", "string data\n", &[]);
-    /// Truth value.
-    pub const BOOL: Self = Self::new("std_msgs/msg/Bool", "bool data\n", &[]);
+    pub const FLOAT64: Self = Self::new("std_msgs/msg/Float64", "float64 data\n");
     /// Diagnostics.
     pub const DIAGNOSTICS: Self = Self::new(
         "diagnostic_msgs/msg/DiagnosticArray",
-        DIAGNOSTICS,
-        &[
-            ("diagnostic_msgs/DiagnosticStatus", STATUS),
-            ("diagnostic_msgs/KeyValue", KEY_VALUE),
-        ],
+        "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status\n",
     );
-    /// All feet, for champ.
-    pub const CHAMP: Self = Self::new("champ_msgs/msg/ContactsStamped", CONTACTS_STAMPED, &[]);
-    /// All feet, for pronto.
-    pub const PRONTO: Self = Self::new("pronto_msgs/msg/QuadrupedStance", QUADRUPED_STANCE, &[]);
-    /// All feet, for `InEKF`.
-    pub const INEKF: Self = Self::new(
-        "inekf_msgs/msg/ContactArray",
-        "std_msgs/Header header\ninekf_msgs/Contact[] contacts\n",
-        &[("inekf_msgs/Contact", NUMBERED_CONTACT)],
-    );
-    /// All feet, for DRIFT.
-    pub const DRIFT: Self = Self::new(
-        "custom_sensor_msgs/msg/ContactArray",
-        "std_msgs/Header header\ncustom_sensor_msgs/Contact[] contacts\n",
-        &[("custom_sensor_msgs/Contact", NUMBERED_CONTACT)],
-    );
-    /// All feet, for MUSE.
-    pub const MUSE: Self = Self::new(
-        "state_estimator_msgs/msg/ContactDetection",
-        CONTACT_DETECTION,
-        &[],
-    );
-    /// All feet, as Unitree has them.
-    pub const UNITREE: Self = Self::new("unitree_go/msg/LowState", LOW_STATE, &[]);
 
     /// Returns the definition of a message.
     #[must_use]
     pub const fn of(message: &RosMessage) -> Self {
         match message {
             RosMessage::Contact(_) => Self::CONTACT,
-            RosMessage::Event(_) => Self::EVENT,
+            RosMessage::Event(_) => Self::new("footfall_msgs/msg/Event", EVENT),
             RosMessage::Imu(_) => Self::IMU,
             RosMessage::Velocity(_) => Self::VELOCITY,
             RosMessage::Number(_) => Self::FLOAT64,
-            RosMessage::Text(_) => Self::STRING,
-            RosMessage::Bool(_) => Self::BOOL,
+            RosMessage::Text(_) => Self::new("std_msgs/msg/String", "string data\n"),
+            RosMessage::Bool(_) => Self::new("std_msgs/msg/Bool", "bool data\n"),
             RosMessage::Diagnostics(_) => Self::DIAGNOSTICS,
-            RosMessage::Champ(_) => Self::CHAMP,
-            RosMessage::Pronto(_) => Self::PRONTO,
-            RosMessage::Inekf(_) => Self::INEKF,
-            RosMessage::Drift(_) => Self::DRIFT,
-            RosMessage::Muse(_) => Self::MUSE,
-            RosMessage::Unitree(_) => Self::UNITREE,
+            RosMessage::Champ(_) => Self::new(
+                "champ_msgs/msg/ContactsStamped",
+                "std_msgs/Header header\nbool[] contacts\n",
+            ),
+            RosMessage::Pronto(_) => Self::new(
+                "pronto_msgs/msg/QuadrupedStance",
+                "std_msgs/Header header\nfloat32 lf\nfloat32 rf\nfloat32 lh\nfloat32 rh\n",
+            ),
+            RosMessage::Inekf(_) => Self::new(
+                "inekf_msgs/msg/ContactArray",
+                "std_msgs/Header header\ninekf_msgs/Contact[] contacts\n",
+            ),
+            RosMessage::Drift(_) => Self::new(
+                "custom_sensor_msgs/msg/ContactArray",
+                "std_msgs/Header header\ncustom_sensor_msgs/Contact[] contacts\n",
+            ),
+            RosMessage::Muse(_) => Self::new(
+                "state_estimator_msgs/msg/ContactDetection",
+                "std_msgs/Header header\nbool stance_lf\nbool stance_rf\nbool stance_lh\nbool stance_rh\n",
+            ),
+            RosMessage::Unitree(_) => Self::new("unitree_go/msg/LowState", LOW_STATE),
         }
     }
 
@@ -175,11 +139,23 @@ impl Definition {
     /// Complete text, with nested definitions.
     #[must_use]
     pub fn text(self) -> String {
-        let has_header = self.own.contains("std_msgs/Header header");
-        let in_header = if has_header { &IN_HEADER[..] } else { &[] };
-        let others = in_header.iter().chain(self.others);
-        let others = others.map(|(name, text)| format!("{BETWEEN}{name}\n{text}"));
-        self.own.to_owned() + &others.collect::<String>()
+        let mut nested = Vec::new();
+        add_nested(self.own, &mut nested);
+        let nested = nested.into_iter();
+        let nested = nested.map(|(name, text)| format!("{BETWEEN}{name}\n{text}"));
+        self.own.to_owned() + &nested.collect::<String>()
+    }
+}
+
+/// Adds the nested messages of fields, each once and followed by those in it.
+fn add_nested(fields: &str, to: &mut Vec<(&'static str, &'static str)>) {
+    for line in fields.lines() {
+        let of_type = line.split([' ', '[']).next();
+        let nested = NESTED.iter().find(|(name, _)| of_type == Some(name));
+        if let Some(nested) = nested.filter(|nested| !to.contains(nested)) {
+            to.push(*nested);
+            add_nested(nested.1, to);
+        }
     }
 }
 
