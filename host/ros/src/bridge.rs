@@ -26,6 +26,7 @@ use crate::compat::{AllFeet, Compat};
 use crate::foot::Foot;
 use crate::message::{RosContact, RosMessage};
 use crate::published::Published;
+use crate::topics::FRAME;
 
 /// Messages from the updates of a session.
 #[derive(Debug)]
@@ -39,32 +40,26 @@ pub struct Bridge {
 
 impl Default for Bridge {
     fn default() -> Self {
-        Self::new(crate::topics::FRAME)
+        Self::new(FRAME, &[])
     }
 }
 
 impl Bridge {
-    /// Creates a bridge. `frame` is the pattern of frame names; `{foot}` is replaced by the foot's name.
+    /// Creates a bridge. `frame` is the pattern of frame names, in which `{foot}` is replaced by the foot's name;
+    /// `compats` are other programs for which there are combined messages of all feet.
     #[must_use]
-    pub fn new(frame: &str) -> Self {
+    pub fn new(frame: &str, compats: &[Compat]) -> Self {
         Self {
             frame: frame.to_owned(),
             feet: BTreeMap::new(),
-            all_feet: None,
+            all_feet: (!compats.is_empty()).then(|| AllFeet::new(compats)),
         }
-    }
-
-    /// Enables combined messages of all feet for other programs.
-    #[must_use]
-    pub fn with_compat(mut self, compats: &[Compat]) -> Self {
-        self.all_feet = (!compats.is_empty()).then(|| AllFeet::new(compats));
-        self
     }
 
     /// Names of feet that combined messages have no place for.
     pub fn without_place(&self) -> impl Iterator<Item = &str> {
         let all_feet = self.all_feet.iter();
-        all_feet.flat_map(AllFeet::others).map(String::as_str)
+        all_feet.flat_map(|feet| feet.others.iter().map(String::as_str))
     }
 
     /// Names of feet that combined messages report in swing, as they have sent no contact.
@@ -179,7 +174,6 @@ mod tests {
 
     use super::*;
     use crate::foot::SILENT;
-    use crate::message::Float64;
     use crate::message::{Level, Twist};
 
     /// Messages of a robot with two feet, of which the right one has the id `right`.
@@ -253,10 +247,8 @@ mod tests {
         let numbers = published
             .iter()
             .filter_map(|published| match published.message {
-                RosMessage::Number(Float64 { data })
-                    if published.topic.ends_with("probability") =>
-                {
-                    Some(data)
+                RosMessage::Number(number) if published.topic.ends_with("probability") => {
+                    Some(number)
                 }
                 _ => None,
             });
@@ -305,9 +297,9 @@ mod tests {
     /// Formats the messages published after the last contact of a foot.
     fn last_words(published: &[Published]) -> Vec<String> {
         let words = published.iter().map(|published| match &published.message {
-            RosMessage::Number(number) => format!("{} {}", published.topic, number.data),
+            RosMessage::Number(number) => format!("{} {number}", published.topic),
             RosMessage::Diagnostics(array) => array.status[0].message.clone(),
-            RosMessage::Champ(champ) => format!("{:?}", champ.contacts),
+            RosMessage::Champ(champ) => format!("{:?}", champ.stances),
             other => panic!("{other:?}"),
         });
         words.collect()
@@ -316,7 +308,7 @@ mod tests {
     #[test]
     fn silent_foot_is_reported_once_a_second_with_probability_0() {
         let mut session = Session::new(Feet::default());
-        let mut bridge = Bridge::default().with_compat(&[Compat::Champ]);
+        let mut bridge = Bridge::new(FRAME, &[Compat::Champ]);
         let mut next = |session: &mut Session| -> Vec<Published> {
             let updates = std::iter::from_fn(|| {
                 let update = session.next_update()?;

@@ -30,10 +30,7 @@ use std::collections::BTreeSet;
 use estimator_core::Timestamp;
 use live::silence::COMPLETION_WAIT_US;
 
-use crate::message::{
-    Bool, ContactArray, ContactDetection, ContactsStamped, Header, LowState, NumberedContact,
-    QuadrupedStance, RosContact, RosMessage, Time,
-};
+use crate::message::{Header, LowState, RosContact, RosMessage, Stances, Time};
 use crate::published::Published;
 
 /// Names of the feet, in the order of the messages.
@@ -112,37 +109,29 @@ impl Compat {
         let header = header.clone();
         let (topic, message) = match self {
             Self::Champ => {
-                let contacts = stands.to_vec();
-                let message = RosMessage::Champ(ContactsStamped { header, contacts });
+                let stances = stands.to_vec();
+                let message = RosMessage::Champ(Stances { header, stances });
                 ("/foot_contacts", message)
             }
             Self::Pronto => {
-                let [lf, rf, lh, rh] = stands.map(|stands| f32::from(u8::from(stands)));
-                let stance = QuadrupedStance {
-                    header,
-                    lf,
-                    rf,
-                    lh,
-                    rh,
-                };
-                ("/footfall/stance", RosMessage::Pronto(stance))
+                let stances = stands.map(|stands| f32::from(u8::from(stands)));
+                let message = RosMessage::Pronto(Stances { header, stances });
+                ("/footfall/stance", message)
             }
             Self::Inekf => {
-                let contacts = numbered(stands);
-                let message = RosMessage::Inekf(ContactArray { header, contacts });
+                let stances = (0..).zip(stands).collect();
+                let message = RosMessage::Inekf(Stances { header, stances });
                 ("/contact", message)
             }
             Self::Drift => {
-                let contacts = numbered(RIGHT_FIRST.map(|foot| stands[foot]));
-                let message = RosMessage::Drift(ContactArray { header, contacts });
+                let stances = (0..).zip(RIGHT_FIRST.map(|foot| stands[foot])).collect();
+                let message = RosMessage::Drift(Stances { header, stances });
                 ("/footfall/drift/contacts", message)
             }
             Self::Muse => {
-                let detection = ContactDetection {
-                    header,
-                    stance: stands,
-                };
-                ("/footfall/contact_detection", RosMessage::Muse(detection))
+                let stances = stands;
+                let message = RosMessage::Muse(Stances { header, stances });
+                ("/footfall/contact_detection", message)
             }
             Self::Unitree => {
                 let forces = RIGHT_FIRST.map(|foot| if stands[foot] { STANDS } else { 0 });
@@ -151,20 +140,15 @@ impl Compat {
             }
             Self::Bool => {
                 let feet = FEET.iter().zip(stands);
-                let of_foot = feet.map(|([name, _], data)| {
+                let of_foot = feet.map(|([name, _], stands)| {
                     let topic = format!("/footfall/{name}/contact/decision");
-                    (topic, RosMessage::Bool(Bool { data }))
+                    (topic, RosMessage::Bool(stands))
                 });
                 return of_foot.collect();
             }
         };
         vec![(topic.to_owned(), message)]
     }
-}
-
-fn numbered(stands: [bool; 4]) -> Vec<NumberedContact> {
-    let numbered = |(id, indicator)| NumberedContact { id, indicator };
-    (0..).zip(stands).map(numbered).collect()
 }
 
 /// Newest contacts of four feet.
@@ -178,8 +162,8 @@ pub struct AllFeet {
     first_us: Option<u64>,
     /// Whether each foot has sent a contact.
     heard: [bool; 4],
-    /// Names of feet outside [`FEET`].
-    others: BTreeSet<String>,
+    /// Names of feet outside [`FEET`], whose contacts are in no message.
+    pub others: BTreeSet<String>,
 }
 
 /// Decision of a foot since the newest message.
@@ -200,12 +184,6 @@ impl AllFeet {
             compats,
             ..Self::default()
         }
-    }
-
-    /// Names of feet outside [`FEET`], whose contacts are in no message.
-    #[must_use]
-    pub const fn others(&self) -> &BTreeSet<String> {
-        &self.others
     }
 
     /// Names of the feet that have sent no contact in the second after the first one of any foot, and count as in swing;
@@ -350,9 +328,9 @@ mod tests {
         let micros = |header: Header| header.stamp.nanosec / 1000;
         messages
             .map(|published| match published.message {
-                RosMessage::Pronto(m) => (micros(m.header), [m.lf, m.rf, m.lh, m.rh]),
+                RosMessage::Pronto(m) => (micros(m.header), m.stances),
                 RosMessage::Champ(m) => {
-                    let numbers = m.contacts.iter().map(|stands| f32::from(u8::from(*stands)));
+                    let numbers = m.stances.iter().map(|stands| f32::from(u8::from(*stands)));
                     let numbers: Vec<_> = numbers.collect();
                     (micros(m.header), numbers.try_into().expect("four feet"))
                 }
@@ -394,7 +372,7 @@ mod tests {
         let micros = Timestamp::from_micros;
         assert_eq!((all.idle(micros(5)), all.end()), (None, None));
         let of = |published: Option<Published>| match published?.message {
-            RosMessage::Champ(message) => Some((message.header.stamp, message.contacts)),
+            RosMessage::Champ(message) => Some((message.header.stamp, message.stances)),
             other => panic!("{other:?}"),
         };
         for foot in ["FL", "FR", "RL", "RR"] {
@@ -436,7 +414,7 @@ mod tests {
             let (contact, at) = contact(name, 0.9, 1000 * k as u64);
             assert!(all.take(&contact, at, 1000 * k as u64).is_empty());
         }
-        assert!(all.others().iter().eq(["L", "node_33"]));
+        assert!(all.others.iter().eq(["L", "node_33"]));
         let published = all.end(Timestamp::from_micros(5000));
         let topics: Vec<&str> = published.iter().map(|p| p.topic.as_ref()).collect();
         assert_eq!(topics.len(), 4);

@@ -98,10 +98,6 @@ impl Foot {
         }
     }
 
-    fn header(&self, stamp: Timestamp) -> Header {
-        self.topics.header(stamp)
-    }
-
     pub(crate) fn contact(
         &mut self,
         row: &ContactRow,
@@ -112,7 +108,7 @@ impl Foot {
         let health = foot.health.unwrap_or_default();
         let axes = row.axes.map(PerAxis::to_array);
         let contact = RosContact {
-            header: self.header(stamp),
+            header: self.topics.header(stamp),
             foot: self.name.clone(),
             node: row.node.map_or(0, wire::NodeId::get),
             p_stable: row.stable,
@@ -187,7 +183,7 @@ impl Foot {
         linear_acceleration: Vector3,
     ) -> Imu {
         Imu {
-            header: self.header(stamp),
+            header: self.topics.header(stamp),
             orientation: orientation.map(quaternion).unwrap_or_default(),
             orientation_covariance: orientation.map_or(ABSENT, |_| ORIENTATION),
             angular_velocity,
@@ -265,7 +261,7 @@ impl Foot {
             values: counts(foot),
         };
         let message = RosMessage::Diagnostics(DiagnosticArray {
-            header: self.header(at),
+            header: self.topics.header(at),
             status: vec![status],
         });
         Some(Published::new(&DIAGNOSTICS.into(), at, message))

@@ -127,77 +127,13 @@ pub struct RosEvent {
     pub distance: f64,
 }
 
-/// `std_msgs/msg/Float64`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Float64 {
-    /// The number.
-    pub data: f64,
-}
-
-/// `std_msgs/msg/String`.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct RosString {
-    /// The text.
-    pub data: String,
-}
-
-/// `std_msgs/msg/Bool`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct Bool {
-    /// The answer.
-    pub data: bool,
-}
-
-/// `champ_msgs/msg/ContactsStamped` of [champ](https://github.com/chvmp/champ).
+/// A message of other programs about all feet.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct ContactsStamped {
+pub struct Stances<T> {
     /// When the newest of its samples was acquired.
     pub header: Header,
     /// Whether left front, right front, left hind and right hind stand.
-    pub contacts: Vec<bool>,
-}
-
-/// `pronto_msgs/msg/QuadrupedStance` of [pronto](https://github.com/ori-drs/pronto).
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct QuadrupedStance {
-    /// When the newest of its samples was acquired.
-    pub header: Header,
-    /// Whether the left front foot stands: 1, or 0.
-    pub lf: f32,
-    /// Of the right front foot.
-    pub rf: f32,
-    /// Of the left hind foot.
-    pub lh: f32,
-    /// Of the right hind foot.
-    pub rh: f32,
-}
-
-/// `Contact` of `inekf_msgs` and of `custom_sensor_msgs`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct NumberedContact {
-    /// Number of the foot.
-    pub id: i32,
-    /// Whether it stands.
-    pub indicator: bool,
-}
-
-/// `ContactArray` of `inekf_msgs`, of [InEKF](https://github.com/RossHartley/invariant-ekf-ros), and of
-/// `custom_sensor_msgs`, of [DRIFT](https://github.com/UMich-CURLY/drift).
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct ContactArray {
-    /// When the newest of its samples was acquired.
-    pub header: Header,
-    /// Of each foot.
-    pub contacts: Vec<NumberedContact>,
-}
-
-/// `state_estimator_msgs/msg/ContactDetection` of [MUSE](https://github.com/iit-DLSLab/muse).
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct ContactDetection {
-    /// When the newest of its samples was acquired.
-    pub header: Header,
-    /// Whether the left front, right front, left hind and right hind foot stand.
-    pub stance: [bool; 4],
+    pub stances: T,
 }
 
 /// `unitree_go/msg/LowState` with its forces; all other fields are zero. They have 1080 bytes before the forces and 80
@@ -288,24 +224,26 @@ pub enum RosMessage {
     Imu(Box<Imu>),
     /// A velocity.
     Velocity(Box<TwistWithCovarianceStamped>),
-    /// A number: a probability or a load.
-    Number(Float64),
-    /// How far a sample is to be trusted.
-    Text(RosString),
-    /// A decision, or the truth about a sample.
-    Bool(Bool),
+    /// `std_msgs/msg/Float64`: a probability or a load.
+    Number(f64),
+    /// `std_msgs/msg/String`: how far a sample is to be trusted.
+    Text(String),
+    /// `std_msgs/msg/Bool`: a decision, or the truth about a sample.
+    Bool(bool),
     /// How the board is.
     Diagnostics(DiagnosticArray),
-    /// All feet of a robot, as champ has them.
-    Champ(ContactsStamped),
-    /// All feet of a robot, as pronto has them.
-    Pronto(QuadrupedStance),
-    /// All feet of a robot, as `InEKF` has them.
-    Inekf(ContactArray),
-    /// All feet of a robot, as DRIFT has them.
-    Drift(ContactArray),
-    /// All feet of a robot, as MUSE has them.
-    Muse(ContactDetection),
+    /// `champ_msgs/msg/ContactsStamped` of [champ](https://github.com/chvmp/champ).
+    Champ(Stances<Vec<bool>>),
+    /// `pronto_msgs/msg/QuadrupedStance` of [pronto](https://github.com/ori-drs/pronto): 1, or 0.
+    Pronto(Stances<[f32; 4]>),
+    /// `inekf_msgs/msg/ContactArray` of [InEKF](https://github.com/RossHartley/invariant-ekf-ros), with numbers of the
+    /// feet.
+    Inekf(Stances<Vec<(i32, bool)>>),
+    /// `custom_sensor_msgs/msg/ContactArray` of [DRIFT](https://github.com/UMich-CURLY/drift), with numbers of the feet,
+    /// right feet first.
+    Drift(Stances<Vec<(i32, bool)>>),
+    /// `state_estimator_msgs/msg/ContactDetection` of [MUSE](https://github.com/iit-DLSLab/muse).
+    Muse(Stances<[bool; 4]>),
     /// All feet of a robot, as Unitree has them.
     Unitree(Box<LowState>),
 }
@@ -313,7 +251,7 @@ pub enum RosMessage {
 impl RosMessage {
     /// Creates the message of a number.
     pub(crate) fn number(data: impl Into<f64>) -> Self {
-        Self::Number(Float64 { data: data.into() })
+        Self::Number(data.into())
     }
 
     /// Creates the message of the probability of a contact alone: 0 if it is invalid.
@@ -342,7 +280,7 @@ mod tests {
 
     #[test]
     fn fields_are_aligned_as_cdr_requires() {
-        let number = RosMessage::Number(Float64 { data: 0.5 }).cdr();
+        let number = RosMessage::Number(0.5).cdr();
         assert_eq!(number, [0, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0xE0, 0x3F]);
         let contact = RosContact {
             header: Header {
@@ -381,14 +319,14 @@ mod tests {
             RosMessage::Event(RosEvent::default()),
             RosMessage::Imu(Box::default()),
             RosMessage::Velocity(Box::default()),
-            RosMessage::Number(Float64::default()),
-            RosMessage::Text(RosString::default()),
+            RosMessage::Number(0.0),
+            RosMessage::Text(String::new()),
             RosMessage::Diagnostics(diagnostics),
-            RosMessage::Champ(ContactsStamped::default()),
-            RosMessage::Pronto(QuadrupedStance::default()),
-            RosMessage::Inekf(ContactArray::default()),
-            RosMessage::Drift(ContactArray::default()),
-            RosMessage::Muse(ContactDetection::default()),
+            RosMessage::Champ(Stances::default()),
+            RosMessage::Pronto(Stances::default()),
+            RosMessage::Inekf(Stances::default()),
+            RosMessage::Drift(Stances::default()),
+            RosMessage::Muse(Stances::default()),
             RosMessage::Unitree(Box::default()),
         ] {
             assert!(message.cdr().len() > 8, "{message:?}");

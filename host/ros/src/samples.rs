@@ -17,7 +17,7 @@ use samples::recording::{Label, RecordedSample};
 use samples::validity::name_of;
 
 use crate::foot::{ABSENT, vector};
-use crate::message::{Bool, Imu, RosMessage, RosString};
+use crate::message::{Imu, RosMessage};
 use crate::published::Published;
 use crate::topics::FootTopics;
 
@@ -69,12 +69,6 @@ impl SampleMessages {
         }
     }
 
-    /// Topics of the foot.
-    #[must_use]
-    pub const fn topics(&self) -> &FootTopics {
-        &self.topics
-    }
-
     /// Returns the messages of a sample acquired at `at` since 1970.
     pub fn messages(&mut self, sample: &RecordedSample, at: Timestamp) -> Vec<Published> {
         let mut published = Vec::new();
@@ -86,12 +80,11 @@ impl SampleMessages {
         }
         self.has_load = load.is_some();
         if sample.imu.validity != Validity::Valid {
-            let data = name_of(sample.imu.validity).to_owned();
-            publish(&self.validity, RosMessage::Text(RosString { data }));
+            let name = name_of(sample.imu.validity).to_owned();
+            publish(&self.validity, RosMessage::Text(name));
         }
         if let Some(label) = sample.label {
-            let data = label == Label::Stable;
-            publish(&self.label, RosMessage::Bool(Bool { data }));
+            publish(&self.label, RosMessage::Bool(label == Label::Stable));
         }
         let imu = Imu {
             header: self.topics.header(at),
@@ -108,7 +101,6 @@ impl SampleMessages {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::message::Float64;
     use estimator_core::ImuSample;
 
     #[test]
@@ -135,7 +127,7 @@ mod tests {
             };
             let published = samples.messages(&sample, Timestamp::default());
             let number = |published: Published| match published.message {
-                RosMessage::Number(Float64 { data }) => Some(data),
+                RosMessage::Number(number) => Some(number),
                 _ => None,
             };
             published.into_iter().filter_map(number).collect()

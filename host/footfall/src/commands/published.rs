@@ -34,7 +34,7 @@ impl PublishedArguments {
 
     /// Returns the conversion to messages.
     pub(super) fn bridge(&self) -> Bridge {
-        Bridge::new(&self.frame()).with_compat(&self.compat)
+        Bridge::new(&self.frame(), &self.compat)
     }
 }
 
