@@ -77,12 +77,8 @@ impl Fields {
 
     /// Sample of a message; the error is half a sentence.
     pub(super) fn imu(&self, payload: &[u8]) -> Result<Imu, String> {
-        let paths: Vec<&Path> = self
-            .axes
-            .iter()
-            .chain(self.stamp.iter().flatten())
-            .chain(self.covariances.iter().flatten())
-            .collect();
+        let beside = self.stamp.iter().chain(&self.covariances).flatten();
+        let paths: Vec<&Path> = self.axes.iter().chain(beside).collect();
         let (found, frame) = (self.definition).found(payload, &paths, self.frame.as_ref())?;
         let values: Vec<f64> = found.into_iter().map(|(_, value)| value).collect();
         let [ax, ay, az, wx, wy, wz, rest @ ..] = &values[..] else {

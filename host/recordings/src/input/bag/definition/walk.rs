@@ -71,13 +71,8 @@ impl Definition {
         text: Option<&Path>,
     ) -> Result<(Vec<(Place, f64)>, String), String> {
         let message = content(payload)?;
-        let wanted: Vec<(usize, &[Step])> = paths
-            .iter()
-            .copied()
-            .chain(text)
-            .enumerate()
-            .map(|(slot, path)| (slot, &path.0[..]))
-            .collect();
+        let ways = paths.iter().copied().chain(text).map(|path| &path.0[..]);
+        let wanted: Vec<(usize, &[Step])> = ways.enumerate().collect();
         let walk = |unit| {
             let mut walk = Walk {
                 definition: self,
