@@ -6,11 +6,15 @@ use super::{
     LASTING, LOAD_FROM_ANALOG, LOADED, ONE_TICK_US, PLAIN, SENSOR, SENSOR_STREAM, SERIAL_DMA,
     SERIAL_STREAM, TIMER,
 };
-use crate::emulator::board::Injection;
+use crate::emulator::board::Injection::{
+    BrownOut, CrystalLost, DebuggerHalt, Derail, DmaError, Hang, InterruptLost, Load, Panic, Reset,
+    StackOverflow,
+};
 use crate::emulator::chip::Crystal;
 use crate::emulator::corner::Corner;
 use crate::emulator::part::rcc::ResetCause;
-use crate::product::scenario::{Invalid, Reports, Scenario, ScenarioStep};
+use crate::product::scenario::ScenarioStep::{Inject, Wait};
+use crate::product::scenario::{Invalid, Reports, Scenario};
 
 /// No crystal from power-up on.
 const NO_CRYSTAL: Scenario = Scenario {
@@ -23,7 +27,7 @@ const NO_CRYSTAL: Scenario = Scenario {
 
 /// A hang, ended by the watchdog.
 const HANG: Scenario = Scenario {
-    steps: |_| vec![ScenarioStep::Inject(Injection::Hang)],
+    steps: |_| vec![Inject(Hang)],
     invalid: Invalid::UntilNextSample,
     blind_us: ONE_TICK_US,
     reports: Reports::Fault(Fault::WatchdogReset),
@@ -42,7 +46,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "crystal-lost",
         what: "crystal stops while running",
-        steps: |_| vec![ScenarioStep::Inject(Injection::CrystalLost)],
+        steps: |_| vec![Inject(CrystalLost)],
         with_can: false,
         reports: Reports::Fault(Fault::CrystalMissing),
         resets: &[ResetCause::Software],
@@ -52,7 +56,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "stack-overflow",
         what: "stack overflow",
-        steps: |_| vec![ScenarioStep::Inject(Injection::StackOverflow)],
+        steps: |_| vec![Inject(StackOverflow)],
         reports: Reports::Fault(Fault::HardFault),
         resets: &[ResetCause::Software],
         ..PLAIN
@@ -60,7 +64,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "hard-fault",
         what: "jump to an unmapped address: HardFault",
-        steps: |_| vec![ScenarioStep::Inject(Injection::Derail)],
+        steps: |_| vec![Inject(Derail)],
         reports: Reports::Fault(Fault::HardFault),
         resets: &[ResetCause::Software],
         ..PLAIN
@@ -68,7 +72,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "panic",
         what: "panic",
-        steps: |_| vec![ScenarioStep::Inject(Injection::Panic)],
+        steps: |_| vec![Inject(Panic)],
         reports: Reports::Fault(Fault::Panic),
         resets: &[ResetCause::Software],
         ..PLAIN
@@ -81,13 +85,13 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "sampling-stuck",
         what: "sampling task stuck: its timer's interrupt is lost",
-        steps: |_| vec![ScenarioStep::Inject(Injection::InterruptLost(TIMER))],
+        steps: |_| vec![Inject(InterruptLost(TIMER))],
         ..HANG
     },
     Scenario {
         name: "uart-stuck",
         what: "UART task stuck: its DMA's interrupt is lost",
-        steps: |_| vec![ScenarioStep::Inject(Injection::InterruptLost(SERIAL_DMA))],
+        steps: |_| vec![Inject(InterruptLost(SERIAL_DMA))],
         reports: Reports::Fault(Fault::WatchdogReset),
         note: "CAN continues until the reset",
         resets: &[ResetCause::Watchdog],
@@ -96,7 +100,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "brown-out",
         what: "supply dips: brown-out reset",
-        steps: |_| vec![ScenarioStep::Inject(Injection::BrownOut)],
+        steps: |_| vec![Inject(BrownOut)],
         reports: Reports::BootUp,
         resets: &[ResetCause::BrownOut],
         ..PLAIN
@@ -104,7 +108,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "reset",
         what: "reset pin",
-        steps: |_| vec![ScenarioStep::Inject(Injection::Reset)],
+        steps: |_| vec![Inject(Reset)],
         reports: Reports::BootUp,
         resets: &[ResetCause::Pin],
         ..PLAIN
@@ -114,7 +118,7 @@ pub(super) const ROWS: &[Scenario] = &[
         what: "load sensor open",
         board: |options, _| options.load = LOADED,
         before: &[LOAD_FROM_ANALOG],
-        steps: |_| vec![ScenarioStep::Inject(Injection::Load(0))],
+        steps: |_| vec![Inject(Load(0))],
         lasts_ms: LASTING,
         reports: Reports::Fault(Fault::LoadSensorOpen),
         note: "no load is reported; the probabilities do not depend on it",
@@ -133,12 +137,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "crystal-lost-at-start",
         what: "crystal stops during start-up, every 0.5 ms of the first 6 ms",
-        steps: |variant| {
-            vec![
-                ScenarioStep::Wait(500 + 500 * variant as u32),
-                ScenarioStep::Inject(Injection::CrystalLost),
-            ]
-        },
+        steps: |variant| vec![Wait(500 + 500 * variant as u32), Inject(CrystalLost)],
         variants: (0, 11, 1),
         at_power_up: true,
         with_can: false,
@@ -150,12 +149,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "crystal-and-stack",
         what: "crystal stops while the stack overflows",
-        steps: |_| {
-            vec![
-                ScenarioStep::Inject(Injection::StackOverflow),
-                ScenarioStep::Inject(Injection::CrystalLost),
-            ]
-        },
+        steps: |_| vec![Inject(StackOverflow), Inject(CrystalLost)],
         with_can: false,
         reports: Reports::Fault(Fault::CrystalMissing),
         any_reset: true,
@@ -183,12 +177,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "hang-at-start",
         what: "endless loop at each ms of start-up",
-        steps: |variant| {
-            vec![
-                ScenarioStep::Wait(300 + 1_000 * variant as u32),
-                ScenarioStep::Inject(Injection::Hang),
-            ]
-        },
+        steps: |variant| vec![Wait(300 + 1_000 * variant as u32), Inject(Hang)],
         variants: (0, 13, 1),
         at_power_up: true,
         invalid: Invalid::UntilNextSample,
@@ -211,7 +200,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "debugger-halt",
         what: "a debugger halts the core for 50 ms",
-        steps: |_| vec![ScenarioStep::Inject(Injection::DebuggerHalt(50))],
+        steps: |_| vec![Inject(DebuggerHalt(50))],
         reports: Reports::Any,
         clock_stops: true,
         note: "the board's clock stops meanwhile",
@@ -222,8 +211,8 @@ pub(super) const ROWS: &[Scenario] = &[
         what: "DMA errors on the sensor's bus and on the serial line at once",
         steps: |_| {
             vec![
-                ScenarioStep::Inject(Injection::DmaError(SENSOR_STREAM)),
-                ScenarioStep::Inject(Injection::DmaError(SERIAL_STREAM)),
+                Inject(DmaError(SENSOR_STREAM)),
+                Inject(DmaError(SERIAL_STREAM)),
             ]
         },
         reports: Reports::Fault(Fault::SensorSilent),

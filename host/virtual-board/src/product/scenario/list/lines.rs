@@ -6,67 +6,64 @@ use wire::node::Command;
 use wire::{Address, Counter, Fault, Value};
 
 use super::{LASTING, LOAD_SCALE, OLD_AND_NEW, ONE_TICK_US, PLAIN, RECEIVE_STREAM, SERIAL_STREAM};
-use crate::emulator::board::Injection;
+use crate::emulator::board::Injection::{self, Bus, DmaError, Line};
 use crate::emulator::part::can::BusFault;
 use crate::emulator::part::usart::LineFault;
-use crate::product::scenario::{Invalid, Reports, Scenario, ScenarioStep};
+use crate::product::scenario::ScenarioStep::{Flood, Garbage, Inject, Nmt, Set, Wait};
+use crate::product::scenario::{Invalid, Reports, Scenario};
+
+/// A fault of a line that is cleared after a while.
+const LINE: Scenario = Scenario {
+    lasts_ms: LASTING,
+    ..PLAIN
+};
 
 /// Rows in the order of the table.
 pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "bus-shorted",
         what: "CAN lines shorted: bus-off",
-        steps: |_| vec![ScenarioStep::Inject(Injection::Bus(BusFault::Shorted))],
-        lasts_ms: LASTING,
+        steps: |_| vec![Inject(Bus(BusFault::Shorted))],
         reports: Reports::Fault(Fault::CanBusOff),
         keeps_time: true,
-        ..PLAIN
+        ..LINE
     },
     Scenario {
         name: "no-acknowledge",
         what: "no node acknowledges on CAN",
-        steps: |_| {
-            vec![ScenarioStep::Inject(Injection::Bus(
-                BusFault::NoAcknowledge,
-            ))]
-        },
-        lasts_ms: LASTING,
+        steps: |_| vec![Inject(Bus(BusFault::NoAcknowledge))],
         reports: Reports::Fault(Fault::CanErrorPassive),
         keeps_time: true,
-        ..PLAIN
+        ..LINE
     },
     Scenario {
         name: "bus-saturated",
         what: "CAN full of frames of higher priority",
-        steps: |_| vec![ScenarioStep::Inject(Injection::Bus(BusFault::Saturated))],
-        lasts_ms: LASTING,
+        steps: |_| vec![Inject(Bus(BusFault::Saturated))],
         reports: Reports::Counter(Counter::CanDropped),
         keeps_time: true,
-        ..PLAIN
+        ..LINE
     },
     Scenario {
         name: "uart-open",
         what: "serial line open: no reader",
-        steps: |_| vec![ScenarioStep::Inject(Injection::Line(LineFault::Open))],
-        lasts_ms: LASTING,
+        steps: |_| vec![Inject(Line(LineFault::Open))],
         note: "undetectable without flow control; the next whole frame is read",
-        ..PLAIN
+        ..LINE
     },
     Scenario {
         name: "uart-break",
         what: "serial consumer without power: line held low",
-        steps: |_| vec![ScenarioStep::Inject(Injection::Line(LineFault::Break))],
-        lasts_ms: LASTING,
+        steps: |_| vec![Inject(Line(LineFault::Break))],
         reports: Reports::Fault(Fault::UartOverrun),
-        ..PLAIN
+        ..LINE
     },
     Scenario {
         name: "uart-dma-error",
         what: "serial line: DMA error in the middle of each transfer",
-        steps: |_| vec![ScenarioStep::Inject(Injection::DmaError(SERIAL_STREAM))],
-        lasts_ms: LASTING,
+        steps: |_| vec![Inject(DmaError(SERIAL_STREAM))],
         reports: Reports::Counter(Counter::UartDropped),
-        ..PLAIN
+        ..LINE
     },
     Scenario {
         name: "uart-receive-dma-error",
@@ -74,21 +71,20 @@ pub(super) const ROWS: &[Scenario] = &[
         // The first error comes with byte 257, which is the last byte of variant 0.
         steps: |variant| {
             vec![
-                ScenarioStep::Inject(Injection::DmaError(RECEIVE_STREAM)),
-                ScenarioStep::Garbage(257 + 450 * variant as u32),
+                Inject(DmaError(RECEIVE_STREAM)),
+                Garbage(257 + 450 * variant as u32),
             ]
         },
         variants: (0, 4, 1),
-        lasts_ms: LASTING,
         kept: Some((LOAD_SCALE, [Value::F32(1.0), OLD_AND_NEW[0]])),
         reports: Reports::Counter(Counter::UartOverruns),
         note: "settings are answered again afterwards",
-        ..PLAIN
+        ..LINE
     },
     Scenario {
         name: "uart-garbage",
         what: "20 000 bytes of garbage on the serial line",
-        steps: |_| vec![ScenarioStep::Garbage(20_000)],
+        steps: |_| vec![Garbage(20_000)],
         reports: Reports::Counter(Counter::UartRefused),
         keeps_time: true,
         ..PLAIN
@@ -96,7 +92,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "command-flood",
         what: "1000 requests over CAN and 500 over the serial line at once",
-        steps: |_| vec![ScenarioStep::Flood(500)],
+        steps: |_| vec![Flood(500)],
         reports: Reports::Counter(Counter::UartDropped),
         ..PLAIN
     },
@@ -105,32 +101,30 @@ pub(super) const ROWS: &[Scenario] = &[
         what: "CAN lines shorted while the controller is reconfigured",
         steps: |_| {
             vec![
-                ScenarioStep::Inject(Injection::Bus(BusFault::Shorted)),
-                ScenarioStep::Set(Address::new(index::CAN_BIT_RATE, 0), Value::U16(500)),
-                ScenarioStep::Nmt(Command::ResetCommunication),
-                ScenarioStep::Wait(250_000),
-                ScenarioStep::Nmt(Command::StartRemoteNode),
+                Inject(Bus(BusFault::Shorted)),
+                Set(Address::new(index::CAN_BIT_RATE, 0), Value::U16(500)),
+                Nmt(Command::ResetCommunication),
+                Wait(250_000),
+                Nmt(Command::StartRemoteNode),
             ]
         },
-        lasts_ms: LASTING,
         reports: Reports::Any,
-        ..PLAIN
+        ..LINE
     },
     Scenario {
         name: "flood-then-sensor",
         what: "a flood of requests, and 12 ms later the SPI data line stuck low",
         steps: |_| {
             vec![
-                ScenarioStep::Flood(500),
-                ScenarioStep::Wait(12_000),
-                ScenarioStep::Inject(Injection::Sensor(SensorFault::MisoStuckLow)),
+                Flood(500),
+                Wait(12_000),
+                Inject(Injection::Sensor(SensorFault::MisoStuckLow)),
             ]
         },
-        lasts_ms: LASTING,
         invalid: Invalid::UntilCleared,
         blind_us: 12_000 + ONE_TICK_US,
         reports: Reports::Fault(Fault::SensorWrongId),
-        ..PLAIN
+        ..LINE
     },
     Scenario {
         name: "uart-flood-of-breaks",
@@ -139,16 +133,15 @@ pub(super) const ROWS: &[Scenario] = &[
             (0..20)
                 .flat_map(|_| {
                     [
-                        ScenarioStep::Inject(Injection::Line(LineFault::Break)),
-                        ScenarioStep::Wait(2_000),
-                        ScenarioStep::Inject(Injection::Line(LineFault::None)),
-                        ScenarioStep::Wait(8_000),
+                        Inject(Line(LineFault::Break)),
+                        Wait(2_000),
+                        Inject(Line(LineFault::None)),
+                        Wait(8_000),
                     ]
                 })
                 .collect()
         },
-        lasts_ms: LASTING,
         reports: Reports::Fault(Fault::UartOverrun),
-        ..PLAIN
+        ..LINE
     },
 ];

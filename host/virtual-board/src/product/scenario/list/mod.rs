@@ -5,6 +5,8 @@ mod lines;
 mod sensor;
 mod settings;
 
+use std::sync::LazyLock;
+
 use lsm6dsox::sim::Stimulus;
 use wire::dictionary::index;
 use wire::{Address, Value};
@@ -81,26 +83,10 @@ const LOAD_SCALE: Address = Address::new(index::LOAD_INPUT, 2);
 
 const OLD_AND_NEW: [Value; 2] = [Value::F32(2.0), Value::F32(3.0)];
 
-/// Restores the old value of the setting that is changed.
+/// Sets the old and the new value of the setting that is changed.
 pub(super) const OLD_SCALE: ScenarioStep = ScenarioStep::Set(LOAD_SCALE, OLD_AND_NEW[0]);
-
-const SUBJECTS: [&[Scenario]; 4] = [sensor::ROWS, lines::ROWS, settings::ROWS, chip::ROWS];
-
-const COUNT: usize =
-    sensor::ROWS.len() + lines::ROWS.len() + settings::ROWS.len() + chip::ROWS.len();
+const NEW_SCALE: ScenarioStep = ScenarioStep::Set(LOAD_SCALE, OLD_AND_NEW[1]);
 
 /// All scenarios, in the order of the table.
-pub static ALL: &[Scenario] = &{
-    let mut all = [PLAIN; COUNT];
-    let (mut subject, mut count) = (0, 0);
-    while subject < SUBJECTS.len() {
-        let rows = SUBJECTS[subject];
-        let mut row = 0;
-        while row < rows.len() {
-            all[count] = rows[row];
-            (row, count) = (row + 1, count + 1);
-        }
-        subject += 1;
-    }
-    all
-};
+pub static ALL: LazyLock<Vec<Scenario>> =
+    LazyLock::new(|| [sensor::ROWS, lines::ROWS, settings::ROWS, chip::ROWS].concat());

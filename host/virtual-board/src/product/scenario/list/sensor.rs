@@ -5,8 +5,10 @@ use lsm6dsox::sim::{Axis, PartFault as SensorFault, StartTimes, Stimulus};
 use wire::Fault;
 
 use super::{FOUND_US, ONE_TICK_US, SENSOR, SENSOR_STREAM};
-use crate::emulator::board::{BoardOptions, Injection};
-use crate::product::scenario::{Invalid, Reports, Scenario, ScenarioStep};
+use crate::emulator::board::BoardOptions;
+use crate::emulator::board::Injection::{self, DmaError, SensorClockStopped};
+use crate::product::scenario::ScenarioStep::{self, Inject};
+use crate::product::scenario::{Invalid, Reports, Scenario};
 
 /// Period in which every register is read back, µs.
 const ROTATION_US: u64 = 200_000;
@@ -18,6 +20,15 @@ const FLIPPED: Scenario = Scenario {
     detected_within_us: ROTATION_US,
     phases: 1,
     reports: Reports::Fault(Fault::SensorConfigMismatch),
+    ..SENSOR
+};
+
+/// A deviation of the sensor that the firmware copes with.
+const HARMLESS: Scenario = Scenario {
+    lasts_ms: None,
+    invalid: Invalid::Never,
+    phases: 1,
+    reports: Reports::Any,
     ..SENSOR
 };
 
@@ -41,7 +52,7 @@ fn while_wrong(seconds: f64, moving: Stimulus) -> Stimulus {
 }
 
 const fn sensor(fault: SensorFault) -> ScenarioStep {
-    ScenarioStep::Inject(Injection::Sensor(fault))
+    Inject(Injection::Sensor(fault))
 }
 
 fn stuck(part: Sensor, axis: u64, code: i16) -> ScenarioStep {
@@ -93,14 +104,14 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "spi-dma-error",
         what: "SPI: DMA error in the middle of each sample",
-        steps: |_| vec![ScenarioStep::Inject(Injection::DmaError(SENSOR_STREAM))],
+        steps: |_| vec![Inject(DmaError(SENSOR_STREAM))],
         reports: Reports::Fault(Fault::SensorSilent),
         ..SENSOR
     },
     Scenario {
         name: "spi-hung",
         what: "SPI: clock stopped",
-        steps: |_| vec![ScenarioStep::Inject(Injection::SensorClockStopped)],
+        steps: |_| vec![Inject(SensorClockStopped)],
         reports: Reports::Fault(Fault::SensorSilent),
         ..SENSOR
     },
@@ -304,12 +315,8 @@ pub(super) const ROWS: &[Scenario] = &[
         what: "gyroscope bias of 2 °/s on each axis from power-up on",
         board: |options, _| set_bias(options, 2.0),
         at_power_up: true,
-        phases: 1,
-        lasts_ms: None,
-        invalid: Invalid::Never,
-        reports: Reports::Any,
         note: "learnt at rest",
-        ..SENSOR
+        ..HARMLESS
     },
     Scenario {
         name: "gyroscope-bias-large",
@@ -328,24 +335,16 @@ pub(super) const ROWS: &[Scenario] = &[
         name: "data-line-late",
         what: "SPI: data valid 105 ns after the clock's edge, later than half a period at 5 MHz",
         steps: |_| vec![sensor(SensorFault::SdoDelay { ns: 105 })],
-        lasts_ms: None,
-        invalid: Invalid::Never,
-        phases: 1,
-        reports: Reports::Any,
         note: "continues at 2.5 MHz",
-        ..SENSOR
+        ..HARMLESS
     },
     Scenario {
         name: "data-line-late-at-start",
         what: "the same from power-up on",
         steps: |_| vec![sensor(SensorFault::SdoDelay { ns: 105 })],
         at_power_up: true,
-        lasts_ms: None,
-        invalid: Invalid::Never,
-        phases: 1,
-        reports: Reports::Any,
         note: "continues at 2.5 MHz",
-        ..SENSOR
+        ..HARMLESS
     },
     Scenario {
         name: "sensor-fast",
@@ -356,10 +355,6 @@ pub(super) const ROWS: &[Scenario] = &[
             }
         },
         at_power_up: true,
-        lasts_ms: None,
-        invalid: Invalid::Never,
-        phases: 1,
-        reports: Reports::Any,
-        ..SENSOR
+        ..HARMLESS
     },
 ];

@@ -3,23 +3,23 @@
 use wire::Fault;
 use wire::node::Command;
 
-use super::{LASTING, LOAD_SCALE, OLD_AND_NEW, PLAIN};
-use crate::emulator::board::Injection;
+use super::{LASTING, LOAD_SCALE, NEW_SCALE, OLD_AND_NEW, OLD_SCALE, PLAIN};
+use crate::emulator::board::Injection::{
+    CutInFlash, Reset, SettingsDamaged, SettingsErased, SettingsGarbage, Supply, WornFlash,
+};
 use crate::emulator::part::rcc::ResetCause;
-use crate::product::scenario::{Pages, Reports, Scenario, ScenarioStep};
+use crate::product::scenario::ScenarioStep::{
+    CutInErase, Inject, Nmt, Restore, Store, StoreStopped, Wait,
+};
+use crate::product::scenario::{Pages, Reports, Scenario};
 
 /// Rows in the order of the table.
 pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "flash-blank",
         what: "stored settings erased, then a reset",
-        before: &[ScenarioStep::Store],
-        steps: |_| {
-            vec![
-                ScenarioStep::Inject(Injection::SettingsErased),
-                ScenarioStep::Inject(Injection::Reset),
-            ]
-        },
+        before: &[Store],
+        steps: |_| vec![Inject(SettingsErased), Inject(Reset)],
         reports: Reports::BootUp,
         note: "as on a new board: defaults apply",
         resets: &[ResetCause::Pin],
@@ -28,13 +28,8 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "flash-corrupted",
         what: "stored settings damaged, then a reset",
-        before: &[ScenarioStep::Store],
-        steps: |_| {
-            vec![
-                ScenarioStep::Inject(Injection::SettingsDamaged),
-                ScenarioStep::Inject(Injection::Reset),
-            ]
-        },
+        before: &[Store],
+        steps: |_| vec![Inject(SettingsDamaged), Inject(Reset)],
         reports: Reports::Fault(Fault::ConfigCorrupted),
         note: "defaults apply; remains reported until settings are stored",
         resets: &[ResetCause::Pin],
@@ -43,17 +38,8 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "power-cut",
         what: "supply cut while settings are stored, at every fourth of 115 writes",
-        before: &[
-            ScenarioStep::Set(LOAD_SCALE, OLD_AND_NEW[0]),
-            ScenarioStep::Store,
-            ScenarioStep::Set(LOAD_SCALE, OLD_AND_NEW[1]),
-        ],
-        steps: |write| {
-            vec![
-                ScenarioStep::Inject(Injection::CutInFlash(write)),
-                ScenarioStep::Store,
-            ]
-        },
+        before: &[OLD_SCALE, Store, NEW_SCALE],
+        steps: |write| vec![Inject(CutInFlash(write)), Store],
         kept: Some((LOAD_SCALE, OLD_AND_NEW)),
         variants: (3, 115, 4),
         reports: Reports::BootUp,
@@ -63,7 +49,7 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "garbage-at-power-up",
         what: "arbitrary bytes in the settings pages at power-up: twelve seeds",
-        steps: |seed| vec![ScenarioStep::Inject(Injection::SettingsGarbage(seed))],
+        steps: |seed| vec![Inject(SettingsGarbage(seed))],
         variants: (1, 12, 1),
         at_power_up: true,
         reports: Reports::Any,
@@ -73,13 +59,13 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "reload-damaged",
         what: "stored settings damaged, then NMT reset communication",
-        before: &[ScenarioStep::Store],
+        before: &[Store],
         steps: |_| {
             vec![
-                ScenarioStep::Inject(Injection::SettingsDamaged),
-                ScenarioStep::Nmt(Command::ResetCommunication),
-                ScenarioStep::Wait(50_000),
-                ScenarioStep::Nmt(Command::StartRemoteNode),
+                Inject(SettingsDamaged),
+                Nmt(Command::ResetCommunication),
+                Wait(50_000),
+                Nmt(Command::StartRemoteNode),
             ]
         },
         reports: Reports::Fault(Fault::ConfigCorrupted),
@@ -89,8 +75,8 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "load-defaults",
         what: "0x1011 \"load\" restores the defaults",
-        before: &[ScenarioStep::Store],
-        steps: |_| vec![ScenarioStep::Restore],
+        before: &[Store],
+        steps: |_| vec![Restore],
         reports: Reports::Any,
         ..PLAIN
     },
@@ -98,7 +84,7 @@ pub(super) const ROWS: &[Scenario] = &[
         name: "store-erases",
         what: "a store that has to erase a page, in pre-operational",
         pages: Pages::BeforeAnErase,
-        steps: |_| vec![ScenarioStep::StoreStopped],
+        steps: |_| vec![StoreStopped],
         // The erase may begin at any moment of a tick.
         phases: 16,
         reports: Reports::Any,
@@ -108,7 +94,7 @@ pub(super) const ROWS: &[Scenario] = &[
         name: "store-would-erase",
         what: "a store that has to erase a page, in operational",
         pages: Pages::BeforeAnErase,
-        steps: |_| vec![ScenarioStep::Store],
+        steps: |_| vec![Store],
         reports: Reports::Any,
         ..PLAIN
     },
@@ -116,13 +102,8 @@ pub(super) const ROWS: &[Scenario] = &[
         name: "power-cut-erasing",
         what: "supply cut in a store that has to erase, at 16 of its operations",
         pages: Pages::BeforeAnErase,
-        before: &[ScenarioStep::Set(LOAD_SCALE, OLD_AND_NEW[1])],
-        steps: |part| {
-            vec![
-                ScenarioStep::CutInErase(part as u32),
-                ScenarioStep::StoreStopped,
-            ]
-        },
+        before: &[NEW_SCALE],
+        steps: |part| vec![CutInErase(part as u32), StoreStopped],
         kept: Some((LOAD_SCALE, OLD_AND_NEW)),
         variants: (0, 31, 2),
         reports: Reports::BootUp,
@@ -132,17 +113,13 @@ pub(super) const ROWS: &[Scenario] = &[
     Scenario {
         name: "worn-flash",
         what: "a bit cleared in the record that is stored, at every twelfth word, then a reset",
-        before: &[
-            ScenarioStep::Set(LOAD_SCALE, OLD_AND_NEW[0]),
-            ScenarioStep::Store,
-            ScenarioStep::Set(LOAD_SCALE, OLD_AND_NEW[1]),
-        ],
+        before: &[OLD_SCALE, Store, NEW_SCALE],
         steps: |write| {
             vec![
-                ScenarioStep::Inject(Injection::WornFlash(write)),
-                ScenarioStep::StoreStopped,
-                ScenarioStep::Wait(100_000),
-                ScenarioStep::Inject(Injection::Reset),
+                Inject(WornFlash(write)),
+                StoreStopped,
+                Wait(100_000),
+                Inject(Reset),
             ]
         },
         kept: Some((LOAD_SCALE, OLD_AND_NEW)),
@@ -156,12 +133,7 @@ pub(super) const ROWS: &[Scenario] = &[
         name: "supply-low-store",
         what: "settings stored at 2.6 V, brown-out level 1",
         board: |options, _| options.chip.brown_out_level = 1,
-        steps: |_| {
-            vec![
-                ScenarioStep::Inject(Injection::Supply(2_600)),
-                ScenarioStep::StoreStopped,
-            ]
-        },
+        steps: |_| vec![Inject(Supply(2_600)), StoreStopped],
         lasts_ms: LASTING,
         reports: Reports::Fault(Fault::ConfigStore),
         note: "refused below 2.7 V",
