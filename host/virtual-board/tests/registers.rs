@@ -89,7 +89,7 @@ fn a_removed_probe_does_not_stop_the_foot() {
     let Some(elf) = product() else { return };
     let mut board = boot_product(&elf);
     board.run_for(300 * MILLISECOND).expect("it runs");
-    let block = board.image().symbol("_SEGGER_RTT").expect("the log");
+    let block = board.image.symbol("_SEGGER_RTT").expect("the log");
     let name = board.memory(block, 10);
     assert_eq!(name.as_deref(), Some(b"SEGGER RTT".as_slice()));
     let word = |board: &mut Board, offset: u32| {

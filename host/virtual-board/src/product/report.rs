@@ -356,12 +356,12 @@ fn report(
     watched: bool,
 ) -> Value {
     let count = |counter: Counter| log.health.map(|health| health.counters.get(counter));
-    let stack = match ["_stack_end", "_stack_start"].map(|name| board.image().symbol(name)) {
+    let stack = match ["_stack_end", "_stack_start"].map(|name| board.image.symbol(name)) {
         [Some(low), Some(high)] => Some(board.stack_high_water(low, high)),
         _ => None,
     };
     let cycles = log.cycles.sum() as f64;
-    let hclk = f64::from(board.cpu().machine().chip.rcc.clocks().hclk);
+    let hclk = f64::from(board.cpu().machine().chip.rcc.clocks.hclk);
     let load = 100.0 * cycles / (hclk / 1.0e3 * log.cycles.len().max(1) as f64);
     let resets: Vec<Value> = board
         .resets()

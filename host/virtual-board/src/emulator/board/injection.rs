@@ -73,28 +73,34 @@ impl Board {
     /// Injects a fault now, or clears all clearable faults.
     pub fn inject(&mut self, injection: Injection) {
         match injection {
-            Injection::Derail => return self.cpu.derail(NOWHERE, Interrupts::Enabled),
+            Injection::Derail => self.cpu.derail(NOWHERE, Interrupts::Enabled),
             Injection::Hang => {
                 // At the far end of the stack, which a running program does not reach.
                 let memory = self.cpu.memory();
                 memory.write(RAM.start, &ENDLESS_LOOP.to_le_bytes());
-                return self.cpu.derail(RAM.start, Interrupts::Masked);
+                self.cpu.derail(RAM.start, Interrupts::Masked);
             }
-            Injection::Panic => return self.derail_to("rust_begin_unwind"),
+            Injection::Panic => {
+                if let Some(handler) = self.function("rust_begin_unwind") {
+                    self.cpu.derail(handler, Interrupts::Enabled);
+                }
+            }
             Injection::StackOverflow => {
                 let end = self.image.symbol("_stack_end").unwrap_or(RAM.start);
-                return self.cpu.move_stack(end);
+                self.cpu.move_stack(end);
             }
-            Injection::SettingsErased => return self.spoil_settings(|_, _| 0xFF),
-            Injection::SettingsGarbage(seed) => return self.fill_settings(seed),
-            Injection::SettingsDamaged => {
-                return self.spoil_settings(|index, byte| {
-                    let hit = index % 37 == 9 && byte != 0xFF;
-                    byte ^ u8::from(hit) << 2
-                });
-            }
-            _ => {}
+            Injection::SettingsErased => self.spoil_settings(|_, _| 0xFF),
+            Injection::SettingsGarbage(seed) => self.fill_settings(seed),
+            Injection::SettingsDamaged => self.spoil_settings(|index, byte| {
+                let hit = index % 37 == 9 && byte != 0xFF;
+                byte ^ u8::from(hit) << 2
+            }),
+            _ => self.inject_into_chip(injection),
         }
+    }
+
+    /// Injects a fault of the chip or of a part that is soldered to it.
+    fn inject_into_chip(&mut self, injection: Injection) {
         let mut machine = self.cpu.machine();
         let now = machine.now;
         match injection {
@@ -125,13 +131,6 @@ impl Board {
             Injection::InterruptLost(interrupt) => {
                 machine.nvic.enable(exception::INTERRUPT + interrupt, false);
             }
-            Injection::Derail
-            | Injection::Hang
-            | Injection::Panic
-            | Injection::StackOverflow
-            | Injection::SettingsErased
-            | Injection::SettingsGarbage(_)
-            | Injection::SettingsDamaged => {}
             Injection::Clear => {
                 let pclk = machine.chip.usart_clock(self.wiring.usart);
                 machine.chip.usarts[self.wiring.usart].set_fault(LineFault::None, now, pclk);
@@ -142,17 +141,15 @@ impl Board {
                 machine.chip.adc.inputs[self.wiring.load.1] = self.load;
                 machine.chip.set_supply(NOMINAL_MV);
             }
+            Injection::Derail
+            | Injection::Hang
+            | Injection::Panic
+            | Injection::StackOverflow
+            | Injection::SettingsErased
+            | Injection::SettingsGarbage(_)
+            | Injection::SettingsDamaged => {}
         }
         machine.wake();
-    }
-
-    /// Continues execution in a function.
-    fn derail_to(&mut self, name: &str) {
-        let functions = &self.image.functions;
-        let function = functions.iter().find(|(.., known)| known.contains(name));
-        if let Some(&(start, ..)) = function {
-            self.cpu.derail(start, Interrupts::Enabled);
-        }
     }
 
     /// Fills the settings pages, as a seed selects: with noise, with noise in blank pages, or by clearing

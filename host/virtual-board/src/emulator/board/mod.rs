@@ -59,19 +59,11 @@ impl BoardOptions {
     }
 }
 
-/// A sensor that lies still, z up.
-struct Still;
-
-impl Motion for Still {
-    fn at(&mut self, _: f64) -> Stimulus {
-        Stimulus::REST
-    }
-}
-
 /// A board that runs an ELF.
 pub struct Board {
     cpu: Cpu,
-    image: ElfImage,
+    /// The ELF.
+    pub image: ElfImage,
     wiring: &'static Wiring,
     /// Code of the load sensor's voltage without a fault.
     load: u16,
@@ -83,7 +75,7 @@ impl Board {
     /// # Errors
     /// If the ELF is invalid or does not fit.
     pub fn from_elf(elf: &[u8]) -> Result<Self, ElfError> {
-        Self::with_motion(elf, BoardOptions::default(), Still)
+        Self::with_motion(elf, BoardOptions::default(), |_: f64| Stimulus::REST)
     }
 
     /// Creates a board with `options`, whose sensor feels `motion`.
@@ -122,7 +114,7 @@ impl Board {
         let wiring = options.wiring.unwrap_or_else(|| Wiring::of(&image));
         let mut chip = Chip::new(options.chip, wiring, sensor);
         chip.adc.inputs[wiring.load.1] = options.load;
-        chip.set_time_base(options.time_base);
+        chip.timers[0].head_start = options.time_base;
         let options_in_memory = chip.flash.option_bytes();
         let mut cpu = Cpu::new(Machine::new(chip), &segments, vectors).map_err(ElfError)?;
         cpu.memory().write(OPTIONS.start, &options_in_memory);
@@ -179,11 +171,6 @@ impl Board {
         core::mem::take(&mut self.cpu.machine().chip.can.sent)
     }
 
-    /// Number of frames from the bus that were lost because the FIFO was full.
-    pub fn can_overruns(&mut self) -> u64 {
-        self.cpu.machine().chip.can.overruns
-    }
-
     /// Takes the writes of frames to mailboxes since the last call: time and identifier.
     pub fn take_can_requests(&mut self) -> Vec<(u64, u32)> {
         core::mem::take(&mut self.cpu.machine().chip.can.requested)
@@ -217,10 +204,7 @@ impl Board {
 
     /// Sends a frame to the board over CAN, as soon as the bus is free.
     pub fn push_can(&mut self, frame: BusFrame) {
-        let mut machine = self.cpu.machine();
-        let now = machine.now;
-        machine.chip.can.push(frame, now);
-        machine.wake();
+        self.push_can_at(frame, self.now());
     }
 
     /// Sends a frame to the board over CAN, starting no earlier than `time`. Times must not decrease.
@@ -258,11 +242,8 @@ impl Board {
 
     /// Start and end address of the settings pages.
     fn settings_pages(&self) -> Option<(u32, u32)> {
-        let ends = ["_config_start", "_config_end"].map(|name| self.image.symbol(name));
-        let [Some(start), Some(end)] = ends else {
-            return None;
-        };
-        Some((start, end))
+        let start = self.image.symbol("_config_start")?;
+        Some((start, self.image.symbol("_config_end")?))
     }
 
     /// Content of the settings pages; empty if the ELF has none.

@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 
 use super::Board;
 use crate::emulator::core::cpu::CoreState;
-use crate::emulator::elf::ElfImage;
-use crate::emulator::machine::{FaultNote, MachineCounters};
+use crate::emulator::machine::{FaultNote, MachineCounters, Watched};
 use crate::emulator::memory::{FLASH, UNTOUCHED};
 use crate::emulator::part::rcc::ResetCause;
 
@@ -38,22 +37,22 @@ impl Board {
     #[must_use]
     pub fn exceptions(&self) -> Vec<(u16, u64)> {
         let machine = self.cpu.machine();
-        machine
-            .exceptions
-            .iter()
-            .map(|(&number, &count)| (number, count))
-            .collect()
+        machine.exceptions.clone().into_iter().collect()
     }
 
     /// Counts the instructions of a function from now on, including its callees and the interrupts during it;
     /// selects the first function whose name contains `part`. Returns false if there is none.
     pub fn watch_function(&mut self, part: &str) -> bool {
-        let mut functions = self.image.functions.iter();
-        let found = functions.find(|(_, _, name)| name.contains(part));
-        if let Some((address, _, _)) = found {
-            self.cpu.machine().watch(*address);
-        }
+        let found = self.function(part);
+        self.cpu.machine().watched.extend(found.map(Watched::new));
         found.is_some()
+    }
+
+    /// Address of the first function whose name contains `part`.
+    pub(super) fn function(&self, part: &str) -> Option<u32> {
+        let mut functions = self.image.functions.iter();
+        let found = functions.find(|(.., name)| name.contains(part));
+        found.map(|(address, ..)| *address)
     }
 
     /// Instructions of the watched functions, over calls that have returned. Instructions of a watched function
@@ -67,7 +66,9 @@ impl Board {
 
     /// Counts instructions by function from now on.
     pub fn start_profile(&mut self) {
-        self.cpu.machine().start_profile();
+        let mut machine = self.cpu.machine();
+        machine.profile = vec![0; FLASH.size / 2];
+        machine.wait_profile = vec![0; FLASH.size / 2];
     }
 
     /// Instructions and cycles of waiting for flash, by function, since the profile was started; most instructions
@@ -98,12 +99,6 @@ impl Board {
     #[must_use]
     pub fn register(&self, index: usize) -> u32 {
         self.cpu.register(index)
-    }
-
-    /// The ELF.
-    #[must_use]
-    pub const fn image(&self) -> &ElfImage {
-        &self.image
     }
 
     /// Reads memory as a debugger does; `None` if there is no memory.

@@ -8,6 +8,12 @@ use crate::emulator::part::pwr::Pwr;
 use crate::emulator::part::tim11::Tim11;
 use crate::emulator::time::{cycle, to_ns};
 
+/// Offset of the data register of a serial line.
+const USART_DR: u32 = 0x04;
+
+/// Offsets of the identifiers of the transmit mailboxes; bit 0 requests the transmission.
+const MAILBOXES: [u32; 3] = [0x180, 0x190, 0x1A0];
+
 impl Chip {
     /// A load by the core.
     ///
@@ -75,7 +81,7 @@ impl Chip {
         match part {
             Part::Timer(index) => self.timers[index].read(offset, now),
             Part::Tim11 => {
-                let clock = cycle(self.rcc.clocks().timers2);
+                let clock = cycle(self.rcc.clocks.timers2);
                 self.tim11.read(offset, now, clock, self.rcc.hse_rtc(now))
             }
             Part::Spi(index) => self.spis[index].read(offset),
@@ -128,18 +134,22 @@ impl Chip {
                 self.check_sensor_bus(index, offset, pclk)
             }
             Part::Usart(index) => {
-                self.check_serial_line(index, offset)?;
+                if index == self.wiring.usart && offset == USART_DR {
+                    self.check_connections(&self.wiring.serial)?;
+                }
                 let pclk = self.usart_clock(index);
                 self.usarts[index].write(offset, value, now, pclk)
             }
             Part::Can => {
-                self.check_transceiver(offset, value)?;
+                if MAILBOXES.contains(&offset) && value & 1 == 1 {
+                    self.check_connections(&self.wiring.can)?;
+                }
                 self.can.write(offset, value, now)
             }
             Part::Pwr => self.pwr.write(offset, value),
             Part::Iwdg => self.iwdg.write(offset, value, now),
             Part::Adc => {
-                let pclk = self.rcc.clocks().pclk2;
+                let pclk = self.rcc.clocks.pclk2;
                 self.adc.write(offset, value, now, pclk)
             }
             Part::Syscfg => self.exti.write_syscfg(offset, value),
@@ -163,7 +173,7 @@ impl Chip {
 
     /// Resets one peripheral.
     pub(super) fn reset_part(&mut self, part: Part, now: u64) {
-        let clocks = self.rcc.clocks();
+        let clocks = self.rcc.clocks;
         match part {
             Part::Timer(index) => self.timers[index].reset(cycle(clocks.timers1)),
             Part::Tim11 => self.tim11 = Tim11::default(),

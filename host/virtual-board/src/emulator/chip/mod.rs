@@ -110,14 +110,16 @@ pub struct Chip {
     exti: Exti,
     dmas: [Dma; 2],
     spis: [Spi; 3],
-    timers: [Timer; 4],
+    /// TIM2 to TIM5.
+    pub timers: [Timer; 4],
     tim11: Tim11,
     iwdg: Iwdg,
     pub(crate) selected: bool,
     pin_high: bool,
     sensor_edge: u64,
-    reset_cause: Option<ResetCause>,
-    power_lost: bool,
+    pub(crate) reset_cause: Option<ResetCause>,
+    /// Whether memory has lost its content.
+    pub(crate) power_lost: bool,
 }
 
 impl Default for Chip {
@@ -136,7 +138,7 @@ impl Chip {
             Crystal::Missing => None,
         };
         let rcc = Rcc::new(crystal, options.corner);
-        let clocks = rcc.clocks();
+        let clocks = rcc.clocks;
         let period = cycle(clocks.timers1);
         let mut ports: [Gpio; 9] = core::array::from_fn(Gpio::new);
         let pin = wiring.data_ready;
@@ -178,43 +180,27 @@ impl Chip {
         }
     }
 
-    /// Sets the count of TIM2 at its first start.
-    pub const fn set_time_base(&mut self, count: u32) {
-        self.timers[0].head_start = count;
-    }
-
     /// Resets the chip for the cause that was noted.
     pub fn reset(&mut self, now: u64) {
         let cause = self.reset_cause.take().unwrap_or(ResetCause::Pin);
         self.resets.push((now, cause));
         self.rcc.reset(cause);
         self.flash.reset();
-        let clocks = self.rcc.clocks();
+        let clocks = self.rcc.clocks;
         self.can.reset(clocks.pclk1, now);
-        for usart in &mut self.usarts {
-            usart.reset();
-        }
+        self.usarts.iter_mut().for_each(Usart::reset);
         self.adc.reset();
-        for port in &mut self.ports {
-            port.reset();
-        }
+        self.ports.iter_mut().for_each(Gpio::reset);
         self.pwr = Pwr::default();
         self.exti = Exti::default();
         self.dmas = Default::default();
-        for spi in &mut self.spis {
-            spi.reset();
-        }
+        self.spis.iter_mut().for_each(Spi::reset);
         self.tim11 = Tim11::default();
         for timer in &mut self.timers {
             timer.reset(cycle(clocks.timers1));
         }
         self.iwdg.reset();
         self.update_select(now);
-    }
-
-    /// Records a reset request by the program.
-    pub(crate) const fn note_software_reset(&mut self) {
-        self.reset_cause = Some(ResetCause::Software);
     }
 
     /// Resets the chip from outside. A dip of the supply also clears memory and resets the sensor.
@@ -247,11 +233,6 @@ impl Chip {
         self.iwdg.freeze(frozen && debug.freezes_watchdog(), now);
     }
 
-    /// Takes the flag that memory has lost its content.
-    pub(crate) const fn take_power_lost(&mut self) -> bool {
-        core::mem::replace(&mut self.power_lost, false)
-    }
-
     /// Whether a reset is due.
     pub(crate) fn take_reset_request(&mut self) -> bool {
         if core::mem::take(&mut self.flash.cut) {
@@ -264,7 +245,7 @@ impl Chip {
     /// Time of the next event.
     #[must_use]
     pub fn next_event(&self) -> u64 {
-        if self.rcc.is_stopped() {
+        if self.rcc.stopped {
             return self.iwdg.next_event();
         }
         let timers = self.timers.iter().map(Timer::next_event);
@@ -276,12 +257,8 @@ impl Chip {
             self.iwdg.next_event(),
             self.sensor_edge,
         ];
-        timers
-            .chain(spis)
-            .chain(usarts)
-            .chain(others)
-            .min()
-            .unwrap_or(NEVER)
+        let all = timers.chain(spis).chain(usarts).chain(others);
+        all.min().unwrap_or(NEVER)
     }
 
     /// Processes all events that are due.
@@ -293,24 +270,21 @@ impl Chip {
             // One at a time in order of time, as DMA may start the next.
             let due = self.next_event();
             let at = due.min(now);
-            self.advance_parts(at)?;
+            self.advance_parts(at);
             self.serve_dma(memory, at)?;
-            if due > now {
-                return Ok(());
-            }
-            if self.reset_cause.is_some() && self.next_event() == due {
+            if due > now || self.reset_cause.is_some() && self.next_event() == due {
                 return Ok(());
             }
         }
     }
 
-    fn advance_parts(&mut self, now: u64) -> Result<(), String> {
+    fn advance_parts(&mut self, now: u64) {
         if self.iwdg.next_event() <= now {
             self.iwdg.reset();
             self.reset_cause = Some(ResetCause::Watchdog);
         }
-        if self.rcc.is_stopped() {
-            return Ok(());
+        if self.rcc.stopped {
+            return;
         }
         self.advance_sensor(now);
         for timer in &mut self.timers {
@@ -321,10 +295,9 @@ impl Chip {
         for index in 0..self.spis.len() {
             let pclk = self.spi_clock(index);
             if let Some(out) = self.spis[index].take_frame(now) {
-                let answer = if index == self.wiring.spi {
-                    self.exchange(out, now)
-                } else {
-                    0xFF
+                let answer = match index == self.wiring.spi {
+                    true => self.exchange(out, now),
+                    false => 0xFF,
                 };
                 self.spis[index].finish_frame(answer, now, pclk);
             }
@@ -337,6 +310,5 @@ impl Chip {
         }
         self.can.advance(now);
         self.adc.advance(now);
-        Ok(())
     }
 }

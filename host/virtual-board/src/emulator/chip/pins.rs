@@ -3,12 +3,6 @@
 use super::Chip;
 use crate::emulator::wiring::Connection;
 
-/// Offset of the data register of a serial line.
-const USART_DR: u32 = 0x04;
-
-/// Offsets of the identifiers of the transmit mailboxes; bit 0 requests the transmission.
-const MAILBOXES: [u32; 3] = [0x180, 0x190, 0x1A0];
-
 impl Chip {
     /// Checks that pins are connected to their peripheral.
     pub(super) fn check_connections(&self, connections: &[Connection]) -> Result<(), String> {
@@ -19,22 +13,6 @@ impl Chip {
                 missing.name,
                 missing.pin.name()
             )),
-        }
-    }
-
-    /// Checks the pins of the serial line before a byte is sent.
-    pub(super) fn check_serial_line(&self, index: usize, offset: u32) -> Result<(), String> {
-        match index == self.wiring.usart && offset == USART_DR {
-            true => self.check_connections(&self.wiring.serial),
-            false => Ok(()),
-        }
-    }
-
-    /// Checks the pins of the transceiver before a frame is sent.
-    pub(super) fn check_transceiver(&self, offset: u32, value: u32) -> Result<(), String> {
-        match MAILBOXES.contains(&offset) && value & 1 == 1 {
-            true => self.check_connections(&self.wiring.can),
-            false => Ok(()),
         }
     }
 

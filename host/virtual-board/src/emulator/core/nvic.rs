@@ -40,23 +40,19 @@ pub struct Nvic {
     priority: [u8; EXCEPTIONS],
     lines: [bool; INTERRUPTS],
     /// Active exceptions, the latest last.
-    active: Vec<u16>,
+    pub active: Vec<u16>,
     /// `PRIGROUP` of AIRCR.
     group: u8,
-    next: Option<(u16, i16)>,
+    /// The exception to take next, and its group priority, masks ignored.
+    pub next: Option<(u16, i16)>,
 }
 
 impl Default for Nvic {
     fn default() -> Self {
         let mut enabled = [false; EXCEPTIONS];
         // Exceptions without an enable bit are always enabled.
-        for number in [
-            exception::NMI,
-            exception::HARD_FAULT,
-            exception::SV_CALL,
-            exception::PEND_SV,
-            exception::SYS_TICK,
-        ] {
+        use exception::{HARD_FAULT, NMI, PEND_SV, SV_CALL, SYS_TICK};
+        for number in [NMI, HARD_FAULT, SV_CALL, PEND_SV, SYS_TICK] {
             enabled[usize::from(number)] = true;
         }
         Self {
@@ -72,12 +68,6 @@ impl Default for Nvic {
 }
 
 impl Nvic {
-    /// The exception to take next, and its group priority, masks ignored.
-    #[must_use]
-    pub const fn next(&self) -> Option<(u16, i16)> {
-        self.next
-    }
-
     fn update(&mut self) {
         self.next = (2..EXCEPTIONS)
             .filter(|&number| self.pending[number] && self.enabled[number])
@@ -117,13 +107,6 @@ impl Nvic {
             .unwrap_or(THREAD)
     }
 
-    /// Active exceptions.
-    #[must_use]
-    pub fn active(&self) -> &[u16] {
-        &self.active
-    }
-
-    /// Disables an exception.
     /// Marks an exception active.
     pub fn begin(&mut self, number: u16) {
         self.pending[usize::from(number)] = false;
@@ -203,12 +186,8 @@ impl Nvic {
 
     /// The priority register of an exception.
     #[must_use]
-    pub const fn priority_register(&self, number: usize) -> u8 {
-        if number < EXCEPTIONS {
-            self.priority[number]
-        } else {
-            0
-        }
+    pub fn priority_register(&self, number: usize) -> u8 {
+        self.priority.get(number).copied().unwrap_or(0)
     }
 
     /// Sets the priority register of an exception.
@@ -260,16 +239,8 @@ impl Nvic {
         match offset {
             0x000..0x080 => numbers.for_each(|number| self.enabled[number] = true),
             0x080..0x100 => numbers.for_each(|number| self.enabled[number] = false),
-            0x100..0x180 => {
-                for number in numbers {
-                    self.pending[number] = true;
-                }
-            }
-            0x180..0x200 => {
-                for number in numbers {
-                    self.unpend(number as u16);
-                }
-            }
+            0x100..0x180 => numbers.for_each(|number| self.pending[number] = true),
+            0x180..0x200 => numbers.for_each(|number| self.unpend(number as u16)),
             0x300..0x3F0 => {
                 self.write_priority_registers(16 + (offset - 0x300) as usize, value, mask);
             }
@@ -293,9 +264,9 @@ mod tests {
         nvic.set_priority_register(16 + 4, 0x20);
         nvic.set_priority_register(16 + 5, 0x20);
         nvic.write(0x100, 0b011_0000, !0);
-        assert_eq!(nvic.next(), Some((16 + 4, 0x20)));
+        assert_eq!(nvic.next, Some((16 + 4, 0x20)));
         nvic.pend(16 + 6);
-        assert_eq!(nvic.next(), Some((16 + 6, 0x10)));
+        assert_eq!(nvic.next, Some((16 + 6, 0x10)));
     }
 
     #[test]
@@ -304,11 +275,11 @@ mod tests {
         nvic.write(0x000, 1 << 7, !0);
         nvic.set_line(7, true);
         nvic.begin(16 + 7);
-        assert_eq!(nvic.next(), None);
+        assert_eq!(nvic.next, None);
         nvic.end(16 + 7);
-        assert_eq!(nvic.next(), Some((16 + 7, 0)));
+        assert_eq!(nvic.next, Some((16 + 7, 0)));
         nvic.set_line(7, false);
         nvic.unpend(16 + 7);
-        assert_eq!(nvic.next(), None);
+        assert_eq!(nvic.next, None);
     }
 }

@@ -34,7 +34,7 @@ pub const FORCED: u32 = 1 << 30;
 pub const VECTTBL: u32 = 1 << 1;
 
 /// The registers.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Scb {
     /// Vector table; 0 stands for the start of flash.
     pub vtor: u32,
@@ -58,26 +58,17 @@ pub struct Scb {
     demcr: u32,
 }
 
-impl Default for Scb {
-    fn default() -> Self {
+impl Scb {
+    /// Creates the state after reset.
+    #[must_use]
+    pub fn new() -> Self {
         Self {
-            vtor: 0,
             ccr: 0x200,
-            scr: 0,
-            cfsr: 0,
-            hfsr: 0,
-            bfar: 0,
-            cpacr: 0,
             fpccr: 0xC000_0000,
-            fpdscr: 0,
-            shcsr: 0,
-            group: 0,
-            demcr: 0,
+            ..Self::default()
         }
     }
-}
 
-impl Scb {
     /// Returns whether the floating-point unit is enabled.
     #[must_use]
     pub const fn float_is_on(&self) -> bool {
@@ -92,10 +83,10 @@ impl Scb {
             0x008 => 0,
             0xD00 => 0x410F_C241,
             0xD04 => {
-                let pending = nvic.next().map_or(0, |(number, _)| u32::from(number));
+                let pending = nvic.next.map_or(0, |(number, _)| u32::from(number));
                 let bit = |number, bit: u32| u32::from(nvic.is_pending(number)) << bit;
                 u32::from(exception_number)
-                    | u32::from(nvic.active().len() < 2) << 11
+                    | u32::from(nvic.active.len() < 2) << 11
                     | pending << 12
                     | u32::from(pending >= 16) << 22
                     | bit(exception::SYS_TICK, 26)
@@ -110,7 +101,7 @@ impl Scb {
                 u32::from_le_bytes(core::array::from_fn(|i| nvic.priority_register(first + i)))
             }
             0xD24 => {
-                let active = |number| u32::from(nvic.active().contains(&number));
+                let active = |number| u32::from(nvic.active.contains(&number));
                 self.shcsr
                     | active(exception::MEM_MANAGE)
                     | active(exception::BUS_FAULT) << 1
@@ -129,8 +120,7 @@ impl Scb {
             0xD48..=0xD7C => 0,
             0xD88 => self.cpacr,
             // MPU_TYPE: eight regions, whose protection is not modelled.
-            0xD90 => 0,
-            0xDF0 => 0,
+            0xD90 | 0xDF0 => 0,
             0xDFC => self.demcr,
             0xF34 => self.fpccr,
             0xF38 => 0,

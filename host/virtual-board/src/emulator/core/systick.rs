@@ -20,11 +20,20 @@ impl SysTick {
     const CORE_CLOCK: u32 = 4;
     const COUNT: u32 = 1 << 16;
 
+    /// Creates the state after a reset at `now`, with the period of the core's clock.
+    #[must_use]
+    pub fn new(now: u64, period: u64) -> Self {
+        Self {
+            since: now,
+            period,
+            ..Self::default()
+        }
+    }
+
     const fn step(&self) -> u64 {
-        if self.control & Self::CORE_CLOCK == 0 {
-            self.period * 8
-        } else {
-            self.period
+        match self.control & Self::CORE_CLOCK {
+            0 => self.period * 8,
+            _ => self.period,
         }
     }
 
@@ -56,10 +65,9 @@ impl SysTick {
         if self.control & Self::ENABLE == 0 || self.period == 0 || (self.from | self.reload) == 0 {
             return NEVER;
         }
-        let steps = if self.from == 0 {
-            u64::from(self.reload) + 1
-        } else {
-            u64::from(self.from)
+        let steps = match self.from {
+            0 => u64::from(self.reload) + 1,
+            from => u64::from(from),
         };
         self.since + steps * self.step()
     }
@@ -112,8 +120,7 @@ mod tests {
 
     #[test]
     fn it_reaches_zero_once_every_reload_plus_one_cycles() {
-        let mut timer = SysTick::default();
-        timer.set_period(0, 10);
+        let mut timer = SysTick::new(0, 10);
         timer.write(4, 99, 0);
         timer.write(8, 0, 0);
         timer.write(0, 7, 0);

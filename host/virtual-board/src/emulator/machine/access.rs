@@ -4,13 +4,7 @@ use super::{Machine, RunningBlock, Stop};
 use crate::emulator::block::Block;
 use crate::emulator::core::nvic::exception;
 use crate::emulator::memory::Memory;
-
-/// The direction of an access to memory.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Access {
-    Load,
-    Store,
-}
+use crate::emulator::part::rcc::ResetCause;
 
 impl Machine {
     /// Executes an access at its time in the middle of a block; the block's cost so far is charged later.
@@ -86,7 +80,7 @@ impl Machine {
                 machine.deadline = machine.systick.next_event().min(machine.chip.next_event());
                 match stored {
                     Some(true) => {
-                        machine.chip.note_software_reset();
+                        machine.chip.reset_cause = Some(ResetCause::Software);
                         machine.reset_requested = true;
                         Ok(())
                     }
@@ -112,20 +106,15 @@ impl Machine {
         aligned
     }
 
-    /// Handles an access to an address without memory or peripheral.
-    pub(crate) fn no_memory(&mut self, pc: u32, address: u32, access: Access) {
+    /// Handles an access to an address without memory or peripheral, which stops the engine for a reason.
+    pub(crate) fn no_memory(&mut self, pc: u32, address: u32, stop: Stop) {
         match address {
             0x4000_0000..0x6000_0000 => self.fail(pc, address, "a peripheral that is not modelled"),
             0..0x0010_0000 => self.fail(pc, address, "an access through a null pointer"),
             0x2200_0000..0x2400_0000 => {
                 self.fail(pc, address, "the bit-band alias of RAM is not modelled");
             }
-            _ => {
-                self.stop = Some(match access {
-                    Access::Load => Stop::Load { address },
-                    Access::Store => Stop::Store { address },
-                });
-            }
+            _ => self.stop = Some(stop),
         }
     }
 
@@ -136,7 +125,7 @@ impl Machine {
             0xE000_E004 => Some(2),
             0xE000_E100..0xE000_ED00 => Some(self.nvic.read(address - 0xE000_E100)),
             0xE000_E000..0xE000_F000 => {
-                let number = self.nvic.active().last().copied().unwrap_or(0);
+                let number = self.nvic.active.last().copied().unwrap_or(0);
                 self.scb.read(address - 0xE000_E000, &self.nvic, number)
             }
             0xE004_2000..=0xE004_200C => self.debug.read(address - 0xE004_2000),

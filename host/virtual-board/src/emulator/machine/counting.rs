@@ -1,7 +1,6 @@
 //! Counters: instructions, cycles, the calls of a function.
 
 use super::Machine;
-use crate::emulator::memory::FLASH;
 
 /// Counters so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,6 +25,14 @@ pub(crate) struct Watched {
 }
 
 impl Watched {
+    pub(crate) const fn new(address: u32) -> Self {
+        Self {
+            address,
+            call: None,
+            instructions: 0,
+        }
+    }
+
     /// Handles a block that begins at `address`, after one that ended before `after`: a call if `address` is the
     /// function, with `after` as its return address.
     pub(super) const fn enter(&mut self, address: u32, after: u32, instructions: u64) {
@@ -41,21 +48,6 @@ impl Watched {
 }
 
 impl Machine {
-    /// Counts the instructions of calls of the function at `address` separately from now on.
-    pub(crate) fn watch(&mut self, address: u32) {
-        self.watched.push(Watched {
-            address,
-            call: None,
-            instructions: 0,
-        });
-    }
-
-    /// Counts instructions by address from now on.
-    pub fn start_profile(&mut self) {
-        self.profile = vec![0; FLASH.size / 2];
-        self.wait_profile = vec![0; FLASH.size / 2];
-    }
-
     /// Returns the current counters.
     #[must_use]
     pub const fn counters(&self) -> MachineCounters {

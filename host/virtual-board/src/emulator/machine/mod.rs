@@ -25,10 +25,10 @@ use crate::emulator::core::systick::SysTick;
 use crate::emulator::failure::Failure;
 use crate::emulator::memory::{FLASH, Memory};
 use crate::emulator::part::flash::accelerator::Literal;
-pub(crate) use access::Access;
+use crate::emulator::time::to_ns;
 pub(crate) use blocks::RunningBlock;
 pub use counting::MachineCounters;
-use counting::Watched;
+pub(crate) use counting::Watched;
 
 /// Maximum length of a block of the engine, bytes.
 const LONGEST_BLOCK: u32 = 0x1000;
@@ -119,8 +119,6 @@ impl Machine {
     #[must_use]
     pub fn new(chip: Chip) -> Self {
         let period = chip.period();
-        let mut systick = SysTick::default();
-        systick.set_period(0, period);
         Self {
             now: 0,
             cycles: 0,
@@ -129,7 +127,7 @@ impl Machine {
             chip,
             semihosting: Semihosting::default(),
             nvic: Nvic::default(),
-            scb: Scb::default(),
+            scb: Scb::new(),
             exceptions: BTreeMap::new(),
             faults: Vec::new(),
             profile: Vec::new(),
@@ -144,7 +142,7 @@ impl Machine {
             event_sent: false,
             halted_until: None,
             debug: Dbgmcu::default(),
-            systick,
+            systick: SysTick::new(0, period),
             dwt: Dwt::default(),
             period,
             deadline: 0,
@@ -157,11 +155,10 @@ impl Machine {
     pub(crate) fn reset(&mut self) {
         self.chip.reset(self.now);
         self.nvic = Nvic::default();
-        self.scb = Scb::default();
+        self.scb = Scb::new();
         self.dwt = Dwt::default();
-        self.systick = SysTick::default();
         self.period = self.chip.period();
-        self.systick.set_period(self.now, self.period);
+        self.systick = SysTick::new(self.now, self.period);
         self.running = None;
         self.halted_until = None;
         self.deadline = self.now;
@@ -222,7 +219,7 @@ impl Machine {
         // A program that faults endlessly must not fill the host's memory.
         if self.faults.len() < 1000 {
             self.faults.push(FaultNote {
-                time_ns: crate::emulator::time::to_ns(self.now),
+                time_ns: to_ns(self.now),
                 pc,
                 exception,
                 status,

@@ -78,14 +78,15 @@ impl ClockTree {
 #[derive(Clone, Debug)]
 pub struct Rcc {
     registers: [u32; 35],
-    clocks: ClockTree,
+    /// Current clocks.
+    pub clocks: ClockTree,
     /// Frequency of the crystal, Hz; `None` if it does not start.
     pub crystal: Option<u32>,
     corner: Corner,
     /// Whether the crystal has stopped after it ran.
     lost: bool,
     /// Whether the core's clock has stopped: only the watchdog continues.
-    stopped: bool,
+    pub stopped: bool,
     hse_ready_at: u64,
     pll_ready_at: u64,
     lsi_ready_at: u64,
@@ -112,8 +113,22 @@ impl Rcc {
     /// Creates the state after power-on, with or without a crystal.
     #[must_use]
     pub fn new(crystal: Option<u32>, corner: Corner) -> Self {
-        let mut rcc = Self {
-            registers: [0; 35],
+        let mut registers = [0; 35];
+        for (register, value) in [
+            (0x00, 0x81),
+            (0x04, 0x2400_3010),
+            (0x30, 0x0010_0000),
+            (0x50, 0x7E67_91FF),
+            (0x54, 0xF1),
+            (0x58, 1),
+            (0x60, 0x36FE_C9FF),
+            (0x64, 0x0007_5F33),
+            (0x84, 0x2400_3000),
+        ] {
+            registers[register / 4] = value;
+        }
+        Self {
+            registers,
             clocks: ClockTree::reset(corner),
             crystal,
             corner,
@@ -123,55 +138,18 @@ impl Rcc {
             pll_ready_at: time::NEVER,
             lsi_ready_at: time::NEVER,
             flags: ResetCause::PowerOn.flags(),
-        };
-        rcc.set_reset_values();
-        rcc
-    }
-
-    fn set_reset_values(&mut self) {
-        self.registers = [0; 35];
-        self.registers[CR] = 0x81;
-        self.registers[PLLCFGR] = 0x2400_3010;
-        self.registers[0x30 / 4] = 0x0010_0000;
-        for (register, value) in [
-            (0x50, 0x7E67_91FF),
-            (0x54, 0xF1),
-            (0x58, 1),
-            (0x60, 0x36FE_C9FF),
-            (0x64, 0x0007_5F33),
-            (0x84, 0x2400_3000),
-        ] {
-            self.registers[register / 4] = value;
         }
     }
 
     /// Resets the registers for a cause.
     pub fn reset(&mut self, cause: ResetCause) {
         let backup = self.registers[BDCR];
-        self.set_reset_values();
+        *self = Self {
+            lost: self.lost,
+            flags: self.flags | cause.flags(),
+            ..Self::new(self.crystal, self.corner)
+        };
         self.registers[BDCR] = backup;
-        self.flags |= cause.flags();
-        self.hse_ready_at = time::NEVER;
-        self.pll_ready_at = time::NEVER;
-        self.lsi_ready_at = time::NEVER;
-        self.stopped = false;
-        self.clocks = ClockTree::reset(self.corner);
-    }
-
-    /// Current clocks.
-    #[must_use]
-    pub const fn clocks(&self) -> ClockTree {
-        self.clocks
-    }
-
-    /// Returns whether only the watchdog is still clocked.
-    #[must_use]
-    pub const fn is_stopped(&self) -> bool {
-        self.stopped
-    }
-
-    const fn wait(us: u32) -> u64 {
-        from_us(us as u64)
     }
 
     /// Returns whether the crystal drives the PLL.
@@ -200,11 +178,11 @@ impl Rcc {
     /// If the register does not exist.
     pub fn read(&self, offset: u32, now: u64) -> Result<u32, String> {
         let index = offset as usize / 4;
-        if offset == DCKCFGR {
-            return Ok(0);
-        }
         let Some(&value) = self.registers.get(index) else {
-            return unknown("RCC", offset);
+            return match offset {
+                DCKCFGR => Ok(0),
+                _ => unknown("RCC", offset),
+            };
         };
         let ready = |at: u64, bit: u32| u32::from(now >= at) << bit;
         Ok(match index {
@@ -219,7 +197,7 @@ impl Rcc {
         })
     }
 
-    /// Writes a register. Returns the bits that it sets in a reset register, with the register's offset.
+    /// Writes a register.
     ///
     /// # Errors
     /// If the register does not exist, or the clock would exceed its limits.
@@ -245,7 +223,7 @@ impl Rcc {
                     |bit: u32| (value & !old & 1 << bit != 0, old & !value & 1 << bit != 0);
                 match turned(16) {
                     (true, _) if self.crystal.is_some() => {
-                        self.hse_ready_at = now + Self::wait(self.corner.crystal_start_us());
+                        self.hse_ready_at = now + from_us(self.corner.crystal_start_us().into());
                     }
                     (_, true) => self.hse_ready_at = time::NEVER,
                     _ => {}
@@ -255,7 +233,7 @@ impl Rcc {
                     (true, _) if self.lost && self.pll_is_from_crystal() => {}
                     (true, _) => {
                         self.check_pll(now)?;
-                        self.pll_ready_at = now + Self::wait(self.corner.pll_lock_us());
+                        self.pll_ready_at = now + from_us(self.corner.pll_lock_us().into());
                     }
                     (_, true) => self.pll_ready_at = time::NEVER,
                     _ => {}
@@ -280,7 +258,7 @@ impl Rcc {
                 self.lsi_ready_at = if value & 1 == 0 {
                     time::NEVER
                 } else if old & 1 == 0 {
-                    now + Self::wait(self.corner.lsi_start_us())
+                    now + from_us(self.corner.lsi_start_us().into())
                 } else {
                     self.lsi_ready_at
                 };
@@ -370,12 +348,9 @@ impl Rcc {
         let apb = |field: u32| if field & 4 == 0 { 0 } else { (field & 3) + 1 };
         let (apb1, apb2) = (apb(configuration >> 10 & 7), apb(configuration >> 13 & 7));
         let hclk = system >> ahb;
-        let timer = |shift: u32| {
-            if shift == 0 {
-                hclk
-            } else {
-                (hclk >> shift) * 2
-            }
+        let timer = |shift: u32| match shift {
+            0 => hclk,
+            _ => (hclk >> shift) * 2,
         };
         self.clocks = ClockTree {
             hclk,

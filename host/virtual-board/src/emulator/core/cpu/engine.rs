@@ -12,7 +12,7 @@ use super::Cpu;
 use super::exceptions::masked_below;
 use super::late::InHook;
 use crate::emulator::chip::NOMINAL_MV;
-use crate::emulator::machine::{Access, Stop};
+use crate::emulator::machine::Stop;
 use crate::emulator::memory::{
     CCM, MEMORIES, Memory, RAM, Rights, UNIQUE_NUMBER, UNTOUCHED, is_memory,
 };
@@ -162,8 +162,8 @@ impl Cpu {
                     let address = address as u32;
                     let mut machine = machine.borrow_mut();
                     let pc = engine.reg_read(RegisterARM::PC).unwrap_or(0) as u32;
-                    let mut late = late.borrow_mut();
-                    let mut memory = InHook::new(engine, &mut late);
+                    let late = &mut late.borrow_mut();
+                    let mut memory = InHook { engine, late };
                     let go_on = if kind == MemType::READ_PROT {
                         let read = machine.load(&mut memory, pc, address, size);
                         loaded.set(u64::from(read.unwrap_or(0)));
@@ -189,10 +189,10 @@ impl Cpu {
         self.engine
             .add_block_hook(1, 0, move |engine, address, size| {
                 let mut machine = machine.borrow_mut();
-                let mut late = late.borrow_mut();
-                let mut memory = InHook::new(engine, &mut late);
+                let late = &mut late.borrow_mut();
+                let mut memory = InHook { engine, late };
                 machine.enter_block(&mut memory, address as u32, size);
-                let interrupted = machine.nvic.next().is_some_and(|(_, priority)| {
+                let interrupted = machine.nvic.next.is_some_and(|(_, priority)| {
                     priority < machine.nvic.active_priority()
                         && priority < masked_below(engine, &machine)
                 });
@@ -219,16 +219,16 @@ impl Cpu {
                 last,
                 move |engine, kind, address, _, _| {
                     let pc = engine.reg_read(RegisterARM::PC).unwrap_or(0) as u32;
-                    let access = match kind {
-                        MemType::WRITE_UNMAPPED => Access::Store,
-                        _ => Access::Load,
-                    };
-                    let fetch = kind == MemType::FETCH_UNMAPPED || kind == MemType::FETCH_PROT;
+                    let address = address as u32;
                     let mut machine = machine.borrow_mut();
-                    if fetch {
-                        machine.stop = Some(Stop::FetchFault);
-                    } else {
-                        machine.no_memory(pc, address as u32, access);
+                    match kind {
+                        MemType::FETCH_UNMAPPED | MemType::FETCH_PROT => {
+                            machine.stop = Some(Stop::FetchFault);
+                        }
+                        MemType::WRITE_UNMAPPED => {
+                            machine.no_memory(pc, address, Stop::Store { address });
+                        }
+                        _ => machine.no_memory(pc, address, Stop::Load { address }),
                     }
                     let _ = engine.emu_stop();
                     false

@@ -25,52 +25,27 @@ const ENTRY: u64 = 12;
 const EXIT: u64 = 10;
 const TAIL: u64 = 6;
 
-/// An architectural fault.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct CoreFault {
-    pub(super) number: u16,
-    pub(super) status: u32,
-    pub(super) address: Option<u32>,
-}
-
-impl CoreFault {
-    pub(super) const fn usage(status: u32) -> Self {
-        Self {
-            number: exception::USAGE_FAULT,
-            status,
-            address: None,
-        }
-    }
-
-    pub(super) const fn bus(status: u32, address: Option<u32>) -> Self {
-        Self {
-            number: exception::BUS_FAULT,
-            status,
-            address,
-        }
-    }
-}
-
 impl Cpu {
-    /// Raises a fault with the frame's return address `pc`.
-    pub(super) fn fault(&mut self, pc: u32, fault: CoreFault, late_address: Option<u32>) {
+    /// Raises a usage fault.
+    pub(super) fn usage_fault(&mut self, pc: u32, status: u32) {
+        self.fault(pc, exception::USAGE_FAULT, status, None);
+    }
+
+    /// Raises a fault with the frame's return address `pc`, and the address that was accessed, if any.
+    pub(super) fn fault(&mut self, pc: u32, fault: u16, status: u32, address: Option<u32>) {
         let running = self.execution_priority();
         let number = {
             let mut machine = self.machine.borrow_mut();
-            machine.note_fault(
-                pc,
-                fault.number,
-                fault.status,
-                fault.address.or(late_address),
-            );
-            machine.scb.cfsr |= fault.status;
-            if let Some(address) = fault.address {
+            machine.note_fault(pc, fault, status, address);
+            machine.scb.cfsr |= status;
+            if let Some(address) = address
+                && status & cfsr::BFARVALID != 0
+            {
                 machine.scb.bfar = address;
             }
-            let takes = machine.nvic.is_enabled(fault.number)
-                && machine.nvic.priority_of(fault.number) < running;
-            if takes && fault.number != exception::SV_CALL {
-                fault.number
+            let takes = machine.nvic.is_enabled(fault) && machine.nvic.priority_of(fault) < running;
+            if takes && fault != exception::SV_CALL {
+                fault
             } else if running > -1 {
                 machine.scb.hfsr |= FORCED;
                 exception::HARD_FAULT
@@ -91,10 +66,7 @@ impl Cpu {
         let float = control & 4 != 0;
         let process = !handler && control & 2 != 0;
         let stack = self.get(RegisterARM::SP);
-        let aligned = {
-            let machine = self.machine.borrow();
-            machine.scb.ccr & 0x200 != 0
-        };
+        let aligned = self.machine.borrow().scb.ccr & 0x200 != 0;
         let padded = aligned && stack & 4 != 0;
         let size: u32 = if float { 0x68 } else { 0x20 };
         let frame = stack.wrapping_sub(size) & if aligned { !7 } else { !3 };
@@ -132,18 +104,15 @@ impl Cpu {
         self.set(RegisterARM::LR, link);
 
         let mut machine = self.machine.borrow_mut();
-        let cost = if core::mem::take(&mut self.returned) {
-            TAIL
-        } else {
-            ENTRY
-        };
-        machine.spend(cost);
+        machine.spend(match core::mem::take(&mut self.returned) {
+            true => TAIL,
+            false => ENTRY,
+        });
         machine.nvic.begin(number);
         machine.count_exception(number);
-        let table = if machine.scb.vtor == 0 {
-            FLASH.start
-        } else {
-            machine.scb.vtor
+        let table = match machine.scb.vtor {
+            0 => FLASH.start,
+            vtor => vtor,
         };
         let vector = self.engine.word(table + 4 * u32::from(number));
         // A failed write of the frame raises a fault of its own; the two exceptions that cannot be interrupted
@@ -182,11 +151,10 @@ impl Cpu {
             machine.scb.hfsr |= FORCED;
             machine.nvic.begin(exception::HARD_FAULT);
             machine.count_exception(exception::HARD_FAULT);
-            let vector = self
-                .engine
-                .word(table + 4 * u32::from(exception::HARD_FAULT));
             drop(machine);
-            self.set(RegisterARM::IPSR, u32::from(exception::HARD_FAULT));
+            let hard_fault = u32::from(exception::HARD_FAULT);
+            let vector = self.engine.word(table + 4 * hard_fault);
+            self.set(RegisterARM::IPSR, hard_fault);
             self.set(RegisterARM::PC, vector.unwrap_or(1));
             self.fresh_flags();
         }
@@ -204,31 +172,30 @@ impl Cpu {
         let ended = self.machine.borrow_mut().nvic.end(number);
         let (thread, process, float) = (code & 8 != 0, code & 4 != 0, code & 0x10 == 0);
         if number == 0 || !ended {
-            return self.fault(code, CoreFault::usage(cfsr::INVPC), None);
+            return self.usage_fault(code, cfsr::INVPC);
         }
         if number != exception::NMI {
             self.set(RegisterARM::FAULTMASK, 0);
         }
-        let stack = if process && thread {
-            self.get(RegisterARM::PSP)
-        } else {
-            self.get(RegisterARM::SP)
+        let process = process && thread;
+        let stack_pointer = match process {
+            true => RegisterARM::PSP,
+            false => RegisterARM::SP,
         };
+        let stack = self.get(stack_pointer);
         let size: u32 = if float { 0x68 } else { 0x20 };
         let mut bytes = [0; 0x68];
         let read = self
             .engine
             .read(stack, bytes.get_mut(..size as usize).unwrap_or(&mut []));
         if !read {
-            return self.fault(code, CoreFault::bus(cfsr::UNSTKERR, None), Some(stack));
+            return self.fault(code, exception::BUS_FAULT, cfsr::UNSTKERR, Some(stack));
         }
-        let word = |index: usize| {
-            let at = 4 * index;
-            u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
-        };
+        let word =
+            |index: usize| u32::from_le_bytes(core::array::from_fn(|i| bytes[4 * index + i]));
         let xpsr = word(7);
         if thread != (xpsr & 0x1FF == 0) {
-            return self.fault(code, CoreFault::usage(cfsr::INVPC), None);
+            return self.usage_fault(code, cfsr::INVPC);
         }
         for (index, register) in STACKED.into_iter().enumerate() {
             self.set(register, word(index));
@@ -243,15 +210,11 @@ impl Cpu {
         let unwound = stack
             .wrapping_add(size)
             .wrapping_add(if xpsr & 0x200 == 0 { 0 } else { 4 });
-        if process && thread {
-            self.set(RegisterARM::PSP, unwound);
-        } else {
-            self.set(RegisterARM::SP, unwound);
-        }
+        self.set(stack_pointer, unwound);
         let control = self.get(RegisterARM::CONTROL) & 1;
         // CONTROL after the exception's number: now the stack can change.
         self.set(RegisterARM::XPSR_NZCVQG, xpsr & !0x200);
-        let control = control | if process && thread { 2 } else { 0 } | if float { 4 } else { 0 };
+        let control = control | if process { 2 } else { 0 } | if float { 4 } else { 0 };
         self.set(RegisterARM::CONTROL, control);
         self.set(RegisterARM::PC, word(6) | (xpsr >> 24) & 1);
         let bits = xpsr & 0x0600_FC00;
@@ -264,7 +227,7 @@ impl Cpu {
         // Tail-chaining: the stack is not popped and pushed between two handlers.
         let tail = machine
             .nvic
-            .next()
+            .next
             .is_some_and(|(_, priority)| priority < machine.nvic.active_priority().min(THREAD));
         if !tail {
             machine.spend(EXIT);

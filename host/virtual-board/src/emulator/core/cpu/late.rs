@@ -7,33 +7,12 @@ use unicorn_engine::Unicorn;
 use crate::emulator::memory::{CCM, Memory, RAM, is_memory};
 
 /// Writes that wait, oldest first.
-#[derive(Debug, Default)]
-pub(super) struct LateWrites(Vec<(u32, Vec<u8>)>);
-
-impl LateWrites {
-    /// Returns whether the engine has to stop.
-    pub(super) const fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-
-    /// Passes the pending writes to `write`, once the engine has stopped.
-    pub(super) fn apply(&mut self, mut write: impl FnMut(u32, &[u8])) {
-        for (address, bytes) in self.0.drain(..) {
-            write(address, &bytes);
-        }
-    }
-}
+pub(super) type LateWrites = Vec<(u32, Vec<u8>)>;
 
 /// Memory as a hook sees it.
 pub(super) struct InHook<'a, 'b> {
-    engine: &'a mut Unicorn<'b, ()>,
-    late: &'a mut LateWrites,
-}
-
-impl<'a, 'b> InHook<'a, 'b> {
-    pub(super) const fn new(engine: &'a mut Unicorn<'b, ()>, late: &'a mut LateWrites) -> Self {
-        Self { engine, late }
-    }
+    pub(super) engine: &'a mut Unicorn<'b, ()>,
+    pub(super) late: &'a mut LateWrites,
 }
 
 impl Memory for InHook<'_, '_> {
@@ -41,7 +20,7 @@ impl Memory for InHook<'_, '_> {
         if !self.engine.read(address, bytes) {
             return false;
         }
-        for (start, written) in &self.late.0 {
+        for (start, written) in &*self.late {
             let from = address.max(*start);
             let end = (address + bytes.len() as u32).min(start + written.len() as u32);
             if from < end {
@@ -60,7 +39,7 @@ impl Memory for InHook<'_, '_> {
         if !is_memory(address, bytes.len()) {
             return false;
         }
-        self.late.0.push((address, bytes.to_vec()));
+        self.late.push((address, bytes.to_vec()));
         true
     }
 }
@@ -74,7 +53,10 @@ mod tests {
     fn late_writes_are_read_at_once_and_written_after_the_stop() {
         let mut engine = super::super::engine::with_memory(&[]).expect("an engine");
         let mut late = LateWrites::default();
-        let mut memory = InHook::new(&mut engine, &mut late);
+        let mut memory = InHook {
+            engine: &mut engine,
+            late: &mut late,
+        };
         assert!(memory.write(FLASH.start + 2, &[1, 2, 3, 4]));
         assert!(memory.write(FLASH.start + 4, &[5]));
         assert!(!memory.write(FLASH.end(), &[5]));
@@ -86,8 +68,9 @@ mod tests {
         assert_eq!(engine.byte(FLASH.start + 2), Some(0xFF));
         assert_eq!(engine.byte(RAM.start), Some(6));
         assert!(!late.is_empty());
-        late.apply(|address, bytes| assert!(engine.write(address, bytes)));
-        assert!(late.is_empty());
+        for (address, bytes) in late {
+            assert!(engine.write(address, &bytes));
+        }
         assert!(engine.read(FLASH.start, &mut bytes));
         assert_eq!(bytes, expected);
     }

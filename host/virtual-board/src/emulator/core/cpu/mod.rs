@@ -161,15 +161,8 @@ impl Cpu {
         // Out of any handler first: its stack pointer is the main one.
         self.set(RegisterARM::XPSR_NZCVQG, 0x0100_0000);
         self.set(RegisterARM::CONTROL, 0);
-        for register in [
-            RegisterARM::PRIMASK,
-            RegisterARM::BASEPRI,
-            RegisterARM::FAULTMASK,
-            RegisterARM::FPSCR,
-        ] {
-            self.set(register, 0);
-        }
-        for register in R {
+        use RegisterARM::{BASEPRI, FAULTMASK, FPSCR, PRIMASK};
+        for register in [PRIMASK, BASEPRI, FAULTMASK, FPSCR].into_iter().chain(R) {
             self.set(register, 0);
         }
         for register in FLOATS {
@@ -212,7 +205,7 @@ impl Cpu {
                     return Ok(());
                 }
                 if core::mem::take(&mut machine.reset_requested) {
-                    if machine.chip.take_power_lost() {
+                    if core::mem::take(&mut machine.chip.power_lost) {
                         engine::lose_ram(&mut self.engine);
                     }
                     machine.reset();
@@ -224,11 +217,11 @@ impl Cpu {
             if self.machine.borrow_mut().is_halted(&mut self.engine) {
                 continue;
             }
-            if self.machine.borrow().chip.rcc.is_stopped() {
+            if self.machine.borrow().chip.rcc.stopped {
                 self.machine.borrow_mut().sleep(&mut self.engine);
                 continue;
             }
-            let next = self.machine.borrow().nvic.next();
+            let next = self.machine.borrow().nvic.next;
             if let CoreState::LockedUp { pc } = self.state {
                 // Only an NMI ends it, unless it is in one (ARMv7-M, B1.5.15).
                 match next {

@@ -2,7 +2,6 @@
 
 use unicorn_engine::RegisterARM;
 
-use super::exceptions::CoreFault;
 use super::{CoreState, Cpu, engine};
 use crate::emulator::block::Block;
 use crate::emulator::core::nvic::exception;
@@ -36,14 +35,11 @@ impl Cpu {
             // A store continues to the end of its block, and the bus refuses it afterwards.
             Some(Stop::Boundary) => {}
             Some(Stop::Store { address }) => {
-                self.fault(pc, CoreFault::bus(cfsr::IMPRECISERR, None), Some(address));
+                self.fault(pc, exception::BUS_FAULT, cfsr::IMPRECISERR, Some(address));
             }
             Some(Stop::Load { address }) => {
-                self.fault(
-                    pc,
-                    CoreFault::bus(cfsr::PRECISERR | cfsr::BFARVALID, Some(address)),
-                    None,
-                );
+                let status = cfsr::PRECISERR | cfsr::BFARVALID;
+                self.fault(pc, exception::BUS_FAULT, status, Some(address));
             }
             Some(Stop::FetchFault) => {
                 if pc >= 0xFFFF_FF00 {
@@ -53,7 +49,7 @@ impl Cpu {
                     engine::allow_code_in_ram(&mut self.engine)
                         .or_else(|error| failed(pc, format!("{error:?}")))?;
                 } else {
-                    self.fault(pc, CoreFault::bus(cfsr::IBUSERR, None), None);
+                    self.fault(pc, exception::BUS_FAULT, cfsr::IBUSERR, None);
                 }
             }
             Some(Stop::NoFloat {
@@ -63,7 +59,7 @@ impl Cpu {
             Some(Stop::Exception(2)) => self.call(pc),
             Some(Stop::Exception(7)) => self.breakpoint(pc)?,
             Some(Stop::Exception(8)) => self.leave(pc),
-            Some(Stop::Exception(22)) => self.fault(pc, CoreFault::usage(cfsr::UNALIGNED), None),
+            Some(Stop::Exception(22)) => self.usage_fault(pc, cfsr::UNALIGNED),
             Some(Stop::Exception(number)) => {
                 return failed(pc, format!("the engine stopped with {number}"));
             }
@@ -71,13 +67,13 @@ impl Cpu {
                 let last = self.half(pc.wrapping_sub(2));
                 let at_end = block.is_some_and(|(address, size)| address + size == pc);
                 if self.get(RegisterARM::EPSR) & 0x0100_0000 == 0 {
-                    self.fault(pc, CoreFault::usage(cfsr::INVSTATE), None);
+                    self.usage_fault(pc, cfsr::INVSTATE);
                 } else if at_end && last == WFE {
                     if !core::mem::take(&mut self.event) {
                         self.state = CoreState::WaitingForEvent;
                     }
                 } else if !(at_end && last == YIELD) {
-                    self.fault(pc, CoreFault::usage(cfsr::UNDEFINSTR), None);
+                    self.usage_fault(pc, cfsr::UNDEFINSTR);
                 }
             }
             None => match result {
@@ -111,10 +107,9 @@ impl Cpu {
 
     /// Applies the writes that hooks have deferred; the engine has stopped.
     fn write_deferred(&mut self) {
-        let engine = &mut self.engine;
-        self.late.borrow_mut().apply(|address, bytes| {
-            engine.write(address, bytes);
-        });
+        for (address, bytes) in self.late.borrow_mut().drain(..) {
+            self.engine.write(address, &bytes);
+        }
     }
 
     /// Handles a floating-point instruction while the unit is off: runs up to it, then faults.
@@ -136,32 +131,18 @@ impl Cpu {
             machine.charge(&RunningBlock { address, block }, pc);
             result.or_else(|error| failed(start, format!("{error:?}")))?;
         }
-        self.fault(pc, CoreFault::usage(cfsr::NOCP), None);
+        self.usage_fault(pc, cfsr::NOCP);
         Ok(())
     }
 
     /// Handles a supervisor call.
     fn call(&mut self, pc: u32) {
-        let (priority, running) = {
-            let machine = self.machine.borrow();
-            (
-                machine.nvic.priority_of(exception::SV_CALL),
-                self.execution_priority(),
-            )
-        };
-        if priority < running {
+        let priority = (self.machine.borrow().nvic).priority_of(exception::SV_CALL);
+        if priority < self.execution_priority() {
             self.enter(exception::SV_CALL, pc);
         } else {
             // The call itself is at the address that the fault reports.
-            self.fault(
-                pc.wrapping_sub(2),
-                CoreFault {
-                    number: exception::SV_CALL,
-                    status: 0,
-                    address: None,
-                },
-                None,
-            );
+            self.fault(pc.wrapping_sub(2), exception::SV_CALL, 0, None);
         }
     }
 

@@ -67,7 +67,8 @@ pub struct Can {
     filter_fifo: u32,
     filter_active: u32,
     filters: [[u32; 2]; 28],
-    pclk: u32,
+    /// Clock of the peripheral, Hz.
+    pub pclk: u32,
     now: u64,
     busy: Option<(Sender, u64)>,
     /// Time at which the bus was idle long enough to join, or to recover from bus-off.
@@ -110,11 +111,6 @@ impl Can {
             overruns: self.overruns,
             ..Self::new(pclk)
         };
-    }
-
-    /// Sets the clock of the peripheral.
-    pub const fn set_clock(&mut self, pclk: u32) {
-        self.pclk = pclk;
     }
 
     /// The bit rate, hertz.
