@@ -31,27 +31,19 @@ impl Block {
     pub(crate) fn at(memory: &mut dyn Memory, address: u32, size: u32) -> Self {
         let mut code = vec![0; size as usize];
         memory.read(address, &mut code);
-        Self::of(&code, size)
+        Self::of(&code)
     }
 
-    /// Decodes `code` up to `size` bytes.
+    /// Decodes `code`.
     #[must_use]
-    pub fn of(code: &[u8], size: u32) -> Self {
+    pub fn of(code: &[u8]) -> Self {
         let mut block = Self {
-            size,
+            size: code.len() as u32,
             ..Self::default()
         };
-        let half = |at: usize| match code.get(at..at + 2) {
-            Some([low, high]) => u16::from_le_bytes([*low, *high]),
-            _ => 0,
-        };
-        let mut at = 0;
         let mut after_load = false;
-        while at < size as usize {
-            let first = half(at);
-            let wide = is_wide(first);
-            let cost = if wide {
-                let second = half(at + 2);
+        for (at, first, second) in instructions(code) {
+            let cost = if is_wide(first) {
                 if block.float.is_none() && is_float(first, second) {
                     block.float = Some((block.instructions, at as u32));
                 }
@@ -69,47 +61,50 @@ impl Block {
             };
             after_load = matches!(cost, Cost::Load | Cost::Store);
             block.instructions += 1;
-            at += if wide { 4 } else { 2 };
         }
         block
     }
+}
+
+/// Offset of each instruction, its first half-word, and the one after it.
+fn instructions(code: &[u8]) -> impl Iterator<Item = (usize, u16, u16)> {
+    let half = |at: usize| match code.get(at..at + 2) {
+        Some([low, high]) => u16::from_le_bytes([*low, *high]),
+        _ => 0,
+    };
+    let mut next = 0;
+    core::iter::from_fn(move || {
+        let (at, first) = (next, half(next));
+        next += if is_wide(first) { 4 } else { 2 };
+        (at < code.len()).then(|| (at, first, half(at + 2)))
+    })
 }
 
 /// Loads of a block at `address` from places known from the code: literals, and branch tables, which follow their
 /// instruction.
 #[must_use]
 pub fn literals(code: &[u8], address: u32) -> Vec<Literal> {
-    let half = |at: usize| match code.get(at..at + 2) {
-        Some([low, high]) => u16::from_le_bytes([*low, *high]),
-        _ => 0,
-    };
-    let mut all = Vec::new();
-    let mut at = 0;
-    while at < code.len() {
-        let (first, second) = (half(at), half(at + 2));
-        let pc = address + at as u32 + 4;
+    let literal = |(at, first, second): (usize, u16, u16)| {
+        let offset = at as u32;
+        let pc = address + offset + 4;
         let aligned = pc & !3;
         let up_or_down = |distance: u16| match first & 0x0080 {
             0 => aligned.wrapping_sub(u32::from(distance)),
             _ => aligned.wrapping_add(u32::from(distance)),
         };
-        let read = match first {
-            0x4800..0x5000 => Some(aligned + 4 * u32::from(first & 0xFF)),
+        let address = match first {
+            0x4800..0x5000 => aligned + 4 * u32::from(first & 0xFF),
             // TBB and TBH.
-            0xE8DF if second & 0xFFE0 == 0xF000 => Some(pc),
+            0xE8DF if second & 0xFFE0 == 0xF000 => pc,
             // LDRD; LDR, LDRH, LDRB; VLDR.
-            _ if first & 0xFF7F == 0xE95F => Some(up_or_down(4 * (second & 0xFF))),
-            _ if first & 0xFE1F == 0xF81F => Some(up_or_down(second & 0xFFF)),
-            _ if first & 0xFF3F == 0xED1F => Some(up_or_down(4 * (second & 0xFF))),
-            _ => None,
+            _ if first & 0xFF7F == 0xE95F => up_or_down(4 * (second & 0xFF)),
+            _ if first & 0xFE1F == 0xF81F => up_or_down(second & 0xFFF),
+            _ if first & 0xFF3F == 0xED1F => up_or_down(4 * (second & 0xFF)),
+            _ => return None,
         };
-        if let Some(address) = read {
-            let offset = at as u32;
-            all.push(Literal { offset, address });
-        }
-        at += if is_wide(first) { 4 } else { 2 };
-    }
-    all
+        Some(Literal { offset, address })
+    };
+    instructions(code).filter_map(literal).collect()
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -130,17 +125,12 @@ const fn is_float(first: u16, second: u16) -> bool {
 
 const fn narrow_cost(code: u16) -> Cost {
     match code >> 11 {
+        // Register offsets: STR, STRH, STRB below LDRSB, LDR, LDRH, LDRB, LDRSH.
+        0b01010 | 0b01011 if (code >> 9) & 7 < 3 => Cost::Store,
+        0b01010 | 0b01011 => Cost::Load,
         // LDR literal; LDR, LDRB, LDRH with an offset; LDR from the stack.
         0b01001 | 0b01101 | 0b01111 | 0b10001 | 0b10011 => Cost::Load,
         0b01100 | 0b01110 | 0b10000 | 0b10010 => Cost::Store,
-        // Register offsets: STR, STRH, STRB below LDRSB, LDR, LDRH, LDRB, LDRSH.
-        0b01010 | 0b01011 => {
-            if (code >> 9) & 7 < 3 {
-                Cost::Store
-            } else {
-                Cost::Load
-            }
-        }
         // STM, LDM.
         0b11000 | 0b11001 => Cost::Cycles(1 + (code & 0xFF).count_ones()),
         // PUSH and POP.
@@ -156,26 +146,15 @@ const fn wide_cost(first: u16, second: u16) -> Cost {
         return float_cost(first, second);
     }
     match first >> 9 {
-        // LDM, STM; LDRD, STRD, exclusives and table branches.
-        0b111_0100 => {
-            if first & 0x0040 == 0 {
-                Cost::Cycles(1 + second.count_ones())
-            } else if first & 0xFFF0 == 0xE8D0 && second & 0x00E0 == 0 {
-                Cost::Cycles(2)
-            } else if first & 0x0120 == 0 {
-                // LDREX and STREX.
-                Cost::Cycles(2)
-            } else {
-                Cost::Cycles(3)
-            }
-        }
-        0b111_1100 => {
-            if first & 0x0010 == 0 {
-                Cost::Store
-            } else {
-                Cost::Load
-            }
-        }
+        // LDM, STM.
+        0b111_0100 if first & 0x0040 == 0 => Cost::Cycles(1 + second.count_ones()),
+        // Exclusives of bytes and half-words, and table branches; LDREX and STREX.
+        0b111_0100 if first & 0xFFF0 == 0xE8D0 && second & 0x00E0 == 0 => Cost::Cycles(2),
+        0b111_0100 if first & 0x0120 == 0 => Cost::Cycles(2),
+        // LDRD, STRD.
+        0b111_0100 => Cost::Cycles(3),
+        0b111_1100 if first & 0x0010 == 0 => Cost::Store,
+        0b111_1100 => Cost::Load,
         // Multiplications and divisions.
         0b111_1101 if first & 0xFFD0 == 0xFB90 && second & 0x00F0 == 0x00F0 => Cost::Cycles(7),
         0b111_1101 if first & 0xFF80 == 0xFB00 && second & 0xF000 != 0xF000 => Cost::Cycles(2),
@@ -220,7 +199,7 @@ mod tests {
 
     fn block(halves: &[u16]) -> Block {
         let code: Vec<u8> = halves.iter().flat_map(|half| half.to_le_bytes()).collect();
-        Block::of(&code, code.len() as u32)
+        Block::of(&code)
     }
 
     #[test]

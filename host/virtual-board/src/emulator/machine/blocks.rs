@@ -33,7 +33,7 @@ impl Machine {
             Some(_) => {
                 let mut code = vec![0; size as usize];
                 memory.read(address, &mut code);
-                let mut block = Block::of(&code, size);
+                let mut block = Block::of(&code);
                 let loads = literals(&code, address);
                 block.literals = (self.literals.len() as u32, loads.len() as u16);
                 self.literals.extend(loads);
