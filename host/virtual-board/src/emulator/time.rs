@@ -9,10 +9,9 @@ pub const NEVER: u64 = u64::MAX;
 /// Units in one cycle of a clock of `hertz`.
 #[must_use]
 pub const fn cycle(hertz: u32) -> u64 {
-    if hertz == 0 {
-        NEVER
-    } else {
-        PER_SECOND / hertz as u64
+    match hertz {
+        0 => NEVER,
+        _ => PER_SECOND / hertz as u64,
     }
 }
 

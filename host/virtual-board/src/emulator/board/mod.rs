@@ -214,10 +214,9 @@ impl Board {
         machine.wake();
     }
 
-    /// Discards frames for the board that should have begun before `time`, as when it is off the bus. Returns
-    /// their number.
-    pub fn withdraw_can(&mut self, time: u64) -> usize {
-        self.cpu.machine().chip.can.withdraw(time)
+    /// Discards frames for the board that should have begun before `time`, as when it is off the bus.
+    pub fn withdraw_can(&mut self, time: u64) {
+        self.cpu.machine().chip.can.withdraw(time);
     }
 
     /// Bit rate of the CAN controller, bit/s; `None` while it does not take part in bus traffic.

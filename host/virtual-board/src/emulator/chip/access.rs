@@ -1,12 +1,12 @@
 //! Loads and stores of the core and of DMA: the mapping of addresses to peripherals.
 
 use super::Chip;
-use super::map::{MAP, Part};
+use super::map::{MAP, Part, SIZE};
 use crate::emulator::memory::{FLASH, Memory};
 use crate::emulator::part::dma::Dma;
 use crate::emulator::part::pwr::Pwr;
 use crate::emulator::part::tim11::Tim11;
-use crate::emulator::time::{cycle, to_ns};
+use crate::emulator::time::cycle;
 
 /// Offset of the data register of a serial line.
 const USART_DR: u32 = 0x04;
@@ -64,7 +64,7 @@ impl Chip {
     fn locate(&self, address: u32) -> Result<(Part, u32), String> {
         let entry = MAP
             .iter()
-            .find(|entry| address >= entry.base && address - entry.base < entry.size)
+            .find(|entry| address >= entry.base && address - entry.base < SIZE)
             .ok_or_else(|| "a peripheral that is not modelled".to_owned())?;
         if let Some((register, bit)) = entry.enable
             && !self.rcc.is_enabled(register, bit)
@@ -94,10 +94,7 @@ impl Chip {
             Part::Exti => self.exti.read(offset),
             Part::Gpio(index) => {
                 if index == self.wiring.data_ready.port {
-                    if let Some(sensor) = &mut self.sensor {
-                        sensor.advance_to(to_ns(now));
-                    }
-                    self.watch_pin(now);
+                    self.with_sensor(now, |_| ());
                 }
                 self.ports[index].read(offset)
             }

@@ -19,11 +19,13 @@ pub(super) enum Part {
     Dma(usize),
 }
 
+/// Size of the registers of a peripheral, bytes.
+pub(super) const SIZE: u32 = 0x400;
+
 /// The address of a peripheral, and the bit that enables its clock.
 pub(super) struct Entry {
     pub(super) name: &'static str,
     pub(super) base: u32,
-    pub(super) size: u32,
     pub(super) part: Part,
     /// Offset of the enable register in RCC, and the bit.
     pub(super) enable: Option<(u32, u32)>,
@@ -33,7 +35,6 @@ const fn entry(name: &'static str, base: u32, part: Part, enable: Option<(u32, u
     Entry {
         name,
         base,
-        size: 0x400,
         part,
         enable,
     }

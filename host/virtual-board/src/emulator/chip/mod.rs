@@ -143,7 +143,7 @@ impl Chip {
         let mut ports: [Gpio; 9] = core::array::from_fn(Gpio::new);
         let pin = wiring.data_ready;
         ports[pin.port].driven = u16::from(sensor.is_some()) << pin.number;
-        let mut adc = Adc::default();
+        let mut adc = Adc::new();
         adc.set_supply(NOMINAL_MV);
         Self {
             can: Can::new(clocks.pclk1),
@@ -151,7 +151,7 @@ impl Chip {
             flash: FlashRegisters::new(options.corner)
                 .with_brown_out_level(options.brown_out_level)
                 .with_protection(options.protection),
-            usarts: Default::default(),
+            usarts: core::array::from_fn(|_| Usart::new()),
             adc,
             ports,
             wiring,
@@ -163,7 +163,7 @@ impl Chip {
             pwr: Pwr::default(),
             exti: Exti::default(),
             dmas: Default::default(),
-            spis: Default::default(),
+            spis: core::array::from_fn(|_| Spi::new()),
             timers: [
                 Timer::new("TIM2", 32, period),
                 Timer::new("TIM3", 16, period),

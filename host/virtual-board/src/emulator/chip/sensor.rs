@@ -165,15 +165,10 @@ impl Chip {
                 ..Transaction::default()
             });
         }
-        if let Some(sensor) = &mut self.sensor {
-            sensor.advance_to(to_ns(now));
-            if low {
-                sensor.select();
-            } else {
-                sensor.deselect();
-            }
-            self.watch_pin(now);
-        }
+        self.with_sensor(now, |sensor| match low {
+            true => sensor.select(),
+            false => sensor.deselect(),
+        });
     }
 
     /// Checks that the sensor is clocked over its pins, in mode 0 or 3 at 10 MHz at most.

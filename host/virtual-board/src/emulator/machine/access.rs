@@ -78,15 +78,12 @@ impl Machine {
                 let stored =
                     machine.store_private(address & !3, (value & mask) << shift, mask << shift);
                 machine.deadline = machine.systick.next_event().min(machine.chip.next_event());
-                match stored {
-                    Some(true) => {
-                        machine.chip.reset_cause = Some(ResetCause::Software);
-                        machine.reset_requested = true;
-                        Ok(())
-                    }
-                    Some(false) => Ok(()),
-                    None => Err("a store to a register that is not modelled".to_owned()),
+                if stored == Some(true) {
+                    machine.chip.reset_cause = Some(ResetCause::Software);
+                    machine.reset_requested = true;
                 }
+                let unknown = || "a store to a register that is not modelled".to_owned();
+                stored.map(|_| ()).ok_or_else(unknown)
             } else {
                 let chip = &mut machine.chip;
                 let written = chip.write(memory, machine.now, address, size, value);

@@ -242,7 +242,7 @@ impl Machine {
     /// Applies the effects of the chip on the core: interrupts, resets and stalls.
     fn after_chip(&mut self) {
         self.chip.drive_lines(&mut self.nvic);
-        if let Some((from, to)) = self.chip.flash.take_changed() {
+        if let Some((from, to)) = self.chip.flash.changed.take() {
             // Starts far enough before the change that no earlier block reaches into it.
             let slot = |address: u32| (address.saturating_sub(FLASH.start) / 2) as usize;
             let (from, to) = (slot(from.saturating_sub(LONGEST_BLOCK)), slot(to));
@@ -259,7 +259,7 @@ impl Machine {
             self.period = period;
         }
         // A stall of the bus, for instance while flash is written.
-        self.now += self.chip.flash.take_stall();
+        self.now += core::mem::take(&mut self.chip.flash.stall);
         self.deadline = self.systick.next_event().min(self.chip.next_event());
     }
 

@@ -33,7 +33,7 @@ pub const fn reference_code(supply_mv: u32) -> u16 {
 }
 
 /// The registers.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Adc {
     status: u32,
     control: [u32; 2],
@@ -48,29 +48,23 @@ pub struct Adc {
     pub inputs: [u16; 19],
 }
 
-impl Default for Adc {
-    fn default() -> Self {
+impl Adc {
+    /// Creates the state after power-on, with all inputs at 0.
+    #[must_use]
+    pub fn new() -> Self {
         Self {
-            status: 0,
-            control: [0; 2],
-            sampling: [0; 2],
             others: [0, 0, 0, 0, 0xFFF, 0],
-            sequence: [0; 3],
-            data: 0,
-            common: 0,
             done_at: NEVER,
             conversion: NEVER,
-            inputs: [0; 19],
+            ..Self::default()
         }
     }
-}
 
-impl Adc {
     /// Resets the registers; the inputs stay.
     pub fn reset(&mut self) {
         *self = Self {
             inputs: self.inputs,
-            ..Self::default()
+            ..Self::new()
         };
     }
 
@@ -83,10 +77,9 @@ impl Adc {
     #[must_use]
     pub const fn next_event(&self) -> u64 {
         // Without an interrupt there is no event to wait for.
-        if self.control[0] & EOCIE == 0 {
-            NEVER
-        } else {
-            self.done_at
+        match self.control[0] & EOCIE {
+            0 => NEVER,
+            _ => self.done_at,
         }
     }
 
@@ -185,10 +178,9 @@ impl Adc {
             return Err(format!("the converter's clock is {clock} Hz"));
         }
         let channel = self.channel() as u32;
-        let field = if channel < 10 {
-            self.sampling[1] >> (3 * channel) & 7
-        } else {
-            self.sampling[0] >> (3 * (channel - 10)) & 7
+        let field = match channel {
+            ..10 => self.sampling[1] >> (3 * channel) & 7,
+            _ => self.sampling[0] >> (3 * (channel - 10)) & 7,
         };
         let sampling = [3, 15, 28, 56, 84, 112, 144, 480][field as usize];
         if self.channel() == REFERENCE {
@@ -221,7 +213,7 @@ mod tests {
 
     /// Converts the reference with these settings: the code 30 µs later.
     fn convert(common: u32, sampling: u32, supply_mv: u32) -> Result<u32, String> {
-        let mut adc = Adc::default();
+        let mut adc = Adc::new();
         adc.set_supply(supply_mv);
         // A clock of 20 MHz.
         for (offset, value) in [

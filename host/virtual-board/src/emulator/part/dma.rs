@@ -48,27 +48,22 @@ impl DmaStream {
 
     /// Next item to transfer.
     #[must_use]
-    pub const fn item(&self) -> Item {
+    pub fn item(&self) -> Item {
         let size = 1_usize << (self.control >> 11 & 3);
-        let offset = self.done * size as u32;
-        let base = self.memory[(self.control & CT != 0) as usize];
+        let base = self.memory[usize::from(self.control & CT != 0)];
+        let offset = |increment: u32| match self.control & increment {
+            0 => 0,
+            _ => self.done * size as u32,
+        };
         Item {
-            peripheral: if self.control & PINC == 0 {
-                self.peripheral
-            } else {
-                self.peripheral + offset
-            },
-            memory: if self.control & MINC == 0 {
-                base
-            } else {
-                base + offset
-            },
+            peripheral: self.peripheral + offset(PINC),
+            memory: base + offset(MINC),
             size,
             to_peripheral: self.control >> 6 & 3 == 1,
         }
     }
 
-    /// Advances after the transfer of an item.
+    /// Advances after the transfer of an item, or stops after its bus error, for instance an unmapped address.
     pub const fn moved(&mut self, worked: bool) {
         if !worked {
             self.flags |= TE;
@@ -100,7 +95,7 @@ impl DmaStream {
         self.left <= self.length / 2
     }
 
-    /// Handles a bus error, for instance an unmapped address.
+    /// Returns whether the interrupt is requested.
     #[must_use]
     pub const fn interrupts(&self) -> bool {
         // TCIE, HTIE, TEIE, DMEIE are bits 4, 3, 2, 1; their flags 5, 4, 3, 2.
@@ -118,8 +113,6 @@ pub struct Dma {
 const SHIFTS: [u32; 4] = [0, 6, 16, 22];
 
 impl Dma {
-    /// Handles the end of a transfer, successful or not.
-    /// Returns whether a stream requests its interrupt.
     /// Reads a register.
     ///
     /// # Errors

@@ -2,15 +2,16 @@
 
 use super::unknown;
 
+const MODER: usize = 0;
+const PUPDR: usize = 3;
+const ODR: usize = 5;
+const AFRL: usize = 8;
+
 /// One port.
 #[derive(Clone, Debug, Default)]
 pub struct Gpio {
-    modes: u32,
-    types: u32,
-    speeds: u32,
-    pulls: u32,
-    output: u32,
-    functions: [u32; 2],
+    /// The registers by their place; those of inputs and of single bits are not stored.
+    registers: [u32; 10],
     /// Pins that are driven from outside.
     pub driven: u16,
     /// Levels of the driven pins.
@@ -28,9 +29,7 @@ impl Gpio {
             _ => (0, 0, 0),
         };
         Self {
-            modes,
-            speeds,
-            pulls,
+            registers: [modes, 0, speeds, pulls, 0, 0, 0, 0, 0, 0],
             index,
             ..Self::default()
         }
@@ -48,13 +47,13 @@ impl Gpio {
     /// Mode of a pin: 0 input, 1 output, 2 alternate function, 3 analogue.
     #[must_use]
     pub const fn mode(&self, pin: u32) -> u32 {
-        self.modes >> (2 * pin) & 3
+        self.registers[MODER] >> (2 * pin) & 3
     }
 
     /// Alternate function of a pin.
     #[must_use]
     pub const fn function(&self, pin: u32) -> u32 {
-        self.functions[(pin / 8) as usize] >> (4 * (pin % 8)) & 0xF
+        self.registers[AFRL + (pin / 8) as usize] >> (4 * (pin % 8)) & 0xF
     }
 
     /// Level of a pin.
@@ -62,7 +61,7 @@ impl Gpio {
     pub const fn level(&self, pin: u32) -> bool {
         let bit = 1_u32 << pin;
         if self.mode(pin) == 1 {
-            return self.output & bit != 0;
+            return self.registers[ODR] & bit != 0;
         }
         if self.driven as u32 & bit != 0 {
             self.levels as u32 & bit != 0
@@ -74,7 +73,7 @@ impl Gpio {
     /// Returns whether a pin has its pull-up enabled.
     #[must_use]
     pub const fn is_pulled_up(&self, pin: u32) -> bool {
-        self.pulls >> (2 * pin) & 3 == 1
+        self.registers[PUPDR] >> (2 * pin) & 3 == 1
     }
 
     /// Reads a register.
@@ -83,16 +82,10 @@ impl Gpio {
     /// If the register does not exist.
     pub fn read(&self, offset: u32) -> Result<u32, String> {
         Ok(match offset {
-            0x00 => self.modes,
-            0x04 => self.types,
-            0x08 => self.speeds,
-            0x0C => self.pulls,
             0x10 => (0..16)
                 .filter(|&pin| self.level(pin))
                 .fold(0, |word, pin| word | 1 << pin),
-            0x14 => self.output,
-            0x18 => 0,
-            0x20 | 0x24 => self.functions[(offset as usize - 0x20) / 4],
+            0x00..0x1C | 0x20..0x28 => self.registers[offset as usize / 4],
             _ => return unknown("GPIO", offset),
         })
     }
@@ -103,13 +96,11 @@ impl Gpio {
     /// If the register does not exist.
     pub fn write(&mut self, offset: u32, value: u32) -> Result<(), String> {
         match offset {
-            0x00 => self.modes = value,
-            0x04 => self.types = value & 0xFFFF,
-            0x08 => self.speeds = value,
-            0x0C => self.pulls = value,
-            0x14 => self.output = value & 0xFFFF,
-            0x18 => self.output = self.output & !(value >> 16) | value & 0xFFFF,
-            0x20 | 0x24 => self.functions[(offset as usize - 0x20) / 4] = value,
+            0x00 | 0x08 | 0x0C | 0x20 | 0x24 => self.registers[offset as usize / 4] = value,
+            0x04 | 0x14 => self.registers[offset as usize / 4] = value & 0xFFFF,
+            0x18 => {
+                self.registers[ODR] = self.registers[ODR] & !(value >> 16) | value & 0xFFFF;
+            }
             _ => return unknown("GPIO", offset),
         }
         Ok(())

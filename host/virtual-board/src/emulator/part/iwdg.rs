@@ -3,6 +3,11 @@
 use super::unknown;
 use crate::emulator::time::{self, NEVER};
 
+/// Keys that open the prescaler and the reload value, start the watchdog, and feed it.
+const UNLOCK: u32 = 0x5555;
+const START: u32 = 0xCCCC;
+const RELOAD: u32 = 0xAAAA;
+
 /// The registers.
 #[derive(Clone, Debug)]
 pub struct Iwdg {
@@ -30,9 +35,7 @@ impl Iwdg {
             deadline: NEVER,
         }
     }
-}
 
-impl Iwdg {
     /// Resets the registers.
     pub const fn reset(&mut self) {
         *self = Self::new(self.lsi_hz);
@@ -50,30 +53,19 @@ impl Iwdg {
         }
     }
 
-    const fn period(&self) -> u64 {
+    fn period(&self) -> u64 {
         // 6 and 7 both mean 256.
-        let shift = if self.prescaler > 6 {
-            6
-        } else {
-            self.prescaler
-        };
-        time::cycle(self.lsi_hz) * (4 << shift) * (self.reload as u64 + 1)
+        let divider = 4 << self.prescaler.min(6);
+        time::cycle(self.lsi_hz) * divider * (u64::from(self.reload) + 1)
     }
 
     /// Time at which it resets the chip.
     #[must_use]
     pub const fn next_event(&self) -> u64 {
-        if self.frozen_at.is_some() {
-            NEVER
-        } else {
-            self.deadline
+        match self.frozen_at {
+            Some(_) => NEVER,
+            None => self.deadline,
         }
-    }
-
-    /// Returns whether it has been started.
-    #[must_use]
-    pub const fn is_running(&self) -> bool {
-        self.deadline != NEVER
     }
 
     /// Reads a register.
@@ -95,20 +87,13 @@ impl Iwdg {
     /// If the register does not exist.
     pub fn write(&mut self, offset: u32, value: u32, now: u64) -> Result<(), String> {
         match offset {
-            0 => match value & 0xFFFF {
-                0x5555 => self.open = true,
-                0xAAAA => {
-                    self.open = false;
-                    if self.is_running() {
-                        self.deadline = now + self.period();
-                    }
-                }
-                0xCCCC => {
-                    self.open = false;
+            0 => {
+                let key = value & 0xFFFF;
+                self.open = key == UNLOCK;
+                if key == START || key == RELOAD && self.deadline != NEVER {
                     self.deadline = now + self.period();
                 }
-                _ => self.open = false,
-            },
+            }
             4 if self.open => self.prescaler = value & 7,
             8 if self.open => self.reload = value & 0xFFF,
             4 | 8 => {}

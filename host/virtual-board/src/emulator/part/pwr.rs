@@ -26,12 +26,6 @@ impl Pwr {
     const PVDO: u32 = 1 << 2;
     const PVDE: u32 = 1 << 4;
 
-    /// Returns whether the detector is enabled and the supply is below the threshold.
-    const fn is_low(&self, supply_mv: u32) -> bool {
-        let threshold = THRESHOLDS_MV[(self.control >> 5 & 7) as usize];
-        self.control & Self::PVDE != 0 && supply_mv < threshold
-    }
-
     /// Reads a register.
     ///
     /// # Errors
@@ -39,13 +33,11 @@ impl Pwr {
     pub fn read(&self, offset: u32, supply_mv: u32) -> Result<u32, String> {
         match offset {
             0 => Ok(self.control),
-            4 => Ok(self.status
-                | Self::VOSRDY
-                | if self.is_low(supply_mv) {
-                    Self::PVDO
-                } else {
-                    0
-                }),
+            4 => {
+                let threshold = THRESHOLDS_MV[(self.control >> 5 & 7) as usize];
+                let is_low = self.control & Self::PVDE != 0 && supply_mv < threshold;
+                Ok(self.status | Self::VOSRDY | if is_low { Self::PVDO } else { 0 })
+            }
             _ => unknown("PWR", offset),
         }
     }

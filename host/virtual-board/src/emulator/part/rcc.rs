@@ -4,34 +4,24 @@ use super::unknown;
 use crate::emulator::corner::Corner;
 use crate::emulator::time::{self, from_us};
 
-/// Cause of a reset.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ResetCause {
-    /// Power-on.
-    PowerOn,
-    /// Dip of the supply.
-    BrownOut,
-    /// Request by the program.
-    Software,
-    /// Watchdog.
-    Watchdog,
-    /// Reset pin.
-    Pin,
+samples::named! {
+    /// Cause of a reset.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum ResetCause {
+        /// Power-on.
+        PowerOn = "power-up",
+        /// Dip of the supply.
+        BrownOut = "a brown-out",
+        /// Request by the program.
+        Software = "its program",
+        /// Watchdog.
+        Watchdog = "the watchdog",
+        /// Reset pin.
+        Pin = "its pin",
+    }
 }
 
 impl ResetCause {
-    /// Name of the cause.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::PowerOn => "power-up",
-            Self::BrownOut => "a brown-out",
-            Self::Software => "its program",
-            Self::Watchdog => "the watchdog",
-            Self::Pin => "its pin",
-        }
-    }
-
     /// Flags of `RCC_CSR`; every reset also pulls the pin.
     const fn flags(self) -> u32 {
         const PIN: u32 = 1 << 26;
@@ -255,13 +245,11 @@ impl Rcc {
                     self.flags = 0;
                 }
                 self.registers[CSR] = value & 1;
-                self.lsi_ready_at = if value & 1 == 0 {
-                    time::NEVER
-                } else if old & 1 == 0 {
-                    now + from_us(self.corner.lsi_start_us().into())
-                } else {
-                    self.lsi_ready_at
-                };
+                match (old & 1, value & 1) {
+                    (_, 0) => self.lsi_ready_at = time::NEVER,
+                    (0, _) => self.lsi_ready_at = now + from_us(self.corner.lsi_start_us().into()),
+                    _ => {}
+                }
             }
             _ => {}
         }
@@ -276,12 +264,11 @@ impl Rcc {
     /// If flash is too slow for the internal oscillator.
     pub fn lose_crystal(&mut self, now: u64, wait_states: u32) -> Result<bool, String> {
         self.crystal = None;
-        if now < self.hse_ready_at {
-            self.hse_ready_at = time::NEVER;
+        let ready_at = core::mem::replace(&mut self.hse_ready_at, time::NEVER);
+        if now < ready_at {
             return Ok(false);
         }
         self.lost = true;
-        self.hse_ready_at = time::NEVER;
         let in_use = match self.registers[CFGR] & 3 {
             0 => false,
             1 => true,

@@ -14,7 +14,7 @@ const OVR: u32 = 1 << 6;
 const BSY: u32 = 1 << 7;
 
 /// The registers.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Spi {
     control: [u32; 2],
     status: u32,
@@ -28,27 +28,22 @@ pub struct Spi {
     stopped: bool,
 }
 
-impl Default for Spi {
-    fn default() -> Self {
+impl Spi {
+    /// Creates the state after power-on.
+    #[must_use]
+    pub fn new() -> Self {
         Self {
-            control: [0; 2],
             status: TXE,
-            waiting: None,
-            shifting: None,
-            received: 0,
             done_at: NEVER,
-            overrun_read: false,
-            stopped: false,
+            ..Self::default()
         }
     }
-}
 
-impl Spi {
     /// Resets the registers.
     pub fn reset(&mut self) {
         *self = Self {
             stopped: self.stopped,
-            ..Self::default()
+            ..Self::new()
         };
     }
 
@@ -109,10 +104,9 @@ impl Spi {
 
     /// Starts the time of the frame on the bus, if any.
     const fn time_frame(&mut self, now: u64, pclk: u32) {
-        self.done_at = if self.shifting.is_some() && !self.stopped {
-            now + 8 * cycle(self.bit_rate(pclk))
-        } else {
-            NEVER
+        self.done_at = match self.shifting.is_some() && !self.stopped {
+            true => now + 8 * cycle(self.bit_rate(pclk)),
+            false => NEVER,
         };
     }
 
@@ -182,7 +176,7 @@ impl Spi {
                 self.begin(now, pclk);
             }
             0x04 => self.control[1] = value,
-            0x08 => {}
+            0x08 | 0x10 | 0x1C | 0x20 => {}
             0x0C => {
                 if self.waiting.is_some() {
                     return Err("a byte for SPI overwrites one that waits".into());
@@ -191,8 +185,6 @@ impl Spi {
                 self.status &= !TXE;
                 self.begin(now, pclk);
             }
-            0x10 | 0x1C => {}
-            0x20 => {}
             _ => return unknown("SPI", offset),
         }
         Ok(())

@@ -68,21 +68,14 @@ impl Timer {
     /// Resets the registers.
     pub fn reset(&mut self, period: u64) {
         *self = Self {
-            name: self.name,
-            mask: self.mask,
-            reload: self.mask,
-            period,
             head_start: self.head_start,
-            ..Self::default()
+            ..Self::new(self.name, self.mask.count_ones(), period)
         };
     }
 
     /// Sets the period of its clock.
     pub fn set_period(&mut self, now: u64, period: u64) {
-        self.advance(now);
-        self.next.set(None);
-        // The fraction of a count is lost.
-        self.since = now;
+        self.restart(now);
         self.period = period;
     }
 
@@ -97,10 +90,15 @@ impl Timer {
 
     /// Freezes the timer while a debugger halts the core, or releases it.
     pub fn freeze(&mut self, frozen: bool, now: u64) {
+        self.restart(now);
+        self.frozen = frozen;
+    }
+
+    /// Counts on from `now`; the fraction of a count is lost.
+    fn restart(&mut self, now: u64) {
         self.advance(now);
         self.next.set(None);
         self.since = now;
-        self.frozen = frozen;
     }
 
     /// The trigger that it counts instead of its clock, of the four from other timers.
@@ -238,11 +236,8 @@ impl Timer {
     pub fn edge(&mut self, channel: usize, high: bool, now: u64) -> bool {
         self.advance(now);
         self.pins[channel] = high;
-        if self.control[1] & TI1S == 0 {
+        if self.control[1] & TI1S == 0 || channel == 3 {
             return self.capture(channel, high);
-        }
-        if channel == 3 {
-            return self.capture(3, high);
         }
         let [first, second, third, _] = self.pins;
         if channel != 0 {

@@ -49,7 +49,7 @@ struct Incoming {
 }
 
 /// The registers and the line.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Usart {
     status: u32,
     data: u8,
@@ -68,58 +68,43 @@ pub struct Usart {
     fault: LineFault,
 }
 
-impl Default for Usart {
-    fn default() -> Self {
+impl Usart {
+    /// Creates the state after power-on.
+    #[must_use]
+    pub fn new() -> Self {
         Self {
             status: TC | TXE,
-            data: 0,
-            divider: 0,
-            control: [0; 3],
-            guard: 0,
-            waiting: None,
-            shifting: None,
             done_at: NEVER,
-            status_read: false,
             idle_at: NEVER,
-            sent: Vec::new(),
-            incoming: VecDeque::new(),
-            fault: LineFault::None,
+            ..Self::default()
         }
     }
-}
 
-impl Usart {
     /// Resets the registers; bytes on the line stay.
     pub fn reset(&mut self) {
         *self = Self {
             sent: core::mem::take(&mut self.sent),
             incoming: core::mem::take(&mut self.incoming),
             fault: self.fault,
-            ..Self::default()
+            ..Self::new()
         };
     }
 
     /// Baud rate; 0 if not configured.
     #[must_use]
-    pub const fn rate(&self, pclk: u32) -> u32 {
-        let divider = if self.control[0] & 1 << 15 == 0 {
-            self.divider
-        } else {
-            (self.divider & 0xFFF0) >> 1 | self.divider & 7
+    pub fn rate(&self, pclk: u32) -> u32 {
+        let divider = match self.control[0] & 1 << 15 {
+            0 => self.divider,
+            _ => (self.divider & 0xFFF0) >> 1 | self.divider & 7,
         };
-        match pclk.checked_div(divider) {
-            Some(rate) => rate,
-            None => 0,
-        }
+        pclk.checked_div(divider).unwrap_or(0)
     }
 
-    const fn frame(&self, pclk: u32) -> u64 {
+    fn frame(&self, pclk: u32) -> u64 {
         let stop = if self.control[1] >> 12 & 3 == 2 { 2 } else { 1 };
-        let rate = self.rate(pclk);
-        if rate == 0 {
-            NEVER
-        } else {
-            (9 + stop) * cycle(rate)
+        match self.rate(pclk) {
+            0 => NEVER,
+            rate => (9 + stop) * cycle(rate),
         }
     }
 
@@ -133,10 +118,8 @@ impl Usart {
             NEVER => 10 * cycle(115_200),
             frame => frame,
         };
-        let mut at = self
-            .incoming
-            .back()
-            .map_or(time, |last| last.time.max(time));
+        let last = self.incoming.back();
+        let mut at = last.map_or(time, |last| last.time.max(time));
         for &byte in bytes {
             at += frame;
             self.incoming.push_back(Incoming {
@@ -173,11 +156,8 @@ impl Usart {
     /// Time of the next event on the line.
     #[must_use]
     pub fn next_event(&self) -> u64 {
-        self.incoming
-            .front()
-            .map_or(NEVER, |byte| byte.time)
-            .min(self.done_at)
-            .min(self.idle_at)
+        let received = self.incoming.front().map_or(NEVER, |byte| byte.time);
+        received.min(self.done_at).min(self.idle_at)
     }
 
     /// Advances to `now`.
@@ -213,14 +193,11 @@ impl Usart {
                 self.status |= RXNE | if stopped { 0 } else { FE };
             }
             let frame = self.frame(pclk);
-            let follows = self
-                .incoming
-                .front()
-                .is_some_and(|next| next.time <= time + frame);
-            self.idle_at = if follows || !stopped {
-                NEVER
-            } else {
-                time + frame
+            let next = self.incoming.front();
+            let follows = next.is_some_and(|next| next.time <= time + frame);
+            self.idle_at = match follows || !stopped {
+                true => NEVER,
+                false => time + frame,
             };
             return;
         }
@@ -230,7 +207,7 @@ impl Usart {
         }
     }
 
-    const fn begin(&mut self, now: u64, pclk: u32) {
+    fn begin(&mut self, now: u64, pclk: u32) {
         if self.shifting.is_some() || self.control[0] & (UE | TE) != UE | TE {
             return;
         }

@@ -59,16 +59,13 @@ impl Can {
                         Some(first) if self.hears_others() => first.time,
                         _ => NEVER,
                     };
-                    let start = if self.starts_now() {
-                        self.now
-                    } else {
-                        peer.max(self.now)
+                    let start = match self.starts_now() {
+                        true => self.now,
+                        false => peer.max(self.now),
                     };
-                    if start > now || !self.is_normal() {
-                        self.now = now;
-                        break;
+                    if start <= now && self.is_normal() {
+                        self.arbitrate(start);
                     }
-                    self.arbitrate(start);
                     if self.busy.is_none() {
                         self.now = now;
                         break;
@@ -80,11 +77,7 @@ impl Can {
 
     /// Selects the winner: the lowest identifier among the next mailbox and the other nodes.
     fn arbitrate(&mut self, start: u64) {
-        let own = if self.takes_part() {
-            self.next_mailbox()
-        } else {
-            None
-        };
+        let own = self.next_mailbox().filter(|_| self.takes_part());
         let connected = self.hears_others();
         let peer = self
             .incoming
@@ -114,10 +107,9 @@ impl Can {
             }
         }
         // An error flag ends a frame early: no bit after the first few is sent.
-        let bits = if self.is_shorted() {
-            1 + 6 + 8 + 3
-        } else {
-            frame.bits()
+        let bits = match self.is_shorted() {
+            true => 1 + 6 + 8 + 3,
+            false => frame.bits(),
         };
         let length = bits * self.bit();
         self.busy = Some((sender, start + length));
@@ -166,20 +158,16 @@ impl Can {
                     self.receive(&frame);
                 }
             }
-            Sender::Flood => {
-                if self.takes_part() {
-                    self.receive(&flooding());
-                }
-            }
+            Sender::Flood if self.takes_part() => self.receive(&flooding()),
+            Sender::Flood => {}
         }
     }
 
     /// Waits for this many recessive bits until the controller takes part again.
     pub(super) fn wait_for_idle(&mut self, bits: u64) {
-        self.joined_at = if self.is_shorted() {
-            NEVER
-        } else {
-            self.now + bits * self.bit()
+        self.joined_at = match self.is_shorted() {
+            true => NEVER,
+            false => self.now + bits * self.bit(),
         };
     }
 

@@ -4,12 +4,6 @@ use super::Can;
 use super::registers::{ABOM, ERRI};
 
 impl Can {
-    /// Transmit and receive error counters, and whether the controller is off the bus.
-    #[must_use]
-    pub const fn errors(&self) -> (u32, u32, bool) {
-        (self.transmit_errors, self.receive_errors, self.off)
-    }
-
     pub(super) fn error_raised(&mut self) {
         // ERRIE, and LECIE, BOFIE, EPVIE, EWGIE for the new state.
         if self.transmit_errors > 255 && !self.off {

@@ -53,13 +53,11 @@ impl BusFrame {
             push(id >> 18, 11);
             push(0b11, 2);
             push(id & 0x3_FFFF, 18);
-            push(u64::from(self.remote), 1);
-            push(0, 2);
         } else {
             push(id, 11);
-            push(u64::from(self.remote), 1);
-            push(0, 2);
         }
+        push(u64::from(self.remote), 1);
+        push(0, 2);
         push(length, 4);
         if !self.remote {
             for &byte in &self.data {

@@ -57,7 +57,8 @@ pub struct Can {
     last_error: u32,
     transmit_errors: u32,
     receive_errors: u32,
-    off: bool,
+    /// Whether the controller is off the bus.
+    pub off: bool,
     timing: u32,
     mailboxes: [Mailbox; 3],
     order: u64,
@@ -129,18 +130,13 @@ impl Can {
         self.incoming.push_back(TimedFrame { time, frame });
     }
 
-    /// Discards frames of the other node that should have begun before `time`. Returns their number.
-    pub fn withdraw(&mut self, time: u64) -> usize {
+    /// Discards frames of the other node that should have begun before `time`.
+    pub fn withdraw(&mut self, time: u64) {
         // The first frame may already be on the bus, and completes.
         let on_bus = usize::from(matches!(self.busy, Some((Sender::Peer, _))));
-        let late = self
-            .incoming
-            .iter()
-            .skip(on_bus)
-            .take_while(|timed| timed.time < time);
-        let late = late.count();
+        let waiting = self.incoming.iter().skip(on_bus);
+        let late = waiting.take_while(|timed| timed.time < time).count();
         self.incoming.drain(on_bus..on_bus + late);
-        late
     }
 
     const fn is_normal(&self) -> bool {

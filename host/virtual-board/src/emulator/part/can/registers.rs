@@ -29,23 +29,13 @@ impl Mailbox {
     pub(super) fn frame(&self) -> BusFrame {
         let [identifier, length, low, high] = self.registers;
         let extended = identifier & 4 != 0;
-        let data: Vec<u8> = low
-            .to_le_bytes()
-            .into_iter()
-            .chain(high.to_le_bytes())
-            .collect();
+        let mut data = [low.to_le_bytes(), high.to_le_bytes()].concat();
+        data.truncate((length & 0xF) as usize);
         BusFrame {
-            id: if extended {
-                identifier >> 3
-            } else {
-                identifier >> 21
-            },
+            id: identifier >> if extended { 3 } else { 21 },
             extended,
             remote: identifier & 2 != 0,
-            data: data
-                .into_iter()
-                .take((length & 0xF).min(8) as usize)
-                .collect(),
+            data,
         }
     }
 }
@@ -240,10 +230,9 @@ impl Can {
             .filter(|&index| self.mailboxes[index].pending)
             .min_by_key(|&index| {
                 let mailbox = &self.mailboxes[index];
-                let rank = if self.control & TXFP == 0 {
-                    mailbox.frame().rank()
-                } else {
-                    mailbox.order
+                let rank = match self.control & TXFP {
+                    0 => mailbox.frame().rank(),
+                    _ => mailbox.order,
                 };
                 (rank, index)
             })

@@ -87,15 +87,10 @@ impl Cache {
 
     /// Fills a slot with a line of flash that no slot holds.
     fn fill(&mut self, line: u32) {
-        let Some(entry) = self.slot_of.get_mut(line as usize) else {
+        if line as usize >= LINES {
             return;
-        };
-        let slot = if self.slots.len() < self.capacity {
-            self.slots.len() as u8
-        } else {
-            self.oldest
-        };
-        *entry = slot;
+        }
+        let mut slot = self.slots.len() as u8;
         let filled = Slot {
             line,
             newer: ABSENT,
@@ -104,10 +99,12 @@ impl Cache {
         if self.slots.len() < self.capacity {
             self.slots.push(filled);
         } else {
+            slot = self.oldest;
             self.unlink(slot);
             let old = core::mem::replace(&mut self.slots[usize::from(slot)], filled);
             self.slot_of[old.line as usize] = ABSENT;
         }
+        self.slot_of[line as usize] = slot;
         self.link(slot);
     }
 

@@ -72,7 +72,7 @@ impl Keys {
 }
 
 /// The registers.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct FlashRegisters {
     /// The accelerator between it and the core.
     pub accelerator: Accelerator,
@@ -101,8 +101,10 @@ pub struct FlashRegisters {
     pub worn_at: Option<u64>,
     /// Time to program the option bytes, ms; `None` for that of the sector that holds them.
     pub option_bytes_ms: Option<u32>,
-    stall: u64,
-    changed: Option<(u32, u32)>,
+    /// Duration for which the core is stalled at its next access to a peripheral.
+    pub stall: u64,
+    /// Range of changed addresses: the first, and the one after the last.
+    pub(crate) changed: Option<(u32, u32)>,
 }
 
 impl FlashRegisters {
@@ -110,25 +112,13 @@ impl FlashRegisters {
     #[must_use]
     pub fn new(corner: Corner) -> Self {
         Self {
-            accelerator: Accelerator::default(),
-            access: 0,
-            status: 0,
             control: LOCK,
-            keys: Keys::None,
-            option_keys: Keys::None,
             option_control: DELIVERED | OPTLOCK,
             options: DELIVERED,
             corner,
             supply_mv: 3_300,
             reset_at: NEVER,
-            operations: 0,
-            erases: 0,
-            cut_at: None,
-            cut: false,
-            worn_at: None,
-            option_bytes_ms: None,
-            stall: 0,
-            changed: None,
+            ..Self::default()
         }
     }
 
@@ -204,21 +194,6 @@ impl FlashRegisters {
             2 => 2_190,
             _ => 1_700,
         }
-    }
-
-    /// Stalls the core for this long, at its next access to a peripheral.
-    pub const fn hold_up(&mut self, duration: u64) {
-        self.stall += duration;
-    }
-
-    /// Takes the duration for which the core is stalled.
-    pub const fn take_stall(&mut self) -> u64 {
-        core::mem::replace(&mut self.stall, 0)
-    }
-
-    /// Takes the range of changed addresses: the first, and the one after the last.
-    pub const fn take_changed(&mut self) -> Option<(u32, u32)> {
-        self.changed.take()
     }
 
     /// Returns whether the interrupt is requested.
@@ -326,10 +301,9 @@ impl FlashRegisters {
             self.cut = true;
         }
         let broken_off = now.saturating_add(length) > self.reset_at;
-        self.stall += if broken_off {
-            self.reset_at.saturating_sub(now)
-        } else {
-            length
+        self.stall += match broken_off {
+            true => self.reset_at.saturating_sub(now),
+            false => length,
         };
         self.cut || broken_off
     }
@@ -344,23 +318,19 @@ impl FlashRegisters {
             return Ok(());
         }
         self.check_supply()?;
-        let (start, kib) = match sector {
-            0..=3 => (sector * 0x4000, 16),
-            4 => (0x1_0000, 64),
-            5..=11 => ((sector - 4) * 0x2_0000, 128),
-            _ => {
-                self.status |= WRPERR;
-                return Ok(());
-            }
+        let ends = SECTOR_STARTS.get(sector as usize..sector as usize + 2);
+        let Some(&[start, end]) = ends else {
+            self.status |= WRPERR;
+            return Ok(());
         };
         self.erases += 1;
-        let length = from_us(u64::from(self.erase_ms(kib)) * 1000);
+        let size = end - start;
+        let length = from_us(u64::from(self.erase_ms(size / 1024)) * 1000);
         let cut = self.operate(now, length);
         // If cut off half-way, the rest is unchanged.
-        let size = kib * 1024;
         let erased = if cut { size / 2 } else { size };
         memory.write(FLASH.start + start, &vec![0xFF; erased as usize]);
-        self.changed = Some((FLASH.start + start, FLASH.start + start + size));
+        self.changed = Some((FLASH.start + start, FLASH.start + end));
         self.done();
         Ok(())
     }
@@ -419,13 +389,15 @@ impl FlashRegisters {
     }
 }
 
+/// Offset of the start of each sector in flash, and of the end of the last.
+const SECTOR_STARTS: [u32; 13] = [
+    0, 0x4000, 0x8000, 0xC000, 0x1_0000, 0x2_0000, 0x4_0000, 0x6_0000, 0x8_0000, 0xA_0000,
+    0xC_0000, 0xE_0000, 0x10_0000,
+];
+
 /// Sector of an address in flash.
-const fn sector_of(address: u32) -> u32 {
-    match address - FLASH.start {
-        offset @ 0..0x1_0000 => offset / 0x4000,
-        0x1_0000..0x2_0000 => 4,
-        offset => 4 + offset / 0x2_0000,
-    }
+fn sector_of(address: u32) -> u32 {
+    SECTOR_STARTS.partition_point(|start| *start <= address - FLASH.start) as u32 - 1
 }
 
 #[cfg(test)]
@@ -477,7 +449,7 @@ mod tests {
             flash.write(0x10, value, 0, &mut bank).expect("a register");
         }
         let blank = bank.flash.iter().filter(|&&byte| byte == 0xFF).count();
-        (flash.take_stall() / MILLISECOND, blank)
+        (flash.stall / MILLISECOND, blank)
     }
 
     #[test]
