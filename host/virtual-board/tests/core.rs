@@ -171,7 +171,7 @@ fn a_fault_in_the_fault_handler_causes_lockup() {
     let image = image("board-proofs", "faults");
     let cpu = misbehave(&image, Misuse::LockUp);
     let here = image.symbol("undefined_here").expect("a global symbol") & !1;
-    assert_eq!(cpu.state(), CoreState::LockedUp { pc: here });
+    assert_eq!(cpu.state, CoreState::LockedUp { pc: here });
 }
 
 #[test]
@@ -180,9 +180,9 @@ fn a_stack_overflow_out_of_ram_causes_a_fault() {
     let cpu = misbehave(&image, Misuse::Overflow);
     assert!(!cpu.machine().faults.is_empty());
     assert!(
-        matches!(cpu.state(), CoreState::LockedUp { .. }),
+        matches!(cpu.state, CoreState::LockedUp { .. }),
         "{:?}",
-        cpu.state()
+        cpu.state
     );
 }
 

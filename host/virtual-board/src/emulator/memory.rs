@@ -1,5 +1,7 @@
 //! Memory map as seen by programs (RM0090, 2.3), the only place for these addresses.
 
+use unicorn_engine::Prot;
+
 /// Access to memory.
 pub trait Memory {
     /// Reads bytes; false if the address is unmapped.
@@ -72,24 +74,18 @@ pub const OPTIONS: Region = Region::new(0x1FFF_C000, 0x1000);
 /// RAM.
 pub const RAM: Region = Region::new(0x2000_0000, 0x2_0000);
 
-/// Accesses that a region permits to the program.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rights {
-    /// Reads.
-    Read,
-    /// Reads and writes.
-    Write,
-    /// Reads and execution.
-    Execute,
-}
+/// Accesses that a region permits to the program: reads, and writes or execution.
+const READ: Prot = Prot(1);
+const WRITE: Prot = Prot(1 | 2);
+const EXECUTE: Prot = Prot(1 | 4);
 
 /// All memory: its access rights, and the value of each byte at power-up.
-pub const MEMORIES: [(Region, Rights, u8); 5] = [
-    (FLASH, Rights::Execute, 0xFF),
-    (CCM, Rights::Write, UNTOUCHED),
-    (FACTORY, Rights::Read, 0xFF),
-    (RAM, Rights::Write, UNTOUCHED),
-    (OPTIONS, Rights::Read, 0xFF),
+pub const MEMORIES: [(Region, Prot, u8); 5] = [
+    (FLASH, EXECUTE, 0xFF),
+    (CCM, WRITE, UNTOUCHED),
+    (FACTORY, READ, 0xFF),
+    (RAM, WRITE, UNTOUCHED),
+    (OPTIONS, READ, 0xFF),
 ];
 
 /// Returns whether there is memory behind all of `length` bytes.

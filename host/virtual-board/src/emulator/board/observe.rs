@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use super::Board;
-use crate::emulator::core::cpu::CoreState;
 use crate::emulator::machine::{FaultNote, MachineCounters, Watched};
 use crate::emulator::memory::{FLASH, UNTOUCHED};
 use crate::emulator::part::rcc::ResetCause;
@@ -13,12 +12,6 @@ impl Board {
     #[must_use]
     pub fn counters(&self) -> MachineCounters {
         self.cpu.machine().counters()
-    }
-
-    /// The state of the core.
-    #[must_use]
-    pub const fn state(&self) -> CoreState {
-        self.cpu.state()
     }
 
     /// Architectural faults that the program observed.
@@ -93,12 +86,6 @@ impl Board {
             .collect();
         functions.sort_by_key(|(name, count)| (core::cmp::Reverse(*count), name.clone()));
         functions
-    }
-
-    /// Value of a core register: R0 to R12, SP, LR, PC.
-    #[must_use]
-    pub fn register(&self, index: usize) -> u32 {
-        self.cpu.register(index)
     }
 
     /// Reads memory as a debugger does; `None` if there is no memory.

@@ -10,11 +10,10 @@ pub struct Dwt {
 
 impl Dwt {
     fn count(&self, cycles: u64) -> u32 {
-        if self.control & 1 == 0 {
-            self.base
-        } else {
+        match self.control & 1 {
+            0 => self.base,
             // The counter wraps.
-            self.base.wrapping_add((cycles - self.since) as u32)
+            _ => self.base.wrapping_add((cycles - self.since) as u32),
         }
     }
 

@@ -137,21 +137,17 @@ impl Scb {
         match offset {
             0x008 => {}
             0xD04 => {
-                let bit = |bit: u32| value & mask & 1 << bit != 0;
-                if bit(31) {
-                    nvic.pend(exception::NMI);
+                use exception::{NMI, PEND_SV, SYS_TICK};
+                let is_set = |bit: u32| value & mask & 1 << bit != 0;
+                for (bit, number) in [(31, NMI), (28, PEND_SV), (26, SYS_TICK)] {
+                    if is_set(bit) {
+                        nvic.pend(number);
+                    }
                 }
-                if bit(28) {
-                    nvic.pend(exception::PEND_SV);
-                }
-                if bit(27) {
-                    nvic.unpend(exception::PEND_SV);
-                }
-                if bit(26) {
-                    nvic.pend(exception::SYS_TICK);
-                }
-                if bit(25) {
-                    nvic.unpend(exception::SYS_TICK);
+                for (bit, number) in [(27, PEND_SV), (25, SYS_TICK)] {
+                    if is_set(bit) {
+                        nvic.unpend(number);
+                    }
                 }
             }
             0xD08 => self.vtor = merged(self.vtor) & 0xFFFF_FF80,

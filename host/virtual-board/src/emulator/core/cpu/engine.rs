@@ -13,9 +13,7 @@ use super::exceptions::masked_below;
 use super::late::InHook;
 use crate::emulator::chip::NOMINAL_MV;
 use crate::emulator::machine::Stop;
-use crate::emulator::memory::{
-    CCM, MEMORIES, Memory, RAM, Rights, UNIQUE_NUMBER, UNTOUCHED, is_memory,
-};
+use crate::emulator::memory::{CCM, MEMORIES, Memory, RAM, UNIQUE_NUMBER, UNTOUCHED, is_memory};
 use crate::emulator::part::adc::reference_code;
 
 pub(super) type Engine = Unicorn<'static, ()>;
@@ -57,42 +55,29 @@ impl Memory for Unicorn<'_, ()> {
     }
 }
 
-/// Returns the engine's form of access rights.
-const fn prot(rights: Rights) -> Prot {
-    match rights {
-        Rights::Read => Prot(1),
-        Rights::Write => Prot(1 | 2),
-        Rights::Execute => Prot(1 | 4),
-    }
-}
-
 /// Creates an engine with memory that holds `segments`.
 pub(super) fn with_memory(segments: &[(u32, Vec<u8>)]) -> Result<Engine, String> {
-    let text = |error: uc_error| format!("{error:?}");
-    let mut engine = Unicorn::new(Arch::ARM, Mode::THUMB).map_err(text)?;
-    // Not `Mode::MCLASS`, which overrides the model with a Cortex-M33.
-    engine
-        .ctl_set_cpu_model(ArmCpuModel::CORTEX_M4 as i32)
-        .map_err(text)?;
-    for (region, rights, byte) in MEMORIES {
-        let start = u64::from(region.start);
-        engine
-            .mem_map(start, region.size as u64, prot(rights))
-            .map_err(text)?;
-        engine
-            .mem_write(start, &vec![byte; region.size])
-            .map_err(text)?;
-    }
-    for (address, word) in FACTORY_WORDS {
-        engine
-            .mem_write(u64::from(address), &word.to_le_bytes())
-            .map_err(text)?;
-    }
+    let mut engine = powered_up().map_err(|error| format!("{error:?}"))?;
     for (address, bytes) in segments {
-        if !is_memory(*address, bytes.len()) {
+        if !engine.write(*address, bytes) {
             return Err(format!("there is no memory at {address:#010x}"));
         }
-        engine.mem_write(u64::from(*address), bytes).map_err(text)?;
+    }
+    Ok(engine)
+}
+
+/// Creates an engine with memory as at power-up.
+fn powered_up() -> Result<Engine, uc_error> {
+    let mut engine = Unicorn::new(Arch::ARM, Mode::THUMB)?;
+    // Not `Mode::MCLASS`, which overrides the model with a Cortex-M33.
+    engine.ctl_set_cpu_model(ArmCpuModel::CORTEX_M4 as i32)?;
+    for (region, rights, byte) in MEMORIES {
+        let start = u64::from(region.start);
+        engine.mem_map(start, region.size as u64, rights)?;
+        engine.mem_write(start, &vec![byte; region.size])?;
+    }
+    for (address, word) in FACTORY_WORDS {
+        engine.mem_write(u64::from(address), &word.to_le_bytes())?;
     }
     Ok(engine)
 }
@@ -102,11 +87,6 @@ pub(super) fn lose_ram(engine: &mut Engine) {
     for region in [RAM, CCM] {
         engine.write(region.start, &vec![UNTOUCHED; region.size]);
     }
-}
-
-/// Makes RAM executable: stores to it are slow afterwards.
-pub(super) fn allow_code_in_ram(engine: &mut Engine) -> Result<(), uc_error> {
-    engine.mem_protect(u64::from(RAM.start), RAM.size as u64, Prot::ALL)
 }
 
 impl Cpu {

@@ -60,7 +60,8 @@ pub enum Interrupts {
 pub struct Cpu {
     engine: Engine,
     machine: Rc<RefCell<Machine>>,
-    state: CoreState,
+    /// The state of the core.
+    pub state: CoreState,
     event: bool,
     /// Whether the next exception is entered directly from the end of another (tail-chaining).
     returned: bool,
@@ -105,12 +106,6 @@ impl Cpu {
         self.machine.borrow_mut()
     }
 
-    /// The state of the core.
-    #[must_use]
-    pub const fn state(&self) -> CoreState {
-        self.state
-    }
-
     /// The memory, as a debugger reads it.
     pub fn memory(&mut self) -> &mut dyn Memory {
         &mut self.engine
@@ -128,17 +123,6 @@ impl Cpu {
     /// Moves the current stack pointer.
     pub fn move_stack(&mut self, address: u32) {
         self.set(RegisterARM::SP, address & !3);
-    }
-
-    /// Value of a core register: R0 to R12, SP, LR, PC.
-    #[must_use]
-    pub fn register(&self, index: usize) -> u32 {
-        self.get(match index {
-            13 => RegisterARM::SP,
-            14 => RegisterARM::LR,
-            15 => RegisterARM::PC,
-            _ => R[index.min(12)],
-        })
     }
 
     fn get(&self, register: RegisterARM) -> u32 {

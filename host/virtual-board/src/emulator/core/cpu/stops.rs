@@ -1,8 +1,8 @@
 //! Runs the engine until it stops, and handles the reason.
 
-use unicorn_engine::RegisterARM;
+use unicorn_engine::{Prot, RegisterARM};
 
-use super::{CoreState, Cpu, engine};
+use super::{CoreState, Cpu};
 use crate::emulator::block::Block;
 use crate::emulator::core::nvic::exception;
 use crate::emulator::core::scb::cfsr;
@@ -46,7 +46,8 @@ impl Cpu {
                     self.leave(pc);
                 } else if RAM.contains(pc) && !self.runs_from_ram.replace(true) {
                     // Stores to executable memory are slow, so it is enabled on first use only.
-                    engine::allow_code_in_ram(&mut self.engine)
+                    let (start, size) = (u64::from(RAM.start), RAM.size as u64);
+                    (self.engine.mem_protect(start, size, Prot::ALL))
                         .or_else(|error| failed(pc, format!("{error:?}")))?;
                 } else {
                     self.fault(pc, exception::BUS_FAULT, cfsr::IBUSERR, None);
