@@ -26,15 +26,6 @@ const RATE: GyroFullScale = GyroFullScale::Dps2000;
 const BURST: usize = 17;
 const READ_STATUS: u8 = 0x9E;
 
-/// A message that the board has sent.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SentMessage {
-    /// Time at which its first byte left, in units of [`time`](crate::emulator::time).
-    pub began: u64,
-    /// The message.
-    pub message: ContactMessage,
-}
-
 /// Result of the comparison.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Parity {
@@ -44,14 +35,10 @@ pub struct Parity {
     pub measured: u64,
     /// Compared estimates that differ in any bit.
     pub mismatches: u64,
-    /// Sample time of the first mismatch, µs.
-    pub first_mismatch_us: Option<u64>,
     /// Compared CAN frames.
     pub can_compared: u64,
     /// Compared CAN frames that differ in any bit of a probability.
     pub can_mismatches: u64,
-    /// CAN frames without a serial message of the same time.
-    pub can_unknown: u64,
 }
 
 /// One sample as read over the bus.
@@ -103,7 +90,8 @@ pub struct ParityCheck {
     /// Offset of the board's clock behind virtual time, µs, once known.
     offset: Option<f64>,
     bursts: VecDeque<Burst>,
-    contacts: VecDeque<SentMessage>,
+    /// Messages of the serial line, with the times at which their first bytes left.
+    contacts: VecDeque<(u64, ContactMessage)>,
     frames: VecDeque<TimedFrame>,
     /// Recent estimates in the short form of CAN, as far back as a frame may be.
     short: VecDeque<([u8; 2], [u8; 4])>,
@@ -132,9 +120,9 @@ impl ParityCheck {
         self.bursts.extend(transactions.iter().filter_map(burst));
     }
 
-    /// Adds a message sent over the serial line, in order.
-    pub fn contact(&mut self, sent: SentMessage) {
-        self.contacts.push_back(sent);
+    /// Adds a message sent over the serial line, in order. Its first byte left at `began`.
+    pub fn contact(&mut self, began: u64, message: ContactMessage) {
+        self.contacts.push_back((began, message));
         if self.offset.is_none() && self.contacts.len() >= FOR_CLOCK {
             self.find_clock();
         }
@@ -157,13 +145,11 @@ impl ParityCheck {
         if self.offset.is_none() {
             self.find_clock();
         }
-        if self.offset.is_some() {
-            while !self.contacts.is_empty() {
-                self.compare_contact();
-            }
-            while !self.frames.is_empty() {
-                self.compare_frame();
-            }
+        while self.offset.is_some() && !self.contacts.is_empty() {
+            self.compare_contact();
+        }
+        while self.offset.is_some() && !self.frames.is_empty() {
+            self.compare_frame();
         }
         self.parity
     }
@@ -176,27 +162,15 @@ impl ParityCheck {
     }
 
     fn compare_contact(&mut self) {
-        let (Some(SentMessage { message, .. }), Some(offset)) =
-            (self.contacts.pop_front(), self.offset)
-        else {
+        let (Some((_, message)), Some(offset)) = (self.contacts.pop_front(), self.offset) else {
             return;
         };
         let at = message.timestamp.as_micros() as f64 + offset;
-        while self
-            .bursts
-            .front()
-            .is_some_and(|burst| burst.edge_us < at - 1.0)
-        {
-            self.bursts.pop_front();
-        }
-        let burst = match self.bursts.front() {
-            Some(burst) if burst.edge_us < at + 2.0 => self.bursts.pop_front(),
-            _ => None,
-        };
-        let sample = burst.map_or_else(
-            || missing(message.timestamp),
-            |burst| sample(&burst, message.timestamp),
-        );
+        let old = self.bursts.iter();
+        let old = old.take_while(|burst| burst.edge_us < at - 1.0).count();
+        self.bursts.drain(..old);
+        let burst = self.bursts.pop_front_if(|burst| burst.edge_us < at + 2.0);
+        let sample = sample(burst.as_ref(), message.timestamp);
         let estimate = self.estimator.update(&sample, None);
         self.short.push_back(short_form(&estimate));
         if self.short.len() > FRAMES_LAG + 2 * LAG {
@@ -205,12 +179,8 @@ impl ParityCheck {
         let parity = &mut self.parity;
         parity.compared += 1;
         parity.measured += u64::from(burst.is_some());
-        if bits(&expected(&estimate)) != bits(&message) {
-            parity.mismatches += 1;
-            parity
-                .first_mismatch_us
-                .get_or_insert(message.timestamp.as_micros());
-        }
+        let expected = ContactMessage::new(&estimate, Faults::NONE);
+        parity.mismatches += u64::from(bits(&expected) != bits(&message));
     }
 
     /// Matches a frame with the next estimate of its short time; both are in order of time.
@@ -224,16 +194,11 @@ impl ParityCheck {
         let time = [bytes[4], bytes[5]];
         let found = self.short.iter().take(FRAMES_LAG);
         let Some(index) = found.map(|(at, _)| *at).position(|at| at == time) else {
-            self.parity.can_unknown += 1;
             return;
         };
         self.short.drain(..index);
-        let same = self
-            .short
-            .front()
-            .is_some_and(|(_, probabilities)| *probabilities == bytes[..4]);
         self.parity.can_compared += 1;
-        self.parity.can_mismatches += u64::from(!same);
+        self.parity.can_mismatches += u64::from(self.short[0].1 != bytes[..4]);
     }
 }
 
@@ -250,28 +215,24 @@ fn short_form(estimate: &ContactEstimate) -> ([u8; 2], [u8; 4]) {
     (time.to_le_bytes(), [low, high, part[0], part[1]])
 }
 
-fn expected(estimate: &ContactEstimate) -> ContactMessage {
-    ContactMessage::new(estimate, Faults::NONE)
-}
-
 /// Fields of a message that the estimate determines: without its phase, which also depends on the load.
 fn bits(message: &ContactMessage) -> ([u16; 9], u8) {
     let [ax, ay, az, wx, wy, wz] = message.axes.to_array();
-    let codes = [
-        message.stable,
-        message.tangential,
-        message.vertical,
-        ax,
-        ay,
-        az,
-        wx,
-        wy,
-        wz,
-    ];
+    let (stable, tangential, vertical) = (message.stable, message.tangential, message.vertical);
+    let codes = [stable, tangential, vertical, ax, ay, az, wx, wy, wz];
     (codes.map(|code| code.0), message.flags)
 }
 
-fn sample(burst: &Burst, timestamp: Timestamp) -> ImuSample {
+/// Sample of a burst, invalid without one.
+fn sample(burst: Option<&Burst>, timestamp: Timestamp) -> ImuSample {
+    let Some(burst) = burst else {
+        return RawSample {
+            timestamp,
+            validity: Validity::Invalid,
+            ..RawSample::default()
+        }
+        .to_si();
+    };
     let force = saturated(burst.force, FORCE);
     let rate = saturated(burst.rate, RATE);
     let validity = match (burst.status & 3 == 3, force, rate) {
@@ -297,36 +258,24 @@ fn saturated<S: FullScale>(codes: [i16; 3], full_scale: S) -> bool {
     Codes { codes, full_scale }.is_saturated()
 }
 
-fn missing(timestamp: Timestamp) -> ImuSample {
-    RawSample {
-        timestamp,
-        validity: Validity::Invalid,
-        ..RawSample::default()
-    }
-    .to_si()
-}
-
 /// Offset of the board's clock behind virtual time, µs. A message belongs to the last edge before it was sent,
 /// unless it had to wait; most do not, so the most frequent offset is taken.
-fn clock_offset(bursts: &[Burst], sent: &[SentMessage]) -> Option<f64> {
+fn clock_offset(bursts: &[Burst], sent: &[(u64, ContactMessage)]) -> Option<f64> {
     let offsets: Vec<f64> = sent
         .iter()
         .rev()
         .take(ASKED)
-        .filter_map(|sent| {
-            let began = to_us(sent.began);
+        .filter_map(|(began, message)| {
+            let began = to_us(*began);
             let index = bursts.partition_point(|burst| burst.edge_us < began);
             let burst = bursts.get(index.checked_sub(1)?)?;
-            Some(burst.edge_us - sent.message.timestamp.as_micros() as f64)
+            Some(burst.edge_us - message.timestamp.as_micros() as f64)
         })
         .collect();
-    let supporters = |offset: f64| {
+    let supporters = |offset: &f64| {
         let near = offsets.iter().filter(|other| (*other - offset).abs() < 1.5);
         near.count()
     };
     // Takes the latest of equal offsets, for the same result in every run.
-    offsets
-        .iter()
-        .copied()
-        .max_by_key(|&offset| supporters(offset))
+    offsets.iter().copied().max_by_key(supporters)
 }

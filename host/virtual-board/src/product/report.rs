@@ -17,7 +17,7 @@ use crate::emulator::chip::Transaction;
 use crate::emulator::part::can::TimedFrame;
 use crate::emulator::part::usart::TimedByte;
 use crate::emulator::time::{PER_SECOND, to_ns, to_us};
-use crate::product::parity::{self, Parity, ParityCheck, SentMessage};
+use crate::product::parity::{self, Parity, ParityCheck};
 use crate::product::scenario::ScenarioStep;
 use crate::product::spread::Spread;
 use crate::product::traffic::Traffic;
@@ -74,6 +74,7 @@ const POINTS: usize = 6000;
 const RECENT: usize = 16;
 
 /// Record of a run.
+#[derive(Default)]
 struct Log {
     /// Time from which statistics count.
     settled: u64,
@@ -96,29 +97,24 @@ struct Log {
     uart_frames: u64,
     can_frames: u64,
     emergencies: Vec<Value>,
-    samples: BufWriter<File>,
-    can_log: BufWriter<File>,
 }
 
 /// Probability of stable contact over time, thinned out when it gets too long.
+#[derive(Default)]
 struct Curve {
-    every: u64,
+    halvings: u32,
     points: Vec<(f64, f64)>,
 }
 
 impl Curve {
     fn push(&mut self, index: u64, message: &ContactMessage) {
-        if index.is_multiple_of(self.every) {
+        if index.is_multiple_of(1 << self.halvings) {
             let seconds = message.timestamp.as_micros() as f64 / 1.0e6;
             self.points.push((seconds, probability(message.stable)));
         }
         if self.points.len() >= POINTS {
-            let mut index = 0_usize;
-            self.points.retain(|_| {
-                index += 1;
-                index % 2 == 1
-            });
-            self.every *= 2;
+            self.points = self.points.iter().copied().step_by(2).collect();
+            self.halvings += 1;
         }
     }
 }
@@ -129,7 +125,7 @@ fn probability(code: P16) -> f64 {
 }
 
 impl Log {
-    fn uart(&mut self, bytes: &[TimedByte]) -> std::io::Result<()> {
+    fn uart(&mut self, bytes: &[TimedByte], samples: &mut impl Write) -> std::io::Result<()> {
         for &TimedByte { time, byte } in bytes {
             let began = *self.frame_began.get_or_insert(time);
             if byte == 0 {
@@ -140,7 +136,7 @@ impl Log {
             };
             self.uart_frames += 1;
             match frame.message {
-                Message::Contact(message) => self.contact(began, message)?,
+                Message::Contact(message) => self.contact(began, message, samples)?,
                 Message::Health(message) => self.health = Some(message),
                 _ => {}
             }
@@ -148,7 +144,12 @@ impl Log {
         Ok(())
     }
 
-    fn contact(&mut self, began: u64, message: ContactMessage) -> std::io::Result<()> {
+    fn contact(
+        &mut self,
+        began: u64,
+        message: ContactMessage,
+        samples: &mut impl Write,
+    ) -> std::io::Result<()> {
         if began > self.settled
             && let Some(edge) = self.edge_before(began)
         {
@@ -157,10 +158,10 @@ impl Log {
         self.curve.push(self.contacts, &message);
         self.contacts += 1;
         if let Some(comparison) = &mut self.comparison {
-            comparison.contact(SentMessage { began, message });
+            comparison.contact(began, message);
         }
         writeln!(
-            self.samples,
+            samples,
             "{:.6},{:.6},{:.6},{:.6},{}",
             message.timestamp.as_micros() as f64 / 1.0e6,
             probability(message.stable),
@@ -202,22 +203,13 @@ impl Log {
         }
     }
 
-    fn can(&mut self, frames: Vec<TimedFrame>) -> std::io::Result<()> {
+    fn can(&mut self, frames: Vec<TimedFrame>, log: &mut impl Write) -> std::io::Result<()> {
         for sent in frames {
             let TimedFrame { time, frame } = &sent;
             self.can_frames += 1;
-            let data: String = frame.data.iter().fold(String::new(), |mut text, byte| {
-                // Writing to a string cannot fail.
-                let _ = write!(text, "{byte:02X}");
-                text
-            });
-            let micros = to_us(*time);
-            writeln!(
-                self.can_log,
-                "({:.6}) can0 {:03X}#{data}",
-                micros / 1.0e6,
-                frame.id
-            )?;
+            let digits = frame.data.iter().map(|byte| format!("{byte:02X}"));
+            let (data, micros) = (digits.collect::<String>(), to_us(*time));
+            writeln!(log, "({:.6}) can0 {:03X}#{data}", micros / 1.0e6, frame.id)?;
             if frame.id & !0x7F == EMERGENCY
                 && frame.id & 0x7F != 0
                 && self.emergencies.len() < 1000
@@ -249,35 +241,14 @@ pub fn run(
     let create = |name: &str| File::create(out.join(name)).map(BufWriter::new);
     let first = board.now().div_ceil(MILLISECOND);
     let mut uart = create("uart.bin")?;
+    let mut samples = create("samples.csv")?;
+    let mut can_log = create("can.log")?;
     let mut log = Log {
         settled: (first + SETTLING) * MILLISECOND,
-        last_estimate: 0,
-        instructions: Spread::default(),
-        estimator: Spread::default(),
-        cycles: Spread::default(),
-        flash_waits: Spread::default(),
-        to_can: Spread::default(),
-        to_uart: Spread::default(),
-        decoder: Decoder::default(),
-        frame_began: None,
-        health: None,
-        recent: VecDeque::new(),
-        comparison: match run.faults.is_empty() {
-            true => Some(ParityCheck::new()?),
-            false => None,
-        },
-        curve: Curve {
-            every: 1,
-            points: Vec::new(),
-        },
-        contacts: 0,
-        uart_frames: 0,
-        can_frames: 0,
-        emergencies: Vec::new(),
-        samples: create("samples.csv")?,
-        can_log: create("can.log")?,
+        comparison: run.faults.is_empty().then(ParityCheck::new).transpose()?,
+        ..Log::default()
     };
-    writeln!(log.samples, "t,p_stable,p_tangential,p_vertical,flags")?;
+    writeln!(samples, "t,p_stable,p_tangential,p_vertical,flags")?;
     let mut actions = run.actions.clone();
     actions.sort_by_key(|action| action.ms);
     let mut actions = actions.into_iter().peekable();
@@ -320,13 +291,13 @@ pub fn run(
         log.bus(board.take_transactions());
         let bytes = board.take_uart();
         uart.write_all(&bytes.iter().map(|sent| sent.byte).collect::<Vec<u8>>())?;
-        log.uart(&bytes)?;
+        log.uart(&bytes, &mut samples)?;
         log.requests(&board.take_can_requests());
-        log.can(board.take_can())?;
+        log.can(board.take_can(), &mut can_log)?;
     }
     uart.flush()?;
-    log.can_log.flush()?;
-    log.samples.flush()?;
+    can_log.flush()?;
+    samples.flush()?;
     create("plot.svg")?.write_all(plot(&log.curve.points).as_bytes())?;
     let parity = log.comparison.take().map(ParityCheck::finish);
     let report = report(board, run, &log, parity, watched);
@@ -360,9 +331,9 @@ fn report(
         [Some(low), Some(high)] => Some(board.stack_high_water(low, high)),
         _ => None,
     };
-    let cycles = log.cycles.sum() as f64;
+    let cycles = log.cycles.sum as f64;
     let hclk = f64::from(board.cpu().machine().chip.rcc.clocks.hclk);
-    let load = 100.0 * cycles / (hclk / 1.0e3 * log.cycles.len().max(1) as f64);
+    let load = 100.0 * cycles / (hclk / 1.0e3 * log.cycles.length.max(1) as f64);
     let resets: Vec<Value> = board
         .resets()
         .iter()

@@ -9,8 +9,10 @@ use serde_json::{Value, json};
 #[derive(Clone, Debug, Default)]
 pub struct Spread {
     counts: BTreeMap<u64, u64>,
-    sum: u64,
-    length: u64,
+    /// Sum of all values.
+    pub sum: u64,
+    /// Number of values.
+    pub length: u64,
 }
 
 impl Spread {
@@ -19,24 +21,6 @@ impl Spread {
         *self.counts.entry(value).or_default() += 1;
         self.sum += value;
         self.length += 1;
-    }
-
-    /// Number of values.
-    #[must_use]
-    pub const fn len(&self) -> u64 {
-        self.length
-    }
-
-    /// Returns whether there are no values.
-    #[must_use]
-    pub const fn is_empty(&self) -> bool {
-        self.length == 0
-    }
-
-    /// Sum of all values.
-    #[must_use]
-    pub const fn sum(&self) -> u64 {
-        self.sum
     }
 
     /// Minimum.
@@ -98,7 +82,7 @@ mod tests {
             assert_eq!(spread.median(), Some(sorted[sorted.len() / 2]));
             assert_eq!(spread.min(), sorted.first().copied());
             assert_eq!(spread.max(), sorted.last().copied());
-            assert_eq!(spread.len(), length);
+            assert_eq!(spread.length, length);
         }
     }
 
