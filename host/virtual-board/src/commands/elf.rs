@@ -3,12 +3,33 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use clap::Args;
 use virtual_board::emulator::wiring::Wiring;
 
-/// Reads the named ELF, or builds the firmware for the board.
-pub fn read(named: Option<&Path>, board: &Wiring) -> Result<Vec<u8>, String> {
-    let path = named.map_or_else(|| build(board), |path| Ok(path.to_owned()))?;
-    std::fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))
+/// Options that choose the ELF.
+#[derive(Args)]
+pub struct ElfArguments {
+    /// The ELF; without it the firmware is built first.
+    #[arg(long)]
+    elf: Option<PathBuf>,
+    /// The board whose firmware is built: reference or feather. An ELF names its board.
+    #[arg(long, default_value = "reference", value_parser = Wiring::named, conflicts_with = "elf")]
+    board: &'static Wiring,
+}
+
+impl ElfArguments {
+    /// Reads the named ELF, or builds the firmware for the board.
+    pub fn read(&self) -> Result<Vec<u8>, String> {
+        match &self.elf {
+            Some(path) => read(path),
+            None => read(&build(self.board)?),
+        }
+    }
+}
+
+/// Reads an ELF.
+pub fn read(path: &Path) -> Result<Vec<u8>, String> {
+    std::fs::read(path).map_err(|error| format!("{}: {error}", path.display()))
 }
 
 /// Builds the firmware and returns its path.

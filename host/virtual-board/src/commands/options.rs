@@ -45,7 +45,7 @@ mod tests {
     #[test]
     fn a_fault_requires_its_time() {
         let (fault, ms) = fault_at("power-cut:17@1000").expect("a fault");
-        assert_eq!((fault.name(), ms), ("power-cut", 1000));
+        assert_eq!((fault.scenario.name, ms), ("power-cut", 1000));
         assert!(fault_at("clear@1300").is_ok());
         for text in ["frozen", "frozen@soon", "thawed@1000", "power-cut:x@1"] {
             assert!(fault_at(text).is_err(), "{text}");

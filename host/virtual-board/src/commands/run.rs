@@ -9,7 +9,6 @@ use gait::GaitName;
 use recordings::input::Format;
 use virtual_board::emulator::board::{Board, BoardOptions};
 use virtual_board::emulator::corner::Corner;
-use virtual_board::emulator::wiring::Wiring;
 use virtual_board::product::fault::SelectedFault;
 use virtual_board::product::recorded;
 use virtual_board::product::report::TimedStep;
@@ -23,12 +22,8 @@ use super::options::{duration, fault_at, seconds};
 /// The options of `run`.
 #[derive(Args)]
 pub struct RunArguments {
-    /// The ELF; without it the firmware is built first.
-    #[arg(long)]
-    elf: Option<PathBuf>,
-    /// The board whose firmware is built: reference or feather. An ELF names its board.
-    #[arg(long, default_value = "reference", value_parser = Wiring::named, conflicts_with = "elf")]
-    board: &'static Wiring,
+    #[command(flatten)]
+    elf: elf::ElfArguments,
     /// A recording that the sensor feels, resampled by straight lines.
     #[arg(long, conflicts_with = "gait")]
     input: Option<PathBuf>,
@@ -94,7 +89,7 @@ impl Planned {
     /// Actions with their times, ms; preparation comes first.
     fn actions(&self) -> Vec<TimedStep> {
         let ms = u64::from(self.ms);
-        let before = self.fault.before().iter().map(|&step| TimedStep {
+        let before = self.fault.scenario.before.iter().map(|&step| TimedStep {
             ms: ms.min(scenario::BEFORE_MS),
             step,
         });
@@ -108,7 +103,7 @@ impl Planned {
 
 /// Runs the board and writes its files.
 pub fn run(arguments: &RunArguments) -> Result<(), Box<dyn core::error::Error>> {
-    let elf = elf::read(arguments.elf.as_deref(), arguments.board)?;
+    let elf = arguments.elf.read()?;
     let mut options = BoardOptions::default();
     options.set_corner(arguments.corner);
     if let Some(sensor) = &mut options.sensor {
@@ -116,7 +111,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), Box<dyn core::error::Error>> 
     }
     for planned in &arguments.faults {
         let at_us = planned.ms.saturating_mul(1000);
-        planned.fault.change(&mut options, at_us);
+        (planned.fault.scenario.board)(&mut options, at_us);
     }
     let (mut board, seconds) = match &arguments.input {
         Some(input) => {
@@ -131,17 +126,12 @@ pub fn run(arguments: &RunArguments) -> Result<(), Box<dyn core::error::Error>> 
         }
     };
     for planned in &arguments.faults {
-        if let Some(scenario) = planned.fault.scenario() {
-            scenario.prepare(&elf, &mut board)?;
-        }
+        planned.fault.scenario.prepare(&elf, &mut board)?;
     }
+    let faults = arguments.faults.iter();
     let run = report::RunOptions {
         milliseconds: (seconds * 1000.0) as u64,
-        faults: arguments
-            .faults
-            .iter()
-            .map(|planned| planned.text.clone())
-            .collect(),
+        faults: faults.map(|planned| planned.text.clone()).collect(),
         actions: arguments.faults.iter().flat_map(Planned::actions).collect(),
         traffic: match arguments.full_load {
             true => Traffic::Full,

@@ -14,7 +14,6 @@ use rustix::process::getpgrp;
 use rustix::termios::tcgetpgrp;
 use virtual_board::emulator::corner::Corner;
 
-use virtual_board::emulator::wiring::Wiring;
 use virtual_board::product::serve::pace::VirtualSpeed;
 use virtual_board::product::serve::robot::{ControlNode, RobotOptions};
 use virtual_board::product::serve::{self, BoardPrograms, Note, Planned, ServeSummary};
@@ -25,12 +24,8 @@ use super::options::duration;
 /// The options of `serve`.
 #[derive(Args)]
 pub struct ServeArguments {
-    /// The ELF; without it the firmware is built first.
-    #[arg(long)]
-    elf: Option<PathBuf>,
-    /// The board whose firmware is built: reference or feather. An ELF names its board.
-    #[arg(long, default_value = "reference", value_parser = Wiring::named, conflicts_with = "elf")]
-    board: &'static Wiring,
+    #[command(flatten)]
+    elf: elf::ElfArguments,
     /// The bootloader's ELF, as `.ci/bootloader BOARD` builds it; without it the program starts at once, and cannot be
     /// replaced. A power cycle brings the first program back.
     #[arg(long, value_name = "ELF")]
@@ -65,10 +60,8 @@ pub struct ServeArguments {
 }
 
 fn feet(text: &str) -> Result<usize, String> {
-    let feet = text
-        .parse()
-        .ok()
-        .filter(|feet| (1..=MOST_FEET).contains(feet));
+    let feet = text.parse().ok();
+    let feet = feet.filter(|feet| (1..=MOST_FEET).contains(feet));
     feet.ok_or_else(|| format!("write a number from 1 to {MOST_FEET}"))
 }
 
@@ -77,14 +70,11 @@ pub fn serve(arguments: &ServeArguments) -> Result<(), Box<dyn core::error::Erro
     let stop = Arc::new(AtomicBool::new(false));
     let stopped = Arc::clone(&stop);
     ctrlc::set_handler(move || stopped.store(true, Ordering::Relaxed))?;
-    let elf = elf::read(arguments.elf.as_deref(), arguments.board)?;
-    let bootloader = match &arguments.bootloader {
-        Some(path) => Some(elf::read(Some(path), arguments.board)?.into()),
-        None => None,
-    };
+    let elf = arguments.elf.read()?;
+    let bootloader = arguments.bootloader.as_deref().map(elf::read).transpose()?;
     let programs = BoardPrograms {
         program: elf.into(),
-        bootloader,
+        bootloader: bootloader.map(Into::into),
     };
     let control = match arguments.no_control {
         true => ControlNode::Absent,

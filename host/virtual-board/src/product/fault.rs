@@ -2,17 +2,14 @@
 
 use std::str::FromStr;
 
-use crate::emulator::board::{BoardOptions, Injection};
-use crate::product::scenario::{self, Pages, Scenario, ScenarioStep};
-
-/// Name that clears all clearable faults.
-const CLEAR: &str = "clear";
+use crate::emulator::board::BoardOptions;
+use crate::product::scenario::{self, Scenario, ScenarioStep};
 
 /// A fault selected by name.
 #[derive(Clone, Copy)]
 pub struct SelectedFault {
-    /// `None` to clear faults.
-    scenario: Option<&'static Scenario>,
+    /// Row of the matrix, or the scenario that clears faults.
+    pub scenario: &'static Scenario,
     variant: u64,
 }
 
@@ -28,52 +25,33 @@ impl FromStr for SelectedFault {
             }
             None => (text, None),
         };
-        let scenario = Scenario::named(name);
-        if scenario.is_none() && name != CLEAR {
-            return Err(format!("{name} is none of {}", names()));
-        }
-        let first = scenario.map_or(0, |scenario| scenario.variants.0);
+        let scenario = all().find(|scenario| scenario.name == name);
+        let scenario = scenario.ok_or_else(|| format!("{name} is none of {}", names()))?;
         Ok(Self {
             scenario,
-            variant: variant.unwrap_or(first),
+            variant: variant.unwrap_or(scenario.variants.0),
         })
     }
+}
+
+/// All faults, and `clear`.
+fn all() -> impl Iterator<Item = &'static Scenario> {
+    scenario::ALL.iter().chain([&scenario::CLEAR])
 }
 
 /// Names of all faults, and `clear`.
 #[must_use]
 pub fn names() -> String {
-    let names = scenario::ALL.iter().map(|scenario| scenario.name);
-    names.chain([CLEAR]).collect::<Vec<_>>().join(", ")
+    let names: Vec<&str> = all().map(|scenario| scenario.name).collect();
+    names.join(", ")
 }
 
 impl SelectedFault {
-    /// Row of the matrix; `None` to clear faults.
-    #[must_use]
-    pub const fn scenario(&self) -> Option<&'static Scenario> {
-        self.scenario
-    }
-
-    /// Name of the fault; `clear` to clear faults.
-    #[must_use]
-    pub fn name(&self) -> &'static str {
-        self.scenario.map_or(CLEAR, |scenario| scenario.name)
-    }
-
-    /// Steps that prepare a board for the fault.
-    #[must_use]
-    pub fn before(&self) -> &'static [ScenarioStep] {
-        self.scenario.map_or(&[], |scenario| scenario.before)
-    }
-
     /// Steps of the fault, each with its time from the first, µs.
     #[must_use]
     pub fn steps(&self) -> Vec<(u64, ScenarioStep)> {
-        let Some(scenario) = self.scenario else {
-            return vec![(0, ScenarioStep::Inject(Injection::Clear))];
-        };
         let mut at_us = 0;
-        let steps = (scenario.steps)(self.variant).into_iter().map(|step| {
+        let steps = (self.scenario.steps)(self.variant).into_iter().map(|step| {
             let timed = (at_us, step);
             if let ScenarioStep::Wait(us) = step {
                 at_us += u64::from(us);
@@ -83,39 +61,25 @@ impl SelectedFault {
         steps.collect()
     }
 
-    /// Adapts the options of a board for a fault at `at_us`, µs after its power-up.
-    pub fn change(&self, options: &mut BoardOptions, at_us: u32) {
-        if let Some(scenario) = self.scenario {
-            (scenario.board)(options, at_us);
-        }
-    }
-
     /// Returns whether the fault requires a power-up, or a board that was made for it.
     #[must_use]
     pub fn needs_power_up(&self) -> bool {
         let plain = BoardOptions::default();
         let mut options = plain;
-        self.change(&mut options, 1_000_000);
-        options != plain || self.scenario.is_some_and(|scenario| scenario.at_power_up)
-    }
-
-    /// Returns whether the fault requires flash pages that are filled before the board is powered up, which takes
-    /// minutes of the board's time.
-    #[must_use]
-    pub fn needs_full_pages(&self) -> bool {
-        self.scenario
-            .is_some_and(|scenario| scenario.pages != Pages::Blank)
+        (self.scenario.board)(&mut options, 1_000_000);
+        options != plain || self.scenario.at_power_up
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::emulator::board::Injection;
 
     #[test]
     fn a_fault_has_a_name_and_an_optional_variant() {
         let cut: SelectedFault = "power-cut:17".parse().expect("a fault");
-        assert_eq!((cut.name(), cut.variant), ("power-cut", 17));
+        assert_eq!((cut.scenario.name, cut.variant), ("power-cut", 17));
         let steps: Vec<ScenarioStep> = cut.steps().into_iter().map(|(_, step)| step).collect();
         assert!(steps.contains(&ScenarioStep::Inject(Injection::CutInFlash(17))));
         for text in ["thawed", "power-cut:x", "", "frozen@1"] {
@@ -125,9 +89,9 @@ mod tests {
 
     #[test]
     fn every_row_of_the_matrix_is_a_fault_and_clear_is_one() {
-        for name in scenario::ALL.iter().map(|row| row.name).chain([CLEAR]) {
+        for name in scenario::ALL.iter().map(|row| row.name).chain(["clear"]) {
             let fault: SelectedFault = name.parse().unwrap_or_else(|error| panic!("{error}"));
-            assert_eq!(fault.name(), name);
+            assert_eq!(fault.scenario.name, name);
         }
     }
 

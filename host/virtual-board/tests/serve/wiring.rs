@@ -75,8 +75,8 @@ fn carry(profile: &Profile, elf: &[u8]) -> Carried {
     let mut robot = robot.unwrap_or_else(|error| panic!("{error}"));
     let positions: Vec<Foot> = robot.positions().collect();
     let mut all = Carried::default();
-    while robot.ms() < UNTIL_MS {
-        let is_measured = robot.ms() >= FROM_MS;
+    while robot.ms < UNTIL_MS {
+        let is_measured = robot.ms >= FROM_MS;
         let happened = robot.step().unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(happened.resets, []);
         for carried in happened.carried.iter().filter(|_| is_measured) {
@@ -98,7 +98,7 @@ fn carry(profile: &Profile, elf: &[u8]) -> Carried {
             }
         }
     }
-    assert_eq!((robot.lost_on_bus(), all.contacts.len()), (0, profile.feet));
+    assert_eq!((robot.bus.lost, all.contacts.len()), (0, profile.feet));
     all
 }
 

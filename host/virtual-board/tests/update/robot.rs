@@ -157,7 +157,7 @@ fn other_feet_stream_each_contact_while_one_is_updated() {
         received: Vec::new(),
         target,
     };
-    let begin = bench.robot.ms();
+    let begin = bench.robot.ms;
     bench.run(500);
     bench.nmt(0x80);
     bench.control(STOP, 1_000);
@@ -167,7 +167,7 @@ fn other_feet_stream_each_contact_while_one_is_updated() {
     bench.wait(0x700 + u32::from(target), INSTALLED_MS);
     bench.nmt(0x01);
     bench.run(500);
-    let passed = (bench.robot.ms() - begin) as u32;
+    let passed = (bench.robot.ms - begin) as u32;
     let [updated, others @ ..] = &bench.feet[..] else {
         panic!("no feet");
     };
@@ -182,5 +182,5 @@ fn other_feet_stream_each_contact_while_one_is_updated() {
         (1_000.0..LONGEST_SILENCE_MS).contains(&silence),
         "{silence} ms"
     );
-    assert_eq!(bench.robot.lost_on_bus(), 0);
+    assert_eq!(bench.robot.bus.lost, 0);
 }

@@ -28,7 +28,7 @@ use wire::node::Command;
 use wire::uart::{self, ConfigGet, ConfigSet, Message, NmtRequest};
 use wire::{Address, Value};
 
-pub use list::ALL;
+pub use list::{ALL, CLEAR};
 pub use outcome::ScenarioOutcome;
 pub use pages::Pages;
 pub use table::{HEAD, matrix, row};
@@ -199,15 +199,13 @@ impl ScenarioStep {
             let (address, value) = (Address::new(index, 1), Value::U32(signature).into());
             Message::ConfigSet(ConfigSet { address, value })
         };
-        let store = || command(index::STORE, dictionary::SIGNATURE_STORE);
         let restore = || command(index::RESTORE, dictionary::SIGNATURE_RESTORE);
+        let store = || command(index::STORE, dictionary::SIGNATURE_STORE);
+        let nmt = |command: Command| Message::Nmt(NmtRequest(command));
         let stopped = |board: &mut Board, message: &Message| {
-            send(
-                board,
-                &Message::Nmt(NmtRequest(Command::EnterPreOperational)),
-            );
+            send(board, &nmt(Command::EnterPreOperational));
             send(board, message);
-            send(board, &Message::Nmt(NmtRequest(Command::StartRemoteNode)));
+            send(board, &nmt(Command::StartRemoteNode));
         };
         match self {
             Self::Inject(injection) => board.inject(injection),
@@ -219,7 +217,7 @@ impl ScenarioStep {
             Self::Store => send(board, &store()),
             Self::StoreStopped => stopped(board, &store()),
             Self::Restore => stopped(board, &restore()),
-            Self::Nmt(command) => send(board, &Message::Nmt(NmtRequest(command))),
+            Self::Nmt(command) => send(board, &nmt(command)),
             // The runner handles these: they take time, or depend on the pages.
             Self::Wait(_) | Self::CutInErase(_) => {}
             Self::Request(address) => send(board, &Message::ConfigGet(ConfigGet { address })),
@@ -279,7 +277,6 @@ impl Scenario {
     ) -> Result<ScenarioOutcome, ScenarioError> {
         let mut options = BoardOptions::default();
         options.set_corner(corner);
-        let filled = self.fill(elf)?;
         let at_us = match self.at_power_up {
             true => 0,
             // Strides that cover all of four ticks, at another phase each time.
@@ -289,9 +286,7 @@ impl Scenario {
         let (motion, at_s) = (self.motion, at_us as f64 / 1.0e6);
         let mut board = Board::with_motion(elf, options, move |time: f64| motion(time - at_s))
             .map_err(|error| ScenarioError::Elf(error.to_string()))?;
-        if let Some(filled) = &filled {
-            board.set_settings(&filled.bytes);
-        }
+        self.prepare(elf, &mut board)?;
         board.record_sensor_bus();
         let mut watch = Watch::default();
         let at = from_us(at_us);
@@ -310,7 +305,7 @@ impl Scenario {
                     watch.run_until(&mut board, until)?;
                 }
                 ScenarioStep::CutInErase(part) => {
-                    let operations = filled.as_ref().map_or(0, |filled| filled.operations);
+                    let operations = self.erasing_operations(elf)?;
                     let operation = 1 + u64::from(part) * operations.saturating_sub(1) / 31;
                     board.inject(Injection::CutInFlash(operation));
                 }

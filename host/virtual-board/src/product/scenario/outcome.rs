@@ -122,7 +122,7 @@ impl ScenarioOutcome {
                 outcome.checked += 1;
                 outcome.stable_while_invalid += u64::from(contact.stable);
             }
-            if contact.stable && invalid.is_before_the_end(contact.time) {
+            if contact.stable && contact.time < invalid.end {
                 outcome.last_stable_us = Some(since(contact.time));
             }
             // The clock of a board restarts with a reset.
@@ -153,16 +153,10 @@ impl ScenarioOutcome {
             .filter(|&(silent_us, _)| silent_us > DISTURBED_US)
             .map(|(_, ended)| ended)
             .max();
-        let first_invalid = contacts()
-            .find(|contact| !contact.valid)
-            .map(|contact| contact.time);
-        let disturbed = first_invalid.or(last_reset).or(silence).is_some();
-        let from = end
-            .or(last_reset)
-            .or(first_invalid)
-            .or(silence)
-            .unwrap_or(at);
-        if disturbed {
+        let first_invalid = contacts().find(|contact| !contact.valid);
+        let first_invalid = first_invalid.map(|contact| contact.time);
+        if let Some(disturbed) = last_reset.or(first_invalid).or(silence) {
+            let from = end.unwrap_or(disturbed);
             let first = |line: Line| {
                 let good = |contact: &&ContactFrame| {
                     contact.line == line && contact.valid && contact.time >= from
@@ -258,19 +252,14 @@ impl ScenarioOutcome {
     /// Merges this outcome with that of another run, taking the worst of each.
     #[must_use]
     pub fn worst(mut self, other: &Self) -> Self {
-        let most = |a: Option<f64>, b: Option<f64>| match (a, b) {
-            (Some(a), Some(b)) => Some(a.max(b)),
-            (a, b) => a.or(b),
-        };
+        let most = |a: Option<f64>, b: Option<f64>| a.into_iter().chain(b).reduce(f64::max);
         self.first_invalid_us = most(self.first_invalid_us, other.first_invalid_us);
         self.reported_us = most(self.reported_us, other.reported_us);
         self.last_stable_us = most(self.last_stable_us, other.last_stable_us);
         self.recovered_us = most(self.recovered_us, other.recovered_us);
         self.cleared_us = most(self.cleared_us, other.cleared_us);
         self.counted_us = most(self.counted_us, other.counted_us);
-        for (count, others) in self.kept.iter_mut().zip(other.kept) {
-            *count += others;
-        }
+        self.kept = core::array::from_fn(|i| self.kept[i] + other.kept[i]);
         self.last_sample_us = self.last_sample_us.max(other.last_sample_us);
         self.late_us = self.late_us.max(other.late_us);
         self.checked += other.checked;
@@ -280,9 +269,7 @@ impl ScenarioOutcome {
         self.healthy &= other.healthy;
         self.had_invalid_data |= other.had_invalid_data;
         self.steady_clock &= other.steady_clock;
-        for (silent, others) in self.silent_us.iter_mut().zip(other.silent_us) {
-            *silent = silent.max(others);
-        }
+        self.silent_us = core::array::from_fn(|i| self.silent_us[i].max(other.silent_us[i]));
         self.violations.extend(other.violations.iter().cloned());
         merge(&mut self.emergencies, &other.emergencies);
         merge(&mut self.serial, &other.serial);
@@ -351,10 +338,6 @@ impl Invalidity {
     fn longest_us(&self) -> f64 {
         let lengths = self.spans.iter().map(|(from, to)| to.saturating_sub(*from));
         to_us(lengths.max().unwrap_or(0))
-    }
-
-    const fn is_before_the_end(&self, time: u64) -> bool {
-        time < self.end
     }
 }
 

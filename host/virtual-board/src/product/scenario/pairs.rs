@@ -40,11 +40,9 @@ fn is_simple(scenario: &&Scenario) -> bool {
 
 /// Every ordered pair of different faults, with each delay.
 pub fn all() -> impl Iterator<Item = Pair> {
-    let faults: Vec<&'static Scenario> = ALL.iter().filter(is_simple).collect();
-    let seconds = faults.clone();
-    faults.into_iter().flat_map(move |first| {
-        let others = seconds.clone().into_iter();
-        let others = others.filter(|second| second.name != first.name);
+    let faults = || ALL.iter().filter(is_simple);
+    faults().flat_map(move |first| {
+        let others = faults().filter(|second| second.name != first.name);
         others.flat_map(move |second| {
             DELAYS_US.into_iter().map(move |delay_us| Pair {
                 first,

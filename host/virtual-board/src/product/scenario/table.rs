@@ -45,11 +45,10 @@ pub fn matrix(
     let mut worst: Vec<Option<ScenarioOutcome>> = vec![None; rows.len()];
     for ((index, case), outcome) in outcomes {
         let name = rows[index].name;
-        let outcome = outcome.unwrap_or_else(|problem| ScenarioOutcome {
+        let mut outcome = outcome.unwrap_or_else(|problem| ScenarioOutcome {
             violations: vec![format!("{name}:{}: {problem}", case.variant)],
             ..ScenarioOutcome::default()
         });
-        let mut outcome = outcome;
         for text in &mut outcome.violations {
             *text += &format!(" (variant {}, phase {})", case.variant, case.phase);
         }
@@ -102,17 +101,13 @@ pub fn row(scenario: &Scenario, outcome: &ScenarioOutcome) -> String {
 }
 
 fn reported(outcome: &ScenarioOutcome) -> String {
-    let mut all = Vec::new();
-    for cause in &outcome.resets {
-        all.push(format!("reset ({cause:?})"));
-    }
-    for fault in &outcome.emergencies {
-        all.push(format!("EMCY {:#06X} {}", fault.code(), fault.name()));
-    }
+    let resets = outcome.resets.iter();
+    let mut all: Vec<String> = resets.map(|cause| format!("reset ({cause:?})")).collect();
+    let emergency = |fault: &wire::Fault| format!("EMCY {:#06X} {}", fault.code(), fault.name());
+    all.extend(outcome.emergencies.iter().map(emergency));
     let serial_only = |fault: &&wire::Fault| !outcome.emergencies.contains(fault);
-    for fault in outcome.serial.iter().filter(serial_only) {
-        all.push(format!("serial line: {}", fault.name()));
-    }
+    let serial = outcome.serial.iter().filter(serial_only);
+    all.extend(serial.map(|fault| format!("serial line: {}", fault.name())));
     if !outcome.counters.is_empty() {
         let names: Vec<&str> = outcome.counters.iter().map(|c| c.name()).collect();
         all.push(format!("counted: {}", names.join(", ")));

@@ -11,14 +11,6 @@ use crate::emulator::time::cycle;
 /// Maximum number of frames of a node that wait for the bus; beyond it the oldest is lost.
 const MOST_WAITING: usize = 256;
 
-/// A frame that waits, with its properties.
-#[derive(Clone, Debug)]
-struct Waiting {
-    ready: u64,
-    bit_rate: u32,
-    frame: BusFrame,
-}
-
 /// A frame transmitted on the bus.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Carried {
@@ -35,9 +27,11 @@ pub struct Carried {
 /// The bus.
 #[derive(Clone, Debug)]
 pub struct BoardBus {
-    nodes: Vec<VecDeque<Waiting>>,
+    /// Frames that wait, by node; each starts no earlier than its time.
+    nodes: Vec<VecDeque<Carried>>,
     free_at: u64,
-    lost: u64,
+    /// Number of frames discarded because the queue was full.
+    pub lost: u64,
 }
 
 impl BoardBus {
@@ -61,8 +55,9 @@ impl BoardBus {
             queue.pop_front();
             self.lost += 1;
         }
-        queue.push_back(Waiting {
-            ready,
+        queue.push_back(Carried {
+            node,
+            start: ready,
             bit_rate,
             frame,
         });
@@ -74,35 +69,23 @@ impl BoardBus {
         self.nodes.get(node).map_or(0, VecDeque::len)
     }
 
-    /// Number of frames discarded because the queue was full.
-    #[must_use]
-    pub const fn lost(&self) -> u64 {
-        self.lost
-    }
-
     /// Returns the next frame that begins before `until`.
     pub fn next(&mut self, until: u64) -> Option<Carried> {
         let heads = || self.nodes.iter().filter_map(VecDeque::front);
-        let first = heads().map(|waiting| waiting.ready).min()?;
+        let first = heads().map(|waiting| waiting.start).min()?;
         let start = first.max(self.free_at);
         if start >= until {
             return None;
         }
         let ready = self.nodes.iter().enumerate().filter_map(|(node, queue)| {
-            let head = queue.front().filter(|head| head.ready <= start)?;
+            let head = queue.front().filter(|head| head.start <= start)?;
             Some((head.frame.rank(), node))
         });
         let (_, node) = ready.min()?;
-        let Waiting {
-            bit_rate, frame, ..
-        } = self.nodes.get_mut(node)?.pop_front()?;
-        self.free_at = start + frame.bits() * cycle(bit_rate);
-        Some(Carried {
-            node,
-            start,
-            bit_rate,
-            frame,
-        })
+        let mut carried = self.nodes.get_mut(node)?.pop_front()?;
+        carried.start = start;
+        self.free_at = start + carried.frame.bits() * cycle(carried.bit_rate);
+        Some(carried)
     }
 }
 
@@ -150,8 +133,8 @@ mod tests {
         for _ in 0..MOST_WAITING + 3 {
             bus.send(0, BusFrame::new(1, &[]), RATE, 0);
         }
-        assert_eq!((bus.waiting(0), bus.lost()), (MOST_WAITING, 3));
+        assert_eq!((bus.waiting(0), bus.lost), (MOST_WAITING, 3));
         bus.send(0, BusFrame::new(1, &[]), 0, 0);
-        assert_eq!(bus.lost(), 3, "a controller without a rate sends nothing");
+        assert_eq!(bus.lost, 3, "a controller without a rate sends nothing");
     }
 }

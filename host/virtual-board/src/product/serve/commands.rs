@@ -6,6 +6,7 @@ use wire::Foot;
 use super::foot::Order;
 use super::hands::Side;
 use crate::product::fault::SelectedFault;
+use crate::product::scenario::Pages;
 
 /// Text of the help.
 pub const HELP: &str = "\
@@ -91,10 +92,11 @@ fn gait(name: &str) -> Result<GaitName, String> {
 /// If no fault has this name, or it cannot be injected while feet run.
 pub fn fault(text: &str) -> Result<SelectedFault, String> {
     let fault: SelectedFault = text.parse()?;
-    if fault.needs_full_pages() {
+    // Filling them takes minutes of the board's time.
+    if fault.scenario.pages != Pages::Blank {
         return Err(format!(
             "{} begins with full pages of flash: virtual-board run --fault has it",
-            fault.name()
+            fault.scenario.name
         ));
     }
     Ok(fault)
@@ -139,7 +141,7 @@ mod tests {
             let (foot, Order::Fault(fault)) = order(line) else {
                 panic!("{line}");
             };
-            assert_eq!((foot, fault.name()), (expected, name));
+            assert_eq!((foot, fault.scenario.name), (expected, name));
         }
         assert!(matches!(order("L: power-cycle").1, Order::PowerCycle));
         assert!(matches!(order("hold -y").1, Order::Hold(side) if side.name() == "-y"));
@@ -172,11 +174,11 @@ mod tests {
     fn a_planned_fault_has_a_time_and_an_optional_foot() {
         let (foot, fault, ms) = fault_at("RR:power-cut:17@2500").expect("a fault");
         assert_eq!(
-            (foot, fault.name(), ms),
+            (foot, fault.scenario.name, ms),
             (Some(Foot::RearRight), "power-cut", 2500)
         );
         let (foot, fault, _) = fault_at("power-cut:17@1").expect("a fault");
-        assert_eq!((foot, fault.name()), (None, "power-cut"));
+        assert_eq!((foot, fault.scenario.name), (None, "power-cut"));
         assert!(fault_at("reset").is_err() && fault_at("XX:reset@1").is_err());
     }
 }

@@ -123,17 +123,13 @@ impl Foot {
         let (slices, of_foot) = channel();
         let (to_robot, ran) = channel();
         thread::spawn(move || {
-            let mut runner = match Runner::new(make) {
-                Ok(runner) => runner,
-                Err(problem) => {
-                    // A send fails only if the robot is gone.
-                    let _ = to_robot.send(Err(problem));
-                    return;
-                }
-            };
-            if to_robot.send(Ok(Ran::default())).is_err() {
+            let runner = Runner::new(make);
+            let started = runner.as_ref().map(|_| Ran::default());
+            // A send fails only if the robot is gone.
+            let sent = to_robot.send(started.map_err(ScenarioError::clone));
+            let (Ok(mut runner), Ok(())) = (runner, sent) else {
                 return;
-            }
+            };
             for slice in of_foot {
                 if to_robot.send(runner.run(slice)).is_err() {
                     return;
@@ -224,14 +220,14 @@ impl Runner {
         let load = self.moved.borrow_mut().walk.at(seconds(self.now())).load;
         let resets = self.board.resets();
         let new = resets.iter().skip(self.resets).map(|(_, cause)| *cause);
+        let mut frames = self.board.take_can();
+        for sent in &mut frames {
+            sent.time += self.on_since;
+        }
+        let bytes = self.board.take_uart();
         let ran = Ran {
-            frames: self.sent_frames(),
-            bytes: self
-                .board
-                .take_uart()
-                .iter()
-                .map(|timed| timed.byte)
-                .collect(),
+            frames,
+            bytes: bytes.iter().map(|timed| timed.byte).collect(),
             bytes_incoming: self.board.uart_incoming(),
             bit_rate: self.board.can_bit_rate(),
             load,
@@ -239,14 +235,6 @@ impl Runner {
         };
         self.resets = resets.len();
         Ok(ran)
-    }
-
-    fn sent_frames(&mut self) -> Vec<TimedFrame> {
-        let mut frames = self.board.take_can();
-        for sent in &mut frames {
-            sent.time += self.on_since;
-        }
-        frames
     }
 
     fn run_until(&mut self, until: u64) -> Result<(), ScenarioError> {
@@ -267,17 +255,16 @@ impl Runner {
                 let mut at = self.now();
                 if fault.needs_power_up() {
                     let mut options = self.make.options;
-                    fault.change(&mut options, BEFORE_MS as u32 * 1000);
+                    (fault.scenario.board)(&mut options, BEFORE_MS as u32 * 1000);
                     self.switch_on(options)?;
-                    let is_from_the_start = fault.scenario().is_some_and(|row| row.at_power_up);
-                    if !is_from_the_start {
+                    if !fault.scenario.at_power_up {
                         at += BEFORE_MS * MILLISECOND;
                     }
                 }
-                for &step in fault.before() {
+                for &step in fault.scenario.before {
                     step.act(&mut self.board);
                 }
-                if !fault.before().is_empty() {
+                if !fault.scenario.before.is_empty() {
                     at += SETTING_MS * MILLISECOND;
                 }
                 let steps = fault.steps().into_iter();

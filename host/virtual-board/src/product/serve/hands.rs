@@ -10,12 +10,9 @@ const TURN_S: f64 = 1.0;
 const TAP_S: f64 = 0.006;
 const TAP: f64 = 60.0;
 
-/// A side of the foot: the direction that is up.
+/// A side of the foot, by its index in [`Side::NAMES`]: the direction that is up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Side {
-    axis: usize,
-    is_down: bool,
-}
+pub struct Side(usize);
 
 impl Side {
     /// Names of all sides, in the order x, y, z, each up and then down.
@@ -24,25 +21,19 @@ impl Side {
     /// Parses a name.
     #[must_use]
     pub fn find(name: &str) -> Option<Self> {
-        let index = Self::NAMES.iter().position(|known| *known == name)?;
-        Some(Self {
-            axis: index / 2,
-            is_down: index % 2 == 1,
-        })
+        let mut names = Self::NAMES.iter();
+        names.position(|known| *known == name).map(Self)
     }
 
     /// Name.
     #[must_use]
-    pub fn name(self) -> &'static str {
-        let index = 2 * self.axis + usize::from(self.is_down);
-        Self::NAMES.get(index).copied().unwrap_or("?")
+    pub const fn name(self) -> &'static str {
+        Self::NAMES[self.0]
     }
 
     fn up(self) -> Vector {
         let mut axes = [0.0; 3];
-        if let Some(component) = axes.get_mut(self.axis) {
-            *component = if self.is_down { -1.0 } else { 1.0 };
-        }
+        axes[self.0 / 2] = if self.0 % 2 == 1 { -1.0 } else { 1.0 };
         Vector::from_array(axes)
     }
 }
@@ -77,7 +68,7 @@ pub struct Hands {
 
 impl Default for Hands {
     fn default() -> Self {
-        let v = Vector::new(0.0, 0.0, 0.0);
+        let v = Vector::default();
         Self {
             before: Rotation { w: 1.0, v },
             turn: None,

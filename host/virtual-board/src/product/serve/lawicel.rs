@@ -41,10 +41,9 @@ pub fn frame(line: &str) -> Option<BusFrame> {
         b'R' => (true, true),
         _ => return None,
     };
-    let (digits, highest) = if extended {
-        (8, 0x1FFF_FFFF)
-    } else {
-        (3, 0x7FF)
+    let (digits, highest) = match extended {
+        true => (8, 0x1FFF_FFFF),
+        false => (3, 0x7FF),
     };
     let (id, rest) = line.get(1..)?.split_at_checked(digits)?;
     let (length, data) = rest.split_at_checked(1)?;

@@ -7,15 +7,9 @@ use std::path::{Path, PathBuf};
 
 use super::ServeError;
 
-/// Links that are removed on drop.
+/// Links that are removed on drop: their paths and targets.
 #[derive(Debug, Default)]
-pub struct Links(Vec<Link>);
-
-#[derive(Debug)]
-struct Link {
-    path: PathBuf,
-    target: PathBuf,
-}
+pub struct Links(Vec<(PathBuf, PathBuf)>);
 
 impl Links {
     /// Creates a link in a directory, which is created if missing. An existing link is replaced, an existing file
@@ -28,16 +22,9 @@ impl Links {
         let made = fs::create_dir_all(folder)
             .and_then(|()| remove(&path))
             .and_then(|()| symlink(target, &path));
-        match made {
-            Ok(()) => {
-                self.0.push(Link {
-                    path: path.clone(),
-                    target: target.to_owned(),
-                });
-                Ok(path)
-            }
-            Err(error) => Err(ServeError::Link(path, error)),
-        }
+        made.map_err(|error| ServeError::Link(path.clone(), error))?;
+        self.0.push((path.clone(), target.to_owned()));
+        Ok(path)
     }
 }
 
@@ -53,7 +40,7 @@ fn remove(path: &Path) -> io::Result<()> {
 
 impl Drop for Links {
     fn drop(&mut self) {
-        for Link { path, target } in &self.0 {
+        for (path, target) in &self.0 {
             // Another program may have removed it, or replaced it by its own.
             if fs::read_link(path).is_ok_and(|found| found == *target) {
                 let _ = remove(path);

@@ -142,18 +142,16 @@ pub fn serve(
         adapter: EmulatedAdapter::default(),
         tell,
     };
-    for (foot, ..) in &options.faults {
-        if let Some(foot) = *foot
-            && !server.robot.positions().any(|known| known == foot)
-        {
+    for foot in options.faults.iter().filter_map(|(foot, ..)| *foot) {
+        if !server.robot.positions().any(|known| known == foot) {
             return Err(ServeError::NoSuchFoot(foot));
         }
     }
     let mut links = Links::default();
     server.announce(options, &mut links)?;
     let mut pace = Pace::new(options.speed);
-    while !stop.load(Ordering::Relaxed) && options.ms.is_none_or(|end| server.robot.ms() < end) {
-        let ms = server.robot.ms();
+    while !stop.load(Ordering::Relaxed) && options.ms.is_none_or(|end| server.robot.ms < end) {
+        let ms = server.robot.ms;
         for &(foot, fault, _) in options.faults.iter().filter(|(.., at)| *at == ms) {
             server.order(foot, Order::Fault(fault));
         }
@@ -162,35 +160,37 @@ pub fn serve(
         }
         server.take_in()?;
         server.run()?;
-        pace.wait(server.robot.ms());
+        pace.wait(server.robot.ms);
         if let Some(behind) = pace.report() {
             let behind = behind.as_secs_f64();
-            (server.tell)(Note::Words(format!(
-                "slower than real time: {behind:.1} s lost so far"
-            )));
+            server.say(format!("slower than real time: {behind:.1} s lost so far"));
         }
     }
     let lines = server.serial.iter();
-    let lines = lines.map(|(name, terminal)| (format!("{name}.uart"), terminal.lost()));
-    let bus = (format!("{BUS}.slcan"), server.slcan.lost());
+    let lines = lines.map(|(name, terminal)| (format!("{name}.uart"), terminal.lost));
+    let bus = (format!("{BUS}.slcan"), server.slcan.lost);
     Ok(ServeSummary {
-        ms: server.robot.ms(),
+        ms: server.robot.ms,
         took: pace.elapsed(),
-        behind: pace.lost(),
+        behind: pace.lost,
         lost: lines.chain([bus]).collect(),
-        lost_on_bus: server.robot.lost_on_bus(),
+        lost_on_bus: server.robot.bus.lost,
     })
 }
 
 impl Server<'_> {
+    fn say(&mut self, words: String) {
+        (self.tell)(Note::Words(words));
+    }
+
     /// Reports the sources.
     fn announce(&mut self, options: &ServeOptions, links: &mut Links) -> Result<(), ServeError> {
         let serial = self.serial.iter();
         let serial = serial.map(|(name, terminal)| (*name, "uart", terminal));
         for (name, kind, terminal) in serial.chain([(BUS, "slcan", &self.slcan)]) {
             let path = match &options.links {
-                Some(folder) => links.add(folder, &format!("{name}.{kind}"), terminal.path())?,
-                None => terminal.path().to_owned(),
+                Some(folder) => links.add(folder, &format!("{name}.{kind}"), &terminal.path)?,
+                None => terminal.path.clone(),
             };
             (self.tell)(Note::Source(name, format!("{kind}:{}", path.display())));
         }
@@ -202,11 +202,11 @@ impl Server<'_> {
     fn obey(&mut self, line: &str) -> bool {
         match commands::parse(line) {
             Ok(Some(Command::Order(foot, order))) => self.order(foot, order),
-            Ok(Some(Command::Faults)) => (self.tell)(Note::Words(fault::names())),
-            Ok(Some(Command::Help)) => (self.tell)(Note::Words(HELP.trim_end().to_owned())),
+            Ok(Some(Command::Faults)) => self.say(fault::names()),
+            Ok(Some(Command::Help)) => self.say(HELP.trim_end().to_owned()),
             Ok(Some(Command::Quit)) => return true,
             Ok(None) => {}
-            Err(error) => (self.tell)(Note::Words(format!("error: {error}"))),
+            Err(error) => self.say(format!("error: {error}")),
         }
         false
     }
@@ -215,16 +215,16 @@ impl Server<'_> {
         let whom = foot.map_or("all feet", Position::name);
         let what = match order {
             Order::Gait(gait) => format!("gait {gait}"),
-            Order::Fault(fault) => format!("fault {}", fault.name()),
+            Order::Fault(fault) => format!("fault {}", fault.scenario.name),
             Order::Hold(side) => format!("hold {}", side.name()),
             Order::Tap => "tap".to_owned(),
             Order::PowerCycle => "power-cycle".to_owned(),
         };
         let words = match self.robot.order(foot, order) {
-            true => format!("{:.3} s  {whom}: {what}", self.robot.ms() as f64 * 1e-3),
+            true => format!("{:.3} s  {whom}: {what}", self.robot.ms as f64 * 1e-3),
             false => format!("error: the robot has no foot {whom}"),
         };
-        (self.tell)(Note::Words(words));
+        self.say(words);
     }
 
     /// Reads the input of programs from the terminals.
@@ -254,23 +254,20 @@ impl Server<'_> {
             terminal.flush()?;
         }
         let host = self.robot.host();
-        for carried in happened
-            .carried
-            .iter()
-            .filter(|carried| carried.node != host)
-        {
+        let others = happened.carried.iter();
+        for carried in others.filter(|carried| carried.node != host) {
             let ms = (to_us(carried.start) * 1e-3) as u64;
             if let Some(line) = self.adapter.hear(carried, ms)
                 && self.slcan.write(line.as_bytes())? == Sent::Lost
             {
-                self.adapter.lose();
+                self.adapter.has_lost = true;
             }
         }
         self.slcan.flush()?;
         for (foot, cause) in happened.resets {
-            let at_s = self.robot.ms() as f64 * 1e-3;
+            let at_s = self.robot.ms as f64 * 1e-3;
             let words = format!("{at_s:.3} s  {}: reset by {}", foot.name(), cause.name());
-            (self.tell)(Note::Words(words));
+            self.say(words);
         }
         Ok(())
     }

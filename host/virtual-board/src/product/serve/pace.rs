@@ -43,7 +43,8 @@ pub struct Pace {
     began: Instant,
     /// Real time of virtual time 0, shifted by the losses.
     zero: Instant,
-    lost: Duration,
+    /// Real time lost: it passed while virtual time stood still.
+    pub lost: Duration,
     reported: (Instant, Duration),
 }
 
@@ -86,12 +87,6 @@ impl Pace {
         Some(self.lost)
     }
 
-    /// Real time lost: it passed while virtual time stood still.
-    #[must_use]
-    pub const fn lost(&self) -> Duration {
-        self.lost
-    }
-
     /// Real time since the start.
     #[must_use]
     pub fn elapsed(&self) -> Duration {
@@ -111,14 +106,10 @@ mod tests {
         assert!(took >= Duration::from_millis(20), "{took:?}");
         thread::sleep(Duration::from_millis(200));
         pace.wait(41);
-        assert!(
-            pace.lost() >= Duration::from_millis(150),
-            "{:?}",
-            pace.lost()
-        );
-        let lost = pace.lost();
+        assert!(pace.lost >= Duration::from_millis(150), "{:?}", pace.lost);
+        let lost = pace.lost;
         pace.wait(42);
-        assert_eq!(pace.lost(), lost, "it goes on from there");
+        assert_eq!(pace.lost, lost, "it goes on from there");
     }
 
     #[test]

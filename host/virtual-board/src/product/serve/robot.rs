@@ -89,9 +89,11 @@ struct Member {
 /// A robot.
 pub struct BoardRobot {
     members: Vec<Member>,
-    bus: BoardBus,
+    /// The bus of the feet, the controller and the host.
+    pub bus: BoardBus,
     control: Option<Control>,
-    ms: u64,
+    /// Time since it was switched on, ms.
+    pub ms: u64,
 }
 
 impl BoardRobot {
@@ -131,18 +133,6 @@ impl BoardRobot {
     /// Positions of the feet.
     pub fn positions(&self) -> impl Iterator<Item = Position> + '_ {
         self.members.iter().map(|member| member.position)
-    }
-
-    /// Time since it was switched on, ms.
-    #[must_use]
-    pub const fn ms(&self) -> u64 {
-        self.ms
-    }
-
-    /// Frames discarded because the queue for the bus was full.
-    #[must_use]
-    pub const fn lost_on_bus(&self) -> u64 {
-        self.bus.lost()
     }
 
     /// Node index of the host on the bus, in [`Carried`].

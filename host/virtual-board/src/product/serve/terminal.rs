@@ -5,7 +5,7 @@
 use std::fs::{File, OpenOptions};
 use std::io::{self, ErrorKind, Read, Write};
 use std::os::unix::fs::OpenOptionsExt;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
@@ -18,17 +18,13 @@ const MOST_WAITING: usize = 64 * 1024;
 #[derive(Debug)]
 pub struct Terminal {
     near: File,
-    path: PathBuf,
-    state: State,
+    /// Path of the far end.
+    pub path: PathBuf,
+    /// Whether a program has the far end open.
+    is_open: bool,
     waiting: Vec<u8>,
-    lost: u64,
-}
-
-/// Whether a program has the far end open.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum State {
-    Open,
-    Closed,
+    /// Number of bytes lost because the reader was too slow.
+    pub lost: u64,
 }
 
 /// Result of a write to the far end.
@@ -56,24 +52,12 @@ impl Terminal {
         let mut terminal = Self {
             near: near.into(),
             path,
-            state: State::Closed,
+            is_open: false,
             waiting: Vec::new(),
             lost: 0,
         };
         terminal.clean()?;
         Ok(terminal)
-    }
-
-    /// Path of the far end.
-    #[must_use]
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// Number of bytes lost because the reader was too slow.
-    #[must_use]
-    pub const fn lost(&self) -> u64 {
-        self.lost
     }
 
     /// Resets the far end: raw mode, no old bytes. It must have been open once for the system to report that it is
@@ -98,22 +82,20 @@ impl Terminal {
     /// If the terminal is gone.
     pub fn read(&mut self, most: usize) -> io::Result<Vec<u8>> {
         let mut bytes = vec![0; most];
-        let (count, state) = match self.near.read(&mut bytes) {
-            Ok(count) if count > 0 || most == 0 => (count, State::Open),
-            // The end of the file, or EIO, means that no program has the far end open.
-            Ok(_) => (0, State::Closed),
+        // The end of the file, or EIO, means that no program has the far end open.
+        const CLOSED: i32 = rustix::io::Errno::IO.raw_os_error();
+        let (count, is_open) = match self.near.read(&mut bytes) {
+            Ok(count) => (count, count > 0 || most == 0),
+            Err(error) if error.raw_os_error() == Some(CLOSED) => (0, false),
             Err(error) => match error.kind() {
-                ErrorKind::WouldBlock | ErrorKind::Interrupted => (0, State::Open),
-                _ if error.raw_os_error() == Some(rustix::io::Errno::IO.raw_os_error()) => {
-                    (0, State::Closed)
-                }
+                ErrorKind::WouldBlock | ErrorKind::Interrupted => (0, true),
                 _ => return Err(error),
             },
         };
-        if (self.state, state) == (State::Open, State::Closed) {
+        if self.is_open && !is_open {
             self.clean()?;
         }
-        self.state = state;
+        self.is_open = is_open;
         bytes.truncate(count);
         Ok(bytes)
     }
@@ -123,7 +105,7 @@ impl Terminal {
     /// # Errors
     /// If the terminal is gone.
     pub fn write(&mut self, bytes: &[u8]) -> io::Result<Sent> {
-        if self.state == State::Closed {
+        if !self.is_open {
             return Ok(Sent::Taken);
         }
         if self.waiting.len() + bytes.len() > MOST_WAITING {
@@ -162,7 +144,7 @@ mod tests {
         let mut options = OpenOptions::new();
         options.read(true).write(true);
         let flags = (OFlags::NOCTTY | OFlags::NONBLOCK).bits() as i32;
-        let file = options.custom_flags(flags).open(terminal.path());
+        let file = options.custom_flags(flags).open(&terminal.path);
         file.expect("the far end opens")
     }
 
@@ -192,7 +174,7 @@ mod tests {
             terminal.flush().expect("flushed");
             sent += 1;
         }
-        assert!(sent > 60 && terminal.lost() == 1000, "{sent}");
+        assert!(sent > 60 && terminal.lost == 1000, "{sent}");
         drop(port);
         terminal.read(1).expect("it is closed");
         let mut port = far(&terminal);

@@ -16,13 +16,18 @@ use crate::emulator::part::rcc::ResetCause;
 use crate::product::scenario::ScenarioStep::{Inject, Wait};
 use crate::product::scenario::{Invalid, Reports, Scenario};
 
-/// No crystal from power-up on.
-const NO_CRYSTAL: Scenario = Scenario {
-    at_power_up: true,
+/// The crystal stops and does not start again.
+const CRYSTAL_LOST: Scenario = Scenario {
     with_can: false,
     reports: Reports::Fault(Fault::CrystalMissing),
     note: "remains reported; CAN stays off",
     ..PLAIN
+};
+
+/// No crystal from power-up on.
+const NO_CRYSTAL: Scenario = Scenario {
+    at_power_up: true,
+    ..CRYSTAL_LOST
 };
 
 /// A hang, ended by the watchdog.
@@ -47,11 +52,8 @@ pub(super) const ROWS: &[Scenario] = &[
         name: "crystal-lost",
         what: "crystal stops while running",
         steps: |_| vec![Inject(CrystalLost)],
-        with_can: false,
-        reports: Reports::Fault(Fault::CrystalMissing),
         resets: &[ResetCause::Software],
-        note: "remains reported; CAN stays off",
-        ..PLAIN
+        ..CRYSTAL_LOST
     },
     Scenario {
         name: "stack-overflow",
@@ -140,21 +142,15 @@ pub(super) const ROWS: &[Scenario] = &[
         steps: |variant| vec![Wait(500 + 500 * variant as u32), Inject(CrystalLost)],
         variants: (0, 11, 1),
         at_power_up: true,
-        with_can: false,
-        reports: Reports::Fault(Fault::CrystalMissing),
         any_reset: true,
-        note: "remains reported; CAN stays off",
-        ..PLAIN
+        ..CRYSTAL_LOST
     },
     Scenario {
         name: "crystal-and-stack",
         what: "crystal stops while the stack overflows",
         steps: |_| vec![Inject(StackOverflow), Inject(CrystalLost)],
-        with_can: false,
-        reports: Reports::Fault(Fault::CrystalMissing),
         any_reset: true,
-        note: "remains reported; CAN stays off",
-        ..PLAIN
+        ..CRYSTAL_LOST
     },
     Scenario {
         name: "no-crystal-warm",

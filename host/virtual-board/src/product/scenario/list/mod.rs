@@ -11,7 +11,7 @@ use lsm6dsox::sim::Stimulus;
 use wire::dictionary::index;
 use wire::{Address, Value};
 
-use super::{Invalid, Pages, Reports, Scenario, ScenarioStep};
+use super::{Injection, Invalid, Pages, Reports, Scenario, ScenarioStep};
 
 /// Duration of a fault that does not end by itself, ms.
 const LASTING: Option<u64> = Some(300);
@@ -86,6 +86,13 @@ const OLD_AND_NEW: [Value; 2] = [Value::F32(2.0), Value::F32(3.0)];
 /// Sets the old and the new value of the setting that is changed.
 pub(super) const OLD_SCALE: ScenarioStep = ScenarioStep::Set(LOAD_SCALE, OLD_AND_NEW[0]);
 const NEW_SCALE: ScenarioStep = ScenarioStep::Set(LOAD_SCALE, OLD_AND_NEW[1]);
+
+/// Clears all faults that can be cleared.
+pub static CLEAR: Scenario = Scenario {
+    name: "clear",
+    steps: |_| vec![ScenarioStep::Inject(Injection::Clear)],
+    ..PLAIN
+};
 
 /// All scenarios, in the order of the table.
 pub static ALL: LazyLock<Vec<Scenario>> =

@@ -32,6 +32,15 @@ const HARMLESS: Scenario = Scenario {
     ..SENSOR
 };
 
+/// One axis after the other is stuck.
+const STUCK: Scenario = Scenario {
+    variants: (0, 2, 1),
+    phases: 1,
+    blind_us: 95_000,
+    reports: Reports::Fault(Fault::SensorFrozen),
+    ..SENSOR
+};
+
 /// A third of gravity along all of the foot.
 const SLIDING: Stimulus = Stimulus {
     specific_force: [3.0, 3.0, 9.806_65 + 3.0],
@@ -227,32 +236,21 @@ pub(super) const ROWS: &[Scenario] = &[
         what: "x, y or z of the accelerometer stuck while the foot slides at 3 m/s²",
         motion: |seconds| while_wrong(seconds, SLIDING),
         steps: |axis| vec![stuck(Accelerometer, axis, if axis == 2 { 2048 } else { 0 })],
-        variants: (0, 2, 1),
-        phases: 1,
         blind_us: 35_000,
-        reports: Reports::Fault(Fault::SensorFrozen),
-        ..SENSOR
+        ..STUCK
     },
     Scenario {
         name: "gyroscope-axis-stuck",
         what: "x, y or z of the gyroscope stuck while the foot turns at 2 rad/s about it",
         motion: |seconds| while_wrong(seconds, TURNING),
         steps: |axis| vec![stuck(Gyroscope, axis, 0)],
-        variants: (0, 2, 1),
-        phases: 1,
-        blind_us: 95_000,
-        reports: Reports::Fault(Fault::SensorFrozen),
-        ..SENSOR
+        ..STUCK
     },
     Scenario {
         name: "gyroscope-axis-off",
         what: "x, y or z of the gyroscope stuck at 0.2 rad/s on a foot that stands",
         steps: |axis| vec![stuck(Gyroscope, axis, 164)],
-        variants: (0, 2, 1),
-        phases: 1,
-        blind_us: 95_000,
-        reports: Reports::Fault(Fault::SensorFrozen),
-        ..SENSOR
+        ..STUCK
     },
     Scenario {
         name: "self-test-on",
