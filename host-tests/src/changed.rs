@@ -102,19 +102,13 @@ pub fn jittering(recording: &Recording, share: f64, seed: u64) -> Recording {
 /// Adds a bias to the accelerometer, m/s².
 #[must_use]
 pub fn with_force_bias(recording: &Recording, bias: Vec3) -> Recording {
-    changed(recording, |sample| {
-        let force = sample.imu.specific_force.0;
-        sample.imu.specific_force = SpecificForce(force + bias);
-    })
+    changed(recording, |sample| sample.imu.specific_force.0 += bias)
 }
 
 /// Adds a bias to the gyroscope, rad/s.
 #[must_use]
 pub fn with_rate_bias(recording: &Recording, bias: Vec3) -> Recording {
-    changed(recording, |sample| {
-        let rate = sample.imu.angular_rate.0;
-        sample.imu.angular_rate = AngularRate(rate + bias);
-    })
+    changed(recording, |sample| sample.imu.angular_rate.0 += bias)
 }
 
 /// Lets the gyroscope's bias about x, about y and about z grow from 5 s on, by 2 °/s in a minute.
@@ -123,8 +117,7 @@ pub fn with_rate_drifts(recording: &Recording) -> [Recording; 3] {
     AXES.map(|axis| {
         changed(recording, |sample| {
             let share = ((sample.time_s() as f32 - 5.0) / 60.0).clamp(0.0, 1.0);
-            let rate = sample.imu.angular_rate.0;
-            sample.imu.angular_rate = AngularRate(rate + axis * (share * DRIFT));
+            sample.imu.angular_rate.0 += axis * (share * DRIFT);
         })
     })
 }
@@ -134,8 +127,7 @@ pub fn with_rate_drifts(recording: &Recording) -> [Recording; 3] {
 pub fn starting_later(recording: &Recording, seconds: f64) -> Recording {
     let mut later = recording.clone();
     let start = recording.samples[0].time_s();
-    let kept = |sample: &RecordedSample| sample.time_s() >= start + seconds;
-    later.samples.retain(kept);
+    (later.samples).retain(|sample| sample.time_s() >= start + seconds);
     later
 }
 

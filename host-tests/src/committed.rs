@@ -18,15 +18,10 @@ pub fn assert_current(path: &Path, expected: &str) {
         fs::write(path, expected).expect("the file can be written");
         return;
     }
-    let (line, (was, is)) = (1..)
-        .zip(
-            committed
-                .lines()
-                .chain([""])
-                .zip(expected.lines().chain([""])),
-        )
-        .find(|(_, (was, is))| was != is)
-        .unwrap_or((0, ("", "")));
+    let committed = committed.lines().chain([""]);
+    let mut lines = (1..).zip(committed.zip(expected.lines().chain([""])));
+    let differing = lines.find(|(_, (was, is))| was != is);
+    let (line, (was, is)) = differing.unwrap_or((0, ("", "")));
     panic!(
         "{} is not current from line {line} on: it says\n  {was}\nand should say\n  {is}\nFOOTFALL_UPDATE=1 in the environment writes it again",
         path.display()
@@ -57,10 +52,8 @@ pub fn workspace() -> PathBuf {
 /// # Panics
 /// If the text has no such block.
 fn with_block(text: &str, name: &str, content: &str) -> String {
-    let (begin, end) = (
-        format!("<!-- begin {name} -->\n"),
-        format!("<!-- end {name} -->"),
-    );
+    let begin = format!("<!-- begin {name} -->\n");
+    let end = format!("<!-- end {name} -->");
     let from = text.find(&begin).map(|at| at + begin.len());
     let from = from.unwrap_or_else(|| panic!("there is no block `{name}`"));
     let to = text[from..].find(&end).map(|at| from + at);

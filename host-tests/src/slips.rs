@@ -76,7 +76,8 @@ impl Score {
     }
 
     fn add_stance(&mut self, truth: &[FootState], estimates: &[ContactEstimate]) {
-        let Some(onset) = truth.iter().position(|s| s.activity == Activity::Slipping) else {
+        let sliding = |state: &FootState| state.activity == Activity::Slipping;
+        let Some(onset) = truth.iter().position(sliding) else {
             let stable = |e: &ContactEstimate| e.decision == Decision::Stable;
             match estimates.iter().position(stable) {
                 None => self.never_stable += 1,
@@ -91,7 +92,6 @@ impl Score {
             self.not_ready += 1;
             return;
         }
-        let sliding = |state: &FootState| state.activity == Activity::Slipping;
         let end = onset + truth[onset..].iter().take_while(|s| sliding(s)).count();
         let ground_speed = |v: Vector| libm::hypot(v.to_array()[0], v.to_array()[1]);
         let moving = (onset..end).find(|k| ground_speed(truth[*k].velocity) > SPEED_LIMIT);
@@ -114,10 +114,9 @@ impl Score {
                 continue;
             }
             let begin = k + 1;
-            let rest = samples[begin..]
-                .iter()
-                .take_while(|sample| sample.label == Some(Label::Stable))
-                .count();
+            let rest = samples[begin..].iter();
+            let rest = rest.take_while(|sample| sample.label == Some(Label::Stable));
+            let rest = rest.count();
             if begin + rest == samples.len() || (rest as f64) < SHORTEST_REST * rate {
                 continue;
             }
@@ -181,9 +180,8 @@ impl Score {
 #[must_use]
 pub fn sample() -> Vec<Simulation> {
     let seeded = (2000..).zip(profiles().step_by(PROFILE_STEP));
-    seeded
-        .map(|(seed, profile)| profile.simulate(14.0, seed))
-        .collect()
+    let walks = seeded.map(|(seed, profile)| profile.simulate(14.0, seed));
+    walks.collect()
 }
 
 /// Returns whether the foot is between the end of the landing and the beginning of the peel.
@@ -195,8 +193,6 @@ fn is_stance(state: &FootState) -> bool {
 fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let rank = libm::ceil(share * values.len() as f64) as usize;
-    values
-        .get(rank.saturating_sub(1))
-        .copied()
-        .unwrap_or(f64::NAN)
+    let value = values.get(rank.saturating_sub(1));
+    value.copied().unwrap_or(f64::NAN)
 }

@@ -192,12 +192,7 @@ fn read_folder(folder: &Path, prefix: &str, texts: &mut BTreeMap<String, String>
 fn module(file: &str) -> Module {
     let parts = file.trim_end_matches(".rs").split('/');
     let mut parts: Module = parts.map(str::to_owned).collect();
-    if parts
-        .last()
-        .is_some_and(|last| ["mod", "lib", "main"].contains(&last.as_str()))
-    {
-        parts.pop();
-    }
+    parts.pop_if(|last| ["mod", "lib", "main"].contains(&last.as_str()));
     parts
 }
 

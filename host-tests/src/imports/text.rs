@@ -120,10 +120,8 @@ fn add_tree(rest: &mut &[String], before: &[String], is_public: bool, uses: &mut
             "," | "}" | ";" => break,
             "{" => {
                 *rest = after;
-                while rest
-                    .first()
-                    .is_some_and(|token| !["}", ";"].contains(&token.as_str()))
-                {
+                let is_end = |token: &String| ["}", ";"].contains(&token.as_str());
+                while rest.first().is_some_and(|token| !is_end(token)) {
                     add_tree(rest, &path, is_public, uses);
                     if rest.first().is_some_and(|token| token == ",") {
                         *rest = &rest[1..];
