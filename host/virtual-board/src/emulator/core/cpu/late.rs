@@ -68,9 +68,10 @@ mod tests {
         assert_eq!(engine.byte(FLASH.start + 2), Some(0xFF));
         assert_eq!(engine.byte(RAM.start), Some(6));
         assert!(!late.is_empty());
-        for (address, bytes) in late {
+        for (address, bytes) in late.drain(..) {
             assert!(engine.write(address, &bytes));
         }
+        assert!(late.is_empty());
         assert!(engine.read(FLASH.start, &mut bytes));
         assert_eq!(bytes, expected);
     }

@@ -318,8 +318,8 @@ impl FlashRegisters {
             return Ok(());
         }
         self.check_supply()?;
-        let ends = SECTOR_STARTS.get(sector as usize..sector as usize + 2);
-        let Some(&[start, end]) = ends else {
+        let bounds = SECTOR_STARTS.get(sector as usize..sector as usize + 2);
+        let Some(&[start, end]) = bounds else {
             self.status |= WRPERR;
             return Ok(());
         };
