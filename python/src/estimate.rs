@@ -43,8 +43,9 @@ impl Recorded<'_> {
         let validity = validity.unwrap_or(Validity::Invalid);
         let readings = readings(self.acc.at(index), self.gyr.at(index));
         let load = self.load.as_ref();
+        let measured = imu_sample(self.timestamp(index), readings, validity);
         RecordedSample {
-            imu: imu_sample(self.timestamp(index), readings, validity, correction),
+            imu: correction.corrected(measured),
             load: load.and_then(|load| finite_load(load.at(index))),
             label: None,
         }

@@ -139,8 +139,9 @@ impl Estimator {
         self.state.samples += 1;
         let timestamp = Timestamp::from_micros(now_us.abs_diff(start_us));
         let correction = &self.settings.hints.correction;
+        let measured = imu_sample(timestamp, readings(acc, gyr), validity);
         let sample = RecordedSample {
-            imu: imu_sample(timestamp, readings(acc, gyr), validity, correction),
+            imu: correction.corrected(measured),
             load: load.and_then(finite_load),
             label: None,
         };

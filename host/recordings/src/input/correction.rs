@@ -1,6 +1,8 @@
 //! Static calibration and mounting of a sensor, applied only where readings are converted to SI units.
 
-use estimator_core::{AccelerometerCorrection, AngularRate, Mounting, SpecificForce, Vec3};
+use estimator_core::{
+    AccelerometerCorrection, AngularRate, ImuSample, Mounting, SpecificForce, Vec3,
+};
 
 /// Errors of a sensor, and its mounting in the foot.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +30,17 @@ impl Correction {
         let mut rate = AngularRate(rate.0 - self.gyroscope_bias);
         self.mounting.apply(&mut force, &mut rate);
         (force, rate)
+    }
+
+    /// Returns a sample with the corrected readings.
+    #[must_use]
+    pub fn corrected(&self, imu: ImuSample) -> ImuSample {
+        let (specific_force, angular_rate) = self.apply(imu.specific_force, imu.angular_rate);
+        ImuSample {
+            specific_force,
+            angular_rate,
+            ..imu
+        }
     }
 }
 

@@ -120,24 +120,15 @@ pub fn steady_time(index: usize, sample_rate: f32) -> Timestamp {
     Timestamp::from_micros(micros.round() as u64)
 }
 
-/// Converts six readings in SI units, in the order of [`Axis::ALL`](estimator_core::Axis::ALL), into a corrected
-/// sample in the frame of the foot.
+/// Converts six readings in SI units, in the order of [`Axis::ALL`](estimator_core::Axis::ALL), into a sample in the
+/// frame of the sensor.
 #[must_use]
-pub fn imu_sample(
-    timestamp: Timestamp,
-    readings: [f64; 6],
-    validity: Validity,
-    correction: &Correction,
-) -> ImuSample {
+pub fn imu_sample(timestamp: Timestamp, readings: [f64; 6], validity: Validity) -> ImuSample {
     let [ax, ay, az, wx, wy, wz] = readings.map(|value| value as f32);
-    let (specific_force, angular_rate) = correction.apply(
-        SpecificForce(Vec3::new(ax, ay, az)),
-        AngularRate(Vec3::new(wx, wy, wz)),
-    );
     ImuSample {
         timestamp,
-        specific_force,
-        angular_rate,
+        specific_force: SpecificForce(Vec3::new(ax, ay, az)),
+        angular_rate: AngularRate(Vec3::new(wx, wy, wz)),
         validity,
     }
 }

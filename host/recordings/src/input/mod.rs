@@ -145,45 +145,38 @@ impl Opened {
     /// # Errors
     /// The errors of [`Self::store_all`].
     pub fn store_as(self, hints: &Hints, foot: Option<&str>) -> Result<Vec<Stored>, InputError> {
-        if hints.foot_corrections.is_empty() {
-            let mut feet = self.read_named(hints, foot)?;
-            for stored in &mut feet {
-                stored.about.correction = hints.correction;
+        self.check_options(hints)?;
+        let mut feet = match self.source {
+            Source::Table(mut table) => {
+                table.set_decimal(hints.table.decimal);
+                vec![read_table(*table, self.format, hints)?]
             }
-            return Ok(feet);
-        }
-        // The names of feet are known at the end, so that the samples are corrected after they are stored.
-        let measured = Hints {
-            correction: Correction::NONE,
-            ..hints.clone()
+            #[cfg(feature = "bags")]
+            Source::Container(container) if self.format.content() == Content::Messages => {
+                bag::read(container, hints)?
+            }
+            #[cfg(feature = "parquet")]
+            Source::Container(container) if self.format == Format::Parquet => {
+                vec![parquet::read(&container, hints, None)?]
+            }
+            Source::Container(Container { file, format, .. }) => {
+                let feature = format.missing_feature().unwrap_or_default();
+                return Err(ContainerError::NotBuilt {
+                    file,
+                    format,
+                    feature,
+                }
+                .into());
+            }
         };
-        let mut feet = self.read_named(&measured, foot)?;
-        for stored in &mut feet {
-            let names = stored.about.names_with(foot);
-            stored.correct(*hints.correction_of(&names));
-        }
-        Ok(feet)
-    }
-
-    /// Reads the recordings; an only foot has no name if `foot` is another.
-    fn read_named(self, hints: &Hints, foot: Option<&str>) -> Result<Vec<Stored>, InputError> {
-        let mut feet = self.read_feet(hints)?;
         if let ([only], Some(_)) = (&mut feet[..], foot) {
             only.about.foot = None;
         }
-        Ok(feet)
-    }
-
-    fn read_feet(self, hints: &Hints) -> Result<Vec<Stored>, InputError> {
-        self.check_options(hints)?;
-        let format = self.format;
-        match self.source {
-            Source::Table(mut table) => {
-                table.set_decimal(hints.table.decimal);
-                Ok(vec![read_table(*table, format, hints)?])
-            }
-            Source::Container(container) => read_container(container, hints),
+        for stored in &mut feet {
+            let names = stored.about.names_with(foot);
+            stored.about.correction = *hints.correction_of(&names);
         }
+        Ok(feet)
     }
 
     /// Reads the file. For files with named columns or topics, memory does not grow with the length.
@@ -247,19 +240,16 @@ impl Opened {
             Source::Table(table) => table.recording_name(),
             Source::Container(container) => &container.name,
         };
-        let hints = &Hints {
-            correction: *hints.correction_of(&[name]),
-            ..hints.clone()
-        };
+        let correction = *hints.correction_of(&[name]);
         let mut orientations = Orientations::default();
-        let stored = match self.source {
+        let mut stored = match self.source {
             Source::Table(mut table) => {
                 table.set_decimal(hints.table.decimal);
-                csv::read(*table, hints, &mut orientations)?
+                csv::read(*table, hints, Some(&mut orientations))?
             }
             #[cfg(feature = "parquet")]
             Source::Container(container) if self.format == Format::Parquet => {
-                parquet::read(&container, hints, &mut orientations)?
+                parquet::read(&container, hints, Some(&mut orientations))?
             }
             Source::Container(_) => {
                 let format = self.format;
@@ -269,47 +259,25 @@ impl Opened {
         if orientations.rows.iter().all(Option::is_none) {
             return Err(InputError::NoOrientation { file });
         }
+        stored.about.correction = correction;
         let loaded = stored
             .into_loaded()
             .map_err(|source| InputError::Spool { file, source })?;
         // The truth is in the frame of the sensor, the samples are in that of the foot.
-        let to_sensor = mounting::rotation(&hints.correction.mounting).inverse();
+        let to_sensor = mounting::rotation(&correction.mounting).inverse();
         let turn = |truth: Option<Rotation>| truth.map(|truth| truth.after(to_sensor));
         Ok((loaded, orientations.rows.into_iter().map(turn).collect()))
     }
 }
 
 fn read_table(table: Table, format: Format, hints: &Hints) -> Result<Stored, InputError> {
-    let file = table.file().to_owned();
-    let loaded = match format {
+    match format {
         Format::PceAtlas => simulated::read(table, LabelScheme::StableOrNot, hints),
         Format::Lcd => simulated::read(table, LabelScheme::ContactClass, hints),
         Format::PceGo1 => go1::read(table, hints),
         // The content of a container is not a table.
         Format::Csv | Format::Parquet | Format::Mcap | Format::Rosbag2 => {
-            return csv::read(table, hints, &mut ());
-        }
-    }?;
-    Stored::from_loaded(loaded).map_err(|source| InputError::Spool { file, source })
-}
-
-#[cfg_attr(
-    not(feature = "bags"),
-    allow(clippy::needless_pass_by_value, reason = "a bag is read to its end")
-)]
-#[cfg_attr(
-    not(any(feature = "bags", feature = "parquet")),
-    allow(unused_variables, reason = "without readers nothing is asked")
-)]
-fn read_container(container: Container, hints: &Hints) -> Result<Vec<Stored>, InputError> {
-    match container.format {
-        #[cfg(feature = "bags")]
-        Format::Mcap | Format::Rosbag2 => bag::read(container, hints),
-        #[cfg(feature = "parquet")]
-        Format::Parquet => Ok(vec![parquet::read(&container, hints, &mut ())?]),
-        format => {
-            let feature = format.missing_feature().unwrap_or_default();
-            Err(ContainerError::not_built(container.file, format, feature).into())
+            csv::read(table, hints, None)
         }
     }
 }

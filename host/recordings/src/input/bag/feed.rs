@@ -6,8 +6,8 @@ use samples::recording::RecordedSample;
 use super::super::error::InputError;
 use super::super::loaded::{Hints, OLDEST_LOAD_US, imu_sample};
 use super::super::refusal::{ContainerError, ImuTopic};
-use super::super::store::rows::{Rows, Source};
-use super::super::store::stored::Stored;
+use super::super::store::rows::Rows;
+use super::super::store::stored::{About, Stored};
 use super::load::LoadSeries;
 use super::messages::Imu;
 use super::sidecar::Known;
@@ -120,7 +120,6 @@ impl Feed {
                 Timestamp::default(),
                 readings,
                 known_beside.validity.unwrap_or(Validity::Valid),
-                &hints.correction,
             ),
             load: load.map(Load),
             label: known_beside.label,
@@ -201,18 +200,16 @@ impl Feed {
             }
         }
         let notices = self.notices(&place, load);
-        let source = Source {
-            file: &place,
+        let about = About {
             name,
             foot,
             gravity: Gravity::Included,
             load_title: load.map_or_else(|| "load".to_owned(), LoadSeries::title),
             notices,
+            anchors_us: self.anchors_us,
+            ..About::default()
         };
-        let kept = self.rows.kept();
-        let mut stored = self.rows.finish(source, hints, kept)?;
-        stored.about.anchors_us = self.anchors_us;
-        Ok(stored)
+        self.rows.finish(&place, about, hints)
     }
 
     fn notices(&self, place: &str, load: Option<&LoadSeries>) -> Vec<String> {

@@ -19,13 +19,14 @@
 //! Hence IMU row *k* takes the load of force row [`FORCE_ROWS_PER_IMU_ROW`] · k +
 //! [`FORCE_LEAD_ROWS`], good to about ±20 force rows (40 ms).
 
-use estimator_core::params::STANDARD_GRAVITY;
 use estimator_core::{Axis, Params, Saturation, Validity};
 use samples::recording::{RecordedSample, Recording};
 
 use crate::input::error::InputError;
-use crate::input::loaded::{Hints, Loaded, Repairs, finite_load, imu_sample, steady_time};
+use crate::input::loaded::{Hints, finite_load, imu_sample, steady_time};
+use crate::input::store::stored::Stored;
 use crate::input::table::cells::Cells;
+use crate::input::table::options::{AccelerationUnit, RateUnit, Units};
 use crate::input::table::reader::{Row, Table};
 
 /// Nominal rate of the GO1 recordings' IMU columns, Hz.
@@ -43,13 +44,19 @@ pub const FORCE_LEAD_ROWS: f64 = 50.0;
 /// as saturated, too.
 pub const CLIPPING_G: f64 = 3.9;
 
+/// Units of its IMU columns.
+const UNITS: Units = Units {
+    acceleration: AccelerationUnit::StandardGravity,
+    rate: RateUnit::DegreesPerSecond,
+};
+
 const COLUMNS: [&str; 7] = ["Fz", "ax", "ay", "az", "wx", "wy", "wz"];
 
 /// Reads a GO1 recording: one sample per row of the IMU columns, converted to SI, with the load at the same time.
 ///
 /// # Errors
 /// The first error found, with file, line and column.
-pub(in crate::input) fn read(mut table: Table, hints: &Hints) -> Result<Loaded, InputError> {
+pub(in crate::input) fn read(mut table: Table, hints: &Hints) -> Result<Stored, InputError> {
     let sample_rate = hints.sample_rate.unwrap_or(SAMPLE_RATE);
     let mut forces = Vec::new();
     let mut imu_rows = Vec::new();
@@ -74,26 +81,22 @@ pub(in crate::input) fn read(mut table: Table, hints: &Hints) -> Result<Loaded, 
         .map(|(k, axes)| RecordedSample {
             imu: imu_sample(
                 steady_time(k, sample_rate),
-                to_si(axes),
+                UNITS.to_si(*axes),
                 validity(axes),
-                &hints.correction,
             ),
             load: forces.get(force_row(k)).copied().and_then(finite_load),
             label: None,
         })
         .collect();
-    Ok(Loaded {
-        start_us: 0,
-        notices: vec![notice(table.file(), samples.len(), forces.len())],
-        repairs: Repairs::default(),
-        recording: Recording {
-            name: table.recording_name().to_owned(),
-            sample_rate,
-            gravity: hints.gravity.unwrap_or(Params::PAPER_GO1.gravity),
-            load_title: "foot force (raw)".to_owned(),
-            samples,
-        },
-    })
+    let notice = notice(table.file(), samples.len(), forces.len());
+    let recording = Recording {
+        name: table.recording_name().to_owned(),
+        sample_rate,
+        gravity: hints.gravity.unwrap_or(Params::PAPER_GO1.gravity),
+        load_title: "foot force (raw)".to_owned(),
+        samples,
+    };
+    Stored::from_recording(recording, vec![notice], table.file())
 }
 
 /// Six axes of a row in g and °/s; `None` if all of them are blank.
@@ -106,12 +109,6 @@ fn axes_of(row: &Row) -> Result<Option<[f64; 6]>, InputError> {
         *value = row.number(k + 1, axis.name())?;
     }
     Ok(Some(axes))
-}
-
-fn to_si([ax, ay, az, wx, wy, wz]: &[f64; 6]) -> [f64; 6] {
-    let g = f64::from(STANDARD_GRAVITY);
-    let [wx, wy, wz] = [wx, wy, wz].map(|rate| rate.to_radians());
-    [ax * g, ay * g, az * g, wx, wy, wz]
 }
 
 fn validity(axes: &[f64; 6]) -> Validity {
@@ -147,6 +144,8 @@ fn notice(file: &str, imu_rows: usize, force_rows: usize) -> String {
 mod tests {
     use super::*;
     use crate::input::error::RowPlace;
+    use crate::input::loaded::Loaded;
+    use estimator_core::params::STANDARD_GRAVITY;
     use estimator_core::{Load, Vec3};
     use std::fmt::Write as _;
 
@@ -154,7 +153,8 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("recording.csv");
         std::fs::write(&path, text).unwrap();
-        read(Table::open(&path)?, &Hints::default())
+        let stored = read(Table::open(&path)?, &Hints::default())?;
+        Ok(stored.into_loaded().unwrap())
     }
 
     #[test]

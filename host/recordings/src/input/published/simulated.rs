@@ -17,9 +17,9 @@ use std::path::Path;
 use estimator_core::{Load, Params, Validity};
 use samples::recording::{Label, RecordedSample, Recording};
 
-use crate::input::correction::Correction;
 use crate::input::error::InputError;
-use crate::input::loaded::{Hints, Loaded, Repairs, imu_sample, steady_time};
+use crate::input::loaded::{Hints, imu_sample, steady_time};
+use crate::input::store::stored::Stored;
 use crate::input::table::cells::{Cells, label};
 use crate::input::table::reader::Table;
 
@@ -62,19 +62,14 @@ pub type Wrench = [f64; 6];
 /// # Errors
 /// The first error found, with file, line and column.
 pub(in crate::input) fn read(
-    table: Table,
+    mut table: Table,
     labels: LabelScheme,
     hints: &Hints,
-) -> Result<Loaded, InputError> {
+) -> Result<Stored, InputError> {
     let sample_rate = hints.sample_rate.unwrap_or(labels.sample_rate());
-    let (mut recording, _) = read_table(table, labels, sample_rate, &hints.correction)?;
+    let (mut recording, _) = read_table(&mut table, labels, sample_rate)?;
     recording.gravity = hints.gravity.unwrap_or(recording.gravity);
-    Ok(Loaded {
-        start_us: 0,
-        recording,
-        notices: Vec::new(),
-        repairs: Repairs::default(),
-    })
+    Stored::from_recording(recording, Vec::new(), table.file())
 }
 
 /// Reads a recording with ATLAS' 13 columns, including the whole wrench.
@@ -85,19 +80,13 @@ pub fn read_with_wrench(
     path: &Path,
     labels: LabelScheme,
 ) -> Result<(Recording, Vec<Wrench>), InputError> {
-    read_table(
-        Table::open(path)?,
-        labels,
-        labels.sample_rate(),
-        &Correction::default(),
-    )
+    read_table(&mut Table::open(path)?, labels, labels.sample_rate())
 }
 
 fn read_table(
-    mut table: Table,
+    table: &mut Table,
     labels: LabelScheme,
     sample_rate: f32,
-    correction: &Correction,
 ) -> Result<(Recording, Vec<Wrench>), InputError> {
     let (mut samples, mut wrenches) = (Vec::new(), Vec::new());
     while let Some(row) = table.next_row()? {
@@ -109,7 +98,7 @@ fn read_table(
         let [fx, fy, fz, tx, ty, tz, ax, ay, az, wx, wy, wz, truth] = values;
         let time = steady_time(samples.len(), sample_rate);
         samples.push(RecordedSample {
-            imu: imu_sample(time, [ax, ay, az, wx, wy, wz], Validity::Valid, correction),
+            imu: imu_sample(time, [ax, ay, az, wx, wy, wz], Validity::Valid),
             load: Some(Load(fz as f32)),
             label: Some(match (labels, truth) {
                 (LabelScheme::ContactClass, 0.0) => Label::Stable,
@@ -136,17 +125,16 @@ fn read_table(
 mod tests {
     use super::*;
     use crate::input::error::RowPlace;
+    use crate::input::loaded::Loaded;
     use estimator_core::Vec3;
 
     fn load(text: &str) -> Result<Loaded, InputError> {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("recording.csv");
         std::fs::write(&path, text).unwrap();
-        read(
-            Table::open(&path)?,
-            LabelScheme::StableOrNot,
-            &Hints::default(),
-        )
+        let table = Table::open(&path)?;
+        let stored = read(table, LabelScheme::StableOrNot, &Hints::default())?;
+        Ok(stored.into_loaded().unwrap())
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use estimator_core::{Gravity, Timestamp};
+use estimator_core::Timestamp;
 use samples::recording::RecordedSample;
 
 use super::rate::sample_rate;
@@ -13,18 +13,6 @@ use crate::input::loaded::{Hints, Repairs, steady_time};
 use crate::input::table::options::Times;
 use crate::spool::Spool;
 use crate::steps::Steps;
-
-/// Properties of a recording known from its source.
-pub(in crate::input) struct Source<'a> {
-    /// Path of the file, as given.
-    pub(in crate::input) file: &'a str,
-    pub(in crate::input) name: String,
-    pub(in crate::input) foot: Option<String>,
-    /// Whether the accelerations contain gravity by default.
-    pub(in crate::input) gravity: Gravity,
-    pub(in crate::input) load_title: String,
-    pub(in crate::input) notices: Vec<String>,
-}
 
 /// Rows of one recording.
 #[derive(Default)]
@@ -117,96 +105,82 @@ impl Rows {
         Ok(Timestamp::from_micros(now_us.abs_diff(clock.start_us)))
     }
 
-    /// Flags of the rows that are kept, if some may be left out.
-    pub(in crate::input) fn kept(&self) -> Option<Vec<bool>> {
-        (self.times == Times::DropBad).then(|| longest_increase(&self.unordered_us))
-    }
-
-    /// Returns the recording, with the rows selected by [`Self::kept`].
+    /// Returns the recording of the file at `file`; `about` are its properties apart from those of its rows, with the
+    /// gravity that it has by default.
     pub(in crate::input) fn finish(
         mut self,
-        source: Source<'_>,
+        file: &str,
+        about: About,
         hints: &Hints,
-        kept: Option<Vec<bool>>,
     ) -> Result<Stored, InputError> {
         if self.spool.is_empty() {
-            return Err(InputError::empty(source.file));
+            return Err(InputError::empty(file));
         }
-        let mut spacing = None;
-        let has_clock = self.clock.is_some() || !self.unordered_us.is_empty();
-        match (self.times, kept) {
-            (Times::DropBad, Some(kept)) if has_clock => self.drop_bad(&kept, &mut spacing),
-            (Times::Rate, _) if has_clock => self.space_evenly(hints.sample_rate, &mut spacing),
-            _ => {}
-        }
-        let rate = match &spacing {
-            Some(Spacing::Even(rate)) => *rate as f32,
-            _ => sample_rate(&self.steps, hints.sample_rate, source.file)?,
-        };
-        let (timing, samples) = match spacing {
-            Some(Spacing::Kept(kept)) => {
-                let samples = kept.iter().filter(|kept| **kept).count();
-                (Timing::Clock { kept }, samples)
+        let mut samples = self.spool.len();
+        let mut even_rate = None;
+        let timing = match self.times {
+            Times::DropBad if !self.unordered_us.is_empty() => {
+                let kept = self.drop_bad();
+                samples -= self.repairs.dropped_rows;
+                Timing::Clock { kept }
             }
-            None if self.clock.is_some() => (Timing::Stored, self.spool.len()),
-            Some(Spacing::Even(_)) | None => (Timing::Steady, self.spool.len()),
+            Times::Keep if self.clock.is_some() => Timing::Stored,
+            Times::Rate => {
+                even_rate = self.space_evenly(hints.sample_rate);
+                Timing::Steady
+            }
+            Times::Keep | Times::DropBad => Timing::Steady,
         };
-        let clock = self.clock;
-        let duration_us = match (&timing, clock) {
-            (Timing::Steady, _) | (_, None) => steady_time(samples - 1, rate).as_micros(),
+        let sample_rate = match even_rate {
+            Some(rate) => rate as f32,
+            None => sample_rate(&self.steps, hints.sample_rate, file)?,
+        };
+        let duration_us = match (&timing, self.clock) {
+            (Timing::Steady, _) | (_, None) => steady_time(samples - 1, sample_rate).as_micros(),
             (_, Some(clock)) => clock.newest_us.abs_diff(clock.start_us),
         };
-        let mut notices = source.notices;
-        notices.extend(self.repairs.notices(source.file));
+        let mut notices = about.notices;
+        notices.extend(self.repairs.notices(file));
         let about = About {
-            foot: source.foot,
             samples,
             duration_us,
+            sample_rate,
+            gravity: hints.gravity.unwrap_or(about.gravity),
             units: hints.table.units,
-            load_title: source.load_title,
-            start_us: clock.map_or(0, |clock| clock.start_us),
+            start_us: self.clock.map_or(0, |clock| clock.start_us),
             notices,
             repairs: self.repairs,
-            ..About::new(source.name, rate, hints.gravity.unwrap_or(source.gravity))
+            ..about
         };
         Ok(Stored::new(about, self.spool, timing))
     }
 
-    /// Leaves out the rows whose times do not advance.
-    fn drop_bad(&mut self, kept: &[bool], spacing: &mut Option<Spacing>) {
-        let rows = self.unordered_us.iter().zip(kept);
-        let mut ordered = rows.filter(|(_, kept)| **kept);
-        let Some((first, _)) = ordered.next() else {
-            return;
-        };
-        let mut clock = Clock::at(*first);
-        for (time, _) in ordered {
-            self.steps.add(time.abs_diff(clock.newest_us));
-            clock.newest_us = *time;
+    /// Leaves out the rows whose times do not advance; returns the flags of those that are kept.
+    fn drop_bad(&mut self) -> Vec<bool> {
+        let kept = longest_increase(&self.unordered_us);
+        for (time_us, _) in self
+            .unordered_us
+            .iter()
+            .zip(&kept)
+            .filter(|(_, kept)| **kept)
+        {
+            let clock = self.clock.get_or_insert(Clock::at(*time_us));
+            if clock.newest_us < *time_us {
+                self.steps.add(time_us.abs_diff(clock.newest_us));
+                clock.newest_us = *time_us;
+            }
         }
-        self.clock = Some(clock);
         self.repairs.dropped_rows = kept.iter().filter(|kept| !**kept).count();
-        *spacing = Some(Spacing::Kept(kept.to_vec()));
+        kept
     }
 
-    /// Spaces the rows evenly at the sample rate.
-    fn space_evenly(&mut self, given: Option<f32>, spacing: &mut Option<Spacing>) {
-        let Some(first) = self.unordered_us.first() else {
-            return;
-        };
-        self.clock = Some(Clock::at(*first));
-        let given = given.map(f64::from);
-        if let Some(rate) = given.or_else(|| mean_rate(&self.unordered_us)) {
-            self.repairs.retimed_rows = moved(&self.unordered_us, rate);
-            *spacing = Some(Spacing::Even(rate));
-        }
+    /// Spaces the rows evenly at the sample rate, which is returned, Hz; `None` if it is unknown.
+    fn space_evenly(&mut self, given: Option<f32>) -> Option<f64> {
+        self.clock = Some(Clock::at(*self.unordered_us.first()?));
+        let rate = given
+            .map(f64::from)
+            .or_else(|| mean_rate(&self.unordered_us))?;
+        self.repairs.retimed_rows = moved(&self.unordered_us, rate);
+        Some(rate)
     }
-}
-
-/// Spacing of rows that do not keep the times of their clock.
-enum Spacing {
-    /// Times of the clock, without the rows whose flag is false.
-    Kept(Vec<bool>),
-    /// Constant rate, Hz.
-    Even(f64),
 }

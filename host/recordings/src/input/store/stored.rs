@@ -7,6 +7,7 @@ use samples::recording::{RecordedSample, Recording};
 
 use super::contacts::{Contacts, SentContact};
 use crate::input::correction::Correction;
+use crate::input::error::InputError;
 use crate::input::loaded::{Loaded, OLDEST_LOAD_US, Repairs, steady_time};
 use crate::input::table::options::Units;
 use crate::spool::{Samples, Spool};
@@ -117,8 +118,6 @@ pub struct Stored {
     pub about: About,
     spool: Spool,
     timing: Timing,
-    /// Correction that is applied when the samples are read from here.
-    pending: Option<Correction>,
     /// Contacts that are the estimates.
     contacts: Option<Used>,
 }
@@ -154,15 +153,16 @@ impl Stored {
             about,
             spool,
             timing,
-            pending: None,
             contacts: None,
         }
     }
 
-    /// Corrects samples that were stored as they were measured.
-    pub(in crate::input) fn correct(&mut self, correction: Correction) {
-        self.about.correction = correction;
-        self.pending = Some(correction);
+    /// Flags of the rows that are kept as samples, if some may be left out.
+    pub(in crate::input) fn kept(&self) -> Option<&[bool]> {
+        match &self.timing {
+            Timing::Clock { kept } => Some(kept),
+            Timing::Stored | Timing::Steady => None,
+        }
     }
 
     /// Makes these contacts the estimates, and describes them in place of the samples; returns false, and changes
@@ -208,44 +208,37 @@ impl Stored {
     pub fn estimates(
         &mut self,
     ) -> io::Result<Option<impl Iterator<Item = io::Result<RecordedEstimate>> + '_>> {
-        let (samples_start_us, sample_rate) = self.clock_of_samples();
+        let clock = self.clock_of_samples();
         let Some(Used { contacts, .. }) = &mut self.contacts else {
             return Ok(None);
-        };
-        let samples = Timed {
-            samples: self.spool.samples()?,
-            timing: &self.timing,
-            pending: self.pending,
-            start_us: samples_start_us,
-            sample_rate,
-            index: 0,
         };
         Ok(Some(Merged {
             contacts: contacts.read()?,
             start_us: self.about.start_us,
-            samples,
-            samples_start_us,
+            samples: Timed::new(&mut self.spool, &self.timing, self.about.correction, clock)?,
             newest: None,
             is_used: false,
             next: None,
         }))
     }
 
-    /// Stores a recording that is in memory.
-    pub(in crate::input) fn from_loaded(loaded: Loaded) -> io::Result<Self> {
-        let recording = loaded.recording;
+    /// Stores the recording in the file at `file`, whose time begins at 0.
+    pub(in crate::input) fn from_recording(
+        recording: Recording,
+        notices: Vec<String>,
+        file: &str,
+    ) -> Result<Self, InputError> {
         let mut spool = Spool::default();
-        for sample in &recording.samples {
-            spool.push(sample)?;
-        }
+        let mut samples = recording.samples.iter();
+        samples
+            .try_for_each(|sample| spool.push(sample))
+            .map_err(|source| InputError::spool(file, source))?;
         let last = recording.samples.last();
         let about = About {
             samples: recording.samples.len(),
             duration_us: last.map_or(0, |sample| sample.imu.timestamp.as_micros()),
             load_title: recording.load_title,
-            start_us: loaded.start_us,
-            notices: loaded.notices,
-            repairs: loaded.repairs,
+            notices,
             ..About::new(recording.name, recording.sample_rate, recording.gravity)
         };
         Ok(Self::new(about, spool, Timing::Stored))
@@ -266,15 +259,8 @@ impl Stored {
     /// # Errors
     /// The temporary file with the samples cannot be written or read.
     pub fn samples(&mut self) -> io::Result<impl Iterator<Item = io::Result<RecordedSample>> + '_> {
-        let (start_us, sample_rate) = self.clock_of_samples();
-        Ok(Timed {
-            samples: self.spool.samples()?,
-            timing: &self.timing,
-            pending: self.pending,
-            start_us,
-            sample_rate,
-            index: 0,
-        })
+        let clock = self.clock_of_samples();
+        Timed::new(&mut self.spool, &self.timing, self.about.correction, clock)
     }
 
     /// Returns the recording with all samples in memory.
@@ -299,15 +285,36 @@ impl Stored {
     }
 }
 
-/// Iterator that adds the times to samples.
+/// Iterator that corrects samples and adds their times.
 struct Timed<'a> {
     samples: Samples<'a, RecordedSample>,
     timing: &'a Timing,
-    pending: Option<Correction>,
+    correction: Correction,
+    /// Time of the file's clock at the first sample, µs.
     start_us: i64,
     sample_rate: f32,
     /// Index of the next sample.
     index: usize,
+}
+
+impl<'a> Timed<'a> {
+    /// Starts at the first sample; `clock` is that of [`Stored::clock_of_samples`].
+    fn new(
+        spool: &'a mut Spool,
+        timing: &'a Timing,
+        correction: Correction,
+        clock: (i64, f32),
+    ) -> io::Result<Self> {
+        let (start_us, sample_rate) = clock;
+        Ok(Self {
+            samples: spool.samples()?,
+            timing,
+            correction,
+            start_us,
+            sample_rate,
+            index: 0,
+        })
+    }
 }
 
 impl Iterator for Timed<'_> {
@@ -333,11 +340,7 @@ impl Iterator for Timed<'_> {
                     *timestamp = Timestamp::from_micros(clock_us.abs_diff(self.start_us));
                 }
             }
-            if let Some(correction) = &self.pending {
-                let imu = &mut sample.imu;
-                (imu.specific_force, imu.angular_rate) =
-                    correction.apply(imu.specific_force, imu.angular_rate);
-            }
+            sample.imu = self.correction.corrected(sample.imu);
             return Some(Ok(sample));
         }
     }
@@ -349,8 +352,6 @@ struct Merged<'a> {
     /// Time of the file's clock at the first contact, µs.
     start_us: i64,
     samples: Timed<'a>,
-    /// Time of the file's clock at the first sample, µs.
-    samples_start_us: i64,
     /// Newest sample that is not after the contact, with its time of the file's clock, µs.
     newest: Option<(i64, RecordedSample)>,
     /// Whether an estimate has had the newest sample.
@@ -367,7 +368,7 @@ impl Merged<'_> {
                 let sample = self.samples.next().transpose()?;
                 self.next = sample.map(|sample| {
                     let since_us = sample.imu.timestamp.as_micros().cast_signed();
-                    (self.samples_start_us.saturating_add(since_us), sample)
+                    (self.samples.start_us.saturating_add(since_us), sample)
                 });
             }
             match self.next {
@@ -379,20 +380,11 @@ impl Merged<'_> {
             }
         }
     }
-}
 
-impl Iterator for Merged<'_> {
-    type Item = io::Result<RecordedEstimate>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        let contact = match self.contacts.next()? {
-            Ok(contact) => contact,
-            Err(error) => return Some(Err(error)),
-        };
+    /// Estimate of the next contact.
+    fn estimate(&mut self, contact: SentContact) -> io::Result<RecordedEstimate> {
         let now_us = contact.time_us;
-        if let Err(error) = self.advance_to(now_us) {
-            return Some(Err(error));
-        }
+        self.advance_to(now_us)?;
         let timestamp = Timestamp::from_micros(now_us.abs_diff(self.start_us));
         let newest = self
             .newest
@@ -414,12 +406,21 @@ impl Iterator for Merged<'_> {
             linear_acceleration: LinearAcceleration(contact.acceleration),
             ..estimate
         };
-        Some(Ok(RecordedEstimate {
+        Ok(RecordedEstimate {
             sample,
             new_age_us,
             is_valid: contact.is_valid,
             estimate,
             moved,
-        }))
+        })
+    }
+}
+
+impl Iterator for Merged<'_> {
+    type Item = io::Result<RecordedEstimate>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let contact = self.contacts.next()?;
+        Some(contact.and_then(|contact| self.estimate(contact)))
     }
 }

@@ -17,32 +17,28 @@
 //! [`Mapping`](super::mapping::Mapping). In them a blank cell of an axis is not a number, and a row without any axis
 //! belongs to another signal: it is left out and counted. Times may be dates with times as in ISO 8601.
 
-use super::extra::ExtraColumns;
-use super::header::Columns;
-use super::intake::{Intake, RowKind};
+use super::intake::Intake;
 use super::layout::Layout;
 use super::reader::Table;
+use super::truth::Orientations;
 use crate::input::error::InputError;
 use crate::input::loaded::Hints;
 use crate::input::store::stored::Stored;
 
-/// Reads a table with a header, and the `extra` columns in addition to those of a recording.
+/// Reads a table with a header, and the columns of `truth` in addition to those of a recording.
 ///
 /// # Errors
 /// The first error found, with file, line and column.
 pub(in crate::input) fn read(
     mut table: Table,
     hints: &Hints,
-    extra: &mut impl ExtraColumns,
+    truth: Option<&mut Orientations>,
 ) -> Result<Stored, InputError> {
     let Some(layout) = Layout::of(&mut table, &hints.table)? else {
         return Err(table.empty());
     };
     let file = table.file().to_owned();
-    let mut columns = Columns::checked(&layout.header, &file)?;
-    extra.header(&layout.header, &file)?;
-    columns.ignored.retain(|name| !extra.reads(name));
-    let mut intake = Intake::new(&file, hints, layout, columns);
+    let mut intake = Intake::new(&file, hints, layout, truth)?;
     intake.notices.extend(table.preamble_notice());
     loop {
         let row = match table.next_row() {
@@ -60,8 +56,8 @@ pub(in crate::input) fn read(
             .expect_columns(intake.width())
             .and_then(|()| intake.take(&row));
         match taken {
-            Ok(RowKind::Sample) => extra.row(&row)?,
-            Ok(RowKind::Nothing) => {}
+            Ok(true) => intake.take_truth(&row)?,
+            Ok(false) => {}
             Err(error) if error.may_be_a_cut(row.len()) && table.is_cut_off() => {
                 let place = row.place;
                 intake.notices.push(format!(
@@ -71,11 +67,7 @@ pub(in crate::input) fn read(
             Err(error) => return Err(error),
         }
     }
-    let kept = intake.kept();
-    if let Some(kept) = &kept {
-        extra.retain(kept);
-    }
-    intake.finish(table.recording_name().to_owned(), kept)
+    intake.finish(table.recording_name().to_owned())
 }
 
 #[cfg(test)]
@@ -93,7 +85,7 @@ mod tests {
     fn read_text(text: impl AsRef<[u8]>, hints: &Hints) -> Result<Loaded, InputError> {
         let mut file = tempfile::NamedTempFile::new().unwrap();
         file.write_all(text.as_ref()).unwrap();
-        let stored = read(Table::open(file.path())?, hints, &mut ())?;
+        let stored = read(Table::open(file.path())?, hints, None)?;
         Ok(stored.into_loaded().unwrap())
     }
 
@@ -251,9 +243,9 @@ mod tests {
         .unwrap();
         let mut hints = Hints::default();
         hints.table.times = Times::DropBad;
-        let mut truth = crate::input::table::truth::Orientations::default();
+        let mut truth = Orientations::default();
         let table = Table::open(file.path()).unwrap();
-        let stored = read(table, &hints, &mut truth).unwrap();
+        let stored = read(table, &hints, Some(&mut truth)).unwrap();
         let loaded = stored.into_loaded().unwrap();
         let kept: Vec<f64> = truth.rows.iter().flatten().map(|q| q.w + q.v.x).collect();
         assert_eq!(loaded.recording.samples.len(), truth.rows.len());
@@ -347,13 +339,13 @@ mod tests {
         let begin = "t,ax,ay,az,wx,wy,wz\n0,1,2,3,4,5,6\n0.01,\"1".as_bytes();
         let endless = begin.chain(std::io::repeat(b'0'));
         let table = Table::of("x".to_owned(), "x".to_owned(), Box::new(endless)).unwrap();
-        let error = read(table, &Hints::default(), &mut ()).err().unwrap();
+        let error = read(table, &Hints::default(), None).err().unwrap();
         assert!(
             matches!(error, InputError::LongRow { line: 3, .. }),
             "{error}"
         );
         let table = Table::of("x".to_owned(), "x".to_owned(), Box::new(std::io::repeat(0)));
-        assert!(read(table.unwrap(), &Hints::default(), &mut ()).is_err());
+        assert!(read(table.unwrap(), &Hints::default(), None).is_err());
     }
 
     #[test]

@@ -92,7 +92,7 @@ impl Columns {
 
     /// Indices of all columns that are read.
     #[cfg(feature = "parquet")]
-    pub(super) fn used(&self) -> Vec<usize> {
+    pub(super) fn used(&self) -> impl Iterator<Item = usize> {
         let others = [
             self.t,
             self.nanoseconds,
@@ -100,7 +100,7 @@ impl Columns {
             self.label,
             self.validity,
         ];
-        self.axes.into_iter().chain(others).flatten().collect()
+        self.axes.into_iter().chain(others).flatten()
     }
 
     /// Axes that are missing in the header.
@@ -175,7 +175,7 @@ impl Columns {
             None => Validity::Valid,
         };
         Ok(RecordedSample {
-            imu: imu_sample(Timestamp::default(), axes, validity, &hints.correction),
+            imu: imu_sample(Timestamp::default(), axes, validity),
             load: self.load(row)?.and_then(finite_load),
             label,
         })

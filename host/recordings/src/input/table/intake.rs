@@ -9,22 +9,14 @@ use super::layout::{Blanks, Layout};
 use super::names::{FoundTime, find_time, guess};
 use super::options::TimeUnit;
 use super::reader::Row;
+use super::truth::Orientations;
 use crate::input::error::InputError;
 use crate::input::loaded::{Hints, OLDEST_LOAD_US, finite_load};
-use crate::input::store::rows::{Refused, Rows, Source};
-use crate::input::store::stored::Stored;
+use crate::input::store::rows::{Refused, Rows};
+use crate::input::store::stored::{About, Stored};
 
 /// Title of a column `force`.
 pub(super) const LOAD_TITLE: &str = "force (N)";
-
-/// Kind of a row that was read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum RowKind {
-    /// The row is a sample.
-    Sample,
-    /// All six axes are blank: the row is left out.
-    Nothing,
-}
 
 /// A table whose rows are being read.
 pub(super) struct Intake<'a> {
@@ -33,6 +25,8 @@ pub(super) struct Intake<'a> {
     layout: Layout,
     columns: Columns,
     rows: Rows,
+    /// Columns beside those of a recording.
+    truth: Option<&'a mut Orientations>,
     time: Option<TimeColumn>,
     /// Newest load and its time, µs, of a table in which the load has rows of its own.
     load: Option<(i64, f64)>,
@@ -45,20 +39,38 @@ pub(super) struct Intake<'a> {
 }
 
 impl<'a> Intake<'a> {
-    /// Starts a table with the `columns` of `layout`.
-    pub(super) fn new(file: &'a str, hints: &'a Hints, layout: Layout, columns: Columns) -> Self {
-        Self {
+    /// Starts a table whose header must have the columns of a recording, and those of `truth`.
+    pub(super) fn new(
+        file: &'a str,
+        hints: &'a Hints,
+        layout: Layout,
+        mut truth: Option<&'a mut Orientations>,
+    ) -> Result<Self, InputError> {
+        let mut columns = Columns::checked(&layout.header, file)?;
+        if let Some(truth) = &mut truth {
+            truth.header(&layout.header, file)?;
+            columns.ignored.retain(|name| !Orientations::reads(name));
+        }
+        Ok(Self {
             file,
             hints,
             layout,
             columns,
             rows: Rows::new(hints.table.times),
+            truth,
             time: None,
             load: None,
             load_rows: 0,
             unloaded: 0,
             notices: Vec::new(),
-        }
+        })
+    }
+
+    /// Indices of all columns that are read.
+    #[cfg(feature = "parquet")]
+    pub(super) fn used(&self) -> Vec<usize> {
+        let truth = self.truth.iter().flat_map(|truth| truth.used());
+        self.columns.used().chain(truth).collect()
     }
 
     /// Number of cells in a row.
@@ -66,8 +78,8 @@ impl<'a> Intake<'a> {
         self.columns.count
     }
 
-    /// Processes a row.
-    pub(super) fn take(&mut self, row: &impl Cells) -> Result<RowKind, InputError> {
+    /// Processes a row; returns false if it is left out, as all six axes are blank.
+    pub(super) fn take(&mut self, row: &impl Cells) -> Result<bool, InputError> {
         let blanks = self.layout.blanks;
         let is_foreign = self.columns.t.is_some() && blanks == Blanks::NotANumber;
         if is_foreign && self.columns.has_no_axis(row) {
@@ -79,7 +91,7 @@ impl<'a> Intake<'a> {
                     self.load = self.time_us(row)?.map(|time_us| (time_us, load));
                 }
             }
-            return Ok(RowKind::Nothing);
+            return Ok(false);
         }
         let time_us = self.time_us(row)?;
         let mut sample = self.columns.sample(row, blanks, self.hints)?;
@@ -96,7 +108,12 @@ impl<'a> Intake<'a> {
             (Refused::Time { previous_us }, Some(column)) => column.order_error(row, previous_us),
             (refused, _) => refused.into_error(self.file),
         })?;
-        Ok(RowKind::Sample)
+        Ok(true)
+    }
+
+    /// Processes the true orientation of a row that is a sample.
+    pub(super) fn take_truth(&mut self, row: &impl Cells) -> Result<(), InputError> {
+        self.truth.as_mut().map_or(Ok(()), |truth| truth.row(row))
     }
 
     /// Time of a row, µs; `None` in a table without times.
@@ -112,17 +129,8 @@ impl<'a> Intake<'a> {
         column.micros(row).map(Some)
     }
 
-    /// Flags of the samples that are kept, if some may be left out.
-    pub(super) fn kept(&self) -> Option<Vec<bool>> {
-        self.rows.kept()
-    }
-
-    /// Returns the recording, with the samples selected by [`Self::kept`].
-    pub(super) fn finish(
-        self,
-        name: String,
-        kept: Option<Vec<bool>>,
-    ) -> Result<Stored, InputError> {
+    /// Returns the recording.
+    pub(super) fn finish(self, name: String) -> Result<Stored, InputError> {
         let mut notices = self.notices;
         notices.extend(self.layout.notice);
         if self.layout.names_ignored {
@@ -140,21 +148,23 @@ impl<'a> Intake<'a> {
                 OLDEST_LOAD_US / 1000
             ));
         }
-        let source = Source {
-            file: self.file,
+        let about = About {
             name,
-            foot: None,
             gravity: Gravity::Included,
             load_title: LOAD_TITLE.to_owned(),
             notices,
+            ..About::default()
         };
         let stored = self
             .rows
-            .finish(source, self.hints, kept)
+            .finish(self.file, about, self.hints)
             .map_err(|error| error.with_time_column(time_by_another_name(&self.layout.header)))?;
         let told = self.hints.table.time_unit.or(self.layout.time_unit);
         if let (Some(time), None) = (self.time, told) {
             check_guess(self.file, time.unit, stored.about.sample_rate)?;
+        }
+        if let (Some(truth), Some(kept)) = (self.truth, stored.kept()) {
+            truth.retain(kept);
         }
         Ok(stored)
     }

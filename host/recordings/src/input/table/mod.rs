@@ -6,12 +6,11 @@
 //! | `csv`: a header names the columns | [`csv`]; `header`, `cells`, `intake`, `clock` |
 //! | `parquet`: the same columns | `parquet` |
 //! | tables of other origin: options, names, ROS 2 without a header | [`options`], [`mapping`]; `layout`, `names`, `sensors`, `ros2` |
-//! | columns that are not part of a recording: the true orientation | `extra`, `truth` |
+//! | columns that are not part of a recording: the true orientation | `truth` |
 
 pub(super) mod cells;
 mod clock;
 pub mod csv;
-mod extra;
 mod head;
 pub(super) mod header;
 mod intake;

@@ -10,7 +10,6 @@
 use samples::space::{Rotation, Vector};
 
 use super::cells::Cells;
-use super::extra::ExtraColumns;
 use super::reader::Row;
 use crate::input::error::InputError;
 
@@ -32,36 +31,38 @@ pub(in crate::input) struct Orientations {
     pub(in crate::input) rows: Vec<Option<Rotation>>,
 }
 
-impl ExtraColumns for Orientations {
-    fn reads(&self, name: &str) -> bool {
+impl Orientations {
+    /// Returns whether it reads the column of this name.
+    pub(super) fn reads(name: &str) -> bool {
         QUATERNION.contains(&name) || name == MOVEMENT
     }
 
-    fn header(&mut self, header: &Row, file: &str) -> Result<(), InputError> {
+    /// Finds the columns in a header.
+    pub(super) fn header(&mut self, header: &Row, file: &str) -> Result<(), InputError> {
         if header.cells().any(|name| name == ESTIMATE) {
             return Err(InputError::EstimatedOrientation {
                 file: file.to_owned(),
             });
         }
-        for name in QUATERNION.into_iter().chain([MOVEMENT]) {
-            let mut cells = header.cells();
-            if let Some(first) = cells.position(|cell| cell == name)
-                && let Some(more) = cells.position(|cell| cell == name)
-            {
-                return Err(InputError::DuplicateColumn {
-                    cell: header.cell(first + 1 + more, name),
-                });
+        let index_of = |column: &str| {
+            let named = header.cells().enumerate();
+            let mut named = named.filter(|(_, name)| *name == column);
+            let first = named.next().map(|(index, _)| index);
+            match named.next() {
+                Some((second, _)) => Err(InputError::DuplicateColumn {
+                    cell: header.cell(second, column),
+                }),
+                None => Ok(first),
             }
-        }
-        let index_of = |column: &str| header.cells().position(|name| name == column);
+        };
         let mut missing = Vec::new();
         for (index, name) in self.quaternion.iter_mut().zip(QUATERNION) {
-            match index_of(name) {
+            match index_of(name)? {
                 Some(found) => *index = found,
                 None => missing.push(name),
             }
         }
-        self.movement = index_of(MOVEMENT);
+        self.movement = index_of(MOVEMENT)?;
         if missing.is_empty() {
             Ok(())
         } else {
@@ -75,24 +76,22 @@ impl ExtraColumns for Orientations {
         }
     }
 
+    /// Indices of the columns.
     #[cfg(feature = "parquet")]
-    fn used(&self) -> Vec<usize> {
-        self.quaternion.into_iter().chain(self.movement).collect()
+    pub(super) fn used(&self) -> impl Iterator<Item = usize> {
+        self.quaternion.into_iter().chain(self.movement)
     }
 
-    fn row(&mut self, row: &impl Cells) -> Result<(), InputError> {
+    /// Processes a row.
+    pub(super) fn row(&mut self, row: &impl Cells) -> Result<(), InputError> {
         let counts = match self.movement {
             None => true,
             Some(index) => match row.number(index, MOVEMENT)? {
                 0.0 => false,
                 1.0 => true,
                 _ => {
-                    return Err(wrong(
-                        row,
-                        index,
-                        MOVEMENT,
-                        "0 (does not count) or 1 (counts)",
-                    ));
+                    let expected = "0 (does not count) or 1 (counts)";
+                    return Err(wrong(row, index, MOVEMENT, expected));
                 }
             },
         };
@@ -101,13 +100,12 @@ impl ExtraColumns for Orientations {
         Ok(())
     }
 
-    fn retain(&mut self, kept: &[bool]) {
+    /// Removes the rows whose flag in `kept` is false.
+    pub(super) fn retain(&mut self, kept: &[bool]) {
         let mut of_row = kept.iter();
         self.rows.retain(|_| of_row.next().is_none_or(|kept| *kept));
     }
-}
 
-impl Orientations {
     fn orientation(&self, row: &impl Cells) -> Result<Option<Rotation>, InputError> {
         if self.quaternion.iter().all(|index| row.is_blank(*index)) {
             return Ok(None);
@@ -124,13 +122,8 @@ impl Orientations {
                 v: Vector::new(x, y, z) * (1.0 / length),
             }))
         } else {
-            let [index, ..] = self.quaternion;
-            Err(wrong(
-                row,
-                index,
-                QUATERNION[0],
-                "the first of a quaternion of length 1",
-            ))
+            let expected = "the first of a quaternion of length 1";
+            Err(wrong(row, self.quaternion[0], QUATERNION[0], expected))
         }
     }
 }

@@ -24,11 +24,10 @@ use parquet::arrow::arrow_reader::{
 use parquet::errors::ParquetError;
 
 use super::cells::Cells;
-use super::extra::ExtraColumns;
-use super::header::Columns;
-use super::intake::{Intake, RowKind};
+use super::intake::Intake;
 use super::layout::{Index, Layout};
 use super::reader::Row;
+use super::truth::Orientations;
 use crate::input::error::{Cell, InputError, RowPlace};
 use crate::input::iso8601::micros_since_1970;
 use crate::input::loaded::Hints;
@@ -51,7 +50,7 @@ const PANDAS_INDEX: &str = "__index_level_";
 pub(in crate::input) fn read(
     container: &Container,
     hints: &Hints,
-    extra: &mut impl ExtraColumns,
+    truth: Option<&mut Orientations>,
 ) -> Result<Stored, InputError> {
     let file = container.file.as_str();
     let [part] = &container.parts[..] else {
@@ -66,10 +65,8 @@ pub(in crate::input) fn read(
     let names: Vec<String> = leaves.iter().map(|leaf| leaf.name.clone()).collect();
     let header = Row::of_names(file, &names);
     let layout = Layout::named(&header, file, &hints.table, index(&leaves))?;
-    let mut columns = Columns::checked(&layout.header, file)?;
-    extra.header(&layout.header, file)?;
-    columns.ignored.retain(|name| !extra.reads(name));
-    let used: Vec<usize> = columns.used().into_iter().chain(extra.used()).collect();
+    let mut intake = Intake::new(file, hints, layout, truth)?;
+    let used = intake.used();
     for index in &used {
         leaves[*index].check(file)?;
     }
@@ -83,37 +80,28 @@ pub(in crate::input) fn read(
             .with_batch_size(BATCH)
             .build()
     })?;
-    let mut intake = Intake::new(file, hints, layout, columns);
     let mut rows_before = 0;
     while let Some(batch) = sound(file, || Ok(reader.next().transpose()?))? {
         let columns: Vec<Option<Column>> = (0..leaves.len())
             .map(|index| {
                 used.contains(&index)
-                    .then(|| leaves[index].column(&batch, &roots))
+                    .then(|| leaves[index].column(&batch, &roots))?
             })
-            .map(Option::flatten)
             .collect();
         for row in 0..batch.num_rows() {
-            let number = rows_before + row as u64 + 1;
-            let columns = &columns;
             let row = BatchRow {
                 file,
-                columns,
+                columns: &columns,
                 row,
-                number,
+                number: rows_before + row as u64 + 1,
             };
-            match intake.take(&row)? {
-                RowKind::Sample => extra.row(&row)?,
-                RowKind::Nothing => {}
+            if intake.take(&row)? {
+                intake.take_truth(&row)?;
             }
         }
         rows_before += batch.num_rows() as u64;
     }
-    let kept = intake.kept();
-    if let Some(kept) = &kept {
-        extra.retain(kept);
-    }
-    intake.finish(container.name.clone(), kept)
+    intake.finish(container.name.clone())
 }
 
 /// Result of the library, or an error if it finds the file damaged.
