@@ -1,4 +1,4 @@
-//! Kinds of files that are not read, their names and advice for each: one table for recordings and logs of frames.
+//! Kinds of files other than tables, their names and advice for each: one table for recordings and logs of frames.
 //! [`magic`](crate::magic) has their first bytes.
 
 use std::fmt;
@@ -23,7 +23,7 @@ const UNPACK: &str = "unpack it";
 /// Defines the kinds by name, advice for a recording and advice for a log, as in [`Kind`].
 macro_rules! kinds {
     ($($(#[$doc:meta])* $kind:ident = $name:literal, $recording:expr, $log:expr;)+) => {
-        /// A kind of file that is not supported.
+        /// A kind of file other than a table. Those with advice are not supported.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum Foreign {
             $($(#[$doc])* $kind),+
@@ -96,7 +96,7 @@ kinds! {
     DataFlash = "a DataFlash log of ArduPilot",
         Some("write a table: mavlogdump.py --types IMU --format csv walk.bin"),
         None;
-    /// `SQLite` without the tables of a rosbag2.
+    /// Database of `SQLite`, which is read if it has the tables of a rosbag2.
     Sqlite = "an SQLite database without the tables of a rosbag2",
         Some("write a table: sqlite3 -header -csv walk.db \"SELECT …\""),
         Some(BY_PYTHON_CAN);
@@ -114,11 +114,11 @@ kinds! {
     Html = "an HTML page",
         Some("it may be a server's answer in the place of the file: download the file again"),
         Some("it may be a server's answer in the place of the file: download the file again");
-    /// MCAP, to a reader of frame logs.
+    /// MCAP.
     Mcap = "a recording in MCAP",
         None,
         Some("it holds topics, no frames: see footfall replay and docs/formats.md");
-    /// Parquet, to a reader of frame logs.
+    /// Parquet.
     Parquet = "a Parquet table", None, Some("write it as CSV");
     /// A log of PEAK's tools.
     Trc = "a PEAK TRC log of a CAN bus",

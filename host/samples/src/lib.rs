@@ -8,7 +8,7 @@
 //! | codes of phases | [`phase`] |
 //! | gzip and zstd | [`compressed`] |
 //! | kinds of files by their first bytes | [`magic`] |
-//! | kinds of files that are not read, and advice for each | [`foreign`] |
+//! | names of these kinds, and advice for those that are not read | [`foreign`] |
 //! | enums whose variants have names | [`mod@named`] |
 
 pub mod compressed;

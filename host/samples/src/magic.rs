@@ -5,84 +5,55 @@ use crate::foreign::Foreign;
 /// Bytes required to recognise a file: the mark of a tar archive comes last.
 pub const LENGTH: usize = 512;
 
-/// Container that may hold a recording.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ContainerKind {
-    /// MCAP.
-    Mcap,
-    /// Database of `SQLite`, as in a rosbag2.
-    Sqlite,
-    /// Parquet.
-    Parquet,
-}
-
-/// A file that is not a table.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Known {
-    /// A container that can be read.
-    Container(ContainerKind),
-    /// Another kind.
-    Foreign(Foreign),
-}
-
 /// First bytes of each kind of file.
-const BEGINNINGS: &[(&[u8], Known)] = &[
+const BEGINNINGS: &[(&[u8], Foreign)] = &[
     // https://mcap.dev/spec#magic
-    (b"\x89MCAP0\r\n", Known::Container(ContainerKind::Mcap)),
-    (
-        b"SQLite format 3\0",
-        Known::Container(ContainerKind::Sqlite),
-    ),
-    (b"PAR1", Known::Container(ContainerKind::Parquet)),
+    (b"\x89MCAP0\r\n", Foreign::Mcap),
+    (b"SQLite format 3\0", Foreign::Sqlite),
+    (b"PAR1", Foreign::Parquet),
     // Parquet with an encrypted footer.
-    (b"PARE", Known::Container(ContainerKind::Parquet)),
-    (b"#ROSBAG V", Known::Foreign(Foreign::Ros1Bag)),
-    (b"\x89HDF\r\n\x1a\n", Known::Foreign(Foreign::Hdf5)),
-    (b"MATLAB 5.0 MAT-file", Known::Foreign(Foreign::Matlab)),
-    (b"MATLAB 7.3 MAT-file", Known::Foreign(Foreign::Matlab)),
-    (b"\x93NUMPY", Known::Foreign(Foreign::Numpy)),
+    (b"PARE", Foreign::Parquet),
+    (b"#ROSBAG V", Foreign::Ros1Bag),
+    (b"\x89HDF\r\n\x1a\n", Foreign::Hdf5),
+    (b"MATLAB 5.0 MAT-file", Foreign::Matlab),
+    (b"MATLAB 7.3 MAT-file", Foreign::Matlab),
+    (b"\x93NUMPY", Foreign::Numpy),
     // Old Office format.
-    (
-        b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1",
-        Known::Foreign(Foreign::Excel),
-    ),
+    (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", Foreign::Excel),
     // pcap in both byte orders, with µs and ns; pcapng.
-    (b"\xd4\xc3\xb2\xa1", Known::Foreign(Foreign::Capture)),
-    (b"\xa1\xb2\xc3\xd4", Known::Foreign(Foreign::Capture)),
-    (b"\x4d\x3c\xb2\xa1", Known::Foreign(Foreign::Capture)),
-    (b"\xa1\xb2\x3c\x4d", Known::Foreign(Foreign::Capture)),
-    (b"\x0a\x0d\x0d\x0a", Known::Foreign(Foreign::Capture)),
-    (b"MDF     ", Known::Foreign(Foreign::Mdf)),
-    (b"UnFinMF ", Known::Foreign(Foreign::Mdf)),
-    (b"LOGG", Known::Foreign(Foreign::Blf)),
+    (b"\xd4\xc3\xb2\xa1", Foreign::Capture),
+    (b"\xa1\xb2\xc3\xd4", Foreign::Capture),
+    (b"\x4d\x3c\xb2\xa1", Foreign::Capture),
+    (b"\xa1\xb2\x3c\x4d", Foreign::Capture),
+    (b"\x0a\x0d\x0d\x0a", Foreign::Capture),
+    (b"MDF     ", Foreign::Mdf),
+    (b"UnFinMF ", Foreign::Mdf),
+    (b"LOGG", Foreign::Blf),
     // Protocols of pickle since Python 2.3; earlier ones are text.
-    (b"\x80\x02", Known::Foreign(Foreign::Pickle)),
-    (b"\x80\x03", Known::Foreign(Foreign::Pickle)),
-    (b"\x80\x04", Known::Foreign(Foreign::Pickle)),
-    (b"\x80\x05", Known::Foreign(Foreign::Pickle)),
-    (b"ARROW1", Known::Foreign(Foreign::ArrowIpc)),
-    (b"FEA1", Known::Foreign(Foreign::ArrowIpc)),
-    (b"ULog\x01\x12\x35", Known::Foreign(Foreign::ULog)),
+    (b"\x80\x02", Foreign::Pickle),
+    (b"\x80\x03", Foreign::Pickle),
+    (b"\x80\x04", Foreign::Pickle),
+    (b"\x80\x05", Foreign::Pickle),
+    (b"ARROW1", Foreign::ArrowIpc),
+    (b"FEA1", Foreign::ArrowIpc),
+    (b"ULog\x01\x12\x35", Foreign::ULog),
     // Message that describes the messages.
-    (b"\xa3\x95\x80", Known::Foreign(Foreign::DataFlash)),
-    (b"\x89PNG\r\n\x1a\n", Known::Foreign(Foreign::Picture)),
-    (b"\xff\xd8\xff", Known::Foreign(Foreign::Picture)),
-    (b"GIF8", Known::Foreign(Foreign::Picture)),
-    (b"%PDF-", Known::Foreign(Foreign::Pdf)),
-    (b";$FILEVERSION", Known::Foreign(Foreign::Trc)),
-    (b";##########", Known::Foreign(Foreign::Trc)),
-    (b"7z\xbc\xaf\x27\x1c", Known::Foreign(Foreign::SevenZip)),
-    (b"\xfd7zXZ\0", Known::Foreign(Foreign::Xz)),
-    (b"BZh", Known::Foreign(Foreign::Bzip2)),
+    (b"\xa3\x95\x80", Foreign::DataFlash),
+    (b"\x89PNG\r\n\x1a\n", Foreign::Picture),
+    (b"\xff\xd8\xff", Foreign::Picture),
+    (b"GIF8", Foreign::Picture),
+    (b"%PDF-", Foreign::Pdf),
+    (b";$FILEVERSION", Foreign::Trc),
+    (b";##########", Foreign::Trc),
+    (b"7z\xbc\xaf\x27\x1c", Foreign::SevenZip),
+    (b"\xfd7zXZ\0", Foreign::Xz),
+    (b"BZh", Foreign::Bzip2),
     // One compression has already been removed: such a file was compressed twice.
-    (b"\x1f\x8b\x08", Known::Foreign(Foreign::CompressedTwice)),
-    (
-        b"\x28\xb5\x2f\xfd",
-        Known::Foreign(Foreign::CompressedTwice),
-    ),
+    (b"\x1f\x8b\x08", Foreign::CompressedTwice),
+    (b"\x28\xb5\x2f\xfd", Foreign::CompressedTwice),
     // Byte order marks.
-    (b"\xff\xfe", Known::Foreign(Foreign::Utf16)),
-    (b"\xfe\xff", Known::Foreign(Foreign::Utf16)),
+    (b"\xff\xfe", Foreign::Utf16),
+    (b"\xfe\xff", Foreign::Utf16),
 ];
 
 /// Position and content of the mark of a tar archive.
@@ -93,28 +64,24 @@ const ZIP: (&[u8], usize) = (b"PK\x03\x04", 30);
 
 /// Kind of a file, by its first [`LENGTH`] bytes; `None` if it may be a table.
 #[must_use]
-pub fn known(first: &[u8]) -> Option<Known> {
-    let by_beginning = BEGINNINGS
+pub fn known(first: &[u8]) -> Option<Foreign> {
+    BEGINNINGS
         .iter()
         .find(|(beginning, _)| first.starts_with(beginning))
-        .map(|(_, known)| *known);
-    by_beginning.or_else(|| {
-        let foreign = zip(first).or_else(|| tar(first)).or_else(|| text(first));
-        foreign.map(Known::Foreign)
-    })
+        .map(|(_, kind)| *kind)
+        .or_else(|| zip(first))
+        .or_else(|| tar(first))
+        .or_else(|| text(first))
 }
 
 /// Kind of a file that should be a log of frames, by its first `LENGTH` bytes or more; `None` if it may be one.
 #[must_use]
 pub fn no_log(first: &[u8]) -> Option<Foreign> {
-    let kind = match known(first)? {
-        // A recording of the serial line may begin inside a frame, and a reading of −2 has the bytes of this mark.
-        Known::Foreign(Foreign::Utf16) if !begins_with_ascii_in_utf16(first) => return None,
-        Known::Foreign(kind) => kind,
-        Known::Container(ContainerKind::Mcap) => Foreign::Mcap,
-        Known::Container(ContainerKind::Parquet) => Foreign::Parquet,
-        Known::Container(ContainerKind::Sqlite) => Foreign::Sqlite,
-    };
+    let kind = known(first)?;
+    // A recording of the serial line may begin inside a frame, and a reading of −2 has the bytes of this mark.
+    if kind == Foreign::Utf16 && !begins_with_ascii_in_utf16(first) {
+        return None;
+    }
     kind.log_advice("").is_some().then_some(kind)
 }
 
@@ -222,12 +189,10 @@ mod tests {
             (b"(0.0) vcan0 191##1".to_vec(), Foreign::CanLog),
         ];
         for (first, foreign) in &others {
-            assert_eq!(known(first), Some(Known::Foreign(*foreign)), "{foreign}");
+            assert_eq!(known(first), Some(*foreign), "{foreign}");
         }
         for foreign in Foreign::ALL {
-            let by_beginning = BEGINNINGS
-                .iter()
-                .any(|(_, known)| *known == Known::Foreign(foreign));
+            let by_beginning = BEGINNINGS.iter().any(|(_, known)| *known == foreign);
             let by_other = others.iter().any(|(_, known)| *known == foreign);
             // A database is classified by its tables; some are read as recordings.
             let is_read = foreign.advice().is_none() || foreign == Foreign::Sqlite;

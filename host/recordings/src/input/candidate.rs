@@ -1,22 +1,21 @@
 //! Detects recordings among other files, by name and first bytes.
 
 use std::fs::{self, File};
-use std::io::{self, Read};
+use std::io;
 use std::path::Path;
 
 use super::Opened;
 use super::format::Format;
+use super::open::beginning;
+use samples::compressed::without_ending;
 use samples::foreign::Foreign;
-use samples::magic::{self, ContainerKind, Known};
+use samples::magic;
 
 /// Extensions used only for recordings. A file of this name that is not a recording is an error.
 const OF_RECORDINGS: [&str; 5] = ["csv", "tsv", "parquet", "mcap", "db3"];
 
 /// Extensions of any text.
 const OF_TEXTS: [&str; 2] = ["txt", "dat"];
-
-/// Extensions of compressed files, which follow those of their content.
-const OF_COMPRESSED: [&str; 3] = ["gz", "zst", "zstd"];
 
 /// File in which rosbag2 describes its folder.
 const METADATA: &str = "metadata.yaml";
@@ -31,14 +30,13 @@ pub fn is_recording(path: &Path, format: Option<Format>) -> io::Result<bool> {
     if OF_RECORDINGS.contains(&extension.as_str()) {
         return Ok(true);
     }
-    let mut first = Vec::new();
-    let file = File::open(path)?;
-    file.take(magic::LENGTH as u64).read_to_end(&mut first)?;
+    let first = beginning(&mut File::open(path)?)?;
     Ok(match magic::known(&first) {
         // Many programs use SQLite databases.
-        Some(Known::Container(kind)) => kind != ContainerKind::Sqlite,
+        Some(Foreign::Sqlite) => false,
         // It is read where its converter is installed; the reason is said where it is not.
-        Some(Known::Foreign(kind)) => matches!(kind, Foreign::Ros1Bag),
+        Some(Foreign::Ros1Bag) => true,
+        Some(kind) => Format::of_kind(kind).is_some(),
         None if OF_TEXTS.contains(&extension.as_str()) => {
             format.is_some() || Opened::new(path, None).is_ok()
         }
@@ -57,16 +55,9 @@ pub fn is_rosbag2(folder: &Path) -> bool {
 
 /// Extension of a file in lower case; that of its content if it is compressed.
 fn extension(path: &Path) -> String {
-    let of = |path: &Path| {
-        let extension = path.extension().unwrap_or_default();
-        extension.to_string_lossy().to_ascii_lowercase()
-    };
-    let outer = of(path);
-    if OF_COMPRESSED.contains(&outer.as_str()) {
-        of(Path::new(path.file_stem().unwrap_or_default()))
-    } else {
-        outer
-    }
+    let path = path.to_string_lossy().to_ascii_lowercase();
+    let extension = without_ending(Path::new(&path)).extension();
+    extension.unwrap_or_default().to_string_lossy().into_owned()
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use samples::magic::ContainerKind;
+use samples::foreign::Foreign;
 
 samples::named! {
     /// Layout of a file.
@@ -78,6 +78,16 @@ impl Format {
         matches!(self, Self::Parquet | Self::Mcap | Self::Rosbag2)
     }
 
+    /// Format of a kind of file that is recognised by its first bytes; `None` if it is not read.
+    pub(super) const fn of_kind(kind: Foreign) -> Option<Self> {
+        match kind {
+            Foreign::Mcap => Some(Self::Mcap),
+            Foreign::Sqlite => Some(Self::Rosbag2),
+            Foreign::Parquet => Some(Self::Parquet),
+            _ => None,
+        }
+    }
+
     /// Feature of this crate that reads its files, if missing in this build.
     #[must_use]
     pub const fn missing_feature(self) -> Option<&'static str> {
@@ -85,16 +95,6 @@ impl Format {
             Self::Parquet if !cfg!(feature = "parquet") => Some("parquet"),
             Self::Mcap | Self::Rosbag2 if !cfg!(feature = "bags") => Some("bags"),
             _ => None,
-        }
-    }
-}
-
-impl From<ContainerKind> for Format {
-    fn from(kind: ContainerKind) -> Self {
-        match kind {
-            ContainerKind::Mcap => Self::Mcap,
-            ContainerKind::Sqlite => Self::Rosbag2,
-            ContainerKind::Parquet => Self::Parquet,
         }
     }
 }

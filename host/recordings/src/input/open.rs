@@ -1,7 +1,7 @@
 //! Opens files: a table is read sequentially, a container from the disk.
 
 use std::fs::{self, File};
-use std::io::{self, Cursor, Read, Seek, SeekFrom};
+use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use tempfile::{NamedTempFile, TempPath};
@@ -11,10 +11,10 @@ use super::bag::ros1;
 use super::error::InputError;
 use super::format::Format;
 use super::refusal::ContainerError;
-use super::table::reader::{Table, recording_name};
+use super::table::reader::{Table, beginning_with, recording_name};
 use samples::compressed::decompressed;
 use samples::foreign::Foreign;
-use samples::magic::{self, Known};
+use samples::magic;
 
 /// An opened file.
 pub(super) enum Source {
@@ -103,7 +103,12 @@ impl Source {
                 Err(ContainerError::OtherFormat { file, given, found }.into())
             }
             (Opened::Parts(format, parts), _) => match format.missing_feature() {
-                Some(feature) => Err(ContainerError::not_built(file, format, feature).into()),
+                Some(feature) => Err(ContainerError::NotBuilt {
+                    file,
+                    format,
+                    feature,
+                }
+                .into()),
                 None => Ok(Self::Container(Container {
                     format,
                     file,
@@ -184,9 +189,9 @@ impl Opened {
         if about.is_file() {
             let first = beginning(&mut file)?;
             file.seek(SeekFrom::Start(0))?;
-            if let Some(Known::Container(kind)) = magic::known(&first) {
+            if let Some(format) = magic::known(&first).and_then(Format::of_kind) {
                 return Ok(Self::of(Part {
-                    format: kind.into(),
+                    format,
                     path: path.to_owned(),
                     first_pass: Some(wrap(file, about.len())),
                     _copy: None,
@@ -196,30 +201,27 @@ impl Opened {
         let mut text = decompressed(wrap(file, about.len()))?;
         let first = beginning(&mut text)?;
         let known = magic::known(&first);
-        let mut text: Box<dyn Read> = Box::new(Cursor::new(first).chain(text));
-        match known {
-            None => {
-                let table = Table::of(path.display().to_string(), recording_name(path), text)?;
-                Ok(Self::Table(Box::new(table)))
-            }
-            Some(Known::Foreign(kind)) => Ok(Self::Foreign(kind)),
-            Some(Known::Container(kind)) => {
-                let format = Format::from(kind);
-                // An unsupported file is not copied.
-                if format.missing_feature().is_some() {
-                    return Ok(Self::Parts(format, Vec::new()));
-                }
-                let mut copy = NamedTempFile::new()?;
-                io::copy(&mut text, &mut copy)?;
-                let copy = copy.into_temp_path();
-                Ok(Self::of(Part {
-                    format,
-                    path: copy.to_path_buf(),
-                    first_pass: None,
-                    _copy: Some(copy),
-                }))
-            }
+        let mut text = beginning_with(first, text);
+        let Some(kind) = known else {
+            let table = Table::of(path.display().to_string(), recording_name(path), text)?;
+            return Ok(Self::Table(Box::new(table)));
+        };
+        let Some(format) = Format::of_kind(kind) else {
+            return Ok(Self::Foreign(kind));
+        };
+        // An unsupported file is not copied.
+        if format.missing_feature().is_some() {
+            return Ok(Self::Parts(format, Vec::new()));
         }
+        let mut copy = NamedTempFile::new()?;
+        io::copy(&mut text, &mut copy)?;
+        let copy = copy.into_temp_path();
+        Ok(Self::of(Part {
+            format,
+            path: copy.to_path_buf(),
+            first_pass: None,
+            _copy: Some(copy),
+        }))
     }
 
     fn of(part: Part) -> Self {
@@ -228,7 +230,7 @@ impl Opened {
 }
 
 /// Reads the first bytes.
-fn beginning(file: &mut impl Read) -> io::Result<Vec<u8>> {
+pub(super) fn beginning(file: &mut impl Read) -> io::Result<Vec<u8>> {
     let mut first = Vec::new();
     file.take(magic::LENGTH as u64).read_to_end(&mut first)?;
     Ok(first)

@@ -315,12 +315,4 @@ impl ContainerError {
                 | Self::NotBuilt { .. }
         )
     }
-
-    pub(super) const fn not_built(file: String, format: Format, feature: &'static str) -> Self {
-        Self::NotBuilt {
-            file,
-            format,
-            feature,
-        }
-    }
 }

@@ -242,7 +242,7 @@ impl Table {
 }
 
 /// Prepends bytes that were already read to the rest.
-pub(super) fn beginning_with(bytes: Vec<u8>, rest: Box<dyn Read>) -> Box<dyn Read> {
+pub(in crate::input) fn beginning_with(bytes: Vec<u8>, rest: Box<dyn Read>) -> Box<dyn Read> {
     Box::new(Cursor::new(bytes).chain(rest))
 }
 
