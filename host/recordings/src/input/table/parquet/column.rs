@@ -4,43 +4,32 @@ use std::borrow::Cow;
 
 use arrow_array::cast::AsArray;
 use arrow_array::types::{
-    ArrowDictionaryKeyType, ArrowPrimitiveType, DurationMicrosecondType, DurationMillisecondType,
-    DurationNanosecondType, DurationSecondType, Float16Type, Float32Type, Float64Type, Int8Type,
-    Int16Type, Int32Type, Int64Type, TimestampMicrosecondType, TimestampMillisecondType,
-    TimestampNanosecondType, TimestampSecondType, UInt8Type, UInt16Type, UInt32Type, UInt64Type,
+    ArrowPrimitiveType, Float16Type, Float32Type, Float64Type, Int8Type, Int16Type, Int32Type,
+    Int64Type, UInt8Type, UInt16Type, UInt32Type, UInt64Type,
 };
-use arrow_array::{Array, ArrayRef};
-use arrow_buffer::NullBuffer;
+use arrow_array::{Array, ArrayRef, Int64Array};
+use arrow_buffer::{ArrowNativeType, NullBuffer};
 use arrow_schema::{DataType, TimeUnit};
 
-/// Interpretation of the values of a type.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
-    Number,
-    Moment,
-    Text,
+/// Returns whether the values of a type are times.
+pub(super) const fn is_time(data_type: &DataType) -> bool {
+    matches!(data_type, DataType::Timestamp(..) | DataType::Duration(_))
 }
 
-impl Kind {
-    /// Kind of a type; `None` if it is not supported.
-    pub(super) fn of(data_type: &DataType) -> Option<Self> {
-        match data_type {
-            DataType::Timestamp(..) | DataType::Duration(_) => Some(Self::Moment),
-            DataType::Utf8 | DataType::LargeUtf8 | DataType::Utf8View => Some(Self::Text),
-            DataType::Dictionary(key, value)
-                if key.is_integer() && Self::of(value) == Some(Self::Text) =>
-            {
-                Some(Self::Text)
-            }
-            DataType::Boolean | DataType::Float16 | DataType::Float32 | DataType::Float64 => {
-                Some(Self::Number)
-            }
-            integer if integer.is_integer() => Some(Self::Number),
-            // Only nulls: pandas writes a column without values as this type.
-            DataType::Null => Some(Self::Number),
-            _ => None,
-        }
+/// Returns whether the values of a type can be read. Pandas writes a column without values as nulls.
+pub(super) fn is_read(data_type: &DataType) -> bool {
+    match data_type {
+        DataType::Dictionary(key, value) => key.is_integer() && is_text(value),
+        DataType::Boolean | DataType::Null => true,
+        other => is_time(other) || is_text(other) || other.is_integer() || other.is_floating(),
     }
+}
+
+const fn is_text(data_type: &DataType) -> bool {
+    matches!(
+        data_type,
+        DataType::Utf8 | DataType::LargeUtf8 | DataType::Utf8View
+    )
 }
 
 /// Values of a column; `None` is blank.
@@ -60,35 +49,25 @@ impl Column {
             DataType::Float16 => Self::Floats(source.primitive::<Float16Type, _>(f64::from)?),
             DataType::Float32 => Self::Floats(source.primitive::<Float32Type, _>(f64::from)?),
             DataType::Float64 => Self::Floats(source.primitive::<Float64Type, _>(|v| v)?),
-            DataType::Int8 => Self::Wholes(source.primitive::<Int8Type, _>(i64::from)?),
-            DataType::Int16 => Self::Wholes(source.primitive::<Int16Type, _>(i64::from)?),
-            DataType::Int32 => Self::Wholes(source.primitive::<Int32Type, _>(i64::from)?),
-            DataType::Int64 => Self::Wholes(source.primitive::<Int64Type, _>(|v| v)?),
-            DataType::UInt8 => Self::Wholes(source.primitive::<UInt8Type, _>(i64::from)?),
-            DataType::UInt16 => Self::Wholes(source.primitive::<UInt16Type, _>(i64::from)?),
-            DataType::UInt32 => Self::Wholes(source.primitive::<UInt32Type, _>(i64::from)?),
-            DataType::UInt64 => {
-                let saturated = |value: u64| i64::try_from(value).unwrap_or(i64::MAX);
-                Self::Wholes(source.primitive::<UInt64Type, _>(saturated)?)
-            }
+            DataType::Int8 => Self::Wholes(source.wholes::<Int8Type>()?),
+            DataType::Int16 => Self::Wholes(source.wholes::<Int16Type>()?),
+            DataType::Int32 => Self::Wholes(source.wholes::<Int32Type>()?),
+            DataType::Int64 => Self::Wholes(source.wholes::<Int64Type>()?),
+            DataType::UInt8 => Self::Wholes(source.wholes::<UInt8Type>()?),
+            DataType::UInt16 => Self::Wholes(source.wholes::<UInt16Type>()?),
+            DataType::UInt32 => Self::Wholes(source.wholes::<UInt32Type>()?),
+            DataType::UInt64 => Self::Wholes(source.wholes::<UInt64Type>()?),
             DataType::Boolean => {
                 let values = array.as_boolean_opt()?;
                 Self::Wholes(source.each(|row| i64::from(values.value(row))))
             }
             DataType::Null => Self::Floats(vec![None; array.len()]),
-            DataType::Timestamp(unit, _) => Self::Moments(source.timestamps(*unit)?),
-            DataType::Duration(unit) => Self::Moments(source.durations(*unit)?),
-            DataType::Dictionary(key, _) => Self::Texts(match &**key {
-                DataType::Int8 => source.dictionary::<Int8Type>()?,
-                DataType::Int16 => source.dictionary::<Int16Type>()?,
-                DataType::Int32 => source.dictionary::<Int32Type>()?,
-                DataType::Int64 => source.dictionary::<Int64Type>()?,
-                DataType::UInt8 => source.dictionary::<UInt8Type>()?,
-                DataType::UInt16 => source.dictionary::<UInt16Type>()?,
-                DataType::UInt32 => source.dictionary::<UInt32Type>()?,
-                DataType::UInt64 => source.dictionary::<UInt64Type>()?,
-                _ => return None,
-            }),
+            DataType::Timestamp(unit, _) | DataType::Duration(unit) => {
+                let counts = array.to_data().into_builder().data_type(DataType::Int64);
+                let counts = Int64Array::from(counts.build().ok()?);
+                Self::Moments(source.each(|row| micros(counts.value(row), *unit)))
+            }
+            DataType::Dictionary(..) => Self::Texts(source.words()?),
             _ => Self::Texts(source.texts()?),
         })
     }
@@ -124,19 +103,15 @@ impl Column {
     }
 
     pub(super) fn shown(&self, row: usize) -> Cow<'_, str> {
-        match self {
-            Self::Floats(values) => values[row]
-                .map_or_else(String::new, |v| v.to_string())
-                .into(),
-            Self::Wholes(values) => values[row]
-                .map_or_else(String::new, |v| v.to_string())
-                .into(),
+        let text = match self {
+            Self::Floats(values) => values[row].map(|value| value.to_string()),
+            Self::Wholes(values) => values[row].map(|value| value.to_string()),
             Self::Moments(values) => {
-                let text = |micros| format!("{} s", micros as f64 / 1.0e6);
-                values[row].map_or_else(String::new, text).into()
+                values[row].map(|micros| format!("{} s", micros as f64 / 1.0e6))
             }
-            Self::Texts(values) => values[row].as_deref().unwrap_or_default().into(),
-        }
+            Self::Texts(values) => return values[row].as_deref().unwrap_or_default().into(),
+        };
+        text.unwrap_or_default().into()
     }
 }
 
@@ -162,22 +137,9 @@ impl Values<'_> {
         Some(self.each(|row| convert(values.value(row))))
     }
 
-    fn timestamps(&self, unit: TimeUnit) -> Option<Vec<Option<i64>>> {
-        match unit {
-            TimeUnit::Second => self.primitive::<TimestampSecondType, _>(seconds),
-            TimeUnit::Millisecond => self.primitive::<TimestampMillisecondType, _>(milliseconds),
-            TimeUnit::Microsecond => self.primitive::<TimestampMicrosecondType, _>(|v| v),
-            TimeUnit::Nanosecond => self.primitive::<TimestampNanosecondType, _>(nanoseconds),
-        }
-    }
-
-    fn durations(&self, unit: TimeUnit) -> Option<Vec<Option<i64>>> {
-        match unit {
-            TimeUnit::Second => self.primitive::<DurationSecondType, _>(seconds),
-            TimeUnit::Millisecond => self.primitive::<DurationMillisecondType, _>(milliseconds),
-            TimeUnit::Microsecond => self.primitive::<DurationMicrosecondType, _>(|v| v),
-            TimeUnit::Nanosecond => self.primitive::<DurationNanosecondType, _>(nanoseconds),
-        }
+    /// Integers; those beyond an i64 become the largest.
+    fn wholes<A: ArrowPrimitiveType>(&self) -> Option<Vec<Option<i64>>> {
+        self.primitive::<A, _>(|value| value.to_i64().unwrap_or(i64::MAX))
     }
 
     fn texts(&self) -> Option<Vec<Option<String>>> {
@@ -198,31 +160,28 @@ impl Values<'_> {
         })
     }
 
-    fn dictionary<K: ArrowDictionaryKeyType>(&self) -> Option<Vec<Option<String>>> {
-        let dictionary = self.array.as_dictionary_opt::<K>()?;
-        let nulls = dictionary.values().logical_nulls();
-        let words = Values {
-            array: dictionary.values(),
-            nulls: nulls.as_ref(),
-        };
-        let words = words.texts()?;
-        let word = |row| {
-            dictionary
-                .key(row)
-                .and_then(|key| words.get(key).cloned().flatten())
-        };
-        Some(self.each(word).into_iter().map(Option::flatten).collect())
+    /// Texts of a dictionary.
+    fn words(&self) -> Option<Vec<Option<String>>> {
+        let dictionary = self.array.as_any_dictionary_opt()?;
+        let array = dictionary.values();
+        if array.is_empty() {
+            return Some(vec![None; self.array.len()]);
+        }
+        let nulls = array.logical_nulls();
+        let nulls = nulls.as_ref();
+        let words = Values { array, nulls }.texts()?;
+        let keys = dictionary.normalized_keys();
+        let words = self.each(|row| words[keys[row]].clone());
+        Some(words.into_iter().map(Option::flatten).collect())
     }
 }
 
-fn seconds(value: i64) -> i64 {
-    value.saturating_mul(1_000_000)
-}
-
-fn milliseconds(value: i64) -> i64 {
-    value.saturating_mul(1000)
-}
-
-fn nanoseconds(value: i64) -> i64 {
-    value.div_euclid(1000) + i64::from(value.rem_euclid(1000) >= 500)
+/// Time in µs, from a count of a unit.
+fn micros(count: i64, unit: TimeUnit) -> i64 {
+    match unit {
+        TimeUnit::Second => count.saturating_mul(1_000_000),
+        TimeUnit::Millisecond => count.saturating_mul(1000),
+        TimeUnit::Microsecond => count,
+        TimeUnit::Nanosecond => count.div_euclid(1000) + i64::from(count.rem_euclid(1000) >= 500),
+    }
 }

@@ -34,7 +34,7 @@ use crate::input::loaded::Hints;
 use crate::input::open::Container;
 use crate::input::refusal::ContainerError;
 use crate::input::store::stored::Stored;
-use column::{Column, Kind};
+use column::{Column, is_read, is_time};
 use guarded::guarded;
 
 /// Rows decoded at once.
@@ -152,7 +152,7 @@ fn find_leaves(fields: &Fields, before: &str, path: &[usize], leaves: &mut Vec<L
 /// Column that may be the time without a name that identifies it: the index of pandas, or the only column with the
 /// type of a time.
 fn index(leaves: &[Leaf]) -> Index {
-    let is_time = |leaf: &Leaf| Kind::of(&leaf.data_type) == Some(Kind::Moment) && leaf.name != "t";
+    let is_time = |leaf: &Leaf| is_time(&leaf.data_type) && leaf.name != "t";
     let is_index = |leaf: &Leaf| leaf.name.starts_with(PANDAS_INDEX);
     if let Some(at) = leaves
         .iter()
@@ -171,7 +171,7 @@ fn index(leaves: &[Leaf]) -> Index {
 impl Leaf {
     /// Checks that its values can be read.
     fn check(&self, file: &str) -> Result<(), InputError> {
-        if Kind::of(&self.data_type).is_some() {
+        if is_read(&self.data_type) {
             return Ok(());
         }
         Err(ContainerError::ColumnType {
