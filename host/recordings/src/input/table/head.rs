@@ -42,7 +42,7 @@ impl Head {
     pub(super) fn of(source: &mut dyn Read) -> io::Result<Self> {
         let mut bytes = Vec::new();
         let mut chunk = [0; 4096];
-        while bytes.len() < LONGEST_HEAD && !Lines::of(&bytes).any(|line| line.is_row()) {
+        while bytes.len() < LONGEST_HEAD && !lines(&bytes).any(|line| line.is_row()) {
             match source.read(&mut chunk) {
                 Ok(0) => break,
                 Ok(count) => bytes.extend_from_slice(&chunk[..count]),
@@ -53,9 +53,9 @@ impl Head {
         let preamble = pass_over_preamble(&mut bytes, source)?;
         // The last line of a file may lack a line end.
         bytes.push(b'\n');
-        let first = Lines::of(&bytes).find(Line::is_row);
+        let first = lines(&bytes).find(Line::is_row);
         let separator = first.as_ref().map_or(b',', |line| separator(line.bytes));
-        let comment = Lines::of(&bytes)
+        let comment = lines(&bytes)
             .take_while(|line| !line.is_row())
             .filter_map(|line| line.comment())
             .last();
@@ -73,36 +73,25 @@ impl Head {
 /// without a comment mark. The first of them is neither a row of numbers nor a header, and a header follows soon.
 /// Returns their number.
 fn pass_over_preamble(bytes: &mut Vec<u8>, source: &mut dyn Read) -> io::Result<usize> {
-    let first = Lines::of(bytes).find(Line::is_row);
+    let first = lines(bytes).find(Line::is_row);
     if first.is_none_or(|line| line.may_begin_a_table()) {
         return Ok(0);
     }
     let mut more = source.take(LONGEST_PREAMBLE);
     more.read_to_end(bytes)?;
-    let mut lines = Lines::of(bytes);
-    let mut passed = 0;
-    let header = loop {
-        match lines.next() {
-            Some(line) if line.is_header() => break line.start,
-            Some(line) if line.is_row() && passed < LONGEST_PREAMBLE_LINES => passed += 1,
-            Some(line) if !line.is_row() => {}
-            _ => return Ok(0),
-        }
+    let Some(Line { start: header, .. }) = lines(bytes).find(Line::is_header) else {
+        return Ok(0);
     };
+    let passed = lines(&bytes[..header]).filter(Line::is_row).count();
+    if passed > LONGEST_PREAMBLE_LINES {
+        return Ok(0);
+    }
     for byte in &mut bytes[..header] {
         if *byte != b'\n' {
             *byte = b' ';
         }
     }
     Ok(passed)
-}
-
-/// Iterator over the complete lines of a text.
-struct Lines<'a> {
-    rest: &'a [u8],
-    number: u64,
-    /// Start of the remaining text.
-    start: usize,
 }
 
 struct Line<'a> {
@@ -113,33 +102,22 @@ struct Line<'a> {
     number: u64,
 }
 
-impl<'a> Lines<'a> {
-    fn of(text: &'a [u8]) -> Self {
-        let rest = text.strip_prefix("\u{feff}".as_bytes()).unwrap_or(text);
-        Self {
-            rest,
-            number: 0,
-            start: text.len() - rest.len(),
-        }
-    }
-}
-
-impl<'a> Iterator for Lines<'a> {
-    type Item = Line<'a>;
-
-    fn next(&mut self) -> Option<Line<'a>> {
-        let end = self.rest.iter().position(|byte| *byte == b'\n')?;
-        let line = self.rest[..end].trim_ascii();
-        let start = self.start;
-        self.rest = &self.rest[end + 1..];
-        self.start += end + 1;
-        self.number += 1;
-        Some(Line {
+/// Complete lines of a text.
+fn lines(text: &[u8]) -> impl Iterator<Item = Line<'_>> {
+    let rest = text.strip_prefix("\u{feff}".as_bytes()).unwrap_or(text);
+    let mut end = text.len() - rest.len();
+    let lines = rest.split_inclusive(|byte| *byte == b'\n');
+    let complete = lines.take_while(|line| line.ends_with(b"\n"));
+    complete.zip(1..).map(move |(line, number)| {
+        let start = end;
+        end += line.len();
+        let bytes = line.trim_ascii();
+        Line {
             start,
-            bytes: line,
-            number: self.number,
-        })
-    }
+            bytes,
+            number,
+        }
+    })
 }
 
 impl Line<'_> {
