@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use estimator_core::Validity;
 use samples::recording::Label;
-use samples::validity::VALIDITIES;
+use samples::validity::of_name;
 
 use super::reader::Row;
 use crate::input::error::{Cell, InputError};
@@ -69,7 +69,12 @@ impl Cells for Row {
     }
 
     fn cell(&self, index: usize, name: &str) -> Cell {
-        Self::cell(self, index, name)
+        Cell {
+            file: self.file.clone(),
+            place: self.place,
+            column: index + 1,
+            name: name.to_owned(),
+        }
     }
 }
 
@@ -133,12 +138,8 @@ pub(super) fn validity(row: &impl Cells, index: usize) -> Result<Validity, Input
         return Ok(Validity::Valid);
     }
     let text = row.shown(index);
-    VALIDITIES
-        .into_iter()
-        .find(|(name, _)| *name == text)
-        .map(|(_, validity)| validity)
-        .ok_or_else(|| InputError::Validity {
-            cell: row.cell(index, "validity"),
-            text: text.into_owned(),
-        })
+    of_name(&text).ok_or_else(|| InputError::Validity {
+        cell: row.cell(index, "validity"),
+        text: text.into_owned(),
+    })
 }

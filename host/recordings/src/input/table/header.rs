@@ -69,7 +69,7 @@ impl Columns {
     }
 
     /// Parses a header that must have all required columns.
-    pub(super) fn checked(header: &Row, file: &str) -> Result<Self, InputError> {
+    pub(super) fn checked(header: &Row) -> Result<Self, InputError> {
         let columns = Self::from_header(header).unwrap_or_default();
         if let Some((index, name)) = &columns.duplicate {
             return Err(InputError::DuplicateColumn {
@@ -81,7 +81,7 @@ impl Columns {
             Ok(columns)
         } else {
             Err(InputError::MissingColumns {
-                file: file.to_owned(),
+                file: header.file.clone(),
                 place: header.place,
                 columns: missing.join(", "),
                 slip: columns.slip(),

@@ -46,9 +46,9 @@ impl<'a> Intake<'a> {
         layout: Layout,
         mut truth: Option<&'a mut Orientations>,
     ) -> Result<Self, InputError> {
-        let mut columns = Columns::checked(&layout.header, file)?;
+        let mut columns = Columns::checked(&layout.header)?;
         if let Some(truth) = &mut truth {
-            truth.header(&layout.header, file)?;
+            truth.header(&layout.header)?;
             columns.ignored.retain(|name| !Orientations::reads(name));
         }
         Ok(Self {
@@ -116,7 +116,8 @@ impl<'a> Intake<'a> {
         self.truth.as_mut().map_or(Ok(()), |truth| truth.row(row))
     }
 
-    /// Time of a row, µs; `None` in a table without times.
+    /// Time of a row, µs; `None` in a table without times. Their unit is the given one, that of the column's name, or
+    /// the one in which the first time is plausible.
     fn time_us(&mut self, row: &impl Cells) -> Result<Option<i64>, InputError> {
         let Some(index) = self.columns.t else {
             return Ok(None);
@@ -124,7 +125,15 @@ impl<'a> Intake<'a> {
         let column = self.time.get_or_insert_with(|| TimeColumn {
             index,
             nanoseconds: self.columns.nanoseconds,
-            unit: time_unit(&self.layout, self.hints, row, index),
+            unit: self
+                .hints
+                .table
+                .time_unit
+                .or(self.layout.time_unit)
+                .unwrap_or_else(|| {
+                    let value = row.optional(index, "t").ok().flatten();
+                    unit_since_1970(value.unwrap_or_default())
+                }),
         });
         column.micros(row).map(Some)
     }
@@ -168,19 +177,6 @@ impl<'a> Intake<'a> {
         }
         Ok(stored)
     }
-}
-
-/// Unit of the times: the given one, that of the column's name, or the one in which the first time is plausible.
-fn time_unit(layout: &Layout, hints: &Hints, first: &impl Cells, index: usize) -> TimeUnit {
-    let by_size = || {
-        let value = first.optional(index, "t").ok().flatten();
-        unit_since_1970(value.unwrap_or_default())
-    };
-    hints
-        .table
-        .time_unit
-        .or(layout.time_unit)
-        .unwrap_or_else(by_size)
 }
 
 /// Plausible rates of sensors, Hz.

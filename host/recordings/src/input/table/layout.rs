@@ -1,5 +1,6 @@
 //! Header of a `csv`, with our names for the known columns.
 
+use super::cells::Cells;
 use super::mapping::{Mapping, is_axis, is_ours};
 use super::names::{
     Found, FoundTime, Triple, find_time, find_with_units, guess, position, split_unit,
@@ -9,7 +10,7 @@ use super::options::{AccelerationUnit, RateUnit, TableOptions, TimeUnit, Units};
 use super::reader::{Row, Table};
 use super::ros2;
 use super::sensors::choices;
-use crate::input::error::{Cell, InputError, RowPlace, Suggestion};
+use crate::input::error::{InputError, Suggestion};
 use crate::input::iso8601::micros_since_1970;
 use crate::input::refusal::first_of;
 
@@ -94,7 +95,7 @@ impl Layout {
         } else {
             Index::Other
         };
-        let layout = Self::named(&header, table.file(), options, index)?;
+        let layout = Self::named(&header, options, index)?;
         Ok(Some(Self {
             names_ignored: !by_message,
             ..layout
@@ -104,7 +105,6 @@ impl Layout {
     /// Finds our columns among those of a header.
     pub(super) fn named(
         header: &Row,
-        file: &str,
         options: &TableOptions,
         index: Index,
     ) -> Result<Self, InputError> {
@@ -112,20 +112,19 @@ impl Layout {
             names: header.cells().map(str::to_owned).collect(),
             taken: Vec::new(),
             mapped: 0,
-            place: header.place,
-            file: file.to_owned(),
+            header,
             time_unit: None,
         };
         naming.map(&options.mapping)?;
         naming.mapped = naming.taken.len();
-        naming.recognise(header, options.units)?;
+        naming.recognise(options.units)?;
         if let Index::Time(column) = index
             && !naming.has("t")
         {
             naming.take("t", column);
         }
         let foreign = !naming.taken.is_empty();
-        let notice = (foreign && options.mapping.is_empty()).then(|| naming.notice(header));
+        let notice = (foreign && options.mapping.is_empty()).then(|| naming.notice());
         Ok(Self {
             header: header.with_cells(naming.names.iter().collect()),
             blanks: if foreign || index != Index::None {
@@ -147,18 +146,17 @@ fn index_is_time(table: &mut Table) -> Result<bool, InputError> {
 }
 
 /// Names of a header's columns during their translation into ours.
-struct Naming {
+struct Naming<'a> {
+    header: &'a Row,
     names: Vec<String>,
     /// Our names of columns that had others, with the index.
     taken: Vec<(&'static str, usize)>,
     /// Number of columns with an explicit mapping, whose units are not checked.
     mapped: usize,
-    place: RowPlace,
-    file: String,
     time_unit: Option<TimeUnit>,
 }
 
-impl Naming {
+impl Naming<'_> {
     fn has(&self, name: &str) -> bool {
         self.names.iter().any(|given| given == name)
     }
@@ -178,33 +176,25 @@ impl Naming {
     fn map(&mut self, mapping: &Mapping) -> Result<(), InputError> {
         let given = self.names.clone();
         for (ours, theirs) in mapping.pairs() {
-            let Some(ours) = own_name(ours) else {
-                continue;
-            };
             match position(theirs, &given)[..] {
                 [index] => self.take(ours, index),
                 [] => {
                     return Err(InputError::NoSuchColumn {
-                        file: self.file.clone(),
-                        place: self.place,
+                        file: self.header.file.clone(),
+                        place: self.header.place,
                         name: theirs.to_owned(),
                         columns: shortened(&given),
                     });
                 }
                 [one, other, ..] if given[one] == given[other] => {
                     return Err(InputError::DuplicateColumn {
-                        cell: Cell {
-                            file: self.file.clone(),
-                            place: self.place,
-                            column: other + 1,
-                            name: given[other].clone(),
-                        },
+                        cell: self.header.cell(other, &given[other]),
                     });
                 }
                 [one, other, ..] => {
                     return Err(InputError::AmbiguousColumn {
-                        file: self.file.clone(),
-                        place: self.place,
+                        file: self.header.file.clone(),
+                        place: self.header.place,
                         name: theirs.to_owned(),
                         candidates: [given[one].clone(), given[other].clone()],
                     });
@@ -216,7 +206,7 @@ impl Naming {
 
     /// Recognises columns with names of others where ours are missing. Units in their names must be those in which
     /// they are read.
-    fn recognise(&mut self, header: &Row, units: Units) -> Result<(), InputError> {
+    fn recognise(&mut self, units: Units) -> Result<(), InputError> {
         let given = self.names.clone();
         for triple in [Triple::Acceleration, Triple::Rate] {
             let ours = triple.ours();
@@ -232,8 +222,8 @@ impl Naming {
                 Found::Several(several) => {
                     let first_axes = several.iter().map(|[x, ..]| given[*x].clone());
                     return Err(InputError::SeveralSensors {
-                        file: self.file.clone(),
-                        place: self.place,
+                        file: self.header.file.clone(),
+                        place: self.header.place,
                         candidates: first_axes.collect(),
                         mappings: choices(triple, &several, &given),
                     });
@@ -241,7 +231,7 @@ impl Naming {
                 Found::Nowhere => {}
             }
         }
-        self.check_units(header, units)?;
+        self.check_units(units)?;
         // A table of ours has no column `time`: it may be any time.
         let foreign = self.taken.iter().any(|(ours, _)| is_axis(ours));
         let is_own = |triple: Triple| triple.own(&self.names).is_some();
@@ -275,11 +265,11 @@ impl Naming {
     }
 
     /// Checks that the unit in the name of each recognised axis is the one in which it would be read.
-    fn check_units(&self, header: &Row, units: Units) -> Result<(), InputError> {
+    fn check_units(&self, units: Units) -> Result<(), InputError> {
         let mut named = units;
         let mut wrong = None;
         for (ours, index) in &self.taken[self.mapped..] {
-            let (_, Some(written)) = split_unit(header.text(*index)) else {
+            let (_, Some(written)) = split_unit(self.header.text(*index)) else {
                 continue;
             };
             let (unit, read_in) = if Triple::Acceleration.ours().contains(ours) {
@@ -299,9 +289,9 @@ impl Naming {
         match wrong {
             None => Ok(()),
             Some((index, unit, read_in)) => Err(InputError::NamedUnit {
-                file: self.file.clone(),
-                place: self.place,
-                name: header.text(index).to_owned(),
+                file: self.header.file.clone(),
+                place: self.header.place,
+                name: self.header.text(index).to_owned(),
                 unit,
                 read_in,
                 units: named,
@@ -310,16 +300,16 @@ impl Naming {
     }
 
     /// Sentence that lists the recognised columns.
-    fn notice(&self, header: &Row) -> String {
+    fn notice(&self) -> String {
         let taken: Vec<_> = self
             .taken
             .iter()
-            .map(|(ours, index)| match header.text(*index) {
+            .map(|(ours, index)| match self.header.text(*index) {
                 "" => format!("{ours} is column {}", index + 1),
                 theirs => format!("{ours} is {theirs}"),
             })
             .collect();
-        format!("{}: {}", self.file, taken.join(", "))
+        format!("{}: {}", self.header.file, taken.join(", "))
     }
 }
 
@@ -331,24 +321,24 @@ pub(super) fn suggestion(header: &Row, missing: &[&'static str]) -> Option<Sugge
     if !names.iter().any(|name| name == "t") {
         wanted.insert(0, "t");
     }
-    let mut found: Vec<(String, String)> = Vec::new();
+    let mut columns: Vec<(&'static str, String)> = Vec::new();
     for ours in &wanted {
         if let Some(index) = guess(ours, &names)
             && !is_ours(&names[index])
-            && !found.iter().any(|(_, theirs)| *theirs == names[index])
+            && !columns.iter().any(|(_, theirs)| *theirs == names[index])
         {
-            found.push(((*ours).to_owned(), names[index].clone()));
+            columns.push((ours, names[index].clone()));
         }
     }
-    if found.iter().any(|(ours, _)| is_axis(ours)) {
-        return Some(Suggestion::Meant(Mapping::from_pairs(found)));
+    if columns.iter().any(|(ours, _)| is_axis(ours)) {
+        return Some(Suggestion::Meant(Mapping { columns }));
     }
     // An example of the syntax does not help if a single axis is missing.
     (missing.len() == AXES).then(|| example(&wanted, &names))?
 }
 
 /// Example of a mapping of the first columns of a file, if they have names.
-pub(in crate::input) fn example(wanted: &[&str], names: &[String]) -> Option<Suggestion> {
+pub(in crate::input) fn example(wanted: &[&'static str], names: &[String]) -> Option<Suggestion> {
     let is_name =
         |name: &&String| !name.is_empty() && name.parse::<f64>().is_err() && !is_ours(name);
     let mut theirs: Vec<&String> = Vec::new();
@@ -362,19 +352,9 @@ pub(in crate::input) fn example(wanted: &[&str], names: &[String]) -> Option<Sug
     }
     // If there is one name too few, the time is omitted.
     let wanted = &wanted[wanted.len().saturating_sub(theirs.len())..];
-    let pairs = wanted.iter().zip(theirs);
-    let pairs = pairs.map(|(ours, theirs)| ((*ours).to_owned(), theirs.clone()));
-    Some(Suggestion::Example(Mapping::from_pairs(pairs.collect())))
-}
-
-/// Our name with a static lifetime.
-fn own_name(name: &str) -> Option<&'static str> {
-    let axes = Triple::Acceleration
-        .ours()
-        .into_iter()
-        .chain(Triple::Rate.ours());
-    axes.chain(["t", "force", "label", "validity"])
-        .find(|ours| *ours == name)
+    let columns = wanted.iter().copied().zip(theirs.into_iter().cloned());
+    let columns = columns.collect();
+    Some(Suggestion::Example(Mapping { columns }))
 }
 
 /// List of names, shortened to the first ones if there are many.

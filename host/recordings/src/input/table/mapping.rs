@@ -8,9 +8,15 @@ use estimator_core::Axis;
 /// Our names other than axes.
 const OTHERS: [&str; 4] = ["t", "force", "label", "validity"];
 
+/// Our name that equals this one.
+fn own_name(name: &str) -> Option<&'static str> {
+    let axes = Axis::ALL.map(Axis::name);
+    axes.into_iter().chain(OTHERS).find(|ours| *ours == name)
+}
+
 /// Returns whether a column of a `csv` may have this name.
 pub(in crate::input) fn is_ours(name: &str) -> bool {
-    OTHERS.contains(&name) || is_axis(name)
+    own_name(name).is_some()
 }
 
 /// Returns whether this is the name of an axis.
@@ -21,20 +27,16 @@ pub(in crate::input) fn is_axis(name: &str) -> bool {
 /// Columns of a file by our names.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Mapping {
-    columns: Vec<(String, String)>,
+    /// Pairs of our name and that of the file.
+    pub(super) columns: Vec<(&'static str, String)>,
 }
 
 impl Mapping {
-    /// Creates a mapping from pairs of our name and that of the file.
-    pub(super) fn from_pairs(columns: Vec<(String, String)>) -> Self {
-        Self { columns }
-    }
-
     /// Pairs of our name and that of the file.
-    pub fn pairs(&self) -> impl Iterator<Item = (&str, &str)> {
+    pub fn pairs(&self) -> impl Iterator<Item = (&'static str, &str)> {
         self.columns
             .iter()
-            .map(|(ours, theirs)| (ours.as_str(), theirs.as_str()))
+            .map(|(ours, theirs)| (*ours, theirs.as_str()))
     }
 
     /// Returns whether the mapping is empty.
@@ -49,7 +51,7 @@ impl FromStr for Mapping {
 
     /// Reads `ours=theirs` pairs, separated by commas.
     fn from_str(text: &str) -> Result<Self, String> {
-        let mut columns: Vec<(String, String)> = Vec::new();
+        let mut columns: Vec<(&'static str, String)> = Vec::new();
         for pair in text.split(',') {
             let Some((ours, theirs)) = pair.split_once('=') else {
                 return Err(format!(
@@ -57,20 +59,20 @@ impl FromStr for Mapping {
                 ));
             };
             let (ours, theirs) = (ours.trim(), theirs.trim());
-            if !is_ours(ours) {
+            let ours = own_name(ours).ok_or_else(|| {
                 let axes = Axis::ALL.map(Axis::name).join(", ");
-                return Err(format!(
+                format!(
                     "there is no column {ours:?} to map to; there are {axes}, {}",
                     OTHERS.join(", ")
-                ));
-            }
-            if columns.iter().any(|(named, _)| named == ours) {
+                )
+            })?;
+            if columns.iter().any(|(named, _)| *named == ours) {
                 return Err(format!("{ours} is mapped twice"));
             }
             if columns.iter().any(|(_, named)| named == theirs) {
                 return Err(format!("column {theirs:?} is mapped twice"));
             }
-            columns.push((ours.to_owned(), theirs.to_owned()));
+            columns.push((ours, theirs.to_owned()));
         }
         Ok(Self { columns })
     }

@@ -267,12 +267,6 @@ pub(super) fn guess(ours: &str, names: &[String]) -> Option<usize> {
     })
 }
 
-/// Pairs of our names and those of columns, for a mapping.
-pub(super) fn pairs(ours: &[&str], indices: &[usize], names: &[String]) -> Vec<(String, String)> {
-    let pair = |(ours, index): (&&str, &usize)| ((*ours).to_owned(), names[*index].clone());
-    ours.iter().zip(indices).map(pair).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -12,7 +12,7 @@ use super::head::{COMMENT, Head};
 use super::lines::{LONGEST_ROW, Progress, Watched};
 use super::names;
 use super::options::Decimal;
-use crate::input::error::{Cell, InputError, RowPlace};
+use crate::input::error::{InputError, RowPlace};
 use crate::input::iso8601::micros_since_1970;
 use samples::compressed::{decompressed, without_ending};
 
@@ -256,7 +256,8 @@ pub fn recording_name(path: &Path) -> String {
 /// A row of the table.
 #[derive(Clone)]
 pub(in crate::input) struct Row {
-    file: String,
+    /// Path of the file, as given.
+    pub(super) file: String,
     pub(super) place: RowPlace,
     cells: StringRecord,
 }
@@ -308,15 +309,5 @@ impl Row {
     /// Content of column `index` (from 0).
     pub(super) fn text(&self, index: usize) -> &str {
         self.cells.get(index).unwrap_or_default()
-    }
-
-    /// Position of a cell, for messages.
-    pub(super) fn cell(&self, index: usize, name: &str) -> Cell {
-        Cell {
-            file: self.file.clone(),
-            place: self.place,
-            column: index + 1,
-            name: name.to_owned(),
-        }
     }
 }

@@ -1,7 +1,7 @@
 //! Choice among several sensors in one table.
 
 use super::mapping::Mapping;
-use super::names::{Found, Triple, find_with_units, pairs};
+use super::names::{Found, Triple, find_with_units};
 
 /// Complete mapping of each of several sensors, whose axes `triple` were found more than once in a header: with those of
 /// the other kind whose names begin alike. A kind with our names in the header is left out.
@@ -20,13 +20,14 @@ pub(super) fn choices(triple: Triple, found: &[[usize; 3]], names: &[String]) ->
     let of_sensor = |axes: &[usize; 3]| {
         let [x, ..] = *axes;
         let alike = |[other, ..]: &&[usize; 3]| common_start(&names[x], &names[*other]);
-        let mut both = pairs(&triple.ours(), axes, names);
         // First one of several that are equally alike.
-        if let Some(with) = others.iter().rev().max_by_key(alike) {
-            both.extend(pairs(&other.ours(), with, names));
-        }
-        both.sort();
-        Mapping::from_pairs(both)
+        let with = others.iter().rev().max_by_key(alike);
+        let ours = [triple.ours(), other.ours()].concat().into_iter();
+        let theirs = axes.iter().chain(with.into_iter().flatten());
+        let pairs = ours.zip(theirs.map(|index| names[*index].clone()));
+        let mut columns: Vec<_> = pairs.collect();
+        columns.sort_unstable();
+        Mapping { columns }
     };
     found.iter().map(of_sensor).collect()
 }

@@ -38,10 +38,10 @@ impl Orientations {
     }
 
     /// Finds the columns in a header.
-    pub(super) fn header(&mut self, header: &Row, file: &str) -> Result<(), InputError> {
+    pub(super) fn header(&mut self, header: &Row) -> Result<(), InputError> {
         if header.cells().any(|name| name == ESTIMATE) {
             return Err(InputError::EstimatedOrientation {
-                file: file.to_owned(),
+                file: header.file.clone(),
             });
         }
         let index_of = |column: &str| {
@@ -67,7 +67,7 @@ impl Orientations {
             Ok(())
         } else {
             Err(InputError::MissingColumns {
-                file: file.to_owned(),
+                file: header.file.clone(),
                 place: header.place,
                 columns: missing.join(", "),
                 slip: None,

@@ -64,7 +64,7 @@ pub(in crate::input) fn read(
     find_leaves(about.schema().fields(), "", &[], &mut leaves);
     let names: Vec<String> = leaves.iter().map(|leaf| leaf.name.clone()).collect();
     let header = Row::of_names(file, &names);
-    let layout = Layout::named(&header, file, &hints.table, index(&leaves))?;
+    let layout = Layout::named(&header, &hints.table, index(&leaves))?;
     let mut intake = Intake::new(file, hints, layout, truth)?;
     let used = intake.used();
     for index in &used {
