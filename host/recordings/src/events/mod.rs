@@ -142,7 +142,6 @@ enum State {
 impl Events {
     /// Processes the next estimate.
     pub fn add(&mut self, estimate: &ContactEstimate) {
-        let now = estimate.timestamp;
         self.unstable
             .extend(self.loaded.add(estimate).into_iter().flatten());
         match (&mut self.state, estimate.decision) {
@@ -157,7 +156,7 @@ impl Events {
             (State::Unstable(unstable), Decision::Stable) => {
                 unstable.reckon(estimate);
                 let ended = *unstable;
-                self.end(&ended, now);
+                self.end(&ended, Some(estimate.timestamp));
                 self.state = State::Stable(Reckoning::from_rest(estimate));
             }
             (state, Decision::Stable) => *state = State::Stable(Reckoning::from_rest(estimate)),
@@ -174,41 +173,38 @@ impl Events {
 
     /// Ends the recording and returns the remaining events.
     pub fn finish(mut self) -> impl Iterator<Item = ContactEvent> {
-        if let State::Unstable(unstable) = self.state
-            && unstable.stood()
-        {
-            match unstable.verdict() {
-                Verdict::Swing { lift_off, slip } => self.lift(&unstable, lift_off, slip),
-                Verdict::Slip => self.slip_starts(&unstable, None, None),
-                Verdict::Unknown | Verdict::Neither => {}
-            }
+        if let State::Unstable(unstable) = self.state {
+            self.end(&unstable, None);
         }
         self.close(None);
         self.known.into_iter().chain(self.unstable)
     }
 
-    /// Ends a stretch: the decision is "stable" again at `now`.
-    fn end(&mut self, unstable: &Unstable, now: Timestamp) {
+    /// Ends a stretch: the decision is "stable" again at `now`, or the recording ends.
+    fn end(&mut self, unstable: &Unstable, now: Option<Timestamp>) {
         let stood = unstable.stood();
         match unstable.verdict() {
             Verdict::Swing { lift_off, slip } => {
                 if stood {
                     self.lift(unstable, lift_off, slip);
                 }
-                self.known.extend(self.unstable.drain(..));
-                self.stance = Stance {
-                    touch_down: Some(now),
-                    peak: 0.0,
-                };
-                self.waiting
-                    .push(ContactEvent::new(EventKind::TouchDown, now));
+                if let Some(now) = now {
+                    self.known.extend(self.unstable.drain(..));
+                    self.stance = Stance {
+                        touch_down: Some(now),
+                        peak: 0.0,
+                    };
+                    self.waiting
+                        .push(ContactEvent::new(EventKind::TouchDown, now));
+                }
             }
             Verdict::Unknown => {
                 self.close(None);
                 self.stance = Stance::default();
             }
             Verdict::Slip if stood => {
-                self.slip_starts(unstable, Some(now), unstable.distance_to_rest());
+                let distance_m = now.and_then(|_| unstable.distance_to_rest());
+                self.slip_starts(unstable, now, distance_m);
             }
             Verdict::Slip | Verdict::Neither => {}
         }

@@ -21,7 +21,8 @@ const UNSOUND: [Flag; 4] = [
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Reckoning {
     start: Timestamp,
-    now: Timestamp,
+    /// Time of the newest estimate.
+    pub(super) now: Timestamp,
     /// Up in the frame of the foot during its stance.
     up: Vector,
     /// Acceleration in the world frame, m/s².
@@ -47,11 +48,6 @@ impl Reckoning {
         }
     }
 
-    /// Time of the newest estimate.
-    pub(super) const fn now(&self) -> Timestamp {
-        self.now
-    }
-
     /// Processes the next estimate.
     pub(super) fn add(&mut self, estimate: &ContactEstimate) {
         let step = estimate.timestamp.micros_since(self.now);
@@ -65,9 +61,7 @@ impl Reckoning {
             }
             _ => self.is_sound = false,
         }
-        self.is_sound &= UNSOUND
-            .into_iter()
-            .all(|flag| !estimate.flags.contains(flag));
+        self.is_sound &= !UNSOUND.iter().any(|flag| estimate.flags.contains(*flag));
         self.acceleration = acceleration;
         self.now = estimate.timestamp;
     }
@@ -97,8 +91,7 @@ impl Reckoning {
 
 /// Acceleration without gravity in the world frame, m/s².
 fn in_world(estimate: &ContactEstimate) -> Vector {
-    let a = estimate.linear_acceleration.0;
-    rotation(estimate).to_world(Vector::new(a.x.into(), a.y.into(), a.z.into()))
+    rotation(estimate).to_world(estimate.linear_acceleration.0.into())
 }
 
 /// Up in the frame of the foot.

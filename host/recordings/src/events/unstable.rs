@@ -37,7 +37,7 @@ pub(super) fn is_motion_unknown(estimate: &ContactEstimate) -> bool {
 }
 
 /// State of the stretch up to its newest sample.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Unstable {
     /// Time of its first sample.
@@ -83,17 +83,9 @@ impl Unstable {
     pub(super) fn new(stood: Option<Reckoning>, estimate: &ContactEstimate) -> Self {
         let mut unstable = Self {
             start: estimate.timestamp,
-            peak: 0.0,
-            distance_to_lift: None,
-            newest: stood.map_or(estimate.timestamp, |reckoning| reckoning.now()),
-            has_load: false,
-            unloaded: None,
-            lifted: None,
-            rolled: None,
-            slid: false,
-            unknown_us: 0,
-            last_unknown: None,
+            newest: stood.map_or(estimate.timestamp, |reckoning| reckoning.now),
             reckoning: stood,
+            ..Self::default()
         };
         unstable.add(estimate);
         unstable
@@ -153,11 +145,8 @@ impl Unstable {
 
     /// Time at which it lost its load, lifted or began to roll, whichever was first.
     fn left_ground(&self) -> Option<Timestamp> {
-        let times = [self.unloaded, self.lifted, self.rolled];
-        times
-            .into_iter()
-            .flatten()
-            .min_by_key(|time| time.as_micros())
+        let times = [self.unloaded, self.lifted, self.rolled].into_iter();
+        times.flatten().min_by_key(|time| time.as_micros())
     }
 
     /// Verdict on the stretch if it ends here.
