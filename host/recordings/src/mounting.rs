@@ -104,9 +104,12 @@ pub fn rotation(mounting: &Mounting) -> Rotation {
         0 => ways[0].0,
         _ => ways[k].1[k - 1],
     };
-    let best = (1..4).fold(0, |best, k| match diagonal(k) > diagonal(best) {
-        true => k,
-        false => best,
+    let best = (1..4).fold(0, |best, k| {
+        if diagonal(k) > diagonal(best) {
+            k
+        } else {
+            best
+        }
     });
     let (w, v) = ways[best];
     normalised(w, Vector::from_array(v))
@@ -127,8 +130,7 @@ fn checked(params: MountingParams) -> Mounting {
 
 fn angle_degrees(axis: SensorAxis, up: Vec3) -> f64 {
     let along = Vector::from_array(UNIT.map(|unit| f64::from(axis.component(unit))));
-    let up = Vector::new(up.x.into(), up.y.into(), up.z.into());
-    along.angle_to(up).to_degrees()
+    along.angle_to(up.into()).to_degrees()
 }
 
 #[cfg(test)]

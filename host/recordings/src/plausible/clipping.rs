@@ -134,12 +134,8 @@ impl Clipping {
                     && end.samples >= LEAST_STAY * end.visits
                     && end.value >= sensor.smallest_range()
             };
-            let seen: u64 = count
-                .ends
-                .iter()
-                .filter(is_end)
-                .map(|end| end.samples)
-                .sum();
+            let ends = count.ends.iter().filter(is_end);
+            let seen: u64 = ends.map(|end| end.samples).sum();
             let samples = seen.max(count.declared);
             let steps = self.steps.max(1);
             (samples > CLIPPED_A_STEP * steps).then_some(Finding::Clips {

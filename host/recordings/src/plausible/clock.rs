@@ -49,8 +49,7 @@ impl ClockCheck {
         let short = sorted
             .iter()
             .filter(|(step, _)| (*step as f64) < 0.25 * mean_us);
-        let short: u64 = short.map(|(_, count)| count).sum();
-        let share = short as f64 / total;
+        let share = short.map(|(_, count)| count).sum::<u64>() as f64 / total;
         if share > 1.0 / 3.0 && count == 0 {
             findings.push(Finding::Batches { share });
         }

@@ -338,10 +338,8 @@ impl Check {
     pub fn add(&mut self, sample: &RecordedSample) {
         self.rest.add(sample);
         self.samples += 1;
-        let is_number = |v: Vec3| v.x.is_finite() && v.y.is_finite() && v.z.is_finite();
-        if !(is_number(sample.imu.specific_force.0) && is_number(sample.imu.angular_rate.0)) {
-            self.not_numbers += 1;
-        }
+        let vectors = [sample.imu.specific_force.0, sample.imu.angular_rate.0];
+        self.not_numbers += u64::from(!vectors.into_iter().all(is_number));
         self.rates.add(sample);
         self.clock.add(sample.imu.timestamp);
         self.held.add(sample);
@@ -364,10 +362,8 @@ impl Check {
     #[must_use]
     pub fn findings(&self) -> Vec<Finding> {
         let rest = self.rest.rest();
-        let mut findings: Vec<_> = rest
-            .and_then(|rest| check_gravity(&rest, self.gravity))
-            .into_iter()
-            .collect();
+        let gravity = rest.and_then(|rest| check_gravity(&rest, self.gravity));
+        let mut findings = Vec::from_iter(gravity);
         if self.not_numbers as f64 > NOT_NUMBERS_SHARE * self.samples as f64 {
             findings.push(Finding::NotNumbers {
                 samples: self.not_numbers,
@@ -399,11 +395,12 @@ pub fn gravity_at_rest(recording: &Recording) -> Option<Vec3> {
     }
     let rest = search.rest()?;
     let is_gravity = recording.gravity == Gravity::Included && has_gravity(&rest);
-    is_gravity.then(|| vector(rest.mean))
+    is_gravity.then_some(rest.mean)
 }
 
-const fn vector([x, y, z]: [f32; 3]) -> Vec3 {
-    Vec3::new(x, y, z)
+/// Returns whether all components are finite.
+const fn is_number(v: Vec3) -> bool {
+    v.x.is_finite() && v.y.is_finite() && v.z.is_finite()
 }
 
 fn has_gravity(rest: &Rest) -> bool {
@@ -432,7 +429,7 @@ fn check_gravity(rest: &Rest, gravity: Gravity) -> Option<Finding> {
         Gravity::Included if at_rest < NO_GRAVITY => Some(Finding::GravityRemoved { at_rest }),
         Gravity::Included if has_gravity => {
             let up = check_up(rest.mean)?;
-            let axes = mounting::with_z_up(vector(rest.mean))?;
+            let axes = mounting::with_z_up(rest.mean)?;
             Some(Finding::GravityNotAlongZ { up, axes })
         }
         Gravity::Included => None,
@@ -440,8 +437,8 @@ fn check_gravity(rest: &Rest, gravity: Gravity) -> Option<Finding> {
 }
 
 /// The axis that is up, if it is not z; the accelerometer of a still sensor reads upwards.
-fn check_up(mean: [f32; 3]) -> Option<&'static str> {
-    let [x, y, z] = mean;
+fn check_up(mean: Vec3) -> Option<&'static str> {
+    let Vec3 { x, y, z } = mean;
     if z > rest::size(mean) * std::f32::consts::FRAC_1_SQRT_2 {
         return None;
     }

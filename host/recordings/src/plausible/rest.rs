@@ -1,9 +1,10 @@
 //! Accelerometer reading at rest, from the quietest accelerations.
 
-use estimator_core::Validity;
+use estimator_core::{Validity, Vec3};
+use samples::recording::RecordedSample;
 use samples::space::components;
 
-use samples::recording::RecordedSample;
+use super::is_number;
 
 /// Duration of a piece, s.
 const PIECE_S: f32 = 0.1;
@@ -16,7 +17,7 @@ pub(super) struct Rest {
     /// Median of |a|, m/s².
     pub(super) size: f32,
     /// Mean, m/s².
-    pub(super) mean: [f32; 3],
+    pub(super) mean: Vec3,
 }
 
 /// Collects the variance and mean of each piece of a recording.
@@ -30,7 +31,7 @@ pub(super) struct RestSearch {
     /// Whether all its samples are valid.
     valid: bool,
     /// Variance and mean of the accelerations of each piece.
-    pieces: Vec<(f32, [f32; 3])>,
+    pieces: Vec<(f32, Vec3)>,
 }
 
 impl RestSearch {
@@ -48,8 +49,7 @@ impl RestSearch {
     pub(super) fn add(&mut self, sample: &RecordedSample) {
         // A reading beyond any sensor's range may be in another unit, which this check is to find.
         let force = sample.imu.specific_force.0;
-        let is_number = force.x.is_finite() && force.y.is_finite() && force.z.is_finite();
-        self.valid &= is_number && sample.imu.validity == Validity::Valid;
+        self.valid &= is_number(force) && sample.imu.validity == Validity::Valid;
         for (sum, value) in self.sums.iter_mut().zip(components(force)) {
             *sum += f64::from(value);
             self.squares += f64::from(value) * f64::from(value);
@@ -65,8 +65,9 @@ impl RestSearch {
             let mean = self.sums.map(|sum| sum / self.samples as f64);
             let squared_mean: f64 = mean.iter().map(|value| value * value).sum();
             let variance = self.squares / self.samples as f64 - squared_mean;
-            let mean = mean.map(|value| value as f32);
-            self.pieces.push((variance.max(0.0) as f32, mean));
+            let [x, y, z] = mean.map(|value| value as f32);
+            self.pieces
+                .push((variance.max(0.0) as f32, Vec3::new(x, y, z)));
         }
         (self.samples, self.sums, self.squares) = (0, [0.0; 3], 0.0);
         self.valid = true;
@@ -80,18 +81,18 @@ impl RestSearch {
         let quiet = &pieces[..count];
         let mut sizes: Vec<f32> = quiet.iter().map(|(_, mean)| size(*mean)).collect();
         sizes.sort_by(f32::total_cmp);
-        let mean = |axis: usize| {
-            let sum: f32 = quiet.iter().map(|(_, mean)| mean[axis]).sum();
+        let mean = |component: fn(Vec3) -> f32| {
+            let sum: f32 = quiet.iter().map(|(_, mean)| component(*mean)).sum();
             sum / count as f32
         };
         Some(Rest {
             size: *sizes.get(count / 2)?,
-            mean: [mean(0), mean(1), mean(2)],
+            mean: Vec3::new(mean(|v| v.x), mean(|v| v.y), mean(|v| v.z)),
         })
     }
 }
 
 /// Length of a vector.
-pub(super) fn size([x, y, z]: [f32; 3]) -> f32 {
+pub(super) fn size(Vec3 { x, y, z }: Vec3) -> f32 {
     libm::sqrtf(x * x + y * y + z * z)
 }
