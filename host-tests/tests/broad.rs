@@ -12,7 +12,7 @@ use footfall::attitude::AttitudeReport;
 use host_tests::committed::assert_block;
 use host_tests::datasets::recorded;
 use host_tests::requirements::unmet;
-use recordings::input::{Hints, read_with_orientation};
+use recordings::input::{Format, Hints, Opened};
 use recordings::replay::replay;
 use samples::recording::Recording;
 use samples::space::Rotation;
@@ -52,8 +52,9 @@ fn trials() -> Option<Vec<Trial>> {
     files()?
         .into_iter()
         .map(|path| {
-            let (loaded, truth) =
-                read_with_orientation(&path, &Hints::default()).expect("a readable file");
+            let (loaded, truth) = Opened::new(&path, Some(Format::Csv))
+                .and_then(|opened| opened.read_with_orientation(&Hints::default()))
+                .expect("a readable file");
             Some(Trial {
                 recording: loaded.recording,
                 truth,

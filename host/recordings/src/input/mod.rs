@@ -290,17 +290,6 @@ pub fn read(path: &Path, format: Format, hints: &Hints) -> Result<Loaded, InputE
     Opened::new(path, Some(format))?.read(hints)
 }
 
-/// As [`Opened::read_with_orientation`], for a `csv` file.
-///
-/// # Errors
-/// The errors of opening the file and of reading it.
-pub fn read_with_orientation(
-    path: &Path,
-    hints: &Hints,
-) -> Result<(Loaded, Vec<Option<Rotation>>), InputError> {
-    Opened::new(path, Some(Format::Csv))?.read_with_orientation(hints)
-}
-
 /// Columns named in a mapping.
 const OURS: [&str; 7] = ["t", "ax", "ay", "az", "wx", "wy", "wz"];
 

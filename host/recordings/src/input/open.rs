@@ -94,13 +94,11 @@ impl Source {
             }
             (Opened::Foreign(kind), _) => Err(ContainerError::Foreign { file, kind }.into()),
             (Opened::Table(_), Some(given)) if given.is_container() => {
-                let found = None;
-                Err(ContainerError::OtherFormat { file, given, found }.into())
+                Err(other_format(file, given, None))
             }
             (Opened::Table(table), _) => Ok(Self::Table(table)),
             (Opened::Parts(format, _), Some(given)) if format != given => {
-                let found = Some(format);
-                Err(ContainerError::OtherFormat { file, given, found }.into())
+                Err(other_format(file, given, Some(format)))
             }
             (Opened::Parts(format, parts), _) => match format.missing_feature() {
                 Some(feature) => Err(ContainerError::NotBuilt {
@@ -161,11 +159,7 @@ impl Source {
                 .map_err(|source| InputError::unreadable(&file, source))?
             {
                 Opened::Parts(Format::Mcap | Format::Rosbag2, mut part) => parts.append(&mut part),
-                _ => {
-                    let given = Format::Rosbag2;
-                    let found = None;
-                    return Err(ContainerError::OtherFormat { file, given, found }.into());
-                }
+                _ => return Err(other_format(file, Format::Rosbag2, None)),
             }
         }
         if parts.is_empty() {
@@ -173,6 +167,10 @@ impl Source {
         }
         Ok(Opened::Parts(Format::Rosbag2, parts))
     }
+}
+
+fn other_format(file: String, given: Format, found: Option<Format>) -> InputError {
+    ContainerError::OtherFormat { file, given, found }.into()
 }
 
 /// Kind of an opened file.

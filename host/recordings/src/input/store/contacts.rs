@@ -143,8 +143,8 @@ impl NewestOrientation {
 pub struct Contacts {
     spool: Spool<SentContact>,
     times: TimesSoFar,
-    /// Times of the first and the last contact, µs.
-    span_us: Option<(i64, i64)>,
+    /// Time of the first contact, µs.
+    first_us: Option<i64>,
 }
 
 impl Contacts {
@@ -154,11 +154,14 @@ impl Contacts {
     /// The temporary file cannot be written.
     pub fn push(&mut self, contact: &SentContact) -> io::Result<bool> {
         let now_us = contact.time_us;
-        match &mut self.span_us {
-            None => self.span_us = Some((now_us, now_us)),
-            Some((_, last_us)) if *last_us < now_us => *last_us = now_us,
-            Some(_) => return Ok(false),
+        if self
+            .times
+            .newest_us
+            .is_some_and(|last_us| last_us >= now_us)
+        {
+            return Ok(false);
         }
+        self.first_us.get_or_insert(now_us);
         self.spool.push(contact)?;
         self.times.add(now_us);
         Ok(true)
@@ -171,7 +174,8 @@ impl Contacts {
 
     /// Times of the first and the last contact, µs, and their rate, Hz; `None` of fewer than two.
     pub(super) fn span_and_rate(&self) -> Option<((i64, i64), f32)> {
-        self.span_us.zip(self.times.rate(None).ok())
+        let span_us = self.first_us.zip(self.times.newest_us);
+        span_us.zip(self.times.rate(None).ok())
     }
 
     /// Returns all contacts, from the first.
