@@ -47,16 +47,11 @@ fn least_turn(up: SensorAxis) -> [SensorAxis; 3] {
         };
         axes.iter().zip(own).map(sign).sum()
     };
-    let mut best = own;
-    let mut most = i8::MIN;
-    for x in SensorAxis::ALL {
-        for axes in SensorAxis::ALL.map(|y| [x, y, up]) {
-            if MountingParams::Axes(axes).validate().is_ok() && kept(&axes) > most {
-                (best, most) = (axes, kept(&axes));
-            }
-        }
-    }
-    best
+    let all = SensorAxis::ALL.into_iter();
+    let all = all.flat_map(|x| SensorAxis::ALL.map(|y| [x, y, up]));
+    let valid = all.filter(|axes| MountingParams::Axes(*axes).validate().is_ok());
+    // The first of equal ones.
+    valid.rev().max_by_key(kept).unwrap_or(own)
 }
 
 /// Composes two mountings: `first`, then `second`.
