@@ -14,20 +14,15 @@ use super::table::sensors::options;
 use super::time::{MAX_TIME_S, MILLISECONDS_HINT};
 use crate::number::{shown, shown_rate};
 
-/// Reason why the names in a header are not recognised, although they are present.
-#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
-pub enum HeaderSlip {
-    /// The names are in upper case.
-    #[error("names are written in lower case")]
-    UpperCase,
-    /// The names are separated by this character instead of commas.
-    #[error("columns are separated by commas, semicolons or tabs, not by {0:?}")]
-    Separator(char),
-}
-
 /// Suggestion for a header that is not understood.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum Suggestion {
+    /// Known names are in upper case.
+    #[error("names are written in lower case")]
+    UpperCase,
+    /// Known names are separated by this character instead of commas.
+    #[error("columns are separated by commas, semicolons or tabs, not by {0:?}")]
+    Separator(char),
     /// Mapping that may be intended.
     #[error("did you mean --map {0}?")]
     Meant(Mapping),
@@ -37,12 +32,8 @@ pub enum Suggestion {
 }
 
 /// End of an error about a header: how to resolve it.
-fn header_hint(slip: Option<HeaderSlip>, suggestion: Option<&Suggestion>) -> String {
-    match (slip, suggestion) {
-        (Some(slip), _) => format!("; {slip}"),
-        (None, Some(suggestion)) => format!("; {suggestion}"),
-        (None, None) => String::new(),
-    }
+fn header_hint(suggestion: Option<&Suggestion>) -> String {
+    suggestion.map_or_else(String::new, |suggestion| format!("; {suggestion}"))
 }
 
 /// A time as written in a file, with its unit unless it is a date.
@@ -118,7 +109,7 @@ pub enum InputError {
     /// No format was given and the first line does not identify it.
     #[error(
         "{file} has no header that names the six axes, so its format must be given: --format pce-atlas, pce-go1, lcd or csv{}",
-        header_hint(None, suggestion.as_ref())
+        header_hint(suggestion.as_ref())
     )]
     UnknownFormat {
         /// Path of the file, as given.
@@ -193,7 +184,7 @@ pub enum InputError {
     /// The header lacks required columns.
     #[error(
         "{file}{place}: missing in the header: {columns}{}",
-        header_hint(*slip, suggestion.as_ref())
+        header_hint(suggestion.as_ref())
     )]
     MissingColumns {
         /// Path of the file, as given.
@@ -202,9 +193,7 @@ pub enum InputError {
         place: RowPlace,
         /// Missing names, separated by commas.
         columns: String,
-        /// Reason why they may be present after all.
-        slip: Option<HeaderSlip>,
-        /// Columns that may be intended.
+        /// Reason why they may be present after all, or columns that may be intended.
         suggestion: Option<Suggestion>,
     },
     /// A column of a mapping is not in the header.

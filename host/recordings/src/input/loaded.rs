@@ -79,13 +79,14 @@ impl Repairs {
         let blank = "left out, in which all six axes are blank";
         let dropped = "left out, whose times do not advance";
         let retimed = "moved by more than half a period, to where the sample rate has them";
+        let sentence = |(rows, what)| match rows {
+            0 => None,
+            1 => Some(format!("{file}: 1 row {what}")),
+            _ => Some(format!("{file}: {rows} rows {what}")),
+        };
         let rows = [self.blank_rows, self.dropped_rows, self.retimed_rows];
         let counted = rows.into_iter().zip([blank, dropped, retimed]);
-        let notices = counted.filter(|(rows, _)| *rows > 0).map(|(rows, what)| {
-            let noun = if rows == 1 { "row" } else { "rows" };
-            format!("{file}: {rows} {noun} {what}")
-        });
-        notices.collect()
+        counted.filter_map(sentence).collect()
     }
 }
 

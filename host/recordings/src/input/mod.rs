@@ -42,7 +42,7 @@ use std::path::Path;
 
 pub use candidate::{is_recording, is_rosbag2};
 pub use correction::Correction;
-pub use error::{Cell, HeaderSlip, InputError, RowPlace, Suggestion};
+pub use error::{Cell, InputError, RowPlace, Suggestion};
 pub use format::{Content, Format};
 pub use loaded::{Hints, Loaded, Repairs, finite_load, imu_sample, is_among, steady_time};
 pub use refusal::ContainerError;
@@ -115,7 +115,7 @@ impl Opened {
     /// Path of the file, as given.
     fn file(&self) -> &str {
         match &self.source {
-            Source::Table(table) => table.file(),
+            Source::Table(table) => &table.file,
             Source::Container(container) => &container.file,
         }
     }
@@ -186,17 +186,12 @@ impl Opened {
     pub fn store(self, hints: &Hints) -> Result<Stored, InputError> {
         let file = self.file().to_owned();
         let mut feet = self.store_all(hints)?;
-        match (feet.pop(), feet.is_empty()) {
-            (Some(only), true) => Ok(only),
-            (None, _) => Err(InputError::Empty { file }),
-            (Some(last), false) => {
-                let names = feet.iter().chain([&last]);
-                let feet = names
-                    .filter_map(|stored| stored.about.foot.clone())
-                    .collect();
-                Err(ContainerError::SeveralFeet { file, feet }.into())
-            }
+        if feet.len() > 1 {
+            let names = feet.into_iter().filter_map(|stored| stored.about.foot);
+            let feet = names.collect();
+            return Err(ContainerError::SeveralFeet { file, feet }.into());
         }
+        feet.pop().ok_or(InputError::Empty { file })
     }
 
     /// Checks that the options apply to this kind of file.
@@ -237,7 +232,7 @@ impl Opened {
     ) -> Result<(Loaded, Vec<Option<Rotation>>), InputError> {
         let file = self.file().to_owned();
         let name = match &self.source {
-            Source::Table(table) => table.recording_name(),
+            Source::Table(table) => &table.recording_name,
             Source::Container(container) => &container.name,
         };
         let correction = *hints.correction_of(&[name]);
@@ -297,7 +292,7 @@ const OURS: [&str; 7] = ["t", "ax", "ay", "az", "wx", "wy", "wz"];
 /// reader reports other errors in the header.
 fn guess_format(table: &mut Table) -> Result<Format, InputError> {
     let Some(first) = table.peek_row()? else {
-        return Err(table.empty());
+        return Err(InputError::empty(&table.file));
     };
     let first = first.clone();
     if header::is_header(&first) || layout::is_table(table)? {
@@ -305,7 +300,7 @@ fn guess_format(table: &mut Table) -> Result<Format, InputError> {
     } else {
         let names: Vec<String> = first.cells().map(str::to_owned).collect();
         Err(InputError::UnknownFormat {
-            file: table.file().to_owned(),
+            file: table.file.clone(),
             suggestion: layout::example(&OURS, &names),
         })
     }

@@ -73,7 +73,7 @@ pub(in crate::input) fn read(mut table: Table, hints: &Hints) -> Result<Stored, 
         forces.push(row.number(0, COLUMNS[0])?);
     }
     if imu_rows.is_empty() {
-        return Err(table.empty());
+        return Err(InputError::empty(&table.file));
     }
     let samples: Vec<_> = imu_rows
         .iter()
@@ -88,15 +88,15 @@ pub(in crate::input) fn read(mut table: Table, hints: &Hints) -> Result<Stored, 
             label: None,
         })
         .collect();
-    let notice = notice(table.file(), samples.len(), forces.len());
+    let notice = notice(&table.file, samples.len(), forces.len());
     let recording = Recording {
-        name: table.recording_name().to_owned(),
+        name: table.recording_name.clone(),
         sample_rate,
         gravity: hints.gravity.unwrap_or(Params::PAPER_GO1.gravity),
         load_title: "foot force (raw)".to_owned(),
         samples,
     };
-    Stored::from_recording(recording, vec![notice], table.file())
+    Stored::from_recording(recording, vec![notice], &table.file)
 }
 
 /// Six axes of a row in g and °/s; `None` if all of them are blank.

@@ -69,7 +69,7 @@ pub(in crate::input) fn read(
     let sample_rate = hints.sample_rate.unwrap_or(labels.sample_rate());
     let (mut recording, _) = read_table(&mut table, labels, sample_rate)?;
     recording.gravity = hints.gravity.unwrap_or(recording.gravity);
-    Stored::from_recording(recording, Vec::new(), table.file())
+    Stored::from_recording(recording, Vec::new(), &table.file)
 }
 
 /// Reads a recording with ATLAS' 13 columns, including the whole wrench.
@@ -109,10 +109,10 @@ fn read_table(
         wrenches.push([fx, fy, fz, tx, ty, tz]);
     }
     if samples.is_empty() {
-        return Err(table.empty());
+        return Err(InputError::empty(&table.file));
     }
     let recording = Recording {
-        name: table.recording_name().to_owned(),
+        name: table.recording_name.clone(),
         sample_rate,
         gravity: Params::PAPER.gravity,
         load_title: "vertical force (N)".to_owned(),

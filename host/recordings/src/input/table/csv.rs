@@ -35,9 +35,9 @@ pub(in crate::input) fn read(
     truth: Option<&mut Orientations>,
 ) -> Result<Stored, InputError> {
     let Some(layout) = Layout::of(&mut table, &hints.table)? else {
-        return Err(table.empty());
+        return Err(InputError::empty(&table.file));
     };
-    let file = table.file().to_owned();
+    let file = table.file.clone();
     let mut intake = Intake::new(&file, hints, layout, truth)?;
     intake.notices.extend(table.preamble_notice());
     loop {
@@ -67,7 +67,7 @@ pub(in crate::input) fn read(
             Err(error) => return Err(error),
         }
     }
-    intake.finish(table.recording_name().to_owned())
+    intake.finish(table.recording_name)
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use super::cells::{Cells, optional_label, validity};
 use super::layout::{Blanks, NANOSECONDS, shortened, suggestion};
 use super::mapping::is_ours;
 use super::reader::Row;
-use crate::input::error::{HeaderSlip, InputError};
+use crate::input::error::{InputError, Suggestion};
 use crate::input::loaded::{Hints, finite_load, imu_sample};
 
 /// Returns whether a row is a header, even a malformed one: it contains a known name.
@@ -39,14 +39,14 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    /// Parses a header; `None` if the line holds numbers.
-    fn from_header(header: &Row) -> Option<Self> {
+    /// Parses a header, in which no column is known if it holds numbers.
+    fn from_header(header: &Row) -> Self {
         let mut columns = Self::default();
+        if header.cells().any(|name| name.parse::<f64>().is_ok()) {
+            return columns;
+        }
+        columns.count = header.len();
         for (index, name) in header.cells().enumerate() {
-            if name.parse::<f64>().is_ok() {
-                return None;
-            }
-            columns.count = index + 1;
             let index_of = match name {
                 "t" => &mut columns.t,
                 NANOSECONDS => &mut columns.nanoseconds,
@@ -65,29 +65,25 @@ impl Columns {
                 columns.duplicate = Some((index, name.to_owned()));
             }
         }
-        Some(columns)
+        columns
     }
 
     /// Parses a header that must have all required columns.
     pub(super) fn checked(header: &Row) -> Result<Self, InputError> {
-        let columns = Self::from_header(header).unwrap_or_default();
+        let columns = Self::from_header(header);
         if let Some((index, name)) = &columns.duplicate {
             return Err(InputError::DuplicateColumn {
                 cell: header.cell(*index, name),
             });
         }
-        let missing = columns.missing();
+        let axes = Axis::ALL.into_iter().zip(columns.axes);
+        let missing = axes.filter(|(_, index)| index.is_none());
+        let missing: Vec<_> = missing.map(|(axis, _)| axis.name()).collect();
         if missing.is_empty() {
-            Ok(columns)
-        } else {
-            Err(InputError::MissingColumns {
-                file: header.file.clone(),
-                place: header.place,
-                columns: missing.join(", "),
-                slip: columns.slip(),
-                suggestion: suggestion(header, &missing),
-            })
+            return Ok(columns);
         }
+        let suggestion = columns.slip().or_else(|| suggestion(header, &missing));
+        Err(header.lacks(&missing, suggestion))
     }
 
     /// Indices of all columns that are read.
@@ -103,18 +99,8 @@ impl Columns {
         self.axes.into_iter().chain(others).flatten()
     }
 
-    /// Axes that are missing in the header.
-    fn missing(&self) -> Vec<&'static str> {
-        Axis::ALL
-            .iter()
-            .zip(self.axes)
-            .filter(|(_, index)| index.is_none())
-            .map(|(axis, _)| axis.name())
-            .collect()
-    }
-
     /// Reason why known names are not recognised, if any.
-    fn slip(&self) -> Option<HeaderSlip> {
+    fn slip(&self) -> Option<Suggestion> {
         let known = |name: &str| is_ours(&name.to_lowercase());
         self.ignored.iter().find_map(|name| {
             let separator = name.chars().find(|c| OTHER_SEPARATORS.contains(c));
@@ -122,9 +108,9 @@ impl Columns {
                 // A single name is followed by something else, such as a unit.
                 Some(found) => {
                     let names = name.split(found).map(str::trim).filter(|name| known(name));
-                    (names.count() > 1).then_some(HeaderSlip::Separator(found))
+                    (names.count() > 1).then_some(Suggestion::Separator(found))
                 }
-                None => known(name).then_some(HeaderSlip::UpperCase),
+                None => known(name).then_some(Suggestion::UpperCase),
             }
         })
     }
@@ -143,10 +129,8 @@ impl Columns {
 
     /// Load of a row, N, which may be not a number; `None` if it is blank.
     pub(super) fn load(&self, row: &impl Cells) -> Result<Option<f64>, InputError> {
-        match self.force {
-            Some(index) => row.optional(index, "force"),
-            None => Ok(None),
-        }
+        self.force
+            .map_or(Ok(None), |index| row.optional(index, "force"))
     }
 
     /// Values of a row; the time is set later.
@@ -166,14 +150,10 @@ impl Columns {
             }
         }
         let axes = hints.table.to_si(axes);
-        let label = match self.label {
-            Some(index) => optional_label(row, index)?,
-            None => None,
-        };
-        let validity = match self.validity {
-            Some(index) => validity(row, index)?,
-            None => Validity::Valid,
-        };
+        let label = self.label.map(|index| optional_label(row, index));
+        let label = label.transpose()?.flatten();
+        let validity = self.validity.map(|index| validity(row, index));
+        let validity = validity.transpose()?.unwrap_or(Validity::Valid);
         Ok(RecordedSample {
             imu: imu_sample(Timestamp::default(), axes, validity),
             load: self.load(row)?.and_then(finite_load),

@@ -76,28 +76,24 @@ impl Layout {
         options: &TableOptions,
     ) -> Result<Option<Self>, InputError> {
         let comment = table.comment_header();
-        let message = match table.peek_row()? {
-            Some(first) => ros2::header(first).map(|names| first.with_cells(names)),
-            None => None,
+        let first = table.peek_row()?;
+        let message = first.and_then(|first| Some(first.with_cells(ros2::header(first)?)));
+        let names_ignored = message.is_none();
+        let given = message.or(comment);
+        let Some(header) = given.map_or_else(|| table.next_row(), |given| Ok(Some(given)))? else {
+            return Ok(None);
         };
-        let by_message = message.is_some();
-        let header = match message.or(comment) {
-            Some(header) => header,
-            None => match table.next_row()? {
-                Some(header) => header,
-                None => return Ok(None),
-            },
-        };
+        let is_date = |row: &Row| micros_since_1970(row.text(0)).is_some();
         let index = if header.cells().next() != Some("") {
             Index::None
-        } else if index_is_time(table)? {
+        } else if table.peek_row()?.is_some_and(is_date) {
             Index::Time(0)
         } else {
             Index::Other
         };
         let layout = Self::named(&header, options, index)?;
         Ok(Some(Self {
-            names_ignored: !by_message,
+            names_ignored,
             ..layout
         }))
     }
@@ -137,12 +133,6 @@ impl Layout {
             names_ignored: true,
         })
     }
-}
-
-/// Returns whether the first column holds dates with times, judged by its next row.
-fn index_is_time(table: &mut Table) -> Result<bool, InputError> {
-    let next = table.peek_row()?;
-    Ok(next.is_some_and(|row| micros_since_1970(row.text(0)).is_some()))
 }
 
 /// Names of a header's columns during their translation into ours.

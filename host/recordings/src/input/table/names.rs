@@ -141,10 +141,8 @@ pub(super) fn without_units(names: &[String]) -> Vec<String> {
 /// Returns whether the cells of a comment are a header.
 pub(super) fn is_header(cells: &StringRecord) -> bool {
     let names: Vec<String> = cells.iter().map(str::to_owned).collect();
-    let known = |triple: Triple| {
-        triple.own(&names).is_some() || find_with_units(triple, &names) != Found::Nowhere
-    };
-    known(Triple::Acceleration) && known(Triple::Rate)
+    let mut triples = [Triple::Acceleration, Triple::Rate].into_iter();
+    triples.all(|triple| find_with_units(triple, &names) != Found::Nowhere)
 }
 
 /// Positions of the three axes of a sensor of this name, once for each sensor.

@@ -12,7 +12,7 @@ use super::head::{COMMENT, Head};
 use super::lines::{LONGEST_ROW, Progress, Watched};
 use super::names;
 use super::options::Decimal;
-use crate::input::error::{InputError, RowPlace};
+use crate::input::error::{InputError, RowPlace, Suggestion};
 use crate::input::iso8601::micros_since_1970;
 use samples::compressed::{decompressed, without_ending};
 
@@ -24,8 +24,10 @@ type Text = Chain<Watched<Box<dyn Read>>, &'static [u8]>;
 
 /// A file that is read row by row.
 pub(in crate::input) struct Table {
-    file: String,
-    recording_name: String,
+    /// Path of the file, as given.
+    pub(in crate::input) file: String,
+    /// Name of the recording in the file.
+    pub(in crate::input) recording_name: String,
     reader: csv::Reader<Text>,
     progress: Rc<Progress>,
     separator: u8,
@@ -92,16 +94,6 @@ impl Table {
         (is_value && names::is_header(&comment.cells)).then_some(comment)
     }
 
-    /// Path of the file, as given.
-    pub(in crate::input) fn file(&self) -> &str {
-        &self.file
-    }
-
-    /// Name of the recording in the file.
-    pub(in crate::input) fn recording_name(&self) -> &str {
-        &self.recording_name
-    }
-
     /// Sets the mark before the fractions of all numbers that are not read yet.
     pub(in crate::input) fn set_decimal(&mut self, decimal: Decimal) {
         self.decimal = decimal;
@@ -136,11 +128,6 @@ impl Table {
             self.peeked = self.next_row()?;
         }
         Ok(self.peeked.as_ref())
-    }
-
-    /// Error about a file without samples.
-    pub(in crate::input) fn empty(&self) -> InputError {
-        InputError::empty(&self.file)
     }
 
     /// Returns the next line that is not blank; `None` at the end of the file.
@@ -289,6 +276,16 @@ impl Row {
             file: self.file.clone(),
             place: self.place,
             cells,
+        }
+    }
+
+    /// Error about a header without these names.
+    pub(super) fn lacks(&self, names: &[&str], suggestion: Option<Suggestion>) -> InputError {
+        InputError::MissingColumns {
+            file: self.file.clone(),
+            place: self.place,
+            columns: names.join(", "),
+            suggestion,
         }
     }
 

@@ -66,13 +66,7 @@ impl Orientations {
         if missing.is_empty() {
             Ok(())
         } else {
-            Err(InputError::MissingColumns {
-                file: header.file.clone(),
-                place: header.place,
-                columns: missing.join(", "),
-                slip: None,
-                suggestion: None,
-            })
+            Err(header.lacks(&missing, None))
         }
     }
 
