@@ -77,7 +77,7 @@ impl Source {
     ) -> Result<Self, InputError> {
         let file = path.display().to_string();
         let opened = if path.is_dir() {
-            Self::folder(path)?
+            Opened::Parts(Format::Rosbag2, Self::folder(path)?)
         } else {
             Opened::file(path, wrap).map_err(|source| InputError::unreadable(&file, source))?
         };
@@ -120,10 +120,6 @@ impl Source {
     fn converted(path: &Path) -> Result<Self, InputError> {
         let converted = ros1::converted(path)?;
         let file = path.display().to_string();
-        let parts = match Self::folder(&converted.path().join(ros1::BAG))? {
-            Opened::Parts(_, parts) => parts,
-            Opened::Table(_) | Opened::Foreign(_) => Vec::new(),
-        };
         Ok(Self::Container(Container {
             format: Format::Rosbag2,
             notice: Some(format!(
@@ -131,13 +127,13 @@ impl Source {
             )),
             file,
             name: recording_name(path),
-            parts,
+            parts: Self::folder(&converted.path().join(ros1::BAG))?,
             _converted: Some(converted),
         }))
     }
 
     /// Files of a rosbag2 in its folder.
-    fn folder(path: &Path) -> Result<Opened, InputError> {
+    fn folder(path: &Path) -> Result<Vec<Part>, InputError> {
         let file = path.display().to_string();
         let entries = fs::read_dir(path).map_err(|source| InputError::unreadable(&file, source))?;
         let mut paths: Vec<PathBuf> = entries
@@ -148,10 +144,8 @@ impl Source {
         let mut parts = Vec::new();
         for path in paths {
             let file = path.display().to_string();
-            let unwrapped = |file, _| -> Box<dyn Read> { Box::new(file) };
-            match Opened::file(&path, unwrapped)
-                .map_err(|source| InputError::unreadable(&file, source))?
-            {
+            let opened = Opened::file(&path, |file, _| Box::new(file));
+            match opened.map_err(|source| InputError::unreadable(&file, source))? {
                 Opened::Parts(Format::Mcap | Format::Rosbag2, mut part) => parts.append(&mut part),
                 _ => return Err(other_format(file, Format::Rosbag2, None)),
             }
@@ -159,7 +153,7 @@ impl Source {
         if parts.is_empty() {
             return Err(ContainerError::Folder { file }.into());
         }
-        Ok(Opened::Parts(Format::Rosbag2, parts))
+        Ok(parts)
     }
 }
 
