@@ -6,18 +6,16 @@ use std::collections::HashMap;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Steps {
     counts: HashMap<u64, u64>,
-    total: u64,
 }
 
 impl Steps {
     pub(crate) fn add(&mut self, step_us: u64) {
         *self.counts.entry(step_us).or_default() += 1;
-        self.total += 1;
     }
 
     /// Number of steps.
-    pub(crate) const fn total(&self) -> u64 {
-        self.total
+    pub(crate) fn total(&self) -> u64 {
+        self.counts.values().sum()
     }
 
     /// Steps in ascending order, µs, with their counts.

@@ -196,8 +196,7 @@ impl Opened {
 
     /// Checks that the options apply to this kind of file.
     fn check_options(&self, hints: &Hints) -> Result<(), InputError> {
-        let file = || self.file().to_owned();
-        let format = self.format;
+        let (file, format) = (self.file().to_owned(), self.format);
         let options = match format.content() {
             Content::Fixed if hints.table != TableOptions::default() => {
                 "--time-unit is for csv and parquet, --map, --units and --times for mcap and rosbag2, too"
@@ -205,14 +204,13 @@ impl Opened {
             Content::Messages if hints.table.time_unit.is_some() => {
                 "--time-unit is for csv and parquet"
             }
-            _ if format.content() != Content::Messages && hints.bag != BagOptions::default() => {
-                let file = file();
+            Content::Fixed | Content::Columns if hints.bag != BagOptions::default() => {
                 return Err(ContainerError::BagOptions { file, format }.into());
             }
             _ => return Ok(()),
         };
         Err(InputError::TableOptions {
-            file: file(),
+            file,
             format,
             options,
         })

@@ -110,7 +110,7 @@ impl Rows {
     pub(in crate::input) fn finish(
         mut self,
         file: &str,
-        about: About,
+        mut about: About,
         hints: &Hints,
     ) -> Result<Stored, InputError> {
         if self.spool.is_empty() {
@@ -139,8 +139,7 @@ impl Rows {
             (Timing::Steady, _) | (_, None) => steady_time(samples - 1, sample_rate).as_micros(),
             (_, Some(clock)) => clock.newest_us.abs_diff(clock.start_us),
         };
-        let mut notices = about.notices;
-        notices.extend(self.repairs.notices(file));
+        about.notices.extend(self.repairs.notices(file));
         let about = About {
             samples,
             duration_us,
@@ -148,7 +147,6 @@ impl Rows {
             gravity: hints.gravity.unwrap_or(about.gravity),
             units: hints.table.units,
             start_us: self.clock.map_or(0, |clock| clock.start_us),
-            notices,
             repairs: self.repairs,
             ..about
         };
@@ -158,12 +156,8 @@ impl Rows {
     /// Leaves out the rows whose times do not advance; returns the flags of those that are kept.
     fn drop_bad(&mut self) -> Vec<bool> {
         let kept = longest_increase(&self.unordered_us);
-        for (time_us, _) in self
-            .unordered_us
-            .iter()
-            .zip(&kept)
-            .filter(|(_, kept)| **kept)
-        {
+        let rows = self.unordered_us.iter().zip(&kept);
+        for (time_us, _) in rows.filter(|(_, kept)| **kept) {
             let clock = self.clock.get_or_insert(Clock::at(*time_us));
             if clock.newest_us < *time_us {
                 self.steps.add(time_us.abs_diff(clock.newest_us));

@@ -125,10 +125,8 @@ pub struct Stored {
 /// Contacts that are described in the place of the samples.
 struct Used {
     contacts: Contacts,
-    /// Time of the file's clock at the first sample, µs.
-    samples_start_us: i64,
-    /// Samples per second.
-    sample_rate: f32,
+    /// Clock of the samples, as in [`Stored::clock_of_samples`].
+    clock: (i64, f32),
 }
 
 /// Estimate that the foot sent, and that was recorded.
@@ -171,16 +169,12 @@ impl Stored {
         let Some(((first_us, last_us), rate)) = contacts.span_and_rate() else {
             return false;
         };
+        let clock = self.clock_of_samples();
         let about = &mut self.about;
-        let samples_start_us = std::mem::replace(&mut about.start_us, first_us);
-        let sample_rate = std::mem::replace(&mut about.sample_rate, rate);
+        (about.start_us, about.sample_rate) = (first_us, rate);
         about.samples = contacts.len();
         about.duration_us = last_us.abs_diff(first_us);
-        self.contacts = Some(Used {
-            contacts,
-            samples_start_us,
-            sample_rate,
-        });
+        self.contacts = Some(Used { contacts, clock });
         true
     }
 
@@ -249,7 +243,7 @@ impl Stored {
     #[must_use]
     pub const fn clock_of_samples(&self) -> (i64, f32) {
         match &self.contacts {
-            Some(used) => (used.samples_start_us, used.sample_rate),
+            Some(used) => used.clock,
             None => (self.about.start_us, self.about.sample_rate),
         }
     }

@@ -227,11 +227,9 @@ impl Naming<'_> {
         let is_own = |triple: Triple| triple.own(&self.names).is_some();
         let complete = is_own(Triple::Acceleration) && is_own(Triple::Rate);
         if foreign && !self.has("force") {
-            let is_force = |name: &String| split_unit(name) == ("force", Some("N"));
-            let forces: Vec<usize> = (0..given.len())
-                .filter(|index| is_force(&given[*index]))
-                .collect();
-            if let [index] = forces[..] {
+            let is_force = |index: &usize| split_unit(&given[*index]) == ("force", Some("N"));
+            let mut forces = (0..given.len()).filter(is_force);
+            if let (Some(index), None) = (forces.next(), forces.next()) {
                 self.take("force", index);
             }
         }
@@ -276,17 +274,16 @@ impl Naming<'_> {
                 wrong = wrong.or(Some((*index, unit, read_in)));
             }
         }
-        match wrong {
-            None => Ok(()),
-            Some((index, unit, read_in)) => Err(InputError::NamedUnit {
+        wrong.map_or(Ok(()), |(index, unit, read_in)| {
+            Err(InputError::NamedUnit {
                 file: self.header.file.clone(),
                 place: self.header.place,
                 name: self.header.text(index).to_owned(),
                 unit,
                 read_in,
                 units: named,
-            }),
-        }
+            })
+        })
     }
 
     /// Sentence that lists the recognised columns.

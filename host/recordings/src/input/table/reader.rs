@@ -114,12 +114,7 @@ impl Table {
                 Err(_) => Cow::Borrowed(cell),
             }
         });
-        let mut record = StringRecord::new();
-        cells.for_each(|cell| record.push_field(&cell));
-        Row {
-            cells: record,
-            ..row
-        }
+        row.with_cells(cells.collect())
     }
 
     /// The row that [`next_row`](Self::next_row) returns next.
