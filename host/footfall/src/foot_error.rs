@@ -5,7 +5,6 @@ use estimator_core::Axis;
 use live::foot::accept::AcceptError;
 use live::foot::client::RequestError;
 use live::foot::name::NameError;
-use live::foot::position::PositionError;
 use live::foot::self_test::SelfTestError;
 use live::foot::settings::SettingsError;
 use live::foot::sync::SyncError;
@@ -27,9 +26,6 @@ pub enum FootError {
     /// Settings were rejected.
     #[error(transparent)]
     Settings(#[from] SettingsError),
-    /// The board cannot take this position.
-    #[error(transparent)]
-    Position(#[from] PositionError),
     /// A board cannot be measured further.
     #[error(transparent)]
     Accept(#[from] AcceptError),

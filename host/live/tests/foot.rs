@@ -9,7 +9,7 @@ use estimator_core::Axis;
 use live::foot::Named;
 use live::foot::calibration;
 use live::foot::client::{Client, RequestError};
-use live::foot::position::{self, PositionError};
+use live::foot::position;
 use live::foot::scan;
 use live::foot::self_test::{self, SelfTestResult};
 use live::foot::settings::{self, Lasting, SettingsError, Undone, Values};
@@ -549,7 +549,7 @@ fn two_boards_with_the_same_id_are_not_configured() {
     assert!(
         matches!(
             error,
-            PositionError::Request(RequestError::SameId { count: 2, .. })
+            SettingsError::Request(RequestError::SameId { count: 2, .. })
         ),
         "{error}"
     );

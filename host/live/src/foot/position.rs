@@ -1,29 +1,17 @@
 //! Position of a board; a new board is the front left foot.
 
-use thiserror::Error;
 use wire::dictionary::index;
 use wire::{Address, Foot, Value};
 
-use super::client::{Client, RequestError};
+use super::client::Client;
 use super::settings::{self, Lasting, SettingsError, Values};
-
-/// Error of setting the position of a board.
-#[derive(Debug, Error)]
-pub enum PositionError {
-    /// The board has not accepted the settings.
-    #[error(transparent)]
-    Settings(#[from] SettingsError),
-    /// A request has failed.
-    #[error(transparent)]
-    Request(#[from] RequestError),
-}
 
 /// Sets and stores the position of the board, with the default node id of that position, and restarts the
 /// board.
 ///
 /// # Errors
 /// Another board has this id, or the board does not accept the settings.
-pub fn set(client: &mut Client, foot: Foot) -> Result<(), PositionError> {
+pub fn set(client: &mut Client, foot: Foot) -> Result<(), SettingsError> {
     client.is_alone()?;
     let node = foot.default_node_id();
     client.is_free(node)?;

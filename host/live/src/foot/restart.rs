@@ -67,11 +67,11 @@ impl Client {
         node: Option<NodeId>,
         serial: Option<u32>,
     ) -> Result<bool, RequestError> {
-        let before = self.starts();
+        let before = self.starts;
         let end = Instant::now() + HEARD;
         while Instant::now() < end {
             self.wait(LOOK)?;
-            if self.starts() != before {
+            if self.starts != before {
                 return Ok(true);
             }
             let booted = self.take_booted();

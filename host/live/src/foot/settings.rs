@@ -48,7 +48,7 @@ pub enum SettingsError {
         /// Settings of the foot after the failure.
         undone: Undone,
     },
-    /// A request has failed before anything was written.
+    /// A request has failed before anything was written, or after all settings were.
     #[error(transparent)]
     Request(#[from] RequestError),
 }
@@ -265,10 +265,10 @@ pub fn while_paused(
     action: impl FnOnce(&mut Client) -> Result<(), RequestError>,
 ) -> Result<(), RequestError> {
     let before = pause(client)?;
-    let starts = client.starts();
+    let starts = client.starts;
     let done = action(client);
     client.bring_to(before)?;
-    if done.is_ok() && client.starts() != starts {
+    if done.is_ok() && client.starts != starts {
         return Err(RequestError::StartedAgain(client.foot()));
     }
     done

@@ -18,7 +18,6 @@ mod rest;
 mod still;
 mod turns;
 
-use std::collections::BTreeMap;
 use std::time::Duration;
 
 use wire::dictionary::index;
@@ -33,10 +32,7 @@ use thiserror::Error;
 /// Error that ends the acceptance.
 #[derive(Debug, Error)]
 pub enum AcceptError {
-    /// A request has failed.
-    #[error(transparent)]
-    Request(#[from] RequestError),
-    /// The raw samples of a serial line could not be switched on or off.
+    /// The line does not work, or the raw samples of a serial line could not be switched on or off.
     #[error(transparent)]
     Settings(#[from] SettingsError),
     /// The setting of the self-test could not be put back.
@@ -128,7 +124,7 @@ pub fn run(
     for step in steps {
         if *step > AcceptStep::SelfTest && streams.is_none() {
             // The self-test resets the foot, which would end the streams.
-            streams = Some(Streams::switch_on(client)?);
+            streams = Some(switch_on_streams(client)?);
         }
         let figures = match step {
             AcceptStep::Board => board::measure(client),
@@ -147,7 +143,7 @@ pub fn run(
         };
         let figures = match figures {
             Ok(figures) => figures,
-            Err(error @ RequestError::Link(_)) => return Err(error.into()),
+            Err(error @ RequestError::Link(_)) => return Err(SettingsError::from(error).into()),
             Err(error) => step.failed(&error.to_string()),
         };
         if (person.has_left)() {
@@ -155,30 +151,21 @@ pub fn run(
         }
         figures.into_iter().for_each(&mut *found);
     }
-    streams.map_or(Ok(()), |streams| streams.put_back(client))
+    if let Some(before) = streams.filter(|before| !before.is_empty()) {
+        settings::write(client, &before, Lasting::UntilReset)?;
+    }
+    Ok(())
 }
 
-/// Settings of the streams of a serial line, as they were.
-struct Streams(Values);
-
-impl Streams {
-    /// Streams each contact and each raw sample, where the foot is on a serial line.
-    fn switch_on(client: &mut Client) -> Result<Self, AcceptError> {
-        if client.node().is_some() {
-            return Ok(Self(BTreeMap::new()));
-        }
-        let [contacts, raw] = [1, 2].map(|sub| Address::new(index::UART_STREAMS, sub));
-        let wanted = Values::from([(contacts, Value::U16(1)), (raw, Value::U16(1))]);
-        let changed = settings::write(client, &wanted, Lasting::UntilReset)?;
-        let before = changed.into_iter();
-        let before = before.map(|(named, before, _)| (named.address, before));
-        Ok(Self(before.collect()))
+/// Streams each contact and each raw sample, where the foot is on a serial line; returns the settings as they were.
+fn switch_on_streams(client: &mut Client) -> Result<Values, AcceptError> {
+    if client.node().is_some() {
+        return Ok(Values::new());
     }
-
-    fn put_back(self, client: &mut Client) -> Result<(), AcceptError> {
-        if !self.0.is_empty() {
-            settings::write(client, &self.0, Lasting::UntilReset)?;
-        }
-        Ok(())
-    }
+    let wanted = [1, 2].map(|sub| (Address::new(index::UART_STREAMS, sub), Value::U16(1)));
+    let changed = settings::write(client, &wanted.into(), Lasting::UntilReset)?;
+    let before = changed.into_iter();
+    Ok(before
+        .map(|(named, before, _)| (named.address, before))
+        .collect())
 }

@@ -61,7 +61,8 @@ pub struct Client {
     emergencies: VecDeque<Emergency>,
     /// Newest time on the foot's clock, µs; serial line only.
     clock_us: Option<u64>,
-    starts: u32,
+    /// Number of restarts of the foot since it was first heard.
+    pub(super) starts: u32,
     /// Nodes that have started, and the number of them that were taken.
     booted: Vec<NodeId>,
     taken: usize,
@@ -148,20 +149,12 @@ impl Client {
         }
     }
 
-    /// Reads the bytes of an object.
-    ///
-    /// # Errors
-    /// The request is refused, or there is no response.
-    pub fn read_bytes(&mut self, address: Address) -> Result<Vec<u8>, RequestError> {
-        self.request(address, None, ANSWER)
-    }
-
     /// Reads a number.
     ///
     /// # Errors
     /// The request is refused, there is no response, or the object has another type.
     pub fn read(&mut self, address: Address, data_type: DataType) -> Result<Value, RequestError> {
-        let bytes = self.read_bytes(address)?;
+        let bytes = self.request(address, None, ANSWER)?;
         Value::from_bytes(data_type, &bytes).ok_or_else(|| RequestError::Type {
             what: named(address),
             length: bytes.len(),
@@ -193,7 +186,7 @@ impl Client {
     /// # Errors
     /// The request is refused, or there is no response.
     pub fn read_text(&mut self, address: Address) -> Result<String, RequestError> {
-        let bytes = self.read_bytes(address)?;
+        let bytes = self.request(address, None, ANSWER)?;
         Ok(String::from_utf8_lossy(&bytes).into_owned())
     }
 
@@ -429,11 +422,6 @@ impl Client {
         } else {
             self.clock_us = Some(newest_us.max(now_us));
         }
-    }
-
-    /// Number of restarts of the foot since it was first heard.
-    pub(super) const fn starts(&self) -> u32 {
-        self.starts
     }
 
     /// Returns the ids of the nodes that have started since the last call.
