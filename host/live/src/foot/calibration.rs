@@ -13,9 +13,6 @@ use super::settings;
 const COMMAND: u8 = 1;
 const STATE: u8 = 2;
 
-/// Subindex of the first number.
-const FIRST: u8 = 3;
-
 /// Reads the state of the calibration.
 ///
 /// # Errors
@@ -27,26 +24,6 @@ pub fn state(client: &mut Client) -> Result<CalibrationState, RequestError> {
     state.ok_or(RequestError::Unknown {
         what: "the state of the calibration",
         code,
-    })
-}
-
-/// Reads the current numbers of the calibration.
-///
-/// # Errors
-/// A request has failed.
-pub fn numbers(client: &mut Client) -> Result<Vec<(Named, f32)>, RequestError> {
-    read(client, |named| {
-        named.address.index == index::CALIBRATION && named.address.subindex >= FIRST
-    })
-}
-
-/// Reads the stored numbers of the calibration, with which the foot starts.
-///
-/// # Errors
-/// A request has failed.
-pub fn kept(client: &mut Client) -> Result<Vec<(Named, f32)>, RequestError> {
-    read(client, |named| {
-        named.address.index == index::LEARNT && named.address.subindex > 0
     })
 }
 
@@ -66,23 +43,17 @@ pub fn gyroscope_bias_rad_s(client: &mut Client) -> Result<[Option<f32>; 3], Req
     Ok(bias)
 }
 
-/// Reads the correction of the accelerometer: bias along each axis, m/s², then scale.
+/// Reads the parts of an object that are REAL32, such as the numbers of a calibration.
 ///
 /// # Errors
 /// A request has failed.
-pub fn correction(client: &mut Client) -> Result<Vec<(Named, f32)>, RequestError> {
-    read(client, |named| {
-        named.address.index == index::ACCELEROMETER && named.address.subindex > 0
-    })
-}
-
-fn read(
-    client: &mut Client,
-    is_wanted: impl Fn(&Named) -> bool,
-) -> Result<Vec<(Named, f32)>, RequestError> {
+pub fn numbers(client: &mut Client, index: u16) -> Result<Vec<(Named, f32)>, RequestError> {
     let mut numbers = Vec::new();
-    for named in Named::all().filter(is_wanted) {
-        if let Value::F32(number) = client.read(named.address, named.entry.data_type())? {
+    for named in Named::all().filter(|named| named.address.index == index) {
+        if named.entry.data_type() != DataType::Real32 {
+            continue;
+        }
+        if let Value::F32(number) = client.read(named.address, DataType::Real32)? {
             numbers.push((named, number));
         }
     }

@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use live::foot::{Client, Named, RequestError, calibration};
 use serde_json::{Map, Value as Json, json};
+use wire::dictionary::index;
 use wire::node::{Calibration, CalibrationState};
 
 use super::{FootArguments, to_json};
@@ -39,7 +40,7 @@ impl FootArguments {
             }
             let is_over = Instant::now() >= end;
             if is_over || Instant::now() >= next_line {
-                let seen = seen(&calibration::numbers(client)?);
+                let seen = seen(&calibration::numbers(client, index::CALIBRATION)?);
                 if is_over {
                     return Err(FootError::NotSettled { seconds, seen });
                 }
@@ -82,8 +83,8 @@ fn last_parts(named: &Named) -> String {
 impl Found {
     fn read(client: &mut Client) -> Result<Self, RequestError> {
         Ok(Self {
-            learnt: calibration::kept(client)?,
-            correction: calibration::correction(client)?,
+            learnt: calibration::numbers(client, index::LEARNT)?,
+            correction: calibration::numbers(client, index::ACCELEROMETER)?,
             gyroscope_bias_rad_s: calibration::gyroscope_bias_rad_s(client)?,
         })
     }
