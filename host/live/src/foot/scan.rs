@@ -39,7 +39,7 @@ pub fn feet(
     let end = Instant::now() + time;
     while Instant::now() < end {
         if let Some((at, arrival)) = link.receive(LISTEN)? {
-            others.extend(heartbeat(&arrival).map(|(node, line)| (node.get(), line)));
+            others.extend(heartbeat(&arrival).map(|(node, line)| (node.get(), (node, line))));
             arrival.hand_to(listener, at);
         }
         while let Some(mut heard) = listener.next_heard() {
@@ -60,21 +60,15 @@ pub fn feet(
             }
         }
     }
-    for (id, line) in others {
-        let Some(node) = NodeId::new(id) else {
-            continue;
-        };
+    for (id, (node, line)) in others {
+        let id = Some(id);
         match product_code(link, listener, node)? {
             Some(PRODUCT_CODE) => {
-                let node_id = Some(id);
                 listener.add(node);
-                feet.insert(FootKey {
-                    line,
-                    node: node_id,
-                });
+                feet.insert(FootKey { line, node: id });
             }
             // An abort code is no product code: a node that refuses is another device.
-            Some(_) => feet.retain(|foot| foot.node != Some(id)),
+            Some(_) => feet.retain(|foot| foot.node != id),
             // A foot may be too busy to respond.
             None => {}
         }
@@ -84,13 +78,11 @@ pub fn feet(
 
 /// Returns the node whose boot-up this is.
 pub(super) fn boot_up(arrival: &Arrival) -> Option<NodeId> {
-    match arrival {
-        Arrival::Frame { frame, .. } => match said(frame)? {
-            (node, Said::BootUp(_)) => Some(node),
-            _ => None,
-        },
-        _ => None,
-    }
+    let Arrival::Frame { frame, .. } = arrival else {
+        return None;
+    };
+    let (node, said) = said(frame)?;
+    matches!(said, Said::BootUp(_)).then_some(node)
 }
 
 /// Returns the node whose heartbeat or boot-up this is, and its line.
@@ -98,10 +90,9 @@ fn heartbeat(arrival: &Arrival) -> Option<(NodeId, Arc<str>)> {
     let Arrival::Frame { interface, frame } = arrival else {
         return None;
     };
-    match said(frame)? {
-        (node, Said::BootUp(_) | Said::Heartbeat(_)) => Some((node, Arc::clone(interface))),
-        _ => None,
-    }
+    let (node, said) = said(frame)?;
+    let is_heartbeat = matches!(said, Said::BootUp(_) | Said::Heartbeat(_));
+    is_heartbeat.then(|| (node, Arc::clone(interface)))
 }
 
 /// Reads the product code of a node, or the abort code of its refusal; `None` without a response.
