@@ -76,24 +76,26 @@ pub struct Demo {
     pub clock: DemoClock,
 }
 
-/// Origin of the times of simulated feet.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum DemoClock {
-    /// The beginning of 2021: equal runs have equal times.
-    #[default]
-    Fixed,
-    /// The clock of this machine at the start; the feet walk in real time.
-    Now,
+samples::named! {
+    /// Origin of the times of simulated feet.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum DemoClock {
+        /// The beginning of 2021: equal runs have equal times.
+        Fixed = "2021",
+        /// The clock of this machine at the start; the feet walk in real time.
+        Now = "now",
+    }
 }
 
-/// Connection of simulated feet.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum DemoLine {
-    /// One CAN bus.
-    #[default]
-    Can,
-    /// One serial line per foot, with the samples of the sensor.
-    Uart,
+samples::named! {
+    /// Connection of simulated feet.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum DemoLine {
+        /// One CAN bus.
+        Can = "can",
+        /// One serial line per foot, with the samples of the sensor.
+        Uart = "uart",
+    }
 }
 
 impl Default for Demo {
@@ -161,7 +163,9 @@ impl FromStr for Source {
             lacking,
             example,
         };
-        let (port, rate) = with_rate(rest);
+        // The rate comes after the last @, if there is one.
+        let split = rest.rsplit_once('@');
+        let (port, rate) = split.map_or((rest, None), |(port, rate)| (port, Some(rate)));
         match kind {
             "uart" if port.is_empty() => Err(lacks("a port", "uart:/dev/ttyACM0")),
             "uart" => {
@@ -191,7 +195,6 @@ impl FromStr for Source {
             }
             "file" => {
                 // A name may contain an @: the part after the last one is a speed only if it parses as one.
-                let split = rest.rsplit_once('@');
                 let (path, speed) = match split.map(|(path, speed)| (path, speed.parse())) {
                     Some((path, Ok(speed))) => (path, Some(speed)),
                     _ => (rest, None),
@@ -262,12 +265,6 @@ impl Source {
     }
 }
 
-/// Splits off the rate after the last `@`, if there is one.
-fn with_rate(text: &str) -> (&str, Option<&str>) {
-    text.rsplit_once('@')
-        .map_or((text, None), |(port, rate)| (port, Some(rate)))
-}
-
 fn value(key: &'static str, value: &str, expected: &'static str) -> SourceError {
     SourceError::Value {
         key,
@@ -285,17 +282,6 @@ fn number<T: FromStr>(
 ) -> Result<T, SourceError> {
     let number = text.parse().ok().filter(is_valid);
     number.ok_or_else(|| value(key, text, expected))
-}
-
-/// Parses one of two words.
-fn word<T: Copy>(
-    text: &str,
-    key: &'static str,
-    expected: &'static str,
-    words: [(&str, T); 2],
-) -> Result<T, SourceError> {
-    let known = words.iter().find(|(word, _)| *word == text);
-    known.map_or_else(|| Err(value(key, text, expected)), |(_, of)| Ok(*of))
 }
 
 fn demo(text: &str) -> Result<Demo, SourceError> {
@@ -319,12 +305,12 @@ fn demo(text: &str) -> Result<Demo, SourceError> {
                 demo.seconds = Some(number(text, "seconds", "a number above 0", is_valid)?);
             }
             "line" => {
-                let lines = [("can", DemoLine::Can), ("uart", DemoLine::Uart)];
-                demo.line = word(text, "line", "can or uart", lines)?;
+                let line = DemoLine::of_name(text);
+                demo.line = line.ok_or_else(|| value("line", text, "can or uart"))?;
             }
             "clock" => {
-                let clocks = [("2021", DemoClock::Fixed), ("now", DemoClock::Now)];
-                demo.clock = word(text, "clock", "2021 or now", clocks)?;
+                let clock = DemoClock::of_name(text);
+                demo.clock = clock.ok_or_else(|| value("clock", text, "2021 or now"))?;
             }
             other => return Err(SourceError::Key(other.to_owned())),
         }
