@@ -6,7 +6,6 @@ use std::sync::Arc;
 use estimator_core::Timestamp;
 use wire::uart::{Decoder, Message};
 
-use super::Content;
 use crate::link::{Arrival, Arrived};
 
 /// Maximum size of one read, bytes.
@@ -33,6 +32,13 @@ impl Recording {
             used: 0,
             at: Timestamp::default(),
         }
+    }
+
+    /// Returns the next bytes, up to the end of a message with a time.
+    pub(super) fn next(&mut self) -> Result<Option<Arrived>, String> {
+        let bytes = self.piece()?;
+        let port = Arc::clone(&self.port);
+        Ok((!bytes.is_empty()).then_some((self.at, Arrival::Bytes { port, bytes })))
     }
 
     /// Returns the bytes up to the end of the next message with a time, at most `PIECE` bytes; none at the end.
@@ -64,13 +70,5 @@ impl Recording {
                 Err(error) => return Err(error.to_string()),
             }
         }
-    }
-}
-
-impl Content for Recording {
-    fn next(&mut self) -> Result<Option<Arrived>, String> {
-        let bytes = self.piece()?;
-        let port = Arc::clone(&self.port);
-        Ok((!bytes.is_empty()).then_some((self.at, Arrival::Bytes { port, bytes })))
     }
 }

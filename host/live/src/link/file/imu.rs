@@ -18,7 +18,6 @@ use recordings::replay::Replay;
 use wire::Faults;
 use wire::pdo::Status;
 
-use super::Content;
 use crate::link::{Arrival, Arrived, LinkError};
 use crate::playback::Playback;
 
@@ -69,6 +68,19 @@ impl Imu {
             feet.push(receiver.into_iter().peekable());
         }
         Ok(Self(feet))
+    }
+
+    /// Returns the earliest of the feet's next estimates; an error comes before all of them.
+    pub(super) fn next(&mut self) -> Result<Option<Arrived>, String> {
+        let feet = self.0.iter_mut().enumerate();
+        let times = feet.filter_map(|(index, foot)| {
+            let next = foot.peek()?.as_ref().ok();
+            Some((next.map(|(at, _)| *at), index))
+        });
+        let first = times.min();
+        first
+            .and_then(|(_, index)| self.0[index].next())
+            .transpose()
     }
 }
 
@@ -294,24 +306,5 @@ fn row_of(estimate: &ContactEstimate) -> ContactRow {
         status: status_of(estimate, estimate.flags),
         flags: Some(estimate.flags.bits()),
         ..ContactRow::default()
-    }
-}
-
-impl Content for Imu {
-    /// Returns the earliest of the feet's next estimates.
-    fn next(&mut self) -> Result<Option<Arrived>, String> {
-        let mut first: Option<(Timestamp, usize)> = None;
-        for (index, foot) in self.0.iter_mut().enumerate() {
-            let at = match foot.peek() {
-                None => continue,
-                Some(Err(error)) => return Err(error.clone()),
-                Some(Ok((at, _))) => *at,
-            };
-            if first.is_none_or(|(earliest, _)| at < earliest) {
-                first = Some((at, index));
-            }
-        }
-        let estimated = first.and_then(|(_, index)| self.0[index].next());
-        estimated.transpose()
     }
 }

@@ -6,7 +6,6 @@ use std::sync::Arc;
 use decode::can_log::{LogContent, Reader};
 use estimator_core::Timestamp;
 
-use super::Content;
 use crate::link::{Arrival, Arrived};
 
 /// Maximum number of bytes read as one line; lines of logs are shorter.
@@ -30,11 +29,9 @@ impl Log {
             interface: "".into(),
         }
     }
-}
 
-impl Content for Log {
     /// Reads the next frame or unreadable line.
-    fn next(&mut self) -> Result<Option<Arrived>, String> {
+    pub(super) fn next(&mut self) -> Result<Option<Arrived>, String> {
         loop {
             let mut line = Vec::new();
             let mut limited = (&mut self.lines).take(LONGEST_LINE);

@@ -11,7 +11,7 @@ mod imu;
 mod log;
 
 use std::fs::File;
-use std::io::{Cursor, Read};
+use std::io::{self, Cursor, Read as _};
 use std::path::Path;
 use std::time::Duration;
 
@@ -32,8 +32,20 @@ const HEAD: u64 = 1 << 16;
 /// The file cannot be read, its format is unknown, or it has contacts of feet and `playback` is not the default.
 pub fn open(path: &Path, speed: Speed, playback: &Playback) -> Result<Box<dyn Link>, LinkError> {
     let name = path.display().to_string();
-    let unreadable = |error: std::io::Error| LinkError::File(format!("{name}: {error}"));
-    let pace = Pace::new(speed);
+    Ok(Box::new(Played {
+        read: reader(path, &name, playback)?,
+        name,
+        pace: Pace::new(speed),
+        next: None,
+    }))
+}
+
+/// Reader of the next part of a file with its time, in order of time: `None` at the end, or the reason why the file cannot
+/// be read further.
+type Read = Box<dyn FnMut() -> Result<Option<Arrived>, String>>;
+
+fn reader(path: &Path, name: &str, playback: &Playback) -> Result<Read, LinkError> {
+    let unreadable = |error: io::Error| LinkError::File(format!("{name}: {error}"));
     if path.is_file() {
         let file = File::open(path).map_err(unreadable)?;
         let mut source = decompressed(Box::new(file)).map_err(unreadable)?;
@@ -43,53 +55,35 @@ pub fn open(path: &Path, speed: Speed, playback: &Playback) -> Result<Box<dyn Li
         let reader = recognise(&head);
         if reader.is_some() || holds_a_frame(&head) {
             if *playback != Playback::default() {
-                return Err(LinkError::NotEstimated(name));
+                return Err(LinkError::NotEstimated(name.to_owned()));
             }
             let whole = Box::new(Cursor::new(head).chain(source));
-            return Ok(match reader {
-                Some(reader) => Played::link(log::Log::new(whole, reader), name, pace),
-                None => Played::link(bytes::Recording::new(&name, whole), name, pace),
-            });
+            if let Some(reader) = reader {
+                let mut log = log::Log::new(whole, reader);
+                return Ok(Box::new(move || log.next()));
+            }
+            let mut recording = bytes::Recording::new(name, whole);
+            return Ok(Box::new(move || recording.next()));
         }
     }
-    let imu = imu::Imu::open(path, playback)?;
-    Ok(Played::link(imu, name, pace))
-}
-
-/// Content of a file, in order of time.
-trait Content {
-    /// Returns the next part with its time; `None` at the end.
-    ///
-    /// # Errors
-    /// Reason why the file cannot be read further.
-    fn next(&mut self) -> Result<Option<Arrived>, String>;
+    let mut imu = imu::Imu::open(path, playback)?;
+    Ok(Box::new(move || imu.next()))
 }
 
 /// File with the state of its playback.
-struct Played<C> {
-    content: C,
+struct Played {
+    read: Read,
     name: String,
     pace: Pace,
     /// Part that is read but not due yet.
     next: Option<Arrived>,
 }
 
-impl<C: Content + 'static> Played<C> {
-    fn link(content: C, name: String, pace: Pace) -> Box<dyn Link> {
-        Box::new(Self {
-            content,
-            name,
-            pace,
-            next: None,
-        })
-    }
-}
-
-impl<C: Content> Link for Played<C> {
+impl Link for Played {
     fn receive(&mut self, longest: Duration) -> Result<Option<Arrived>, LinkError> {
         let name = &self.name;
         let read = match self.next.take() {
-            None => self.content.next(),
+            None => (self.read)(),
             next => Ok(next),
         };
         let next = read.map_err(|error| LinkError::File(format!("{name}: {error}")))?;
