@@ -10,7 +10,7 @@ use gait::{EndlessRounds, Walked};
 use storage::{Erase, Origin, Storage};
 use wire::dictionary::index;
 use wire::node::BootCause;
-use wire::{Address, CanFrame, Fault, Foot as Position, NodeId, Settings, Value};
+use wire::{Address, CanFrame, Fault, Foot as Position, Settings, Value};
 
 use super::board;
 use super::flash::{Flash, SIZE};
@@ -28,17 +28,18 @@ const SWITCHED_ON_US: i64 = 137_000;
 
 /// Simulated foot.
 pub(super) struct SimulatedFoot {
-    position: Position,
-    walk: EndlessRounds,
-    program: Program,
+    pub(super) position: Position,
+    /// Walk and sensor.
+    pub(super) walk: EndlessRounds,
+    pub(super) program: Program,
     /// Remaining ticks of the sensor's self-test since the last reset of the board; `None` once its result was returned.
     self_test: Option<u32>,
     storage: Storage<Flash>,
     clock: OwnClock,
     serial: u32,
     receiver: UartReceiver,
-    /// Axes that fail the sensor's self-test, as the detail of the fault.
-    failing_axes: u32,
+    /// Axes that fail the sensor's self-test, as the detail of the fault: bit *i* is axis *i*.
+    pub(super) failing_axes: u32,
 }
 
 /// Clock of a foot, which starts at 0 with each start of the board and has its own rate error.
@@ -103,20 +104,6 @@ impl SimulatedFoot {
         }
     }
 
-    pub(super) const fn position(&self) -> Position {
-        self.position
-    }
-
-    /// Node id, if there is one.
-    pub(super) fn node_id(&self) -> Option<NodeId> {
-        self.program.foot.settings().node_id()
-    }
-
-    /// Simulates the walk and the sensor for the next millisecond.
-    pub(super) fn walk(&mut self) -> Walked {
-        self.walk.tick()
-    }
-
     /// Receives a frame by the CAN controller.
     pub(super) fn receive(&mut self, frame: CanFrame, at: Timestamp) {
         let at = self.clock.time(at);
@@ -140,11 +127,6 @@ impl SimulatedFoot {
         if !self.program.ports.try_put(input) {
             self.program.ports.try_put(lost);
         }
-    }
-
-    /// Makes these axes fail from the next self-test on: bit *i* is axis *i*.
-    pub(super) const fn fail_self_test(&mut self, axes: u32) {
-        self.failing_axes = axes;
     }
 
     /// Runs the program for the millisecond that begins at `now`.
@@ -209,16 +191,6 @@ impl SimulatedFoot {
                 debug_assert_ne!(origin, Origin::Corrupted, "its flash keeps what is written");
             }
         }
-    }
-
-    /// Takes the pending frames for the bus.
-    pub(super) fn take_frames(&mut self) -> impl Iterator<Item = CanFrame> + '_ {
-        self.program.frames()
-    }
-
-    /// Takes the pending bytes for the serial line.
-    pub(super) fn take_serial(&mut self) -> Vec<u8> {
-        self.program.take_serial()
     }
 }
 

@@ -63,7 +63,7 @@ impl Robot {
 
     /// Names of the feet.
     pub fn names(&self) -> impl Iterator<Item = &'static str> + '_ {
-        self.feet.iter().map(|foot| foot.position().name())
+        self.feet.iter().map(|foot| foot.position.name())
     }
 
     /// Time since the robot was switched on, µs.
@@ -98,23 +98,27 @@ impl Robot {
     /// Returns the bytes that a foot, counted from 0, has sent on its serial line since the last call.
     pub fn take_serial(&mut self, foot: usize) -> Vec<u8> {
         let foot = self.feet.get_mut(foot);
-        foot.map(SimulatedFoot::take_serial).unwrap_or_default()
+        let bytes = foot.map(|foot| foot.program.take_serial());
+        bytes.unwrap_or_default()
     }
 
     /// Makes these axes of a foot's sensor fail from its next self-test on: bit *i* is axis *i*. Feet are counted
     /// from 0.
     pub fn fail_self_test(&mut self, foot: usize, axes: u32) {
         if let Some(foot) = self.feet.get_mut(foot) {
-            foot.fail_self_test(axes);
+            foot.failing_axes = axes;
         }
     }
 
     /// Simulates one millisecond.
     pub fn tick(&mut self) {
         let now_us = self.elapsed_us();
-        let walked: Vec<_> = self.feet.iter_mut().map(SimulatedFoot::walk).collect();
-        let loads = self.feet.iter().zip(&walked);
-        let loads = loads.filter_map(|(foot, walked)| Some((foot.node_id()?, walked.truth.load)));
+        let walked = self.feet.iter_mut().map(|foot| foot.walk.tick());
+        let walked: Vec<_> = walked.collect();
+        let loads = self.feet.iter().zip(&walked).filter_map(|(foot, walked)| {
+            let node = foot.program.foot.settings().node_id();
+            Some((node?, walked.truth.load))
+        });
         // A tick is a millisecond.
         let frames = self.control.frames(self.ticks, loads);
         self.pending.extend(frames);
@@ -127,7 +131,7 @@ impl Robot {
         let mut sent = Vec::new();
         for (foot, walked) in self.feet.iter_mut().zip(walked) {
             foot.tick(Timestamp::from_micros(now_us), &walked);
-            sent.extend(foot.take_frames());
+            sent.extend(foot.program.frames());
         }
         // The lowest identifier wins the bus; frames of one foot with equal identifiers keep their order.
         sent.sort_by_key(CanFrame::id);
@@ -137,7 +141,7 @@ impl Robot {
         // Output on an unconnected line is discarded.
         match self.line {
             DemoLine::Can => self.feet.iter_mut().for_each(|foot| {
-                foot.take_serial();
+                foot.program.take_serial();
             }),
             DemoLine::Uart => self.carried.clear(),
         }
