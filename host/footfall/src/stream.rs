@@ -33,7 +33,9 @@ pub trait Sink {
     ///
     /// # Errors
     /// Pending messages cannot be written.
-    fn idle(&mut self) -> Result<(), Error>;
+    fn idle(&mut self) -> Result<(), Error> {
+        Ok(())
+    }
 }
 
 /// Maximum duration of a stream, s: about thirty years.

@@ -40,13 +40,6 @@ pub struct MonitorArguments {
     pub seconds: Option<f64>,
 }
 
-/// Format of the lines.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Form {
-    Text,
-    Json,
-}
-
 impl MonitorArguments {
     pub(super) fn run(self) -> Result<(), Error> {
         let name = self.listen.source.to_string();
@@ -54,20 +47,19 @@ impl MonitorArguments {
         let (source, feet) = self.listen.listen(Speed::REAL)?;
         let feed = Feed::open(source);
         let mut robot = MonitorState::new(feet);
-        let watched = match (self.json, self.plain || !io::stdout().is_terminal()) {
-            (true, _) => unless_closed(watch_lines(&feed, &mut robot, end, Form::Json)),
-            (false, true) => unless_closed(watch_lines(&feed, &mut robot, end, Form::Text)),
+        let watched = match self.json || self.plain || !io::stdout().is_terminal() {
+            true => unless_closed(watch_lines(&feed, &mut robot, end, self.json)),
             #[cfg(feature = "screen")]
-            (false, false) => watch_screen(&feed, &mut robot, end, &name),
+            false => watch_screen(&feed, &mut robot, end, &name),
             #[cfg(not(feature = "screen"))]
-            (false, false) => {
+            false => {
                 aside(Feature::Screen.missing_for(format_args!("a picture of {name}")));
-                unless_closed(watch_lines(&feed, &mut robot, end, Form::Text))
+                unless_closed(watch_lines(&feed, &mut robot, end, false))
             }
         };
         warn_of_lost(&feed);
         watched.map_err(Error::Print)?;
-        unless_ended(robot.into_ended())
+        unless_ended(robot.ended)
     }
 }
 
@@ -75,7 +67,7 @@ fn watch_lines(
     feed: &Feed,
     robot: &mut MonitorState,
     end: Option<Instant>,
-    form: Form,
+    json: bool,
 ) -> io::Result<()> {
     let mut to = io::stdout().lock();
     let mut seen = 0;
@@ -87,16 +79,16 @@ fn watch_lines(
             let (events, now_seen) = robot.events_since(seen);
             seen = now_seen;
             for event in events {
-                match form {
-                    Form::Text => lines::write_event(event, &mut to)?,
-                    Form::Json => lines::write_event_json(event, &mut to)?,
+                match json {
+                    true => lines::write_event_json(event, &mut to)?,
+                    false => lines::write_event(event, &mut to)?,
                 }
             }
             to.flush()?;
         }
-        match form {
-            Form::Text => lines::write_text(robot, &mut to)?,
-            Form::Json => lines::write_json(robot, &mut to)?,
+        match json {
+            true => lines::write_json(robot, &mut to)?,
+            false => lines::write_text(robot, &mut to)?,
         }
         if robot.has_ended() || is_over(end) {
             return Ok(());

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use ros::Published;
 
-use super::Existing;
 use crate::error::Error;
 use crate::feature::Feature;
 use crate::files::OutputError;
@@ -18,14 +17,8 @@ impl McapRecording {
     ///
     /// # Errors
     /// Always.
-    pub fn create(path: &Path, _: Existing) -> Result<Self, OutputError> {
+    pub fn create(path: &Path, _: bool) -> Result<Self, OutputError> {
         Err(Feature::Bags.missing_for(path.display()).into())
-    }
-
-    /// Returns the path of the file.
-    #[must_use]
-    pub fn path(&self) -> &Path {
-        match *self {}
     }
 
     /// Never called.
@@ -39,10 +32,6 @@ impl McapRecording {
 
 impl Sink for McapRecording {
     fn publish(&mut self, _: Published) -> Result<(), Error> {
-        match *self {}
-    }
-
-    fn idle(&mut self) -> Result<(), Error> {
         match *self {}
     }
 }

@@ -8,7 +8,6 @@ use std::path::{Path, PathBuf};
 use mcap::McapError;
 use ros::{McapFile, Published};
 
-use super::Existing;
 use crate::error::Error;
 use crate::files::OutputError;
 use crate::stream::Sink;
@@ -20,12 +19,11 @@ pub struct McapRecording {
 }
 
 impl McapRecording {
-    /// Creates a recording without messages.
+    /// Creates a recording without messages; `replaces` a file of this name.
     ///
     /// # Errors
-    /// The file cannot be written or already exists.
-    pub fn create(path: &Path, existing: Existing) -> Result<Self, OutputError> {
-        let replaces = existing == Existing::Replaced;
+    /// The file cannot be written, or already exists and is not replaced.
+    pub fn create(path: &Path, replaces: bool) -> Result<Self, OutputError> {
         let mut options = File::options();
         options.write(true).create_new(!replaces);
         let options = options.create(replaces).truncate(replaces);
@@ -38,12 +36,6 @@ impl McapRecording {
             path: path.to_owned(),
             file,
         })
-    }
-
-    /// Returns the path of the file.
-    #[must_use]
-    pub fn path(&self) -> &Path {
-        &self.path
     }
 
     /// Writes pending messages and returns the message counts by topic and the name of the file.

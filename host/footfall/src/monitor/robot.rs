@@ -2,17 +2,21 @@
 
 use std::collections::VecDeque;
 use std::mem;
-use std::path::Path;
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use decode::Feet;
 use decode::live::Said;
 use live::feed::Fed;
 use live::{Feed, LinkError, LiveFoot, Session, Update};
+use ros::Bridge;
 use wire::{Emergency, Fault, Faults};
 
 use super::curve::Curve;
-use super::recorder::Recorder;
+use crate::error::Error;
+use crate::files::OutputError;
+use crate::mcap_recording::McapRecording;
+use crate::stream::Sink;
 
 /// Period of screen updates.
 pub const PICTURE: Duration = Duration::from_millis(50);
@@ -40,12 +44,46 @@ pub struct MonitorState {
     events: VecDeque<MonitorEvent>,
     /// Number of events dropped from the front, so that readers can keep their position.
     forgotten: usize,
-    /// Resource the line is waiting for.
-    waits_for: Option<String>,
+    /// Resource the line is waiting for if it is not open.
+    pub(crate) waits_for: Option<String>,
     /// Reason the source has ended.
-    ended: Option<LinkError>,
+    pub(crate) ended: Option<LinkError>,
     marks: u32,
-    recorder: Option<Recorder>,
+    /// Recording in progress of the received messages.
+    pub(crate) recording: Option<Recording>,
+}
+
+/// Recording of received messages in a file.
+pub(crate) struct Recording {
+    /// Path of the file.
+    pub(crate) path: PathBuf,
+    bridge: Bridge,
+    to: McapRecording,
+}
+
+impl Recording {
+    /// Starts a recording in the current directory, under the first unused name of `footfall-1.mcap`,
+    /// `footfall-2.mcap`, ….
+    fn begin() -> Result<Self, OutputError> {
+        let mut number = 1_u32;
+        loop {
+            let path = PathBuf::from(format!("footfall-{number}.mcap"));
+            let to = match McapRecording::create(&path, false) {
+                Err(OutputError::Exists(_)) => {
+                    number += 1;
+                    continue;
+                }
+                created => created?,
+            };
+            let bridge = Bridge::default();
+            return Ok(Self { path, bridge, to });
+        }
+    }
+
+    fn record(&mut self, session: &Session, update: &Update) -> Result<(), Error> {
+        let mut messages = self.bridge.messages(session, update).into_iter();
+        messages.try_for_each(|published| self.to.publish(published))
+    }
 }
 
 impl MonitorState {
@@ -73,10 +111,10 @@ impl MonitorState {
     /// Processes all updates of the session.
     fn follow(&mut self) {
         while let Some(update) = self.session.next_update() {
-            if let Some(recorder) = &mut self.recorder
-                && let Err(error) = recorder.record(&self.session, &update)
+            if let Some(recording) = &mut self.recording
+                && let Err(error) = recording.record(&self.session, &update)
             {
-                self.recorder = None;
+                self.recording = None;
                 self.say(None, format!("recording ended: {error}"));
             }
             match update {
@@ -126,14 +164,14 @@ impl MonitorState {
 
     /// Starts a recording in the current directory, or stops the current one, and reports the result as an event.
     pub fn toggle_recording(&mut self) {
-        if self.recorder.is_some() {
+        if self.recording.is_some() {
             self.finish_recording();
             return;
         }
-        let event = match Recorder::begin() {
-            Ok(recorder) => {
-                let event = format!("recording to {}", recorder.path().display());
-                self.recorder = Some(recorder);
+        let event = match Recording::begin() {
+            Ok(recording) => {
+                let event = format!("recording to {}", recording.path.display());
+                self.recording = Some(recording);
                 event
             }
             Err(error) => error.to_string(),
@@ -146,20 +184,13 @@ impl MonitorState {
         // A contact may still be waiting for related messages.
         self.session.finish();
         self.follow();
-        let recorder = self.recorder.take()?;
-        let path = recorder.path().display().to_string();
-        let event = match recorder.finish() {
-            Ok(()) => format!("wrote {path}"),
+        let Recording { path, to, .. } = self.recording.take()?;
+        let event = match to.finish() {
+            Ok(_) => format!("wrote {}", path.display()),
             Err(error) => error.to_string(),
         };
         self.say(None, event.clone());
         Some(event)
-    }
-
-    /// Returns the path of the current recording.
-    #[must_use]
-    pub fn recording_to(&self) -> Option<&Path> {
-        self.recorder.as_ref().map(Recorder::path)
     }
 
     /// Marks the current time; marks are numbered from 1.
@@ -196,22 +227,10 @@ impl MonitorState {
         (new, self.forgotten + self.events.len())
     }
 
-    /// Returns the resource the line is waiting for if it is not open.
-    #[must_use]
-    pub fn waits_for(&self) -> Option<&str> {
-        self.waits_for.as_deref()
-    }
-
     /// Returns whether the source has ended.
     #[must_use]
     pub const fn has_ended(&self) -> bool {
         self.ended.is_some()
-    }
-
-    /// Returns the reason the source has ended.
-    #[must_use]
-    pub fn into_ended(self) -> Option<LinkError> {
-        self.ended
     }
 
     /// Returns the number of unreadable lines and fragments in playback, from adapters and on serial lines.

@@ -73,15 +73,15 @@ fn headline(
     if running == Running::Paused {
         spans.push(Span::styled("   paused", warning));
     }
-    if let Some(file) = robot.recording_to() {
-        let text = format!("   recording to {}", file.display());
+    if let Some(recording) = &robot.recording {
+        let text = format!("   recording to {}", recording.path.display());
         spans.push(Span::styled(text, Style::new().fg(Color::Red)));
     }
     if hidden > 0 {
         let text = format!("   {hidden} more feet below");
         spans.push(Span::styled(text, warning));
     }
-    if let Some(device) = robot.waits_for() {
+    if let Some(device) = &robot.waits_for {
         spans.push(Span::styled(format!("   waiting for {device}"), warning));
     } else if robot.has_ended() {
         spans.push(Span::styled("   ended", warning));
@@ -134,7 +134,7 @@ fn contact_line(robot: &MonitorState, foot: &LiveFoot) -> Paragraph<'static> {
         spans.push(Span::styled(SEVERAL_BOARDS, Style::new().fg(Color::Red)));
         return Paragraph::new(Line::from(spans));
     }
-    if foot.is_silent(robot.session().now()) || robot.waits_for().is_some() {
+    if foot.is_silent(robot.session().now()) || robot.waits_for.is_some() {
         spans.push(Span::styled("silent   last ", Style::new().fg(Color::Red)));
     }
     let decision = match row.status.decision() {

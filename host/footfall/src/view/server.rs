@@ -150,8 +150,4 @@ impl Sink for Server {
         }
         Ok(())
     }
-
-    fn idle(&mut self) -> Result<(), Error> {
-        Ok(())
-    }
 }
