@@ -208,7 +208,7 @@ impl From<OutputError> for Error {
 impl From<InputError> for Error {
     fn from(error: InputError) -> Self {
         if let InputError::Container(ContainerError::NotBuilt { file, feature, .. }) = &error
-            && let Some(feature) = Feature::named(feature)
+            && let Some(feature) = Feature::of_name(feature)
         {
             Self::NotBuilt(feature.missing_for(file))
         } else {

@@ -26,12 +26,6 @@ samples::named! {
 }
 
 impl Feature {
-    /// Returns the feature with this name.
-    #[must_use]
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|feature| feature.name() == name)
-    }
-
     /// Returns whether this program is built with the feature.
     #[must_use]
     pub const fn is_built(self) -> bool {

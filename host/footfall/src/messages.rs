@@ -30,12 +30,6 @@ pub fn set_verbosity(verbosity: Verbosity) {
     VERBOSITY.store(verbosity as u8, Ordering::Relaxed);
 }
 
-/// Returns whether details are printed.
-#[must_use]
-pub fn is_verbose() -> bool {
-    is_said(Verbosity::Verbose)
-}
-
 /// Prints the error that ended a command.
 pub fn error(message: impl Display) {
     say(Kind::Error, &message);
@@ -50,7 +44,7 @@ pub fn warn(message: impl Display) {
 
 /// Prints a detail, shown with `--verbose` only.
 pub fn detail(message: impl Display) {
-    if is_verbose() {
+    if is_said(Verbosity::Verbose) {
         say(Kind::Detail, &message);
     }
 }

@@ -13,7 +13,7 @@ pub enum SummaryStyle {
     /// A few lines of text.
     #[default]
     Text,
-    /// One JSON object as the only output on stdout.
+    /// One JSON object with the program version and the id of its schema, as the only output on stdout.
     Json,
     /// None: stdout holds the table.
     Silent,
@@ -38,7 +38,11 @@ pub fn print<'a>(
 ) -> io::Result<()> {
     match style {
         SummaryStyle::Silent => Ok(()),
-        SummaryStyle::Json => print_json(summary),
+        // Non-finite numbers become `null`.
+        SummaryStyle::Json => to_stdout(|stdout| {
+            serde_json::to_writer_pretty(&mut *stdout, &Document::of(summary))?;
+            writeln!(stdout)
+        }),
         SummaryStyle::Text => to_stdout(|stdout| {
             writeln!(stdout, "{summary}")?;
             for path in written {
@@ -47,17 +51,6 @@ pub fn print<'a>(
             Ok(())
         }),
     }
-}
-
-/// Prints one JSON object with the program version and the id of its schema. Non-finite numbers become `null`.
-///
-/// # Errors
-/// Stdout cannot be written.
-pub fn print_json(what: &impl Described) -> io::Result<()> {
-    to_stdout(|stdout| {
-        serde_json::to_writer_pretty(&mut *stdout, &Document::of(what))?;
-        writeln!(stdout)
-    })
 }
 
 /// Prints a text that includes its final newline.
