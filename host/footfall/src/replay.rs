@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use analysis::replay::foot::{self, Observer, Replayed};
 use analysis::replay::span::Span;
-use estimator_core::ContactEstimate;
+use estimator_core::{ContactEstimate, Params};
 use indicatif::ProgressBar;
 use recordings::events::{self, ContactEvent};
 use recordings::input::Stored;
@@ -74,6 +74,20 @@ impl Observer for Watched {
             page.add_event(event);
         }
     }
+}
+
+/// A foot whose contacts go into a copy of its bag.
+pub struct CopiedFoot {
+    /// Name of the foot, in the topics of its contacts.
+    pub name: String,
+    /// Its samples.
+    pub stored: Stored,
+    /// Parameters of its estimate.
+    pub params: Params,
+    /// Part of the recording whose contacts are written.
+    pub span: Span,
+    /// Events in that part.
+    pub events: Vec<ContactEvent>,
 }
 
 /// A foot with its estimates.

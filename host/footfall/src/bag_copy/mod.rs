@@ -11,11 +11,7 @@ mod stream;
 use std::io::{self, Write};
 use std::path::Path;
 
-use analysis::replay::span::Span;
-use estimator_core::Params;
 use mcap::write::NoSeek;
-use recordings::events::ContactEvent;
-use recordings::input::Stored;
 use recordings::input::bag::{Channel, Written, copy};
 use ros::compat::{FEET, LOW_STATE_TOPIC, place};
 use ros::{AllFeet, Compat, McapFile, RosMessage};
@@ -26,24 +22,11 @@ use crate::files::write_file;
 use crate::foot_names::unlike;
 use crate::mcap_recording::io_error;
 use crate::messages::warn;
+use crate::replay::CopiedFoot;
 use low_state::LowState;
 use stream::Stream;
 
 pub use low_state::LowStates;
-
-/// A foot of the bag.
-pub struct CopiedFoot {
-    /// Name of the foot, in the topics of its contacts.
-    pub name: String,
-    /// Its samples.
-    pub stored: Stored,
-    /// Parameters of its estimate.
-    pub params: Params,
-    /// Part of the recording whose contacts are written.
-    pub span: Span,
-    /// Events in that part.
-    pub events: Vec<ContactEvent>,
-}
 
 /// Messages of all feet in the copy.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -221,6 +204,8 @@ mod tests {
     use std::collections::BTreeMap;
     use std::fmt::Write as _;
 
+    use analysis::replay::span::Span;
+    use estimator_core::Params;
     use recordings::input::{Hints, Opened};
 
     use super::*;

@@ -2,11 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use analysis::replay::span::Span;
 use clap::Args;
-use estimator_core::Params;
-use recordings::events::ContactEvent;
-use recordings::input::Stored;
 use ros::Compat;
 
 use super::headings::OUTPUT;
@@ -17,6 +13,7 @@ use crate::error::Error;
 #[cfg(not(feature = "bags"))]
 use crate::feature::Feature;
 use crate::files::OutputError;
+use crate::replay::CopiedFoot;
 
 /// Messages of all feet in a copy of a bag.
 #[derive(Clone, Debug, Default, Args)]
@@ -42,9 +39,6 @@ pub struct CopiedArguments {
     pub lowstate_scale: Option<f64>,
 }
 
-/// A foot whose contacts go into the copy: its samples, the parameters of its estimate, its events.
-pub(super) type Copied = (Stored, Params, Vec<ContactEvent>);
-
 impl CopiedArguments {
     /// Checks that the options apply: there is a copy, or none of them is given.
     pub(super) fn check(&self, bag: Option<&Path>) -> Result<(), OutputError> {
@@ -62,23 +56,14 @@ impl CopiedArguments {
         Ok(())
     }
 
-    /// Copies the only bag of `inputs` with the contacts and events of feet, which have these names.
+    /// Copies the only bag of `inputs` with the contacts and events of feet.
     #[cfg(feature = "bags")]
     pub(super) fn copy(
         &self,
         inputs: &[PathBuf],
         to: &Path,
-        feet: Vec<(String, Copied)>,
-        span: Span,
+        feet: &mut [CopiedFoot],
     ) -> Result<(), Error> {
-        let foot = |(name, (stored, params, events))| bag_copy::CopiedFoot {
-            name,
-            stored,
-            params,
-            span,
-            events,
-        };
-        let mut feet: Vec<_> = feet.into_iter().map(foot).collect();
         let of_all_feet = OfAllFeet {
             compats: self.compat.clone(),
             low_states: self.lowstate.clone().map(|topic| LowStates {
@@ -88,19 +73,13 @@ impl CopiedArguments {
         };
         for input in inputs {
             // Parts that end early were reported when the samples were read.
-            bag_copy::write(input, &mut feet, &of_all_feet, to)?;
+            bag_copy::write(input, feet, &of_all_feet, to)?;
         }
         Ok(())
     }
 
     #[cfg(not(feature = "bags"))]
-    pub(super) fn copy(
-        &self,
-        _: &[PathBuf],
-        to: &Path,
-        _: Vec<(String, Copied)>,
-        _: Span,
-    ) -> Result<(), Error> {
+    pub(super) fn copy(&self, _: &[PathBuf], to: &Path, _: &mut [CopiedFoot]) -> Result<(), Error> {
         Err(OutputError::from(Feature::Bags.missing_for(to.display())).into())
     }
 }

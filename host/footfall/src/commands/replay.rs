@@ -18,14 +18,14 @@ use recordings::input::store::contacts::without_effect;
 use recordings::input::{About, ContactUse, Format, Hints, Stored};
 use recordings::output::TableFeet;
 
-use super::copied::{Copied, CopiedArguments};
+use super::copied::CopiedArguments;
 use super::headings::{ESTIMATOR, INPUT, OUTPUT};
 use super::recording::{self, RecordingArguments, estimator_options, with_mounting};
 use crate::error::Error;
 use crate::files::{OutputError, STANDARD, write_file};
 use crate::messages::{detail, warn};
 use crate::progress::{self, Bars};
-use crate::replay::{Picture, ReplayedFoot, Watched, write_shown};
+use crate::replay::{CopiedFoot, Picture, ReplayedFoot, Watched, write_shown};
 use crate::report::{SummaryStyle, print};
 use crate::targets::{self, Drawing, Target};
 
@@ -86,7 +86,7 @@ struct Done {
     /// Names of each foot in the recording.
     names: Vec<Vec<String>>,
     /// Feet whose contacts go into a copy of the bag.
-    copied: Vec<Copied>,
+    copied: Vec<CopiedFoot>,
     feet: Vec<ReplayedFoot>,
 }
 
@@ -109,9 +109,7 @@ impl ReplayArguments {
         let mut feet = Vec::new();
         let mut copied = Vec::new();
         for done in done {
-            let names = done.names.into_iter();
-            let first = names.filter_map(|names| names.into_iter().next());
-            copied.extend(first.zip(done.copied));
+            copied.extend(done.copied);
             done.details.iter().for_each(detail);
             done.notices.iter().for_each(warn);
             for ReplayedFoot { foot, .. } in &done.feet {
@@ -121,7 +119,7 @@ impl ReplayArguments {
             feet.extend(done.feet);
         }
         if let Some(bag) = self.bag() {
-            self.copied.copy(&self.inputs, bag, copied, span)?;
+            self.copied.copy(&self.inputs, bag, &mut copied)?;
         }
         self.write(feet)
     }
@@ -305,7 +303,13 @@ impl ReplayArguments {
         for ((names, stored), replayed) in stored.into_iter().zip(replayed) {
             let (foot, events, recognised) = replayed?;
             let stored = stored.into_inner().unwrap_or_else(PoisonError::into_inner);
-            copied.extend(events.map(|events| (stored, params_of(names), events)));
+            copied.extend(events.map(|events| CopiedFoot {
+                name: names.first().cloned().unwrap_or_default(),
+                stored,
+                params: params_of(names),
+                span,
+                events,
+            }));
             feet.push(foot);
             details.push(recognised);
         }
