@@ -129,37 +129,30 @@ impl Width {
 /// Values kept for one pixel column.
 struct Bucket {
     column: u32,
-    first: (f64, f64),
-    lowest: (f64, f64),
-    highest: (f64, f64),
-    last: (f64, f64),
+    /// First, lowest, highest and last.
+    kept: [(f64, f64); 4],
 }
 
 impl Bucket {
     fn new(column: u32, point: (f64, f64)) -> Self {
-        Self {
-            column,
-            first: point,
-            lowest: point,
-            highest: point,
-            last: point,
-        }
+        let kept = [point; 4];
+        Self { column, kept }
     }
 
     fn add(&mut self, point: (f64, f64)) {
-        if point.1 < self.lowest.1 {
-            self.lowest = point;
+        let [_, lowest, highest, last] = &mut self.kept;
+        if point.1 < lowest.1 {
+            *lowest = point;
         }
-        if point.1 > self.highest.1 {
-            self.highest = point;
+        if point.1 > highest.1 {
+            *highest = point;
         }
-        self.last = point;
+        *last = point;
     }
 
-    fn append_to(self, piece: &mut Vec<(f64, f64)>) {
-        let mut kept = [self.first, self.lowest, self.highest, self.last];
-        kept.sort_by(|a, b| a.0.total_cmp(&b.0));
-        for point in kept {
+    fn append_to(mut self, piece: &mut Vec<(f64, f64)>) {
+        self.kept.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for point in self.kept {
             if piece.last() != Some(&point) {
                 piece.push(point);
             }

@@ -50,6 +50,9 @@ const LEFT_MARGIN: u32 = 16;
 /// Width of the numbers and the title of a vertical axis.
 pub const VALUE_AXIS_WIDTH: u32 = 104;
 const RIGHT_MARGIN: u32 = 40;
+/// Left end and width of the data area, pixels.
+const PLOT_LEFT: i32 = (LEFT_MARGIN + VALUE_AXIS_WIDTH) as i32;
+const PLOT_WIDTH: u32 = WIDTH - LEFT_MARGIN - VALUE_AXIS_WIDTH - RIGHT_MARGIN;
 /// Gap between panels, half above and half below.
 const PANEL_GAP: u32 = 18;
 
@@ -101,10 +104,8 @@ impl RecordingPlot {
     /// tick.
     #[must_use]
     pub fn new(title: &str, start_us: i64, load_title: &str, span: Range<f64>) -> Self {
-        let width = Width {
-            span,
-            columns: plot_width(),
-        };
+        let columns = PLOT_WIDTH;
+        let width = Width { span, columns };
         Self {
             title: title.to_owned(),
             start_us,
@@ -209,7 +210,7 @@ fn draw(
     root.fill(&WHITE)?;
     let (head, rest) = root.split_vertically(TITLE_HEIGHT);
     let centred = text_style(TITLE_SIZE).pos(Pos::new(HPos::Center, VPos::Center));
-    head.draw_text(title, &centred, (plot_middle(), 32))?;
+    head.draw_text(title, &centred, (PLOT_LEFT + PLOT_WIDTH as i32 / 2, 32))?;
     let (legend, mut rest) = rest.split_vertically(legend_height);
     draw_legend(&legend, &panels, &blocks)?;
     let last = panels.len() - 1;
@@ -237,19 +238,6 @@ fn time_title(start_us: i64) -> String {
         // Exact: an f64 holds these times to a microsecond.
         format!("time (s) since t = {} s", start_us as f64 / 1.0e6)
     }
-}
-
-/// Returns the width of the data area, pixels.
-const fn plot_width() -> u32 {
-    WIDTH - LEFT_MARGIN - VALUE_AXIS_WIDTH - RIGHT_MARGIN
-}
-
-const fn plot_left() -> i32 {
-    (LEFT_MARGIN + VALUE_AXIS_WIDTH) as i32
-}
-
-const fn plot_middle() -> i32 {
-    plot_left() + plot_width() as i32 / 2
 }
 
 /// Returns the text style of a font size, one of the size constants of this module.
@@ -322,14 +310,14 @@ fn draw_legend(area: &Area<'_>, panels: &[Panel], blocks: &[&Stretches]) -> Draw
         *x += name.chars().count() as i32 * CHARACTER + 3 * SPACE;
         drawn
     };
-    let (mut x, mut middle) = (plot_left(), LEGEND_HEIGHT as i32 / 2);
+    let (mut x, mut middle) = (PLOT_LEFT, LEGEND_HEIGHT as i32 / 2);
     for panel in panels {
         let stroke = panel.colour.stroke_width(LINE_WIDTH + 2);
         let ends = [(x, middle), (x + SWATCH, middle)];
         area.draw(&PathElement::new(ends, stroke))?;
         name_at(&mut x, middle, &panel.axis_title)?;
     }
-    (x, middle) = (plot_left(), middle + LEGEND_HEIGHT as i32);
+    (x, middle) = (PLOT_LEFT, middle + LEGEND_HEIGHT as i32);
     for shown in blocks {
         let corners = [(x, middle - 12), (x + SWATCH, middle + 12)];
         area.draw(&Rectangle::new(corners, shown.colour.filled()))?;
