@@ -7,15 +7,17 @@ use decode::ContactRow;
 use decode::row::{HEADER, write_row};
 
 #[cfg(feature = "parquet")]
-use parquet::ParquetTable;
+use parquet::Cells;
+#[cfg(feature = "parquet")]
+use recordings::parquet_rows::ParquetRows;
 
 /// Table that is written row by row.
 pub enum DecodedTable<'a> {
     /// CSV text; whether its header was written.
     Csv(&'a mut dyn Write, bool),
-    /// As Parquet.
+    /// Parquet: the columns of [`HEADER`](decode::row::HEADER), null where a cell is blank.
     #[cfg(feature = "parquet")]
-    Parquet(Box<ParquetTable<'a>>),
+    Parquet(Box<ParquetRows<&'a mut dyn Write>>),
 }
 
 impl<'a> DecodedTable<'a> {
@@ -27,7 +29,10 @@ impl<'a> DecodedTable<'a> {
         match layout {
             Layout::Csv => Ok(Self::Csv(to, false)),
             #[cfg(feature = "parquet")]
-            Layout::Parquet => Ok(Self::Parquet(Box::new(ParquetTable::new(to)?))),
+            Layout::Parquet => Ok(Self::Parquet(Box::new(ParquetRows::new(
+                to,
+                parquet::columns(),
+            )?))),
             #[cfg(not(feature = "parquet"))]
             Layout::Parquet => Err(io::ErrorKind::Unsupported.into()),
         }
@@ -46,7 +51,7 @@ impl<'a> DecodedTable<'a> {
                 write_row(row, to)
             }
             #[cfg(feature = "parquet")]
-            Self::Parquet(table) => table.add(row),
+            Self::Parquet(table) => table.add(&Cells(row)),
         }
     }
 
@@ -59,19 +64,17 @@ impl<'a> DecodedTable<'a> {
             Self::Csv(_, true) => Ok(()),
             Self::Csv(to, false) => writeln!(to, "{HEADER}"),
             #[cfg(feature = "parquet")]
-            Self::Parquet(table) => table.finish(),
+            Self::Parquet(table) => table.finish().map(|_| ()),
         }
     }
 }
 
 #[cfg(feature = "parquet")]
 mod parquet {
-    use std::io::{self, Write};
-
     use decode::ContactRow;
     use decode::row::HEADER;
     use estimator_core::{Decision, PerAxis, Timestamp};
-    use recordings::parquet_rows::{DataType, Field, ParquetRows};
+    use recordings::parquet_rows::{DataType, Field};
     use samples::space::components;
     use serde::Serialize;
     use serde::ser::{SerializeMap, Serializer};
@@ -89,22 +92,9 @@ mod parquet {
         "flags",
     ];
 
-    /// Parquet of decoded rows: the columns of [`HEADER`], null where a cell is blank.
-    pub struct ParquetTable<'a>(ParquetRows<&'a mut dyn Write>);
-
-    impl<'a> ParquetTable<'a> {
-        pub(super) fn new(to: &'a mut dyn Write) -> io::Result<Self> {
-            let columns = HEADER.split(',').map(field).collect();
-            Ok(Self(ParquetRows::new(to, columns)?))
-        }
-
-        pub(super) fn add(&mut self, row: &ContactRow) -> io::Result<()> {
-            self.0.add(&Cells(row))
-        }
-
-        pub(super) fn finish(self) -> io::Result<()> {
-            self.0.finish().map(|_| ())
-        }
+    /// Columns of [`HEADER`] with their types.
+    pub(super) fn columns() -> Vec<Field> {
+        HEADER.split(',').map(field).collect()
     }
 
     fn field(column: &str) -> Field {
@@ -120,7 +110,7 @@ mod parquet {
     }
 
     /// Cells of a row by the names of their columns; blank ones are left out.
-    struct Cells<'a>(&'a ContactRow);
+    pub(super) struct Cells<'a>(pub(super) &'a ContactRow);
 
     impl Serialize for Cells<'_> {
         fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
