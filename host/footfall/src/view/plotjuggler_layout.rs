@@ -1,8 +1,6 @@
 //! `PlotJuggler` layout of the pages: one tab per page, with its plots in a column. `PlotJuggler` draws numbers
 //! only, so the panel of diagnostics is left out.
 
-use std::fmt::{self, Write};
-
 use super::pages::{Page, Panel, PanelKind};
 
 /// Distinguishable colours for curves, also for colour-blind readers: Okabe and Ito.
@@ -13,67 +11,57 @@ const COLOURS: [&str; 6] = [
 /// Returns the text of the layout file.
 #[must_use]
 pub fn layout(pages: &[Page]) -> String {
-    let mut text = String::new();
-    // Writing to memory does not fail.
-    let _: fmt::Result = write_layout(pages, &mut text);
-    text
+    let tabs: String = pages.iter().map(tab).collect();
+    format!(
+        r#"<?xml version='1.0' encoding='UTF-8'?>
+<root>
+ <tabbed_widget parent="main_window" name="Main Window">
+{tabs}  <currentTabIndex index="0"/>
+ </tabbed_widget>
+ <use_relative_time_offset enabled="1"/>
+</root>
+"#
+    )
 }
 
-fn write_layout(pages: &[Page], to: &mut String) -> fmt::Result {
-    writeln!(to, "<?xml version='1.0' encoding='UTF-8'?>\n<root>")?;
-    writeln!(
-        to,
-        " <tabbed_widget parent=\"main_window\" name=\"Main Window\">"
-    )?;
-    for page in pages {
-        let is_drawn = |panel: &&Panel| !panel.curves.is_empty();
-        let panels: Vec<_> = page.panels.iter().filter(is_drawn).collect();
-        let share = format!("{:.4}", 1.0 / panels.len() as f64);
-        let shares = vec![share; panels.len()].join(";");
-        let title = escaped(&page.title);
-        writeln!(to, "  <Tab tab_name=\"{title}\" containers=\"1\">")?;
-        writeln!(to, "   <Container>")?;
-        writeln!(
-            to,
-            "    <DockSplitter orientation=\"-\" count=\"{}\" sizes=\"{shares}\">",
-            panels.len()
-        )?;
-        for panel in panels {
-            write_panel(panel, to)?;
-        }
-        writeln!(to, "    </DockSplitter>\n   </Container>\n  </Tab>")?;
-    }
-    writeln!(to, "  <currentTabIndex index=\"0\"/>\n </tabbed_widget>")?;
-    writeln!(to, " <use_relative_time_offset enabled=\"1\"/>\n</root>")
+fn tab(page: &Page) -> String {
+    let panels = page.panels.iter().filter(|panel| !panel.curves.is_empty());
+    let panels: Vec<String> = panels.map(dock).collect();
+    let count = panels.len();
+    let shares = vec![format!("{:.4}", 1.0 / count as f64); count].join(";");
+    let (title, panels) = (escaped(&page.title), panels.concat());
+    format!(
+        r#"  <Tab tab_name="{title}" containers="1">
+   <Container>
+    <DockSplitter orientation="-" count="{count}" sizes="{shares}">
+{panels}    </DockSplitter>
+   </Container>
+  </Tab>
+"#
+    )
 }
 
-fn write_panel(panel: &Panel, to: &mut String) -> fmt::Result {
+fn dock(panel: &Panel) -> String {
     let (style, limits) = match panel.kind {
         PanelKind::States => ("Steps", ""),
         PanelKind::Probabilities => ("Lines", " min=\"0\" max=\"1\""),
         PanelKind::Lines | PanelKind::Diagnostics => ("Lines", ""),
     };
-    let title = escaped(&panel.title);
-    writeln!(to, "     <DockArea name=\"{title}\">")?;
-    writeln!(
-        to,
-        "      <plot mode=\"TimeSeries\" style=\"{style}\" flip_x=\"false\" flip_y=\"false\">"
-    )?;
-    writeln!(
-        to,
-        "       <range left=\"0\" right=\"10\" bottom=\"0\" top=\"1\"/>"
-    )?;
-
-    writeln!(to, "       <limitY{limits}/>")?;
-    for (curve, colour) in panel.curves.iter().zip(COLOURS.iter().cycle()) {
-        let field = curve.field.replace('.', "/");
-        writeln!(
-            to,
-            "       <curve name=\"{}/{field}\" color=\"{colour}\"/>",
-            curve.topic
-        )?;
-    }
-    writeln!(to, "      </plot>\n     </DockArea>")
+    let curves = panel.curves.iter().zip(COLOURS.iter().cycle());
+    let curves = curves.map(|(curve, colour)| {
+        let (topic, field) = (&curve.topic, curve.field.replace('.', "/"));
+        format!("       <curve name=\"{topic}/{field}\" color=\"{colour}\"/>\n")
+    });
+    let (title, curves) = (escaped(&panel.title), curves.collect::<String>());
+    format!(
+        r#"     <DockArea name="{title}">
+      <plot mode="TimeSeries" style="{style}" flip_x="false" flip_y="false">
+       <range left="0" right="10" bottom="0" top="1"/>
+       <limitY{limits}/>
+{curves}      </plot>
+     </DockArea>
+"#
+    )
 }
 
 /// Escapes a text for use within quotes.
