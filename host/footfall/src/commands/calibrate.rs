@@ -144,18 +144,15 @@ impl CalibrateArguments {
     /// Reports the findings of a recording of `foot`, and returns its report.
     fn report(
         &self,
-        Input {
-            file,
-            format,
-            loaded,
-        }: &Input,
+        input: &Input,
         foot: Option<&str>,
         findings: &[Finding],
     ) -> Result<InputReport, Error> {
+        let (file, format) = (input.file.as_str(), input.format);
         let place = recording::place(file, foot);
         self.recording.reading.report(&place, findings)?;
-        let (notices, repairs) = (&loaded.notices, loaded.repairs);
-        Ok(InputReport::new(file, *format, notices, repairs, findings))
+        let (notices, repairs) = (&input.loaded.notices, input.loaded.repairs);
+        Ok(InputReport::new(file, format, notices, repairs, findings))
     }
 
     fn learn(&self, resolved: &Resolved) -> Result<(), Error> {
