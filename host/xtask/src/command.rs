@@ -1,7 +1,7 @@
 //! Programs that are printed and run, by default in the root of the workspace.
 
 use std::env;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, ExitStatus};
 use std::time::Instant;
 
@@ -20,28 +20,23 @@ pub fn cargo() -> String {
 
 /// Program with its arguments.
 pub struct Step {
-    program: String,
-    arguments: Vec<String>,
-    environment: Vec<(&'static str, String)>,
-    folder: PathBuf,
-    /// Folder that is searched for programs first.
-    tools: Option<PathBuf>,
+    command: Command,
+    /// Variables, name of the program and arguments, for messages.
+    text: String,
 }
 
 impl Step {
     /// Creates a step that runs `program`, a path relative to the root or a name.
     pub fn program(program: &str) -> Self {
         let at_root = root().join(program);
-        Self {
-            program: match at_root.is_file() {
-                true => at_root.display().to_string(),
-                false => program.to_owned(),
-            },
-            arguments: Vec::new(),
-            environment: Vec::new(),
-            folder: root().to_owned(),
-            tools: None,
-        }
+        let mut command = match at_root.is_file() {
+            true => Command::new(at_root),
+            false => Command::new(program),
+        };
+        command.current_dir(root());
+        let name = Path::new(program).file_name();
+        let text = name.map_or_else(|| program.to_owned(), |name| name.display().to_string());
+        Self { command, text }
     }
 
     /// Creates a step that runs the cargo that runs this program.
@@ -51,58 +46,42 @@ impl Step {
 
     /// Adds arguments.
     pub fn with<T: AsRef<str>>(mut self, arguments: impl IntoIterator<Item = T>) -> Self {
-        let owned = arguments.into_iter().map(|text| text.as_ref().to_owned());
-        self.arguments.extend(owned);
+        for argument in arguments {
+            self.command.arg(argument.as_ref());
+            self.text.extend([" ", argument.as_ref()]);
+        }
         self
     }
 
-    /// Adds an environment variable.
-    pub fn with_env(mut self, name: &'static str, value: &str) -> Self {
-        self.environment.push((name, value.to_owned()));
+    /// Adds an environment variable, before those that were added.
+    pub fn with_env(mut self, name: &str, value: &str) -> Self {
+        self.command.env(name, value);
+        self.text.insert_str(0, &format!("{name}={value} "));
         self
     }
 
     /// Searches a folder for programs first.
     pub fn with_path(mut self, folder: &Path) -> Self {
-        self.tools = Some(folder.to_owned());
+        let others = env::var("PATH").unwrap_or_default();
+        let path = format!("{}:{others}", folder.display());
+        self.command.env("PATH", path);
         self
     }
 
     /// Sets the folder to run in, instead of the root.
     pub fn at(mut self, folder: &Path) -> Self {
-        self.folder = folder.to_owned();
+        self.command.current_dir(folder);
         self
-    }
-
-    fn command(&self) -> Command {
-        let mut command = Command::new(&self.program);
-        let variables = self.environment.iter().map(|(name, value)| (name, value));
-        command.args(&self.arguments).envs(variables);
-        command.current_dir(&self.folder);
-        if let Some(tools) = &self.tools {
-            let others = env::var("PATH").unwrap_or_default();
-            command.env("PATH", format!("{}:{others}", tools.display()));
-        }
-        command
-    }
-
-    fn text(&self) -> String {
-        let name = Path::new(&self.program).file_name();
-        let name = name.map_or_else(|| self.program.clone(), |name| name.display().to_string());
-        let variables = self.environment.iter();
-        let variables = variables.map(|(name, value)| format!("{name}={value}"));
-        let words = variables.chain([name]).chain(self.arguments.clone());
-        words.collect::<Vec<_>>().join(" ")
     }
 
     /// Runs the program and prints its duration.
     ///
     /// # Errors
     /// The program does not start, or fails.
-    pub fn run(&self) -> Result<()> {
+    pub fn run(mut self) -> Result<()> {
         let status = self.status()?;
         if !status.success() {
-            bail!("{}: {status}", self.text());
+            bail!("{}: {status}", self.text);
         }
         Ok(())
     }
@@ -111,15 +90,15 @@ impl Step {
     ///
     /// # Errors
     /// The program does not start.
-    pub fn exit_code(&self) -> Result<Option<i32>> {
+    pub fn exit_code(mut self) -> Result<Option<i32>> {
         Ok(self.status()?.code())
     }
 
-    fn status(&self) -> Result<ExitStatus> {
-        let text = self.text();
+    fn status(&mut self) -> Result<ExitStatus> {
+        let text = &self.text;
         eprintln!("== {text}");
         let begin = Instant::now();
-        let status = self.command().status();
+        let status = self.command.status();
         let status = status.with_context(|| format!("{text} does not start"))?;
         eprintln!("   {:.1} s", begin.elapsed().as_secs_f64());
         Ok(status)
@@ -129,9 +108,9 @@ impl Step {
     ///
     /// # Errors
     /// The program does not start, fails, or prints invalid UTF-8.
-    pub fn output(&self) -> Result<String> {
-        let text = self.text();
-        let output = self.command().output();
+    pub fn output(mut self) -> Result<String> {
+        let text = &self.text;
+        let output = self.command.output();
         let output = output.with_context(|| format!("{text} does not start"))?;
         if !output.status.success() {
             bail!("{text}: {}", String::from_utf8_lossy(&output.stderr).trim());

@@ -1,7 +1,6 @@
 //! Entry point of the tasks on the repository: `cargo xtask quick | test | gate | update | image | release | mutants`.
 
 mod boards;
-mod changes;
 mod command;
 mod image;
 mod mutants;

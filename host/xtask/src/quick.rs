@@ -1,8 +1,9 @@
 //! Quick check during development: format, lints and unit tests of the packages that a change affects.
 
+use std::collections::BTreeSet;
+
 use anyhow::Result;
 
-use crate::changes;
 use crate::command::Step;
 use crate::packages::Packages;
 
@@ -18,13 +19,22 @@ const SLOW: [&str; 1] = ["host-tests"];
 /// Version of all packages of the workspace, which distinguishes them from a dependency with the same name.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
+/// Paths, relative to the root, of all files that differ from `commit`, including untracked files.
+fn changed_since(commit: &str) -> Result<BTreeSet<String>> {
+    let git = |arguments: &[&str]| Step::program("git").with(arguments).output();
+    let changed = git(&["diff", "--name-only", commit, "--"])?;
+    let added = git(&["ls-files", "--others", "--exclude-standard"])?;
+    let paths = changed.lines().chain(added.lines());
+    Ok(paths.map(str::to_owned).collect())
+}
+
 /// Checks the packages that differ from `commit`.
 ///
 /// # Errors
 /// A check fails.
 pub fn run(commit: &str) -> Result<()> {
     Step::cargo(&["fmt", "--all", "--check"]).run()?;
-    let affected = Packages::read()?.affected(&changes::since(commit)?);
+    let affected = Packages::read()?.affected(&changed_since(commit)?);
     if affected.is_empty() {
         eprintln!("no package is touched");
         return Ok(());

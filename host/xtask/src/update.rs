@@ -20,8 +20,8 @@ pub fn run() -> Result<()> {
     for packages in PACKAGES {
         Step::cargo(&["test", "--locked", "--no-fail-fast"])
             .with(packages)
-            .with_env("FOOTFALL_UPDATE", "1")
             .with_env("FOOTFALL_REQUIRE_EVERYTHING", "1")
+            .with_env("FOOTFALL_UPDATE", "1")
             .run()?;
     }
     Step::program("git").with(["status", "--short"]).run()
