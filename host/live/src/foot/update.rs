@@ -253,7 +253,7 @@ fn install(
         Ok(()) | Err(RequestError::NoAnswer { .. }) => {}
         Err(error) => return Err(why.unwrap_or_else(|| error.into())),
     }
-    client.turn_to_program()?;
+    client.turn_to_program();
     let runs = wait_for(client, serial, Runs::Program, INSTALL);
     if let Some(why) = why {
         if runs.is_ok() {

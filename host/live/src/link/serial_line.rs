@@ -7,21 +7,8 @@ use super::slcan::SlcanAdapter;
 use super::{Arrival, Arrived, Link, LinkError, Sending, now};
 use crate::source::DEFAULT_KBIT;
 
-/// Language on the serial line of a foot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Language {
-    /// Messages of the foot's program.
-    Messages,
-    /// CAN frames as text, as its bootloader does.
-    Text,
-}
-
-/// Serial line of a foot.
-pub struct SerialLine {
-    /// The bootloader as an adapter, and the port of both.
-    adapter: SlcanAdapter,
-    language: Language,
-}
+/// Serial line of a foot. The bootloader is an adapter that is open while it is spoken to; its port is that of both.
+pub struct SerialLine(SlcanAdapter);
 
 impl SerialLine {
     /// Opens a serial port, to speak with a program.
@@ -29,43 +16,40 @@ impl SerialLine {
     /// # Errors
     /// The port is missing or cannot be used.
     pub fn open(port: &str, baud: u32) -> Result<Self, LinkError> {
-        Ok(Self {
-            adapter: SlcanAdapter::at(Port::open(port, baud)?),
-            language: Language::Messages,
-        })
+        Ok(Self(SlcanAdapter::at(Port::open(port, baud)?)))
     }
 
-    /// Changes the language.
+    /// Speaks with a bootloader from now on: CAN frames as text.
     ///
     /// # Errors
     /// The line has broken, or there is no bootloader that answers.
-    pub fn speak(&mut self, language: Language) -> Result<(), LinkError> {
-        match language {
-            // The bootloader has no bus, and takes any rate of one.
-            Language::Text => self.adapter.join(DEFAULT_KBIT)?,
-            Language::Messages => self.adapter.leave(),
-        }
-        self.language = language;
-        Ok(())
+    pub fn speak_text(&mut self) -> Result<(), LinkError> {
+        // The bootloader has no bus, and takes any rate of one.
+        self.0.join(DEFAULT_KBIT)
+    }
+
+    /// Speaks with a program from now on: messages.
+    pub fn speak_messages(&mut self) {
+        self.0.leave();
     }
 }
 
 impl Link for SerialLine {
     fn receive(&mut self, longest: Duration) -> Result<Option<Arrived>, LinkError> {
-        if self.language == Language::Text {
-            return self.adapter.receive(longest);
+        if self.0.is_open {
+            return self.0.receive(longest);
         }
-        let bytes = self.adapter.port.read(longest)?;
-        let port = self.adapter.port.name();
+        let bytes = self.0.port.read(longest)?;
+        let port = self.0.port.name();
         Ok((!bytes.is_empty()).then(|| (now(), Arrival::Bytes { port, bytes })))
     }
 
     fn send(&mut self, sending: &Sending) -> Result<(), LinkError> {
-        match (sending, self.language) {
-            (_, Language::Text) => self.adapter.send(sending),
-            (Sending::Bytes { bytes, .. }, Language::Messages) => self.adapter.port.write(bytes),
-            (Sending::Frame(_), Language::Messages) => {
-                let device = &*self.adapter.port.name();
+        match sending {
+            _ if self.0.is_open => self.0.send(sending),
+            Sending::Bytes { bytes, .. } => self.0.port.write(bytes),
+            Sending::Frame(_) => {
+                let device = &*self.0.port.name();
                 Err(LinkError::wrong_kind(device, "bytes of the serial line"))
             }
         }

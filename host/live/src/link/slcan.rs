@@ -99,7 +99,7 @@ pub struct SlcanAdapter {
     interface: Arc<str>,
     words: Words,
     waiting: VecDeque<Arrived>,
-    is_open: bool,
+    pub(super) is_open: bool,
 }
 
 impl SlcanAdapter {

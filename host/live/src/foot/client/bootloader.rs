@@ -5,9 +5,8 @@ use std::time::{Duration, Instant};
 use decode::live::Listener;
 use wire::NodeId;
 
-use super::{Client, RequestError, Way};
+use super::{Client, RequestError};
 use crate::foot::scan::{self, SCAN};
-use crate::link::serial_line::Language;
 use crate::link::{Link, LinkError};
 
 /// Returns the id under which a bootloader answers on a serial line; `None` where there is none.
@@ -18,7 +17,7 @@ pub(super) fn node(
     let Some(line) = link.as_serial_line() else {
         return Ok(None);
     };
-    match line.speak(Language::Text) {
+    match line.speak_text() {
         Ok(()) => {}
         Err(LinkError::Adapter { .. }) => return Ok(None),
         Err(error) => return Err(error.into()),
@@ -26,7 +25,7 @@ pub(super) fn node(
     let feet = scan::feet(link, listener, SCAN)?;
     let node = feet.iter().find_map(|foot| foot.node);
     if let (None, Some(line)) = (node, link.as_serial_line()) {
-        line.speak(Language::Messages)?;
+        line.speak_messages();
     }
     Ok(node.and_then(NodeId::new))
 }
@@ -46,7 +45,7 @@ impl Client {
         let end = Instant::now() + longest;
         loop {
             if let Some(node) = node(self.link.as_mut(), &mut self.listener)? {
-                self.way = Way::Can(node);
+                self.node = Some(node);
                 return Ok(());
             }
             if Instant::now() > end {
@@ -56,15 +55,11 @@ impl Client {
     }
 
     /// Turns to the program that is starting.
-    ///
-    /// # Errors
-    /// The line does not work.
-    pub(in crate::foot) fn turn_to_program(&mut self) -> Result<(), RequestError> {
+    pub(in crate::foot) fn turn_to_program(&mut self) {
         if let Some(line) = self.link.as_serial_line() {
-            line.speak(Language::Messages)?;
-            self.way = Way::Serial;
+            line.speak_messages();
+            self.node = None;
             self.clock_us = None;
         }
-        Ok(())
     }
 }

@@ -42,20 +42,12 @@ const DISORDER_US: u64 = 20_000;
 /// Maximum number of emergencies kept.
 const MOST_EMERGENCIES: usize = 16;
 
-/// Addressing of the foot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Way {
-    /// Node with this id, by SDO.
-    Can(NodeId),
-    /// The foot at the other end of the serial line.
-    Serial,
-}
-
 /// Client of one foot.
 pub struct Client {
     link: Box<dyn Link>,
     listener: Listener,
-    way: Way,
+    /// Node that is addressed by SDO; `None` for the foot at the other end of a serial line.
+    node: Option<NodeId>,
     sequence: u16,
     /// Newest emergencies of the foot, which arrive between responses.
     emergencies: VecDeque<Emergency>,
@@ -75,23 +67,23 @@ impl Client {
     /// There is no foot, or there are several and no node is given.
     pub fn new(mut link: Box<dyn Link>, node: Option<NodeId>) -> Result<Self, RequestError> {
         let mut listener = Listener::default();
-        let way = match node {
+        let node = match node {
             Some(node) => {
                 listener.add(node);
-                Way::Can(node)
+                Some(node)
             }
             None => {
                 let heard = scan::feet(link.as_mut(), &mut listener, SCAN)?;
                 let nodes: BTreeSet<_> = heard.iter().filter_map(|key| key.node).collect();
                 let is_serial = heard.iter().any(|key| key.node.is_none());
                 match (is_serial, nodes.len(), nodes.first()) {
-                    (true, ..) => Way::Serial,
-                    (false, 1, Some(node)) => NodeId::new(*node).map_or(Way::Serial, Way::Can),
+                    (true, ..) => None,
+                    (false, 1, Some(node)) => NodeId::new(*node),
                     // A foot on a serial line may wait in its bootloader for a program.
-                    (false, 0, _) => match bootloader::node(link.as_mut(), &mut listener)? {
-                        Some(node) => Way::Can(node),
-                        None => return Err(RequestError::NoFoot),
-                    },
+                    (false, 0, _) => {
+                        let node = bootloader::node(link.as_mut(), &mut listener)?;
+                        Some(node.ok_or(RequestError::NoFoot)?)
+                    }
                     (false, ..) => {
                         let names: Vec<_> = nodes.iter().map(ToString::to_string).collect();
                         return Err(RequestError::Several(names.join(", ")));
@@ -102,7 +94,7 @@ impl Client {
         Ok(Self {
             link,
             listener,
-            way,
+            node,
             sequence: 0,
             emergencies: VecDeque::new(),
             clock_us: None,
@@ -115,16 +107,13 @@ impl Client {
     /// Node id of the foot, if it is connected over CAN.
     #[must_use]
     pub const fn node(&self) -> Option<NodeId> {
-        match self.way {
-            Way::Can(node) => Some(node),
-            Way::Serial => None,
-        }
+        self.node
     }
 
     /// Changes the node id of the foot, if it is connected over CAN.
     pub(super) fn follow(&mut self, node: NodeId) {
-        if let Way::Can(_) = self.way {
-            self.way = Way::Can(node);
+        if self.node.is_some() {
+            self.node = Some(node);
             self.hear(node);
         }
     }
@@ -143,9 +132,9 @@ impl Client {
     }
 
     pub(super) fn foot(&self) -> String {
-        match self.way {
-            Way::Can(node) => format!("node {}", node.get()),
-            Way::Serial => "the foot".to_owned(),
+        match self.node {
+            Some(node) => format!("node {}", node.get()),
+            None => "the foot".to_owned(),
         }
     }
 
@@ -233,13 +222,13 @@ impl Client {
     /// # Errors
     /// The line does not work.
     pub fn command(&mut self, command: Command) -> Result<(), RequestError> {
-        match self.way {
-            Way::Can(node) => {
+        match self.node {
+            Some(node) => {
                 if let Some(frame) = CanFrame::new(0, &[command as u8, node.get()]) {
                     self.link.send(&Sending::Frame(frame))?;
                 }
             }
-            Way::Serial => self.send_message(&Message::Nmt(NmtRequest(command)))?,
+            None => self.send_message(&Message::Nmt(NmtRequest(command)))?,
         }
         Ok(())
     }
@@ -317,7 +306,7 @@ impl Client {
     /// # Errors
     /// There is no response, or several boards have the same id.
     pub fn is_alone(&mut self) -> Result<(), RequestError> {
-        let Way::Can(node) = self.way else {
+        let Some(node) = self.node else {
             return self.serial_number().map(|_| ());
         };
         let request @ [_, head @ .., _, _, _, _] = scan::upload(SERIAL_NUMBER);
@@ -404,7 +393,7 @@ impl Client {
 
     /// Counts restarts of the foot: boot-ups over CAN, jumps back of its clock on a serial line.
     fn keep_clock(&mut self, heard: &Heard) {
-        if self.way != Way::Serial {
+        if self.node.is_some() {
             let is_own = self.node().map(NodeId::get) == heard.foot.node;
             self.starts += u32::from(is_own && matches!(heard.said, Said::BootUp(_)));
             return;
@@ -433,9 +422,9 @@ impl Client {
 
     /// Number of starts of the foot since it was first heard.
     pub(super) fn starts_of_foot(&self) -> usize {
-        match self.way {
-            Way::Can(node) => self.booted.iter().filter(|booted| **booted == node).count(),
-            Way::Serial => self.starts as usize,
+        match self.node {
+            Some(node) => self.booted.iter().filter(|booted| **booted == node).count(),
+            None => self.starts as usize,
         }
     }
 

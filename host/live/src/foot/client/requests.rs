@@ -7,7 +7,7 @@ use wire::foot::cob_id;
 use wire::uart::{Answer, ConfigGet, ConfigResponse, ConfigSet, Message, encode};
 use wire::{Address, CanFrame, NodeId, Value};
 
-use super::{Client, RequestError, TRIES, Way, named};
+use super::{Client, RequestError, TRIES, named};
 use crate::foot::scan::upload;
 use crate::link::Sending;
 
@@ -41,13 +41,13 @@ impl Client {
             // The node may be in the transfer of a master that has vanished.
             if attempt > 0
                 && value.is_none()
-                && let Way::Can(node) = self.way
+                && let Some(node) = self.node
             {
                 self.abort(node, address)?;
             }
-            let response = match self.way {
-                Way::Can(node) => self.request_sdo(node, address, value, answer)?,
-                Way::Serial => self.request_serial(address, value, answer)?,
+            let response = match self.node {
+                Some(node) => self.request_sdo(node, address, value, answer)?,
+                None => self.request_serial(address, value, answer)?,
             };
             if let Some(response) = response {
                 return response.map_err(|code| RequestError::refused(what(), code));
