@@ -98,27 +98,15 @@ pub struct Stream {
 }
 
 impl Stream {
-    /// Opens a source with the given feet, whose messages `bridge` makes.
-    #[must_use]
-    pub fn open(source: Source, feet: Feet, bridge: Bridge) -> Self {
-        Self {
-            feed: Feed::open(source),
-            session: Session::new(feet),
-            bridge,
-            shared: BTreeSet::new(),
-            without_place: BTreeSet::new(),
-            warned_of_absent: false,
-            was_shared: false,
-        }
-    }
-
-    /// Waits until the source is open or is being waited for. Recorded sources can be read from then on.
+    /// Opens a source with the given feet, whose messages `bridge` makes. Waits until it is open or is being waited for;
+    /// recorded sources can be read from then on.
     ///
     /// # Errors
     /// The source cannot be opened.
-    pub fn wait_until_open(&mut self) -> Result<(), LinkError> {
+    pub fn open(source: Source, feet: Feet, bridge: Bridge) -> Result<Self, LinkError> {
+        let feed = Feed::open(source);
         while !is_interrupted() {
-            match self.feed.next(QUIET) {
+            match feed.next(QUIET) {
                 Some(Fed::Ended(error)) => return Err(error),
                 Some(Fed::WaitsFor(error)) => {
                     warn_of_waiting(&error);
@@ -129,7 +117,15 @@ impl Stream {
                 Some(Fed::Arrived(_) | Fed::Remark(_) | Fed::NotSent(_)) | None => {}
             }
         }
-        Ok(())
+        Ok(Self {
+            feed,
+            session: Session::new(feet),
+            bridge,
+            shared: BTreeSet::new(),
+            without_place: BTreeSet::new(),
+            warned_of_absent: false,
+            was_shared: false,
+        })
     }
 
     /// Publishes all messages until the deadline or until the source ends, whose error is returned.

@@ -126,16 +126,12 @@ impl Feeder {
             }
             if !std::mem::replace(&mut reported, true) {
                 self.hand_on(Fed::WaitsFor(error))?;
-            } else if self.is_left() {
+            } else if matches!(self.to_send.try_recv(), Err(TryRecvError::Disconnected)) {
+                // The feed was dropped, which closes the channel of sendings.
                 return Err(Left);
             }
             thread::sleep(RETRY);
         }
-    }
-
-    /// Returns whether the feed was dropped, which closes the channel of sendings.
-    fn is_left(&self) -> bool {
-        matches!(self.to_send.try_recv(), Err(TryRecvError::Disconnected))
     }
 
     /// Listens until the line breaks.

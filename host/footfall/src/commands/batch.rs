@@ -182,7 +182,8 @@ impl fmt::Display for BatchReport {
 impl BatchArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
         check_can_be_directory(&self.out)?;
-        if self.prune && !self.yes && !self.dry_run && !self.can_ask() {
+        let can_ask = !self.json && io::stdin().is_terminal() && io::stderr().is_terminal();
+        if self.prune && !self.yes && !self.dry_run && !can_ask {
             return Err(Error::NoTerminal);
         }
         let settings = self.settings()?;
@@ -252,11 +253,6 @@ impl BatchArguments {
             true => Err(Error::Failed { failed, recordings }),
             false => Ok(()),
         }
-    }
-
-    /// Returns whether a terminal can confirm.
-    fn can_ask(&self) -> bool {
-        !self.json && io::stdin().is_terminal() && io::stderr().is_terminal()
     }
 
     /// Asks whether results are to be removed, unless `--yes` says so or there are none.

@@ -199,14 +199,11 @@ impl ConvertArguments {
         if !options.is_empty() {
             text += &format!("read it with {}\n", options.join(" "));
         }
-        if let Some(LoadParams {
-            on_threshold,
-            off_threshold,
-        }) = thresholds
-        {
+        if let Some(load) = thresholds {
             text += &format!(
                 "and a configuration file with\n\
-                 load = {{ on_threshold = {on_threshold:?}, off_threshold = {off_threshold:?} }}\n"
+                 load = {{ on_threshold = {:?}, off_threshold = {:?} }}\n",
+                load.on_threshold, load.off_threshold
             );
         }
         if self.output == Path::new(STANDARD) {

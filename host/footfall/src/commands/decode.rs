@@ -59,7 +59,13 @@ impl DecodeArguments {
         };
         let mut written: Vec<PathBuf> = self.output.iter().cloned().collect();
         written.extend(self.write_feet(decoded, &mut outcome.notices)?);
-        self.report(&outcome, &written)
+        let FileOutcome { report, notices } = &outcome;
+        notices.iter().for_each(warn);
+        if self.fills_stdout() {
+            aside(report);
+            return Ok(());
+        }
+        print(report, SummaryStyle::of(self.json), &written).map_err(Error::Print)
     }
 
     /// Checks that all results can be written before anything is decoded.
@@ -142,18 +148,5 @@ impl DecodeArguments {
         notices.extend(left_out);
         let (events, plot) = (self.events.as_deref(), self.plot.as_deref());
         Ok(write_shown(events, plot, &mut feet, several)?)
-    }
-
-    fn report(
-        &self,
-        FileOutcome { report, notices }: &FileOutcome,
-        written: &[PathBuf],
-    ) -> Result<(), Error> {
-        notices.iter().for_each(warn);
-        if self.fills_stdout() {
-            aside(report);
-            return Ok(());
-        }
-        print(report, SummaryStyle::of(self.json), written).map_err(Error::Print)
     }
 }

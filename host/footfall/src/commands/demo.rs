@@ -17,12 +17,6 @@ use crate::report::{SummaryStyle, print};
 /// Default directory of the results.
 pub const DIRECTORY: &str = "footfall-demo";
 
-/// File name of the foot's CAN log.
-pub const CAN_LOG: &str = "can.log";
-
-/// The recording of what the foot sends on the serial line.
-pub const UART: &str = "uart.bin";
-
 /// Arguments of `footfall demo`.
 #[derive(Debug, Args)]
 pub struct DemoArguments {
@@ -54,7 +48,8 @@ impl DemoArguments {
 
         create_directory(directory)?;
         let (recording, estimates) = (&simulation.recording, &sent.estimates);
-        let files = ["samples.csv", "plot.svg", CAN_LOG, UART].map(|name| directory.join(name));
+        let files =
+            ["samples.csv", "plot.svg", "can.log", "uart.bin"].map(|name| directory.join(name));
         let [samples, picture, can, uart] = &files;
         write_file(can, |to| to.write_all(sent.can_log().as_bytes()))?;
         write_file(uart, |to| to.write_all(&sent.uart))?;

@@ -42,9 +42,8 @@ impl RecordArguments {
         finish_when_interrupted();
         // Recorded sources are read at full speed.
         let (source, feet) = self.listen.listen(Speed::Max)?;
-        let mut stream = Stream::open(source, feet, self.published.bridge());
         // An unreadable source must not replace an existing file.
-        stream.wait_until_open()?;
+        let mut stream = Stream::open(source, feet, self.published.bridge())?;
         let mut recording = McapRecording::create(path, self.overwrite)?;
         let ended = stream.run(deadline(self.seconds), &mut recording)?;
         stream.report();

@@ -43,7 +43,7 @@ pub struct RecordingArguments {
 pub struct ReadingArguments {
     /// How the input is laid out; may be left out where a header names the columns (csv) or the first
     /// bytes show it (parquet, mcap, rosbag2)
-    #[arg(long, value_parser = format_parser(), help_heading = INPUT)]
+    #[arg(long, value_parser = name_parser(Format::ALL, Format::name, Format::help), help_heading = INPUT)]
     pub format: Option<Format>,
     /// Sample rate, where the input does not tell or its nominal rate is wrong
     #[arg(long, value_name = "HZ", value_parser = parse_sample_rate, help_heading = INPUT)]
@@ -213,11 +213,6 @@ pub(super) fn estimator_options(
     ];
     let given = given.into_iter().filter(|(_, is_given)| *is_given);
     given.map(|(option, _)| option).collect()
-}
-
-/// Parser of a format name; the help lists all formats.
-fn format_parser() -> impl TypedValueParser<Value = Format> {
-    name_parser(Format::ALL, Format::name, Format::help)
 }
 
 /// Parser of a preset name; the help lists all presets.

@@ -159,11 +159,6 @@ impl ReplayArguments {
         Ok(())
     }
 
-    /// Returns the source of the estimates: a copy of a bag gets new ones.
-    fn contacts(&self) -> ContactUse {
-        ContactUse::unless_estimated(self.estimate_again || self.bag().is_some())
-    }
-
     /// Returns the output if it is a copy of the bag with its contacts.
     fn bag(&self) -> Option<&Path> {
         self.output.as_deref().filter(|path| is_bag(path))
@@ -198,7 +193,8 @@ impl ReplayArguments {
         let file = input.display().to_string();
         let origins = resolved.origins(&file);
         let hints = Hints {
-            contacts: self.contacts(),
+            // A copy of a bag gets new estimates.
+            contacts: ContactUse::unless_estimated(self.estimate_again || self.bag().is_some()),
             ..self.recording.reading.hints(resolved)?
         };
         let mut stored = opened.store_all(&hints)?;

@@ -72,15 +72,12 @@ fn parse_domain(text: &str) -> Result<u16, String> {
     }
 }
 
-/// Variable of ROS with the domain.
-const DOMAIN: &str = "ROS_DOMAIN_ID";
-
 /// Returns the domain: the one given, else that of the ROS variable.
 ///
 /// # Errors
 /// The variable has no domain.
 fn domain(given: Option<u16>) -> Result<u16, Error> {
-    let name = DOMAIN;
+    let name = "ROS_DOMAIN_ID";
     match (given, env::var_os(name)) {
         (Some(domain), _) => Ok(domain),
         (None, None) => Ok(0),
@@ -129,8 +126,7 @@ impl Ros2Arguments {
         };
         finish_when_interrupted();
         let (source, feet) = self.listen.listen(Speed::REAL)?;
-        let mut stream = Stream::open(source, feet, bridge);
-        stream.wait_until_open()?;
+        let mut stream = Stream::open(source, feet, bridge)?;
         let mut node = FootNode::new(options)?;
         let ended = stream.run(deadline(self.seconds), &mut node)?;
         // Subscribers must not keep the last contacts as current.

@@ -42,21 +42,3 @@ pub enum ViewError {
         source: Box<FoxgloveError>,
     },
 }
-
-impl ViewError {
-    /// Creates the error of a failed bind.
-    pub(super) fn of_bind(address: SocketAddr, error: FoxgloveError) -> Self {
-        match error {
-            FoxgloveError::Bind(source) if source.kind() == io::ErrorKind::AddrInUse => {
-                Self::PortInUse {
-                    host: address.ip(),
-                    port: address.port(),
-                }
-            }
-            error => Self::Address {
-                address,
-                source: Box::new(error),
-            },
-        }
-    }
-}

@@ -73,7 +73,16 @@ impl Server {
             .message_backlog_size(QUEUE)
             .context(&context)
             .start_blocking()
-            .map_err(|error| ViewError::of_bind(address, error))?;
+            .map_err(|error| match error {
+                FoxgloveError::Bind(source) if source.kind() == io::ErrorKind::AddrInUse => {
+                    let (host, port) = (address.ip(), address.port());
+                    ViewError::PortInUse { host, port }
+                }
+                error => {
+                    let source = Box::new(error);
+                    ViewError::Address { address, source }
+                }
+            })?;
         Ok(Self {
             address: SocketAddr::new(address.ip(), handle.port()),
             context,

@@ -30,8 +30,7 @@ pub fn serve(
     let name = format!("footfall {source}");
     finish_when_interrupted();
     let played = source.clone().at_speed(Speed::REAL);
-    let mut stream = Stream::open(played, feet, bridge);
-    stream.wait_until_open()?;
+    let mut stream = Stream::open(played, feet, bridge)?;
     let mut server = Server::start(host, port, &name)?;
     let url = server.url();
     let app_url = server.app_url();
