@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use live::foot::{Client, Named, RequestError, calibration};
+use live::foot::{Client, Named, calibration};
 use serde_json::{Map, Value as Json, json};
 use wire::dictionary::index;
 use wire::node::{Calibration, CalibrationState};
@@ -17,15 +17,6 @@ const LOOK: Duration = Duration::from_millis(200);
 
 /// Interval of the progress lines.
 const LINE: Duration = Duration::from_secs(2);
-
-/// Calibration values read from the foot.
-struct Found {
-    /// Values of object 0x2018, by name; later learning is not stored.
-    learnt: Vec<(Named, f32)>,
-    /// Values of object 0x2017, by name.
-    correction: Vec<(Named, f32)>,
-    gyroscope_bias_rad_s: [Option<f32>; 3],
-}
 
 impl FootArguments {
     /// Waits at most `seconds` until the foot has learnt enough, then stores the calibration.
@@ -52,10 +43,17 @@ impl FootArguments {
         // An interruption while storing would leave the foot not streaming.
         finish_when_interrupted();
         calibration::store(client, Calibration::Keep)?;
-        let found = Found::read(client)?;
+        // Later learning is not stored.
+        let learnt = calibration::numbers(client, index::LEARNT)?;
+        let correction = calibration::numbers(client, index::ACCELEROMETER)?;
+        let gyroscope_bias_rad_s = calibration::gyroscope_bias_rad_s(client)?;
         Ok(match self.json {
-            true => to_json(&found.json()),
-            false => found.text(),
+            true => to_json(&json!({
+                "learnt": by_name(&learnt),
+                "accelerometer_correction": by_name(&correction),
+                "gyroscope_bias_rad_s": gyroscope_bias_rad_s,
+            })),
+            false => text(&learnt, gyroscope_bias_rad_s, &correction),
         })
     }
 }
@@ -80,51 +78,38 @@ fn last_parts(named: &Named) -> String {
     parts.unwrap_or(name)
 }
 
-impl Found {
-    fn read(client: &mut Client) -> Result<Self, RequestError> {
-        Ok(Self {
-            learnt: calibration::numbers(client, index::LEARNT)?,
-            correction: calibration::numbers(client, index::ACCELEROMETER)?,
-            gyroscope_bias_rad_s: calibration::gyroscope_bias_rad_s(client)?,
-        })
-    }
-
-    fn text(&self) -> String {
-        let mut text = String::from("kept and stored\n");
-        for (named, value) in &self.learnt {
-            // Amplitudes are stored as logarithms and printed as amplitudes.
-            let (value, unit) = match named.entry.unit.as_str() {
-                "ln(m/s²)" => (value.exp(), "m/s²"),
-                "ln(rad/s)" => (value.exp(), "rad/s"),
-                unit => (*value, unit),
-            };
-            text.push_str(&line(&last_parts(named), value, unit));
-        }
-        for (axis, bias) in ["x", "y", "z"].into_iter().zip(self.gyroscope_bias_rad_s) {
-            let name = format!("gyroscope_bias_{axis}");
-            text.push_str(&match bias {
-                Some(bias) => line(&name, bias.to_degrees(), "°/s"),
-                None => format!("{name:<26} not known yet\n"),
-            });
-        }
-        for (named, value) in &self.correction {
-            text.push_str(&line(&named.name(), *value, named.entry.unit.as_str()));
-        }
-        text
-    }
-
-    fn json(&self) -> Json {
-        let numbers = |numbers: &[(Named, f32)]| {
-            let pairs = numbers.iter();
-            let pairs = pairs.map(|(named, value)| (last_parts(named), json!(value)));
-            Json::Object(pairs.collect::<Map<_, _>>())
+fn text(
+    learnt: &[(Named, f32)],
+    gyroscope_bias_rad_s: [Option<f32>; 3],
+    correction: &[(Named, f32)],
+) -> String {
+    let mut text = String::from("kept and stored\n");
+    for (named, value) in learnt {
+        // Amplitudes are stored as logarithms and printed as amplitudes.
+        let (value, unit) = match named.entry.unit.as_str() {
+            "ln(m/s²)" => (value.exp(), "m/s²"),
+            "ln(rad/s)" => (value.exp(), "rad/s"),
+            unit => (*value, unit),
         };
-        json!({
-            "learnt": numbers(&self.learnt),
-            "accelerometer_correction": numbers(&self.correction),
-            "gyroscope_bias_rad_s": self.gyroscope_bias_rad_s,
-        })
+        text.push_str(&line(&last_parts(named), value, unit));
     }
+    for (axis, bias) in ["x", "y", "z"].into_iter().zip(gyroscope_bias_rad_s) {
+        let name = format!("gyroscope_bias_{axis}");
+        text.push_str(&match bias {
+            Some(bias) => line(&name, bias.to_degrees(), "°/s"),
+            None => format!("{name:<26} not known yet\n"),
+        });
+    }
+    for (named, value) in correction {
+        text.push_str(&line(&named.name(), *value, named.entry.unit.as_str()));
+    }
+    text
+}
+
+fn by_name(numbers: &[(Named, f32)]) -> Map<String, Json> {
+    let pairs = numbers.iter();
+    let pairs = pairs.map(|(named, value)| (last_parts(named), json!(value)));
+    pairs.collect()
 }
 
 fn line(name: &str, value: f32, unit: &str) -> String {
