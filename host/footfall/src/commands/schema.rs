@@ -19,7 +19,8 @@ use crate::error::Error;
 #[cfg(not(feature = "parquet"))]
 use crate::feature::Feature;
 use crate::feature::NotBuilt;
-use crate::monitor::lines::{EventLine, FootLine};
+use crate::monitor::lines::FootLine;
+use crate::monitor::robot::MonitorEvent;
 use crate::report::print_text;
 use crate::schema::{DescribedLine, Document, SchemaKind};
 
@@ -57,7 +58,7 @@ impl SchemaKind {
             Self::Decode => self.schema::<Document<'_, decode::Report>>(),
             Self::Attitude => self.schema::<Document<'_, AttitudeReport>>(),
             Self::Monitor => self.schema::<DescribedLine<'_, FootLine<'_>>>(),
-            Self::MonitorEvent => self.schema::<DescribedLine<'_, EventLine<'_>>>(),
+            Self::MonitorEvent => self.schema::<DescribedLine<'_, MonitorEvent>>(),
             Self::FootScan => self.schema::<FootScan>(),
             Self::FootInfo => self.schema::<DescribedLine<'_, FootInfo>>(),
             Self::FootGet => self.schema::<FootValues>(),

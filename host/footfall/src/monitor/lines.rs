@@ -64,21 +64,6 @@ impl Described for FootLine<'_> {
     const KIND: SchemaKind = SchemaKind::Monitor;
 }
 
-/// An event, for programs.
-#[derive(Debug, JsonSchema, Serialize)]
-pub struct EventLine<'a> {
-    /// Since the first arrival, s.
-    t: f64,
-    /// The foot's name; null where it is of none.
-    foot: Option<&'a str>,
-    /// Event in words.
-    event: &'a str,
-}
-
-impl Described for EventLine<'_> {
-    const KIND: SchemaKind = SchemaKind::MonitorEvent;
-}
-
 fn foot_line<'a>(robot: &MonitorState, foot: &'a LiveFoot) -> FootLine<'a> {
     let now = robot.session().now();
     let silent = foot.is_silent(now);
@@ -127,12 +112,7 @@ pub fn write_json(robot: &MonitorState, to: &mut dyn Write) -> io::Result<()> {
 /// # Errors
 /// Errors of the writer.
 pub fn write_event_json(event: &MonitorEvent, to: &mut dyn Write) -> io::Result<()> {
-    let line = EventLine {
-        t: event.t,
-        foot: event.foot.as_deref(),
-        event: &event.text,
-    };
-    serde_json::to_writer(&mut *to, &DescribedLine::of(&line))?;
+    serde_json::to_writer(&mut *to, &DescribedLine::of(event))?;
     writeln!(to)
 }
 

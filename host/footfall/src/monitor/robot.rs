@@ -10,12 +10,15 @@ use decode::live::Said;
 use live::feed::Fed;
 use live::{Feed, LinkError, LiveFoot, Session, Update};
 use ros::Bridge;
+use schemars::JsonSchema;
+use serde::Serialize;
 use wire::{Emergency, Fault, Faults};
 
 use super::curve::Curve;
 use crate::error::Error;
 use crate::files::OutputError;
 use crate::mcap_recording::McapRecording;
+use crate::schema::{Described, SchemaKind};
 use crate::stream::Sink;
 
 /// Period of screen updates.
@@ -24,15 +27,20 @@ pub const PICTURE: Duration = Duration::from_millis(50);
 /// Maximum number of events kept.
 const EVENTS: usize = 1000;
 
-/// An event.
-#[derive(Clone, Debug, PartialEq)]
+/// An event, for programs.
+#[derive(Clone, Debug, JsonSchema, PartialEq, Serialize)]
 pub struct MonitorEvent {
-    /// Time since the first arrival, s.
+    /// Since the first arrival, s.
     pub t: f64,
-    /// Foot to which the event belongs, if any.
+    /// The foot's name; null where it is of none.
     pub foot: Option<String>,
-    /// Text of the event.
+    /// Event in words.
+    #[serde(rename = "event")]
     pub text: String,
+}
+
+impl Described for MonitorEvent {
+    const KIND: SchemaKind = SchemaKind::MonitorEvent;
 }
 
 /// State of all feet on all lines.
@@ -50,18 +58,18 @@ pub struct MonitorState {
     pub(crate) ended: Option<LinkError>,
     marks: u32,
     /// Recording in progress of the received messages.
-    pub(crate) recording: Option<Recording>,
+    pub(crate) recording: Option<Recorder>,
 }
 
-/// Recording of received messages in a file.
-pub(crate) struct Recording {
+/// Recorder of received messages to a file.
+pub(crate) struct Recorder {
     /// Path of the file.
     pub(crate) path: PathBuf,
     bridge: Bridge,
     to: McapRecording,
 }
 
-impl Recording {
+impl Recorder {
     /// Starts a recording in the current directory, under the first unused name of `footfall-1.mcap`,
     /// `footfall-2.mcap`, ….
     fn begin() -> Result<Self, OutputError> {
@@ -168,7 +176,7 @@ impl MonitorState {
             self.finish_recording();
             return;
         }
-        let event = match Recording::begin() {
+        let event = match Recorder::begin() {
             Ok(recording) => {
                 let event = format!("recording to {}", recording.path.display());
                 self.recording = Some(recording);
@@ -184,7 +192,7 @@ impl MonitorState {
         // A contact may still be waiting for related messages.
         self.session.finish();
         self.follow();
-        let Recording { path, to, .. } = self.recording.take()?;
+        let Recorder { path, to, .. } = self.recording.take()?;
         let event = match to.finish() {
             Ok(_) => format!("wrote {}", path.display()),
             Err(error) => error.to_string(),
