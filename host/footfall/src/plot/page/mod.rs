@@ -18,7 +18,7 @@ use samples::recording::{Label, RecordedSample};
 use super::decimate::{Stretching, Width};
 use super::series::Collector;
 use super::time_title;
-use pack::{Axis, json_string};
+use pack::{json_string, shared_axes};
 
 /// Number of columns in the envelope of each line.
 pub const COLUMNS: u32 = 20_000;
@@ -184,7 +184,7 @@ fn title(feet: &[PageFoot]) -> String {
 /// Returns all data for the page's script, as JSON.
 fn data(title: &str, feet: Vec<PageFoot>) -> Result<String, std::fmt::Error> {
     let clocks: Vec<_> = feet.iter().map(PageFoot::on_clock).collect();
-    let (axes, axis_of) = Axis::shared(&clocks);
+    let (axes, axis_of) = shared_axes(&clocks);
     let mut to = String::new();
     let program = concat!("footfall ", env!("CARGO_PKG_VERSION"));
     write!(
@@ -210,8 +210,8 @@ fn data(title: &str, feet: Vec<PageFoot>) -> Result<String, std::fmt::Error> {
             to,
             "{comma}{{\"title\":{},\"from\":{},\"to\":{}}}",
             json_string(&time_title(*origin)),
-            seconds(axis.0.start),
-            seconds(axis.0.end),
+            seconds(axis.start),
+            seconds(axis.end),
         )?;
     }
     to.push_str("],\"feet\":[");

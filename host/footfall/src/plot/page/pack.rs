@@ -10,35 +10,30 @@ use crate::plot::decimate::Trace;
 /// Levels of a line between its lowest and its highest value: finer than a pixel, as values cannot be zoomed.
 const LEVELS: u32 = 10_000;
 
-/// Time range shown by feet with overlapping times, µs on their clocks.
-pub(super) struct Axis(pub(super) Range<i64>);
-
-impl Axis {
-    /// Returns the axes for feet with these times, and the axis index of each foot. Axes are in the order of their
-    /// first feet.
-    pub(super) fn shared(times: &[Range<i64>]) -> (Vec<Self>, Vec<usize>) {
-        let mut order: Vec<usize> = (0..times.len()).collect();
-        order.sort_by_key(|k| (times[*k].start, *k));
-        let mut axes: Vec<(usize, Range<i64>)> = Vec::new();
-        let mut of = vec![0; times.len()];
-        for foot in order {
-            let time = &times[foot];
-            match axes.last_mut() {
-                Some((first, axis)) if time.start <= axis.end => {
-                    axis.end = axis.end.max(time.end);
-                    *first = foot.min(*first);
-                }
-                _ => axes.push((foot, time.clone())),
+/// Returns the axes for feet with these times, and the axis index of each foot. An axis is the time range shown by feet
+/// with overlapping times, µs on their clocks; axes are in the order of their first feet.
+pub(super) fn shared_axes(times: &[Range<i64>]) -> (Vec<Range<i64>>, Vec<usize>) {
+    let mut order: Vec<usize> = (0..times.len()).collect();
+    order.sort_by_key(|k| (times[*k].start, *k));
+    let mut axes: Vec<(usize, Range<i64>)> = Vec::new();
+    let mut of = vec![0; times.len()];
+    for foot in order {
+        let time = &times[foot];
+        match axes.last_mut() {
+            Some((first, axis)) if time.start <= axis.end => {
+                axis.end = axis.end.max(time.end);
+                *first = foot.min(*first);
             }
-            of[foot] = axes.len() - 1;
+            _ => axes.push((foot, time.clone())),
         }
-        let mut places: Vec<usize> = (0..axes.len()).collect();
-        places.sort_by_key(|k| axes[*k].0);
-        let place = |axis: usize| places.iter().position(|k| *k == axis).unwrap_or(axis);
-        let of = of.into_iter().map(place).collect();
-        let axes = places.iter().map(|k| Self(axes[*k].1.clone())).collect();
-        (axes, of)
+        of[foot] = axes.len() - 1;
     }
+    let mut places: Vec<usize> = (0..axes.len()).collect();
+    places.sort_by_key(|k| axes[*k].0);
+    let place = |axis: usize| places.iter().position(|k| *k == axis).unwrap_or(axis);
+    let of = of.into_iter().map(place).collect();
+    let axes = places.iter().map(|k| axes[*k].1.clone()).collect();
+    (axes, of)
 }
 
 /// Encodes a text as JSON that cannot end the enclosing script.
