@@ -175,7 +175,9 @@ fn build_firmware(dist: &Path) -> Result<()> {
         let elf = image::build(&board, &remap(&folders))?;
         check_names(&elf, &folders)?;
         let built = elf.clone();
-        let bootloader = build_bootloader(&board, &remap(&folders))?;
+        let bootloader = Step::program(".ci/bootloader").with([&board.name]);
+        let bootloader = bootloader.with(remap(&folders)).output()?;
+        let bootloader = root().join(bootloader.trim());
         check_names(&bootloader, &folders)?;
         image::write(&elf, None, None, &elf.with_extension("img"))?;
         fs::copy(&elf, elf.with_extension("elf"))?;
@@ -226,12 +228,6 @@ fn check_names(elf: &Path, folders: &[(PathBuf, &str)]) -> Result<()> {
         }
     }
     Ok(())
-}
-
-/// Builds the bootloader of a board, with more arguments for cargo, and returns the path of its ELF.
-fn build_bootloader(board: &boards::Board, arguments: &[String]) -> Result<PathBuf> {
-    let build = Step::program(".ci/bootloader").with([&board.name]);
-    Ok(root().join(build.with(arguments).output()?.trim()))
 }
 
 fn copy(file: &Path, folder: &Path) -> Result<()> {
