@@ -1,6 +1,6 @@
 //! Report of an acceptance as text and as JSON.
 
-use crate::commands::foot::{Identity, hex, to_json};
+use crate::commands::foot::{Identity, to_json};
 use crate::foot_error::FootError;
 use crate::schema::{Described, DescribedLine, SchemaKind};
 use live::foot::accept::{Figure, FigureOutcome, Verdict};
@@ -91,7 +91,7 @@ impl AcceptReport {
             serial: identity.serial,
             hardware: identity.hardware,
             version: identity.version,
-            program: identity.programs.running.map(hex),
+            program: identity.program,
             ..Self::default()
         })
     }

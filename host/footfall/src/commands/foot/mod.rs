@@ -24,8 +24,7 @@ use live::foot::client::Client;
 use live::foot::position;
 use live::foot::self_test::{self, SelfTestResult};
 use live::foot::settings::{self, Lasting, Values};
-use live::link::{self, pace::Speed};
-use live::{Link, Source};
+use live::{Link, Source, link};
 use wire::dictionary::index;
 use wire::node::Calibration;
 use wire::{Address, NodeId};
@@ -38,8 +37,8 @@ use crate::foot_error::FootError;
 use crate::report::print_text;
 use crate::targets::{self, Target};
 
+pub(super) use show::Identity;
 pub use show::{FootChanges, FootInfo, FootScan, FootValues, to_json};
-pub(super) use show::{Identity, hex};
 pub use update::FootUpdates;
 use update::Which;
 
@@ -186,7 +185,7 @@ impl FootArguments {
         if let FootAction::Export { file } = &self.action {
             targets::check(&[], &[Target::Settings(file)])?;
         }
-        let mut link = link::open(&self.source.clone().at_speed(Speed::REAL))?;
+        let mut link = link::open(&self.source)?;
         let text = match &self.action {
             FootAction::Scan => self.scan(link.as_mut())?,
             FootAction::Sync { seconds, send } => self.sync(link.as_mut(), *seconds, *send)?,

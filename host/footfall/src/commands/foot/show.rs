@@ -6,7 +6,7 @@ use bootloader::image::Refusal;
 use decode::live::Listener;
 use live::Link;
 use live::foot::client::{Client, RequestError};
-use live::foot::update::{self, Programs};
+use live::foot::update;
 use live::foot::{Named, scan};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -22,25 +22,8 @@ use crate::schema::{Described, DescribedLine, SchemaKind};
 /// Which foot it is, its program, its stage and its faults.
 #[derive(Debug, JsonSchema, Serialize)]
 pub struct FootInfo {
-    /// The foot's name, such as FL.
-    foot: &'static str,
-    /// Its node id, 1 to 127; null on a serial line.
-    node: Option<u8>,
-    /// Its device name (object 0x1008).
-    device: String,
-    /// The version of its program (object 0x100A).
-    version: String,
-    /// The number of its program (object 0x1F56), hexadecimal, as of the image that was sent; of one that a probe has
-    /// written the first digits of its commit, or null where no commit has its sources.
-    program: Option<String>,
-    /// The same of the program before the last update, of which the foot keeps a copy; null without one.
-    previous: Option<String>,
-    /// Reason why the last image was refused, or the previous program is back; null without one.
-    refused: Option<&'static str>,
-    /// Its hardware (object 0x1009).
-    hardware: String,
-    /// Its serial number (object 0x1018).
-    serial: u32,
+    #[serde(flatten)]
+    identity: Identity,
     /// Its NMT state: operational, pre-operational, stopped or initialising; null where it says none.
     state: Option<&'static str>,
     /// Stage of the board's operation, by name.
@@ -179,80 +162,81 @@ impl FootArguments {
     }
 
     pub(super) fn info(&self, client: &mut Client) -> Result<String, FootError> {
-        let Identity {
-            foot,
-            node,
-            device,
-            version,
-            hardware,
-            serial,
-            programs,
-        } = Identity::read(client)?;
-        let stage = client.read(Address::new(index::STAGE, 0), DataType::Unsigned8)?;
-        let faults = client.read(Address::new(index::FAULTS, 0), DataType::Unsigned32)?;
-        let faults = wire::Faults::from_bits(faults.to_raw());
-        let stage = wire::Stage::ALL.get(stage.to_raw() as usize);
-        let stage = stage.map_or("?", |stage| stage.name());
-        let faults: Vec<_> = faults.iter().map(Fault::name).collect();
-        let (running, previous) = (programs.running.map(hex), programs.previous.map(hex));
-        let refused = programs.refused.map(Refusal::words);
+        let identity = Identity::read(client)?;
+        let stage = wire::Stage::ALL.get(client.read_number(index::STAGE, 0)? as usize);
+        let faults = wire::Faults::from_bits(client.read_number(index::FAULTS, 0)?);
         let state = match client.state() {
             Ok(state) => Some(state_name(state)),
             Err(RequestError::NoAnswer { .. }) => None,
             Err(error) => return Err(error.into()),
         };
-        if self.json {
-            return Ok(to_json(&DescribedLine::of(&FootInfo {
-                foot,
-                node,
-                device,
-                version,
-                program: running,
-                previous,
-                refused,
-                hardware,
-                serial,
-                state,
-                stage,
-                faults,
-            })));
-        }
-        let program = running.map(|number| format!(", program {number}"));
-        let previous = previous.map(|number| format!("previous program {number}, kept\n"));
-        let refused = refused.map(|why| format!("update   {why}\n"));
-        let [program, previous, refused] =
-            [program, previous, refused].map(Option::unwrap_or_default);
-        let node = node.map_or_else(|| "serial line".to_owned(), |node| format!("node {node}"));
-        let faults = match faults.as_slice() {
+        let info = FootInfo {
+            identity,
+            state,
+            stage: stage.map_or("?", |stage| stage.name()),
+            faults: faults.iter().map(Fault::name).collect(),
+        };
+        Ok(match self.json {
+            true => to_json(&DescribedLine::of(&info)),
+            false => info.text(),
+        })
+    }
+}
+
+impl FootInfo {
+    fn text(self) -> String {
+        let (of, stage) = (self.identity, self.stage);
+        let node = of.node.map(|node| format!("node {node}"));
+        let node = node.unwrap_or_else(|| "serial line".to_owned());
+        let program = of.program.map(|number| format!(", program {number}"));
+        let previous = of
+            .previous
+            .map(|number| format!("previous program {number}, kept\n"));
+        let refused = of.refused.map(|why| format!("update   {why}\n"));
+        let state = self.state.filter(|state| *state != "operational");
+        let state = state.map(|state| {
+            format!("state    {state}: it sends no contacts until it is started or reset\n")
+        });
+        let [program, previous, refused, state] =
+            [program, previous, refused, state].map(Option::unwrap_or_default);
+        let faults = match self.faults.as_slice() {
             [] => "none".to_owned(),
             faults => faults.join(", "),
         };
-        let state = match state {
-            None | Some("operational") => String::new(),
-            Some(state) => {
-                format!("state    {state}: it sends no contacts until it is started or reset\n")
-            }
-        };
-        Ok(format!(
-            "foot     {foot}, {node}\ndevice   {device}, {hardware}, serial number 0x{serial:08X}\nversion  {version}{program}\n{previous}{refused}stage    {stage}\n{state}faults   {faults}\n"
-        ))
+        format!(
+            "foot     {}, {node}\ndevice   {}, {}, serial number 0x{:08X}\nversion  {}{program}\n{previous}{refused}stage    {stage}\n{state}faults   {faults}\n",
+            of.foot, of.device, of.hardware, of.serial, of.version
+        )
     }
 }
 
 /// Formats the number of a program.
-pub(in crate::commands) fn hex(number: u32) -> String {
+pub(super) fn hex(number: u32) -> String {
     format!("{number:08X}")
 }
 
 /// Identity of a foot that runs its program.
+#[derive(Debug, JsonSchema, Serialize)]
 pub(in crate::commands) struct Identity {
+    /// The foot's name, such as FL.
     pub(in crate::commands) foot: &'static str,
+    /// Its node id, 1 to 127; null on a serial line.
     pub(in crate::commands) node: Option<u8>,
+    /// Its device name (object 0x1008).
     pub(in crate::commands) device: String,
+    /// The version of its program (object 0x100A).
     pub(in crate::commands) version: String,
+    /// The number of its program (object 0x1F56), hexadecimal, as of the image that was sent; of one that a probe has
+    /// written the first digits of its commit, or null where no commit has its sources.
+    pub(in crate::commands) program: Option<String>,
+    /// The same of the program before the last update, of which the foot keeps a copy; null without one.
+    pub(in crate::commands) previous: Option<String>,
+    /// Reason why the last image was refused, or the previous program is back; null without one.
+    pub(in crate::commands) refused: Option<&'static str>,
+    /// Its hardware (object 0x1009).
     pub(in crate::commands) hardware: String,
+    /// Its serial number (object 0x1018).
     pub(in crate::commands) serial: u32,
-    pub(in crate::commands) programs: Programs,
 }
 
 impl Identity {
@@ -269,16 +253,17 @@ impl Identity {
         let version = text(client, index::SOFTWARE_VERSION)?;
         let hardware = text(client, index::HARDWARE_VERSION)?;
         let programs = update::programs(client)?;
-        let code = client.read(Address::new(index::FOOT, 0), DataType::Unsigned8)?;
-        let serial = client.read(Address::new(index::IDENTITY, 4), DataType::Unsigned32)?;
+        let code = client.read_number(index::FOOT, 0)? as u8;
         Ok(Self {
-            foot: wire::Foot::from_code(code.to_raw() as u8).map_or("?", wire::Foot::name),
+            foot: wire::Foot::from_code(code).map_or("?", wire::Foot::name),
             node: client.node().map(NodeId::get),
             device,
             version,
+            program: programs.running.map(hex),
+            previous: programs.previous.map(hex),
+            refused: programs.refused.map(Refusal::words),
             hardware,
-            serial: serial.to_raw(),
-            programs,
+            serial: client.serial_number()?,
         })
     }
 }
