@@ -6,7 +6,7 @@ use analysis::replay::foot::{self, Observer, Replayed};
 use analysis::replay::span::Span;
 use estimator_core::{ContactEstimate, Params};
 use indicatif::ProgressBar;
-use recordings::events::{self, ContactEvent};
+use recordings::events::{ContactEvent, HEADER};
 use recordings::input::Stored;
 use samples::recording::RecordedSample;
 
@@ -110,22 +110,18 @@ pub fn write_shown(
 ) -> Result<Vec<PathBuf>, OutputError> {
     let mut written = Vec::new();
     if let Some(path) = events {
-        write_events(path, feet, several)?;
+        write_file(path, |to| {
+            let foot = if several { "foot," } else { "" };
+            writeln!(to, "{foot}{HEADER}")?;
+            let mut parts = feet.iter_mut().filter_map(|foot| foot.foot.events.as_mut());
+            parts.try_for_each(|part| part.write(to))
+        })?;
         written.push(path.to_owned());
     }
     if let Some(path) = pictures {
         written.extend(write_pictures(path, feet)?);
     }
     Ok(written)
-}
-
-fn write_events(path: &Path, feet: &mut [ReplayedFoot], several: bool) -> Result<(), OutputError> {
-    write_file(path, |to| {
-        let foot = if several { "foot," } else { "" };
-        writeln!(to, "{foot}{}", events::HEADER)?;
-        let mut parts = feet.iter_mut().filter_map(|foot| foot.foot.events.as_mut());
-        parts.try_for_each(|part| part.write(to))
-    })
 }
 
 /// Writes the page of all feet or the figure of each, and returns the paths.

@@ -3,7 +3,6 @@
 use clap::Args;
 use decode::Feet;
 use live::Source;
-use live::link::pace::Speed;
 
 use super::feet::FeetArguments;
 use super::played::PlayedArguments;
@@ -29,12 +28,12 @@ pub struct ListenArguments {
 }
 
 impl ListenArguments {
-    /// Returns the source, played at `speed` unless it has its own, and the feet.
+    /// Returns the source, and the feet.
     ///
     /// # Errors
     /// Names of feet contradict each other, or there are options of reading for a source that is not a file.
-    pub(super) fn listen(self, speed: Speed) -> Result<(Source, Feet), Error> {
+    pub(super) fn listen(self) -> Result<(Source, Feet), Error> {
         let feet = self.feet.feet()?;
-        Ok((self.played.read(self.source)?.at_speed(speed), feet))
+        Ok((self.played.read(self.source)?, feet))
     }
 }

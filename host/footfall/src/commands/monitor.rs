@@ -5,7 +5,6 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use live::Feed;
-use live::link::pace::Speed;
 
 use super::listen::ListenArguments;
 use crate::error::Error;
@@ -44,7 +43,7 @@ impl MonitorArguments {
     pub(super) fn run(self) -> Result<(), Error> {
         let name = self.listen.source.to_string();
         let end = deadline(self.seconds);
-        let (source, feet) = self.listen.listen(Speed::REAL)?;
+        let (source, feet) = self.listen.listen()?;
         let feed = Feed::open(source);
         let mut robot = MonitorState::new(feet);
         let watched = match self.json || self.plain || !io::stdout().is_terminal() {

@@ -41,7 +41,8 @@ impl RecordArguments {
         targets::check(input.as_slice(), &[Target::Bag(path)])?;
         finish_when_interrupted();
         // Recorded sources are read at full speed.
-        let (source, feet) = self.listen.listen(Speed::Max)?;
+        let (source, feet) = self.listen.listen()?;
+        let source = source.at_speed(Speed::Max);
         // An unreadable source must not replace an existing file.
         let mut stream = Stream::open(source, feet, self.published.bridge())?;
         let mut recording = McapRecording::create(path, self.overwrite)?;

@@ -5,7 +5,6 @@ use std::fmt::Write;
 use std::net::{IpAddr, Ipv4Addr};
 
 use clap::{Args, ValueEnum};
-use live::link::pace::Speed;
 use ros::Published;
 use ros::node::{FootNode, Options, Reliability};
 
@@ -125,7 +124,7 @@ impl Ros2Arguments {
             compat: self.published.compat.clone(),
         };
         finish_when_interrupted();
-        let (source, feet) = self.listen.listen(Speed::REAL)?;
+        let (source, feet) = self.listen.listen()?;
         let mut stream = Stream::open(source, feet, bridge)?;
         let mut node = FootNode::new(options)?;
         let ended = stream.run(deadline(self.seconds), &mut node)?;

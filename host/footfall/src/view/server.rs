@@ -48,7 +48,8 @@ fn address_of(host: &str, port: u16) -> Result<SocketAddr, ViewError> {
 pub struct Server {
     context: Arc<Context>,
     handle: WebSocketServerHandle,
-    address: SocketAddr,
+    /// Address that it listens on; where it is unspecified, all those of this machine, and others can connect.
+    pub(super) address: SocketAddr,
     channels: HashMap<Arc<str>, Arc<RawChannel>>,
 }
 
@@ -89,12 +90,6 @@ impl Server {
             handle,
             channels: HashMap::new(),
         })
-    }
-
-    /// Returns whether the server listens on all addresses of this machine: others can connect.
-    #[must_use]
-    pub const fn listens_everywhere(&self) -> bool {
-        self.address.ip().is_unspecified()
     }
 
     /// Returns the URL of the server for programs on this machine.

@@ -4,7 +4,6 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use decode::Feet;
-use live::link::pace::Speed;
 use live::{LinkError, Source};
 use ros::Bridge;
 
@@ -29,12 +28,11 @@ pub fn serve(
 ) -> Result<(), Error> {
     let name = format!("footfall {source}");
     finish_when_interrupted();
-    let played = source.clone().at_speed(Speed::REAL);
-    let mut stream = Stream::open(played, feet, bridge)?;
+    let mut stream = Stream::open(source.clone(), feet, bridge)?;
     let mut server = Server::start(host, port, &name)?;
     let url = server.url();
     let app_url = server.app_url();
-    let also = match server.listens_everywhere() {
+    let also = match server.address.ip().is_unspecified() {
         true => ", and at all other addresses of this machine",
         false => "",
     };

@@ -16,7 +16,7 @@ use clap::Args;
 use live::Source;
 use live::foot::accept::{self, AcceptStep, Figure, Person, Verdict};
 use live::foot::client::Client;
-use live::link::{self, pace::Speed};
+use live::link;
 use wire::NodeId;
 
 use super::feet::parse_node;
@@ -63,7 +63,7 @@ impl AcceptArguments {
     pub(super) fn run(self) -> Result<(), Error> {
         let pages: Vec<_> = self.page.iter().map(|page| Target::Page(page)).collect();
         targets::check(&[], &pages)?;
-        let link = link::open(&self.source.clone().at_speed(Speed::REAL))?;
+        let link = link::open(&self.source)?;
         let mut client = Client::new(link, self.node).map_err(FootError::from)?;
         // The self-test changes a setting meanwhile, and so do the streams of a serial line.
         finish_when_interrupted();
