@@ -16,7 +16,7 @@ const PIECE: usize = 4096;
 
 /// Open serial port.
 pub(super) struct Port {
-    name: Arc<str>,
+    pub(super) name: Arc<str>,
     port: SerialPort,
 }
 
@@ -25,10 +25,6 @@ impl Port {
         let port = opened(name, baud).map_err(LinkError::device(name))?;
         let name = name.into();
         Ok(Self { name, port })
-    }
-
-    pub(super) fn name(&self) -> Arc<str> {
-        Arc::clone(&self.name)
     }
 
     /// Reads the bytes that arrive within `longest`; empty if there are none.

@@ -1,5 +1,6 @@
 //! Serial line of a foot, whose program and bootloader speak differently.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use super::serial::Port;
@@ -40,7 +41,7 @@ impl Link for SerialLine {
             return self.0.receive(longest);
         }
         let bytes = self.0.port.read(longest)?;
-        let port = self.0.port.name();
+        let port = Arc::clone(&self.0.port.name);
         Ok((!bytes.is_empty()).then(|| (now(), Arrival::Bytes { port, bytes })))
     }
 
@@ -49,7 +50,7 @@ impl Link for SerialLine {
             _ if self.0.is_open => self.0.send(sending),
             Sending::Bytes { bytes, .. } => self.0.port.write(bytes),
             Sending::Frame(_) => {
-                let device = &*self.0.port.name();
+                let device = &*self.0.port.name;
                 Err(LinkError::wrong_kind(device, "bytes of the serial line"))
             }
         }

@@ -116,7 +116,7 @@ impl SlcanAdapter {
     /// Creates the adapter at a port, with its bus closed.
     pub(super) fn at(port: Port) -> Self {
         Self {
-            interface: port.name(),
+            interface: Arc::clone(&port.name),
             port,
             words: Words::default(),
             waiting: VecDeque::new(),

@@ -155,8 +155,7 @@ impl Steps {
 
 /// Measures ten steps.
 pub(super) fn steps(client: &mut Client, person: &mut Person) -> Measured {
-    let (_, tell, _) = person.parts();
-    tell(
+    (person.tell)(
         "let the foot take ten steps: lift it, swing it, put it down and leave it for half a second",
     );
     let mut steps = Steps::default();
@@ -182,11 +181,10 @@ pub(super) fn steps(client: &mut Client, person: &mut Person) -> Measured {
 
 /// Measures loads, where the foot has a source of them.
 pub(super) fn load(client: &mut Client, person: &mut Person) -> Measured {
-    let (_, tell, _) = person.parts();
     if client.read_number(index::LOAD_INPUT, 1)? == 0 {
         return Ok(AcceptStep::Load.not_tested("the foot has no load input (load_input.source)"));
     }
-    tell("load and unload the foot three times, a second each");
+    (person.tell)("load and unload the foot three times, a second each");
     let (mut contacts, mut known, mut loads) = (0_usize, 0_usize, 0);
     let mut was_loaded = None;
     count(client, person, ("load", LOADS), |row| {
