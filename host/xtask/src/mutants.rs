@@ -3,7 +3,6 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 
@@ -102,7 +101,10 @@ impl Target {
             if !code.is_some_and(|code| COMPLETED.contains(&code)) {
                 bail!("cargo-mutants has not judged {mutated}");
             }
-            let found = names(&output.join("mutants.out").join("missed.txt"))?;
+            let list = output.join("mutants.out/missed.txt");
+            let found = fs::read_to_string(&list);
+            let found = found.with_context(|| format!("{} cannot be read", list.display()))?;
+            let found: BTreeSet<_> = found.lines().map(str::to_owned).collect();
             // Mutants that delete a field are generated regardless of `--re`.
             left = match turn {
                 0 => found,
@@ -111,12 +113,6 @@ impl Target {
         }
         Ok(left)
     }
-}
-
-fn names(list: &Path) -> Result<BTreeSet<String>> {
-    let text = fs::read_to_string(list);
-    let text = text.with_context(|| format!("{} cannot be read", list.display()))?;
-    Ok(text.lines().map(str::to_owned).collect())
 }
 
 /// Regular expression that matches exactly a mutant's name.
