@@ -67,15 +67,7 @@ impl ConvertArguments {
         let resolved = self.reading.resolved(Preset::default(), None)?;
         let hints = self.reading.hints(&resolved)?;
         let stored = opened.store_all(&hints)?;
-        let durations_s = stored.iter().map(|stored| stored.about.duration_s());
-        let longest_s = durations_s.fold(0.0, f64::max);
-        if let Some(from) = self.from.filter(|from| *from > longest_s) {
-            return Err(Error::BeyondTheEnd {
-                file,
-                from,
-                duration: longest_s,
-            });
-        }
+        recording::check_begin(&file, self.from, &stored)?;
         let names = stored.iter().flat_map(|stored| stored.about.names());
         resolved.check_axes(&names.collect::<Vec<_>>())?;
         let mut feet: Vec<ConvertedFoot> = Vec::new();

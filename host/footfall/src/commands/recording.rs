@@ -13,8 +13,8 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use estimator_core::{Gravity, Mounting, Params, WindowLength};
 use recordings::input::{
-    BagOptions, Decimal, Format, Hints, LoadTopic, Mapping, Scale, TableOptions, TimeUnit, Times,
-    Topics, Units,
+    BagOptions, Decimal, Format, Hints, LoadTopic, Mapping, Scale, Stored, TableOptions, TimeUnit,
+    Times, Topics, Units,
 };
 use recordings::plausible::{self, Finding};
 use samples::recording::Recording;
@@ -196,6 +196,24 @@ pub(super) fn span(from: Option<f64>, to: Option<f64>) -> Result<Span, Error> {
         return Err(Error::EmptySpan { from, to });
     }
     Ok(span)
+}
+
+/// Checks that `--from` is not beyond the end of all feet of a file.
+///
+/// # Errors
+/// It is.
+pub(super) fn check_begin(file: &str, from: Option<f64>, feet: &[Stored]) -> Result<(), Error> {
+    let durations_s = feet.iter().map(|foot| foot.about.duration_s());
+    let duration = durations_s.fold(0.0, f64::max);
+    let file = file.to_owned();
+    let beyond = from.filter(|from| *from > duration);
+    beyond.map_or(Ok(()), |from| {
+        Err(Error::BeyondTheEnd {
+            file,
+            from,
+            duration,
+        })
+    })
 }
 
 /// Returns the names of the given options that change an estimate and nothing else.

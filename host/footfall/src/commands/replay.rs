@@ -203,19 +203,11 @@ impl ReplayArguments {
             names.map(str::to_owned).collect()
         };
         let names: Vec<Vec<String>> = stored.iter().map(names_of).collect();
-        let mut longest_s = 0.0_f64;
-        for about in stored.iter_mut().map(|stored| &mut stored.about) {
-            longest_s = longest_s.max(about.duration_s());
-            if let Some(name) = targets::name_among(&self.inputs, input) {
-                about.name = name;
+        recording::check_begin(&file, self.from, &stored)?;
+        if let Some(name) = targets::name_among(&self.inputs, input) {
+            for foot in &mut stored {
+                foot.about.name.clone_from(&name);
             }
-        }
-        if let Some(from) = self.from.filter(|from| *from > longest_s) {
-            return Err(Error::BeyondTheEnd {
-                file,
-                from,
-                duration: longest_s,
-            });
         }
         let read = Instant::now();
         origins.check_effects(&params)?;
