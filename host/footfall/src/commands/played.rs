@@ -43,14 +43,13 @@ impl PlayedArguments {
     /// # Errors
     /// There are options, and the source is not a file; or the configuration file cannot be read, or has an error.
     pub(super) fn read(&self, source: Source) -> Result<Source, Error> {
-        let of_file = self.config.as_deref().map(read_config).transpose()?;
+        let config = self.config.as_deref();
         let settings = Resolved {
             preset: self.preset,
             axes: self.mounting.axes.clone(),
-            ..of_file.unwrap_or_default()
+            ..config.map(read_config).transpose()?.unwrap_or_default()
         };
         settings.check_before_reading(Format::Csv)?;
-        let config = self.config.as_deref();
         let playback = Playback {
             hints: Hints {
                 contacts: ContactUse::unless_estimated(self.estimate_again),

@@ -316,21 +316,18 @@ impl FootArguments {
 /// Maximum size of a settings file, bytes; an export has 5 kB.
 const MOST_BYTES: u64 = 1 << 20;
 
-/// Reads a file or standard input, up to one byte beyond the maximum size.
-fn read_text(path: &Path) -> io::Result<String> {
-    let source: Box<dyn io::Read> = match path == Path::new(STANDARD) {
-        true => Box::new(io::stdin()),
-        false => Box::new(File::open(path)?),
-    };
-    io::read_to_string(source.take(MOST_BYTES + 1))
-}
-
+/// Reads the settings of a file or of standard input.
 fn read_file(path: &Path, node: Option<NodeId>) -> Result<Values, FootError> {
     let error = |message: String| FootError::File {
         file: path.display().to_string(),
         message,
     };
-    let text = read_text(path).map_err(|e| error(e.to_string()))?;
+    // Up to one byte beyond the maximum size.
+    let text = match path == Path::new(STANDARD) {
+        true => io::read_to_string(io::stdin().take(MOST_BYTES + 1)),
+        false => File::open(path).and_then(|file| io::read_to_string(file.take(MOST_BYTES + 1))),
+    };
+    let text = text.map_err(|e| error(e.to_string()))?;
     if text.len() as u64 > MOST_BYTES {
         return Err(error(format!("settings are {MOST_BYTES} bytes at most")));
     }
