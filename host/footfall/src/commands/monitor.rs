@@ -39,6 +39,13 @@ pub struct MonitorArguments {
     pub seconds: Option<f64>,
 }
 
+/// Format of the lines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Form {
+    Text,
+    Json,
+}
+
 impl MonitorArguments {
     pub(super) fn run(self) -> Result<(), Error> {
         let name = self.listen.source.to_string();
@@ -46,14 +53,15 @@ impl MonitorArguments {
         let (source, feet) = self.listen.listen()?;
         let feed = Feed::open(source);
         let mut robot = MonitorState::new(feet);
-        let watched = match self.json || self.plain || !io::stdout().is_terminal() {
-            true => unless_closed(watch_lines(&feed, &mut robot, end, self.json)),
+        let watched = match (self.json, self.plain || !io::stdout().is_terminal()) {
+            (true, _) => unless_closed(watch_lines(&feed, &mut robot, end, Form::Json)),
+            (false, true) => unless_closed(watch_lines(&feed, &mut robot, end, Form::Text)),
             #[cfg(feature = "screen")]
-            false => watch_screen(&feed, &mut robot, end, &name),
+            (false, false) => watch_screen(&feed, &mut robot, end, &name),
             #[cfg(not(feature = "screen"))]
-            false => {
+            (false, false) => {
                 aside(Feature::Screen.missing_for(format_args!("a picture of {name}")));
-                unless_closed(watch_lines(&feed, &mut robot, end, false))
+                unless_closed(watch_lines(&feed, &mut robot, end, Form::Text))
             }
         };
         warn_of_lost(&feed);
@@ -66,7 +74,7 @@ fn watch_lines(
     feed: &Feed,
     robot: &mut MonitorState,
     end: Option<Instant>,
-    json: bool,
+    form: Form,
 ) -> io::Result<()> {
     let mut to = io::stdout().lock();
     let mut seen = 0;
@@ -78,16 +86,16 @@ fn watch_lines(
             let (events, now_seen) = robot.events_since(seen);
             seen = now_seen;
             for event in events {
-                match json {
-                    true => lines::write_event_json(event, &mut to)?,
-                    false => lines::write_event(event, &mut to)?,
+                match form {
+                    Form::Json => lines::write_event_json(event, &mut to)?,
+                    Form::Text => lines::write_event(event, &mut to)?,
                 }
             }
             to.flush()?;
         }
-        match json {
-            true => lines::write_json(robot, &mut to)?,
-            false => lines::write_text(robot, &mut to)?,
+        match form {
+            Form::Json => lines::write_json(robot, &mut to)?,
+            Form::Text => lines::write_text(robot, &mut to)?,
         }
         if robot.has_ended() || is_over(end) {
             return Ok(());

@@ -9,3 +9,12 @@ mod written;
 pub use absent::McapRecording;
 #[cfg(feature = "bags")]
 pub use written::{McapRecording, io_error};
+
+/// Handling of an existing file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Existing {
+    /// Keeps the file and records nothing.
+    Kept,
+    /// Replaces the file.
+    Replaced,
+}

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use mcap::McapError;
 use ros::{McapFile, Published};
 
+use super::Existing;
 use crate::error::Error;
 use crate::files::OutputError;
 use crate::stream::Sink;
@@ -19,11 +20,12 @@ pub struct McapRecording {
 }
 
 impl McapRecording {
-    /// Creates a recording without messages; `replaces` a file of this name.
+    /// Creates a recording without messages.
     ///
     /// # Errors
-    /// The file cannot be written, or already exists and is not replaced.
-    pub fn create(path: &Path, replaces: bool) -> Result<Self, OutputError> {
+    /// The file cannot be written, or already exists and is kept.
+    pub fn create(path: &Path, existing: Existing) -> Result<Self, OutputError> {
+        let replaces = existing == Existing::Replaced;
         let mut options = File::options();
         options.write(true).create_new(!replaces);
         let options = options.create(replaces).truncate(replaces);

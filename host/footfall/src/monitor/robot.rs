@@ -17,7 +17,7 @@ use wire::{Emergency, Fault, Faults};
 use super::curve::Curve;
 use crate::error::Error;
 use crate::files::OutputError;
-use crate::mcap_recording::McapRecording;
+use crate::mcap_recording::{Existing, McapRecording};
 use crate::schema::{Described, SchemaKind};
 use crate::stream::Sink;
 
@@ -76,7 +76,7 @@ impl Recorder {
         let mut number = 1_u32;
         loop {
             let path = PathBuf::from(format!("footfall-{number}.mcap"));
-            let to = match McapRecording::create(&path, false) {
+            let to = match McapRecording::create(&path, Existing::Kept) {
                 Err(OutputError::Exists(_)) => {
                     number += 1;
                     continue;
