@@ -2,19 +2,19 @@
 
 use analysis::calibrate::learnt::LearntCalibration;
 use analysis::calibrate::robot_file::RobotFile;
-use estimator_core::{Gravity, Timestamp, Validity};
+use estimator_core::{Timestamp, Validity};
 use numpy::PyReadonlyArray1;
 use numpy::ndarray::{Ix1, Ix2};
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use recordings::input::{Correction, finite_load, imu_sample, rate_of_times, steady_time};
+use recordings::input::{About, Correction, finite_load, imu_sample, rate_of_times, steady_time};
 use samples::recording::{RecordedSample, Recording};
 use samples::validity::VALIDITIES;
 
 use crate::arrays::{Numbers, View};
 use crate::parameters::{Settings, SettingsArguments, value_error};
-use crate::run::{self, run};
+use crate::run::run;
 
 /// The arrays of a recording while no Python code runs.
 struct Recorded<'a> {
@@ -199,14 +199,12 @@ pub(crate) fn estimate<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let settings = settings.read()?.of_unnamed_foot()?;
     let arrays = Arrays::of(recording, &settings)?;
-    let start_us = arrays.start_us();
     let recorded = arrays.recorded()?;
-    let about = run::Recorded {
-        rate: arrays.rate,
-        gravity: settings.hints.gravity.unwrap_or(Gravity::Included),
-        start_us,
+    let about = About {
+        start_us: arrays.start_us(),
         samples: recorded.samples,
-        mounting: settings.hints.correction.mounting,
+        correction: settings.hints.correction,
+        ..About::new(String::new(), arrays.rate, settings.gravity())
     };
     let params = settings.params();
     let estimated = py.detach(|| {
@@ -233,7 +231,7 @@ pub(crate) fn calibrate<'py>(
         let recording = Recording {
             name: format!("recording {place}"),
             sample_rate: recorded.rate,
-            gravity: settings.hints.gravity.unwrap_or(Gravity::Included),
+            gravity: settings.gravity(),
             load_title: String::new(),
             samples: (0..recorded.samples)
                 .map(|index| recorded.sample(index, &settings.hints.correction))

@@ -96,6 +96,11 @@ impl Settings {
         }
     }
 
+    /// Returns whether accelerations in arrays contain gravity.
+    pub(crate) fn gravity(&self) -> Gravity {
+        self.hints.gravity.unwrap_or(Gravity::Included)
+    }
+
     /// Returns the parameters for the recording that is in arrays.
     pub(crate) fn params(&self) -> Params {
         self.resolved.params(self.format)

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use analysis::config::{GRAVITIES, Resolved, word_of};
-use estimator_core::{Gravity, Load, Validity};
+use estimator_core::{Load, Validity};
 use numpy::IntoPyArray;
 use pyo3::exceptions::{
     PyFileNotFoundError, PyImportError, PyIsADirectoryError, PyOSError, PyPermissionError,
@@ -25,17 +25,7 @@ use samples::validity::VALIDITIES;
 use crate::outputs::table;
 
 use crate::parameters::{Settings, SettingsArguments, gravity, named, value_error};
-use crate::run::{Estimated, Failure, Recorded, run, run_recorded};
-
-/// Facts about a recording beside its samples.
-pub(crate) struct Facts {
-    pub(crate) name: String,
-    pub(crate) foot: Option<String>,
-    pub(crate) format: Format,
-    pub(crate) rate: f32,
-    pub(crate) gravity: Gravity,
-    pub(crate) notices: Vec<String>,
-}
+use crate::run::{Estimated, Failure, run, run_recorded};
 
 /// Columns of a recording while no Python code runs.
 #[derive(Default)]
@@ -154,13 +144,13 @@ pub(crate) fn read<'py>(
         let format = opened.format();
         let stored = opened.store_all(&hints)?.into_iter();
         let file = path.display().to_string();
-        let columns = stored.map(|stored| columns(stored, format));
-        let columns = columns.collect::<Result<Vec<_>, _>>();
-        columns.map_err(|source| InputError::Spool { file, source })
+        let columns = stored.map(columns).collect::<Result<Vec<_>, _>>();
+        let columns = columns.map_err(|source| InputError::Spool { file, source })?;
+        Ok((format, columns))
     });
-    let recordings = read.map_err(input_error)?.into_iter();
-    let dict = |(facts, columns): (Facts, Columns)| columns.into_dict(py, facts);
-    recordings.map(dict).collect()
+    let (format, recordings) = read.map_err(input_error)?;
+    let dict = |(about, columns): (About, Columns)| columns.into_dict(py, about, format);
+    recordings.into_iter().map(dict).collect()
 }
 
 /// Estimates each foot in a file; see `footfall.estimate_file`.
@@ -180,10 +170,11 @@ pub(crate) fn estimate_file<'py>(
         let names = feet.iter().flat_map(|stored| stored.about.names());
         settings.check_feet(&names.collect::<Vec<_>>())?;
         let feet = feet.into_iter();
-        feet.map(|stored| estimate_stored(stored, &settings, format))
+        feet.map(|stored| Ok(estimate_stored(stored, &settings, format)?))
             .collect::<PyResult<Vec<_>>>()
     })?;
-    let into_dict = |(about, estimated): (About, Estimated)| {
+    let into_dict = |estimated: Estimated| {
+        let about = estimated.about.clone();
         let dict = estimated.into_dict(py)?;
         dict.set_item("recording", about.name)?;
         dict.set_item("foot", about.foot)?;
@@ -197,42 +188,24 @@ fn estimate_stored(
     mut stored: Stored,
     settings: &Settings,
     format: Format,
-) -> PyResult<(About, Estimated)> {
-    let mut about = stored.about.clone();
-    let recorded = Recorded {
-        rate: about.sample_rate,
-        gravity: about.gravity,
-        start_us: about.start_us,
-        samples: about.samples,
-        mounting: about.correction.mounting,
-    };
+) -> Result<Estimated, Failure> {
     if stored.has_estimates() {
-        let estimated = run_recorded(&mut stored, recorded).map_err(Failure::Samples)?;
-        return Ok((about, estimated));
+        return Ok(run_recorded(&mut stored)?);
     }
+    let mut about = stored.about.clone();
     let notice = settings.window_notice(format, &about.name, about.sample_rate);
     about.notices.extend(notice);
-    let samples = stored.samples().map_err(Failure::Samples)?;
     let params = settings.resolved.params_of(&about.names(), format);
-    let estimated = run(samples, recorded, &params)?;
-    Ok((about, estimated))
+    run(stored.samples()?, about, &params)
 }
 
-fn columns(mut stored: Stored, format: Format) -> io::Result<(Facts, Columns)> {
+fn columns(mut stored: Stored) -> io::Result<(About, Columns)> {
     let about = stored.about.clone();
     let mut columns = Columns::with_capacity(about.samples);
     for sample in stored.samples()? {
         columns.push(&sample?, about.start_us);
     }
-    let facts = Facts {
-        name: about.name,
-        foot: about.foot,
-        format,
-        rate: about.sample_rate,
-        gravity: about.gravity,
-        notices: about.notices,
-    };
-    Ok((facts, columns))
+    Ok((about, columns))
 }
 
 /// The number of a validity: its place in [`VALIDITIES`].
@@ -272,14 +245,19 @@ impl Columns {
     }
 
     /// The arrays by the names of `footfall.Recording`.
-    pub(crate) fn into_dict(self, py: Python<'_>, facts: Facts) -> PyResult<Bound<'_, PyDict>> {
+    pub(crate) fn into_dict(
+        self,
+        py: Python<'_>,
+        about: About,
+        format: Format,
+    ) -> PyResult<Bound<'_, PyDict>> {
         let dict = PyDict::new(py);
-        dict.set_item("name", facts.name)?;
-        dict.set_item("foot", facts.foot)?;
-        dict.set_item("format", facts.format.name())?;
-        dict.set_item("rate", f64::from(facts.rate))?;
-        dict.set_item("gravity", word_of(&GRAVITIES, facts.gravity))?;
-        dict.set_item("notices", facts.notices)?;
+        dict.set_item("name", about.name)?;
+        dict.set_item("foot", about.foot)?;
+        dict.set_item("format", format.name())?;
+        dict.set_item("rate", f64::from(about.sample_rate))?;
+        dict.set_item("gravity", word_of(&GRAVITIES, about.gravity))?;
+        dict.set_item("notices", about.notices)?;
         dict.set_item("t", self.time_s.into_pyarray(py))?;
         dict.set_item("acc", table(self.acc, 3).into_pyarray(py))?;
         dict.set_item("gyr", table(self.gyr, 3).into_pyarray(py))?;

@@ -4,12 +4,12 @@ use std::io;
 
 use analysis::replay::foot::{check_samples, findings_beside_contacts};
 use analysis::replay::span::Span;
-use estimator_core::{ContactEstimate, Gravity, Mounting, Params, ParamsError};
+use estimator_core::{ContactEstimate, Params, ParamsError};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::events::{ContactEvent, Events};
-use recordings::input::Stored;
+use recordings::input::{About, Stored};
 use recordings::output::seconds;
 use recordings::plausible::{Check, Finding};
 use recordings::replay::Replay;
@@ -18,19 +18,6 @@ use thiserror::Error;
 
 use crate::outputs::Columns;
 
-/// Facts about a recording beside its samples.
-#[derive(Clone, Copy)]
-pub(crate) struct Recorded {
-    /// Samples per second.
-    pub(crate) rate: f32,
-    pub(crate) gravity: Gravity,
-    /// Time of the first sample on the caller's clock, µs.
-    pub(crate) start_us: i64,
-    pub(crate) samples: usize,
-    /// Mounting of the sensor that is applied to the samples.
-    pub(crate) mounting: Mounting,
-}
-
 /// Estimate of a recording.
 pub(crate) struct Estimated {
     columns: Columns,
@@ -38,7 +25,8 @@ pub(crate) struct Estimated {
     /// Names, and sentences for people.
     findings: Vec<(&'static str, String)>,
     learnt: Vec<f32>,
-    recorded: Recorded,
+    /// Properties of the recording.
+    pub(crate) about: About,
 }
 
 /// Why a foot cannot be estimated.
@@ -64,12 +52,12 @@ impl From<Failure> for PyErr {
 /// Estimates a foot sample by sample.
 pub(crate) fn run(
     samples: impl Iterator<Item = io::Result<RecordedSample>>,
-    recorded: Recorded,
+    about: About,
     params: &Params,
 ) -> Result<Estimated, Failure> {
-    let mut replay = Replay::new(recorded.rate, recorded.gravity, params)?;
-    let mut check = Check::new(recorded.rate, recorded.gravity);
-    let mut columns = Columns::with_capacity(recorded.samples);
+    let mut replay = Replay::new(about.sample_rate, about.gravity, params)?;
+    let mut check = Check::new(about.sample_rate, about.gravity);
+    let mut columns = Columns::with_capacity(about.samples);
     let mut events = FoundEvents::default();
     for sample in samples {
         let sample = sample?;
@@ -77,29 +65,30 @@ pub(crate) fn run(
         check.add(&sample);
         check.add_estimate(&sample, &estimate);
         events.add(&estimate);
-        columns.push(&estimate, recorded.start_us);
+        columns.push(&estimate, about.start_us);
     }
     let findings = check.findings().into_iter();
-    let findings = findings.map(|finding| finding.with_mounting(&recorded.mounting));
+    let findings = findings.map(|finding| finding.with_mounting(&about.correction.mounting));
     Ok(Estimated {
         columns,
         events: events.finish(),
         findings: findings.map(sentence).collect(),
         learnt: replay.finish().to_array().to_vec(),
-        recorded,
+        about,
     })
 }
 
 /// Takes the contacts that a foot sent as its estimates; nothing is learnt.
-pub(crate) fn run_recorded(stored: &mut Stored, recorded: Recorded) -> io::Result<Estimated> {
+pub(crate) fn run_recorded(stored: &mut Stored) -> io::Result<Estimated> {
+    let about = stored.about.clone();
     let mut check = check_samples(stored, Span::default())?;
-    let mut columns = Columns::with_capacity(recorded.samples);
+    let mut columns = Columns::with_capacity(about.samples);
     let mut events = FoundEvents::default();
     for contact in stored.estimates()?.into_iter().flatten() {
         let contact = contact?;
         check.add_decision(contact.estimate.decision);
         events.add(&contact.moved);
-        columns.push(&contact.estimate, recorded.start_us);
+        columns.push(&contact.estimate, about.start_us);
     }
     let findings = findings_beside_contacts(&check).into_iter();
     Ok(Estimated {
@@ -107,7 +96,7 @@ pub(crate) fn run_recorded(stored: &mut Stored, recorded: Recorded) -> io::Resul
         events: events.finish(),
         findings: findings.map(sentence).collect(),
         learnt: Vec::new(),
-        recorded,
+        about,
     })
 }
 
@@ -151,10 +140,11 @@ impl Estimated {
     /// The arrays and lists by the names of `footfall.Result`.
     pub(crate) fn into_dict(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
         let dict: Bound<'_, PyDict> = self.columns.into_dict(py)?;
-        let Recorded { rate, start_us, .. } = self.recorded;
-        let events = self.events.iter().map(|event| event_row(event, start_us));
+        let about = self.about;
+        let events = self.events.iter();
+        let events = events.map(|event| event_row(event, about.start_us));
         dict.set_item("events", events.collect::<Vec<_>>())?;
-        dict.set_item("rate", f64::from(rate))?;
+        dict.set_item("rate", f64::from(about.sample_rate))?;
         dict.set_item("findings", self.findings)?;
         dict.set_item("learnt", self.learnt)?;
         Ok(dict)

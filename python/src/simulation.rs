@@ -6,12 +6,12 @@ use gait::{Activity, Ground, Rests, RobotParams, SensorParams, Simulation, Tempe
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use recordings::input::Format;
+use recordings::input::{About, Format};
 use samples::recording::RecordedSample;
 
 use crate::outputs::table;
 use crate::parameters::value_error;
-use crate::reading::{Columns, Facts};
+use crate::reading::Columns;
 
 /// The longest walk, s.
 const LONGEST_S: f64 = 86_400.0;
@@ -113,15 +113,8 @@ pub(crate) fn simulate<'py>(py: Python<'py>, walk: Walk) -> PyResult<Bound<'py, 
     for sample in &recording.samples {
         columns.push(sample, 0);
     }
-    let facts = Facts {
-        name: recording.name,
-        foot: None,
-        format: Format::Csv,
-        rate: recording.sample_rate,
-        gravity: recording.gravity,
-        notices: Vec::new(),
-    };
-    let dict = columns.into_dict(py, facts)?;
+    let about = About::new(recording.name, recording.sample_rate, recording.gravity);
+    let dict = columns.into_dict(py, about, Format::Csv)?;
     dict.set_item("touch_downs", truth.touch_downs_s.into_pyarray(py))?;
     let slips = truth.slips_s.into_iter().flatten().collect();
     dict.set_item("slips", table::<f64>(slips, 2).into_pyarray(py))?;

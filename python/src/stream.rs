@@ -1,7 +1,7 @@
 //! Sample by sample, as a robot has them.
 
 use estimator_core::{
-    AngularRate, ContactEstimate, Decision, Flag, Gravity, Phase, Quaternion, Timestamp, Vec3,
+    AngularRate, ContactEstimate, Decision, Flag, Phase, Quaternion, Timestamp, Vec3,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -66,8 +66,7 @@ impl Estimator {
         let settings = settings.read()?.of_unnamed_foot()?;
         let rate = settings.hints.sample_rate;
         let rate = rate.ok_or_else(|| value_error("give the sample rate in Hz as rate"))?;
-        let gravity = settings.hints.gravity.unwrap_or(Gravity::Included);
-        let replay = Replay::new(rate, gravity, &settings.params());
+        let replay = Replay::new(rate, settings.gravity(), &settings.params());
         let replay = replay.map_err(|error| value_error(format!("parameter {error}")))?;
         let state = State {
             replay,
