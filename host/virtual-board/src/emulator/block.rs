@@ -148,8 +148,7 @@ const fn wide_cost(first: u16, second: u16) -> Cost {
     match first >> 9 {
         // LDM, STM.
         0b111_0100 if first & 0x0040 == 0 => Cost::Cycles(1 + second.count_ones()),
-        // Exclusives of bytes and half-words, and table branches; LDREX and STREX.
-        0b111_0100 if first & 0xFFF0 == 0xE8D0 && second & 0x00E0 == 0 => Cost::Cycles(2),
+        // Exclusives and table branches.
         0b111_0100 if first & 0x0120 == 0 => Cost::Cycles(2),
         // LDRD, STRD.
         0b111_0100 => Cost::Cycles(3),

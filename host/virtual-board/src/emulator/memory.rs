@@ -74,10 +74,12 @@ pub const OPTIONS: Region = Region::new(0x1FFF_C000, 0x1000);
 /// RAM.
 pub const RAM: Region = Region::new(0x2000_0000, 0x2_0000);
 
-/// Accesses that a region permits to the program: reads, and writes or execution.
-const READ: Prot = Prot(1);
-const WRITE: Prot = Prot(1 | 2);
-const EXECUTE: Prot = Prot(1 | 4);
+/// Permits reads.
+const READ: Prot = Prot::READ;
+/// Permits reads and writes.
+const WRITE: Prot = Prot(Prot::READ.0 | Prot::WRITE.0);
+/// Permits reads and execution.
+const EXECUTE: Prot = Prot(Prot::READ.0 | Prot::EXEC.0);
 
 /// All memory: its access rights, and the value of each byte at power-up.
 pub const MEMORIES: [(Region, Prot, u8); 5] = [

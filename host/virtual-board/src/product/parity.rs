@@ -90,7 +90,8 @@ pub struct ParityCheck {
     /// Offset of the board's clock behind virtual time, µs, once known.
     offset: Option<f64>,
     bursts: VecDeque<Burst>,
-    /// Messages of the serial line, with the times at which their first bytes left.
+    /// Messages of the serial line, with the times at which their first bytes left, in units of
+    /// [`time`](crate::emulator::time).
     contacts: VecDeque<(u64, ContactMessage)>,
     frames: VecDeque<TimedFrame>,
     /// Recent estimates in the short form of CAN, as far back as a frame may be.
@@ -120,7 +121,8 @@ impl ParityCheck {
         self.bursts.extend(transactions.iter().filter_map(burst));
     }
 
-    /// Adds a message sent over the serial line, in order. Its first byte left at `began`.
+    /// Adds a message sent over the serial line, in order. Its first byte left at `began`, in units of
+    /// [`time`](crate::emulator::time).
     pub fn contact(&mut self, began: u64, message: ContactMessage) {
         self.contacts.push_back((began, message));
         if self.offset.is_none() && self.contacts.len() >= FOR_CLOCK {
@@ -194,6 +196,7 @@ impl ParityCheck {
         let time = [bytes[4], bytes[5]];
         let found = self.short.iter().take(FRAMES_LAG);
         let Some(index) = found.map(|(at, _)| *at).position(|at| at == time) else {
+            // Without a serial message of the same time there is nothing to compare with.
             return;
         };
         self.short.drain(..index);

@@ -102,6 +102,7 @@ struct Log {
 /// Probability of stable contact over time, thinned out when it gets too long.
 #[derive(Default)]
 struct Curve {
+    /// Number of times that every second point was dropped.
     halvings: u32,
     points: Vec<(f64, f64)>,
 }

@@ -10,9 +10,9 @@ use serde_json::{Value, json};
 pub struct Spread {
     counts: BTreeMap<u64, u64>,
     /// Sum of all values.
-    pub sum: u64,
+    pub(crate) sum: u64,
     /// Number of values.
-    pub length: u64,
+    pub(crate) length: u64,
 }
 
 impl Spread {

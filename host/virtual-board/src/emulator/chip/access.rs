@@ -1,7 +1,7 @@
 //! Loads and stores of the core and of DMA: the mapping of addresses to peripherals.
 
 use super::Chip;
-use super::map::{MAP, Part, SIZE};
+use super::map::{MAP, PART_SIZE, Part};
 use crate::emulator::memory::{FLASH, Memory};
 use crate::emulator::part::dma::Dma;
 use crate::emulator::part::pwr::Pwr;
@@ -64,7 +64,7 @@ impl Chip {
     fn locate(&self, address: u32) -> Result<(Part, u32), String> {
         let entry = MAP
             .iter()
-            .find(|entry| address >= entry.base && address - entry.base < SIZE)
+            .find(|entry| address >= entry.base && address - entry.base < PART_SIZE)
             .ok_or_else(|| "a peripheral that is not modelled".to_owned())?;
         if let Some((register, bit)) = entry.enable
             && !self.rcc.is_enabled(register, bit)

@@ -20,7 +20,7 @@ pub(super) enum Part {
 }
 
 /// Size of the registers of a peripheral, bytes.
-pub(super) const SIZE: u32 = 0x400;
+pub(super) const PART_SIZE: u32 = 0x400;
 
 /// The address of a peripheral, and the bit that enables its clock.
 pub(super) struct Entry {

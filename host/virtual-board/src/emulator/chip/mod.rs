@@ -111,12 +111,13 @@ pub struct Chip {
     dmas: [Dma; 2],
     spis: [Spi; 3],
     /// TIM2 to TIM5.
-    pub timers: [Timer; 4],
+    pub(crate) timers: [Timer; 4],
     tim11: Tim11,
     iwdg: Iwdg,
     pub(crate) selected: bool,
     pin_high: bool,
     sensor_edge: u64,
+    /// Cause of the reset that is due.
     pub(crate) reset_cause: Option<ResetCause>,
     /// Whether memory has lost its content.
     pub(crate) power_lost: bool,

@@ -40,18 +40,18 @@ pub struct Nvic {
     priority: [u8; EXCEPTIONS],
     lines: [bool; INTERRUPTS],
     /// Active exceptions, the latest last.
-    pub active: Vec<u16>,
+    pub(crate) active: Vec<u16>,
     /// `PRIGROUP` of AIRCR.
     group: u8,
     /// The exception to take next, and its group priority, masks ignored.
-    pub next: Option<(u16, i16)>,
+    pub(crate) next: Option<(u16, i16)>,
 }
 
 impl Default for Nvic {
     fn default() -> Self {
+        use exception::{HARD_FAULT, NMI, PEND_SV, SV_CALL, SYS_TICK};
         let mut enabled = [false; EXCEPTIONS];
         // Exceptions without an enable bit are always enabled.
-        use exception::{HARD_FAULT, NMI, PEND_SV, SV_CALL, SYS_TICK};
         for number in [NMI, HARD_FAULT, SV_CALL, PEND_SV, SYS_TICK] {
             enabled[usize::from(number)] = true;
         }

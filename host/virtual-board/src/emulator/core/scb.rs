@@ -33,7 +33,7 @@ pub const FORCED: u32 = 1 << 30;
 /// `HFSR`: the vector could not be read.
 pub const VECTTBL: u32 = 1 << 1;
 
-/// The registers.
+/// The registers. `default` is all zeros; the state after reset is [`new`](Self::new).
 #[derive(Clone, Debug, Default)]
 pub struct Scb {
     /// Vector table; 0 stands for the start of flash.

@@ -103,15 +103,15 @@ impl Machine {
         aligned
     }
 
-    /// Handles an access to an address without memory or peripheral, which stops the engine for a reason.
-    pub(crate) fn no_memory(&mut self, pc: u32, address: u32, stop: Stop) {
+    /// Handles an access to an address without memory or peripheral: fails the run, or stops the engine.
+    pub(crate) fn no_memory(&mut self, pc: u32, address: u32, stop: impl FnOnce(u32) -> Stop) {
         match address {
             0x4000_0000..0x6000_0000 => self.fail(pc, address, "a peripheral that is not modelled"),
             0..0x0010_0000 => self.fail(pc, address, "an access through a null pointer"),
             0x2200_0000..0x2400_0000 => {
                 self.fail(pc, address, "the bit-band alias of RAM is not modelled");
             }
-            _ => self.stop = Some(stop),
+            _ => self.stop = Some(stop(address)),
         }
     }
 

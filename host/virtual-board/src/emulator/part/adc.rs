@@ -32,7 +32,7 @@ pub const fn reference_code(supply_mv: u32) -> u16 {
     (REFERENCE_MV * 4_095 / supply_mv) as u16
 }
 
-/// The registers.
+/// The registers. `default` is all zeros; the state after reset is [`new`](Self::new).
 #[derive(Clone, Debug, Default)]
 pub struct Adc {
     status: u32,

@@ -3,9 +3,11 @@
 use super::unknown;
 use crate::emulator::time::{self, NEVER};
 
-/// Keys that open the prescaler and the reload value, start the watchdog, and feed it.
+/// Key that opens the prescaler and the reload value.
 const UNLOCK: u32 = 0x5555;
+/// Key that starts the watchdog.
 const START: u32 = 0xCCCC;
+/// Key that feeds it.
 const RELOAD: u32 = 0xAAAA;
 
 /// The registers.

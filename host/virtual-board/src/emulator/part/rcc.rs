@@ -69,14 +69,14 @@ impl ClockTree {
 pub struct Rcc {
     registers: [u32; 35],
     /// Current clocks.
-    pub clocks: ClockTree,
+    pub(crate) clocks: ClockTree,
     /// Frequency of the crystal, Hz; `None` if it does not start.
     pub crystal: Option<u32>,
     corner: Corner,
     /// Whether the crystal has stopped after it ran.
     lost: bool,
     /// Whether the core's clock has stopped: only the watchdog continues.
-    pub stopped: bool,
+    pub(crate) stopped: bool,
     hse_ready_at: u64,
     pll_ready_at: u64,
     lsi_ready_at: u64,

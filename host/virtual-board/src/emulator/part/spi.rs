@@ -13,7 +13,7 @@ const MODF: u32 = 1 << 5;
 const OVR: u32 = 1 << 6;
 const BSY: u32 = 1 << 7;
 
-/// The registers.
+/// The registers. `default` is all zeros; the state after reset is [`new`](Self::new).
 #[derive(Clone, Debug, Default)]
 pub struct Spi {
     control: [u32; 2],

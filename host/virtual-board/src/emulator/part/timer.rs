@@ -67,9 +67,10 @@ impl Timer {
 
     /// Resets the registers.
     pub fn reset(&mut self, period: u64) {
+        let bits = self.mask.count_ones();
         *self = Self {
             head_start: self.head_start,
-            ..Self::new(self.name, self.mask.count_ones(), period)
+            ..Self::new(self.name, bits, period)
         };
     }
 

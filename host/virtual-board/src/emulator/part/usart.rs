@@ -48,7 +48,7 @@ struct Incoming {
     stopped: bool,
 }
 
-/// The registers and the line.
+/// The registers and the line. `default` is all zeros; the state after reset is [`new`](Self::new).
 #[derive(Clone, Debug, Default)]
 pub struct Usart {
     status: u32,

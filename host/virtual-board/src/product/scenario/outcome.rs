@@ -155,8 +155,8 @@ impl ScenarioOutcome {
             .max();
         let first_invalid = contacts().find(|contact| !contact.valid);
         let first_invalid = first_invalid.map(|contact| contact.time);
-        if let Some(disturbed) = last_reset.or(first_invalid).or(silence) {
-            let from = end.unwrap_or(disturbed);
+        if let Some(disturbed_at) = last_reset.or(first_invalid).or(silence) {
+            let from = end.unwrap_or(disturbed_at);
             let first = |line: Line| {
                 let good = |contact: &&ContactFrame| {
                     contact.line == line && contact.valid && contact.time >= from

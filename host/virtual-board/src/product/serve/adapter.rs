@@ -52,7 +52,7 @@ pub struct EmulatedAdapter {
     bit_rate: Option<u32>,
     has_stamps: bool,
     /// Whether a line was lost because it was not read in time, since the last status.
-    pub has_lost: bool,
+    pub(crate) has_lost: bool,
     line: Vec<u8>,
     is_too_long: bool,
 }

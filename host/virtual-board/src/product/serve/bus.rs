@@ -11,12 +11,13 @@ use crate::emulator::time::cycle;
 /// Maximum number of frames of a node that wait for the bus; beyond it the oldest is lost.
 const MOST_WAITING: usize = 256;
 
-/// A frame transmitted on the bus.
+/// A frame that waits for the bus, or was transmitted on it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Carried {
     /// Index of the sending node.
     pub node: usize,
-    /// Time at which it began, in units of [`time`](crate::emulator::time).
+    /// Time at which it began, or before which it does not begin while it waits, in units of
+    /// [`time`](crate::emulator::time).
     pub start: u64,
     /// Bit rate, bit/s: nodes with another rate do not receive it.
     pub bit_rate: u32,

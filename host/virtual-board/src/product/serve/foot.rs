@@ -123,13 +123,14 @@ impl Foot {
         let (slices, of_foot) = channel();
         let (to_robot, ran) = channel();
         thread::spawn(move || {
-            let runner = Runner::new(make);
-            let started = runner.as_ref().map(|_| Ran::default());
-            // A send fails only if the robot is gone.
-            let sent = to_robot.send(started.map_err(ScenarioError::clone));
-            let (Ok(mut runner), Ok(())) = (runner, sent) else {
-                return;
+            let mut runner = match Runner::new(make) {
+                Ok(runner) => runner,
+                // A send fails only if the robot is gone.
+                Err(error) => return drop(to_robot.send(Err(error))),
             };
+            if to_robot.send(Ok(Ran::default())).is_err() {
+                return;
+            }
             for slice in of_foot {
                 if to_robot.send(runner.run(slice)).is_err() {
                     return;

@@ -163,7 +163,7 @@ pub fn serve(
         pace.wait(server.robot.ms);
         if let Some(behind) = pace.report() {
             let behind = behind.as_secs_f64();
-            server.say(format!("slower than real time: {behind:.1} s lost so far"));
+            server.report(format!("slower than real time: {behind:.1} s lost so far"));
         }
     }
     let lines = server.serial.iter();
@@ -179,8 +179,9 @@ pub fn serve(
 }
 
 impl Server<'_> {
-    fn say(&mut self, words: String) {
-        (self.tell)(Note::Words(words));
+    /// Passes a message to the user.
+    fn report(&mut self, message: String) {
+        (self.tell)(Note::Words(message));
     }
 
     /// Reports the sources.
@@ -202,11 +203,11 @@ impl Server<'_> {
     fn obey(&mut self, line: &str) -> bool {
         match commands::parse(line) {
             Ok(Some(Command::Order(foot, order))) => self.order(foot, order),
-            Ok(Some(Command::Faults)) => self.say(fault::names()),
-            Ok(Some(Command::Help)) => self.say(HELP.trim_end().to_owned()),
+            Ok(Some(Command::Faults)) => self.report(fault::names()),
+            Ok(Some(Command::Help)) => self.report(HELP.trim_end().to_owned()),
             Ok(Some(Command::Quit)) => return true,
             Ok(None) => {}
-            Err(error) => self.say(format!("error: {error}")),
+            Err(error) => self.report(format!("error: {error}")),
         }
         false
     }
@@ -224,7 +225,7 @@ impl Server<'_> {
             true => format!("{:.3} s  {whom}: {what}", self.robot.ms as f64 * 1e-3),
             false => format!("error: the robot has no foot {whom}"),
         };
-        self.say(words);
+        self.report(words);
     }
 
     /// Reads the input of programs from the terminals.
@@ -267,7 +268,7 @@ impl Server<'_> {
         for (foot, cause) in happened.resets {
             let at_s = self.robot.ms as f64 * 1e-3;
             let words = format!("{at_s:.3} s  {}: reset by {}", foot.name(), cause.name());
-            self.say(words);
+            self.report(words);
         }
         Ok(())
     }

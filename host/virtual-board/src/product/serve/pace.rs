@@ -44,7 +44,7 @@ pub struct Pace {
     /// Real time of virtual time 0, shifted by the losses.
     zero: Instant,
     /// Real time lost: it passed while virtual time stood still.
-    pub lost: Duration,
+    pub(crate) lost: Duration,
     reported: (Instant, Duration),
 }
 

@@ -19,12 +19,12 @@ const MOST_WAITING: usize = 64 * 1024;
 pub struct Terminal {
     near: File,
     /// Path of the far end.
-    pub path: PathBuf,
+    pub(crate) path: PathBuf,
     /// Whether a program has the far end open.
     is_open: bool,
     waiting: Vec<u8>,
     /// Number of bytes lost because the reader was too slow.
-    pub lost: u64,
+    pub(crate) lost: u64,
 }
 
 /// Result of a write to the far end.

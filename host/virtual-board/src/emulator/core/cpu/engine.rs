@@ -206,9 +206,9 @@ impl Cpu {
                             machine.stop = Some(Stop::FetchFault);
                         }
                         MemType::WRITE_UNMAPPED => {
-                            machine.no_memory(pc, address, Stop::Store { address });
+                            machine.no_memory(pc, address, |address| Stop::Store { address });
                         }
-                        _ => machine.no_memory(pc, address, Stop::Load { address }),
+                        _ => machine.no_memory(pc, address, |address| Stop::Load { address }),
                     }
                     let _ = engine.emu_stop();
                     false

@@ -31,7 +31,8 @@ impl Cpu {
         self.fault(pc, exception::USAGE_FAULT, status, None);
     }
 
-    /// Raises a fault with the frame's return address `pc`, and the address that was accessed, if any.
+    /// Raises a fault: exception number `fault`, bits `status` of CFSR, the frame's return address `pc`, and the address
+    /// that was accessed, if known. BFAR takes it only with `BFARVALID`.
     pub(super) fn fault(&mut self, pc: u32, fault: u16, status: u32, address: Option<u32>) {
         let running = self.execution_priority();
         let number = {

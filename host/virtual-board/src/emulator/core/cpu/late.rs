@@ -44,6 +44,13 @@ impl Memory for InHook<'_, '_> {
     }
 }
 
+/// Applies the writes that wait, once the engine has stopped.
+pub(super) fn apply(late: &mut LateWrites, engine: &mut Unicorn<'_, ()>) {
+    for (address, bytes) in late.drain(..) {
+        engine.write(address, &bytes);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -68,9 +75,7 @@ mod tests {
         assert_eq!(engine.byte(FLASH.start + 2), Some(0xFF));
         assert_eq!(engine.byte(RAM.start), Some(6));
         assert!(!late.is_empty());
-        for (address, bytes) in late.drain(..) {
-            assert!(engine.write(address, &bytes));
-        }
+        apply(&mut late, &mut engine);
         assert!(late.is_empty());
         assert!(engine.read(FLASH.start, &mut bytes));
         assert_eq!(bytes, expected);

@@ -2,7 +2,7 @@
 
 use unicorn_engine::{Prot, RegisterARM};
 
-use super::{CoreState, Cpu};
+use super::{CoreState, Cpu, late};
 use crate::emulator::block::Block;
 use crate::emulator::core::nvic::exception;
 use crate::emulator::core::scb::cfsr;
@@ -108,9 +108,7 @@ impl Cpu {
 
     /// Applies the writes that hooks have deferred; the engine has stopped.
     fn write_deferred(&mut self) {
-        for (address, bytes) in self.late.borrow_mut().drain(..) {
-            self.engine.write(address, &bytes);
-        }
+        late::apply(&mut self.late.borrow_mut(), &mut self.engine);
     }
 
     /// Handles a floating-point instruction while the unit is off: runs up to it, then faults.

@@ -69,7 +69,7 @@ pub struct Can {
     filter_active: u32,
     filters: [[u32; 2]; 28],
     /// Clock of the peripheral, Hz.
-    pub pclk: u32,
+    pub(crate) pclk: u32,
     now: u64,
     busy: Option<(Sender, u64)>,
     /// Time at which the bus was idle long enough to join, or to recover from bus-off.

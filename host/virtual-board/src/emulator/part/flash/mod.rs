@@ -71,7 +71,7 @@ impl Keys {
     }
 }
 
-/// The registers.
+/// The registers. `default` is all zeros; the state after reset is [`new`](Self::new).
 #[derive(Clone, Debug, Default)]
 pub struct FlashRegisters {
     /// The accelerator between it and the core.
@@ -101,7 +101,8 @@ pub struct FlashRegisters {
     pub worn_at: Option<u64>,
     /// Time to program the option bytes, ms; `None` for that of the sector that holds them.
     pub option_bytes_ms: Option<u32>,
-    /// Duration for which the core is stalled at its next access to a peripheral.
+    /// Duration for which the core is stalled at its next access to a peripheral, in units of
+    /// [`time`](crate::emulator::time).
     pub stall: u64,
     /// Range of changed addresses: the first, and the one after the last.
     pub(crate) changed: Option<(u32, u32)>,

@@ -83,8 +83,9 @@ const LOAD_SCALE: Address = Address::new(index::LOAD_INPUT, 2);
 
 const OLD_AND_NEW: [Value; 2] = [Value::F32(2.0), Value::F32(3.0)];
 
-/// Sets the old and the new value of the setting that is changed.
+/// Sets the old value of the setting that is changed.
 pub(super) const OLD_SCALE: ScenarioStep = ScenarioStep::Set(LOAD_SCALE, OLD_AND_NEW[0]);
+/// Sets its new value.
 const NEW_SCALE: ScenarioStep = ScenarioStep::Set(LOAD_SCALE, OLD_AND_NEW[1]);
 
 /// Clears all faults that can be cleared.
