@@ -130,8 +130,9 @@ impl Report {
         self.gaps += u64::from(missing > 0);
     }
 
-    /// Adds counts that were kept separately.
-    pub(super) fn add(&mut self, counted: Self) {
+    /// Adds the provisional counts of one contact: gaps, missing numbers, duplicates, problems and the longest step. All
+    /// other fields are ignored.
+    pub(super) fn add_contact(&mut self, counted: Self) {
         self.gaps += counted.gaps;
         self.missing += counted.missing;
         self.duplicates += counted.duplicates;

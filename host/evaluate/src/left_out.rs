@@ -74,7 +74,8 @@ const WITHOUT_ATLAS: StillnessParams = StillnessParams {
     motion: 1.43,
     relaxation: 4.93,
     gravity_error: gravity_error([0.887, 0.105, 2.06, 10.2, 0.449]),
-    ..StillnessParams::DEFAULT
+    slide: StillnessParams::DEFAULT.slide,
+    evidence: StillnessParams::DEFAULT.evidence,
 };
 
 const WITHOUT_LCD: StillnessParams = StillnessParams {
@@ -93,7 +94,8 @@ const WITHOUT_LCD: StillnessParams = StillnessParams {
     motion: 1.0,
     relaxation: 5.72,
     gravity_error: gravity_error([0.896, 0.214, 0.647, 14.8, 0.293]),
-    ..StillnessParams::DEFAULT
+    slide: StillnessParams::DEFAULT.slide,
+    evidence: StillnessParams::DEFAULT.evidence,
 };
 
 const WITHOUT_SHOE: StillnessParams = StillnessParams {
@@ -112,7 +114,8 @@ const WITHOUT_SHOE: StillnessParams = StillnessParams {
     motion: 1.55,
     relaxation: 4.1,
     gravity_error: gravity_error([0.886, 0.159, 0.938, 6.55, 0.319]),
-    ..StillnessParams::DEFAULT
+    slide: StillnessParams::DEFAULT.slide,
+    evidence: StillnessParams::DEFAULT.evidence,
 };
 
 const WITHOUT_SIMULATED: StillnessParams = StillnessParams {
@@ -131,5 +134,6 @@ const WITHOUT_SIMULATED: StillnessParams = StillnessParams {
     motion: 1.12,
     relaxation: 7.91,
     gravity_error: gravity_error([0.876, 0.0959, 1.31, 3.16, 0.277]),
-    ..StillnessParams::DEFAULT
+    slide: StillnessParams::DEFAULT.slide,
+    evidence: StillnessParams::DEFAULT.evidence,
 };

@@ -1,4 +1,5 @@
-//! Picture of a foot, drawn during the estimation, with a progress bar; files of events and pictures.
+//! Picture of a foot, drawn during the estimation, with a progress bar; files of events and pictures; foot of a bag
+//! that is copied.
 
 use std::path::{Path, PathBuf};
 

@@ -95,25 +95,30 @@ impl Walking {
 pub fn simulate(plan: &Plan, sensor: &SensorParams, seed: u64) -> Simulation {
     let mut walking = Walking::new(plan, sensor, seed);
     let ticks = libm::floor(plan.duration * 1e6 / TICK_US as f64) as u64;
-    let walked: Vec<Walked> = (0..ticks).map(|_| walking.tick()).collect();
-    let truth: Vec<FootState> = walked.iter().map(|walked| walked.truth).collect();
+    let (mut imu, mut raw, mut truth) = (Vec::new(), Vec::new(), Vec::new());
+    for walked in (0..ticks).map(|_| walking.tick()) {
+        imu.push(walked.imu);
+        raw.push(walked.raw);
+        truth.push(walked.truth);
+    }
     let labels = labels(&truth, seconds(TICK_US));
-    let samples = walked.iter().zip(labels);
-    let samples = samples.map(|(walked, label)| RecordedSample {
-        imu: walked.imu,
-        load: Some(Load(walked.truth.load as f32)),
+    let samples = imu.into_iter().zip(truth.iter().zip(labels));
+    let samples = samples.map(|(imu, (state, label))| RecordedSample {
+        imu,
+        load: Some(Load(state.load as f32)),
         label: Some(label),
     });
+    let samples = samples.collect();
     Simulation {
         recording: Recording {
             name: plan.name.clone(),
             sample_rate: 1e6 / TICK_US as f32,
             gravity: Gravity::Included,
             load_title: "vertical force (N)".to_owned(),
-            samples: samples.collect(),
+            samples,
         },
         truth,
-        raw: walked.into_iter().map(|walked| walked.raw).collect(),
+        raw,
     }
 }
 

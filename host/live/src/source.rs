@@ -50,7 +50,7 @@ pub enum Source {
     File {
         /// Its name.
         path: PathBuf,
-        /// Playback speed; `None` for the command's default.
+        /// Playback speed; `None` for the original one.
         speed: Option<Speed>,
         /// How the recording of an IMU is read and estimated.
         playback: Box<Playback>,
@@ -66,7 +66,7 @@ pub struct Demo {
     pub feet: usize,
     /// `seed`: seed of steps and sensors.
     pub seed: u64,
-    /// `speed`: playback speed; `None` for the command's default.
+    /// `speed`: playback speed; `None` for the original one.
     pub speed: Option<Speed>,
     /// `seconds`: duration in simulated time, s; `None` for no end.
     pub seconds: Option<f64>,

@@ -163,7 +163,7 @@ pub struct AllFeet {
     /// Whether each foot has sent a contact.
     heard: [bool; 4],
     /// Names of feet outside [`FEET`], whose contacts are in no message.
-    pub others: BTreeSet<String>,
+    pub(crate) others: BTreeSet<String>,
 }
 
 /// Decision of a foot since the newest message.

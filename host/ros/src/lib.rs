@@ -20,7 +20,7 @@ pub mod definition;
 pub mod estimates;
 mod foot;
 #[cfg(feature = "bags")]
-pub mod mcap_file;
+mod mcap_file;
 pub mod message;
 #[cfg(feature = "node")]
 pub mod node;

@@ -132,7 +132,8 @@ pub struct RosEvent {
 pub struct Stances<T> {
     /// When the newest of its samples was acquired.
     pub header: Header,
-    /// Whether left front, right front, left hind and right hind stand.
+    /// Whether each foot stands: left front, right front, left hind, right hind; of [`RosMessage::Drift`](crate::RosMessage),
+    /// the right feet come first.
     pub stances: T,
 }
 

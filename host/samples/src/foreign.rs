@@ -7,7 +7,7 @@ use std::fmt;
 struct Kind {
     /// Name, with its article.
     name: &'static str,
-    /// Advice for a file that should be a recording; `None` if it is read.
+    /// Advice for a file that should be a recording and cannot be read; `None` if every file of the kind is read.
     recording: Option<&'static str>,
     /// Advice for a file that should be a log, with `FILE` for its name; `None` if it is read, or if a recording
     /// of the serial line may have the same first bytes.
@@ -23,7 +23,7 @@ const UNPACK: &str = "unpack it";
 /// Defines the kinds by name, advice for a recording and advice for a log, as in [`Kind`].
 macro_rules! kinds {
     ($($(#[$doc:meta])* $kind:ident = $name:literal, $recording:expr, $log:expr;)+) => {
-        /// A kind of file other than a table. Those with advice are not supported.
+        /// A kind of file other than a table.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum Foreign {
             $($(#[$doc])* $kind),+
@@ -147,7 +147,7 @@ impl Foreign {
         self.kind().name
     }
 
-    /// Advice for a file that should be a recording; `None` if it is read.
+    /// Advice for a file that should be a recording and cannot be read; `None` if every file of the kind is read.
     #[must_use]
     pub const fn advice(self) -> Option<&'static str> {
         self.kind().recording

@@ -53,7 +53,7 @@ impl Step {
         self
     }
 
-    /// Adds an environment variable, before those that were added.
+    /// Adds an environment variable. Messages name the last one first.
     pub fn with_env(mut self, name: &str, value: &str) -> Self {
         self.command.env(name, value);
         self.text.insert_str(0, &format!("{name}={value} "));

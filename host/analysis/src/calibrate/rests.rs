@@ -51,38 +51,33 @@ pub fn rests(recording: &Recording) -> Vec<Rest> {
     rests
 }
 
-/// Readings of a sample.
-struct Reading {
-    time_s: f64,
-    force: Vector,
-    rate: Vector,
+fn force(sample: &RecordedSample) -> Vector {
+    Vector::from(sample.imu.specific_force.0)
+}
+
+fn rate(sample: &RecordedSample) -> Vector {
+    Vector::from(sample.imu.angular_rate.0)
 }
 
 /// Samples that may form a rest.
 #[derive(Default)]
-struct Stretch {
-    readings: Vec<Reading>,
+struct Stretch<'a> {
+    samples: Vec<&'a RecordedSample>,
     force: Mean,
     rate: Mean,
 }
 
-impl Stretch {
+impl<'a> Stretch<'a> {
     /// Adds a valid sample close to those so far; returns whether it was added.
-    fn takes(&mut self, sample: &RecordedSample) -> bool {
-        let force = Vector::from(sample.imu.specific_force.0);
-        let rate = Vector::from(sample.imu.angular_rate.0);
-        let alike = self.readings.is_empty()
+    fn takes(&mut self, sample: &'a RecordedSample) -> bool {
+        let (force, rate) = (force(sample), rate(sample));
+        let alike = self.samples.is_empty()
             || ((force - self.force.value()).length() <= FORCE_TOLERANCE
                 && (rate - self.rate.value()).length() <= RATE_TOLERANCE);
         if !alike || sample.imu.checked_validity() != Validity::Valid {
             return false;
         }
-        let time_s = sample.time_s();
-        self.readings.push(Reading {
-            time_s,
-            force,
-            rate,
-        });
+        self.samples.push(sample);
         self.force.add(force);
         self.rate.add(rate);
         true
@@ -90,20 +85,20 @@ impl Stretch {
 
     fn rest(&self, sample_rate: f32) -> Option<Rest> {
         let margin = (MARGIN * f64::from(sample_rate)).round() as usize;
-        let end = self.readings.len().checked_sub(margin)?;
-        let inside = self.readings.get(margin..end)?;
+        let end = self.samples.len().checked_sub(margin)?;
+        let inside = self.samples.get(margin..end)?;
         let (first, last) = (inside.first()?, inside.last()?);
-        let duration = last.time_s - first.time_s;
-        let force = |readings: &[Reading]| mean(readings.iter().map(|reading| reading.force));
+        let duration = last.time_s() - first.time_s();
+        let force = |samples: &[&RecordedSample]| mean(samples.iter().map(|sample| force(sample)));
         let (early, late) = inside.split_at(inside.len() / 2);
-        let rate = mean(inside.iter().map(|reading| reading.rate)).to_array();
+        let rate = mean(inside.iter().map(|sample| rate(sample))).to_array();
         // A larger rate is rotation, because no bias is that large.
         let largest_bias = f64::from(RestParams::DEFAULT.bias_limit);
         let still = duration + 2.0 * MARGIN >= SHORTEST
             && (force(early) - force(late)).length() <= SWAY
             && rate.iter().all(|rate| rate.abs() <= largest_bias);
         still.then(|| Rest {
-            start_s: first.time_s,
+            start_s: first.time_s(),
             duration_s: duration,
             specific_force: force(inside).to_array(),
             angular_rate: rate,

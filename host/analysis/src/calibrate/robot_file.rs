@@ -105,10 +105,11 @@ impl RobotFile {
         }
     }
 
-    /// Sets a key, given with the tables that it is in.
+    /// Sets a key, given with the tables that it is in, which are added if there are none.
     fn set(&mut self, path: &str, value: f32) {
-        let (tables, key) = path.rsplit_once('.').unwrap_or(("", path));
-        let table = tables.split('.').fold(self.table(), sub_table);
+        let mut names: Vec<&str> = path.split('.').collect();
+        let key = names.pop().unwrap_or_default();
+        let table = names.into_iter().fold(self.table(), sub_table);
         table.insert(key.to_owned(), Value::Float(shortest(value)));
     }
 

@@ -221,7 +221,7 @@ impl<'a, O: Observer> Results<'a, O> {
     fn new(stored: &Stored, wanted: &Wanted, observer: &'a mut O) -> io::Result<Self> {
         let name = name(stored);
         let about = &stored.about;
-        // The name in each row, if the table is wanted and has one.
+        // Outer: the table is wanted. Inner: the name in each of its rows.
         let named = |table| match table {
             Table::None => None,
             Table::OneFoot => Some(None),

@@ -234,8 +234,9 @@ impl Log {
         let Some(first) = entry.first.take() else {
             return;
         };
+        // Nothing was missing: the contact continued the numbers before the boot-up.
         if first.counted.missing == 0 && first.counted.problems.is_empty() {
-            return self.report.add(first.counted);
+            return self.report.add_contact(first.counted);
         }
         let (index, at) = (first.index, first.at);
         let foot = LoggedFoot::new(&first.contact, index, at, self.reception);
@@ -253,7 +254,7 @@ impl Log {
     pub(crate) fn finish(&mut self) {
         let feet = self.feet.values_mut();
         for first in feet.filter_map(|entry| entry.first.take()) {
-            self.report.add(first.counted);
+            self.report.add_contact(first.counted);
         }
     }
 
@@ -385,7 +386,7 @@ impl Log {
         let entry = self.feet.entry((interface.to_owned(), node.get()));
         let entry = entry.or_default();
         if let Some(first) = entry.first.take() {
-            self.report.add(first.counted);
+            self.report.add_contact(first.counted);
         }
         let may_be_first = entry.foot.is_some() && contact.sequence == 0;
         let mut counted = Report::default();
@@ -397,7 +398,7 @@ impl Log {
             None => LoggedFoot::new(contact, index, at, self.reception),
             Some(mut foot) => match foot.take(contact, index, at, report) {
                 Some(_) => foot,
-                None => return self.report.add(counted),
+                None => return self.report.add_contact(counted),
             },
         };
         let micros = foot.newest.micros;

@@ -135,9 +135,9 @@ impl Form {
 #[derive(Clone, Debug)]
 pub struct Reader {
     /// The format that it reads.
-    pub form: Form,
+    pub(crate) form: Form,
     /// Reference of the times. Of ASC, its header states it.
-    pub times: LogTimes,
+    pub(crate) times: LogTimes,
     asc: asc::AscHeader,
     /// Sum of the times so far if they are differences, µs.
     elapsed: u64,

@@ -19,8 +19,8 @@ pub(super) fn seconds(text: &str) -> Option<Timestamp> {
     Some(Timestamp::from_micros(micros))
 }
 
-/// Parses `length` bytes, one per word, in the given base; `None` for fewer. A hexadecimal byte must have two digits, so
-/// that a truncated one is rejected.
+/// Parses `length` bytes, one per word, in the given base; `None` for fewer. A hexadecimal byte must have two digits,
+/// so that a truncated one is rejected.
 pub(super) fn bytes<'a>(
     words: impl Iterator<Item = &'a str>,
     length: usize,
@@ -35,12 +35,12 @@ pub(super) fn bytes<'a>(
     (bytes.len() == length).then_some(bytes)
 }
 
-/// An identifier.
+/// Identifier of a frame, as far as feet use it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Identifier {
     /// 11 bits.
     Standard(u16),
-    /// Of an entry that no foot sends.
+    /// Extended or error frame, which no foot sends.
     Other(Other),
 }
 

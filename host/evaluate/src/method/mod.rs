@@ -150,19 +150,21 @@ impl ComparedMethod {
         }
     }
 
+    /// Runs the method on the recording at `index`; `None` if it lacks a signal that the method needs, and for
+    /// [`Self::Tuned`], which runs on all recordings together.
     fn run_on(
         self,
         recordings: &[Labelled],
         index: usize,
     ) -> Result<Option<MethodRun>, ParamsError> {
         let file = &recordings[index];
-        let from = &recordings[teaching::unlabelled(recordings, index)];
+        let from = || &recordings[teaching::unlabelled(recordings, index)];
         let mut params = Params::DEFAULT;
         let learnt = match self {
             Self::Default => "preset as it is".to_owned(),
             Self::WarmStart => {
-                let (_, learnt) = replay_and_learn(&from.recording, &params)?;
-                params.learnt = Some(learnt);
+                let from = from();
+                params.learnt = Some(replay_and_learn(&from.recording, &params)?.1);
                 format!("amplitudes from {}, no labels", from.name())
             }
             Self::LeftOut => {
@@ -183,6 +185,7 @@ impl ComparedMethod {
             Self::PublishedAred => return Ok(Some(published_run(file, &published::ared(file)))),
             Self::ForceTrigger => return Ok(force_trigger_run(file)),
             Self::FuzzyCMeans => {
+                let from = from();
                 let learnt = format!("clusters from {}, no labels", from.name());
                 let probabilities = fuzzy::probabilities(from, file);
                 return Ok(probabilities.map(|p| MethodRun::of(file.scored(&p), learnt)));

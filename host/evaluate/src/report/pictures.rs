@@ -42,6 +42,7 @@ pub fn reliability(evaluation: &Evaluation) -> io::Result<String> {
             ComparedMethod::FuzzyCMeans,
         ];
         reliability_diagram::ReliabilityDiagram {
+            // All sets of a pool have the same family.
             title: pool.sets()[0].family().name().to_owned(),
             series: methods.map(|method| {
                 let scored = evaluation.scored(method, |set| pool.sets().contains(&set));

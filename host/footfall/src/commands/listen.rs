@@ -28,7 +28,7 @@ pub struct ListenArguments {
 }
 
 impl ListenArguments {
-    /// Returns the source, and the feet.
+    /// Returns the source and the feet.
     ///
     /// # Errors
     /// Names of feet contradict each other, or there are options of reading for a source that is not a file.

@@ -44,8 +44,8 @@ impl RecordArguments {
             false => Existing::Kept,
         };
         finish_when_interrupted();
-        // Recorded sources are read at full speed.
         let (source, feet) = self.listen.listen()?;
+        // Recorded sources are read at full speed.
         let source = source.at_speed(Speed::Max);
         // An unreadable source must not replace an existing file.
         let mut stream = Stream::open(source, feet, self.published.bridge())?;

@@ -198,22 +198,21 @@ pub(super) fn span(from: Option<f64>, to: Option<f64>) -> Result<Span, Error> {
     Ok(span)
 }
 
-/// Checks that `--from` is not beyond the end of all feet of a file.
+/// Checks that `--from` is not beyond the end of the longest foot of a file.
 ///
 /// # Errors
-/// It is.
+/// It is beyond that end.
 pub(super) fn check_begin(file: &str, from: Option<f64>, feet: &[Stored]) -> Result<(), Error> {
     let durations_s = feet.iter().map(|foot| foot.about.duration_s());
     let duration = durations_s.fold(0.0, f64::max);
-    let file = file.to_owned();
-    let beyond = from.filter(|from| *from > duration);
-    beyond.map_or(Ok(()), |from| {
-        Err(Error::BeyondTheEnd {
-            file,
+    match from {
+        Some(from) if from > duration => Err(Error::BeyondTheEnd {
+            file: file.to_owned(),
             from,
             duration,
-        })
-    })
+        }),
+        _ => Ok(()),
+    }
 }
 
 /// Returns the names of the given options that change an estimate and nothing else.

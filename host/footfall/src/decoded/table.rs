@@ -15,7 +15,7 @@ use recordings::parquet_rows::ParquetRows;
 pub enum DecodedTable<'a> {
     /// CSV text; whether its header was written.
     Csv(&'a mut dyn Write, bool),
-    /// Parquet: the columns of [`HEADER`](decode::row::HEADER), null where a cell is blank.
+    /// Parquet: the columns of [`HEADER`], null where a cell is blank.
     #[cfg(feature = "parquet")]
     Parquet(Box<ParquetRows<&'a mut dyn Write>>),
 }

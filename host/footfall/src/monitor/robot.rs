@@ -2,24 +2,19 @@
 
 use std::collections::VecDeque;
 use std::mem;
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use decode::Feet;
 use decode::live::Said;
 use live::feed::Fed;
 use live::{Feed, LinkError, LiveFoot, Session, Update};
-use ros::Bridge;
 use schemars::JsonSchema;
 use serde::Serialize;
 use wire::{Emergency, Fault, Faults};
 
 use super::curve::Curve;
-use crate::error::Error;
-use crate::files::OutputError;
-use crate::mcap_recording::{Existing, McapRecording};
+use super::recorder::Recorder;
 use crate::schema::{Described, SchemaKind};
-use crate::stream::Sink;
 
 /// Period of screen updates.
 pub const PICTURE: Duration = Duration::from_millis(50);
@@ -27,7 +22,7 @@ pub const PICTURE: Duration = Duration::from_millis(50);
 /// Maximum number of events kept.
 const EVENTS: usize = 1000;
 
-/// An event, for programs.
+/// Event that is kept for the display, and printed as text or JSON.
 #[derive(Clone, Debug, JsonSchema, PartialEq, Serialize)]
 pub struct MonitorEvent {
     /// Since the first arrival, s.
@@ -53,45 +48,12 @@ pub struct MonitorState {
     /// Number of events dropped from the front, so that readers can keep their position.
     forgotten: usize,
     /// Resource the line is waiting for if it is not open.
-    pub(crate) waits_for: Option<String>,
+    pub(super) waits_for: Option<String>,
     /// Reason the source has ended.
     pub(crate) ended: Option<LinkError>,
     marks: u32,
     /// Recording in progress of the received messages.
-    pub(crate) recording: Option<Recorder>,
-}
-
-/// Recorder of received messages to a file.
-pub(crate) struct Recorder {
-    /// Path of the file.
-    pub(crate) path: PathBuf,
-    bridge: Bridge,
-    to: McapRecording,
-}
-
-impl Recorder {
-    /// Starts a recording in the current directory, under the first unused name of `footfall-1.mcap`,
-    /// `footfall-2.mcap`, ….
-    fn begin() -> Result<Self, OutputError> {
-        let mut number = 1_u32;
-        loop {
-            let path = PathBuf::from(format!("footfall-{number}.mcap"));
-            let to = match McapRecording::create(&path, Existing::Kept) {
-                Err(OutputError::Exists(_)) => {
-                    number += 1;
-                    continue;
-                }
-                created => created?,
-            };
-            let bridge = Bridge::default();
-            return Ok(Self { path, bridge, to });
-        }
-    }
-
-    fn record(&mut self, session: &Session, update: &Update) -> Result<(), Error> {
-        let mut messages = self.bridge.messages(session, update).into_iter();
-        messages.try_for_each(|published| self.to.publish(published))
-    }
+    pub(super) recording: Option<Recorder>,
 }
 
 impl MonitorState {

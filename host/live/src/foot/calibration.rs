@@ -49,10 +49,9 @@ pub fn gyroscope_bias_rad_s(client: &mut Client) -> Result<[Option<f32>; 3], Req
 /// A request has failed.
 pub fn numbers(client: &mut Client, index: u16) -> Result<Vec<(Named, f32)>, RequestError> {
     let mut numbers = Vec::new();
-    for named in Named::all().filter(|named| named.address.index == index) {
-        if named.entry.data_type() != DataType::Real32 {
-            continue;
-        }
+    let is_wanted =
+        |named: &Named| named.address.index == index && named.entry.data_type() == DataType::Real32;
+    for named in Named::all().filter(is_wanted) {
         if let Value::F32(number) = client.read(named.address, DataType::Real32)? {
             numbers.push((named, number));
         }

@@ -46,8 +46,10 @@ impl Link for SerialLine {
     }
 
     fn send(&mut self, sending: &Sending) -> Result<(), LinkError> {
+        if self.0.is_open {
+            return self.0.send(sending);
+        }
         match sending {
-            _ if self.0.is_open => self.0.send(sending),
             Sending::Bytes { bytes, .. } => self.0.port.write(bytes),
             Sending::Frame(_) => {
                 let device = &*self.0.port.name;

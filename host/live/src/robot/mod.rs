@@ -116,8 +116,8 @@ impl Robot {
         let walked = self.feet.iter_mut().map(|foot| foot.walk.tick());
         let walked: Vec<_> = walked.collect();
         let loads = self.feet.iter().zip(&walked).filter_map(|(foot, walked)| {
-            let node = foot.program.foot.settings().node_id();
-            Some((node?, walked.truth.load))
+            let node = foot.program.foot.settings().node_id()?;
+            Some((node, walked.truth.load))
         });
         // A tick is a millisecond.
         let frames = self.control.frames(self.ticks, loads);

@@ -1,4 +1,4 @@
-//! Static calibration and mounting of a sensor, applied only where readings are converted to SI units.
+//! Static calibration and mounting of a sensor, applied to samples in SI units when they are read from their storage.
 
 use estimator_core::{
     AccelerometerCorrection, AngularRate, ImuSample, Mounting, SpecificForce, Vec3,

@@ -122,6 +122,15 @@ mod tests {
     }
 
     #[test]
+    fn kinds_that_are_read_have_a_format() {
+        for kind in Foreign::ALL {
+            // Other databases than those of a rosbag2 are refused by their tables.
+            let is_read = kind.advice().is_none() || kind == Foreign::Sqlite;
+            assert_eq!(Format::of_kind(kind).is_some(), is_read, "{kind}");
+        }
+    }
+
+    #[test]
     fn unknown_format_error_lists_the_known_ones() {
         assert_eq!(
             "xls".parse::<Format>(),

@@ -1,13 +1,5 @@
 //! Opens files: a table is read sequentially, a container from the disk.
 
-#![cfg_attr(
-    not(feature = "bags"),
-    allow(
-        dead_code,
-        reason = "without readers nothing asks where a container is"
-    )
-)]
-
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -31,6 +23,13 @@ pub(super) enum Source {
 }
 
 /// A container read from the disk, in one or several files.
+#[cfg_attr(
+    not(any(feature = "bags", feature = "parquet")),
+    allow(
+        dead_code,
+        reason = "without readers nothing asks where a container is"
+    )
+)]
 pub(super) struct Container {
     pub(super) format: Format,
     /// File or folder, as given.
@@ -48,6 +47,13 @@ pub(super) struct Container {
 }
 
 /// A file of a container.
+#[cfg_attr(
+    not(feature = "bags"),
+    allow(
+        dead_code,
+        reason = "without readers nothing asks where a container is"
+    )
+)]
 pub(super) struct Part {
     pub(super) format: Format,
     pub(super) path: PathBuf,

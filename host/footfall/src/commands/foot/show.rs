@@ -185,14 +185,14 @@ impl FootArguments {
 
 impl FootInfo {
     fn text(self) -> String {
-        let (of, stage) = (self.identity, self.stage);
-        let node = of.node.map(|node| format!("node {node}"));
+        let (identity, stage) = (self.identity, self.stage);
+        let node = identity.node.map(|node| format!("node {node}"));
         let node = node.unwrap_or_else(|| "serial line".to_owned());
-        let program = of.program.map(|number| format!(", program {number}"));
-        let previous = of
+        let program = identity.program.map(|number| format!(", program {number}"));
+        let previous = identity
             .previous
             .map(|number| format!("previous program {number}, kept\n"));
-        let refused = of.refused.map(|why| format!("update   {why}\n"));
+        let refused = identity.refused.map(|why| format!("update   {why}\n"));
         let state = self.state.filter(|state| *state != "operational");
         let state = state.map(|state| {
             format!("state    {state}: it sends no contacts until it is started or reset\n")
@@ -205,7 +205,7 @@ impl FootInfo {
         };
         format!(
             "foot     {}, {node}\ndevice   {}, {}, serial number 0x{:08X}\nversion  {}{program}\n{previous}{refused}stage    {stage}\n{state}faults   {faults}\n",
-            of.foot, of.device, of.hardware, of.serial, of.version
+            identity.foot, identity.device, identity.hardware, identity.serial, identity.version
         )
     }
 }
@@ -223,16 +223,16 @@ pub(in crate::commands) struct Identity {
     /// Its node id, 1 to 127; null on a serial line.
     pub(in crate::commands) node: Option<u8>,
     /// Its device name (object 0x1008).
-    pub(in crate::commands) device: String,
+    device: String,
     /// The version of its program (object 0x100A).
     pub(in crate::commands) version: String,
     /// The number of its program (object 0x1F56), hexadecimal, as of the image that was sent; of one that a probe has
     /// written the first digits of its commit, or null where no commit has its sources.
     pub(in crate::commands) program: Option<String>,
     /// The same of the program before the last update, of which the foot keeps a copy; null without one.
-    pub(in crate::commands) previous: Option<String>,
+    previous: Option<String>,
     /// Reason why the last image was refused, or the previous program is back; null without one.
-    pub(in crate::commands) refused: Option<&'static str>,
+    refused: Option<&'static str>,
     /// Its hardware (object 0x1009).
     pub(in crate::commands) hardware: String,
     /// Its serial number (object 0x1018).

@@ -32,7 +32,10 @@ use thiserror::Error;
 /// Error that ends the acceptance.
 #[derive(Debug, Error)]
 pub enum AcceptError {
-    /// The line does not work, or the raw samples of a serial line could not be switched on or off.
+    /// The line does not work.
+    #[error(transparent)]
+    Request(#[from] RequestError),
+    /// The raw samples of a serial line could not be switched on or off.
     #[error(transparent)]
     Settings(#[from] SettingsError),
     /// The setting of the self-test could not be put back.
@@ -143,7 +146,7 @@ pub fn run(
         };
         let figures = match figures {
             Ok(figures) => figures,
-            Err(error @ RequestError::Link(_)) => return Err(SettingsError::from(error).into()),
+            Err(error @ RequestError::Link(_)) => return Err(error.into()),
             Err(error) => step.failed(&error.to_string()),
         };
         if (person.has_left)() {
@@ -157,7 +160,8 @@ pub fn run(
     Ok(())
 }
 
-/// Streams each contact and each raw sample, where the foot is on a serial line; returns the settings as they were.
+/// Streams each contact and each raw sample, where the foot is on a serial line; returns the
+/// previous values of the settings that it changed.
 fn switch_on_streams(client: &mut Client) -> Result<Values, AcceptError> {
     if client.node().is_some() {
         return Ok(Values::new());

@@ -11,7 +11,7 @@ mod imu;
 mod log;
 
 use std::fs::File;
-use std::io::{self, Cursor, Read as _};
+use std::io::{self, Cursor, Read};
 use std::path::Path;
 use std::time::Duration;
 
@@ -33,18 +33,18 @@ const HEAD: u64 = 1 << 16;
 pub fn open(path: &Path, speed: Speed, playback: &Playback) -> Result<Box<dyn Link>, LinkError> {
     let name = path.display().to_string();
     Ok(Box::new(Played {
-        read: reader(path, &name, playback)?,
+        read: parts(path, &name, playback)?,
         name,
         pace: Pace::new(speed),
         next: None,
     }))
 }
 
-/// Reader of the next part of a file with its time, in order of time: `None` at the end, or the reason why the file cannot
-/// be read further.
-type Read = Box<dyn FnMut() -> Result<Option<Arrived>, String>>;
+/// Function that returns the next part of a file with its time, in order of time: `None` at the end, or the reason why the
+/// file cannot be read further.
+type NextPart = Box<dyn FnMut() -> Result<Option<Arrived>, String>>;
 
-fn reader(path: &Path, name: &str, playback: &Playback) -> Result<Read, LinkError> {
+fn parts(path: &Path, name: &str, playback: &Playback) -> Result<NextPart, LinkError> {
     let unreadable = |error: io::Error| LinkError::File(format!("{name}: {error}"));
     if path.is_file() {
         let file = File::open(path).map_err(unreadable)?;
@@ -72,7 +72,7 @@ fn reader(path: &Path, name: &str, playback: &Playback) -> Result<Read, LinkErro
 
 /// File with the state of its playback.
 struct Played {
-    read: Read,
+    read: NextPart,
     name: String,
     pace: Pace,
     /// Part that is read but not due yet.

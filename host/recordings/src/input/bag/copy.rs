@@ -13,8 +13,8 @@ use super::mcap::LONGEST_RECORD;
 use super::storage::{Channel, Visitor, Written};
 use super::visit::visit;
 
-/// Receiver of the messages of a bag, decompressed.
-pub type Receiver<'a> = &'a mut dyn FnMut(&Channel, Written, &[u8]) -> io::Result<()>;
+/// Receiver of the messages of a bag, decompressed; its error ends the copy.
+type Receiver<'a> = &'a mut dyn FnMut(&Channel, Written, &[u8]) -> io::Result<()>;
 
 /// Passes all messages of a bag in stored order to a receiver; returns a sentence about each part that ends early.
 ///

@@ -106,10 +106,18 @@ impl Feed {
             }
         }
         let time_us = stamp_us.unwrap_or(log_us);
-        let newest = load.map(|series| series.at(stamp_us, log_us));
-        let load = newest.flatten().filter(|load| load.is_finite());
-        self.without.load += u64::from(newest == Some(None));
-        self.without.number += u64::from(newest.flatten().is_some() && load.is_none());
+        let load = match load.map(|series| series.at(stamp_us, log_us)) {
+            Some(Some(load)) if load.is_finite() => Some(Load(load)),
+            Some(Some(_)) => {
+                self.without.number += 1;
+                None
+            }
+            Some(None) => {
+                self.without.load += 1;
+                None
+            }
+            None => None,
+        };
         self.without.accelerations += u64::from(!imu.has_accelerations());
         self.without.rates += u64::from(!imu.has_rates());
         let [ax, ay, az] = known(imu.linear_acceleration, imu.has_accelerations());
@@ -121,7 +129,7 @@ impl Feed {
                 readings,
                 known_beside.validity.unwrap_or(Validity::Valid),
             ),
-            load: load.map(Load),
+            load,
             label: known_beside.label,
         };
         if self.log_failed.is_some() {

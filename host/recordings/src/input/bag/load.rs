@@ -27,7 +27,7 @@ enum Place {
     },
 }
 
-/// Number of a force that is the load.
+/// Component of a force that is taken as the load.
 enum Force {
     /// Along an axis.
     Axis(usize),
@@ -146,7 +146,8 @@ impl LoadSeries {
     }
 
     /// Last value at or before a sample, by its stamp where the load has stamps, too, else by the time at which it was
-    /// written: not finite if it marks an unknown load, and `None` if it is older than [`OLDEST_LOAD_US`].
+    /// written: not finite if it marks an unknown load; `None` if there is none, or if it is older than
+    /// [`OLDEST_LOAD_US`].
     pub(super) fn at(&self, stamp_us: Option<i64>, log_us: i64) -> Option<f32> {
         let (values, time_us) = match (&self.by_stamp, stamp_us) {
             (Some(by_stamp), Some(stamp_us)) => (by_stamp, stamp_us),

@@ -20,7 +20,9 @@ use super::{
 /// Loads, and the IMUs of their feet.
 #[derive(Default)]
 pub(super) struct Loads {
+    /// In the order of the topics that were given.
     pub(super) series: Vec<LoadSeries>,
+    /// IMUs of the feet, in the order of their loads.
     pub(super) feet: Vec<ImuKey>,
     /// Names of the feet in their loads' topics.
     names: Vec<String>,

@@ -1,5 +1,6 @@
-//! Supported messages of ROS 2, field by field as in their definitions, but for those with one field, which are that
-//! field. Source: <https://github.com/ros2/common_interfaces>.
+//! Supported messages of ROS 2, field by field as in their definitions. Types with one field, such as
+//! `std_msgs/msg/Float32`, are decoded as that field in `load` and `sidecar`. Source:
+//! <https://github.com/ros2/common_interfaces>.
 
 use serde::Deserialize;
 

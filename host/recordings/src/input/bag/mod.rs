@@ -54,7 +54,7 @@ use messages::Imu;
 use reader::Reader;
 use visit::visit;
 
-pub use copy::{Receiver, copy};
+pub use copy::copy;
 pub use replacement::Replacement;
 pub use storage::{Channel, Schema, Written};
 

@@ -16,7 +16,7 @@ const PROGRAM: &str = "rosbags-convert";
 /// Name of the rosbag2 in its temporary folder.
 pub(in crate::input) const BAG: &str = "bag";
 
-/// Converts a bag to a rosbag2 in a temporary folder.
+/// Converts a bag to a rosbag2, the folder [`BAG`] in a temporary folder that is returned.
 ///
 /// # Errors
 /// The program is not installed, cannot be run, or refuses the bag.

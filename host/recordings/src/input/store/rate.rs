@@ -44,6 +44,7 @@ pub fn rate_of_times(times_us: &[i64], given: Option<f32>) -> Result<f32, InputE
 #[derive(Default)]
 pub struct TimesSoFar {
     steps: Steps,
+    /// Newest time, µs; `None` before the first.
     pub(super) newest_us: Option<i64>,
 }
 

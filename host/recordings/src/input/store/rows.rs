@@ -105,8 +105,8 @@ impl Rows {
         Ok(Timestamp::from_micros(now_us.abs_diff(clock.start_us)))
     }
 
-    /// Returns the recording of the file at `file`; `about` are its properties apart from those of its rows, with the
-    /// gravity that it has by default.
+    /// Returns the recording of the file at `file`. Of `about`, samples, duration, rate, units, start and repairs are
+    /// replaced by those of the rows, and gravity by the given one.
     pub(in crate::input) fn finish(
         mut self,
         file: &str,

@@ -125,7 +125,7 @@ pub struct Stored {
 /// Contacts that are described in the place of the samples.
 struct Used {
     contacts: Contacts,
-    /// Clock of the samples, as in [`Stored::clock_of_samples`].
+    /// Time of the file's clock at the first sample, µs, and samples per second.
     clock: (i64, f32),
 }
 
@@ -216,7 +216,7 @@ impl Stored {
         }))
     }
 
-    /// Stores the recording in the file at `file`, whose time begins at 0.
+    /// Stores a recording that is in memory and whose times begin at 0; `file` is the path that it was read from.
     pub(in crate::input) fn from_recording(
         recording: Recording,
         notices: Vec<String>,

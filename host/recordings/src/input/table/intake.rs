@@ -25,7 +25,7 @@ pub(super) struct Intake<'a> {
     layout: Layout,
     columns: Columns,
     rows: Rows,
-    /// Columns beside those of a recording.
+    /// True orientations, if their columns are read.
     truth: Option<&'a mut Orientations>,
     time: Option<TimeColumn>,
     /// Newest load and its time, µs, of a table in which the load has rows of its own.

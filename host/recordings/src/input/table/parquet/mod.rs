@@ -152,15 +152,15 @@ fn find_leaves(fields: &Fields, before: &str, path: &[usize], leaves: &mut Vec<L
 /// Column that may be the time without a name that identifies it: the index of pandas, or the only column with the
 /// type of a time.
 fn index(leaves: &[Leaf]) -> Index {
-    let is_time = |leaf: &Leaf| is_time(&leaf.data_type) && leaf.name != "t";
+    let may_be_t = |leaf: &Leaf| is_time(&leaf.data_type) && leaf.name != "t";
     let is_index = |leaf: &Leaf| leaf.name.starts_with(PANDAS_INDEX);
     if let Some(at) = leaves
         .iter()
-        .position(|leaf| is_index(leaf) && is_time(leaf))
+        .position(|leaf| is_index(leaf) && may_be_t(leaf))
     {
         return Index::Time(at);
     }
-    let mut times = (0..leaves.len()).filter(|at| is_time(&leaves[*at]));
+    let mut times = (0..leaves.len()).filter(|at| may_be_t(&leaves[*at]));
     match (times.next(), times.next()) {
         (Some(only), None) => Index::Time(only),
         _ if leaves.iter().any(is_index) => Index::Other,
