@@ -5,13 +5,14 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use recordings::parquet_rows::read;
+use schemars::JsonSchema;
+use serde::Serialize;
 use walkdir::WalkDir;
 
 use super::identity::decoded;
 use super::notes::Notes;
 use super::recording::BatchError;
 use super::row::{BatchRow, Status};
-use super::run::Stale;
 use super::tables::{self, Table};
 use crate::whole_file::is_unfinished;
 
@@ -23,6 +24,17 @@ pub(super) struct Index {
     files: BTreeMap<String, BTreeSet<PathBuf>>,
     /// Unfinished files of a killed process.
     unfinished: Vec<PathBuf>,
+}
+
+/// Results of a recording that was not found any more.
+#[derive(Clone, Debug, Eq, JsonSchema, PartialEq, Serialize)]
+pub struct Stale {
+    /// Its name; `null` where no row of it is left.
+    pub recording: Option<String>,
+    /// The name of its files, without extension.
+    pub key: String,
+    /// How many there are.
+    pub files: usize,
 }
 
 impl Index {

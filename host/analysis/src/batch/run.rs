@@ -12,6 +12,7 @@ use serde::Serialize;
 
 use super::fingerprint::{Fingerprint, listed};
 use super::identity::{Day, FootFiles, Identity, day_or_unknown};
+pub use super::index::Stale;
 use super::index::{Incomplete, Index, remove_empty_folders};
 use super::notes::{Note, Notes, Verify};
 use super::recording::{BatchError, Progress, estimate_recording};
@@ -88,17 +89,6 @@ impl RecordingOutcome {
             .next()
             .map(|row| row.origin.error.as_deref().unwrap_or_default())
     }
-}
-
-/// Results of a recording that was not found any more.
-#[derive(Clone, Debug, Eq, JsonSchema, PartialEq, Serialize)]
-pub struct Stale {
-    /// Its name; `null` where no row of it is left.
-    pub recording: Option<String>,
-    /// The name of its files, without extension.
-    pub key: String,
-    /// How many there are.
-    pub files: usize,
 }
 
 /// Results folder in exclusive use by this process.

@@ -34,7 +34,7 @@ impl Table {
     }
 }
 
-/// Column of the recording's name in the tables of samples and events.
+/// Column of the recording's name in the table of samples, as the field of [`EventRow`] in that of events.
 const RECORDING: &str = "recording";
 
 columns! {
