@@ -286,7 +286,7 @@ fn a_suspended_program_counts_all_it_has_lost() {
     }
     signal("-CONT");
     thread::sleep(Duration::from_secs(4));
-    signal("-INT");
+    signal("-TERM");
     let seconds = began.elapsed().as_secs_f64();
     let output = recording.wait_with_output().expect("it ends");
     let [printed, words] =
