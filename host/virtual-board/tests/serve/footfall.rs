@@ -260,7 +260,6 @@ fn a_suspended_program_counts_all_it_has_lost() {
     let Some(server) = Server::start("stopped", &["--gait", "stand"]) else {
         return;
     };
-    let began = Instant::now();
     let recording = Command::new(program())
         .args(["record", &server.bus(), "-o", "stopped.mcap"])
         .current_dir(&server.folder)
@@ -273,6 +272,13 @@ fn a_suspended_program_counts_all_it_has_lost() {
         let sent = Command::new("kill").args([name, &id]).status();
         assert!(sent.expect("kill runs").success());
     };
+    // The file is made once the bus is open.
+    let spawned = Instant::now();
+    while !server.path("stopped.mcap").exists() {
+        assert!(spawned.elapsed() < Duration::from_secs(60), "no file");
+        thread::sleep(Duration::from_millis(10));
+    }
+    let began = Instant::now();
     thread::sleep(Duration::from_secs(4));
     signal("-STOP");
     let (stopped, lost_before_s) = (Instant::now(), lost_s(&server.said()));
