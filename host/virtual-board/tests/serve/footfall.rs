@@ -273,11 +273,7 @@ fn a_suspended_program_counts_all_it_has_lost() {
         assert!(sent.expect("kill runs").success());
     };
     // The file is made once the bus is open.
-    let spawned = Instant::now();
-    while !server.path("stopped.mcap").exists() {
-        assert!(spawned.elapsed() < Duration::from_secs(60), "no file");
-        thread::sleep(Duration::from_millis(10));
-    }
+    server.wait_for_file("stopped.mcap");
     let began = Instant::now();
     thread::sleep(Duration::from_secs(4));
     signal("-STOP");

@@ -97,9 +97,18 @@ impl Server {
 
     /// Waits for a text.
     pub fn wait_for(&self, words: &str) {
+        self.wait_until(words, || self.said().contains(words));
+    }
+
+    /// Waits for a file in its folder.
+    pub fn wait_for_file(&self, name: &str) {
+        self.wait_until(name, || self.path(name).exists());
+    }
+
+    fn wait_until(&self, wanted: &str, is_there: impl Fn() -> bool) {
         let end = Instant::now() + LONGEST;
-        while !self.said().contains(words) {
-            assert!(Instant::now() < end, "no {words:?} in {}", self.said());
+        while !is_there() {
+            assert!(Instant::now() < end, "no {wanted:?} in {}", self.said());
             thread::sleep(Duration::from_millis(20));
         }
     }
