@@ -5,15 +5,11 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use crate::packages;
 use clap::Parser;
 use footfall::commands::Arguments;
 use host_tests::requirements::unmet;
 use recordings::input::{Hints, Opened, Topics};
-
-#[path = "../../wire/tests/python/environment.rs"]
-mod environment;
-#[path = "python/packages.rs"]
-mod packages;
 
 const REQUIREMENTS: &str = include_str!("python/roads.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/bag_copies.py");

@@ -7,6 +7,8 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
+use crate::packages;
+use crate::peers;
 use estimator_core::{AttitudeParams, GyroTiming, Params};
 use footfall::attitude::AttitudeReport;
 use host_tests::committed::assert_block;
@@ -17,13 +19,6 @@ use recordings::replay::replay;
 use samples::recording::Recording;
 use samples::space::Rotation;
 use scoring::inclination::InclinationScore;
-
-#[path = "../../wire/tests/python/environment.rs"]
-mod environment;
-#[path = "python/packages.rs"]
-mod packages;
-#[path = "python/attitude_peers.rs"]
-mod peers;
 
 const TRIALS: [&str; 6] = [
     "02_undisturbed_slow_rotation_B",

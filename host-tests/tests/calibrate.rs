@@ -1,10 +1,9 @@
 //! A warm start and sensor errors from recordings, against known values: the learning of the estimator, labels
 //! that the calibration does not use, and the simulated sensor.
 
-mod labelled;
-
 use std::ops::Range;
 
+use crate::labelled;
 use analysis::calibrate::CalibrationError;
 use analysis::calibrate::learnt::LearntCalibration;
 use analysis::calibrate::robot_file::RobotFile;

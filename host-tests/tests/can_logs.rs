@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::LazyLock;
 
+use crate::environment;
 use decode::row::write_row;
 use decode::{ContactRow, DecodeError, Decoded, Feet, decode};
 use flate2::Compression;
@@ -19,9 +20,6 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::Index;
 use tempfile::TempDir;
-
-#[path = "../../wire/tests/python/environment.rs"]
-mod environment;
 
 /// Log of `candump -l` that the demo writes.
 static DEMO: LazyLock<String> = LazyLock::new(|| {

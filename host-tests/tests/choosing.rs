@@ -3,8 +3,7 @@
 //! Scores are the RMSE of P on the labelled sets of `evaluate`, cold, with default settings, and the results on
 //! simulated slips. `docs/choosing.md` has the tables. Any change of a result is shown.
 
-mod labelled;
-
+use crate::labelled;
 use estimator_core::{Learning, Params, StillnessParams};
 use evaluate::sets::Set;
 use gait::Simulation;

@@ -4,6 +4,7 @@ use std::fs::{self, File};
 use std::path::Path;
 use std::process::Command;
 
+use crate::packages;
 use analysis::replay::span::Span;
 use estimator_core::{AngularRate, ImuSample, Load, SpecificForce, Timestamp, Validity, Vec3};
 use footfall::convert::{Bag, ConvertFormat, ConvertedFoot, each, write_table};
@@ -16,11 +17,6 @@ use recordings::input::{BagOptions, Hints, Opened};
 use recordings::output::{write_recording, write_recording_header, write_recording_row};
 use samples::recording::{Label, RecordedSample};
 use samples::validity::VALIDITIES;
-
-#[path = "../../wire/tests/python/environment.rs"]
-mod environment;
-#[path = "python/packages.rs"]
-mod packages;
 
 const REQUIREMENTS: &str = include_str!("python/roads.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/convert.py");

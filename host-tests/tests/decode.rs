@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::process::Command;
 use std::sync::LazyLock;
 
+use crate::environment;
 use decode::{ContactRow, Decoded, Feet, decode};
 use estimator_core::{ContactEstimate, Decision, Flag, Saturation, Timestamp, Validity, Vec3};
 use firmware::foot::SOUND_TICKS;
@@ -21,9 +22,6 @@ use proptest::sample::Index;
 use recordings::output::write_samples;
 use wire::pdo::{ACCELERATION_STEP, BIAS_STEP, RATE_STEP, TEMPERATURE_STEP, UNIT_STEP};
 use wire::{Fault, Foot};
-
-#[path = "../../wire/tests/python/environment.rs"]
-mod environment;
 
 /// Half a step of 16 and of 8 bits, plus the rounding of f32.
 const HALF_P16: f32 = 0.5 / 65_535.0 + 1e-7;

@@ -2,10 +2,9 @@
 //! be learnt; after a sudden change all stances are found again within a minute, and one too large to be followed is
 //! reported.
 
-mod labelled;
-
 use std::f32::consts::PI;
 
+use crate::labelled;
 use estimator_core::{AngularRate, Config, ContactEstimator, Gravity, Params, Vec3};
 use gait::{GaitName, Ground, Plan, SensorParams, simulate};
 use host_tests::changed::{AXES, changed, stood, with_rate_drifts};

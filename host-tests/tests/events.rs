@@ -1,7 +1,6 @@
 //! Events of simulated walks against the truth.
 
-mod labelled;
-
+use crate::labelled;
 use analysis::config::Preset;
 use analysis::config::default_params;
 use estimator_core::{Params, Timestamp};

@@ -1,8 +1,7 @@
 //! The authors' recordings of a real GO1 with gravity: whether the filter keeps upright on a foot, and whether the
 //! probability distinguishes grease from ground.
 
-mod labelled;
-
+use crate::labelled;
 use estimator_core::{ContactEstimate, Load, Params};
 use evaluate::sets::Set;
 use host_tests::changed::stood;

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
+use crate::packages;
 use clap::Parser;
 use estimator_core::Gravity;
 use footfall::commands::Arguments;
@@ -14,11 +15,6 @@ use live::feed::Fed;
 use live::{Feed, Playback, Source};
 use recordings::input::Hints;
 use recordings::input::bag::copy;
-
-#[path = "../../wire/tests/python/environment.rs"]
-mod environment;
-#[path = "python/packages.rs"]
-mod packages;
 
 const REQUIREMENTS: &str = include_str!("python/roads.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/robot_bag.py");

@@ -4,10 +4,9 @@
 //! factors on each of the four constants that the mean depends on most (`docs/choosing.md`, sensitivity), without
 //! those of the slide test. All other constants are the default's, which were chosen with every rate in view.
 
-mod labelled;
-
 use std::collections::BTreeMap;
 
+use crate::labelled;
 use estimator_core::{Params, StillnessParams};
 use evaluate::labelled::Labelled;
 use evaluate::sets::Set;

@@ -5,8 +5,7 @@
 //! Hz the slide counts less and less. Failing tests are kept with their results, and run with `--ignored`;
 //! `docs/evaluation.md` has the figures at each rate.
 
-mod labelled;
-
+use crate::labelled;
 use estimator_core::{AngularRate, Gravity, Params, SpecificForce};
 use evaluate::labelled::Labelled;
 use evaluate::rates::{SampleRate, at_rate};

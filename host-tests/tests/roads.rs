@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::LazyLock;
 
+use crate::packages;
 use clap::Parser;
 use estimator_core::{ContactEstimate, Params, Validity};
 use footfall::commands::Arguments;
@@ -19,11 +20,6 @@ use recordings::output::write_recording;
 use recordings::replay::Replay;
 use samples::recording::RecordedSample;
 use tempfile::TempDir;
-
-#[path = "../../wire/tests/python/environment.rs"]
-mod environment;
-#[path = "python/packages.rs"]
-mod packages;
 
 const REQUIREMENTS: &str = include_str!("python/roads.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/roads.py");

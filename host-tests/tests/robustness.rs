@@ -1,8 +1,7 @@
 //! Sample defects of real installations: the default preset on the walk of `footfall demo`, and a foot that has
 //! stood for long before it walks. Limits are on the RMSE of P against the labels.
 
-mod labelled;
-
+use crate::labelled;
 use estimator_core::{Params, Vec3};
 use evaluate::sets::Set;
 use gait::{Plan, SensorParams, record};

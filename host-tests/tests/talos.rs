@@ -1,7 +1,6 @@
 //! The paper's recording of a real TALOS: P while the foot is loaded, and while it is not.
 
-mod labelled;
-
+use crate::labelled;
 use estimator_core::{Load, Params};
 use evaluate::resample::resample;
 use evaluate::sets::Set;

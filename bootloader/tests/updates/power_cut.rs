@@ -33,12 +33,7 @@ fn is_tried(at: u32, operations: u32) -> bool {
     operations < 2_000 || at < ENDS || at + ENDS > operations || at.is_multiple_of(199)
 }
 
-/// Cuts each operation of the start of a chip, and once more each of the start after it.
-fn cut_everywhere(before: &Chip, programs: [&[u8]; 2], expected: usize) {
-    cut_every(1, before, programs, expected);
-}
-
-/// Cuts one in `step` operations.
+/// Cuts one in `step` operations of the start of a chip, and once more one of the start after it.
 fn cut_every(step: u32, before: &Chip, programs: [&[u8]; 2], expected: usize) {
     let mut chip = before.clone();
     let found = starts_one_of(&mut chip, programs, "without a cut");
@@ -81,21 +76,29 @@ fn received(old: &[u8], previous: Option<&[u8]>, new: &[u8]) -> Chip {
     chip
 }
 
-#[test]
-fn update_survives_a_cut_in_any_operation() {
+/// One in this many operations is cut by default: a prime, so that all kinds occur.
+const SPARSE: u32 = 11;
+
+fn cut_updates(step: u32) {
     let (older, old, new) = (image(1, 1), image(2, 2), image(3, 3));
-    cut_everywhere(&received(&old, Some(&older), &new), [&old, &new], 1);
-    cut_everywhere(&received(&old, None, &new), [&old, &new], 1);
+    cut_every(step, &received(&old, Some(&older), &new), [&old, &new], 1);
+    cut_every(step, &received(&old, None, &new), [&old, &new], 1);
+    let probed = probed(2);
+    cut_every(step, &received(&probed, None, &new), [&probed, &new], 1);
 }
 
 #[test]
-fn update_of_a_probed_program_survives_a_cut() {
-    let (old, new) = (probed(2), image(3, 3));
-    cut_everywhere(&received(&old, None, &new), [&old, &new], 1);
+fn update_survives_cuts_of_the_supply() {
+    cut_updates(SPARSE);
 }
 
 #[test]
-fn return_to_the_previous_program_survives_a_cut() {
+#[ignore = "full: cuts each operation"]
+fn update_survives_a_cut_in_any_operation() {
+    cut_updates(1);
+}
+
+fn cut_returns(step: u32) {
     let (old, new) = (image(2, 2), image(3, 3));
     for old in [old, probed(2)] {
         let mut chip = received(&old, None, &new);
@@ -104,12 +107,23 @@ fn return_to_the_previous_program_survives_a_cut() {
             assert!(chip.holds(Slot::Running, &new));
         }
         chip.operations = 0;
-        cut_everywhere(&chip, [&old, &new], 0);
+        cut_every(step, &chip, [&old, &new], 0);
         assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
         let state = State::read(&chip);
         assert_eq!(state.progress, Progress::Settled);
         assert_eq!(state.refusal, Some(Refusal::NotConfirmed));
     }
+}
+
+#[test]
+fn return_to_the_previous_program_survives_cuts() {
+    cut_returns(SPARSE);
+}
+
+#[test]
+#[ignore = "full: cuts each operation"]
+fn return_to_the_previous_program_survives_any_cut() {
+    cut_returns(1);
 }
 
 #[test]
@@ -370,8 +384,7 @@ fn own_image_after_a_failed_start_keeps_the_confirmed_program() {
     assert_eq!(State::read(&chip).progress, Progress::Settled);
 }
 
-#[test]
-fn program_on_trial_does_not_replace_the_previous_one() {
+fn cut_on_trial(step: u32) {
     let (old, trial, new) = (image(2, 2), image(3, 3), image(4, 4));
     let mut chip = received(&old, None, &trial);
     assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
@@ -380,12 +393,23 @@ fn program_on_trial_does_not_replace_the_previous_one() {
     state.append(Event::Install, &mut chip).expect("room");
     let mut refused = chip.clone();
     chip.operations = 0;
-    cut_every(5, &chip, [&old, &new], 1);
+    cut_every(step, &chip, [&old, &new], 1);
     // A refused image leaves the trial as it was.
     refused.decay(Slot::New.start() + 700);
     assert_eq!(settle(&mut refused, KEY), Ok(Start::Program));
     assert!(refused.holds(Slot::Running, &trial));
     assert_eq!(State::read(&refused).progress, Progress::Trial(2));
+}
+
+#[test]
+fn program_on_trial_does_not_replace_the_previous_one() {
+    cut_on_trial(5 * SPARSE);
+}
+
+#[test]
+#[ignore = "full: cuts one in five operations"]
+fn program_on_trial_does_not_replace_the_previous_one_in_cuts() {
+    cut_on_trial(5);
 }
 
 #[test]

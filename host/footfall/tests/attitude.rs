@@ -1,8 +1,6 @@
 //! Tests of `footfall attitude` as a program: output and rejected inputs.
 
-mod common;
-
-use common::{AXES, Bench};
+use crate::common::{AXES, Bench};
 
 /// Returns a level sensor for two seconds. The truth counts from the second on and leans by 2 · asin(0.01) about x.
 fn leaning(movement: &str) -> String {
@@ -58,7 +56,7 @@ fn foreign_table_is_read_with_replay_options() {
     let map = "--map t=stamp,ax=a,ay=b,az=c,wx=d,wy=e,wz=f --time-unit ms";
     let read = bench.stdout(&format!("attitude theirs.csv {map} --units g"));
     assert_eq!(score(read), expected);
-    let said = common::text(&bench.run(&format!("attitude theirs.csv {map}")).stderr);
+    let said = crate::common::text(&bench.run(&format!("attitude theirs.csv {map}")).stderr);
     assert!(said.contains("which looks like g: --units g"), "{said}");
     let said = bench.error(&format!("attitude theirs.csv {map} --strict"));
     assert!(said.contains("--strict"), "{said}");
@@ -86,7 +84,7 @@ fn configuration_changes_the_filter() {
 
 #[test]
 fn recording_without_truth_is_rejected_with_reason() {
-    let bench = Bench::with("plain.csv", common::standing());
+    let bench = Bench::with("plain.csv", crate::common::standing());
     assert_eq!(
         bench.error("attitude plain.csv"),
         "footfall: plain.csv, line 1: missing in the header: qw, qx, qy, qz\n"
@@ -144,5 +142,7 @@ fn sample_rate_option_replaces_missing_times() {
 fn replay_ignores_the_truth() {
     let bench = Bench::with("level.csv", leaning("1"));
     let output = bench.run("replay level.csv");
-    assert!(common::text(&output.stderr).contains("ignored columns: qw, qx, qy, qz, movement"));
+    assert!(
+        crate::common::text(&output.stderr).contains("ignored columns: qw, qx, qy, qz, movement")
+    );
 }

@@ -1,10 +1,8 @@
 //! Tests of `--axes` and the key `axes` as a program: orientation of the sensor in the foot.
 
-mod common;
-
 use std::fs;
 
-use common::{AXES, Bench, read, text};
+use crate::common::{AXES, Bench, read, text};
 use gait::{GaitName, Ground, Plan, SensorParams, record};
 use recordings::output::write_recording;
 use samples::recording::Recording;

@@ -1,7 +1,5 @@
 //! Tests of `footfall batch`: output, unchanged files, and recovery from a killed run.
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,8 +7,8 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use common::feet::csv;
-use common::{AXES, Bench, standing};
+use crate::common::feet::csv;
+use crate::common::{AXES, Bench, standing};
 use gait::GaitName;
 use serde_json::Value;
 
@@ -79,7 +77,7 @@ fn invalid_recording_is_a_row_and_does_not_stop_the_batch() {
     let bench = lab();
     let output = bench.run("batch logs --out out");
     assert_eq!(output.status.code(), Some(1));
-    let said = common::text(&output.stderr);
+    let said = crate::common::text(&output.stderr);
     assert!(
         said.contains("footfall: logs/go2/broken.csv, line 1: missing"),
         "{said}"
@@ -89,7 +87,7 @@ fn invalid_recording_is_a_row_and_does_not_stop_the_batch() {
         "{said}"
     );
     assert_eq!(
-        common::text(&output.stdout),
+        crate::common::text(&output.stdout),
         "batch    3 done, 0 up to date, 1 failed\n\
          passed over 1 that are no recordings (-v lists them)\n\
          written  out\n"
@@ -167,7 +165,7 @@ fn unchanged_recording_is_known_by_its_listing() {
         assert_eq!(counts(&report(&bench, "logs --out out")), [1, 2, 1]);
     }
     // Notes on recordings of other runs are kept, those on recordings without results are not.
-    let notes = || common::read(&bench.path("out").join(NOTES));
+    let notes = || crate::common::read(&bench.path("out").join(NOTES));
     bench.run("batch logs/go2 --out out");
     let noted = || notes().matches("{\"blake3\":").count();
     assert_eq!(noted(), 4);
@@ -276,7 +274,7 @@ fn removed_sources_are_reported_and_pruned_on_request() {
     assert_eq!(tree(&bench.path("out")).len(), 10);
     // Without a terminal there is no confirmation.
     let output = bench.run("batch logs --out out --prune");
-    let said = common::text(&output.stderr);
+    let said = crate::common::text(&output.stderr);
     assert!(
         said.contains("there is no terminal") && !output.status.success(),
         "{said}"
@@ -324,7 +322,7 @@ fn samples_match_a_replay() {
     let bench = lab();
     report(&bench, "logs/spot/monday/fl.csv --out out");
     bench.stdout("replay logs/spot/monday/fl.csv --output replayed.csv --events events.csv");
-    let replayed = common::read(&bench.path("replayed.csv"));
+    let replayed = crate::common::read(&bench.path("replayed.csv"));
     let rows = report(&bench, "logs/spot/monday/fl.csv --out out");
     let row = &rows["recordings"][0]["rows"][0];
     assert_eq!(row["robot"], "unknown");
@@ -332,7 +330,7 @@ fn samples_match_a_replay() {
         row["samples"].as_u64(),
         Some(replayed.lines().count() as u64 - 1)
     );
-    let events = common::read(&bench.path("events.csv"));
+    let events = crate::common::read(&bench.path("events.csv"));
     let touch_downs = events
         .lines()
         .filter(|line| line.contains("touch_down"))
@@ -348,7 +346,7 @@ fn paths_give_robot_foot_and_day() {
     fs::write(bench.path("data/other.csv"), standing()).expect("a file");
     let output = bench.run("batch data --out out --path-pattern {day}/{robot}/*_{foot}.csv");
     assert_eq!(
-        common::text(&output.stderr),
+        crate::common::text(&output.stderr),
         "footfall: 1 of 2 recordings are not as --path-pattern has it, such as data/other.csv\n"
     );
     assert!(
@@ -391,7 +389,7 @@ fn settings_of_a_foot_without_recording_are_a_warning() {
     let bench = lab();
     let said = |arguments: &str| {
         let output = bench.run(&format!("batch logs/spot --out out {arguments}"));
-        common::text(&output.stderr).to_owned()
+        crate::common::text(&output.stderr).to_owned()
     };
     assert_eq!(said("--axes fr=-x,-y,z"), "");
     let warning =
@@ -451,12 +449,15 @@ fn finding_is_a_warning_and_with_strict_an_error() {
     let bench = Bench::with("g.csv", format!("t,{AXES}\n{in_g}"));
     let output = bench.run("batch g.csv --out out");
     assert!(output.status.success(), "{output:?}");
-    assert!(common::text(&output.stderr).starts_with("footfall: g.csv: the acceleration is 1.00"));
+    assert!(
+        crate::common::text(&output.stderr)
+            .starts_with("footfall: g.csv: the acceleration is 1.00")
+    );
     let output = bench.run("batch g.csv --out out");
     assert!(output.stderr.is_empty(), "{output:?}");
     let output = bench.run("batch g.csv --out out --strict");
     assert_eq!(output.status.code(), Some(1));
-    assert!(common::text(&output.stderr).contains("--strict does not let"));
+    assert!(crate::common::text(&output.stderr).contains("--strict does not let"));
 }
 
 /// Kills the command after this time; returns whether it was still running.

@@ -1,12 +1,10 @@
 //! Tests of `footfall calibrate` as a program: output, files and rejected inputs.
 
-mod common;
-
 use std::fs;
 
+use crate::common::feet::{csv, lying};
+use crate::common::{AXES, Bench, read};
 use analysis::config::Overrides;
-use common::feet::{csv, lying};
-use common::{AXES, Bench, read};
 use estimator_core::{AccelerometerCorrection, Learning, Learnt, Params};
 use gait::GaitName;
 use recordings::input::{self, Format, Hints};

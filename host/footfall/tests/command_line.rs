@@ -1,13 +1,11 @@
 //! Tests of the command line: messages, pipes, interruption, configuration, shells and manual pages.
 
-mod common;
-
 use std::fs;
 use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
-use common::{AXES, Bench, read, standing, text, unmet};
+use crate::common::{AXES, Bench, read, standing, text, unmet};
 
 const SHELLS: [&str; 5] = ["bash", "zsh", "fish", "powershell", "elvish"];
 

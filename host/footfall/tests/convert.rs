@@ -1,11 +1,9 @@
 //! Tests of `footfall convert` as a program: estimates from the output equal those from the source.
 
-mod common;
-
 use std::fs;
 use std::path::Path;
 
-use common::{AXES, Bench, read, standing, text};
+use crate::common::{AXES, Bench, read, standing, text};
 use serde_json::Value;
 
 /// All output formats.

@@ -1,11 +1,9 @@
 //! Tests of `footfall decode` as a program: output, files and exit codes.
 
-mod common;
-
 use std::fs;
 use std::process::{Command, Stdio};
 
-use common::{Bench, read, standing, text};
+use crate::common::{Bench, read, standing, text};
 
 #[test]
 fn demo_output_is_decoded() {

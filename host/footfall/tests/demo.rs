@@ -1,8 +1,6 @@
 //! Tests of `footfall demo` as a program: output, files and exit codes.
 
-mod common;
-
-use common::{Bench, read};
+use crate::common::{Bench, read};
 
 #[test]
 fn demo_without_input_writes_all_results() {

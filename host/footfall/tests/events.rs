@@ -1,10 +1,8 @@
 //! Tests of `footfall replay --events` and `--plot` as a program.
 
-mod common;
-
 use std::fs;
 
-use common::{Bench, read, standing};
+use crate::common::{Bench, read, standing};
 use gait::{Plan, SensorParams, simulate};
 use recordings::output::write_recording;
 
@@ -141,7 +139,7 @@ fn png_is_written_per_foot() {
     let row = |k: u32| format!("{:.3},0,0,9.81,0,0,0\n", f64::from(k) * 1e-3);
     let table = format!(
         "t,{}\n{}",
-        common::AXES,
+        crate::common::AXES,
         (0..1000).map(row).collect::<String>()
     );
     let bench = Bench::with("RL.csv", &table);

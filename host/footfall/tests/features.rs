@@ -1,8 +1,6 @@
 //! Tests of optional features: without a feature, the error names it and the build command, and nothing is written.
 
-mod common;
-
-use common::Bench;
+use crate::common::Bench;
 use footfall::feature::Feature;
 
 /// Commands by the feature they need.

@@ -1,9 +1,7 @@
 //! Tests of `footfall foot` and `footfall accept` as a program, on a simulated foot that runs the board's firmware.
 
-mod common;
-
-use common::feet::image;
-use common::{Bench, read, text};
+use crate::common::feet::image;
+use crate::common::{Bench, read, text};
 
 /// Returns stdout and stderr of a command.
 fn foot(bench: &Bench, arguments: &str) -> (String, String) {

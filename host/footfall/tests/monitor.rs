@@ -1,7 +1,5 @@
 //! Tests of `footfall monitor` and `footfall explain` as programs.
 
-mod common;
-
 use std::process::{Command, Stdio};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_footfall");

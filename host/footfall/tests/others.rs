@@ -5,14 +5,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-#[path = "../../../wire/tests/python/environment.rs"]
-mod environment;
-#[path = "../../../host-tests/tests/python/packages.rs"]
-mod packages;
-
-mod common;
-
-use common::{Bench, read, text, unmet};
+use crate::common::{Bench, read, text, unmet};
+use crate::packages;
 
 const REQUIREMENTS: &str = include_str!("../../../host-tests/tests/python/roads.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/others.py");

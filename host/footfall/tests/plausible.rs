@@ -1,10 +1,8 @@
 //! Tests of findings: each is printed on one line, and fails the command with `--strict`.
 
-mod common;
-
 use std::fs;
 
-use common::{AXES, Bench, standing, text};
+use crate::common::{AXES, Bench, standing, text};
 
 /// Returns a foot at rest with 1000 rows `seconds` apart; `row` maps the time, s, to a row.
 fn resting(seconds: f64, row: impl Fn(f64) -> String) -> Bench {

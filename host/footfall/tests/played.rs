@@ -1,10 +1,8 @@
 //! Tests of the settings of recordings that are played as sources: `--config` and `--preset`.
 
-mod common;
-
 use std::fs;
 
-use common::{Bench, read, text};
+use crate::common::{Bench, read, text};
 use gait::{GaitName, Ground, Plan, SensorParams, record};
 use recordings::output::write_recording;
 

@@ -1,14 +1,12 @@
 //! Tests of `footfall record` as a program.
 
-mod common;
-
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
-use common::{AXES, Bench, read, text};
+use crate::common::{AXES, Bench, read, text};
 use live::feed::Fed;
 use live::{Arrival, Feed};
 use wire::Foot as Position;

@@ -1,11 +1,9 @@
 //! Tests of `footfall replay` of bags with the contacts that a foot sent.
 
-mod common;
-
 use std::fs::File;
 use std::sync::Arc;
 
-use common::{Bench, read, text};
+use crate::common::{Bench, read, text};
 use estimator_core::Timestamp;
 use recordings::parquet_rows;
 use ros::message::{

@@ -1,11 +1,9 @@
 //! Tests of `footfall replay` as a program: output, files and exit codes.
 
-mod common;
-
 use std::fs;
 use std::process::Command;
 
-use common::{AXES, Bench, read, standing, text};
+use crate::common::{AXES, Bench, read, standing, text};
 use estimator_core::Params;
 use footfall::plot;
 use recordings::input::{self, Format, Hints};

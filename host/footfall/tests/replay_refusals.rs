@@ -1,10 +1,8 @@
 //! Tests of inputs rejected by `footfall replay`, and of its error messages.
 
-mod common;
-
 use std::fs;
 
-use common::{AXES, Bench, read, standing};
+use crate::common::{AXES, Bench, read, standing};
 
 /// Returns the error about a file x.csv with this content.
 fn complaint(content: impl AsRef<[u8]>, options: &str) -> String {

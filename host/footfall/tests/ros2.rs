@@ -2,14 +2,8 @@
 
 use std::process::{self, Command};
 
-#[path = "../../../wire/tests/python/environment.rs"]
-mod environment;
-#[path = "../../../host-tests/tests/python/packages.rs"]
-mod packages;
-
-mod common;
-
-use common::{Bench, text, unmet};
+use crate::common::{Bench, text, unmet};
+use crate::packages;
 use packages::Packages;
 
 const REQUIREMENTS: &str = include_str!("python/ros2.txt");

@@ -1,18 +1,13 @@
 //! Validation of every command's JSON against its schema, by a third-party validator.
 
-mod common;
-#[path = "../../../wire/tests/python/environment.rs"]
-mod environment;
-#[path = "../../../host-tests/tests/python/packages.rs"]
-mod packages;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::common::feet::{csv, image, lying};
+use crate::common::{AXES, Bench, standing, unmet};
+use crate::packages;
 use clap::ValueEnum;
-use common::feet::{csv, image, lying};
-use common::{AXES, Bench, standing, unmet};
 use footfall::schema::SchemaKind;
 use gait::GaitName;
 use serde_json::Value;
@@ -63,7 +58,7 @@ impl Objects {
         assert!(
             output.status.success(),
             "{}",
-            common::text(&output.stdout) + &common::text(&output.stderr)
+            crate::common::text(&output.stdout) + &crate::common::text(&output.stderr)
         );
         Ok(())
     }
@@ -158,7 +153,10 @@ fn every_object_matches_its_schema() {
     );
     // Some recordings fail; their rows are still in the report.
     for _ in 0..2 {
-        objects.add(SchemaKind::Batch, &common::text(&bench.run(all).stdout));
+        objects.add(
+            SchemaKind::Batch,
+            &crate::common::text(&bench.run(all).stdout),
+        );
     }
     objects.add(
         SchemaKind::Calibrate,
@@ -219,7 +217,7 @@ fn every_object_matches_its_schema() {
     let update = "foot demo:speed=10 --node 99 update foot.img --json";
     objects.add(
         SchemaKind::FootUpdate,
-        &common::text(&bench.run(update).stdout),
+        &crate::common::text(&bench.run(update).stdout),
     );
     let kinds = [SchemaKind::Monitor, SchemaKind::MonitorEvent];
     assert!(kinds.map(|kind| objects.has(kind)) == [true, true]);

@@ -1,7 +1,5 @@
 //! Tests of `footfall monitor` on a terminal.
 
-mod common;
-
 use std::process::Command;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -71,7 +69,7 @@ fn on_a_terminal(command: &str, columns: u16, rows: u16, keys: &[&str], words: &
 #[test]
 fn terminal_shows_four_feet_and_handles_keys() {
     if Command::new("tmux").arg("-V").output().is_err() {
-        return common::unmet("tmux is not installed");
+        return crate::common::unmet("tmux is not installed");
     }
     let words = [
         "FL",
@@ -91,9 +89,9 @@ fn terminal_shows_four_feet_and_handles_keys() {
 #[test]
 fn key_starts_a_recording_and_quitting_ends_it() {
     if Command::new("tmux").arg("-V").output().is_err() {
-        return common::unmet("tmux is not installed");
+        return crate::common::unmet("tmux is not installed");
     }
-    let bench = common::Bench::new();
+    let bench = crate::common::Bench::new();
     std::fs::write(bench.path("footfall-1.mcap"), "taken").expect("a file");
     let folder = bench.path("");
     let command = format!(
@@ -109,7 +107,7 @@ fn key_starts_a_recording_and_quitting_ends_it() {
 }
 
 /// Number of IMU samples of the foot FL in a recording.
-fn samples_in(bench: &common::Bench, file: &str) -> Option<u64> {
+fn samples_in(bench: &crate::common::Bench, file: &str) -> Option<u64> {
     let report = bench.stdout(&format!("replay {file} --topic /footfall/FL/imu --json"));
     let report: serde_json::Value = serde_json::from_str(&report).expect("JSON");
     report["recordings"][0]["samples"].as_u64()
@@ -118,11 +116,11 @@ fn samples_in(bench: &common::Bench, file: &str) -> Option<u64> {
 #[test]
 fn monitor_ends_with_its_terminal_and_keeps_its_recording() {
     if Command::new("tmux").arg("-V").output().is_err() {
-        return common::unmet("tmux is not installed");
+        return crate::common::unmet("tmux is not installed");
     }
     // Closed terminals send SIGHUP, which `nohup` and some shells keep from their programs.
     for on_hang_up in ["-", "''"] {
-        let bench = common::Bench::new();
+        let bench = crate::common::Bench::new();
         let command = format!("exec {PROGRAM} monitor demo");
         let session = Session::begin(&bench, &format!("trap {on_hang_up} HUP"), &command);
         session.tmux(&["send-keys", "-t", "foot", "r"]);
@@ -136,26 +134,26 @@ fn monitor_ends_with_its_terminal_and_keeps_its_recording() {
 #[test]
 fn picture_on_a_closed_terminal_is_no_crash() {
     if Command::new("tmux").arg("-V").output().is_err() {
-        return common::unmet("tmux is not installed");
+        return crate::common::unmet("tmux is not installed");
     }
-    let bench = common::Bench::new();
+    let bench = crate::common::Bench::new();
     // The shell outlives the terminal, too, to note how the program ends.
     let command = format!("{PROGRAM} monitor demo; echo $? > status");
     let session = Session::begin(&bench, "trap '' HUP", &command);
     session.end(&["kill-server"]);
-    assert_eq!(common::read(&bench.path("status")), "0\n");
+    assert_eq!(crate::common::read(&bench.path("status")), "0\n");
 }
 
 /// Program in a terminal of its own, named `foot`.
 struct Session<'a> {
-    bench: &'a common::Bench,
+    bench: &'a crate::common::Bench,
     command: String,
 }
 
 impl<'a> Session<'a> {
     /// Runs `before` and then `command` in the folder of a bench, as the only process of a terminal; returns after three
     /// seconds.
-    fn begin(bench: &'a common::Bench, before: &str, command: &str) -> Self {
+    fn begin(bench: &'a crate::common::Bench, before: &str, command: &str) -> Self {
         let folder = bench.path("");
         let command = format!(
             "{before}; cd {} && echo $$ > pid && {command}",
@@ -183,7 +181,7 @@ impl<'a> Session<'a> {
 
     /// Closes the terminal by a command of tmux; asserts that the process runs until then, and ends.
     fn end(&self, closing: &[&str]) {
-        let pid = common::read(&self.bench.path("pid"));
+        let pid = crate::common::read(&self.bench.path("pid"));
         let process = std::path::Path::new("/proc").join(pid.trim());
         assert!(process.exists(), "{}", self.command);
         self.tmux(closing);
@@ -196,7 +194,7 @@ impl<'a> Session<'a> {
 }
 
 /// Runs `command` in a terminal, which is closed after three seconds; asserts that the process ends.
-fn end_with_a_closed_terminal(bench: &common::Bench, command: &str) {
+fn end_with_a_closed_terminal(bench: &crate::common::Bench, command: &str) {
     let session = Session::begin(bench, ":", &format!("exec {command}"));
     session.end(&["kill-session", "-t", "foot"]);
 }
@@ -204,7 +202,7 @@ fn end_with_a_closed_terminal(bench: &common::Bench, command: &str) {
 #[test]
 fn commands_without_a_picture_end_with_their_terminal() {
     if Command::new("tmux").arg("-V").output().is_err() {
-        return common::unmet("tmux is not installed");
+        return crate::common::unmet("tmux is not installed");
     }
     for arguments in [
         "monitor demo --plain",
@@ -214,22 +212,25 @@ fn commands_without_a_picture_end_with_their_terminal() {
         #[cfg(feature = "ros2")]
         "ros2 demo --network 127.0.0.1 --domain-id 231",
     ] {
-        end_with_a_closed_terminal(&common::Bench::new(), &format!("{PROGRAM} {arguments}"));
+        end_with_a_closed_terminal(
+            &crate::common::Bench::new(),
+            &format!("{PROGRAM} {arguments}"),
+        );
     }
 }
 
 #[test]
 fn recording_is_complete_after_its_terminal_was_closed() {
     if Command::new("tmux").arg("-V").output().is_err() {
-        return common::unmet("tmux is not installed");
+        return crate::common::unmet("tmux is not installed");
     }
     for line in ["can", "uart"] {
-        let bench = common::Bench::new();
+        let bench = crate::common::Bench::new();
         let record = format!("record demo:line={line},speed=1 -o walk.mcap");
         end_with_a_closed_terminal(&bench, &format!("{PROGRAM} {record}"));
         let output = bench.run("replay walk.mcap --topic /footfall/FL/imu --json");
         // A recording without an end would be remarked.
-        let remarks = common::text(&output.stderr);
+        let remarks = crate::common::text(&output.stderr);
         assert!(!remarks.contains("ends early"), "{remarks}");
         let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
         let samples = report["recordings"][0]["samples"].as_u64();
@@ -240,7 +241,7 @@ fn recording_is_complete_after_its_terminal_was_closed() {
 #[test]
 fn signal_restores_the_terminal() {
     if Command::new("tmux").arg("-V").output().is_err() {
-        return common::unmet("tmux is not installed");
+        return crate::common::unmet("tmux is not installed");
     }
     let monitor = format!("timeout --foreground -s TERM 2 {PROGRAM} monitor demo");
     // In raw mode, it would have -icanon and -echo.

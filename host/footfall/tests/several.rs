@@ -1,12 +1,10 @@
 //! Tests of several recordings at once, standard input and output, spans, and a long recording.
 
-mod common;
-
 use std::fs;
 use std::io::{Read, Write};
 use std::process::{Command, Stdio};
 
-use common::{AXES, Bench, read, standing};
+use crate::common::{AXES, Bench, read, standing};
 
 /// Returns a bench with three recordings, each of a foot at rest in a different orientation.
 fn three() -> Bench {
@@ -80,7 +78,7 @@ fn stdin_is_read_once() {
     let bench = Bench::new();
     let said = bench.piped("replay - -", "").stderr;
     assert_eq!(
-        common::text(&said),
+        crate::common::text(&said),
         "footfall: - is named twice: what it shows would count twice\n"
     );
 }
@@ -88,7 +86,7 @@ fn stdin_is_read_once() {
 #[test]
 fn stdin_does_not_become_a_copy_of_a_bag() {
     let said = Bench::new().piped("replay - --output out.mcap", "").stderr;
-    let said = common::text(&said);
+    let said = crate::common::text(&said);
     assert!(said.contains("which is read twice"), "{said}");
     assert!(!said.contains("give one mcap"), "{said}");
 }

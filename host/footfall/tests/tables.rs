@@ -1,12 +1,10 @@
 //! Tests of table formats in use: the same walk gives the same P in each of them, and an unknown header is answered
 //! with a working mapping.
 
-mod common;
-
 use std::fs;
 use std::path::Path;
 
-use common::{AXES, Bench, read, standing, text};
+use crate::common::{AXES, Bench, read, standing, text};
 
 /// Number of rows of the committed walk in the files in this directory.
 const ROWS: usize = 400;

@@ -1,18 +1,13 @@
 //! Tests of `footfall view` as a program: a third-party client, and the layouts.
 
-mod common;
-#[path = "../../../wire/tests/python/environment.rs"]
-mod environment;
-#[path = "../../../host-tests/tests/python/packages.rs"]
-mod packages;
-
 use std::collections::BTreeMap;
 use std::env;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use common::{Bench, text, unmet};
+use crate::common::{Bench, text, unmet};
+use crate::packages;
 use footfall::commands::view::Viewer;
 use ros::FootTopics;
 use ros::definition::Definition;

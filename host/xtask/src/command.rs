@@ -21,7 +21,7 @@ pub fn cargo() -> String {
 /// Program with its arguments.
 pub struct Step {
     command: Command,
-    /// Variables, name of the program and arguments, for messages.
+    /// Name of the program and arguments, for messages.
     text: String,
 }
 
@@ -50,13 +50,6 @@ impl Step {
             self.command.arg(argument.as_ref());
             self.text.extend([" ", argument.as_ref()]);
         }
-        self
-    }
-
-    /// Adds an environment variable. Messages name the last one first.
-    pub fn with_env(mut self, name: &str, value: &str) -> Self {
-        self.command.env(name, value);
-        self.text.insert_str(0, &format!("{name}={value} "));
         self
     }
 

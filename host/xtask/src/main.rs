@@ -1,4 +1,4 @@
-//! Entry point of the tasks on the repository: `cargo xtask quick | test | gate | update | image | release | mutants`.
+//! Entry point of the tasks on the repository: `cargo xtask quick | image | release | mutants`.
 
 mod boards;
 mod command;
@@ -7,16 +7,12 @@ mod mutants;
 mod packages;
 mod quick;
 mod release;
-mod tests;
-mod update;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
-
-use crate::command::Step;
 
 #[derive(Parser)]
 #[command(about = "What is done to the repository", version)]
@@ -33,12 +29,6 @@ enum Task {
         #[arg(long, default_value = "HEAD")]
         since: String,
     },
-    /// All tests, several programs at once, as `.ci/test` runs them.
-    Test,
-    /// Everything: the same as `.ci/run`.
-    Gate,
-    /// Writes all generated files and tables again.
-    Update,
     /// Builds the image of a board's program, which an update sends.
     Image {
         /// The board.
@@ -87,9 +77,6 @@ fn main() -> ExitCode {
 fn run(task: Task) -> Result<()> {
     match task {
         Task::Quick { since } => quick::run(&since),
-        Task::Test => tests::run(),
-        Task::Gate => Step::program(".ci/run").run(),
-        Task::Update => update::run(),
         Task::Image {
             board,
             key,

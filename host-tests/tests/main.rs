@@ -1,0 +1,68 @@
+//! Checks from outside, in one program: recordings, the oracle, simulated truth, the foot's program on a host.
+//!
+//! The feature `full` adds what `.ci/full` runs alone: bags, browsers, instruction counts, research.
+
+#[path = "../../wire/tests/python/environment.rs"]
+mod environment;
+mod labelled;
+#[cfg(feature = "full")]
+#[path = "python/packages.rs"]
+mod packages;
+#[cfg(feature = "full")]
+#[path = "python/attitude_peers.rs"]
+mod peers;
+
+mod atlas;
+#[path = "attacks/main.rs"]
+mod attacks;
+mod attitude;
+#[cfg(feature = "full")]
+mod bag_copies;
+#[cfg(feature = "full")]
+mod broad;
+mod calibrate;
+mod can_logs;
+#[cfg(feature = "full")]
+mod choosing;
+#[cfg(feature = "full")]
+mod convert;
+mod decode;
+mod demo;
+mod documents;
+mod drift;
+#[cfg(feature = "full")]
+mod evaluate;
+mod events;
+mod faults;
+mod feet;
+mod for_programs;
+mod go1;
+mod hanging;
+#[cfg(feature = "full")]
+mod instructions;
+mod learning;
+mod lies;
+mod mounting;
+mod noise;
+#[cfg(feature = "full")]
+mod odometry;
+#[cfg(feature = "full")]
+mod page;
+#[cfg(feature = "full")]
+mod played;
+mod properties;
+#[cfg(feature = "full")]
+mod rate_left_out;
+mod rates;
+#[cfg(feature = "full")]
+mod record;
+mod recordings;
+mod ringing;
+#[cfg(feature = "full")]
+mod roads;
+mod robustness;
+#[cfg(feature = "full")]
+mod schemas;
+mod self_check;
+mod slip;
+mod talos;

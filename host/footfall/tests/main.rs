@@ -1,0 +1,55 @@
+//! The program as its users run it: each command, its output, its files and its errors.
+
+mod common;
+#[cfg(any(
+    feature = "bags",
+    feature = "foxglove",
+    feature = "parquet",
+    feature = "ros2"
+))]
+#[path = "../../../wire/tests/python/environment.rs"]
+mod environment;
+#[cfg(any(
+    feature = "bags",
+    feature = "foxglove",
+    feature = "parquet",
+    feature = "ros2"
+))]
+#[path = "../../../host-tests/tests/python/packages.rs"]
+mod packages;
+
+mod attitude;
+mod axes;
+#[cfg(feature = "parquet")]
+mod batch;
+mod calibrate;
+mod command_line;
+#[cfg(all(feature = "bags", feature = "parquet"))]
+mod convert;
+mod decode;
+mod demo;
+mod events;
+mod features;
+mod foot;
+mod monitor;
+#[cfg(feature = "bags")]
+mod others;
+mod plausible;
+#[cfg(all(feature = "bags", feature = "foxglove", feature = "ros2"))]
+mod played;
+#[cfg(feature = "bags")]
+mod record;
+#[cfg(all(feature = "bags", feature = "parquet"))]
+mod recorded;
+mod replay;
+mod replay_refusals;
+#[cfg(feature = "ros2")]
+mod ros2;
+#[cfg(feature = "parquet")]
+mod schemas;
+#[cfg(all(feature = "bags", feature = "screen"))]
+mod screen;
+mod several;
+mod tables;
+#[cfg(feature = "foxglove")]
+mod view;
