@@ -3,7 +3,7 @@
 mod common;
 
 use common::feet::image;
-use common::{Bench, read, text};
+use common::{Bench, read, text, wait_until};
 
 /// Returns stdout and stderr of a command.
 fn foot(bench: &Bench, arguments: &str) -> (String, String) {
@@ -128,9 +128,9 @@ fn calibration_needs_a_walking_and_learning_foot() {
         json["gyroscope_bias_rad_s"].as_array().map(Vec::len),
         Some(3)
     );
-    let (_, error) = foot(&bench, "demo:speed=1 calibrate --seconds 0.5");
+    let (_, error) = foot(&bench, "demo:speed=1 calibrate --seconds 0.001");
     assert!(
-        error.contains("has not learnt enough in 0.5 s ("),
+        error.contains("has not learnt enough in 0.001 s ("),
         "{error}"
     );
     let (forgotten, _) = foot(&bench, "demo:speed=10 calibrate --forget");
@@ -144,14 +144,26 @@ fn sensor_self_test_passes() {
     assert_eq!(text, "the sensor has passed its self-test\n", "{error}");
 }
 
+/// Returns the output of a comparison of clocks, which is repeated where the machine was too busy to hear the feet.
+fn compared_clocks(bench: &Bench, arguments: &str) -> (String, String) {
+    let mut said = Default::default();
+    wait_until("enough SYNCs of all feet", || {
+        said = foot(bench, arguments);
+        !["too few SYNCs", "feet that reported a SYNC: ", "no SYNCs"]
+            .iter()
+            .any(|error| said.1.contains(error))
+    });
+    said
+}
+
 #[test]
 fn clocks_of_four_feet_are_compared_with_errors() {
     let bench = Bench::new();
-    let (text, error) = foot(&bench, "demo:feet=4 sync --seconds 3");
+    let (text, error) = compared_clocks(&bench, "demo:feet=4 sync --seconds 3");
     let lines: Vec<_> = text.lines().collect();
     assert_eq!(lines.len(), 3, "{text}{error}");
     assert!(lines[0].starts_with("FR − FL: +137.0"), "{text}");
-    let (json, _) = foot(&bench, "demo:feet=2 sync --seconds 3 --json");
+    let (json, _) = compared_clocks(&bench, "demo:feet=2 sync --seconds 3 --json");
     let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
     assert_eq!(
         (&json["reference"], &json["feet"][0]["foot"]),
@@ -170,20 +182,26 @@ fn clocks_of_four_feet_are_compared_with_errors() {
     }
 }
 
-#[cfg(unix)]
+#[cfg(target_os = "linux")]
 #[test]
 fn interrupted_id_change_is_completed() {
     use std::process::{Command, Stdio};
     // SIGINT is ignored if a shell without job control started the test.
     let child = Command::new("env")
         .args(["--default-signal", env!("CARGO_BIN_EXE_footfall")])
-        .args(["foot", "demo", "id", "FR"])
+        // A foot with a known node is not searched for: an interruption of the search ends the command.
+        .args(["foot", "demo", "--node", "17", "id", "FR"])
         .stdout(Stdio::piped())
         .spawn()
         .expect("the command that was just built");
-    // The command scans for feet for 1.2 s and then for boards with the id; 2 s is in between.
-    std::thread::sleep(std::time::Duration::from_millis(2000));
     let id = child.id().to_string();
+    // The command sleeps until each next millisecond of the foot, and it needs seconds of them.
+    wait_until("half a second of the foot", || {
+        let status = std::fs::read_to_string(format!("/proc/{id}/status")).expect("a process");
+        let mut lines = status.lines();
+        let sleeps = lines.find_map(|line| line.strip_prefix("voluntary_ctxt_switches:"));
+        sleeps.is_none_or(|sleeps| sleeps.trim().parse::<u32>().expect("a number") > 500)
+    });
     let kill = Command::new("kill").args(["-s", "INT", &id]).status();
     assert!(kill.expect("kill runs").success());
     let output = child.wait_with_output().expect("it ends");
