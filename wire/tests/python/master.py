@@ -146,11 +146,14 @@ def refuses_configuration_when_operational(node):
     assert node.sdo["Window"].raw == 50_000
 
 
-def writes_parameters(node):
+def stops_sending(node):
     states = Received(node.nmt.add_heartbeat_callback)
     node.nmt.state = "PRE-OPERATIONAL"
     # The first heartbeats may be from before.
     states.wait_for(PRE_OPERATIONAL)
+
+
+def writes_parameters(node):
     node.sdo["Window"].raw = 20_000
     assert node.sdo["Window"].raw == 20_000
     node.sdo["Half-width"]["ax"].raw = 0.625
@@ -228,7 +231,7 @@ def sees_emergencies(network, node):
 def follows_sync(network, node):
     node.nmt.state = "PRE-OPERATIONAL"
     node.sdo["TPDO7 communication parameter"]["Transmission type"].raw = 1
-    # What was sent before the response has come.
+    # Messages sent before the response have come.
     health = node.tpdo[7]
     received = Received(health.add_callback)
     milliseconds = contacts(node)
@@ -280,9 +283,10 @@ def main(tty, eds):
     try:
         node = finds_the_node(network, eds)
         sees_the_heartbeat(node)
-        count = reads_objects(node)
         receives_pdos(node)
         refuses_configuration_when_operational(node)
+        stops_sending(node)
+        count = reads_objects(node)
         writes_parameters(node)
         refuses_bad_writes(node)
         stores_and_restores(network, node)
