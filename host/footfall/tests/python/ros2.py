@@ -42,7 +42,7 @@ HANGS_S = 600.0
 # Runs of which one must not stall.
 ATTEMPTS = 5
 
-# What a stamp may be ahead of the clock, ns.
+# Longest lead of a stamp over the clock, ns.
 EARLY_NS = 10_000_000
 
 # Values of feet in messages of all feet that may be swing because the machine stalled, of some 50 000.

@@ -42,9 +42,9 @@ OLD_PROTOCOL = "foxglove.websocket.v1"
 SLOW = "takes less than is sent: its oldest messages are dropped"
 # Interval at which a client that receives nothing looks whether the source has ended.
 LOOK_S = 0.5
-# What a client must have received of each foot before the end, s on the clock of the feet.
+# Least time from the first contact of each foot to the end, s on the clock of the feet.
 LEAST_S = 2.0
-# What is received of a foot once a millisecond.
+# End of the topics with a message each millisecond.
 OFTEN = "/contact"
 # A script that takes longer hangs, and ends with the place where it does.
 HANGS_S = 600.0
