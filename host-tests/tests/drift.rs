@@ -29,12 +29,17 @@ fn drift_of_the_gyroscope_in_a_walk_costs_no_stances() {
     }
 }
 
-/// A walk whose gyroscope is biased by `bias`, rad/s, from 60 s on; 10 s of standing come first.
-fn with_step(gait: GaitName, bias: Vec3) -> Recording {
+/// A walk for [`with_step`].
+fn long_walk(gait: GaitName) -> Recording {
     let plan = Plan::steady(gait, Ground::Hard, 150.0, 11);
     let walk = simulate(&plan, &SensorParams::LSM6DSOX, 11).recording;
     assert_eq!(walk.gravity, Gravity::Included);
-    let biased = changed(&walk, |sample| {
+    walk
+}
+
+/// A walk whose gyroscope is biased by `bias`, rad/s, from 60 s on; 10 s of standing come first.
+fn with_step(walk: &Recording, bias: Vec3) -> Recording {
+    let biased = changed(walk, |sample| {
         if sample.time_s() > 60.0 {
             let rate = sample.imu.angular_rate.0;
             sample.imu.angular_rate = AngularRate(rate + bias);
@@ -63,10 +68,11 @@ fn found_from(recording: &Recording, from_s: f64) -> (f64, f64) {
 #[test]
 fn stances_are_found_a_minute_after_a_step_of_the_bias() {
     for gait in [GaitName::Walk, GaitName::Trot, GaitName::Run] {
-        let (without, others_without) = found_from(&with_step(gait, Vec3::ZERO), 130.0);
+        let walk = long_walk(gait);
+        let (without, others_without) = found_from(&with_step(&walk, Vec3::ZERO), 130.0);
         for axis in AXES {
             for degrees in [3.0, 5.0] {
-                let step = with_step(gait, axis * (degrees * PI / 180.0));
+                let step = with_step(&walk, axis * (degrees * PI / 180.0));
                 let (with, others) = found_from(&step, 130.0);
                 println!("{gait}, {degrees} °/s: {without:.3} → {with:.3}, others {others:.3}");
                 assert!(
@@ -81,8 +87,9 @@ fn stances_are_found_a_minute_after_a_step_of_the_bias() {
 
 #[test]
 fn step_of_the_bias_beyond_the_limit_is_reported() {
+    let walk = long_walk(GaitName::Walk);
     for (degrees, reported) in [(5.0, false), (9.0, true)] {
-        let step = with_step(GaitName::Walk, Vec3::new(degrees * PI / 180.0, 0.0, 0.0));
+        let step = with_step(&walk, Vec3::new(degrees * PI / 180.0, 0.0, 0.0));
         let config: Config<256> = Params::DEFAULT.validate().expect("the preset");
         let mut estimator = ContactEstimator::new(&config);
         let mut first = None;
@@ -102,13 +109,17 @@ fn step_of_the_bias_beyond_the_limit_is_reported() {
     }
 }
 
-/// A walk whose foot is turned over at some times, s, without a rate; 10 s of standing come first.
-fn turned_over(gait: GaitName, times: &[f64]) -> Recording {
+/// A walk after 10 s of standing, whose gyroscope has no bias.
+fn unbiased(gait: GaitName) -> Recording {
     let plan = Plan::steady(gait, Ground::Hard, 100.0, 11);
     let mut sensor = SensorParams::LSM6DSOX;
     sensor.gyroscope.bias_limit = 0.0;
-    let walk = stood(&simulate(&plan, &sensor, 11).recording, 10.0, 3);
-    changed(&walk, |sample| {
+    stood(&simulate(&plan, &sensor, 11).recording, 10.0, 3)
+}
+
+/// A walk whose foot is turned over at some times, s, without a rate.
+fn turned_over(walk: &Recording, times: &[f64]) -> Recording {
+    changed(walk, |sample| {
         let turns = times.iter().filter(|time| **time < sample.time_s()).count();
         let turned = |Vec3 { x, y, z }| match turns % 2 {
             0 => Vec3::new(x, y, z),
@@ -138,10 +149,11 @@ fn farthest_from(bias: Vec3, recording: &Recording, from_s: f64) -> f32 {
 fn walking_foot_turned_over_learns_the_true_bias() {
     let often = [45.5, 55.3, 65.7, 75.2, 85.9, 95.0];
     for gait in [GaitName::Walk, GaitName::Trot] {
+        let walk = unbiased(gait);
         for (times, degrees) in [(&often[..1], 0.0), (&often, 0.0), (&often, 5.0)] {
             let bias = Vec3::new(degrees * PI / 180.0, 0.0, 0.0);
             let from_s = if degrees > 0.0 { 100.0 } else { 15.0 };
-            let biased = changed(&turned_over(gait, times), |sample| {
+            let biased = changed(&turned_over(&walk, times), |sample| {
                 if sample.time_s() > 40.0 {
                     sample.imu.angular_rate.0 += bias;
                 }

@@ -167,7 +167,7 @@ fn remarks(force: f32, gravity: Gravity) -> Vec<String> {
     }));
     let mut remarks = Vec::new();
     loop {
-        match feed.next(Duration::from_secs(60)).expect("it ends") {
+        match feed.next(Duration::from_secs(600)).expect("it ends") {
             Fed::Remark(text) => remarks.push(text),
             Fed::Ended(_) => return remarks,
             _ => {}

@@ -5,6 +5,8 @@
 //! Hz the slide counts less and less. Failing tests are kept with their results, and run with `--ignored`;
 //! `docs/evaluation.md` has the figures at each rate.
 
+use std::sync::{LazyLock, OnceLock};
+
 use crate::labelled;
 use estimator_core::{AngularRate, Gravity, Params, SpecificForce};
 use evaluate::labelled::Labelled;
@@ -36,10 +38,22 @@ const CUT: f64 = 0.03;
 /// Time from which a cut recording is scored, s after its first sample.
 const SETTLED: f64 = 10.0;
 
-/// The sets of the mean, and ATLAS at 500 Hz.
-fn recordings() -> Option<Vec<Labelled>> {
-    let sets = [&Set::AVERAGED[..], &Set::ROBOTS, &[Set::Atlas500]];
-    of_sets(&sets.concat())
+/// The sets of the mean, and ATLAS at 500 Hz, read once for all tests.
+fn recordings() -> Option<&'static [Labelled]> {
+    static RECORDINGS: LazyLock<Option<Vec<Labelled>>> = LazyLock::new(|| {
+        let sets = [&Set::AVERAGED[..], &Set::ROBOTS, &[Set::Atlas500]];
+        of_sets(&sets.concat())
+    });
+    RECORDINGS.as_deref()
+}
+
+/// Scores of [`recordings`] at the rates from 390 to 1660 Hz, computed once for all tests; [`high_rates`] has the rates.
+fn scores_at_high_rates(recordings: &[Labelled]) -> &'static [Vec<(Set, Scores)>] {
+    static SCORES: OnceLock<Vec<Vec<(Set, Scores)>>> = OnceLock::new();
+    SCORES.get_or_init(|| {
+        let rates = high_rates().map(|(rate, _)| rate);
+        rates.map(|rate| scores_at(recordings, rate)).collect()
+    })
 }
 
 fn sets(recordings: &[Labelled]) -> Vec<Set> {
@@ -89,10 +103,13 @@ fn all_rates_from_390_to_1660_hz_agree() {
         return;
     };
     let mut outside = Outside::default();
-    let product = scores_at(&recordings, SampleRate::Hz(1000.0));
-    for (rate, hz) in high_rates() {
-        for ((set, was), (_, is)) in product.iter().zip(&scores_at(&recordings, rate)) {
-            if is_interpolated(&recordings, *set, hz.min(1000.0)) {
+    let at_high_rates = scores_at_high_rates(recordings);
+    let mut at_rates = high_rates().zip(at_high_rates);
+    let product = at_rates.find(|((_, hz), _)| *hz == 1000.0);
+    let (_, product) = product.expect("the product's rate");
+    for ((_, hz), scores) in high_rates().zip(at_high_rates) {
+        for ((set, was), (_, is)) in product.iter().zip(scores) {
+            if is_interpolated(recordings, *set, hz.min(1000.0)) {
                 let name = format!("{} at {hz} Hz", set.name());
                 outside.check(&name, was.rmse, is.rmse, AMONG_HIGH_RATES);
             }
@@ -107,10 +124,10 @@ fn interpolation_to_a_higher_rate_changes_rmse_little() {
         return;
     };
     let mut outside = Outside::default();
-    let native = scores_at(&recordings, SampleRate::Native);
-    for (rate, hz) in high_rates() {
-        for ((set, was), (_, is)) in native.iter().zip(&scores_at(&recordings, rate)) {
-            if is_interpolated(&recordings, *set, hz) {
+    let native = scores_at(recordings, SampleRate::Native);
+    for ((_, hz), scores) in high_rates().zip(scores_at_high_rates(recordings)) {
+        for ((set, was), (_, is)) in native.iter().zip(scores) {
+            if is_interpolated(recordings, *set, hz) {
                 let name = format!("{} at {hz} Hz", set.name());
                 outside.check(&name, was.rmse, is.rmse, INTERPOLATED);
             }
@@ -181,10 +198,10 @@ fn half_and_twice_the_motion_keep_rmse() {
         let mut files = recordings.iter().filter(|file| file.set == *set);
         files.all(|file| file.recording.gravity == Gravity::Removed)
     };
-    for set in sets(&recordings).into_iter().filter(removed) {
-        let was = rmse_of(&recordings, set, 0.0, Recording::clone);
+    for set in sets(recordings).into_iter().filter(removed) {
+        let was = rmse_of(recordings, set, 0.0, Recording::clone);
         for factor in [0.5, 2.0] {
-            let is = rmse_of(&recordings, set, 0.0, |recording| {
+            let is = rmse_of(recordings, set, 0.0, |recording| {
                 let mut scaled = recording.clone();
                 for sample in &mut scaled.samples {
                     let imu = &mut sample.imu;
@@ -206,10 +223,10 @@ fn a_later_start_keeps_rmse_once_settled() {
         return;
     };
     let mut outside = Outside::default();
-    for set in sets(&recordings) {
-        let was = rmse_of(&recordings, set, SETTLED, Recording::clone);
+    for set in sets(recordings) {
+        let was = rmse_of(recordings, set, SETTLED, Recording::clone);
         for cut_s in [0.1, 0.3, 1.0, 2.5, 5.0] {
-            let is = rmse_of(&recordings, set, SETTLED, |recording| {
+            let is = rmse_of(recordings, set, SETTLED, |recording| {
                 starting_later(recording, cut_s)
             });
             outside.check(&format!("{} from {cut_s} s", set.name()), was, is, CUT);

@@ -498,13 +498,12 @@ fn states_of_a_robot_have_the_forces_of_the_estimates() {
     let bags = entries(&folder.join("robots"));
     assert_eq!(bags.len(), 3);
     for bag in &bags {
-        for (options, scale) in [
-            (&["--lowstate", "/lowstate", "--compat", "champ"][..], None),
-            (
-                &["--lowstate", "/lowstate", "--lowstate-scale", "-0.5"],
-                Some("-0.5"),
-            ),
-        ] {
+        let decisions = &["--lowstate", "/lowstate", "--compat", "champ"][..];
+        let loads = &["--lowstate", "/lowstate", "--lowstate-scale", "-0.5"][..];
+        // The kind of the bag has no influence on the forces that are written.
+        let is_scaled = bag.ends_with("big_endian.mcap");
+        let scaled = is_scaled.then_some((loads, Some("-0.5")));
+        for (options, scale) in [(decisions, None)].into_iter().chain(scaled) {
             run(bag, options).expect("a copy");
             let compared = Command::new(&packages.interpreter)
                 .args([LOW_STATE.as_ref(), copy.as_os_str()])

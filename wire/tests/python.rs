@@ -132,8 +132,9 @@ fn lelys_tools_read_the_eds_and_readme_bus_without_warnings() {
 #[test]
 fn cantools_decodes_frames_like_the_codec() {
     let mut table = String::from("id\tdata\tsignal\tvalue\n");
-    for i in 0..200_u32 {
-        let share = i as f32 / 199.0;
+    // Few frames: `dbc.rs` compares many with the same file by another reader.
+    for i in 0..20_u32 {
+        let share = i as f32 / 19.0;
         let vector = |scale: f32| Vec3::new(share * scale, -share * scale, (0.5 - share) * scale);
         let estimate = ContactEstimate {
             timestamp: Timestamp::from_micros(u64::from(i) * 98_765),

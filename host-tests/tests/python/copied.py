@@ -51,13 +51,19 @@ def is_number(found, text):
     return math.isnan(found) if text == "" else abs(found - float(text)) <= 1e-6 * max(1.0, abs(found))
 
 
-def compare_events(foot, found, rows, samples):
+def sample_of(message, by_us):
+    """Stamp of the sample of a message: those of the bag have ns, those of ours µs."""
+    own_us = stamp_ns(message) // 1000
+    stamps = [stamp for us in (own_us - 1, own_us) for stamp in by_us.get(us, [])]
+    [stamp] = [stamp for stamp in stamps if abs(stamp - stamp_ns(message)) <= 500]
+    return stamp
+
+
+def compare_events(foot, found, rows, samples, by_us):
     """Each event of the table is written when the sample of its time was."""
     assert len(found) == len(rows), (foot, len(found), len(rows))
     for (message, log_ns), row in zip(found, sorted(rows, key=lambda row: float(row["t"]))):
-        stamp = min(samples, key=lambda other: abs(other - stamp_ns(message)))
-        assert abs(stamp - stamp_ns(message)) <= 500, (foot, row)
-        assert abs(log_ns - samples[stamp]) <= 1000, (foot, row)
+        assert abs(log_ns - samples[sample_of(message, by_us)]) <= 1000, (foot, row)
         assert abs(stamp_ns(message) / 1e9 - float(row["t"])) <= 1e-6, (foot, row)
         assert (message.foot, EVENTS[message.kind]) == (foot, row["event"]), (foot, row)
         assert is_number(message.p_peak, row["p_peak"]), (foot, row)
@@ -93,14 +99,17 @@ def main(bag, copy, table, table_of_events):
             events[foot].append((message, log_ns))
     assert sorted(others) == sorted(original), "messages of others differ"
     assert events.keys() == rows_of_events.keys(), (sorted(events), sorted(rows_of_events))
+    by_us = {foot: defaultdict(list) for foot in samples}
+    for foot, stamps in samples.items():
+        for stamp in stamps:
+            by_us[foot][stamp // 1000].append(stamp)
     for foot, found in events.items():
-        compare_events(foot, found, rows_of_events[foot], samples[foot])
+        compare_events(foot, found, rows_of_events[foot], samples[foot], by_us[foot])
     for foot, found in contacts.items():
         assert len(found) == len(rows[foot]) == len(samples[foot]) == len(velocities[foot]), foot
         for (message, log_ns), row, variance in zip(found, rows[foot], velocities[foot]):
-            # Both are written at once, and stamps of the bag have ns, those of ours µs.
-            stamp = min(samples[foot], key=lambda other: abs(other - stamp_ns(message)))
-            assert abs(stamp - stamp_ns(message)) <= 500, (foot, stamp, stamp_ns(message))
+            # Both are written at once.
+            stamp = sample_of(message, by_us[foot])
             assert 0 <= log_ns - samples[foot].pop(stamp) + 500 <= 1000, foot
             assert message.p_stable == single(row["p_stable"]), foot
             assert message.decision == (row["decision"] == "1"), foot

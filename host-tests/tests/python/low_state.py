@@ -8,8 +8,10 @@ Prints the number of states.
 """
 
 import dataclasses
+import functools
 import math
 import sys
+from bisect import bisect_left
 from pathlib import Path
 
 import numpy
@@ -22,10 +24,16 @@ FEET = {"fl": (1, 0), "fr": (0, 1), "rl": (3, 2), "rr": (2, 3)}
 THRESHOLD = 50
 
 
+@functools.cache
+def names_of(kind):
+    """Names of the fields of a class of messages, or nothing of another class."""
+    return [field.name for field in dataclasses.fields(kind)] if dataclasses.is_dataclass(kind) else None
+
+
 def equal(one, other, but=()):
     """Whether messages are equal in all fields but some."""
-    if dataclasses.is_dataclass(one):
-        names = [field.name for field in dataclasses.fields(one) if field.name not in but]
+    if (names := names_of(type(one))) is not None:
+        names = [name for name in names if name not in but]
         return all(equal(getattr(one, name), getattr(other, name)) for name in names)
     if isinstance(one, numpy.ndarray):
         return one.dtype == other.dtype and numpy.array_equal(one, other)
@@ -80,8 +88,8 @@ def main(copy, scale=None):
                 assert concluded == stands, (foot, log_ns)
                 conclusions[foot].add(concluded)
             else:
-                before = [log for log in logs[: numpy.searchsorted(logs, sample_ns + 1000)]]
-                load = float(own[before[-1]].foot_force[place]) if before else 0.0
+                before = bisect_left(logs, sample_ns + 1000)
+                load = float(own[logs[before - 1]].foot_force[place]) if before else 0.0
                 expected = max(-32768, min(32767, rounded(float(scale) * load)))
                 assert state.foot_force[place] == expected, (foot, log_ns, state.foot_force, load)
                 conclusions[foot].add(expected)

@@ -58,12 +58,12 @@ def main(recording, table):
         rows = list(csv.DictReader(file))
 
     contacts, probabilities = [], []
-    for message in read_ros2_messages(recording):
+    for message in read_ros2_messages(recording, topics=[TOPIC, TOPIC + "/probability", "/diagnostics"]):
         if message.channel.topic == TOPIC:
             contacts.append(message.ros_msg)
         elif message.channel.topic == TOPIC + "/probability":
             probabilities.append(message.ros_msg.data)
-        elif message.channel.topic == "/diagnostics":
+        else:
             assert message.ros_msg.status[0].name == "footfall: FL"
     compare(contacts, probabilities, rows, "mcap-ros2-support")
 
@@ -73,6 +73,10 @@ def main(recording, table):
     contacts, probabilities, others = [], [], set()
     with AnyReader([Path(recording)], default_typestore=store) as reader:
         for connection, _, data in reader.messages():
+            is_compared = connection.topic in (TOPIC, TOPIC + "/probability")
+            # One of each other type.
+            if not is_compared and connection.msgtype in others:
+                continue
             message = reader.deserialize(data, connection.msgtype)
             if connection.topic == TOPIC:
                 contacts.append(message)

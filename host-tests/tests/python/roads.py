@@ -10,6 +10,7 @@ Each name is printed. Bags have the load on /ft, or /ft/fl and /ft/fr.
 """
 
 import dataclasses
+import functools
 import json
 import pickle
 import sqlite3
@@ -73,8 +74,33 @@ def wrench(stamp_ns, force):
     )
 
 
+class Walk:
+    """Messages of a walk by topic, type, and time of writing; the load of a sample comes after it. Each is made and
+    serialised once for all files."""
+
+    def __init__(self, walk, feet):
+        self.messages = list(messages(walk, feet))
+
+    @functools.cached_property
+    def plain(self):
+        return [(topic, name, log_ns, plain(message)) for topic, name, log_ns, message in self.messages]
+
+    @functools.cached_property
+    def little_endian(self):
+        return self.serialised(True)
+
+    @functools.cached_property
+    def big_endian(self):
+        return self.serialised(False)
+
+    def serialised(self, little_endian):
+        return [
+            (topic, name, log_ns, bytes(STORE.serialize_cdr(message, name, little_endian=little_endian)))
+            for topic, name, log_ns, message in self.messages
+        ]
+
+
 def messages(walk, feet):
-    """Topic, type, time of writing, message; the load of a sample comes after it."""
     for row in walk.itertuples():
         stamp_ns = START_NS + round(row.t * 1e6) * 1000
         for foot, turned in feet.items():
@@ -99,17 +125,17 @@ def plain(message):
     return message
 
 
-def by_mcap_ros2(path, walk, feet, compression):
+def by_mcap_ros2(path, walk, compression):
     with path.open("wb") as file:
         writer = Ros2Writer(file, chunk_size=100_000, compression=compression)
         schemas = {name: writer.register_msgdef(name, definition(name)) for name in (IMU, WRENCH)}
-        for topic, name, log_ns, message in messages(walk, feet):
-            writer.write_message(topic, schemas[name], plain(message), log_time=log_ns)
+        for topic, name, log_ns, message in walk.plain:
+            writer.write_message(topic, schemas[name], message, log_time=log_ns)
         writer.add_attachment(0, 0, "notes.txt", "text/plain", b"a walk")
         writer.finish()
 
 
-def by_mcap(path, walk, feet, little_endian, **options):
+def by_mcap(path, serialised, **options):
     with path.open("wb") as file:
         writer = McapWriter(file, **options)
         writer.start(profile="ros2", library="roads")
@@ -118,23 +144,21 @@ def by_mcap(path, walk, feet, little_endian, **options):
             for name in (IMU, WRENCH)
         }
         channels = {}
-        for topic, name, log_ns, message in messages(walk, feet):
+        for topic, name, log_ns, data in serialised:
             if topic not in channels:
                 channels[topic] = writer.register_channel(topic, "cdr", schemas[name])
-            data = bytes(STORE.serialize_cdr(message, name, little_endian=little_endian))
             writer.add_message(channels[topic], log_ns, data, log_ns)
         writer.finish()
 
 
-def by_rosbags(path, walk, feet, version, plugin, mode):
+def by_rosbags(path, walk, version, plugin, mode):
     writer = Rosbag2Writer(path, version=version, storage_plugin=plugin)
     writer.set_compression(mode, CompressionFormat.ZSTD)
     with writer:
         connections = {}
-        for topic, name, log_ns, message in messages(walk, feet):
+        for topic, name, log_ns, data in walk.little_endian:
             if topic not in connections:
                 connections[topic] = writer.add_connection(topic, name, typestore=STORE)
-            data = STORE.serialize_cdr(message, name)
             writer.write(connections[topic], log_ns, data)
 
 
@@ -149,29 +173,52 @@ UNCHUNKED = {
 }
 
 
-def bags(folder, walk, feet):
+MODES = {
+    StoragePlugin.SQLITE3: (CompressionMode.NONE, CompressionMode.FILE, CompressionMode.MESSAGE),
+    StoragePlugin.MCAP: (
+        CompressionMode.NONE,
+        CompressionMode.FILE,
+        CompressionMode.MESSAGE,
+        CompressionMode.STORAGE,
+    ),
+}
+
+
+def bags(folder, walk):
+    """The walk of one foot in bags of every kind."""
     for compression in (CompressionType.NONE, CompressionType.LZ4, CompressionType.ZSTD):
-        path = folder / f"ros2_{compression.name.lower()}.mcap"
-        by_mcap_ros2(path, walk, feet, compression)
-    by_mcap(folder / "records.mcap", walk, feet, True, **UNCHUNKED)
-    by_mcap(folder / "big_endian.mcap", walk, feet, False, compression=CompressionType.ZSTD)
-    modes = {
-        StoragePlugin.SQLITE3: (CompressionMode.NONE, CompressionMode.FILE, CompressionMode.MESSAGE),
-        StoragePlugin.MCAP: (
-            CompressionMode.NONE,
-            CompressionMode.FILE,
-            CompressionMode.MESSAGE,
-            CompressionMode.STORAGE,
-        ),
-    }
-    for plugin, plugin_modes in modes.items():
-        for mode in plugin_modes:
+        by_mcap_ros2(folder / f"ros2_{compression.name.lower()}.mcap", walk, compression)
+    by_mcap(folder / "records.mcap", walk.little_endian, **UNCHUNKED)
+    by_mcap(folder / "big_endian.mcap", walk.big_endian, compression=CompressionType.ZSTD)
+    for plugin, modes in MODES.items():
+        for mode in modes:
             for version in (8, 9):
                 name = f"{plugin.name}_{mode.name}_{version}".lower()
-                by_rosbags(folder / name, walk, feet, version, plugin, mode)
-    # The file of a bag, without its folder.
+                by_rosbags(folder / name, walk, version, plugin, mode)
+    alone(folder)
+
+
+def alone(folder):
+    """The file of a bag, without its folder."""
     database = next((folder / "sqlite3_none_9").glob("*.db3"))
     (folder / "alone.db3").write_bytes(database.read_bytes())
+
+
+def bags_of_feet(folder, walk):
+    """Two feet in one bag of each kind of container; the compressions are those of one foot."""
+    by_mcap_ros2(folder / "ros2_zstd.mcap", walk, CompressionType.ZSTD)
+    by_mcap(folder / "records.mcap", walk.little_endian, **UNCHUNKED)
+    by_mcap(folder / "big_endian.mcap", walk.big_endian, compression=CompressionType.ZSTD)
+    for version, plugin, mode in (
+        (8, StoragePlugin.SQLITE3, CompressionMode.NONE),
+        (9, StoragePlugin.SQLITE3, CompressionMode.NONE),
+        (9, StoragePlugin.SQLITE3, CompressionMode.MESSAGE),
+        (8, StoragePlugin.MCAP, CompressionMode.FILE),
+        (9, StoragePlugin.MCAP, CompressionMode.NONE),
+    ):
+        name = f"{plugin.name}_{mode.name}_{version}".lower()
+        by_rosbags(folder / name, walk, version, plugin, mode)
+    alone(folder)
 
 
 def parquets(folder, walk):
@@ -264,39 +311,47 @@ def typed(store, name, fields):
     return store.types[name](**values)
 
 
+def states_of_one_foot(store, walk):
+    """Topic, time of writing, fields."""
+    whole = numpy.array
+    for row in walk.itertuples():
+        stamp_ns = START_NS + round(row.t * 1e6) * 1000
+        stamped = {"header": header(stamp_ns, "")}
+        imu_state = typed(store, "unitree_go/msg/IMUState", {
+            "accelerometer": whole([row.ax, row.ay, row.az], dtype=numpy.float32),
+            "gyroscope": whole([row.wx, row.wy, row.wz], dtype=numpy.float32),
+        })
+        foot = {"acc": vector(row.ax, row.ay, row.az), "gyro": vector(row.wx, row.wy, row.wz)}
+        feet = [typed(store, "test_msgs/msg/Foot", {}), typed(store, "test_msgs/msg/Foot", foot)]
+        messages = {
+            "/joints": {**stamped, "name": ["a", "b"], "effort": whole([0.0, row.force])},
+            "/lowstate": {
+                "imu_state": imu_state,
+                "foot_force": whole([0, round(row.force), 0, 0], dtype=numpy.int16),
+            },
+            "/feet": {**stamped, "names": ["left", "right one"], "feet": feet},
+        }
+        for topic, fields in messages.items():
+            yield topic, stamp_ns + LATE_NS, fields
+
+
 def states(folder, walk):
     """Axes and loads in messages that are made for something else."""
     store = get_typestore(Stores.ROS2_JAZZY)
     for name, text in DEFINITIONS.items():
         store.register(get_types_from_msg(text, name))
-    whole = numpy.array
+    topics = {"/lowstate": LOW_STATE, "/feet": FEET, "/joints": JOINTS}
+    serialised = [
+        (topic, log_ns, store.serialize_cdr(typed(store, topics[topic], fields), topics[topic]))
+        for topic, log_ns, fields in states_of_one_foot(store, walk)
+    ]
     for version, plugin in ((8, StoragePlugin.SQLITE3), (9, StoragePlugin.SQLITE3), (9, StoragePlugin.MCAP)):
         with Rosbag2Writer(folder / f"{plugin.name}_{version}".lower(), version=version, storage_plugin=plugin) as writer:
-            topics = {"/lowstate": LOW_STATE, "/feet": FEET, "/joints": JOINTS}
             connections = {
                 topic: writer.add_connection(topic, name, typestore=store) for topic, name in topics.items()
             }
-            for row in walk.itertuples():
-                stamp_ns = START_NS + round(row.t * 1e6) * 1000
-                stamped = {"header": header(stamp_ns, "")}
-                imu_state = typed(store, "unitree_go/msg/IMUState", {
-                    "accelerometer": whole([row.ax, row.ay, row.az], dtype=numpy.float32),
-                    "gyroscope": whole([row.wx, row.wy, row.wz], dtype=numpy.float32),
-                })
-                foot = {"acc": vector(row.ax, row.ay, row.az), "gyro": vector(row.wx, row.wy, row.wz)}
-                feet = [typed(store, "test_msgs/msg/Foot", {}), typed(store, "test_msgs/msg/Foot", foot)]
-                messages = {
-                    "/joints": {**stamped, "name": ["a", "b"], "effort": whole([0.0, row.force])},
-                    "/lowstate": {
-                        "imu_state": imu_state,
-                        "foot_force": whole([0, round(row.force), 0, 0], dtype=numpy.int16),
-                    },
-                    "/feet": {**stamped, "names": ["left", "right one"], "feet": feet},
-                }
-                for topic, fields in messages.items():
-                    message = typed(store, topics[topic], fields)
-                    data = store.serialize_cdr(message, topics[topic])
-                    writer.write(connections[topic], stamp_ns + LATE_NS, data)
+            for topic, log_ns, data in serialised:
+                writer.write(connections[topic], log_ns, data)
     # Bags before ROS 2 Iron have no definitions.
     with sqlite3.connect(next((folder / "sqlite3_8").glob("*.db3"))) as database:
         database.execute("DROP TABLE message_definitions")
@@ -330,13 +385,14 @@ def robots(folder, walk):
     for name, text in DEFINITIONS.items():
         store.register(get_types_from_msg(text, name))
     messages = list(robot_messages(store, walk))
+    serialised = [(topic, name, log_ns, store.serialize_cdr(message, name)) for topic, name, log_ns, message in messages]
     for version, plugin in ((8, StoragePlugin.SQLITE3), (9, StoragePlugin.MCAP)):
         with Rosbag2Writer(folder / f"{plugin.name}_{version}".lower(), version=version, storage_plugin=plugin) as writer:
             connections = {}
-            for topic, name, log_ns, message in messages:
+            for topic, name, log_ns, data in serialised:
                 if topic not in connections:
                     connections[topic] = writer.add_connection(topic, name, typestore=store)
-                writer.write(connections[topic], log_ns, store.serialize_cdr(message, name))
+                writer.write(connections[topic], log_ns, data)
     with (folder / "big_endian.mcap").open("wb") as file:
         writer = McapWriter(file, compression=CompressionType.ZSTD)
         writer.start(profile="ros2", library="roads")
@@ -392,9 +448,9 @@ def main():
     folder = Path(sys.argv[2])
     for name in ("same", "feet", "frames", "states", "robots", "tables", "other"):
         (folder / name).mkdir(parents=True)
-    bags(folder / "same", walk, {"": False})
+    bags(folder / "same", Walk(walk, {"": False}))
     parquets(folder / "same", walk)
-    bags(folder / "feet", walk.head(2000), {"/fl": False, "/fr": True})
+    bags_of_feet(folder / "feet", Walk(walk.head(2000), {"/fl": False, "/fr": True}))
     frames(folder / "frames", walk.head(2000))
     states(folder / "states", walk.head(2000))
     robots(folder / "robots", walk.iloc[1000:4000].assign(t=walk["t"][:3000].to_numpy()))

@@ -1,6 +1,9 @@
 //! The program as its users run it: each command, its output, its files and its errors.
 
 mod common;
+#[cfg(feature = "ros2")]
+#[path = "../../ros/tests/domain/mod.rs"]
+mod domain;
 #[cfg(any(
     feature = "bags",
     feature = "foxglove",

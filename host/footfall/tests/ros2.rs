@@ -1,10 +1,11 @@
 //! Tests of `footfall ros2` against `CycloneDDS` and third-party parsers.
 
-use std::process::{self, Command};
+use std::process::Command;
 
 use crate::common::{Bench, text, unmet};
+use crate::domain::Domain;
 use crate::packages;
-use packages::Packages;
+use crate::packages::Packages;
 
 const REQUIREMENTS: &str = include_str!("python/ros2.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/ros2.py");
@@ -16,15 +17,6 @@ const LOOPBACK: &str = "<CycloneDDS><Domain><General>\
     <AllowMulticast>false</AllowMulticast></General>\
     <Discovery><ParticipantIndex>auto</ParticipantIndex>\
     <Peers><Peer address=\"127.0.0.1\"/></Peers></Discovery></Domain></CycloneDDS>";
-
-/// Domains of a process; separate ones allow several of these tests to run on one machine.
-const DOMAINS: u32 = 4;
-
-/// Returns the domain of a test, which has a `turn` below [`DOMAINS`].
-fn domain(turn: u32) -> u32 {
-    assert!(turn < DOMAINS);
-    1 + turn + process::id() % 50 * DOMAINS
-}
 
 /// Runs the script, which fails the test if it fails. No message may be rejected or missing, so it prints no error.
 fn run_script(packages: &Packages, arguments: &[&str]) {
@@ -43,14 +35,15 @@ fn run_script(packages: &Packages, arguments: &[&str]) {
     assert_eq!(stderr, "", "{arguments:?}");
 }
 
-/// Runs a check of the script on feet in the domain of this turn.
-fn check(check: &str, feet: &str, turn: u32) {
+/// Runs a check of the script on feet.
+fn check(check: &str, feet: &str) {
     let packages = match packages::install("python-ros2", REQUIREMENTS) {
         Ok(packages) => packages,
         Err(missing) => return unmet(&missing),
     };
     let footfall = env!("CARGO_BIN_EXE_footfall");
-    let domain = domain(turn).to_string();
+    let domain = Domain::take();
+    let id = domain.id.to_string();
     let arguments = [
         check,
         footfall,
@@ -58,19 +51,19 @@ fn check(check: &str, feet: &str, turn: u32) {
         "--network",
         "127.0.0.1",
         "--domain-id",
-        &domain,
+        &id,
     ];
     run_script(&packages, &arguments);
 }
 
 #[test]
 fn demo_with_clock_now_has_stamps_of_now() {
-    check("now", "demo:clock=now,seconds=5", 2);
+    check("now", "demo:clock=now");
 }
 
 #[test]
 fn second_node_of_one_name_is_reported_once() {
-    check("namesake", "demo:seconds=5", 3);
+    check("namesake", "demo");
 }
 
 #[test]
@@ -81,11 +74,12 @@ fn cyclonedds_receives_every_message_of_four_feet() {
     };
     // The walk is longer than topic discovery by the subscriber.
     let feet = "demo:feet=4,seconds=13";
-    for (turn, compat, reliability) in [(0, "champ", "reliable"), (1, "pronto", "best-effort")] {
+    for (compat, reliability) in [("champ", "reliable"), ("pronto", "best-effort")] {
         let bench = Bench::new();
         bench.run(&format!("record {feet} -o walk.mcap"));
         let walk = bench.path("walk.mcap");
-        let domain = domain(turn).to_string();
+        let domain = Domain::take();
+        let id = domain.id.to_string();
         let arguments = [
             &["all", compat, reliability, env!("CARGO_BIN_EXE_footfall")],
             &[
@@ -95,7 +89,7 @@ fn cyclonedds_receives_every_message_of_four_feet() {
                 "127.0.0.1",
             ],
             &["--compat", compat, "--reliability", reliability],
-            &["--domain-id", &domain][..],
+            &["--domain-id", &id][..],
         ];
         run_script(&packages, &arguments.concat());
     }

@@ -1,16 +1,22 @@
 //! Tests of `footfall monitor` on a terminal.
 
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+
+use crate::common::{samples, text, wait_until};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_footfall");
 
-/// Timeout for expected output, with margin for a busy machine.
-const LONGEST: Duration = Duration::from_secs(60);
-
-/// Runs a command in tmux until the terminal shows all of `words`.
-fn on_a_terminal(command: &str, columns: u16, rows: u16, keys: &[&str], words: &[&str]) {
+/// Runs a command in tmux until the terminal shows all of `words` and `then` has returned.
+fn on_a_terminal(
+    command: &str,
+    (columns, rows): (u16, u16),
+    keys: &[&str],
+    words: &[&str],
+    then: impl FnOnce(),
+) {
     let session = format!("footfall-{columns}x{rows}-{}", std::process::id());
     let folder = tempfile::tempdir().expect("a folder");
     let socket = folder.path().join("tmux");
@@ -37,33 +43,23 @@ fn on_a_terminal(command: &str, columns: u16, rows: u16, keys: &[&str], words: &
         command,
     ]);
     assert!(started.status.success(), "{started:?}");
-    let mut screen = String::new();
-    let end = Instant::now() + LONGEST;
     let mut keys = keys.iter();
-    while !words.iter().all(|word| screen.contains(word)) && Instant::now() < end {
+    wait_until(&format!("{words:?} at {columns}x{rows}"), || {
         thread::sleep(Duration::from_millis(300));
-        screen = String::from_utf8_lossy(&tmux(&["capture-pane", "-p", "-t", &session]).stdout)
-            .into_owned();
+        let screen = text(&tmux(&["capture-pane", "-p", "-t", &session]).stdout);
         if screen.contains("stance")
             && let Some(key) = keys.next()
         {
             tmux(&["send-keys", "-t", &session, key]);
         }
-    }
-    for word in words {
-        assert!(
-            screen.contains(word),
-            "{word} at {columns}x{rows}:\n{screen}"
-        );
-    }
+        words.iter().all(|word| screen.contains(word))
+    });
+    then();
     tmux(&["send-keys", "-t", &session, "q"]);
-    let end = Instant::now() + LONGEST;
-    while tmux(&["has-session", "-t", &session]).status.success() && Instant::now() < end {
-        thread::sleep(Duration::from_millis(100));
-    }
-    let is_over = !tmux(&["has-session", "-t", &session]).status.success();
+    wait_until("the end by q", || {
+        !tmux(&["has-session", "-t", &session]).status.success()
+    });
     tmux(&["kill-server"]);
-    assert!(is_over, "q did not end it");
 }
 
 #[test]
@@ -82,8 +78,9 @@ fn terminal_shows_four_feet_and_handles_keys() {
         "paused",
     ];
     let command = format!("{PROGRAM} monitor demo:feet=4");
-    on_a_terminal(&command, 80, 24, &["m", "Space"], &words);
-    on_a_terminal(&command, 200, 55, &["m", "Space"], &words);
+    for size in [(80, 24), (200, 55)] {
+        on_a_terminal(&command, size, &["m", "Space"], &words, || ());
+    }
 }
 
 #[test]
@@ -98,19 +95,27 @@ fn key_starts_a_recording_and_quitting_ends_it() {
         "cd {} && {PROGRAM} monitor demo:line=uart",
         folder.display()
     );
-    // The third key is sent one second after the first.
     let keys = ["r", "m", "m", "m", "m"];
     let words = ["recording to footfall-2.mcap", "mark 4"];
-    on_a_terminal(&command, 110, 30, &keys, &words);
-    let samples = samples_in(&bench, "footfall-2.mcap");
-    assert!(samples > Some(500), "{samples:?}");
+    on_a_terminal(&command, (110, 30), &keys, &words, || {
+        bench.wait_for_samples("footfall-2.mcap", IMU, 500);
+    });
+    assert!(samples_in(&bench, "footfall-2.mcap") > 500);
 }
 
-/// Number of IMU samples of the foot FL in a recording.
-fn samples_in(bench: &crate::common::Bench, file: &str) -> Option<u64> {
-    let report = bench.stdout(&format!("replay {file} --topic /footfall/FL/imu --json"));
-    let report: serde_json::Value = serde_json::from_str(&report).expect("JSON");
-    report["recordings"][0]["samples"].as_u64()
+/// Topic of the IMU samples of the foot FL in a recording.
+const IMU: &str = "/footfall/FL/imu";
+
+/// Number of IMU samples of the foot FL in a recording, which must be complete.
+fn samples_in(bench: &crate::common::Bench, file: &str) -> u64 {
+    let output = bench.run(&format!("replay {file} --topic {IMU} --json"));
+    // A recording without an end would be remarked.
+    let remarks = text(&output.stderr);
+    assert!(
+        output.status.success() && !remarks.contains("ends early"),
+        "{remarks}"
+    );
+    samples(&output.stdout)
 }
 
 #[test]
@@ -123,11 +128,11 @@ fn monitor_ends_with_its_terminal_and_keeps_its_recording() {
         let bench = crate::common::Bench::new();
         let command = format!("exec {PROGRAM} monitor demo");
         let session = Session::begin(&bench, &format!("trap {on_hang_up} HUP"), &command);
+        session.wait_for("stance");
         session.tmux(&["send-keys", "-t", "foot", "r"]);
-        thread::sleep(Duration::from_secs(3));
+        bench.wait_for_samples("footfall-1.mcap", IMU, 50);
         session.end(&["kill-server"]);
-        let samples = samples_in(&bench, "footfall-1.mcap");
-        assert!(samples > Some(50), "{samples:?}");
+        assert!(samples_in(&bench, "footfall-1.mcap") > 50);
     }
 }
 
@@ -140,6 +145,7 @@ fn picture_on_a_closed_terminal_is_no_crash() {
     // The shell outlives the terminal, too, to note how the program ends.
     let command = format!("{PROGRAM} monitor demo; echo $? > status");
     let session = Session::begin(&bench, "trap '' HUP", &command);
+    session.wait_for("stance");
     session.end(&["kill-server"]);
     assert_eq!(crate::common::read(&bench.path("status")), "0\n");
 }
@@ -151,8 +157,7 @@ struct Session<'a> {
 }
 
 impl<'a> Session<'a> {
-    /// Runs `before` and then `command` in the folder of a bench, as the only process of a terminal; returns after three
-    /// seconds.
+    /// Runs `before` and then `command` in the folder of a bench, as the only process of a terminal.
     fn begin(bench: &'a crate::common::Bench, before: &str, command: &str) -> Self {
         let folder = bench.path("");
         let command = format!(
@@ -169,8 +174,19 @@ impl<'a> Session<'a> {
             "foot",
             &session.command,
         ]);
-        thread::sleep(Duration::from_secs(3));
         session
+    }
+
+    /// Waits until the terminal shows a text.
+    fn wait_for(&self, text: &str) {
+        let mut tmux = Command::new("tmux");
+        tmux.arg("-S").arg(self.bench.path("tmux"));
+        tmux.args(["capture-pane", "-p", "-t", "foot"]);
+        wait_until(&format!("{text} of {}", self.command), || {
+            thread::sleep(Duration::from_millis(100));
+            let screen = tmux.output().expect("tmux runs").stdout;
+            crate::common::text(&screen).contains(text)
+        });
     }
 
     fn tmux(&self, arguments: &[&str]) {
@@ -179,23 +195,37 @@ impl<'a> Session<'a> {
         assert!(tmux.output().expect("tmux runs").status.success());
     }
 
+    /// Process id, which a shell writes before the program is shown.
+    fn pid(&self) -> String {
+        wait_until("a process id", || {
+            std::fs::read(self.bench.path("pid")).is_ok_and(|pid| pid.ends_with(b"\n"))
+        });
+        crate::common::read(&self.bench.path("pid"))
+    }
+
+    fn process(&self) -> PathBuf {
+        Path::new("/proc").join(self.pid().trim())
+    }
+
     /// Closes the terminal by a command of tmux; asserts that the process runs until then, and ends.
     fn end(&self, closing: &[&str]) {
-        let pid = crate::common::read(&self.bench.path("pid"));
-        let process = std::path::Path::new("/proc").join(pid.trim());
+        let process = self.process();
         assert!(process.exists(), "{}", self.command);
         self.tmux(closing);
-        let end = Instant::now() + LONGEST;
-        while process.exists() && Instant::now() < end {
-            thread::sleep(Duration::from_millis(100));
-        }
-        assert!(!process.exists(), "{}", self.command);
+        wait_until(&format!("the end of {}", self.command), || {
+            !process.exists()
+        });
     }
 }
 
-/// Runs `command` in a terminal, which is closed after three seconds; asserts that the process ends.
-fn end_with_a_closed_terminal(bench: &crate::common::Bench, command: &str) {
+/// Runs `command` in a terminal, which is closed when `is_ready` returns; asserts that the process ends.
+fn end_with_a_closed_terminal(
+    bench: &crate::common::Bench,
+    command: &str,
+    is_ready: impl FnOnce(&Session),
+) {
     let session = Session::begin(bench, ":", &format!("exec {command}"));
+    is_ready(&session);
     session.end(&["kill-session", "-t", "foot"]);
 }
 
@@ -204,19 +234,40 @@ fn commands_without_a_picture_end_with_their_terminal() {
     if Command::new("tmux").arg("-V").output().is_err() {
         return crate::common::unmet("tmux is not installed");
     }
-    for arguments in [
-        "monitor demo --plain",
-        "monitor demo --json",
+    for (arguments, shown) in [
+        ("monitor demo --plain", "missing 0"),
+        ("monitor demo --json", "p_stable"),
         #[cfg(feature = "foxglove")]
-        "view demo --port 0",
-        #[cfg(feature = "ros2")]
-        "ros2 demo --network 127.0.0.1 --domain-id 231",
+        ("view demo --port 0", "serving"),
     ] {
-        end_with_a_closed_terminal(
-            &crate::common::Bench::new(),
-            &format!("{PROGRAM} {arguments}"),
-        );
+        let bench = crate::common::Bench::new();
+        let command = format!("{PROGRAM} {arguments}");
+        end_with_a_closed_terminal(&bench, &command, |session| session.wait_for(shown));
     }
+}
+
+#[cfg(feature = "ros2")]
+#[test]
+fn ros_node_ends_with_its_terminal() {
+    if Command::new("tmux").arg("-V").output().is_err() {
+        return crate::common::unmet("tmux is not installed");
+    }
+    let bench = crate::common::Bench::new();
+    let domain = crate::domain::Domain::take();
+    let command = format!(
+        "{PROGRAM} ros2 demo --network 127.0.0.1 --domain-id {}",
+        domain.id
+    );
+    end_with_a_closed_terminal(&bench, &command, |session| {
+        // The node has sockets once it takes part in its domain.
+        wait_until("sockets of the node", || {
+            let folder = session.process().join("fd");
+            let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+            let targets = entries.filter_map(|entry| std::fs::read_link(entry.path()).ok());
+            let is_socket = |target: &PathBuf| target.to_string_lossy().starts_with("socket:");
+            targets.filter(is_socket).count() > 3
+        });
+    });
 }
 
 #[test]
@@ -227,14 +278,10 @@ fn recording_is_complete_after_its_terminal_was_closed() {
     for line in ["can", "uart"] {
         let bench = crate::common::Bench::new();
         let record = format!("record demo:line={line},speed=1 -o walk.mcap");
-        end_with_a_closed_terminal(&bench, &format!("{PROGRAM} {record}"));
-        let output = bench.run("replay walk.mcap --topic /footfall/FL/imu --json");
-        // A recording without an end would be remarked.
-        let remarks = crate::common::text(&output.stderr);
-        assert!(!remarks.contains("ends early"), "{remarks}");
-        let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
-        let samples = report["recordings"][0]["samples"].as_u64();
-        assert!(samples > Some(50), "{report}");
+        end_with_a_closed_terminal(&bench, &format!("{PROGRAM} {record}"), |_| {
+            bench.wait_for_samples("walk.mcap", IMU, 50);
+        });
+        assert!(samples_in(&bench, "walk.mcap") > 50);
     }
 }
 
@@ -243,8 +290,17 @@ fn signal_restores_the_terminal() {
     if Command::new("tmux").arg("-V").output().is_err() {
         return crate::common::unmet("tmux is not installed");
     }
-    let monitor = format!("timeout --foreground -s TERM 2 {PROGRAM} monitor demo");
+    let bench = crate::common::Bench::new();
+    let monitor = format!("sh -c 'echo $$ > pid; exec {PROGRAM} monitor demo'");
+    let command = format!("{monitor}; stty -a; read answer");
+    let session = Session::begin(&bench, ":", &command);
+    session.wait_for("stance");
+    let status = Command::new("kill")
+        .args(["-s", "TERM", session.pid().trim()])
+        .status();
+    assert!(status.expect("kill runs").success());
     // In raw mode, it would have -icanon and -echo.
-    let command = format!("{monitor}; stty -a; sleep 10");
-    on_a_terminal(&command, 100, 24, &[], &["isig icanon", " echo "]);
+    session.wait_for("isig icanon");
+    session.wait_for(" echo ");
+    session.tmux(&["kill-server"]);
 }

@@ -217,13 +217,17 @@ fn peak_memory(rows: u32, options: &str) -> u64 {
         .expect("a pipe");
     }
     stdin.flush().expect("a pipe");
-    drop(stdin);
-    let mut peak = 0;
-    while child.try_wait().expect("a child").is_none() {
+    let memory = || -> u64 {
         let status = fs::read_to_string(&status).unwrap_or_default();
         let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
         let kib = line.and_then(|line| line.trim().trim_end_matches(" kB").parse().ok());
-        peak = peak.max(kib.unwrap_or(0));
+        kib.unwrap_or(0)
+    };
+    // The command waits for the end of its input.
+    let mut peak = memory();
+    drop(stdin);
+    while child.try_wait().expect("a child").is_none() {
+        peak = peak.max(memory());
         std::thread::sleep(std::time::Duration::from_millis(2));
     }
     let mut summary = String::new();

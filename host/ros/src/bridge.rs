@@ -183,7 +183,7 @@ mod tests {
         let (mut session, mut bridge) = (Session::new(Feet::default()), Bridge::default());
         let mut published = Vec::new();
         loop {
-            let mut fed = feed.next(Duration::from_secs(60)).expect("it ends");
+            let mut fed = feed.next(Duration::from_secs(600)).expect("it ends");
             if let Fed::Arrived((_, Arrival::Frame { frame, .. })) = &mut fed {
                 let own = u16::from(wire::Foot::Right.default_node_id().get());
                 if frame.id() & 0x7F == own {

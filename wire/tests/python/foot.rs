@@ -94,17 +94,20 @@ fn print(frame: &CanFrame) -> String {
     format!("t{:03X}{}{data}\r", frame.id(), frame.data().len())
 }
 
-/// Runs the board's part: a clock, a store, and estimates that never change.
+/// Period of the foot, and its shortest duration on the clock of this machine.
+const TICK: Duration = Duration::from_millis(1);
+
+/// Runs the board's part: a clock, a store, and estimates that never change. The clock counts ticks, so it stops while
+/// the machine is busy or the master does not read.
 fn run(mut output: File, commands: &Receiver<String>) {
-    let start = Instant::now();
+    let mut now = Timestamp::default();
     let mut stored = Settings::default();
     let mut node = Node::new(stored.clone(), 0xC0FFEE);
     let mut open = false;
-    let mut next = start;
+    let mut next = Instant::now();
     loop {
         let wait = next.saturating_duration_since(Instant::now());
         let mut frames = Vec::new();
-        let now = Timestamp::from_micros(start.elapsed().as_micros() as u64);
         match commands.recv_timeout(wait) {
             Ok(command) => match command.as_bytes().first() {
                 Some(b'O') => {
@@ -135,7 +138,8 @@ fn run(mut output: File, commands: &Receiver<String>) {
                 }
             },
             Err(RecvTimeoutError::Timeout) => {
-                next += Duration::from_millis(1);
+                next = Instant::now() + TICK;
+                now = Timestamp::from_micros(now.as_micros() + TICK.as_micros() as u64);
                 let estimate = ContactEstimate {
                     timestamp: now,
                     probabilities: Probabilities {

@@ -266,7 +266,7 @@ mod tests {
         let feed = Feed::open(source.parse().expect("a source"));
         let mut robot = MonitorState::new(Feet::default());
         while !robot.has_ended() {
-            robot.listen(&feed, Instant::now() + Duration::from_secs(10));
+            robot.listen(&feed, Instant::now() + Duration::from_secs(600));
         }
         robot
     }
@@ -320,7 +320,7 @@ mod tests {
         let feed = Feed::open("demo:feet=2,speed=max,seconds=3".parse().expect("a source"));
         let mut robot = MonitorState::new(Feet::default());
         while !robot.has_ended() {
-            let mut fed = feed.next(Duration::from_secs(5)).expect("it ends");
+            let mut fed = feed.next(Duration::from_secs(600)).expect("it ends");
             if let Fed::Arrived((_, Arrival::Frame { frame, .. })) = &mut fed
                 && frame.id() & 0x7F == u16::from(wire::Foot::Right.default_node_id().get())
             {

@@ -217,7 +217,7 @@ mod tests {
         let feed = Feed::open(source.parse().expect("a source"));
         let mut robot = MonitorState::new(Feet::default());
         while !robot.has_ended() {
-            robot.listen(&feed, Instant::now() + Duration::from_secs(10));
+            robot.listen(&feed, Instant::now() + Duration::from_secs(600));
         }
         let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("a terminal");
         terminal

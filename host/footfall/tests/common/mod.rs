@@ -8,9 +8,22 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
+
+/// Time after which a wait for a condition ends the test as hung; no condition is expected within a given time.
+const HANG: Duration = Duration::from_secs(600);
+
+/// Waits until a condition holds; `what` describes it.
+pub fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
+    let end = Instant::now() + HANG;
+    while !holds() {
+        assert!(Instant::now() < end, "not within {HANG:?}: {what}");
+        thread::sleep(Duration::from_millis(20));
+    }
+}
 
 /// A directory per test in which the command runs.
 pub struct Bench {
@@ -55,7 +68,7 @@ impl Bench {
             .expect("the command that was just built");
         let mut stdin = child.stdin.take().expect("a pipe");
         let input = input.to_owned();
-        let feeder = std::thread::spawn(move || stdin.write_all(input.as_bytes()));
+        let feeder = thread::spawn(move || stdin.write_all(input.as_bytes()));
         let output = child.wait_with_output().expect("it ends");
         let fed = feeder.join().expect("a thread");
         fed.expect("all of it was read");
@@ -79,11 +92,17 @@ impl Bench {
 
     /// Waits until a file exists.
     pub fn wait_for(&self, name: &str) {
-        let end = Instant::now() + Duration::from_secs(60);
-        while !self.path(name).exists() {
-            assert!(Instant::now() < end, "no {name}");
-            std::thread::sleep(Duration::from_millis(10));
-        }
+        wait_until(name, || self.path(name).exists());
+    }
+
+    /// Waits until a recording that is being written has more than `least` samples on a topic.
+    pub fn wait_for_samples(&self, name: &str, topic: &str, least: u64) {
+        let what = format!("{least} samples of {topic} in {name}");
+        wait_until(&what, || {
+            thread::sleep(Duration::from_millis(100));
+            let output = self.run(&format!("replay {name} --topic {topic} --json"));
+            output.status.success() && samples(&output.stdout) > least
+        });
     }
 
     /// Returns the names of the files.
@@ -101,6 +120,13 @@ impl Bench {
 
 pub fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).expect("UTF-8")
+}
+
+/// Returns the number of samples in a report of `replay --json` on one recording.
+pub fn samples(report: &[u8]) -> u64 {
+    let report: serde_json::Value = serde_json::from_slice(report).expect("JSON");
+    let samples = report["recordings"][0]["samples"].as_u64();
+    samples.expect("a count")
 }
 
 pub fn read(path: &Path) -> String {

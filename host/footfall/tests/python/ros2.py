@@ -28,6 +28,7 @@ from cyclonedds.idl.types import array, float32, float64, int32, sequence, uint8
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
+from cyclonedds.util import duration
 from mcap_ros2.reader import read_ros2_messages
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -37,6 +38,12 @@ FEET = ["FL", "FR", "RL", "RR"]
 CONTACTS = 10_000
 # A script that takes longer hangs, and ends with the place where it does.
 HANGS_S = 600.0
+
+# Runs of which one must not stall.
+ATTEMPTS = 5
+
+# Longest lead of a stamp over the clock, ns.
+EARLY_NS = 10_000_000
 
 # Values of feet in messages of all feet that may be swing because the machine stalled, of some 50 000.
 SILENT = 100
@@ -253,10 +260,15 @@ def recorded(path):
     return messages
 
 
+class Stalled(Exception):
+    """The machine was too busy for subscribers, and nothing is known of the messages."""
+
+
 def compare(topic, received, published, least):
     """The last messages, `least` of them, without a gap and value for value. Those before came while the
     subscriber was found: what DDS promises of them is their order."""
-    assert len(received) >= least, f"{topic}: {len(received)} messages, not {least}"
+    if len(received) < least:
+        raise Stalled(f"{topic}: {len(received)} messages, not {least}")
     pairs = zip(received[-least:], published[-least:])
     for index, (one, other) in enumerate(pairs, start=len(received) - least):
         assert plain(one) == plain(other), f"{topic}, message {index}:\n{one}\n{other}"
@@ -265,13 +277,21 @@ def compare(topic, received, published, least):
         assert plain(one) in earlier, f"{topic}, message {index} is not of these feet, or late:\n{one}"
 
 
+def last_of(received, topic):
+    return [received[f"/footfall/{foot}/{topic}"][-1] for foot in FEET]
+
+
 def take_last_words(received, other_topic, other_values):
     """Takes what is said at the end off the messages: that all feet are silent, and none stands."""
+    if any(message.data != 0.0 for message in last_of(received, "contact/probability")):
+        raise Stalled("the last words have not come")
     for foot in FEET:
-        assert received[f"/footfall/{foot}/contact/probability"].pop().data == 0.0, foot
+        received[f"/footfall/{foot}/contact/probability"].pop()
     silent = [received["/diagnostics"].pop().status[0] for _ in FEET]
+    if any(not status.message.startswith("silent") for status in silent):
+        raise Stalled("the last words have not come")
     assert {status.name for status in silent} == {f"footfall: {foot}" for foot in FEET}, silent
-    assert all(status.level == 3 and status.message.startswith("silent") for status in silent), silent
+    assert all(status.level == 3 for status in silent), silent
     assert other_values(received[other_topic].pop()) == [0.0] * len(FEET)
 
 
@@ -288,23 +308,32 @@ def topic_of_nodes(participant):
 ABOUT_NODES = Qos(Policy.Reliability.Reliable(0), Policy.Durability.TransientLocal)
 
 
+def ended(program):
+    """Ends a program by the signal that a service manager sends."""
+    program.terminate()
+    _, errors = program.communicate()
+    assert program.returncode == 0, (program.returncode, errors)
+    return errors
+
+
 def check_now(footfall, *arguments):
-    """The stamps of contacts are at most half a second from the time of their reception."""
+    """The stamps of contacts are between the start of the program and their reception."""
     participant = participant_of(arguments)
     qos = Qos(Policy.Reliability.Reliable(0), Policy.Durability.Volatile, Policy.History.KeepAll)
     reader = DataReader(participant, Topic(participant, "rt/footfall/FL/contact", Contact), qos=qos)
+    begun = time.time_ns()
     program = subprocess.Popen([footfall, "ros2", *arguments])
-    ages = []
-    while program.poll() is None:
+    count = 0
+    while count < 1000:
         time.sleep(0.01)
-        now = time.time_ns()
         contacts = [sample for sample in reader.take(10_000) if isinstance(sample, Contact)]
-        ages += [1.0e-9 * (now - nanoseconds(contact.header.stamp)) for contact in contacts]
-    assert program.returncode == 0, program.returncode
-    assert len(ages) > 1000, len(ages)
-    ages.sort()
-    # A stalled machine delays some.
-    assert abs(ages[0]) < 0.5 and abs(ages[len(ages) * 9 // 10]) < 0.5, (ages[0], ages[-1])
+        now = time.time_ns()
+        for contact in contacts:
+            stamp = nanoseconds(contact.header.stamp)
+            # A contact is due at the end of its millisecond.
+            assert begun <= stamp <= now + EARLY_NS, (stamp - begun, now - stamp)
+        count += len(contacts)
+    ended(program)
 
 
 def check_namesake(footfall, *arguments):
@@ -317,18 +346,29 @@ def check_namesake(footfall, *arguments):
         subprocess.Popen([footfall, "ros2", *arguments, *name], stderr=subprocess.PIPE, text=True)
         for name in ([], ["--node-name", "other"], ["--namespace", "dog"])
     ]
-    while any(program.poll() is None for program in programs):
-        nodes.write(ParticipantEntitiesInfo(gid=gid, node_entities_info_seq=[named]))
+    while len(nodes.get_matched_subscriptions()) < len(programs):
         time.sleep(0.1)
-    errors = [program.communicate()[1] for program in programs]
-    assert [program.returncode for program in programs] == [0, 0, 0], errors
-    [warning, *others] = errors
-    assert warning.count("\n") == 1 and "another node" in warning and " /footfall" in warning, warning
-    assert others == ["", ""], others
+    nodes.write(ParticipantEntitiesInfo(gid=gid, node_entities_info_seq=[named]))
+    warning = programs[0].stderr.readline()
+    assert "another node" in warning and " /footfall" in warning, warning
+    # All have received it.
+    assert nodes.wait_for_acks(duration(seconds=HANGS_S))
+    errors = [ended(program) for program in programs]
+    assert errors == ["", "", ""], errors
 
 
-def check_all(whose, reliability, footfall, recording, *arguments):
+def check_all(*arguments):
     check_package()
+    published = recorded(arguments[3])
+    for attempt in range(1, ATTEMPTS + 1):
+        try:
+            return check_messages(published, *arguments)
+        except Stalled:
+            if attempt == ATTEMPTS:
+                raise
+
+
+def check_messages(published, whose, reliability, footfall, _, *arguments):
     reliable = reliability == "reliable"
     policy = Policy.Reliability.Reliable(0) if reliable else Policy.Reliability.BestEffort
     qos = Qos(policy, Policy.Durability.Volatile, Policy.History.KeepAll)
@@ -346,7 +386,7 @@ def check_all(whose, reliability, footfall, recording, *arguments):
         readers[topic] = DataReader(participant, Topic(participant, f"rt{topic}", kind), qos=qos)
     nodes = DataReader(participant, topic_of_nodes(participant), qos=ABOUT_NODES)
 
-    program = subprocess.Popen([footfall, "ros2", *arguments])
+    program = subprocess.Popen([footfall, "ros2", *arguments], stderr=subprocess.PIPE, text=True)
     info = None
     while program.poll() is None:
         time.sleep(0.2)
@@ -354,17 +394,24 @@ def check_all(whose, reliability, footfall, recording, *arguments):
             # The last one says that the node has gone.
             if isinstance(sample, ParticipantEntitiesInfo) and sample.node_entities_info_seq:
                 info = sample
-    assert program.returncode == 0, program.returncode
+    errors = program.stderr.read()
+    assert program.returncode == 0, (program.returncode, errors)
+    if "did not keep up" in errors:
+        raise Stalled(errors)
+    assert errors == "", errors
+    # The threads that receive may be behind; without the last words the run counts as stalled.
+    time.sleep(1.0)
     received = {}
     for topic, reader in readers.items():
         samples = reader.take(200_000)
         received[topic] = [sample for sample in samples if isinstance(sample, types[topic])]
 
+    if info is None or not all(received.values()):
+        raise Stalled("the subscriber has not found all topics")
     [node] = info.node_entities_info_seq
     assert (node.node_namespace, node.node_name) == ("/", "footfall"), node
     # The topics', and the node's own.
     assert len(node.writer_gid_seq) > len(types), len(node.writer_gid_seq)
-    published = recorded(recording)
     expected = {f"/footfall/{foot}/{topic}": least for foot in FEET for topic, least in LEAST.items()}
     expected["/diagnostics"] = 40
     if reliable:
@@ -372,8 +419,8 @@ def check_all(whose, reliability, footfall, recording, *arguments):
     for topic, least in expected.items():
         if reliable:
             compare(topic, received[topic], published[topic], least)
-        else:
-            assert len(received[topic]) > least // 2, f"{topic}: {len(received[topic])}"
+        elif len(received[topic]) <= least // 2:
+            raise Stalled(f"{topic}: {len(received[topic])}")
     check_other(received[other_topic], published, other_values, whose)
     print(sum(len(messages) for messages in received.values()))
 
@@ -381,7 +428,8 @@ def check_all(whose, reliability, footfall, recording, *arguments):
 def check_other(messages, published, values, whose):
     """Messages of all feet have what a contact of each foot has said, or swing for a foot that was silent for
     20 ms, as the source is where this machine stalls: rarely."""
-    assert len(messages) > CONTACTS // 2, f"{whose}: {len(messages)}"
+    if len(messages) <= CONTACTS // 2:
+        raise Stalled(f"{whose}: {len(messages)}")
     said = []
     for foot in FEET:
         of_foot = published[f"/footfall/{foot}/contact"]
@@ -399,7 +447,8 @@ def check_other(messages, published, values, whose):
             if value not in near:
                 silent.append(f"{newest}: {value}, not one of {near}")
                 assert value == 0.0, f"{whose} at {silent[-1]}"
-    assert len(silent) <= SILENT, f"{whose}, {len(silent)} values, the first at {silent[0]}"
+    if len(silent) > SILENT:
+        raise Stalled(f"{whose}, {len(silent)} values, the first at {silent[0]}")
 
 
 faulthandler.dump_traceback_later(HANGS_S, exit=True)
