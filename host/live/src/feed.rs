@@ -261,13 +261,16 @@ impl Feeder {
 mod tests {
     use super::*;
 
+    /// Timeout that ends a hang.
+    const LONGEST: Duration = Duration::from_secs(120);
+
     #[test]
     fn demo_at_max_speed_yields_every_frame_and_its_end() {
         let source = "demo:feet=2,speed=max,seconds=2".parse().expect("a source");
         let feed = Feed::open(source);
         let mut contacts = 0;
         loop {
-            match feed.next(Duration::from_secs(5)).expect("it ends") {
+            match feed.next(LONGEST).expect("it ends") {
                 Fed::Arrived((_, Arrival::Frame { frame, .. })) => {
                     contacts += usize::from(frame.id() & 0x780 == 0x180);
                 }
@@ -285,7 +288,7 @@ mod tests {
     fn missing_device_is_named_and_retried() {
         let source = "uart:/dev/there-is-none".parse().expect("a source");
         let feed = Feed::open(source);
-        match feed.next(Duration::from_secs(5)) {
+        match feed.next(LONGEST) {
             Some(Fed::WaitsFor(error)) => {
                 assert!(
                     error.to_string().starts_with("/dev/there-is-none: "),
@@ -303,7 +306,7 @@ mod tests {
     #[test]
     fn missing_file_ends_the_feed() {
         let feed = Feed::open("file:there-is-none.log".parse().expect("a source"));
-        match feed.next(Duration::from_secs(5)) {
+        match feed.next(LONGEST) {
             Some(Fed::Ended(error)) => {
                 assert!(error.to_string().contains("there-is-none.log"), "{error}");
             }

@@ -243,7 +243,7 @@ mod tests {
         let mut session = Session::new(Feet::default());
         let mut contacts = 0;
         'listen: loop {
-            session.listen(&feed, Duration::from_secs(10));
+            session.listen(&feed, Duration::from_secs(120));
             while let Some(update) = session.next_update() {
                 match update {
                     Update::Line(Fed::Ended(_)) => break 'listen,
