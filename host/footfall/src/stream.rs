@@ -1,10 +1,11 @@
 //! Messages of streaming feet, for `footfall record`, `footfall ros2` and `footfall view`.
 
 use std::collections::BTreeSet;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use decode::Feet;
 use live::feed::Fed;
+use live::link::LineClock;
 use live::session::SEVERAL_BOARDS;
 use live::{Feed, LinkError, Session, Source, Update};
 use ros::compat::FEET;
@@ -51,23 +52,23 @@ pub fn parse_seconds(text: &str) -> Result<f64, String> {
     seconds.ok_or_else(|| format!("write seconds from 0 to {LONGEST_S}"))
 }
 
-/// Returns the deadline of a stream; an interruption always ends it.
+/// Returns the deadline of a stream on the clock of its line; an interruption always ends it.
 #[must_use]
-pub fn deadline(seconds: Option<f64>) -> Option<Instant> {
+pub fn deadline(clock: &LineClock, seconds: Option<f64>) -> Option<Duration> {
     let time = Duration::try_from_secs_f64(seconds?).ok()?;
-    Instant::now().checked_add(time)
+    clock.now().checked_add(time)
 }
 
 /// Returns whether the deadline has passed or an interruption was requested.
 #[must_use]
-pub fn is_over(deadline: Option<Instant>) -> bool {
-    is_interrupted() || deadline.is_some_and(|deadline| Instant::now() >= deadline)
+pub fn is_over(clock: &LineClock, deadline: Option<Duration>) -> bool {
+    is_interrupted() || deadline.is_some_and(|deadline| clock.now() >= deadline)
 }
 
 /// Returns the time after `period`, or the end if it comes first.
 #[must_use]
-pub fn next(period: Duration, end: Option<Instant>) -> Instant {
-    let due = Instant::now() + period;
+pub fn next(clock: &LineClock, period: Duration, end: Option<Duration>) -> Duration {
+    let due = clock.now() + period;
     end.map_or(due, |end| due.min(end))
 }
 
@@ -128,17 +129,23 @@ impl Stream {
         })
     }
 
+    /// Clock of the line.
+    #[must_use]
+    pub const fn clock(&self) -> &LineClock {
+        self.feed.clock()
+    }
+
     /// Publishes all messages until the deadline or until the source ends, whose error is returned.
     ///
     /// # Errors
     /// Errors of the sink.
     pub fn run(
         &mut self,
-        deadline: Option<Instant>,
+        deadline: Option<Duration>,
         sink: &mut impl Sink,
     ) -> Result<Option<LinkError>, Error> {
         let mut ended = None;
-        while ended.is_none() && !is_over(deadline) {
+        while ended.is_none() && !is_over(self.clock(), deadline) {
             self.session.listen(&self.feed, LOOK);
             ended = self.hand_on(sink)?;
         }

@@ -1,5 +1,8 @@
-//! Line that is read by its own thread, so that a slow consumer does not block it, and reopened when it breaks.
+//! Line that is read by its own thread, so that a slow consumer does not block it, and reopened when it breaks. A line in
+//! lock step is read by its consumer instead: its time passes only while the consumer waits.
 
+use std::cell::RefCell;
+use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{
@@ -9,7 +12,7 @@ use std::sync::mpsc::{
 use std::thread;
 use std::time::Duration;
 
-use crate::link::{self, Arrival, Arrived, LISTEN, Link, LinkError, Sending};
+use crate::link::{self, Arrival, Arrived, LISTEN, LineClock, Link, LinkError, Sending};
 use crate::source::Source;
 
 /// Capacity of the queue, arrivals: three seconds of four feet on CAN.
@@ -35,17 +38,29 @@ pub enum Fed {
     Ended(LinkError),
 }
 
-/// Line that is read by its own thread.
+/// Line whose arrivals, and whose breaks, are events.
 pub struct Feed {
-    fed: Receiver<Fed>,
-    sendings: Sender<Sending>,
-    lost: Arc<AtomicU64>,
+    reader: Reader,
+    clock: LineClock,
+}
+
+/// Reader of a line.
+enum Reader {
+    Thread {
+        fed: Receiver<Fed>,
+        sendings: Sender<Sending>,
+        lost: Arc<AtomicU64>,
+    },
+    Consumer(RefCell<ConsumedLine>),
 }
 
 impl Feed {
     /// Opens a source. If the queue is full, playback waits, and arrivals from a device are dropped and counted.
     #[must_use]
     pub fn open(source: Source) -> Self {
+        if link::is_in_lock_step(&source) {
+            return Self::consumed(link::open(&source));
+        }
         let (to, fed) = sync_channel(WAITING);
         let (sendings, to_send) = channel();
         let lost = Arc::new(AtomicU64::new(0));
@@ -59,16 +74,43 @@ impl Feed {
         // The thread ends at the next arrival or timeout after the feed is dropped.
         thread::spawn(move || feeder.run());
         Self {
-            fed,
-            sendings,
-            lost,
+            reader: Reader::Thread {
+                fed,
+                sendings,
+                lost,
+            },
+            clock: LineClock::default(),
         }
+    }
+
+    /// Feed of a line that its consumer reads.
+    fn consumed(opened: Result<Box<dyn Link>, LinkError>) -> Self {
+        let (link, first) = match opened {
+            Ok(link) => (Some(link), Fed::Opened),
+            Err(error) => (None, Fed::Ended(error)),
+        };
+        let clock = link.as_ref().map(|link| link.clock());
+        let events = VecDeque::from([first]);
+        Self {
+            reader: Reader::Consumer(ConsumedLine { link, events }.into()),
+            clock: clock.unwrap_or_default(),
+        }
+    }
+
+    /// Clock of the line.
+    #[must_use]
+    pub const fn clock(&self) -> &LineClock {
+        &self.clock
     }
 
     /// Returns the next event, or `None` if there is none within `longest`.
     #[must_use]
     pub fn next(&self, longest: Duration) -> Option<Fed> {
-        match self.fed.recv_timeout(longest) {
+        let fed = match &self.reader {
+            Reader::Thread { fed, .. } => fed,
+            Reader::Consumer(line) => return line.borrow_mut().next(longest),
+        };
+        match fed.recv_timeout(longest) {
             Ok(fed) => Some(fed),
             Err(RecvTimeoutError::Timeout) => None,
             Err(RecvTimeoutError::Disconnected) => {
@@ -81,14 +123,58 @@ impl Feed {
 
     /// Queues data for sending; a failure is reported as [`Fed::NotSent`].
     pub fn send(&self, sending: Sending) {
-        // If the line has ended, that was reported already.
-        let _ = self.sendings.send(sending);
+        match &self.reader {
+            // If the line has ended, that was reported already.
+            Reader::Thread { sendings, .. } => drop(sendings.send(sending)),
+            Reader::Consumer(line) => line.borrow_mut().send(&sending),
+        }
     }
 
     /// Number of arrivals dropped because the queue was full.
     #[must_use]
     pub fn lost(&self) -> u64 {
-        self.lost.load(Ordering::Relaxed)
+        match &self.reader {
+            Reader::Thread { lost, .. } => lost.load(Ordering::Relaxed),
+            Reader::Consumer(_) => 0,
+        }
+    }
+}
+
+/// Line that its consumer reads. An error ends it.
+struct ConsumedLine {
+    link: Option<Box<dyn Link>>,
+    /// Events that come before the next arrival.
+    events: VecDeque<Fed>,
+}
+
+impl ConsumedLine {
+    fn next(&mut self, longest: Duration) -> Option<Fed> {
+        if let Some(event) = self.events.pop_front() {
+            return Some(event);
+        }
+        let Some(link) = &mut self.link else {
+            // The end was reported already; the sleep keeps a polling caller from spinning.
+            thread::sleep(longest.min(LISTEN));
+            return None;
+        };
+        match link.receive(longest) {
+            Ok(arrived) => arrived.map(Fed::Arrived),
+            Err(error) => {
+                self.link = None;
+                Some(Fed::Ended(error))
+            }
+        }
+    }
+
+    fn send(&mut self, sending: &Sending) {
+        match self.link.as_mut().map(|link| link.send(sending)) {
+            None | Some(Ok(())) => {}
+            Some(Err(error)) if error.may_pass() => {
+                self.link = None;
+                self.events.push_back(Fed::Ended(error));
+            }
+            Some(Err(error)) => self.events.push_back(Fed::NotSent(error)),
+        }
     }
 }
 
@@ -175,13 +261,16 @@ impl Feeder {
 mod tests {
     use super::*;
 
+    /// Timeout that ends a hang.
+    const LONGEST: Duration = Duration::from_secs(120);
+
     #[test]
     fn demo_at_max_speed_yields_every_frame_and_its_end() {
         let source = "demo:feet=2,speed=max,seconds=2".parse().expect("a source");
         let feed = Feed::open(source);
         let mut contacts = 0;
         loop {
-            match feed.next(Duration::from_secs(5)).expect("it ends") {
+            match feed.next(LONGEST).expect("it ends") {
                 Fed::Arrived((_, Arrival::Frame { frame, .. })) => {
                     contacts += usize::from(frame.id() & 0x780 == 0x180);
                 }
@@ -199,7 +288,7 @@ mod tests {
     fn missing_device_is_named_and_retried() {
         let source = "uart:/dev/there-is-none".parse().expect("a source");
         let feed = Feed::open(source);
-        match feed.next(Duration::from_secs(5)) {
+        match feed.next(LONGEST) {
             Some(Fed::WaitsFor(error)) => {
                 assert!(
                     error.to_string().starts_with("/dev/there-is-none: "),
@@ -217,7 +306,7 @@ mod tests {
     #[test]
     fn missing_file_ends_the_feed() {
         let feed = Feed::open("file:there-is-none.log".parse().expect("a source"));
-        match feed.next(Duration::from_secs(5)) {
+        match feed.next(LONGEST) {
             Some(Fed::Ended(error)) => {
                 assert!(error.to_string().contains("there-is-none.log"), "{error}");
             }

@@ -4,7 +4,7 @@
 //! a feed or passes its items, and then takes the updates, after each of which the state of its foot is that of
 //! the message.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use decode::Feet;
 use decode::live::{Heard, Listener, Said};
@@ -12,6 +12,7 @@ use estimator_core::Timestamp;
 
 use crate::Feed;
 use crate::feed::Fed;
+use crate::link::LineClock;
 use crate::live_foot::LiveFoot;
 use crate::silence::Listening;
 
@@ -37,8 +38,10 @@ pub struct Session {
     listening: Listening,
     /// Time of the first arrival.
     first: Option<Timestamp>,
-    /// Time of the newest arrival, on the clock that stamped it and on this machine's.
-    newest: Option<(Timestamp, Instant)>,
+    /// Clock of the feed.
+    clock: LineClock,
+    /// Time of the newest arrival, on the clock that stamped it and on that of the feed.
+    newest: Option<(Timestamp, Duration)>,
     now: Timestamp,
     /// Number of lines and fragments that could not be read.
     unreadable: u64,
@@ -60,6 +63,7 @@ impl Session {
     /// Waits up to `longest` for the next item of a feed, and processes it, or that there is none. All updates
     /// must have been taken.
     pub fn listen(&mut self, feed: &Feed, longest: Duration) {
+        self.clock.clone_from(feed.clock());
         match feed.next(longest) {
             Some(fed) => self.take(fed),
             None => self.idle(self.quiet_for()),
@@ -72,7 +76,7 @@ impl Session {
             Fed::Arrived((at, arrival)) => {
                 self.first.get_or_insert(at);
                 self.now = at;
-                self.newest = Some((at, Instant::now()));
+                self.newest = Some((at, self.clock.now()));
                 let unreadable = arrival.hand_to(&mut self.listener, at);
                 self.unreadable += u64::from(unreadable.is_some());
                 return;
@@ -177,10 +181,12 @@ impl Session {
         self.now.as_micros().saturating_sub(first.as_micros()) as f64 / 1.0e6
     }
 
-    /// Returns the time since the newest arrival on this machine's clock; 0 before the first.
+    /// Returns the time since the newest arrival on the clock of the feed; 0 before the first.
     #[must_use]
     pub fn quiet_for(&self) -> Duration {
-        let elapsed = self.newest.map(|(_, arrived)| arrived.elapsed());
+        let elapsed = self
+            .newest
+            .map(|(_, arrived)| self.clock.now().saturating_sub(arrived));
         elapsed.unwrap_or_default()
     }
 
@@ -237,7 +243,7 @@ mod tests {
         let mut session = Session::new(Feet::default());
         let mut contacts = 0;
         'listen: loop {
-            session.listen(&feed, Duration::from_secs(10));
+            session.listen(&feed, Duration::from_secs(120));
             while let Some(update) = session.next_update() {
                 match update {
                     Update::Line(Fed::Ended(_)) => break 'listen,

@@ -14,10 +14,11 @@ use live::foot::scan;
 use live::foot::self_test::{self, SelfTestResult};
 use live::foot::settings::{self, Lasting, SettingsError, Undone, Values};
 use live::foot::sync::Clocks;
-use live::link::{self, Arrived};
+use live::link::demo::SimulatedFeet;
+use live::link::{Arrived, LineClock};
 use live::robot::Robot;
 use live::source::DemoLine;
-use live::{Arrival, Link, LinkError, Sending};
+use live::{Arrival, Link, LinkError, Sending, Source};
 use wire::dictionary::index;
 use wire::foot::cob_id;
 use wire::node::{Calibration, CalibrationState, Command, State};
@@ -26,13 +27,16 @@ use wire::{AbortCode, Address, CanFrame, DataType, Foot, NodeId, Value};
 
 const LINES: [&str; 2] = ["can", "uart"];
 
-fn client(line: &str) -> Client {
-    client_at(line, 20)
+/// Simulated feet on whose clock timeouts are measured.
+fn demo(source: &str) -> Box<dyn Link> {
+    match source.parse() {
+        Ok(Source::Demo(demo)) => Box::new(SimulatedFeet::in_steps(&demo)),
+        other => panic!("{source}: {other:?}"),
+    }
 }
 
-fn client_at(line: &str, speed: u32) -> Client {
-    let source = format!("demo:feet=1,line={line},speed={speed}");
-    let link = link::open(&source.parse().expect("a source")).expect("a demo");
+fn client(line: &str) -> Client {
+    let link = demo(&format!("demo:feet=1,line={line}"));
     Client::new(link, None).expect("one foot")
 }
 
@@ -124,8 +128,7 @@ fn stored_settings_survive_a_reset() {
 
 #[test]
 fn foot_with_a_new_id_is_followed_and_found_by_a_scan() {
-    let source = "demo:feet=2,speed=20".parse().expect("a source");
-    let mut link = link::open(&source).expect("a demo");
+    let mut link = demo("demo:feet=2");
     let mut listener = Listener::default();
     let scanned = |link: &mut dyn Link, listener: &mut Listener| -> Vec<_> {
         let feet = scan::feet(link, listener, scan::SCAN).expect("a line");
@@ -158,6 +161,10 @@ impl Link for Shared {
 
     fn send(&mut self, sending: &Sending) -> Result<(), LinkError> {
         self.0.borrow_mut().send(sending)
+    }
+
+    fn clock(&self) -> LineClock {
+        self.0.borrow().clock()
     }
 }
 
@@ -238,7 +245,7 @@ fn refused_value_error_states_the_reason() {
 
 #[test]
 fn several_feet_require_a_node_id() {
-    let open = || link::open(&"demo:feet=4,speed=20".parse().expect("a source")).expect("a demo");
+    let open = || demo("demo:feet=4");
     match Client::new(open(), None) {
         Err(error) => assert_eq!(
             error.to_string(),
@@ -278,15 +285,18 @@ impl Link for Breaking {
         self.left -= 1;
         self.link.send(sending)
     }
+
+    fn clock(&self) -> LineClock {
+        self.link.clock()
+    }
 }
 
 #[test]
 fn foot_lost_during_a_write_is_reported_as_partly_set() {
     let settings_read = Named::settings().count() as u32;
     for more in [3, 4] {
-        let source = "demo:feet=1,speed=20".parse().expect("a source");
         let link = Breaking {
-            link: link::open(&source).expect("a demo"),
+            link: demo("demo:feet=1"),
             // All settings are read, uniqueness is checked, the foot is paused, and some settings are written.
             left: settings_read + more,
         };
@@ -309,9 +319,8 @@ fn foot_lost_during_a_write_is_reported_as_partly_set() {
 
 #[test]
 fn unanswered_store_is_reported_as_unknown() {
-    let source = "demo:feet=1,speed=20".parse().expect("a source");
     let link = Breaking {
-        link: link::open(&source).expect("a demo"),
+        link: demo("demo:feet=1"),
         // All settings are read, uniqueness is checked, the foot is paused, one setting is written and read
         // back, and the store is sent.
         left: Named::settings().count() as u32 + 5,
@@ -343,8 +352,7 @@ fn board_with_a_new_position_is_found_under_its_new_id() {
 
 #[test]
 fn position_of_another_board_is_rejected() {
-    let source = "demo:feet=4,speed=20".parse().expect("a source");
-    let link = link::open(&source).expect("a demo");
+    let link = demo("demo:feet=4");
     let mut client = Client::new(link, NodeId::new(0x12)).expect("a foot");
     let error = position::set(&mut client, Foot::RearRight).expect_err("there is one");
     assert_eq!(
@@ -356,8 +364,7 @@ fn position_of_another_board_is_rejected() {
 
 #[test]
 fn id_of_another_board_is_rejected_by_all_commands() {
-    let source = "demo:feet=4,speed=20".parse().expect("a source");
-    let link = link::open(&source).expect("a demo");
+    let link = demo("demo:feet=4");
     let mut client = Client::new(link, NodeId::new(0x12)).expect("a foot");
     let error = settings::restore(&mut client).expect_err("the front left one is there");
     assert_eq!(
@@ -402,6 +409,10 @@ impl<F: FnMut(&Sending) -> Meddling + Send> Link for Meddled<F> {
             Meddling::Lost => Ok(()),
             Meddling::LostInAReset => self.link.send(&reset_like(sending)),
         }
+    }
+
+    fn clock(&self) -> LineClock {
+        self.link.clock()
     }
 }
 
@@ -451,8 +462,7 @@ fn decoded(bytes: &[u8]) -> Option<Message> {
 }
 
 fn meddled(line: &str, meddle: impl FnMut(&Sending) -> Meddling + Send + 'static) -> Client {
-    let source = format!("demo:feet=1,line={line},speed=20");
-    let link = link::open(&source.parse().expect("a source")).expect("a demo");
+    let link = demo(&format!("demo:feet=1,line={line}"));
     Client::new(Box::new(Meddled { link, meddle }), None).expect("one foot")
 }
 
@@ -538,12 +548,15 @@ impl Link for Twice {
     fn send(&mut self, sending: &Sending) -> Result<(), LinkError> {
         self.link.send(sending)
     }
+
+    fn clock(&self) -> LineClock {
+        self.link.clock()
+    }
 }
 
 #[test]
 fn two_boards_with_the_same_id_are_not_configured() {
-    let source = "demo:feet=1,speed=20".parse().expect("a source");
-    let link = link::open(&source).expect("a demo");
+    let link = demo("demo:feet=1");
     let mut client = Client::new(Box::new(Twice { link, again: None }), None).expect("one id");
     let error = position::set(&mut client, Foot::RearRight).expect_err("which one?");
     assert!(
@@ -558,8 +571,8 @@ fn two_boards_with_the_same_id_are_not_configured() {
 
 #[test]
 fn late_response_to_a_write_is_not_read_as_a_value() {
-    for source in ["demo:feet=1,speed=20", "demo:speed=20,line=uart"] {
-        let link = link::open(&source.parse().expect("a source")).expect("a demo");
+    for source in ["demo:feet=1", "demo:line=uart"] {
+        let link = demo(source);
         let mut client = Client::new(Box::new(Twice { link, again: None }), None).expect("one id");
         client
             .command(Command::EnterPreOperational)
@@ -603,10 +616,11 @@ fn calibration_survives_a_reset_and_is_erased_on_command() {
     }
 }
 
-/// Robot at maximum speed whose sensor fails its self-test.
+/// Robot whose sensor fails its self-test.
 struct Failing {
     robot: Robot,
     line: DemoLine,
+    clock: LineClock,
 }
 
 impl Link for Failing {
@@ -625,9 +639,13 @@ impl Link for Failing {
         };
         if arrival.is_none() {
             self.robot.tick();
-            std::thread::sleep(Duration::from_micros(50));
+            self.clock.advance_to(self.robot.elapsed_us());
         }
         Ok(arrival)
+    }
+
+    fn clock(&self) -> LineClock {
+        self.clock.clone()
     }
 
     fn send(&mut self, sending: &Sending) -> Result<(), LinkError> {
@@ -642,8 +660,7 @@ impl Link for Failing {
 #[test]
 fn self_test_reports_failed_axes_and_restores_settings() {
     for (name, line) in LINES.into_iter().zip([DemoLine::Can, DemoLine::Uart]) {
-        // Slow enough for the stage to be polled.
-        let mut good = client_at(name, 1);
+        let mut good = client(name);
         assert_eq!(
             self_test::run(&mut good).expect("a verdict"),
             SelfTestResult::Passed,
@@ -651,7 +668,9 @@ fn self_test_reports_failed_axes_and_restores_settings() {
         );
         let mut robot = Robot::new(1, 1, line);
         robot.fail_self_test(0, 0b01_0010);
-        let mut bad = Client::new(Box::new(Failing { robot, line }), None).expect("a foot");
+        let clock = LineClock::in_steps();
+        let failing = Failing { robot, line, clock };
+        let mut bad = Client::new(Box::new(failing), None).expect("a foot");
         let verdict = self_test::run(&mut bad).expect("a verdict");
         let axes = (name == "can").then(|| vec![Axis::Ay, Axis::Wy]);
         assert_eq!(verdict, SelfTestResult::Failed(axes), "{name}");

@@ -54,8 +54,8 @@ fn received(ours: &OwnedFd) -> Receiver<Vec<u8>> {
     bytes
 }
 
-/// Timeout of expected data, long enough for a busy machine.
-const LONGEST: Duration = Duration::from_secs(60);
+/// Timeout that ends a hang.
+const LONGEST: Duration = Duration::from_secs(120);
 
 /// Listens to a source until `is_enough`.
 fn listen(feed: &Feed, mut is_enough: impl FnMut(&[Heard]) -> bool) -> Vec<Heard> {

@@ -1,7 +1,7 @@
 //! `footfall monitor`: shows the current state of streaming feet.
 
 use std::io::{self, IsTerminal, Write};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use clap::Args;
 use live::Feed;
@@ -49,9 +49,9 @@ enum Form {
 impl MonitorArguments {
     pub(super) fn run(self) -> Result<(), Error> {
         let name = self.listen.source.to_string();
-        let end = deadline(self.seconds);
         let (source, feet) = self.listen.listen()?;
         let feed = Feed::open(source);
+        let end = deadline(feed.clock(), self.seconds);
         let mut robot = MonitorState::new(feet);
         let watched = match (self.json, self.plain || !io::stdout().is_terminal()) {
             (true, _) => unless_closed(watch_lines(&feed, &mut robot, end, Form::Json)),
@@ -73,16 +73,17 @@ impl MonitorArguments {
 fn watch_lines(
     feed: &Feed,
     robot: &mut MonitorState,
-    end: Option<Instant>,
+    end: Option<Duration>,
     form: Form,
 ) -> io::Result<()> {
     let mut to = io::stdout().lock();
     let mut seen = 0;
+    let clock = feed.clock();
     loop {
-        let due = next(LINE, end);
+        let due = next(clock, LINE, end);
         // Events are printed on arrival.
-        while Instant::now() < due && !robot.has_ended() {
-            robot.listen(feed, due.min(Instant::now() + PICTURE));
+        while clock.now() < due && !robot.has_ended() {
+            robot.listen(feed, due.min(clock.now() + PICTURE));
             let (events, now_seen) = robot.events_since(seen);
             seen = now_seen;
             for event in events {
@@ -97,7 +98,7 @@ fn watch_lines(
             Form::Json => lines::write_json(robot, &mut to)?,
             Form::Text => lines::write_text(robot, &mut to)?,
         }
-        if robot.has_ended() || is_over(end) {
+        if robot.has_ended() || is_over(clock, end) {
             return Ok(());
         }
     }

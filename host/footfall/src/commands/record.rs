@@ -50,7 +50,8 @@ impl RecordArguments {
         // An unreadable source must not replace an existing file.
         let mut stream = Stream::open(source, feet, self.published.bridge())?;
         let mut recording = McapRecording::create(path, existing)?;
-        let ended = stream.run(deadline(self.seconds), &mut recording)?;
+        let end = deadline(stream.clock(), self.seconds);
+        let ended = stream.run(end, &mut recording)?;
         stream.report();
         print_text(&recording.finish()?).map_err(Error::Print)?;
         unless_ended(ended)

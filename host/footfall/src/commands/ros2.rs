@@ -127,7 +127,8 @@ impl Ros2Arguments {
         let (source, feet) = self.listen.listen()?;
         let mut stream = Stream::open(source, feet, bridge)?;
         let mut node = FootNode::new(options)?;
-        let ended = stream.run(deadline(self.seconds), &mut node)?;
+        let end = deadline(stream.clock(), self.seconds);
+        let ended = stream.run(end, &mut node)?;
         // Subscribers must not keep the last contacts as current.
         stream.end(&mut node)?;
         stream.report();

@@ -11,8 +11,6 @@ use crate::error::Error;
 #[cfg(not(feature = "foxglove"))]
 use crate::feature::Feature;
 use crate::report::print_text;
-#[cfg(feature = "foxglove")]
-use crate::stream::deadline;
 use crate::view::pages::pages;
 #[cfg(feature = "foxglove")]
 use crate::view::serving::serve;
@@ -94,7 +92,7 @@ impl ViewArguments {
             &source,
             (&self.host, self.port),
             (self.nodes.feet()?, self.published.bridge()),
-            deadline(self.seconds),
+            self.seconds,
         );
         #[cfg(not(feature = "foxglove"))]
         Err(Feature::Foxglove

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 use std::mem;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use decode::Feet;
 use decode::live::Said;
@@ -66,10 +66,10 @@ impl MonitorState {
         }
     }
 
-    /// Receives from a feed until `due`.
-    pub fn listen(&mut self, feed: &Feed, due: Instant) {
+    /// Receives from a feed until `due` on its clock.
+    pub fn listen(&mut self, feed: &Feed, due: Duration) {
         while self.ended.is_none() {
-            let left = due.saturating_duration_since(Instant::now());
+            let left = feed.clock().until(due);
             if left.is_zero() {
                 return;
             }
@@ -266,7 +266,7 @@ mod tests {
         let feed = Feed::open(source.parse().expect("a source"));
         let mut robot = MonitorState::new(Feet::default());
         while !robot.has_ended() {
-            robot.listen(&feed, Instant::now() + Duration::from_secs(600));
+            robot.listen(&feed, feed.clock().now() + Duration::from_secs(600));
         }
         robot
     }

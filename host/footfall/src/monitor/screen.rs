@@ -211,13 +211,13 @@ mod tests {
     use live::Feed;
     use ratatui::Terminal;
     use ratatui::backend::TestBackend;
-    use std::time::{Duration, Instant};
+    use std::time::Duration;
 
     fn shown(source: &str, width: u16, height: u16, running: Running) -> String {
         let feed = Feed::open(source.parse().expect("a source"));
         let mut robot = MonitorState::new(Feet::default());
         while !robot.has_ended() {
-            robot.listen(&feed, Instant::now() + Duration::from_secs(600));
+            robot.listen(&feed, feed.clock().now() + Duration::from_secs(600));
         }
         let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("a terminal");
         terminal

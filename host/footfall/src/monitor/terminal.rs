@@ -1,6 +1,6 @@
 //! Display of the feet on a terminal, and key input.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use std::{io, mem, thread};
 
 use live::Feed;
@@ -22,7 +22,7 @@ use crate::stream::{is_over, next};
 pub fn watch_screen(
     feed: &Feed,
     robot: &mut MonitorState,
-    end: Option<Instant>,
+    end: Option<Duration>,
     source: &str,
 ) -> io::Result<()> {
     // Terminating on the signal would leave the terminal without echo and cursor.
@@ -49,12 +49,12 @@ fn watch(
     keyboard: &Keyboard,
     feed: &Feed,
     robot: &mut MonitorState,
-    end: Option<Instant>,
+    end: Option<Duration>,
     source: &str,
 ) -> io::Result<()> {
     let mut running = Running::Live;
-    while !is_over(end) {
-        robot.listen(feed, next(PICTURE, end));
+    while !is_over(feed.clock(), end) {
+        robot.listen(feed, next(feed.clock(), PICTURE, end));
         if robot.has_ended() {
             // After the source has ended, the last state stays on screen until a key is pressed.
             thread::sleep(PICTURE);

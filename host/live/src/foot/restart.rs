@@ -1,6 +1,6 @@
 //! Reset of a foot and return to its previous state.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use wire::NodeId;
 use wire::node::{Command, State};
@@ -68,8 +68,9 @@ impl Client {
         serial: Option<u32>,
     ) -> Result<bool, RequestError> {
         let before = self.starts;
-        let end = Instant::now() + HEARD;
-        while Instant::now() < end {
+        let clock = self.clock();
+        let end = clock.now() + HEARD;
+        while clock.now() < end {
             self.wait(LOOK)?;
             if self.starts != before {
                 return Ok(true);
@@ -117,9 +118,10 @@ impl Client {
 
     /// Waits for the first response of the foot after a start.
     pub(super) fn first_answer(&mut self) -> Result<(), RequestError> {
-        let end = Instant::now() + START;
+        let clock = self.clock();
+        let end = clock.now() + START;
         while !self.is_there()? {
-            if Instant::now() > end {
+            if clock.now() > end {
                 return Err(self.no_answer(format!("it was reset {} s ago", START.as_secs())));
             }
         }

@@ -5,7 +5,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use decode::live::{FootKey, Listener, Said, said};
 use wire::dictionary::{PRODUCT_CODE, index};
@@ -36,8 +36,9 @@ pub fn feet(
 ) -> Result<BTreeSet<FootKey>, LinkError> {
     let mut feet = BTreeSet::new();
     let mut others = BTreeMap::new();
-    let end = Instant::now() + time;
-    while Instant::now() < end {
+    let clock = link.clock();
+    let end = clock.now() + time;
+    while clock.now() < end {
         if let Some((at, arrival)) = link.receive(LISTEN)? {
             others.extend(heartbeat(&arrival).map(|(node, line)| (node.get(), (node, line))));
             arrival.hand_to(listener, at);
@@ -105,10 +106,11 @@ fn product_code(
     let Some(request) = CanFrame::new(node.cob_id(cob_id::SDO_REQUEST), &request) else {
         return Ok(None);
     };
+    let clock = link.clock();
     for _ in 0..TRIES {
         link.send(&Sending::Frame(request))?;
-        let end = Instant::now() + ANSWER;
-        while Instant::now() < end {
+        let end = clock.now() + ANSWER;
+        while clock.now() < end {
             let Some((at, arrival)) = link.receive(LISTEN)? else {
                 continue;
             };

@@ -1,6 +1,6 @@
 //! Self-test of the sensor, which runs at a start of the foot if the settings enable it.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use estimator_core::Axis;
 use thiserror::Error;
@@ -93,7 +93,8 @@ const SETTING: Address = Address::new(index::SELF_TEST, 0);
 fn watched(client: &mut Client) -> Result<SelfTestResult, SelfTestError> {
     client.take_emergencies();
     client.reset(None)?;
-    let end = Instant::now() + START;
+    let clock = client.clock();
+    let end = clock.now() + START;
     let mut has_run = false;
     let mut faults = Faults::NONE;
     loop {
@@ -103,7 +104,7 @@ fn watched(client: &mut Client) -> Result<SelfTestResult, SelfTestError> {
         match u8::try_from(code).ok().and_then(Stage::from_code) {
             Some(Stage::SelfTest) => has_run = true,
             Some(Stage::HoldStill | Stage::Running) => break,
-            _ if Instant::now() < end => {}
+            _ if clock.now() < end => {}
             _ => {
                 let names: Vec<_> = now.iter().map(Fault::name).collect();
                 return Err(SelfTestError::NotStarted(names.join(", ")));

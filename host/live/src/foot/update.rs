@@ -1,7 +1,7 @@
 //! Update of the program of feet over CAN or their serial lines, by the program control of `CiA` 302-3
 //! (`docs/update.md`).
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use bootloader::DEVICE_NAME as BOOTLOADER;
 use bootloader::image::{HEADER, Header, Kind, Refusal};
@@ -192,11 +192,12 @@ pub fn update(
         }
         installed.push(install(client, image, report));
     }
-    let begin = Instant::now();
+    let clock = client.clock();
+    let end = clock.now() + CONFIRMATION;
     let confirm = |foot: Result<Installed, UpdateError>| {
         let foot = foot?;
         report(&foot.updated.foot, UpdateStage::Confirming);
-        client.wait(CONFIRMATION.saturating_sub(begin.elapsed()))?;
+        client.wait(clock.until(end))?;
         confirm(client, foot, image)
     };
     installed.into_iter().map(confirm).collect()
@@ -304,10 +305,11 @@ fn send(
             Err(error) => error,
         };
         // A foot erases what it has refused before it answers again.
-        let end = Instant::now() + ERASE;
+        let clock = client.clock();
+        let end = clock.now() + ERASE;
         let why = loop {
             match refusal(client) {
-                Err(RequestError::NoAnswer { .. }) if Instant::now() < end => {}
+                Err(RequestError::NoAnswer { .. }) if clock.now() < end => {}
                 answer => break answer?,
             }
         };
@@ -430,8 +432,9 @@ fn wait_for(
     expected: Runs,
     within: Duration,
 ) -> Result<(), UpdateError> {
-    let end = Instant::now() + within;
-    while Instant::now() < end {
+    let clock = client.clock();
+    let end = clock.now() + within;
+    while clock.now() < end {
         client.wait(LOOK)?;
         for node in client.take_booted() {
             client.is_now(node, serial)?;

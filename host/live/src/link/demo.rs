@@ -1,4 +1,4 @@
-//! Simulated feet: a [`Robot`] in real time, at a multiple of it, or as fast as possible.
+//! Simulated feet: a [`Robot`] in real time, at a multiple of it, as fast as possible, or in steps of its own clock.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -7,7 +7,7 @@ use std::time::Duration;
 use estimator_core::Timestamp;
 
 use super::pace::{Pace, Speed};
-use super::{Arrival, Arrived, Link, LinkError, Sending, now};
+use super::{Arrival, Arrived, LineClock, Link, LinkError, Sending, now};
 use crate::robot::Robot;
 use crate::robot::board::INTERFACE;
 use crate::source::{Demo, DemoClock, DemoLine};
@@ -16,6 +16,7 @@ use crate::source::{Demo, DemoClock, DemoLine};
 pub struct SimulatedFeet {
     robot: Robot,
     line: DemoLine,
+    clock: LineClock,
     pace: Pace,
     /// End of the walk, µs.
     end_us: u64,
@@ -40,6 +41,7 @@ impl SimulatedFeet {
         Self {
             ports: robot.names().map(Arc::from).collect(),
             line: demo.line,
+            clock: LineClock::default(),
             pace: Pace::new(demo.speed.unwrap_or(Speed::REAL)),
             // The cast saturates.
             end_us: (demo.seconds.unwrap_or(f64::INFINITY) * 1.0e6) as u64,
@@ -51,9 +53,20 @@ impl SimulatedFeet {
         }
     }
 
+    /// Creates a robot whose time passes only while data are awaited, and on whose clock timeouts are measured.
+    #[must_use]
+    pub fn in_steps(demo: &Demo) -> Self {
+        Self {
+            clock: LineClock::in_steps(),
+            pace: Pace::new(Speed::Max),
+            ..Self::new(demo)
+        }
+    }
+
     /// Simulates a tick, and collects the output of the feet.
     fn tick(&mut self) {
         self.robot.tick();
+        self.clock.advance_to(self.robot.elapsed_us());
         let Self { robot, waiting, .. } = self;
         match self.line {
             DemoLine::Can => {
@@ -78,6 +91,7 @@ impl SimulatedFeet {
 
 impl Link for SimulatedFeet {
     fn receive(&mut self, longest: Duration) -> Result<Option<Arrived>, LinkError> {
+        let end = self.clock.now() + longest;
         loop {
             if let Some(due) = self.is_due {
                 if !self.pace.wait(due, longest) {
@@ -91,6 +105,9 @@ impl Link for SimulatedFeet {
             }
             if self.robot.elapsed_us() >= self.end_us {
                 return Err(LinkError::Ended("the demo".to_owned()));
+            }
+            if self.clock.is_in_steps() && self.clock.now() >= end {
+                return Ok(None);
             }
             self.tick();
             self.is_due = Some(self.robot.elapsed_us());
@@ -116,5 +133,9 @@ impl Link for SimulatedFeet {
             }
         }
         Ok(())
+    }
+
+    fn clock(&self) -> LineClock {
+        self.clock.clone()
     }
 }

@@ -5,15 +5,20 @@
 //! | serial line of a foot | [`serial_line`] |
 //! | adapter that speaks slcan over a serial port | [`slcan`] |
 //! | serial port of both | `serial` |
+//! | line of a board in lock step instead of a port | `lock_step` |
 //! | interface of `SocketCAN` | `can` |
 //! | playback of a log or a recording | [`file`](mod@file) |
 //! | simulated feet | [`demo`] |
 //! | speed of the last two | [`pace`] |
+//! | clock of a line | `line_clock` |
 
 #[cfg(target_os = "linux")]
 mod can;
 pub mod demo;
 pub mod file;
+mod line_clock;
+#[cfg(unix)]
+mod lock_step;
 pub mod pace;
 mod serial;
 pub mod serial_line;
@@ -21,7 +26,7 @@ pub mod slcan;
 
 use std::io;
 use std::sync::Arc;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 use decode::ContactRow;
 use decode::live::Listener;
@@ -30,6 +35,7 @@ use thiserror::Error;
 use wire::CanFrame;
 
 use crate::source::Source;
+pub use line_clock::LineClock;
 use pace::Speed;
 use serial_line::SerialLine;
 
@@ -172,6 +178,12 @@ pub trait Link {
     /// The line has broken, or does not accept this kind of data.
     fn send(&mut self, sending: &Sending) -> Result<(), LinkError>;
 
+    /// Returns the clock on which timeouts of the line are measured: that of this machine, unless the line is in lock
+    /// step.
+    fn clock(&self) -> LineClock {
+        LineClock::default()
+    }
+
     /// Returns the line as the serial line of a foot, if it is one: its program and its bootloader speak differently.
     fn as_serial_line(&mut self) -> Option<&mut SerialLine> {
         None
@@ -199,10 +211,17 @@ pub fn open(source: &Source) -> Result<Box<dyn Link>, LinkError> {
     })
 }
 
-/// Current time, µs since 1970.
+/// Current time on the clock of this machine, µs since 1970.
 #[must_use]
 pub fn now() -> Timestamp {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH);
-    let micros = since.unwrap_or_default().as_micros();
-    Timestamp::from_micros(u64::try_from(micros).unwrap_or(u64::MAX))
+    LineClock::default().stamp()
+}
+
+/// Returns whether a source is in lock step: its time passes only while its reader waits.
+pub(crate) fn is_in_lock_step(source: &Source) -> bool {
+    match source {
+        #[cfg(unix)]
+        Source::Uart { port, .. } | Source::Slcan { port, .. } => lock_step::is_in_lock_step(port),
+        _ => false,
+    }
 }

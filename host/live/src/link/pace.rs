@@ -3,7 +3,9 @@
 use std::fmt;
 use std::str::FromStr;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+
+use super::LineClock;
 
 /// Playback speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,15 +58,25 @@ impl fmt::Display for Speed {
 pub(crate) struct Pace {
     speed: Speed,
     /// Recorded time of the start, µs, and the time of its playback.
-    start: Option<(u64, Instant)>,
+    start: Option<(u64, Duration)>,
+    clock: LineClock,
 }
 
 /// Longest wait, µs; a longer pause in a recording is skipped.
 const LONGEST_PAUSE_US: u64 = 10_000_000;
 
 impl Pace {
-    pub(crate) const fn new(speed: Speed) -> Self {
-        Self { speed, start: None }
+    pub(crate) fn new(speed: Speed) -> Self {
+        Self::on(LineClock::default(), speed)
+    }
+
+    const fn on(clock: LineClock, speed: Speed) -> Self {
+        let start = None;
+        Self {
+            speed,
+            start,
+            clock,
+        }
     }
 
     /// Time until data recorded at `micros` is due.
@@ -72,12 +84,13 @@ impl Pace {
         let Speed::Times(times) = self.speed else {
             return Duration::ZERO;
         };
-        let (from, since) = *self.start.get_or_insert_with(|| (micros, Instant::now()));
+        let now = self.clock.now();
+        let (from, since) = *self.start.get_or_insert((micros, now));
         let ahead = micros.saturating_sub(from) as f64 * 1.0e-6 / times;
         let due = Duration::try_from_secs_f64(ahead).unwrap_or(Duration::MAX);
-        let wait = due.saturating_sub(since.elapsed());
+        let wait = due.saturating_sub(now.saturating_sub(since));
         if micros < from || wait > Duration::from_micros(LONGEST_PAUSE_US) {
-            self.start = Some((micros, Instant::now()));
+            self.start = Some((micros, now));
             return Duration::ZERO;
         }
         wait
@@ -97,20 +110,24 @@ mod tests {
 
     #[test]
     fn double_speed_halves_the_time_until_due() {
-        let mut pace = Pace::new(Speed::Times(2.0));
+        let clock = LineClock::in_steps();
+        let mut pace = Pace::on(clock.clone(), Speed::Times(2.0));
         assert_eq!(pace.until_due(5_000_000), Duration::ZERO, "the first");
-        let wait = pace.until_due(6_000_000);
-        assert!((450..=500).contains(&wait.as_millis()), "{wait:?}");
-        assert!(!pace.wait(6_000_000, Duration::from_millis(1)));
+        assert_eq!(pace.until_due(6_000_000), Duration::from_millis(500));
+        assert!(!pace.wait(6_000_000, Duration::ZERO));
+        clock.advance_to(400_000);
+        assert_eq!(pace.until_due(6_000_000), Duration::from_millis(100));
+        clock.advance_to(500_000);
+        assert!(pace.wait(6_000_000, Duration::ZERO));
         assert_eq!(Pace::new(Speed::Max).until_due(9), Duration::ZERO);
     }
 
     #[test]
     fn jump_of_the_clock_does_not_delay_playback() {
-        let mut pace = Pace::new(Speed::REAL);
+        let mut pace = Pace::on(LineClock::in_steps(), Speed::REAL);
         pace.until_due(5_000_000);
         assert_eq!(pace.until_due(900_000_000_000), Duration::ZERO, "forwards");
         assert_eq!(pace.until_due(1_000_000), Duration::ZERO, "backwards");
-        assert!(pace.until_due(1_500_000) > Duration::from_millis(400));
+        assert_eq!(pace.until_due(1_500_000), Duration::from_millis(500));
     }
 }

@@ -1,4 +1,4 @@
-//! Serial port.
+//! Serial port, or the line of a board in lock step.
 
 use std::io;
 use std::sync::Arc;
@@ -6,7 +6,9 @@ use std::time::Duration;
 
 use serial2::SerialPort;
 
-use super::LinkError;
+#[cfg(unix)]
+use super::lock_step::{LockStepLine, is_in_lock_step};
+use super::{LineClock, LinkError};
 
 /// Timeout of a write.
 const WRITE_TIMEOUT: Duration = Duration::from_millis(500);
@@ -17,45 +19,82 @@ const PIECE: usize = 4096;
 /// Open serial port.
 pub(super) struct Port {
     pub(super) name: Arc<str>,
-    port: SerialPort,
+    pub(super) clock: LineClock,
+    device: Device,
+}
+
+/// Device of a port.
+enum Device {
+    Serial(SerialPort),
+    #[cfg(unix)]
+    LockStep(LockStepLine),
 }
 
 impl Port {
     pub(super) fn open(name: &str, baud: u32) -> Result<Self, LinkError> {
-        let port = opened(name, baud).map_err(LinkError::device(name))?;
+        let device = Device::open(name, baud).map_err(LinkError::device(name))?;
+        let clock = match &device {
+            Device::Serial(_) => LineClock::default(),
+            #[cfg(unix)]
+            Device::LockStep(line) => line.clock.clone(),
+        };
         let name = name.into();
-        Ok(Self { name, port })
+        Ok(Self {
+            name,
+            clock,
+            device,
+        })
     }
 
     /// Reads the bytes that arrive within `longest`; empty if there are none.
     pub(super) fn read(&mut self, longest: Duration) -> Result<Vec<u8>, LinkError> {
-        let error = LinkError::device(&self.name);
-        // The system's timeout has a resolution of 1 ms.
+        // The system's timeout, and the steps of boards, have a resolution of 1 ms.
         let longest = longest.max(Duration::from_millis(1));
-        if let Err(source) = self.port.set_read_timeout(longest) {
-            return Err(error(source));
-        }
-        let mut piece = vec![0; PIECE];
-        loop {
-            match self.port.read(&mut piece) {
-                // An unplugged port is readable but returns no bytes.
-                Ok(0) => return Err(error(io::ErrorKind::UnexpectedEof.into())),
-                Ok(count) => {
-                    piece.truncate(count);
-                    return Ok(piece);
-                }
-                Err(source) => match source.kind() {
-                    io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock => return Ok(Vec::new()),
-                    io::ErrorKind::Interrupted => {}
-                    _ => return Err(error(source)),
-                },
-            }
-        }
+        let bytes = match &mut self.device {
+            Device::Serial(port) => read(port, longest),
+            #[cfg(unix)]
+            Device::LockStep(line) => line.run(longest),
+        };
+        bytes.map_err(LinkError::device(&self.name))
     }
 
-    pub(super) fn write(&self, bytes: &[u8]) -> Result<(), LinkError> {
-        let written = self.port.write_all(bytes);
+    pub(super) fn write(&mut self, bytes: &[u8]) -> Result<(), LinkError> {
+        let written = match &mut self.device {
+            Device::Serial(port) => port.write_all(bytes),
+            #[cfg(unix)]
+            Device::LockStep(line) => line.write(bytes),
+        };
         written.map_err(LinkError::device(&self.name))
+    }
+}
+
+impl Device {
+    fn open(name: &str, baud: u32) -> io::Result<Self> {
+        #[cfg(unix)]
+        if is_in_lock_step(name) {
+            return LockStepLine::open(name).map(Self::LockStep);
+        }
+        opened(name, baud).map(Self::Serial)
+    }
+}
+
+fn read(port: &mut SerialPort, longest: Duration) -> io::Result<Vec<u8>> {
+    port.set_read_timeout(longest)?;
+    let mut piece = vec![0; PIECE];
+    loop {
+        match port.read(&mut piece) {
+            // An unplugged port is readable but returns no bytes.
+            Ok(0) => return Err(io::ErrorKind::UnexpectedEof.into()),
+            Ok(count) => {
+                piece.truncate(count);
+                return Ok(piece);
+            }
+            Err(error) => match error.kind() {
+                io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock => return Ok(Vec::new()),
+                io::ErrorKind::Interrupted => {}
+                _ => return Err(error),
+            },
+        }
     }
 }
 

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::serial::Port;
 use super::slcan::SlcanAdapter;
-use super::{Arrival, Arrived, Link, LinkError, Sending, now};
+use super::{Arrival, Arrived, LineClock, Link, LinkError, Sending};
 use crate::source::DEFAULT_KBIT;
 
 /// Serial line of a foot. The bootloader is an adapter that is open while it is spoken to; its port is that of both.
@@ -42,7 +42,8 @@ impl Link for SerialLine {
         }
         let bytes = self.0.port.read(longest)?;
         let port = Arc::clone(&self.0.port.name);
-        Ok((!bytes.is_empty()).then(|| (now(), Arrival::Bytes { port, bytes })))
+        let at = self.0.port.clock.stamp();
+        Ok((!bytes.is_empty()).then_some((at, Arrival::Bytes { port, bytes })))
     }
 
     fn send(&mut self, sending: &Sending) -> Result<(), LinkError> {
@@ -56,6 +57,10 @@ impl Link for SerialLine {
                 Err(LinkError::wrong_kind(device, "bytes of the serial line"))
             }
         }
+    }
+
+    fn clock(&self) -> LineClock {
+        self.0.clock()
     }
 
     fn as_serial_line(&mut self) -> Option<&mut SerialLine> {

@@ -11,13 +11,13 @@
 
 use std::collections::VecDeque;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use wire::CanFrame;
 use wire::slcan::{self, BEL, CR};
 
 use super::serial::Port;
-use super::{Arrival, Arrived, Link, LinkError, Sending, now};
+use super::{Arrival, Arrived, LineClock, Link, LinkError, Sending};
 use crate::source::SLCAN_RATES_KBIT;
 
 /// Rate of the serial port, Bd; USB adapters, which most are, ignore it.
@@ -146,8 +146,8 @@ impl SlcanAdapter {
 
     /// Discards received bytes until none arrive for `quiet`.
     fn drain(&mut self, quiet: Duration) -> Result<(), LinkError> {
-        let end = Instant::now() + ANSWER_TIMEOUT;
-        while Instant::now() < end && !self.port.read(quiet)?.is_empty() {}
+        let end = self.port.clock.now() + ANSWER_TIMEOUT;
+        while self.port.clock.now() < end && !self.port.read(quiet)?.is_empty() {}
         self.words = Words::default();
         Ok(())
     }
@@ -159,9 +159,9 @@ impl SlcanAdapter {
             device: self.interface.to_string(),
             what,
         };
-        let end = Instant::now() + ANSWER_TIMEOUT;
+        let end = self.port.clock.now() + ANSWER_TIMEOUT;
         loop {
-            let left = end.saturating_duration_since(Instant::now());
+            let left = self.port.clock.until(end);
             if left.is_zero() {
                 return Err(error("no answer within a second"));
             }
@@ -178,21 +178,23 @@ impl SlcanAdapter {
 
     fn arrived(&self, frame: CanFrame) -> Arrived {
         let interface = Arc::clone(&self.interface);
-        (now(), Arrival::Frame { interface, frame })
+        let at = self.port.clock.stamp();
+        (at, Arrival::Frame { interface, frame })
     }
 }
 
 impl Link for SlcanAdapter {
     fn receive(&mut self, longest: Duration) -> Result<Option<Arrived>, LinkError> {
-        let end = Instant::now() + longest;
+        let end = self.port.clock.now() + longest;
         while self.waiting.is_empty() {
-            let left = end.saturating_duration_since(Instant::now());
+            let left = self.port.clock.until(end);
             let bytes = self.port.read(left)?;
             for byte in &bytes {
                 match self.words.push(*byte) {
                     Some(SlcanWord::Frame(frame)) => self.waiting.push_back(self.arrived(frame)),
                     Some(SlcanWord::Line(line)) => {
-                        self.waiting.push_back((now(), Arrival::Unreadable(line)));
+                        let at = self.port.clock.stamp();
+                        self.waiting.push_back((at, Arrival::Unreadable(line)));
                     }
                     Some(SlcanWord::Done | SlcanWord::Failed | SlcanWord::OtherFrame) | None => {}
                 }
@@ -209,6 +211,10 @@ impl Link for SlcanAdapter {
             Sending::Frame(frame) => self.port.write(&slcan::encode(frame)),
             Sending::Bytes { .. } => Err(LinkError::wrong_kind(&*self.interface, "CAN frames")),
         }
+    }
+
+    fn clock(&self) -> LineClock {
+        self.port.clock.clone()
     }
 }
 

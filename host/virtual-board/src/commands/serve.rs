@@ -1,4 +1,4 @@
-//! `virtual-board serve`: an ELF at the speed of real time behind pseudo-terminals.
+//! `virtual-board serve`: an ELF at the speed of real time behind pseudo-terminals, or in lock step behind sockets.
 
 use std::io::{self, BufRead as _, IsTerminal as _, Write as _};
 use std::path::PathBuf;
@@ -16,7 +16,7 @@ use virtual_board::emulator::corner::Corner;
 
 use virtual_board::product::serve::pace::VirtualSpeed;
 use virtual_board::product::serve::robot::{ControlNode, RobotOptions};
-use virtual_board::product::serve::{self, BoardPrograms, Note, Planned, ServeSummary};
+use virtual_board::product::serve::{self, BoardPrograms, Note, Passage, Planned, ServeSummary};
 
 use super::elf;
 use super::options::duration;
@@ -48,7 +48,7 @@ pub struct ServeArguments {
     /// Nothing but the feet on the bus: no control that sends loads and SYNCs.
     #[arg(long)]
     no_control: bool,
-    /// A directory for links to the terminals: FL.uart …, bus.slcan.
+    /// A directory for links to the terminals, or for the sockets: FL.uart …, bus.slcan.
     #[arg(long, value_name = "DIR")]
     links: Option<PathBuf>,
     /// Virtual time to run for; without it until `quit`, or Ctrl-C.
@@ -57,6 +57,9 @@ pub struct ServeArguments {
     /// How many times as fast as real time, or max.
     #[arg(long, default_value = "1")]
     speed: VirtualSpeed,
+    /// Sockets in the place of terminals: time passes only while each program at one of them waits.
+    #[arg(long, requires = "links", conflicts_with = "speed")]
+    lock_step: bool,
 }
 
 fn feet(text: &str) -> Result<usize, String> {
@@ -92,7 +95,10 @@ pub fn serve(arguments: &ServeArguments) -> Result<(), Box<dyn core::error::Erro
         links: arguments.links.clone(),
         faults: arguments.faults.clone(),
         ms: arguments.seconds.map(|seconds| (seconds * 1e3) as u64),
-        speed: arguments.speed,
+        passage: match arguments.lock_step {
+            true => Passage::LockStep,
+            false => Passage::Speed(arguments.speed),
+        },
     };
     let mut tell = |note: Note| match note {
         // A reader that has gone is not an error.

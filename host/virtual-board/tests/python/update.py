@@ -6,11 +6,14 @@ Neither could be had as a package: both orders are written here from their sourc
 
 Then the bootloader is updated over its serial line, as the adapter that it is there.
 
-usage: update.py TTY SERIAL_LINE EDS IMAGE SECOND_IMAGE
+The foot is in lock step: timeouts are in its time.
+
+usage: update.py SOCKET SOCKET_OF_SERIAL_LINE EDS IMAGE SECOND_IMAGE
 """
 
 import sys
 
+import lock_step  # noqa: F401, before the packages that take the time from it
 import canopen
 
 FOOT = 0x11
@@ -67,12 +70,15 @@ def by_lely(foot, image):
     assert number(foot, 0x1F56) == expected
 
 
-def over_its_serial_line(tty, eds, image):
+def connect(network, path, **rate):
+    channel = f"lockstep://{path}"
+    network.connect(interface="slcan", channel=channel, bitrate=1_000_000, sleep_after_open=0.1, **rate)
+
+
+def over_its_serial_line(path, eds, image):
     """The bootloader is an adapter, too."""
     network = canopen.Network()
-    network.connect(
-        interface="slcan", channel=tty, tty_baudrate=1_000_000, bitrate=1_000_000, sleep_after_open=0.1
-    )
+    connect(network, path, tty_baudrate=1_000_000)
     try:
         foot = network.add_node(FOOT, eds)
         foot.sdo.RESPONSE_TIMEOUT = 5.0
@@ -86,10 +92,10 @@ def over_its_serial_line(tty, eds, image):
         network.disconnect()
 
 
-def main(tty, line, eds, file, second):
+def main(path, line, eds, file, second):
     image = open(file, "rb").read()
     network = canopen.Network()
-    network.connect(interface="slcan", channel=tty, bitrate=1_000_000, sleep_after_open=0.1)
+    connect(network, path)
     try:
         foot = network.add_node(FOOT, eds)
         foot.sdo.RESPONSE_TIMEOUT = 5.0
@@ -117,7 +123,10 @@ def main(tty, line, eds, file, second):
         # The bootloader answers where it is asked.
         foot.nmt.state = "PRE-OPERATIONAL"
         control(foot, STOP)
+        # One line at a time.
+        network.disconnect()
         over_its_serial_line(line, eds, image)
+        connect(network, path)
         foot.nmt.wait_for_bootup(timeout=20)
         assert number(foot, 0x1F56) == int.from_bytes(image[44:48], "little")
     finally:

@@ -1,53 +1,75 @@
-//! Acceptance of a board whose person is this test: it does what it is told, or something is wrong with the foot.
+//! Acceptance of a board whose person is this test: it does what it is told, or something is wrong with the foot. The
+//! person has a line of the boards open, too, and reads in steps of their time: a reaction takes no other time.
 
-use std::io::{BufRead as _, BufReader, Read as _};
+use std::fs::{self, File};
 use std::process::{Command, Stdio};
 
 use host_tests::committed::{assert_current, workspace};
 use serde_json::Value as Json;
 
-use crate::server::{Server, program};
+use crate::server::{Server, Words, program};
 
 /// File with the figures of a healthy foot, to which those of a board are compared.
 const PREDICTIONS: &str = "host/footfall/src/commands/accept/virtual-board.csv";
 
-/// Lets the program accept a foot, and does what it says. Returns its report, its text for the person, and whether
-/// it has succeeded.
+/// Time after which a person has read a new text, ms.
+const READING_MS: u64 = 100;
+
+/// Lets the program accept a foot on one of its lines, and does what it says. Returns its report, its text for the person,
+/// and whether it has succeeded.
 fn accepted(
     server: &mut Server,
-    source: &str,
+    [line, other]: [&str; 2],
     options: &[&str],
     mut person: impl FnMut(&mut Server, &str),
 ) -> (Json, String, bool) {
+    let kind = line.rsplit_once('.').map_or("uart", |(_, kind)| kind);
+    let source = format!("{kind}:{}", server.path(line).display());
+    let report = server.path("report.json");
+    let mut holder = server.hold(other);
+    let before = server.said().len();
     let mut child = Command::new(program())
-        .args(["accept", source, "--json", "--seconds", "60"])
+        .args(["accept", &source, "--json", "--seconds", "60"])
         .args(options)
         .current_dir(&server.folder)
         .stdin(Stdio::null())
-        .stdout(Stdio::piped())
+        .stdout(File::create(&report).expect("a file"))
         .stderr(Stdio::piped())
         .spawn()
         .expect("the program runs");
-    let mut said = String::new();
-    for line in BufReader::new(child.stderr.take().expect("piped")).lines() {
-        let line = line.expect("text");
-        person(server, &line);
-        said.push_str(&line);
-        said.push('\n');
+    let mut words = Words::new(child.stderr.take().expect("piped"));
+    server.wait_for_new(before, &format!("{line}: opened"));
+    let mut read = 0;
+    while !words.has_ended() {
+        let end_ms = holder.now_ms() + READING_MS;
+        while holder.now_ms() < end_ms {
+            holder.run(end_ms - holder.now_ms());
+        }
+        let said = words.all();
+        let new = said[read..]
+            .rfind('\n')
+            .map_or("", |end| &said[read..=read + end]);
+        read += new.len();
+        new.lines().for_each(|line| person(server, line));
     }
-    let mut report = String::new();
-    let mut stdout = child.stdout.take().expect("piped");
-    stdout.read_to_string(&mut report).expect("text");
+    drop(holder);
+    let said = words.all();
     let status = child.wait().expect("it ends");
+    let report = fs::read_to_string(report).expect("text");
     let report = serde_json::from_str(&report).unwrap_or_else(|_| panic!("{report}{said}"));
     (report, said, status.success())
 }
+
+/// Line of the program, and line of the person.
+const SERIAL: [&str; 2] = ["FL.uart", "bus.slcan"];
+const BUS: [&str; 2] = ["bus.slcan", "FL.uart"];
 
 /// What a person does who follows the text: the foot stands, z up, and then is turned so that each axis has a turn.
 fn follow(server: &mut Server, line: &str) {
     let says = |words| line.contains(words);
     if line == "now" {
-        return server.say("tap");
+        server.order("FL: tap");
+        return;
     }
     let next = [
         ("z up:", "hold x"),
@@ -61,9 +83,9 @@ fn follow(server: &mut Server, line: &str) {
         ("plug it in", "fault clear"),
     ];
     if let Some((_, order)) = next.iter().find(|(words, _)| line.contains(words)) {
-        server.say(order);
+        server.order(&format!("FL: {order}"));
     } else if says("tap ") && !says("5 of 5") {
-        server.say("tap");
+        server.order("FL: tap");
     }
 }
 
@@ -95,7 +117,7 @@ fn healthy_foot_is_accepted_in_all_steps_on_its_serial_line() {
     };
     let serial = server.serial("FL");
     let page = ["--page", "foot.html"];
-    let (report, said, is_accepted) = accepted(&mut server, &serial, &page, follow);
+    let (report, said, is_accepted) = accepted(&mut server, SERIAL, &page, follow);
     assert!(is_accepted, "{said}");
     assert_eq!(
         (&report["out"], &report["not_tested"]),
@@ -104,7 +126,7 @@ fn healthy_foot_is_accepted_in_all_steps_on_its_serial_line() {
     );
     let measured = table(&report);
     let path = workspace().join(PREDICTIONS);
-    let committed = std::fs::read_to_string(&path).unwrap_or_default();
+    let committed = fs::read_to_string(&path).unwrap_or_default();
     let names = |table: &str| -> Vec<String> {
         let names = table.lines().filter_map(|line| line.rsplit_once(','));
         names.map(|(name, _)| name.to_owned()).collect()
@@ -113,7 +135,7 @@ fn healthy_foot_is_accepted_in_all_steps_on_its_serial_line() {
     if names(&measured) != names(&committed) {
         assert_current(&path, &measured);
     }
-    let html = std::fs::read_to_string(server.path("foot.html")).expect("a page");
+    let html = fs::read_to_string(server.path("foot.html")).expect("a page");
     assert!(
         html.contains("accepted") && html.contains("error of a turn about z"),
         "{html}"
@@ -130,9 +152,8 @@ fn healthy_foot_is_accepted_over_can() {
     let Some(mut server) = Server::start("accepted-can", &["--gait", "stand"]) else {
         return;
     };
-    let bus = server.bus();
     let only = ["--only", "still,sides,taps,unplug"];
-    let (report, said, is_accepted) = accepted(&mut server, &bus, &only, follow);
+    let (report, said, is_accepted) = accepted(&mut server, BUS, &only, follow);
     assert!(is_accepted && report["not_tested"] == 0, "{said}");
 }
 
@@ -141,12 +162,10 @@ fn faults_of_a_board_are_named() {
     let Some(mut server) = Server::start("not-accepted", &["--gait", "stand"]) else {
         return;
     };
-    let serial = server.serial("FL");
     let only = ["--only", "board,still"];
-    server.say("fault gyroscope-bias-large");
-    server.wait_for("fault gyroscope-bias-large");
-    std::thread::sleep(std::time::Duration::from_secs(3));
-    let (report, said, is_accepted) = accepted(&mut server, &serial, &only, follow);
+    server.order("FL: fault gyroscope-bias-large");
+    server.run(3000);
+    let (report, said, is_accepted) = accepted(&mut server, SERIAL, &only, follow);
     assert!(!is_accepted, "{said}");
     let names = out(&report);
     // Whether the fault is among them depends on the time that the foot had to find it.
@@ -155,14 +174,12 @@ fn faults_of_a_board_are_named() {
     }
     let verdict = format!("not accepted: {}", names.join(", "));
     assert!(said.contains(&verdict), "{said}");
-    server.say("power-cycle");
-    server.wait_for("power-cycle");
-    std::thread::sleep(std::time::Duration::from_secs(3));
-    server.say("fault spi-hung");
-    server.wait_for("fault spi-hung");
-    std::thread::sleep(std::time::Duration::from_secs(1));
+    server.order("FL: power-cycle");
+    server.run(3000);
+    server.order("FL: fault spi-hung");
+    server.run(1000);
     let board = ["--only", "board"];
-    let (report, said, _) = accepted(&mut server, &serial, &board, follow);
+    let (report, said, _) = accepted(&mut server, SERIAL, &board, follow);
     // A sensor that does not answer has no temperature to be judged.
     assert_eq!(
         out(&report),

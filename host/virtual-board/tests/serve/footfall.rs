@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value as Json;
 
-use crate::server::{Server, footfall, program};
+use crate::server::{LONGEST, Server, footfall, program};
 
 /// Runs every action on one foot, over one of its lines.
 fn set_and_ask(server: &Server, source: &str) {
@@ -136,24 +136,10 @@ fn the_monitor_shows_a_walk_its_load_and_a_fault() {
     let of_bus = monitored(&server.folder, &server.bus(), "2");
     assert!(newest(&of_bus, "FL")["load_n"].is_number(), "{of_bus:#?}");
 
-    let plain = Command::new(program())
-        .args(["monitor", &server.bus(), "--plain"])
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .spawn()
-        .expect("the program runs");
-    let mut plain = plain;
-    thread::sleep(Duration::from_secs(3));
-    server.say("FL: fault miso-low");
-    server.wait_for("FL: fault miso-low");
-    thread::sleep(Duration::from_secs(2));
-    server.say("fault clear");
-    server.wait_for("all feet: fault clear");
-    thread::sleep(Duration::from_secs(3));
-    plain.kill().expect("killed");
-    let output = plain.wait_with_output().expect("it ends");
-    let lines = String::from_utf8(output.stdout).expect("text");
-    println!("{lines}");
+    server.plan(3000, "FL: fault miso-low");
+    server.plan(5000, "FL: fault clear");
+    let plain = ["monitor", &server.bus(), "--plain", "--seconds", "8"];
+    let (lines, _) = footfall(&server.folder, &plain);
     let at = |words: &str| {
         lines
             .find(words)
@@ -239,15 +225,14 @@ fn a_recording_replays_and_the_bytes_of_a_serial_line_decode() {
         "{json:#}"
     );
 
-    // As written to a file by `cat`.
-    let mut cat = Command::new("sh")
-        .args(["-c", "exec cat FL.uart > uart.bin"])
-        .current_dir(folder)
-        .spawn()
-        .expect("it runs");
-    thread::sleep(Duration::from_secs(3));
-    cat.kill().expect("killed");
-    cat.wait().expect("it ends");
+    let mut line = server.hold("FL.uart");
+    let end_ms = line.now_ms() + 3000;
+    let mut bytes = Vec::new();
+    while line.now_ms() < end_ms {
+        bytes.extend(line.run(end_ms - line.now_ms()));
+    }
+    fs::write(server.path("uart.bin"), bytes).expect("written");
+    drop(line);
     footfall(folder, &["decode", "uart.bin", "--output", "rows.csv"]);
     let rows = fs::read_to_string(server.path("rows.csv")).expect("rows");
     assert!(rows.lines().count() > 500, "{} rows", rows.lines().count());
@@ -256,10 +241,37 @@ fn a_recording_replays_and_the_bytes_of_a_serial_line_decode() {
 }
 
 #[test]
-fn a_suspended_program_counts_all_it_has_lost() {
-    let Some(server) = Server::start("stopped", &["--gait", "stand"]) else {
+#[ignore = "real time"]
+fn serial_line_is_a_port_that_cat_reads() {
+    let Some(server) = Server::start_in_real_time("cat", &[]) else {
         return;
     };
+    let mut cat = Command::new("sh")
+        .args(["-c", "exec cat FL.uart > uart.bin"])
+        .current_dir(&server.folder)
+        .spawn()
+        .expect("it runs");
+    let size = || fs::metadata(server.path("uart.bin")).map_or(0, |file| file.len());
+    let end = Instant::now() + LONGEST;
+    while size() < 60_000 {
+        assert!(Instant::now() < end, "{} bytes", size());
+        thread::sleep(Duration::from_millis(50));
+    }
+    cat.kill().expect("killed");
+    cat.wait().expect("it ends");
+    let decode = ["decode", "uart.bin", "--output", "rows.csv"];
+    footfall(&server.folder, &decode);
+    let rows = fs::read_to_string(server.path("rows.csv")).expect("rows");
+    assert!(rows.lines().count() > 500, "{} rows", rows.lines().count());
+}
+
+#[test]
+#[ignore = "real time"]
+fn a_suspended_program_counts_all_it_has_lost() {
+    let Some(mut server) = Server::start_in_real_time("stopped", &["--gait", "stand"]) else {
+        return;
+    };
+    let before_s = server.order(ANY_ORDER);
     let recording = Command::new(program())
         .args(["record", &server.bus(), "-o", "stopped.mcap"])
         .current_dir(&server.folder)
@@ -273,24 +285,21 @@ fn a_suspended_program_counts_all_it_has_lost() {
         assert!(sent.expect("kill runs").success());
     };
     // The file is made once the bus is open.
-    server.wait_for_file("stopped.mcap");
-    let began = Instant::now();
-    thread::sleep(Duration::from_secs(4));
-    signal("-STOP");
-    let (stopped, lost_before_s) = (Instant::now(), lost_s(&server.said()));
-    // 12 s of the board. On a slow machine it falls behind, and the server reports by how much, each 5 s.
-    let board_s = || match lost_s(&server.said()) - lost_before_s {
-        0.0 => stopped.elapsed().as_secs_f64(),
-        lost_s => stopped.elapsed().as_secs_f64() - lost_s - 5.0,
-    };
-    while board_s() < 12.0 && stopped.elapsed() < Duration::from_secs(120) {
-        thread::sleep(Duration::from_millis(100));
+    let end = Instant::now() + LONGEST;
+    while !server.path("stopped.mcap").exists() {
+        assert!(Instant::now() < end, "no recording: {}", server.said());
+        thread::sleep(Duration::from_millis(20));
     }
+    let began_s = server.order(ANY_ORDER);
+    wait_in_real_time(&mut server, 4.0);
+    signal("-STOP");
+    wait_in_real_time(&mut server, 12.0);
     signal("-CONT");
-    thread::sleep(Duration::from_secs(4));
+    wait_in_real_time(&mut server, 4.0);
+    let ended_s = server.order(ANY_ORDER);
     signal("-TERM");
-    let seconds = began.elapsed().as_secs_f64();
     let output = recording.wait_with_output().expect("it ends");
+    let after_s = server.order(ANY_ORDER);
     let [printed, words] =
         [output.stdout, output.stderr].map(|b| String::from_utf8(b).expect("text"));
     let number = |text: &str, of: &str| -> i64 {
@@ -303,18 +312,21 @@ fn a_suspended_program_counts_all_it_has_lost() {
     let contacts = number(&printed, "/footfall/FL/contact");
     let missing = number(&words, " frames are missing, by their numbers");
     assert!(missing > 1000, "{words}");
-    let lost_s = lost_s(&server.end().0);
     let made_s = (contacts + missing) as f64 * 1.0e-3;
+    // Of the last second, some may have waited for the program.
     assert!(
-        (seconds - lost_s - 1.0..seconds + 0.2).contains(&made_s),
-        "{contacts}, {missing} in {seconds} s: {lost_s} s lost"
+        (ended_s - began_s - 1.0..after_s - before_s).contains(&made_s),
+        "{contacts}, {missing} from {began_s} to {ended_s} s"
     );
 }
 
-/// Real time by which a server has said that its boards are behind, s.
-fn lost_s(said: &str) -> f64 {
-    let mut lines = said.lines();
-    let lost = lines.rfind(|line| line.starts_with("slower than real time"));
-    let lost = lost.and_then(|line| line.split_whitespace().nth(4));
-    lost.map_or(0.0, |seconds| seconds.parse().expect("seconds"))
+/// An order that changes nothing for a foot that stands, and whose report has the time of the boards.
+const ANY_ORDER: &str = "FL: gait stand";
+
+/// Waits for a time of the boards that run in real time, s.
+fn wait_in_real_time(server: &mut Server, seconds: f64) {
+    let end_s = server.order(ANY_ORDER) + seconds;
+    while server.order(ANY_ORDER) < end_s {
+        thread::sleep(Duration::from_millis(100));
+    }
 }

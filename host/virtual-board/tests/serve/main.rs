@@ -1,5 +1,5 @@
 //! `virtual-board serve` as seen by programs: the ELF that is flashed behind a serial port and an slcan adapter,
-//! in real time.
+//! in lock step with the programs, and, where real time or terminals are the subject, in real time.
 
 #![cfg(unix)]
 

@@ -10,7 +10,7 @@ use host_tests::committed::workspace;
 use host_tests::requirements::unmet;
 
 use crate::environment;
-use crate::server::{Server, footfall};
+use crate::server::{LONGEST, Server, footfall};
 
 #[test]
 fn python_can_canopen_and_cantools_work_with_a_foot() {
@@ -22,7 +22,7 @@ fn python_can_canopen_and_cantools_work_with_a_foot() {
         return;
     };
     // The foot stands for two seconds, and then takes some steps.
-    thread::sleep(Duration::from_secs(1));
+    server.run(1000);
     let wire = workspace().join("wire");
     let dbc = wire.join("footfall.dbc");
     let output = Command::new(&python)
@@ -60,10 +60,23 @@ fn python_can_canopen_and_cantools_work_with_a_foot() {
     let arguments = ["decode", "can.log", "--output", "rows.csv"];
     let (report, _) = footfall(&server.folder, &arguments);
     assert!(report.contains("missing  0 in 0 gaps"), "{report}");
+    let (said, status) = server.end();
+    assert!(status.success(), "{said}");
+}
 
+#[test]
+#[ignore = "real time"]
+fn cantools_monitor_shows_a_foot_on_a_terminal() {
+    let python = match environment::make() {
+        Ok(python) => python,
+        Err(missing) => return unmet(&missing),
+    };
     if Command::new("tmux").arg("-V").output().is_err() {
         return unmet("tmux is not installed");
     }
+    let Some(server) = Server::start_in_real_time("cantools", &[]) else {
+        return;
+    };
     let screen = monitored_by_cantools(&python, &server);
     assert!(screen.contains("FL_Contact("), "{screen}");
     let (said, status) = server.end();
@@ -98,7 +111,7 @@ fn monitored_by_cantools(python: &std::path::Path, server: &Server) -> String {
         "60",
         &command,
     ]);
-    let end = Instant::now() + Duration::from_secs(60);
+    let end = Instant::now() + LONGEST;
     let mut screen = String::new();
     while !screen.contains("FL_Contact(") && Instant::now() < end {
         thread::sleep(Duration::from_millis(500));

@@ -1,32 +1,102 @@
 //! The server with its feet, the `footfall` program, and folders for both.
+//!
+//! Time of the boards passes only while all programs wait, or while [`Server::run`] or a [`Holder`] lets it.
 
+use std::cell::RefCell;
 use std::fs;
-use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::io::{BufRead as _, BufReader, ErrorKind, Read as _, Write as _};
+use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
-use std::sync::{Arc, Mutex, OnceLock};
-use std::thread;
-use std::time::{Duration, Instant};
+use std::process::{Child, ChildStderr, ChildStdin, Command, ExitStatus, Stdio};
+use std::sync::OnceLock;
+use std::time::Duration;
 
 use host_tests::committed::workspace;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 
 use crate::common::{directory, product_file};
 
-/// Timeout for expected output.
-const LONGEST: Duration = Duration::from_secs(60);
+/// Timeout that ends a hang.
+pub const LONGEST: Duration = Duration::from_secs(120);
+
+/// Error output of a program, read only on demand: it has all that the program had written.
+pub struct Words {
+    pipe: ChildStderr,
+    bytes: Vec<u8>,
+    has_ended: bool,
+}
+
+impl Words {
+    pub fn new(pipe: ChildStderr) -> Self {
+        let flags = fcntl_getfl(&pipe).expect("a pipe");
+        fcntl_setfl(&pipe, flags | OFlags::NONBLOCK).expect("a pipe");
+        Self {
+            pipe,
+            bytes: Vec::new(),
+            has_ended: false,
+        }
+    }
+
+    /// All text so far.
+    pub fn all(&mut self) -> String {
+        let mut piece = [0; 4096];
+        while !self.has_ended {
+            match self.pipe.read(&mut piece) {
+                Ok(0) => self.has_ended = true,
+                Ok(count) => self.bytes.extend_from_slice(&piece[..count]),
+                Err(error) if error.kind() == ErrorKind::WouldBlock => break,
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => panic!("{error}"),
+            }
+        }
+        String::from_utf8_lossy(&self.bytes).into_owned()
+    }
+
+    /// Returns whether the program has closed its output.
+    pub const fn has_ended(&self) -> bool {
+        self.has_ended
+    }
+
+    /// Waits until `is_there` holds for all text so far. Returns the text.
+    fn wait_until(&mut self, wanted: &str, is_there: impl Fn(&str) -> bool) -> String {
+        loop {
+            let said = self.all();
+            if is_there(&said) {
+                return said;
+            }
+            assert!(!self.has_ended, "no {wanted:?} in {said}");
+            let longest = Timespec::try_from(LONGEST).expect("seconds");
+            let ready = poll(
+                &mut [PollFd::new(&self.pipe, PollFlags::IN)],
+                Some(&longest),
+            );
+            assert_ne!(ready, Ok(0), "no {wanted:?} in {said}");
+        }
+    }
+}
 
 /// A running server.
 pub struct Server {
     child: Child,
     typed: ChildStdin,
-    said: Arc<Mutex<String>>,
+    words: RefCell<Words>,
     pub folder: PathBuf,
 }
 
 impl Server {
-    /// Starts the server in a folder of this name, and waits until all sources are announced; `None` if there is
-    /// no product.
+    /// Starts the server in lock step in a folder of this name, and waits until all sources are announced; `None` if
+    /// there is no product.
     pub fn start(name: &str, arguments: &[&str]) -> Option<Self> {
+        Self::launch(name, &[&["--lock-step"], arguments].concat())
+    }
+
+    /// Starts the server in real time.
+    pub fn start_in_real_time(name: &str, arguments: &[&str]) -> Option<Self> {
+        Self::launch(name, arguments)
+    }
+
+    fn launch(name: &str, arguments: &[&str]) -> Option<Self> {
         let elf = product_file()?;
         let folder = directory("serve").join(name);
         // Left over from another run.
@@ -42,22 +112,14 @@ impl Server {
             .stderr(Stdio::piped())
             .spawn()
             .expect("the program that was just built");
-        let said = Arc::new(Mutex::new(String::new()));
-        let (mut stderr, to) = (child.stderr.take().expect("piped"), Arc::clone(&said));
-        thread::spawn(move || {
-            let mut piece = [0; 1024];
-            while let Ok(count @ 1..) = stderr.read(&mut piece) {
-                let text = String::from_utf8_lossy(&piece[..count]);
-                to.lock().expect("no panic").push_str(&text);
-            }
-        });
+        let words = Words::new(child.stderr.take().expect("piped"));
         let typed = child.stdin.take().expect("piped");
         let mut sources = BufReader::new(child.stdout.take().expect("piped")).lines();
         let bus = sources.find(|line| line.as_ref().is_ok_and(|line| line.starts_with("bus")));
         let server = Self {
             child,
             typed,
-            said,
+            words: words.into(),
             folder,
         };
         assert!(bus.is_some(), "no bus: {}", server.said());
@@ -90,34 +152,69 @@ impl Server {
         writeln!(self.typed, "{line}").expect("it reads what is typed");
     }
 
+    /// Types an order to a foot, such as `FL: tap`, and waits until it is obeyed. Returns the time of the boards, s.
+    pub fn order(&mut self, order: &str) -> f64 {
+        let before = self.said().len();
+        self.say(order);
+        let said = self.wait_for_new(before, order);
+        let line = said[before..].lines().find(|line| line.ends_with(order));
+        let seconds = line.and_then(|line| line.split_whitespace().next());
+        seconds.and_then(|s| s.parse().ok()).expect("a time")
+    }
+
+    /// Types an order to a foot for a time from now, ms, and waits until it is planned.
+    pub fn plan(&mut self, from_now_ms: u64, order: &str) {
+        let ms = self.now_ms() + from_now_ms;
+        let before = self.said().len();
+        self.say(&format!("@{ms} {order}"));
+        self.wait_for_new(
+            before,
+            &format!("planned for {:.3} s  {order}", ms as f64 * 1e-3),
+        );
+    }
+
+    /// The time of the boards, which no other program may let pass, ms.
+    pub fn now_ms(&self) -> u64 {
+        self.hold("bus.slcan").now_ms()
+    }
+
+    /// Lets time pass while no other program has a line open, ms.
+    pub fn run(&self, ms: u64) {
+        let mut holder = self.hold("bus.slcan");
+        let end_ms = holder.now_ms() + ms;
+        while holder.now_ms() < end_ms {
+            holder.run(end_ms - holder.now_ms());
+        }
+    }
+
+    /// Opens a line, so that no time passes except in [`Holder::run`].
+    pub fn hold(&self, line: &str) -> Holder {
+        let stream = UnixStream::connect(self.path(line)).expect("a socket");
+        let mut holder = Holder { stream, us: 0 };
+        holder.run(0);
+        holder
+    }
+
     /// All text so far.
     pub fn said(&self) -> String {
-        self.said.lock().expect("no panic").clone()
+        self.words.borrow_mut().all()
     }
 
     /// Waits for a text.
     pub fn wait_for(&self, words: &str) {
-        self.wait_until(words, || self.said().contains(words));
+        self.wait_for_new(0, words);
     }
 
-    /// Waits for a file in its folder.
-    pub fn wait_for_file(&self, name: &str) {
-        self.wait_until(name, || self.path(name).exists());
-    }
-
-    fn wait_until(&self, wanted: &str, is_there: impl Fn() -> bool) {
-        let end = Instant::now() + LONGEST;
-        while !is_there() {
-            assert!(Instant::now() < end, "no {wanted:?} in {}", self.said());
-            thread::sleep(Duration::from_millis(20));
-        }
+    /// Waits for a text after the first `before` bytes. Returns all text.
+    pub fn wait_for_new(&self, before: usize, words: &str) -> String {
+        let mut all = self.words.borrow_mut();
+        all.wait_until(words, |said| said[before..].contains(words))
     }
 
     /// Ends the server. Returns all of its output and its exit status.
     pub fn end(mut self) -> (String, ExitStatus) {
         self.say("quit");
         let status = self.child.wait().expect("it ends");
-        self.wait_for("times real time");
         (self.said(), status)
     }
 }
@@ -127,6 +224,33 @@ impl Drop for Server {
         // The process may have ended already.
         let _ = self.child.kill();
         let _ = self.child.wait();
+    }
+}
+
+/// A line in lock step that a test has open.
+pub struct Holder {
+    stream: UnixStream,
+    us: u64,
+}
+
+impl Holder {
+    /// Lets time pass until there is output on the line, at most `ms`. Returns the output.
+    pub fn run(&mut self, ms: u64) -> Vec<u8> {
+        let us = u32::try_from(ms * 1000).expect("an hour at most");
+        let request = [&b"R"[..], &us.to_le_bytes()].concat();
+        self.stream.write_all(&request).expect("sent");
+        let (mut time, mut length) = ([0; 8], [0; 4]);
+        self.stream.read_exact(&mut time).expect("an answer");
+        self.stream.read_exact(&mut length).expect("an answer");
+        let mut output = vec![0; u32::from_le_bytes(length) as usize];
+        self.stream.read_exact(&mut output).expect("the output");
+        self.us = u64::from_le_bytes(time);
+        output
+    }
+
+    /// The time of the boards, ms.
+    pub const fn now_ms(&self) -> u64 {
+        self.us / 1000
     }
 }
 

@@ -2,8 +2,6 @@
 //! of the feet relative to one another.
 
 use std::process::{Command, Stdio};
-use std::thread;
-use std::time::Duration;
 
 use serde_json::Value as Json;
 
@@ -73,13 +71,7 @@ fn a_board_with_a_custom_node_id_is_found_set_and_watched() {
     let set = ["--node", "22", "set", "node_id=34", "--save"];
     assert_eq!(server.foot(&bus, &set), "node_id: 0 → 34\nstored\n");
     server.foot(&bus, &["--node", "22", "reset"]);
-    // On a busy machine the emulated board may not have started within one scan.
-    let mut scan = server.foot(&bus, &["scan"]);
-    for _ in 0..4 {
-        if !scan.contains("node 34") {
-            scan = server.foot(&bus, &["scan"]);
-        }
-    }
+    let scan = server.foot(&bus, &["scan"]);
     let nodes: Vec<_> = scan
         .lines()
         .filter_map(|line| line.split_once("node "))
@@ -114,15 +106,21 @@ fn a_board_left_pre_operational_reports_it_and_resumes() {
         return;
     };
     let bus = server.bus();
+    // No time passes between the reset and the end of the program.
+    let mut holder = server.hold("FL.uart");
     let mut setting = Command::new(program())
         .args(["foot", &bus, "--node", "17", "selftest"])
         .stdout(Stdio::null())
         .stderr(Stdio::null())
         .spawn()
         .expect("the program runs");
-    server.wait_for("FL: reset by its program");
+    server.wait_for("bus.slcan: opened");
+    while !server.said().contains("FL: reset by its program") {
+        holder.run(1);
+    }
     setting.kill().expect("killed");
     setting.wait().expect("it ends");
+    drop(holder);
     let info = server.foot(&bus, &["--node", "17", "info"]);
     assert!(
         info.contains("\nstate    pre-operational: it sends no contacts"),
@@ -153,12 +151,7 @@ fn the_clock_of_a_foot_switched_on_later_is_behind() {
         number("offset_us")
     };
     assert!(compared(&server).abs() < 1000.0);
-    server.say("R: power-cycle");
-    server.wait_for("R: power-cycle");
-    let said = server.said();
-    let line = said.lines().find(|line| line.ends_with("R: power-cycle"));
-    let seconds = line.and_then(|line| line.split_whitespace().next());
-    let off_s: f64 = seconds.and_then(|s| s.parse().ok()).expect("a time");
+    let off_s = server.order("R: power-cycle");
     let behind_s = -1.0e-6 * compared(&server);
     assert!((behind_s - off_s).abs() < 0.2, "{behind_s} and {off_s}");
 }
@@ -192,18 +185,14 @@ fn settings_lost_by_a_power_failure_are_not_reported_stored() {
             _ => server.serial("FL"),
         };
         let threshold = format!("decision.threshold={value}");
-        let setting = Command::new(program())
+        server.plan(delay_ms, "FL: power-cycle");
+        let output = Command::new(program())
             .args(["foot", &source, "set", &threshold, "--save"])
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
+            .output()
             .expect("the program runs");
-        thread::sleep(Duration::from_millis(delay_ms));
-        server.say("FL: power-cycle");
-        let output = setting.wait_with_output().expect("it ends");
         // The state after a further power cycle is decisive.
-        server.say("FL: power-cycle");
-        thread::sleep(Duration::from_secs(1));
+        server.order("FL: power-cycle");
+        server.run(1000);
         let now = server.foot(&source, &["get", "decision.threshold"]);
         let is_there = now.contains(&threshold.replace('=', " = "));
         let words = String::from_utf8_lossy(&output.stderr);

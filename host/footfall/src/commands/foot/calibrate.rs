@@ -1,6 +1,6 @@
 //! `footfall foot … calibrate`: stores the learnt stillness and motion of the foot in non-volatile memory.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use live::foot::{Client, Named, calibration};
 use serde_json::{Map, Value as Json, json};
@@ -21,22 +21,23 @@ const LINE: Duration = Duration::from_secs(2);
 impl FootArguments {
     /// Waits at most `seconds` until the foot has learnt enough, then stores the calibration.
     pub(super) fn calibrate(&self, client: &mut Client, seconds: f64) -> Result<String, FootError> {
-        let end = Instant::now() + Duration::from_secs_f64(seconds);
-        let mut next_line = Instant::now();
+        let clock = client.clock();
+        let end = clock.now() + Duration::from_secs_f64(seconds);
+        let mut next_line = clock.now();
         loop {
             match calibration::state(client)? {
                 CalibrationState::Frozen => return Err(FootError::LearnsNothing),
                 CalibrationState::Settled => break,
                 CalibrationState::Settling => {}
             }
-            let is_over = Instant::now() >= end;
-            if is_over || Instant::now() >= next_line {
+            let is_over = clock.now() >= end;
+            if is_over || clock.now() >= next_line {
                 let seen = seen(&calibration::numbers(client, index::CALIBRATION)?);
                 if is_over {
                     return Err(FootError::NotSettled { seconds, seen });
                 }
                 messages::aside(format!("let the foot walk: {seen}\n"));
-                next_line = Instant::now() + LINE;
+                next_line = clock.now() + LINE;
             }
             client.wait(LOOK)?;
         }

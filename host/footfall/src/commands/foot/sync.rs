@@ -1,6 +1,6 @@
 //! `footfall foot … sync`: compares the clocks of the feet on a bus.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use decode::live::{FootKey, Listener};
 use live::foot::scan;
@@ -26,8 +26,9 @@ const MASTER: Duration = Duration::from_millis(500);
 
 /// Returns whether another node already sends SYNCs.
 fn has_sync(link: &mut dyn Link) -> Result<bool, FootError> {
-    let end = Instant::now() + MASTER;
-    while Instant::now() < end {
+    let clock = link.clock();
+    let end = clock.now() + MASTER;
+    while clock.now() < end {
         if let Some((_, Arrival::Frame { frame, .. })) = link.receive(LISTEN)?
             && frame.id() == cob_id::SYNC
         {
@@ -52,12 +53,13 @@ impl FootArguments {
         // Feet may have ids other than the defaults of their positions.
         scan::feet(link, &mut listener, scan::SCAN)?;
         let mut clocks = Clocks::default();
-        let begin = Instant::now();
+        let clock = link.clock();
+        let begin = clock.now();
         let end = begin + Duration::from_secs_f64(seconds);
         let mut next = begin;
         let mut number = 0;
-        while Instant::now() < end {
-            if send && Instant::now() >= next {
+        while clock.now() < end {
+            if send && clock.now() >= next {
                 number = ClockReading::sync_after(number);
                 next += PERIOD;
                 if let Some(frame) = CanFrame::new(cob_id::SYNC, &[number]) {

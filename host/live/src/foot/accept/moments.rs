@@ -1,6 +1,6 @@
 //! Contacts and motions of one foot, the same over CAN and over the serial line.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use decode::ContactRow;
 use decode::live::{Heard, Said};
@@ -70,9 +70,10 @@ pub(super) fn watch<T>(
         };
         found.or_else(|| find(Moment::Motion(motion?)))
     };
-    let end = Instant::now() + longest;
+    let clock = client.clock();
+    let end = clock.now() + longest;
     loop {
-        let left = end.saturating_duration_since(Instant::now());
+        let left = clock.until(end);
         let found = client.listen(left.min(NOTICE), &mut take)?;
         if found.is_some() || left.is_zero() || has_left() {
             return Ok(found);

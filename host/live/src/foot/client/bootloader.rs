@@ -1,6 +1,6 @@
 //! A foot on a serial line, whose bootloader speaks otherwise than its program. On a bus both are one node.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use decode::live::Listener;
 use wire::NodeId;
@@ -42,13 +42,14 @@ impl Client {
         if self.link.as_serial_line().is_none() {
             return Ok(());
         }
-        let end = Instant::now() + longest;
+        let clock = self.clock();
+        let end = clock.now() + longest;
         loop {
             if let Some(node) = node(self.link.as_mut(), &mut self.listener)? {
                 self.node = Some(node);
                 return Ok(());
             }
-            if Instant::now() > end {
+            if clock.now() > end {
                 return Err(self.no_answer("as its bootloader"));
             }
         }

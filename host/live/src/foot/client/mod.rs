@@ -7,7 +7,7 @@ mod error;
 mod requests;
 
 use std::collections::{BTreeSet, VecDeque};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use decode::live::{Heard, Listener, Said};
 use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
@@ -17,7 +17,7 @@ use wire::{AbortCode, Address, CanFrame, DataType, Emergency, NodeId, Value};
 
 use super::name::Named;
 use super::scan::{self, SCAN};
-use crate::link::{LISTEN, Link, Sending};
+use crate::link::{LISTEN, LineClock, Link, Sending};
 pub use error::RequestError;
 
 /// Response timeout; a foot responds in the tick that receives the request.
@@ -108,6 +108,12 @@ impl Client {
     #[must_use]
     pub const fn node(&self) -> Option<NodeId> {
         self.node
+    }
+
+    /// Clock of the line, on which timeouts are measured.
+    #[must_use]
+    pub fn clock(&self) -> LineClock {
+        self.link.clock()
     }
 
     /// Changes the node id of the foot, if it is connected over CAN.
@@ -364,8 +370,9 @@ impl Client {
         longest: Duration,
         mut find: impl FnMut(&Heard) -> Option<T>,
     ) -> Result<Option<T>, RequestError> {
-        let end = Instant::now() + longest;
-        while Instant::now() < end {
+        let clock = self.clock();
+        let end = clock.now() + longest;
+        while clock.now() < end {
             if let Some((at, arrival)) = self.link.receive(LISTEN)? {
                 self.booted.extend(scan::boot_up(&arrival));
                 // Unreadable arrivals are ignored.

@@ -18,6 +18,7 @@ pub const HELP: &str = "\
 [FOOT:] power-cycle                 switch off and on: all faults are gone, settings stay
 faults                              the names of all faults
 help                                this
+@MS [FOOT:] …                       any of these but the last three, at a time of the boards in ms
 quit                                end
 Without FOOT (FL, FR, RL, RR, L, R) it is all feet.
 ";
@@ -27,6 +28,8 @@ Without FOOT (FL, FR, RL, RR, L, R) it is all feet.
 pub enum Command {
     /// An order to one foot, or to all.
     Order(Option<Foot>, Order),
+    /// An order at a time, ms.
+    Planned(u64, Option<Foot>, Order),
     /// Lists the names of faults.
     Faults,
     /// Prints the help.
@@ -40,6 +43,14 @@ pub enum Command {
 /// # Errors
 /// If the command or its argument is invalid, with a sentence that says why.
 pub fn parse(line: &str) -> Result<Option<Command>, String> {
+    if let Some(planned) = line.trim_start().strip_prefix('@') {
+        let (ms, order) = planned.split_once(' ').unwrap_or((planned, ""));
+        let ms = ms.parse().map_err(|_| format!("{ms} is no time in ms"))?;
+        return match parse(order)? {
+            Some(Command::Order(foot, order)) => Ok(Some(Command::Planned(ms, foot, order))),
+            _ => Err(format!("{:?} is no order for a foot", order.trim())),
+        };
+    }
     let (foot, rest) = split(line)?;
     let words: Vec<&str> = rest.split_whitespace().collect();
     let command = match words[..] {
@@ -146,6 +157,10 @@ mod tests {
         assert!(matches!(order("L: power-cycle").1, Order::PowerCycle));
         assert!(matches!(order("hold -y").1, Order::Hold(side) if side.name() == "-y"));
         assert!(matches!(order("tap").1, Order::Tap));
+        assert!(matches!(
+            parse("@5000 R: tap"),
+            Ok(Some(Command::Planned(5000, Some(Foot::Right), Order::Tap)))
+        ));
         assert!(matches!(parse("  "), Ok(None)));
         assert!(matches!(parse("quit"), Ok(Some(Command::Quit))));
     }
@@ -162,6 +177,9 @@ mod tests {
             ("FL: quit", "help lists them"),
             ("FL:", "help lists them"),
             ("jump", "help lists them"),
+            ("@5 quit", "is no order"),
+            ("@5", "is no order"),
+            ("@x tap", "x is no time in ms"),
         ] {
             match parse(line) {
                 Err(error) => assert!(error.contains(expected), "{line}: {error}"),

@@ -63,6 +63,18 @@ pub enum Order {
     PowerCycle,
 }
 
+impl core::fmt::Display for Order {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Gait(gait) => write!(f, "gait {gait}"),
+            Self::Fault(fault) => write!(f, "fault {}", fault.scenario.name),
+            Self::Hold(side) => write!(f, "hold {}", side.name()),
+            Self::Tap => f.write_str("tap"),
+            Self::PowerCycle => f.write_str("power-cycle"),
+        }
+    }
+}
+
 /// Programs in the flash of a board.
 #[derive(Clone)]
 pub struct BoardPrograms {

@@ -1,15 +1,21 @@
-//! Links with stable names to the terminals, removed when the program ends.
+//! Links with stable names to the terminals, and sockets in lock step, removed when the program ends.
 
 use std::fs;
 use std::io::{self, ErrorKind};
-use std::os::unix::fs::symlink;
+use std::os::unix::fs::{FileTypeExt as _, MetadataExt as _, symlink};
+use std::os::unix::net::UnixListener;
 use std::path::{Path, PathBuf};
 
 use super::ServeError;
 
-/// Links that are removed on drop: their paths and targets.
+/// Links and sockets that are removed on drop.
 #[derive(Debug, Default)]
-pub struct Links(Vec<(PathBuf, PathBuf)>);
+pub struct Links {
+    /// Paths and targets of links.
+    links: Vec<(PathBuf, PathBuf)>,
+    /// Paths of sockets, and their inodes.
+    sockets: Vec<(PathBuf, u64)>,
+}
 
 impl Links {
     /// Creates a link in a directory, which is created if missing. An existing link is replaced, an existing file
@@ -23,15 +29,34 @@ impl Links {
             .and_then(|()| remove(&path))
             .and_then(|()| symlink(target, &path));
         made.map_err(|error| ServeError::Link(path.clone(), error))?;
-        self.0.push((path.clone(), target.to_owned()));
+        self.links.push((path.clone(), target.to_owned()));
         Ok(path)
+    }
+
+    /// Creates a socket in a directory, in the same way as a link.
+    ///
+    /// # Errors
+    /// If the socket cannot be created.
+    pub fn add_socket(
+        &mut self,
+        folder: &Path,
+        name: &str,
+    ) -> Result<(PathBuf, UnixListener), ServeError> {
+        let path = folder.join(name);
+        let made = fs::create_dir_all(folder)
+            .and_then(|()| remove(&path))
+            .and_then(|()| UnixListener::bind(&path))
+            .and_then(|listener| Ok((listener, fs::symlink_metadata(&path)?.ino())));
+        let (listener, inode) = made.map_err(|error| ServeError::Link(path.clone(), error))?;
+        self.sockets.push((path.clone(), inode));
+        Ok((path, listener))
     }
 }
 
-/// Removes a link, if any.
+/// Removes a link or a socket, if any.
 fn remove(path: &Path) -> io::Result<()> {
     match fs::symlink_metadata(path) {
-        Ok(found) if found.is_symlink() => fs::remove_file(path),
+        Ok(found) if found.is_symlink() || found.file_type().is_socket() => fs::remove_file(path),
         Ok(_) => Err(ErrorKind::AlreadyExists.into()),
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
         Err(error) => Err(error),
@@ -40,9 +65,14 @@ fn remove(path: &Path) -> io::Result<()> {
 
 impl Drop for Links {
     fn drop(&mut self) {
-        for (path, target) in &self.0 {
+        for (path, target) in &self.links {
             // Another program may have removed it, or replaced it by its own.
             if fs::read_link(path).is_ok_and(|found| found == *target) {
+                let _ = remove(path);
+            }
+        }
+        for (path, inode) in &self.sockets {
+            if fs::symlink_metadata(path).is_ok_and(|found| found.ino() == *inode) {
                 let _ = remove(path);
             }
         }
@@ -80,6 +110,11 @@ mod tests {
         drop(links);
         assert!(fs::symlink_metadata(&path).is_ok(), "it is of another now");
         drop(of_another);
+        let mut sockets = Links::default();
+        let (path, _listener) = sockets.add_socket(&folder, "FL.uart").expect("a socket");
+        assert!(path.exists());
+        drop(sockets);
+        assert!(!path.exists());
         fs::remove_dir_all(&folder).expect("removed");
     }
 }

@@ -1,15 +1,16 @@
-//! Boards at the speed of real time behind pseudo-terminals: a serial line for each foot, and their bus
-//! behind an slcan adapter.
+//! Boards at the speed of real time behind pseudo-terminals, or in lock step with programs behind sockets: a serial line
+//! for each foot, and their bus behind an slcan adapter.
 //!
 //! | step, each millisecond | where |
 //! |---|---|
 //! | lines that were typed become orders | `commands` |
-//! | bytes of programs come from the terminals | [`terminal`] |
+//! | in lock step: wait until each program waits | [`lock_step`] |
+//! | bytes of programs come from the terminals or sockets | [`port`], [`terminal`] |
 //! | those of the adapter become frames | [`adapter`], [`lawicel`] |
 //! | frames of all nodes are put in order | [`bus`] |
 //! | the boards run, each in a thread; feet walk, and hands hold them | [`robot`], `foot`, [`gait::EndlessGait`], `hands` |
-//! | bytes and frames go out | [`terminal`], [`adapter`] |
-//! | wait until the millisecond is over | [`pace`] |
+//! | bytes and frames go out | [`port`], [`adapter`] |
+//! | in real time: wait until the millisecond is over | [`pace`] |
 
 pub mod adapter;
 pub mod bus;
@@ -18,7 +19,9 @@ mod foot;
 mod hands;
 pub mod lawicel;
 mod links;
+pub mod lock_step;
 pub mod pace;
+pub mod port;
 pub mod robot;
 pub mod terminal;
 
@@ -39,11 +42,16 @@ use commands::{Command, HELP};
 pub use foot::BoardPrograms;
 use foot::Order;
 use links::Links;
+use lock_step::{Change, LockStepLine, Turn};
 use pace::{Pace, VirtualSpeed};
+use port::Port;
 use robot::{BoardRobot, RobotOptions, Stopped};
 use terminal::{Sent, Terminal};
 
 const MILLISECOND: u64 = PER_SECOND / 1000;
+
+/// In lock step, maximum delay until a typed line or a stop is noticed while time stands still.
+const NOTICE: Duration = Duration::from_millis(5);
 
 /// A planned fault: the foot, or `None` for all, the fault, and its time, ms.
 pub type Planned = (Option<Position>, SelectedFault, u64);
@@ -53,23 +61,35 @@ pub type Planned = (Option<Position>, SelectedFault, u64);
 pub struct ServeOptions {
     /// The robot.
     pub robot: RobotOptions,
-    /// Directory for links to the terminals.
+    /// Directory for links to the terminals, or for the sockets.
     pub links: Option<PathBuf>,
     /// Planned faults.
     pub faults: Vec<Planned>,
     /// Duration, ms; `None` to run until the end is requested.
     pub ms: Option<u64>,
-    /// Speed of virtual time.
-    pub speed: VirtualSpeed,
+    /// Passage of virtual time.
+    pub passage: Passage,
+}
+
+/// Passage of virtual time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Passage {
+    /// At a speed, behind pseudo-terminals.
+    Speed(VirtualSpeed),
+    /// In lock step with programs, behind sockets in the directory of the links.
+    LockStep,
 }
 
 /// Reason why feet cannot be served.
 #[derive(Debug, Error)]
 pub enum ServeError {
-    /// Error of a terminal.
-    #[error("a pseudo-terminal: {0}")]
+    /// Error of a terminal or a socket.
+    #[error("a line: {0}")]
     Terminal(#[from] io::Error),
-    /// Error of a link to a terminal.
+    /// Lock step without a directory for its sockets.
+    #[error("lock step needs a directory for its sockets")]
+    NoFolder,
+    /// Error of a link to a terminal, or of a socket.
     #[error("{path}: {1}", path = .0.display())]
     Link(PathBuf, io::Error),
     /// Failure of a foot.
@@ -85,7 +105,7 @@ pub enum Note<'a> {
     /// The serial line of a foot, or the bus: its name, and the source in the notation of this workspace's
     /// programs.
     Source(&'a str, String),
-    /// All terminals are open and all feet run.
+    /// All lines are open and all feet run.
     Ready,
     /// Text.
     Words(String),
@@ -113,9 +133,11 @@ const BUS: &str = "bus";
 struct Server<'a> {
     robot: BoardRobot,
     /// Serial lines, one per foot.
-    serial: Vec<(&'static str, Terminal)>,
-    slcan: Terminal,
+    serial: Vec<(&'static str, Port)>,
+    slcan: Port,
     adapter: EmulatedAdapter,
+    /// Orders to be obeyed, with their times, ms.
+    planned: Vec<(u64, Option<Position>, Order)>,
     tell: &'a mut dyn FnMut(Note),
 }
 
@@ -131,33 +153,50 @@ pub fn serve(
     tell: &mut dyn FnMut(Note),
 ) -> Result<ServeSummary, ServeError> {
     let robot = BoardRobot::start(programs, &options.robot)?;
+    let mut links = Links::default();
+    let mut sources = Vec::new();
+    let mut open = |name, kind| -> Result<Port, ServeError> {
+        let (port, path) = opened(options, &mut links, &format!("{name}.{kind}"))?;
+        sources.push((name, format!("{kind}:{}", path.display())));
+        Ok(port)
+    };
     let mut serial = Vec::new();
     for position in robot.positions() {
-        serial.push((position.name(), Terminal::open()?));
+        let name = position.name();
+        serial.push((name, open(name, "uart")?));
     }
+    let slcan = open(BUS, "slcan")?;
+    let faults = options.faults.iter();
+    let planned = faults.map(|&(foot, fault, ms)| (ms, foot, Order::Fault(fault)));
     let mut server = Server {
         robot,
         serial,
-        slcan: Terminal::open()?,
+        slcan,
         adapter: EmulatedAdapter::default(),
+        planned: planned.collect(),
         tell,
     };
     for foot in options.faults.iter().filter_map(|(foot, ..)| *foot) {
-        if !server.robot.positions().any(|known| known == foot) {
+        if !server.has(foot) {
             return Err(ServeError::NoSuchFoot(foot));
         }
     }
-    let mut links = Links::default();
-    server.announce(options, &mut links)?;
-    let mut pace = Pace::new(options.speed);
+    for (name, source) in sources {
+        (server.tell)(Note::Source(name, source));
+    }
+    (server.tell)(Note::Ready);
+    let mut pace = Pace::new(match options.passage {
+        Passage::Speed(speed) => speed,
+        Passage::LockStep => VirtualSpeed::Max,
+    });
     while !stop.load(Ordering::Relaxed) && options.ms.is_none_or(|end| server.robot.ms < end) {
-        let ms = server.robot.ms;
-        for &(foot, fault, _) in options.faults.iter().filter(|(.., at)| *at == ms) {
-            server.order(foot, Order::Fault(fault));
-        }
         if typed.try_iter().any(|line| server.obey(&line)) {
             break;
         }
+        if server.turn()? == Turn::Programs {
+            continue;
+        }
+        server.obey_planned();
         server.take_in()?;
         server.run()?;
         pace.wait(server.robot.ms);
@@ -167,8 +206,8 @@ pub fn serve(
         }
     }
     let lines = server.serial.iter();
-    let lines = lines.map(|(name, terminal)| (format!("{name}.uart"), terminal.lost));
-    let bus = (format!("{BUS}.slcan"), server.slcan.lost);
+    let lines = lines.map(|(name, port)| (format!("{name}.uart"), port.lost()));
+    let bus = (format!("{BUS}.slcan"), server.slcan.lost());
     Ok(ServeSummary {
         ms: server.robot.ms,
         took: pace.elapsed(),
@@ -178,31 +217,80 @@ pub fn serve(
     })
 }
 
+/// Opens a line, and returns its path.
+fn opened(
+    options: &ServeOptions,
+    links: &mut Links,
+    name: &str,
+) -> Result<(Port, PathBuf), ServeError> {
+    match (options.passage, &options.links) {
+        (Passage::LockStep, None) => Err(ServeError::NoFolder),
+        (Passage::LockStep, Some(folder)) => {
+            let (path, listener) = links.add_socket(folder, name)?;
+            Ok((Port::LockStep(LockStepLine::new(listener)?), path))
+        }
+        (Passage::Speed(_), folder) => {
+            let terminal = Terminal::open()?;
+            let path = match folder {
+                Some(folder) => links.add(folder, name, &terminal.path)?,
+                None => terminal.path.clone(),
+            };
+            Ok((Port::Terminal(terminal), path))
+        }
+    }
+}
+
 impl Server<'_> {
+    fn has(&self, foot: Position) -> bool {
+        self.robot.positions().any(|known| known == foot)
+    }
+
+    fn now_s(&self) -> f64 {
+        self.robot.ms as f64 * 1e-3
+    }
+
+    /// Returns whose turn it is; in real time, always that of the boards.
+    fn turn(&mut self) -> io::Result<Turn> {
+        let serial = self
+            .serial
+            .iter_mut()
+            .map(|(name, port)| (*name, "uart", port));
+        let ports = serial.chain([(BUS, "slcan", &mut self.slcan)]);
+        let (mut names, mut lines) = (Vec::new(), Vec::new());
+        for (name, kind, port) in ports {
+            if let Port::LockStep(line) = port {
+                names.push((name, kind));
+                lines.push(line);
+            }
+        }
+        if lines.is_empty() {
+            return Ok(Turn::Boards);
+        }
+        let now_s = self.robot.ms as f64 * 1e-3;
+        let tell = &mut *self.tell;
+        let mut changed = |line: usize, change| {
+            let (name, kind) = names[line];
+            let change = match change {
+                Change::Opened => "opened",
+                Change::Closed => "closed",
+            };
+            tell(Note::Words(format!(
+                "{now_s:.3} s  {name}.{kind}: {change}"
+            )));
+        };
+        lock_step::turn(&mut lines, self.robot.ms * 1000, NOTICE, &mut changed)
+    }
+
     /// Passes a message to the user.
     fn report(&mut self, message: String) {
         (self.tell)(Note::Words(message));
-    }
-
-    /// Reports the sources.
-    fn announce(&mut self, options: &ServeOptions, links: &mut Links) -> Result<(), ServeError> {
-        let serial = self.serial.iter();
-        let serial = serial.map(|(name, terminal)| (*name, "uart", terminal));
-        for (name, kind, terminal) in serial.chain([(BUS, "slcan", &self.slcan)]) {
-            let path = match &options.links {
-                Some(folder) => links.add(folder, &format!("{name}.{kind}"), &terminal.path)?,
-                None => terminal.path.clone(),
-            };
-            (self.tell)(Note::Source(name, format!("{kind}:{}", path.display())));
-        }
-        (self.tell)(Note::Ready);
-        Ok(())
     }
 
     /// Executes a typed line. Returns whether it requests the end.
     fn obey(&mut self, line: &str) -> bool {
         match commands::parse(line) {
             Ok(Some(Command::Order(foot, order))) => self.order(foot, order),
+            Ok(Some(Command::Planned(ms, foot, order))) => self.plan(ms, foot, order),
             Ok(Some(Command::Faults)) => self.report(fault::names()),
             Ok(Some(Command::Help)) => self.report(HELP.trim_end().to_owned()),
             Ok(Some(Command::Quit)) => return true,
@@ -214,27 +302,44 @@ impl Server<'_> {
 
     fn order(&mut self, foot: Option<Position>, order: Order) {
         let whom = foot.map_or("all feet", Position::name);
-        let what = match order {
-            Order::Gait(gait) => format!("gait {gait}"),
-            Order::Fault(fault) => format!("fault {}", fault.scenario.name),
-            Order::Hold(side) => format!("hold {}", side.name()),
-            Order::Tap => "tap".to_owned(),
-            Order::PowerCycle => "power-cycle".to_owned(),
-        };
         let words = match self.robot.order(foot, order) {
-            true => format!("{:.3} s  {whom}: {what}", self.robot.ms as f64 * 1e-3),
+            true => format!("{:.3} s  {whom}: {order}", self.now_s()),
             false => format!("error: the robot has no foot {whom}"),
         };
         self.report(words);
     }
 
-    /// Reads the input of programs from the terminals.
+    fn plan(&mut self, ms: u64, foot: Option<Position>, order: Order) {
+        let whom = foot.map_or("all feet", Position::name);
+        if foot.is_some_and(|foot| !self.has(foot)) {
+            return self.report(format!("error: the robot has no foot {whom}"));
+        }
+        self.planned.push((ms, foot, order));
+        self.report(format!(
+            "planned for {:.3} s  {whom}: {order}",
+            ms as f64 * 1e-3
+        ));
+    }
+
+    /// Obeys the planned orders that are due.
+    fn obey_planned(&mut self) {
+        let now_ms = self.robot.ms;
+        let due: Vec<_> = self
+            .planned
+            .extract_if(.., |(ms, ..)| *ms <= now_ms)
+            .collect();
+        for (_, foot, order) in due {
+            self.order(foot, order);
+        }
+    }
+
+    /// Reads the input of programs.
     fn take_in(&mut self) -> io::Result<()> {
-        for (index, (_, terminal)) in self.serial.iter_mut().enumerate() {
-            let bytes = terminal.read(self.robot.serial_room(index))?;
+        for (index, (_, port)) in self.serial.iter_mut().enumerate() {
+            let bytes = port.read(self.robot.serial_room(index))?;
             self.robot.send_serial(index, &bytes);
         }
-        // Reads no more than the bus accepts: the rest waits in the terminal, as with an adapter.
+        // Reads no more than the bus accepts: the rest waits, as with an adapter.
         while self.robot.has_room_for_host() {
             let bytes = self.slcan.read(1)?;
             let Some(&byte) = bytes.first() else { break };
@@ -250,9 +355,9 @@ impl Server<'_> {
     /// Runs one millisecond and forwards its output.
     fn run(&mut self) -> Result<(), ServeError> {
         let happened = self.robot.step()?;
-        for ((_, terminal), bytes) in self.serial.iter_mut().zip(&happened.bytes) {
-            terminal.write(bytes)?;
-            terminal.flush()?;
+        for ((_, port), bytes) in self.serial.iter_mut().zip(&happened.bytes) {
+            port.write(bytes)?;
+            port.flush()?;
         }
         let host = self.robot.host();
         let others = happened.carried.iter();
@@ -266,7 +371,7 @@ impl Server<'_> {
         }
         self.slcan.flush()?;
         for (foot, cause) in happened.resets {
-            let at_s = self.robot.ms as f64 * 1e-3;
+            let at_s = self.now_s();
             let words = format!("{at_s:.3} s  {}: reset by {}", foot.name(), cause.name());
             self.report(words);
         }

@@ -64,17 +64,21 @@ impl Pace {
 
     /// Waits until a virtual time, ms, is due.
     pub fn wait(&mut self, ms: u64) {
+        thread::sleep(self.until_due(ms, Instant::now()));
+    }
+
+    /// Time from `now` until a virtual time, ms, is due; a long delay is lost.
+    fn until_due(&mut self, ms: u64, now: Instant) -> Duration {
         let VirtualSpeed::Times(times) = self.speed else {
-            return;
+            return Duration::ZERO;
         };
         let due = self.zero + Duration::from_secs_f64(ms as f64 * 1.0e-3 / times);
-        let now = Instant::now();
-        if due > now {
-            thread::sleep(due - now);
-        } else if now - due > CAUGHT_UP {
-            self.lost += now - due;
-            self.zero += now - due;
+        let delay = now.saturating_duration_since(due);
+        if delay > CAUGHT_UP {
+            self.lost += delay;
+            self.zero += delay;
         }
+        due.saturating_duration_since(now)
     }
 
     /// Total loss, if it has grown since the last report and the interval between reports has passed.
@@ -101,15 +105,18 @@ mod tests {
     #[test]
     fn virtual_time_follows_real_time_and_long_delays_are_lost() {
         let mut pace = Pace::new(VirtualSpeed::Times(2.0));
-        pace.wait(40);
-        let took = pace.elapsed();
-        assert!(took >= Duration::from_millis(20), "{took:?}");
-        thread::sleep(Duration::from_millis(200));
-        pace.wait(41);
-        assert!(pace.lost >= Duration::from_millis(150), "{:?}", pace.lost);
-        let lost = pace.lost;
-        pace.wait(42);
-        assert_eq!(pace.lost, lost, "it goes on from there");
+        let (zero, ms) = (pace.zero, Duration::from_millis);
+        assert_eq!(pace.until_due(40, zero), ms(20));
+        assert_eq!(pace.until_due(40, zero + ms(70)), ms(0));
+        assert_eq!(pace.lost, ms(0), "it is caught up");
+        assert_eq!(pace.until_due(40, zero + ms(220)), ms(0));
+        assert_eq!(pace.lost, ms(200));
+        assert_eq!(
+            pace.until_due(42, zero + ms(220)),
+            ms(1),
+            "it goes on from there"
+        );
+        assert_eq!(pace.lost, ms(200));
     }
 
     #[test]

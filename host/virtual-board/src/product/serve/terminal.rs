@@ -12,7 +12,7 @@ use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, QueueSelector, tcflush, tcgetattr, tcsetattr};
 
 /// Maximum number of bytes that wait for a reader, besides those of the system: half a second of a busy bus.
-const MOST_WAITING: usize = 64 * 1024;
+pub(super) const MOST_WAITING: usize = 64 * 1024;
 
 /// A terminal.
 #[derive(Debug)]
