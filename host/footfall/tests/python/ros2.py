@@ -34,8 +34,8 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 PACKAGE = Path(__file__).parents[4] / "ros2/footfall_msgs"
 FEET = ["FL", "FR", "RL", "RR"]
-# The feet walk two seconds longer than what is asked of each topic: subscribers find it meanwhile.
-CONTACTS = 10_000
+# The feet walk three seconds longer than what is asked of each topic: subscribers find it meanwhile.
+CONTACTS = 4000
 # A script that takes longer hangs, and ends with the place where it does.
 HANGS_S = 600.0
 
@@ -45,14 +45,14 @@ ATTEMPTS = 5
 # Longest lead of a stamp over the clock, ns.
 EARLY_NS = 10_000_000
 
-# Values of feet in messages of all feet that may be swing because the machine stalled, of some 50 000.
+# Values of feet in messages of all feet that may be swing because the machine stalled, of some 20 000.
 SILENT = 100
 LEAST = {
     "contact": CONTACTS,
     "contact/probability": CONTACTS,
     "velocity": CONTACTS,
-    "imu": 450,
-    "load": 450,
+    "imu": 180,
+    "load": 180,
 }
 
 
@@ -271,7 +271,12 @@ def compare(topic, received, published, least):
         raise Stalled(f"{topic}: {len(received)} messages, not {least}")
     pairs = zip(received[-least:], published[-least:])
     for index, (one, other) in enumerate(pairs, start=len(received) - least):
-        assert plain(one) == plain(other), f"{topic}, message {index}:\n{one}\n{other}"
+        if plain(one) == plain(other):
+            continue
+        # A writer keeps few messages for a subscriber that is late.
+        if plain(one) in map(plain, published):
+            raise Stalled(f"{topic}: a gap before message {index}")
+        raise AssertionError(f"{topic}, message {index}:\n{one}\n{other}")
     earlier = map(plain, published[:-least])
     for index, one in enumerate(received[:-least]):
         assert plain(one) in earlier, f"{topic}, message {index} is not of these feet, or late:\n{one}"
@@ -413,7 +418,7 @@ def check_messages(published, whose, reliability, footfall, _, *arguments):
     # The topics', and the node's own.
     assert len(node.writer_gid_seq) > len(types), len(node.writer_gid_seq)
     expected = {f"/footfall/{foot}/{topic}": least for foot in FEET for topic, least in LEAST.items()}
-    expected["/diagnostics"] = 40
+    expected["/diagnostics"] = 16
     if reliable:
         take_last_words(received, other_topic, other_values)
     for topic, least in expected.items():
