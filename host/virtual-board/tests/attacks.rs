@@ -63,6 +63,7 @@ enum Extra {
 }
 
 #[test]
+#[ignore = "full: two more faults beside a failing sensor"]
 fn two_more_faults_do_not_prolong_stable_frames() {
     const SEEN_US: u64 = 1_700;
     /// Age at which frames that the bus did not accept are dropped, µs.
@@ -197,6 +198,7 @@ fn a_store_is_answered_during_node_stop_and_reset() {
 }
 
 #[test]
+#[ignore = "full: 8000 settings on both lines"]
 fn continuous_settings_on_both_lines_cost_no_tick() {
     let Some(elf) = product() else { return };
     for (index, subindex, values) in [
@@ -225,6 +227,7 @@ fn continuous_settings_on_both_lines_cost_no_tick() {
 }
 
 #[test]
+#[ignore = "full: a controller that ignores aborts, 10 s of virtual time"]
 fn a_controller_that_ignores_aborts_stops_only_can() {
     let Some(elf) = product() else { return };
     let mut rig = Rig::new(&elf);
@@ -311,6 +314,7 @@ fn a_node_id_from_lss_replaces_the_old_one() {
 /// More frames than the foot can process, on both lines, for longer than the watchdog's timeout: each task that
 /// waits for room wakes the other.
 #[test]
+#[ignore = "full: 5 s of frames without a pause"]
 fn continuous_frames_on_both_lines_do_not_trip_the_watchdog() {
     let Some(elf) = product() else { return };
     for id in [0x611, 0x080] {
@@ -329,6 +333,7 @@ fn continuous_frames_on_both_lines_do_not_trip_the_watchdog() {
 
 /// A byte each 3.3 µs for longer than the watchdog's timeout: the receiver always finds the next one.
 #[test]
+#[ignore = "full: 8 s of bytes without a pause"]
 fn an_unbroken_serial_stream_stops_no_sender() {
     const BYTES_PER_MS: usize = 300;
     let Some(elf) = product() else { return };
@@ -435,6 +440,7 @@ const FLICKER_EMERGENCIES: usize = 4;
 const FLICKER_S: u32 = 4;
 
 #[test]
+#[ignore = "full: 4 s of a flickering bus"]
 fn a_flickering_bus_gets_few_emergencies() {
     let Some(elf) = product() else { return };
     let mut rig = Rig::new(&elf);

@@ -69,6 +69,7 @@ fn healthy_board_passes_every_measurement() {
 }
 
 #[test]
+#[ignore = "full: the measurements of a new board, twice"]
 fn any_byte_starts_the_measurements_again() {
     let mut board = boot(Wiring::reference(), options());
     assert_eq!(lines(&mut board).len(), 20);

@@ -1,6 +1,5 @@
-//! Every ordered pair of faults, at once and 12 ms apart. By default a few of them run; with `FOOTFALL_PAIRS=1` in
-//! the environment all, and the README gets the result; with another number N one in N; with names separated by
-//! commas only these.
+//! Every ordered pair of faults, at once and 12 ms apart. `FOOTFALL_PAIRS` in the environment chooses some of them:
+//! those that it names, separated by commas, or with a number N one in N.
 
 mod common;
 
@@ -8,12 +7,10 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-use common::{is_built_here, product};
-use host_tests::committed::assert_block;
+use common::digest::assert_block_of;
+use common::product;
+use virtual_board::emulator::wiring::Wiring;
 use virtual_board::product::scenario::pairs::{self, Pair};
-
-/// By default one pair in this many runs: a prime, so that all kinds occur.
-const STRIDE: usize = 97;
 
 /// Runs pairs on all cores. Returns the names of those with violations, and the violations.
 fn run(elf: &[u8], pairs: &[Pair]) -> Vec<(String, Vec<String>)> {
@@ -41,9 +38,10 @@ fn run(elf: &[u8], pairs: &[Pair]) -> Vec<(String, Vec<String>)> {
 }
 
 #[test]
+#[ignore = "full: 4900 pairs of faults, an hour"]
 fn the_board_survives_two_simultaneous_or_close_faults() {
     let Some(elf) = product() else { return };
-    let wish = std::env::var("FOOTFALL_PAIRS").unwrap_or_else(|_| STRIDE.to_string());
+    let wish = std::env::var("FOOTFALL_PAIRS").unwrap_or_else(|_| "1".to_owned());
     let all: Vec<Pair> = pairs::all().collect();
     let is_named = |pair: &Pair| wish.split(',').any(|name| name == pair.name());
     let chosen: Vec<Pair> = match wish.parse::<usize>() {
@@ -54,11 +52,11 @@ fn the_board_survives_two_simultaneous_or_close_faults() {
     let wrong = run(&elf, &chosen);
     println!("{} of {} pairs", chosen.len(), all.len());
     assert!(wrong.is_empty(), "{} pairs: {wrong:#?}", wrong.len());
-    if chosen.len() == all.len() && is_built_here() {
+    if chosen.len() == all.len() {
         let text = format!(
             "All {} ordered pairs of faults, at once and 12 ms apart: no frame said \"stable\" on invalid data, and the board recovered.\n",
             all.len()
         );
-        assert_block("host/virtual-board/README.md", "pairs", &text);
+        assert_block_of(&[Wiring::reference().program], "pairs", &text);
     }
 }

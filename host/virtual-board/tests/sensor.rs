@@ -6,8 +6,9 @@ mod common;
 use common::rig::{OPERATIONAL, PRE_OPERATIONAL, Rig};
 use common::{MILLISECOND, options, product, run};
 use estimator_core::Validity;
+use lsm6dsox::Sensor;
+use lsm6dsox::register::{self, Register};
 use lsm6dsox::sim::{Axis, PartFault as SensorFault, Stimulus};
-use lsm6dsox::{Sensor, register};
 use virtual_board::emulator::board::{Board, Injection};
 use virtual_board::emulator::part::can::TimedFrame;
 use virtual_board::emulator::time::to_us;
@@ -84,6 +85,7 @@ const fn stuck(sensor: Sensor, axis: Axis, code: i16) -> SensorFault {
 }
 
 #[test]
+#[ignore = "full: five partial failures of the sensor"]
 fn a_partly_failed_sensor_is_not_stable_and_names_its_axes() {
     let Some(elf) = product() else { return };
     // 0.2 rad/s are 164 codes of 70 m°/s.
@@ -158,20 +160,33 @@ fn a_recovered_sensor_is_used_again() {
     );
 }
 
+/// Bits of registers that change by themselves.
+const CHANGES: [(Register, u8); 9] = [
+    (register::CTRL5_C, 0b01),
+    (register::CTRL5_C, 0b0100),
+    (register::CTRL7_G, 0x40),
+    (register::CTRL7_G, 0x80),
+    (register::FUNC_CFG_ACCESS, 0x80),
+    (register::FUNC_CFG_ACCESS, 0x40),
+    (register::CTRL3_C, 0x08),
+    (register::PIN_CTRL, 0x40),
+    (register::X_OFS_USR, 0x10),
+];
+
 #[test]
 fn a_register_change_is_detected_and_corrected() {
+    assert_corrected(&CHANGES[..1]);
+}
+
+#[test]
+#[ignore = "full: changes of every register"]
+fn every_register_change_is_detected_and_corrected() {
+    assert_corrected(&CHANGES);
+}
+
+fn assert_corrected(changes: &[(Register, u8)]) {
     let Some(elf) = product() else { return };
-    for (register, bits) in [
-        (register::CTRL5_C, 0b01),
-        (register::CTRL5_C, 0b0100),
-        (register::CTRL7_G, 0x40),
-        (register::CTRL7_G, 0x80),
-        (register::FUNC_CFG_ACCESS, 0x80),
-        (register::FUNC_CFG_ACCESS, 0x40),
-        (register::CTRL3_C, 0x08),
-        (register::PIN_CTRL, 0x40),
-        (register::X_OFS_USR, 0x10),
-    ] {
+    for &(register, bits) in changes {
         let name = format!("{} ^ {bits:#04x}", register.name);
         let flip = SensorFault::RegisterFlipped {
             address: register.address,
@@ -202,8 +217,18 @@ fn a_register_change_is_detected_and_corrected() {
 
 #[test]
 fn a_bias_too_large_to_learn_is_reported_with_its_value() {
+    assert_bias_reported(&[15.0]);
+}
+
+#[test]
+#[ignore = "full: biases to the end of the range"]
+fn every_bias_too_large_to_learn_is_reported_with_its_value() {
+    assert_bias_reported(&[8.0, 15.0, 30.0]);
+}
+
+fn assert_bias_reported(biases_dps: &[f64]) {
     let Some(elf) = product() else { return };
-    for dps in [8.0_f64, 15.0, 30.0] {
+    for &dps in biases_dps {
         let mut options = options();
         let sensor = options.sensor.as_mut().expect("there is a sensor");
         sensor.gyro_bias = [0.0, dps.to_radians(), 0.0];
@@ -225,8 +250,18 @@ fn a_bias_too_large_to_learn_is_reported_with_its_value() {
 /// An LSM6DSO32 has the identity of an LSM6DSOX, and half of its codes.
 #[test]
 fn a_wrong_scale_is_reported_until_gravity_is_right_at_rest() {
+    assert_scale_reported(&[0.5]);
+}
+
+#[test]
+#[ignore = "full: scales within and beyond the limits"]
+fn every_wrong_scale_is_reported_until_gravity_is_right_at_rest() {
+    assert_scale_reported(&[0.5, 0.85, 1.25]);
+}
+
+fn assert_scale_reported(scales: &[f64]) {
     let Some(elf) = product() else { return };
-    for g in [0.5, 0.85, 1.25] {
+    for &g in scales {
         let lying = move |seconds: f64| {
             let mut lying = Stimulus::REST;
             lying.specific_force[2] *= if seconds < 4.0 { g } else { 1.0 };
@@ -257,6 +292,7 @@ fn a_wrong_scale_is_reported_until_gravity_is_right_at_rest() {
 /// An LSM6DSO32 with its setting: half of the codes of an LSM6DSOX are gravity, also beyond ±16 g, in raw samples, and
 /// after a reset with the self-test.
 #[test]
+#[ignore = "full: 13 s with another part"]
 fn other_part_is_a_setting_and_measures_twice_the_range() {
     const HALF: f64 = 0.5;
     let Some(elf) = product() else { return };

@@ -2,6 +2,9 @@
 
 mod common;
 
+use std::ops::Range;
+use std::sync::OnceLock;
+
 use common::{MILLISECOND, boot_product, options, product, run, watch};
 use virtual_board::emulator::board::{Board, Injection};
 use virtual_board::emulator::corner::Corner;
@@ -130,6 +133,12 @@ fn stores_are_limited_to_one_a_second() {
 
 /// Settings pages of which the active one has no room and the other one is full, with the scale stored in them.
 fn full_pages(elf: &[u8]) -> (Vec<u8>, f32) {
+    // The same for all tests, which boot the same program.
+    static FILLED: OnceLock<(Vec<u8>, f32)> = OnceLock::new();
+    FILLED.get_or_init(|| fill_pages(elf)).clone()
+}
+
+fn fill_pages(elf: &[u8]) -> (Vec<u8>, f32) {
     let mut board = board(elf);
     run(&mut board, 300);
     for number in 1..100_u8 {
@@ -154,53 +163,71 @@ fn full_pages(elf: &[u8]) -> (Vec<u8>, f32) {
 
 #[test]
 fn an_erasing_store_is_refused_while_data_are_sent() {
+    assert_refused("a store");
+}
+
+#[test]
+#[ignore = "full: restores until one has to erase, a minute of virtual time"]
+fn an_erasing_restore_waits_for_a_moment_without_data() {
+    assert_refused("a restore");
+}
+
+fn assert_refused(erasing: &str) {
     let Some(elf) = product() else { return };
     let (full, last) = full_pages(&elf);
-    for erasing in ["a store", "a restore"] {
-        let mut board = with_pages(&elf, &full);
-        run(&mut board, 1_000);
-        assert!((scale(&mut board) - last).abs() < 1.0e-6);
-        let before = pages(&mut board);
-        assert_eq!(store(&mut board).map(|a| a[0]), Some(ABORT));
-        assert!(
-            pages(&mut board) == before,
-            "the refused store changed something"
-        );
-        command(&mut board, PRE_OPERATIONAL);
-        let answer = match erasing {
-            "a store" => {
-                set_scale(&mut board, 77.0);
-                store(&mut board)
-            }
-            _ => {
-                let signature = SIGNATURE_RESTORE.to_le_bytes();
-                // Small records that fit where a record of settings does not, repeated until the store must erase.
-                (0..60).for_each(|_| {
-                    write(&mut board, index::RESTORE, 1, signature);
-                    run(&mut board, STORE_INTERVAL_MS);
-                });
-                write(&mut board, index::RESTORE, 1, signature)
-            }
-        };
-        assert_eq!(answer.map(|a| a[0]), Some(WRITTEN), "{erasing}");
-        command(&mut board, OPERATIONAL);
-        run(&mut board, 1_100);
-        let (codes, contacts) = watch(&mut board, 1_000);
-        assert_eq!(board.resets(), [], "{erasing}");
-        assert_eq!(codes, Vec::<u16>::new(), "{erasing}");
-        assert!((998..=1002).contains(&contacts), "{contacts}");
-        board.inject(Injection::Reset);
-        run(&mut board, 500);
-        let expected = if erasing == "a store" { 77.0 } else { 1.0 };
-        assert!((scale(&mut board) - expected).abs() < 1.0e-6, "{erasing}");
-    }
+    let mut board = with_pages(&elf, &full);
+    run(&mut board, 1_000);
+    assert!((scale(&mut board) - last).abs() < 1.0e-6);
+    let before = pages(&mut board);
+    assert_eq!(store(&mut board).map(|a| a[0]), Some(ABORT));
+    assert!(
+        pages(&mut board) == before,
+        "the refused store changed something"
+    );
+    command(&mut board, PRE_OPERATIONAL);
+    let answer = match erasing {
+        "a store" => {
+            set_scale(&mut board, 77.0);
+            store(&mut board)
+        }
+        _ => {
+            let signature = SIGNATURE_RESTORE.to_le_bytes();
+            // Small records that fit where a record of settings does not, repeated until the store must erase.
+            (0..60).for_each(|_| {
+                write(&mut board, index::RESTORE, 1, signature);
+                run(&mut board, STORE_INTERVAL_MS);
+            });
+            write(&mut board, index::RESTORE, 1, signature)
+        }
+    };
+    assert_eq!(answer.map(|a| a[0]), Some(WRITTEN), "{erasing}");
+    command(&mut board, OPERATIONAL);
+    run(&mut board, 1_100);
+    let (codes, contacts) = watch(&mut board, 1_000);
+    assert_eq!(board.resets(), [], "{erasing}");
+    assert_eq!(codes, Vec::<u16>::new(), "{erasing}");
+    assert!((998..=1002).contains(&contacts), "{contacts}");
+    board.inject(Injection::Reset);
+    run(&mut board, 500);
+    let expected = if erasing == "a store" { 77.0 } else { 1.0 };
+    assert!((scale(&mut board) - expected).abs() < 1.0e-6, "{erasing}");
 }
 
 #[test]
 fn ticks_lost_to_an_erase_are_counted_and_ticks_resume() {
+    assert_ticks_resume(&[Corner::Typical]);
+}
+
+#[test]
+#[ignore = "full: every corner of the chip"]
+fn ticks_lost_to_an_erase_are_counted_in_every_corner() {
+    assert_ticks_resume(&Corner::ALL);
+}
+
+fn assert_ticks_resume(corners: &[Corner]) {
     let Some(elf) = product() else { return };
     let (full, _) = full_pages(&elf);
-    for corner in [Corner::Fast, Corner::Typical, Corner::Slow] {
+    for &corner in corners {
         let mut board = in_corner(&elf, &full, corner);
         run(&mut board, 1_000);
         command(&mut board, PRE_OPERATIONAL);
@@ -223,6 +250,18 @@ fn ticks_lost_to_an_erase_are_counted_and_ticks_resume() {
 
 #[test]
 fn a_cut_erasing_store_leaves_the_old_or_new_settings() {
+    // The erase, the marks, the header, data, and the last.
+    assert_cut_stores(|whole| [1, 2, 5, whole / 2, whole].to_vec());
+}
+
+#[test]
+#[ignore = "full: power cuts at every operation of a store"]
+fn a_store_cut_at_any_operation_leaves_the_old_or_new_settings() {
+    assert_cut_stores(|whole| (1..=whole).collect());
+}
+
+/// Cuts the supply in operations of an erasing store, of which there are as many as `operations` gets.
+fn assert_cut_stores(operations: impl Fn(u64) -> Vec<u64>) {
     let Some(elf) = product() else { return };
     let (full, last) = full_pages(&elf);
     let whole = {
@@ -235,9 +274,7 @@ fn a_cut_erasing_store_leaves_the_old_or_new_settings() {
     };
     println!("{whole} operations of flash");
     let mut kept = [0; 2];
-    let stride = if common::everything() { 1 } else { 5 };
-    // Each of the first operations: the erase, the marks, the header.
-    for operation in (1..8).chain((8..=whole).step_by(stride)) {
+    for operation in operations(whole) {
         let mut board = with_pages(&elf, &full);
         run(&mut board, 300);
         command(&mut board, PRE_OPERATIONAL);
@@ -264,8 +301,18 @@ fn a_cut_erasing_store_leaves_the_old_or_new_settings() {
 
 #[test]
 fn arbitrary_pages_are_reported_until_settings_are_stored() {
+    assert_pages_reported(0..2);
+}
+
+#[test]
+#[ignore = "full: a dozen arbitrary pages"]
+fn any_arbitrary_pages_are_reported_until_settings_are_stored() {
+    assert_pages_reported(0..12);
+}
+
+fn assert_pages_reported(seeds: Range<u32>) {
     let Some(elf) = product() else { return };
-    for seed in 0..12_u32 {
+    for seed in seeds {
         let mut state = seed.wrapping_mul(0x9E37_79B9) | 1;
         let garbage: Vec<u8> = (0..PAGES_LENGTH)
             .map(|_| {
@@ -351,6 +398,17 @@ fn replace(record: &mut [u8], index: u16, subindex: u8, value: u32) {
 
 #[test]
 fn unusable_settings_are_replaced_by_defaults_and_kept() {
+    assert_replaced(1);
+}
+
+#[test]
+#[ignore = "full: every kind of unusable settings"]
+fn all_unusable_settings_are_replaced_by_defaults_and_kept() {
+    assert_replaced(usize::MAX);
+}
+
+/// Tries the first of the kinds of unusable settings.
+fn assert_replaced(kinds: usize) {
     let Some(elf) = product() else { return };
     let stored = stored_pages(&elf);
     assert!(rewritten(&stored, |_| {}) == stored, "another format");
@@ -376,7 +434,7 @@ fn unusable_settings_are_replaced_by_defaults_and_kept() {
         ("address", true, &|record| record[2..4].fill(0xFF)),
         ("version", false, &|record| record[1] = 99),
     ];
-    for (case, others_apply, change) in cases {
+    for (case, others_apply, change) in cases.into_iter().take(kinds) {
         let bytes = rewritten(&stored, change);
         let mut board = with_pages(&elf, &bytes);
         for _ in 0..2 {
@@ -491,11 +549,22 @@ fn largest_costs_are_measured_by_the_board() {
 
 #[test]
 fn one_cleared_bit_under_the_record_loses_no_settings() {
+    assert_kept_over_cleared_bits(400);
+}
+
+#[test]
+#[ignore = "full: 20 bits under the record"]
+fn any_cleared_bit_under_the_record_loses_no_settings() {
+    assert_kept_over_cleared_bits(41);
+}
+
+/// Clears one bit in every `stride`th byte under the record, each on a board of its own.
+fn assert_kept_over_cleared_bits(stride: usize) {
     let Some(elf) = product() else { return };
     let stored = stored_pages(&elf);
     let used = stored.iter().rposition(|byte| *byte != 0xFF);
     let used = used.expect("something was stored") + 1;
-    for (at, bit) in (used..used + 800).step_by(41).zip((0..8).cycle()) {
+    for (at, bit) in (used..used + 800).step_by(stride).zip((0..8).cycle()) {
         let mut worn = stored.clone();
         worn[at] &= !(1 << bit);
         let mut board = with_pages(&elf, &worn);

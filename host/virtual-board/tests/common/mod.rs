@@ -3,11 +3,13 @@
 // Every test uses a part of this module.
 #![allow(dead_code)]
 
+pub mod digest;
 pub mod rig;
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::Command;
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 
 use host_tests::committed::workspace;
 use host_tests::requirements::unmet;
@@ -29,11 +31,6 @@ pub const TARGET: &str = "thumbv7em-none-eabihf";
 /// Creates a directory for output.
 pub fn directory(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name)
-}
-
-/// Returns whether tests that take many minutes are to be run as well.
-pub fn everything() -> bool {
-    std::env::var_os("FOOTFALL_HOUR").is_some_and(|value| value == "1")
 }
 
 /// Builds a release ELF for the target and returns its path.
@@ -61,38 +58,45 @@ pub fn build_bring_up(board: &Wiring) -> PathBuf {
 
 /// Builds the bootloader of a board and returns its path, which is not that of another board's.
 pub fn build_bootloader(board: &Wiring) -> PathBuf {
-    static ONE_BOARD_AT_A_TIME: Mutex<()> = Mutex::new(());
-    let _guard = ONE_BOARD_AT_A_TIME.lock();
-    let features = format!("program,{}", board.name);
-    let chosen = [
-        "-p",
-        "bootloader",
-        "--bin",
-        "bootloader",
-        "--features",
-        &features,
-    ];
-    let built = build_with(&chosen, "bootloader");
-    let named = built.with_file_name(format!("bootloader-{}", board.name));
-    std::fs::copy(&built, &named).expect("copied");
-    named
+    static NAMED: Mutex<BTreeMap<&str, PathBuf>> = Mutex::new(BTreeMap::new());
+    let mut named = NAMED.lock().unwrap_or_else(PoisonError::into_inner);
+    let copy = named.entry(board.name).or_insert_with(|| {
+        let features = format!("program,{}", board.name);
+        let chosen = [
+            "-p",
+            "bootloader",
+            "--bin",
+            "bootloader",
+            "--features",
+            &features,
+        ];
+        let built = build_with(&chosen, "bootloader");
+        let copy = built.with_file_name(format!("bootloader-{}", board.name));
+        std::fs::copy(&built, &copy).expect("copied");
+        copy
+    });
+    copy.clone()
 }
 
+/// Builds a program, once in each test program.
 fn build_with(chosen: &[&str], program: &str) -> PathBuf {
-    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
-    let _guard = ONE_AT_A_TIME.lock();
-    let directory = workspace().join("target");
-    let status = Command::new(env!("CARGO"))
-        .current_dir(workspace())
-        .args(["build", "--profile", "firmware", "--locked"])
-        .args(chosen)
-        .args(["--target", TARGET, "--target-dir"])
-        .arg(&directory)
-        .env_remove("RUSTFLAGS")
-        .status()
-        .expect("cargo starts");
-    assert!(status.success(), "{program} does not build");
-    directory.join(TARGET).join("firmware").join(program)
+    static BUILT: Mutex<BTreeMap<String, PathBuf>> = Mutex::new(BTreeMap::new());
+    let mut built = BUILT.lock().unwrap_or_else(PoisonError::into_inner);
+    let path = built.entry(chosen.join(" ")).or_insert_with(|| {
+        let directory = workspace().join("target");
+        let status = Command::new(env!("CARGO"))
+            .current_dir(workspace())
+            .args(["build", "--profile", "firmware", "--locked"])
+            .args(chosen)
+            .args(["--target", TARGET, "--target-dir"])
+            .arg(&directory)
+            .env_remove("RUSTFLAGS")
+            .status()
+            .expect("cargo starts");
+        assert!(status.success(), "{program} does not build");
+        directory.join(TARGET).join("firmware").join(program)
+    });
+    path.clone()
 }
 
 /// Parsed ELF of a program.

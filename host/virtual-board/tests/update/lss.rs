@@ -114,6 +114,7 @@ fn dead_foot(wiring: &'static Wiring, corner: Corner, elf: &[u8]) -> Master {
 }
 
 #[test]
+#[ignore = "full: updates by LSS of each board, in every corner of the chip"]
 fn dead_foot_without_a_node_id_is_found_and_updated() {
     for (wiring, elf) in products() {
         let corners: &[Corner] = match wiring.name {
@@ -147,6 +148,7 @@ fn dead_foot_without_a_node_id_is_found_and_updated() {
 /// Frames of others do not take the place of a request while the flash is erased: the bootloader accepts those for its
 /// new id alone.
 #[test]
+#[ignore = "full: an update by LSS beside traffic"]
 fn dead_foot_is_selected_and_updated_beside_traffic() {
     let products = products();
     let Some((wiring, elf)) = products.first() else {

@@ -73,12 +73,23 @@ const WRONG_CRYSTALS: [Crystal; 8] = [
 
 #[test]
 fn bootloader_with_a_wrong_crystal_answers_on_its_serial_line() {
+    assert_serial_line(&WRONG_CRYSTALS[..1], &[Corner::Typical]);
+}
+
+#[test]
+#[ignore = "full: eight crystals in every corner of the chip"]
+fn bootloader_with_any_wrong_crystal_answers_on_its_serial_line() {
+    assert_serial_line(&WRONG_CRYSTALS, &Corner::ALL);
+}
+
+/// Boots the bootloaders with wrong crystals, and with those of other boards.
+fn assert_serial_line(crystals: &[Crystal], corners: &[Corner]) {
     for wiring in Wiring::all() {
         let elf = std::fs::read(build_bootloader(wiring)).expect("it was built");
         let other_board = Wiring::all().iter().find(|other| other.name != wiring.name);
         let others = other_board.map(|other| Crystal::Hertz(other.crystal));
-        for crystal in WRONG_CRYSTALS.into_iter().chain(others) {
-            for corner in Corner::ALL {
+        for crystal in crystals.iter().copied().chain(others) {
+            for &corner in corners {
                 let mut options = options();
                 options.wiring = Some(wiring);
                 options.set_corner(corner);
@@ -97,6 +108,7 @@ fn bootloader_with_a_wrong_crystal_answers_on_its_serial_line() {
 
 /// In a chip from the factory no program has set the brown-out level: it goes on at a low supply.
 #[test]
+#[ignore = "full: an update at a low supply"]
 fn bootloader_leaves_the_flash_alone_at_a_low_supply() {
     let Some(elf) = product() else { return };
     let mut options = options();
@@ -116,10 +128,9 @@ fn bootloader_leaves_the_flash_alone_at_a_low_supply() {
     assert_eq!(master.status(), None);
 }
 
-#[test]
-fn foot_is_updated_over_can() {
-    let Some(elf) = product() else { return };
-    let mut master = Master::new(boot(Wiring::reference(), Corner::Typical, &elf));
+/// Updates a foot over CAN. Returns its master, and the image.
+fn updated(elf: &[u8]) -> (Master, Vec<u8>) {
+    let mut master = Master::new(boot(Wiring::reference(), Corner::Typical, elf));
     master.run(1_000);
     assert_eq!(master.version(), OLD);
     // Settings survive.
@@ -139,7 +150,7 @@ fn foot_is_updated_over_can() {
     master.stop();
     // Zephyr's script and Lely's master clear without a pause.
     assert_eq!(master.control(CLEAR)[0], 0x60);
-    let image = new_image(&elf);
+    let image = new_image(elf);
     let begin = master.board.now();
     let answer = master.send(&image);
     assert_eq!(answer[0], 0xA1, "{answer:02x?}");
@@ -155,6 +166,31 @@ fn foot_is_updated_over_can() {
     assert_eq!(master.number(index::PROGRAM_ID), sent.identification());
     assert_eq!(master.previous(), before);
     assert!(master.ask(&[0x40, 0x15, 0x20, 2, 0, 0, 0, 0])[4..] == scale);
+    (master, image)
+}
+
+/// Sends an image with a bit that was changed.
+fn assert_damaged_refused(master: &mut Master, image: &[u8]) {
+    master.stop();
+    assert_eq!(master.control(CLEAR)[0], 0x60);
+    let mut changed = image.to_vec();
+    changed[5_000] ^= 1;
+    master.send(&changed);
+    assert_eq!(master.status(), Some(Refusal::WrongHash));
+}
+
+#[test]
+fn foot_is_updated_over_can() {
+    let Some(elf) = product() else { return };
+    let (mut master, image) = updated(&elf);
+    assert_damaged_refused(&mut master, &image);
+}
+
+#[test]
+#[ignore = "full: ten seconds of a trial, and an update over CAN with the same image"]
+fn updated_foot_confirms_itself_and_takes_the_image_again() {
+    let Some(elf) = product() else { return };
+    let (mut master, image) = updated(&elf);
     // It confirms itself after ten seconds, and stays.
     master.operate();
     assert!(master.contacts(10_500) > 9_000);
@@ -168,18 +204,14 @@ fn foot_is_updated_over_can() {
     }
     assert_eq!(master.version(), NEW);
     assert_eq!(master.status(), None);
-    // The same file, and one that was changed. The slot is clear.
-    master.stop();
-    assert_eq!(master.control(CLEAR)[0], 0x60);
-    let mut changed = image.clone();
-    changed[5_000] ^= 1;
-    for (file, refusal) in [(changed, Some(Refusal::WrongHash)), (image, None)] {
-        master.send(&file);
-        assert_eq!(master.status(), refusal);
-    }
+    assert_damaged_refused(&mut master, &image);
+    // The same file. The slot is clear.
+    master.send(&image);
+    assert_eq!(master.status(), None);
 }
 
 #[test]
+#[ignore = "full: an update of a foot without a program"]
 fn foot_without_a_program_is_updated() {
     let Some(elf) = product() else { return };
     let mut master = Master::new(boot_without_program(Wiring::reference(), Corner::Typical));

@@ -6,7 +6,6 @@ use std::thread;
 
 use bootloader::image::Refusal;
 use bootloader::layout::{SLOT_SIZE, Slot};
-use host_tests::committed::assert_block;
 use images::{DEVELOPMENT_KEY, image};
 use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::corner::Corner;
@@ -15,7 +14,8 @@ use virtual_board::emulator::part::rcc::ResetCause;
 use virtual_board::emulator::part::usart::LineFault;
 use virtual_board::emulator::wiring::Wiring;
 
-use crate::common::{is_built_here, products};
+use crate::common::digest::assert_block_of;
+use crate::common::products;
 use crate::master::{
     CLEAR, INSTALLED_MS, Master, NEW, OLD, START, boot, boot_without_program, image_beginning_with,
     new_image, origin, segment,
@@ -762,34 +762,86 @@ fn line(row: &Row, outcome: &Outcome) -> String {
     format!("| `{name}` | {disturbance} | {version} | {reason} | {silent} |\n")
 }
 
+/// Rows of the default run: a power cut in each phase of an update, and a program that does not work. An update without
+/// a disturbance, and a refusal, are in `foot_is_updated_over_can`.
+const BY_DEFAULT: [&str; 7] = [
+    "power-cut-clear",
+    "power-cut-download",
+    "power-cut:2",
+    "power-cut:3",
+    "power-cut:1000",
+    "power-cut:30000",
+    "crashes",
+];
+
+/// Rows with these names.
+fn named(names: &[&str]) -> Vec<&'static Row> {
+    let row = |name: &&str| ROWS.iter().find(|row| row.name == *name).expect("a row");
+    names.iter().map(row).collect()
+}
+
+/// All rows, or those that `FOOTFALL_ROWS` names, separated by commas.
+fn chosen() -> Vec<&'static Row> {
+    match std::env::var("FOOTFALL_ROWS") {
+        Ok(names) => named(&names.split(',').collect::<Vec<_>>()),
+        Err(_) => ROWS.iter().collect(),
+    }
+}
+
+/// Programs that a row runs on a board: its own, and one of another board that it refuses.
+fn programs([(wiring, _), (other, _)]: [&(&'static Wiring, Vec<u8>); 2]) -> [String; 3] {
+    [
+        wiring.program.to_owned(),
+        format!("bootloader-{}", wiring.name),
+        other.program.to_owned(),
+    ]
+}
+
 #[test]
+fn foot_runs_a_whole_program_after_a_power_cut_in_each_phase() {
+    let products = products();
+    let [reference, other, ..] = &products[..] else {
+        return;
+    };
+    let wrong = Mutex::default();
+    let rows = named(&BY_DEFAULT);
+    let table = table([reference, other], Corner::Typical, &rows, &wrong);
+    let wrong = wrong.into_inner().expect("no panic");
+    assert!(wrong.is_empty(), "{table}\n{wrong:#?}");
+}
+
+#[test]
+#[ignore = "full: every disturbance of an update, 5 minutes"]
 fn foot_runs_a_whole_program_after_any_update() {
     let products = products();
     let [reference, other, ..] = &products[..] else {
         return;
     };
-    let (wrong, rows) = (Mutex::default(), ROWS.iter().collect::<Vec<_>>());
+    let (wrong, rows) = (Mutex::default(), chosen());
     let table = table([reference, other], Corner::Typical, &rows, &wrong);
     let wrong = wrong.into_inner().expect("no panic");
     assert!(wrong.is_empty(), "{table}\n{wrong:#?}");
-    if is_built_here() {
-        assert_block("host/virtual-board/README.md", "updates", &table);
+    if rows.len() == ROWS.len() {
+        let programs = programs([reference, other]);
+        assert_block_of(&programs.each_ref().map(String::as_str), "updates", &table);
     }
 }
 
 #[test]
+#[ignore = "full: updates of the other boards, 2 minutes"]
 fn foot_of_any_board_runs_a_whole_program() {
     let products = products();
     let [reference, others @ ..] = &products[..] else {
         return;
     };
-    let listed = OF_OTHER_BOARDS.map(|name| ROWS.iter().find(|row| row.name == name));
-    let rows: Vec<&Row> = listed.into_iter().map(|row| row.expect("a row")).collect();
+    let rows = named(&OF_OTHER_BOARDS);
+    let mut ran = Vec::new();
     for board in others {
         let wrong = Mutex::default();
         let table = table([board, reference], Corner::Typical, &rows, &wrong);
         let wrong = wrong.into_inner().expect("no panic");
         assert!(wrong.is_empty(), "{table}\n{wrong:#?}");
+        ran.extend(programs([board, reference]));
     }
     let names = OF_OTHER_BOARDS.map(|name| format!("`{name}`"));
     let boards: Vec<&str> = others.iter().map(|(wiring, _)| wiring.name).collect();
@@ -799,16 +851,14 @@ fn foot_of_any_board_runs_a_whole_program() {
         names.len(),
         names.join(", ")
     );
-    assert_block("host/virtual-board/README.md", "updates-others", &sentence);
+    let ran: Vec<&str> = ran.iter().map(String::as_str).collect();
+    assert_block_of(&ran, "updates-others", &sentence);
 }
 
-/// Runs all rows on each board, in each corner of the chip but for those that are run anyway, with `FOOTFALL_CORNERS=1`
-/// in the environment.
+/// Runs all rows on each board, in each corner of the chip but for those of `updates`.
 #[test]
+#[ignore = "full: every disturbance of an update on each board in each corner of the chip, half an hour"]
 fn foot_runs_a_whole_program_in_every_corner_of_the_chip() {
-    if std::env::var_os("FOOTFALL_CORNERS").is_none_or(|value| value != "1") {
-        return;
-    }
     let products = products();
     let [reference, other, ..] = &products[..] else {
         return;
@@ -829,7 +879,8 @@ fn foot_runs_a_whole_program_in_every_corner_of_the_chip() {
             block += &format!("| {board} | {corner} | {} | 0 |\n", ROWS.len());
         }
     }
-    if is_built_here() {
-        assert_block("host/virtual-board/README.md", "update-corners", &block);
-    }
+    let mut ran = programs([reference, other]).to_vec();
+    ran.push(format!("bootloader-{}", other.0.name));
+    let ran: Vec<&str> = ran.iter().map(String::as_str).collect();
+    assert_block_of(&ran, "update-corners", &block);
 }

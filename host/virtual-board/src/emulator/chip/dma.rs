@@ -40,7 +40,7 @@ impl Chip {
         loop {
             let mut moved = false;
             for controller in 0..2 {
-                for stream in 0..8 {
+                for stream in self.dmas[controller].running() {
                     let Some(channel) = self.dmas[controller].streams[stream].channel() else {
                         continue;
                     };
@@ -79,9 +79,9 @@ impl Chip {
         memory: &mut dyn Memory,
         now: u64,
     ) -> Result<(), String> {
-        let running = &mut self.dmas[controller].streams[stream];
+        let running = &self.dmas[controller].streams[stream];
         if controller == 1 && self.failing_streams[stream] && running.is_half_done() {
-            running.moved(false);
+            self.dmas[controller].moved(stream, false);
             return Ok(());
         }
         let item = running.item();
@@ -111,7 +111,7 @@ impl Chip {
                     .get(..item.size)
                     .is_some_and(|bytes| memory.write(item.memory, bytes))
         };
-        self.dmas[controller].streams[stream].moved(worked);
+        self.dmas[controller].moved(stream, worked);
         if !worked {
             return Err(format!("DMA cannot reach {:#010x}", item.memory));
         }

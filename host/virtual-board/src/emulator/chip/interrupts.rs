@@ -16,28 +16,31 @@ const DMA_INTERRUPTS: [[u16; 8]; 2] = [
 impl Chip {
     /// Drives the levels of all interrupt lines.
     pub(crate) fn drive_lines(&self, nvic: &mut Nvic) {
+        let mut levels = 0;
+        let mut set = |line: u16, level: bool| levels |= u128::from(level) << line;
         for (timer, line) in self.timers.iter().zip(TIMER_INTERRUPTS) {
-            nvic.set_line(line, timer.interrupts());
+            set(line, timer.interrupts());
         }
         for (spi, line) in self.spis.iter().zip(SPI_INTERRUPTS) {
-            nvic.set_line(line, spi.interrupts());
+            set(line, spi.interrupts());
         }
         for (usart, line) in self.usarts.iter().zip(USART_INTERRUPTS) {
-            nvic.set_line(line, usart.interrupts());
+            set(line, usart.interrupts());
         }
         for (level, line) in self.can.lines().into_iter().zip(CAN_INTERRUPTS) {
-            nvic.set_line(line, level);
+            set(line, level);
         }
         for (dma, lines) in self.dmas.iter().zip(DMA_INTERRUPTS) {
             for (stream, line) in dma.streams.iter().zip(lines) {
-                nvic.set_line(line, stream.interrupts());
+                set(line, stream.interrupts());
             }
         }
         let requesting = self.exti.requesting();
         for (line, mask) in LINES {
-            nvic.set_line(line, requesting & mask != 0);
+            set(line, requesting & mask != 0);
         }
-        nvic.set_line(18, self.adc.interrupts());
-        nvic.set_line(4, self.flash.interrupts());
+        set(18, self.adc.interrupts());
+        set(4, self.flash.interrupts());
+        nvic.set_lines(levels);
     }
 }

@@ -38,7 +38,8 @@ pub struct Nvic {
     pending: [bool; EXCEPTIONS],
     enabled: [bool; EXCEPTIONS],
     priority: [u8; EXCEPTIONS],
-    lines: [bool; INTERRUPTS],
+    /// Levels of the interrupt lines, one bit each.
+    lines: u128,
     /// Active exceptions, the latest last.
     pub(crate) active: Vec<u16>,
     /// `PRIGROUP` of AIRCR.
@@ -59,7 +60,7 @@ impl Default for Nvic {
             pending: [false; EXCEPTIONS],
             enabled,
             priority: [0; EXCEPTIONS],
-            lines: [false; INTERRUPTS],
+            lines: 0,
             active: Vec::new(),
             group: 0,
             next: None,
@@ -121,7 +122,7 @@ impl Nvic {
         };
         self.active.remove(index);
         if let Some(line) = number.checked_sub(exception::INTERRUPT)
-            && self.lines[usize::from(line)]
+            && self.is_high(line)
         {
             // A line that is still high becomes pending again.
             self.pend(number);
@@ -142,7 +143,7 @@ impl Nvic {
     /// Clears a pending exception; an interrupt whose line is high stays pending.
     pub fn unpend(&mut self, number: u16) {
         let line = number.checked_sub(exception::INTERRUPT);
-        let high = line.is_some_and(|line| self.lines[usize::from(line)]);
+        let high = line.is_some_and(|line| self.is_high(line));
         self.pending[usize::from(number)] = high;
         self.update();
     }
@@ -165,16 +166,21 @@ impl Nvic {
         self.enabled[number as usize]
     }
 
-    /// Sets the level of a peripheral's interrupt line.
-    pub fn set_line(&mut self, interrupt: u16, high: bool) {
-        let line = &mut self.lines[usize::from(interrupt)];
-        if *line == high {
-            return;
-        }
-        *line = high;
-        let number = exception::INTERRUPT + interrupt;
-        if high && !self.active.contains(&number) {
-            self.pend(number);
+    /// Returns whether a peripheral's interrupt line is high.
+    const fn is_high(&self, interrupt: u16) -> bool {
+        self.lines >> interrupt & 1 != 0
+    }
+
+    /// Sets the levels of all interrupt lines, one bit each.
+    pub fn set_lines(&mut self, levels: u128) {
+        let mut rising = levels & !self.lines;
+        self.lines = levels;
+        while rising != 0 {
+            let number = exception::INTERRUPT + rising.trailing_zeros() as u16;
+            rising &= rising - 1;
+            if !self.active.contains(&number) {
+                self.pend(number);
+            }
         }
     }
 
@@ -273,12 +279,12 @@ mod tests {
     fn a_high_line_pends_again_after_its_handler() {
         let mut nvic = Nvic::default();
         nvic.write(0x000, 1 << 7, !0);
-        nvic.set_line(7, true);
+        nvic.set_lines(1 << 7);
         nvic.begin(16 + 7);
         assert_eq!(nvic.next, None);
         nvic.end(16 + 7);
         assert_eq!(nvic.next, Some((16 + 7, 0)));
-        nvic.set_line(7, false);
+        nvic.set_lines(0);
         nvic.unpend(16 + 7);
         assert_eq!(nvic.next, None);
     }

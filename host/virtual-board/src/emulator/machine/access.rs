@@ -1,7 +1,6 @@
 //! Loads and stores outside memory: peripherals, and the core's private registers.
 
 use super::{Machine, RunningBlock, Stop};
-use crate::emulator::block::Block;
 use crate::emulator::core::nvic::exception;
 use crate::emulator::memory::Memory;
 use crate::emulator::part::rcc::ResetCause;
@@ -16,7 +15,7 @@ impl Machine {
     ) -> T {
         let ahead = match self.running {
             Some(RunningBlock { address, block }) if pc > address && pc - address < block.size => {
-                u64::from(Block::at(memory, address, pc - address).cycles)
+                u64::from(self.cycles_before(memory, address, pc))
             }
             _ => 0,
         };

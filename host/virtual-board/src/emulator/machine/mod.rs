@@ -26,12 +26,13 @@ use crate::emulator::failure::Failure;
 use crate::emulator::memory::{FLASH, Memory};
 use crate::emulator::part::flash::accelerator::Literal;
 use crate::emulator::time::to_ns;
+use blocks::Beginning;
 pub(crate) use blocks::RunningBlock;
 pub use counting::MachineCounters;
 pub(crate) use counting::Watched;
 
-/// Maximum length of a block of the engine, bytes.
-const LONGEST_BLOCK: u32 = 0x1000;
+/// Number of beginnings of blocks that are remembered.
+const BEGINNINGS: usize = 1024;
 
 /// Reason why the engine was stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -109,7 +110,12 @@ pub struct Machine {
     dwt: Dwt,
     period: u64,
     deadline: u64,
+    /// Number of the block at each half-word of flash, counted from 1; 0 if it has not been decoded.
+    block_of: Vec<u32>,
+    /// Decoded blocks.
     blocks: Vec<Block>,
+    /// Beginnings of blocks up to accesses to peripherals, each at the last bits of its end.
+    beginnings: Box<[Beginning; BEGINNINGS]>,
     /// Loads from flash of all blocks, at addresses known from their code.
     literals: Vec<Literal>,
 }
@@ -146,7 +152,9 @@ impl Machine {
             dwt: Dwt::default(),
             period,
             deadline: 0,
-            blocks: vec![Block::default(); FLASH.size / 2],
+            block_of: vec![0; FLASH.size / 2],
+            blocks: Vec::new(),
+            beginnings: Box::new([Beginning::default(); BEGINNINGS]),
             literals: Vec::new(),
         }
     }
@@ -243,12 +251,7 @@ impl Machine {
     fn after_chip(&mut self) {
         self.chip.drive_lines(&mut self.nvic);
         if let Some((from, to)) = self.chip.flash.changed.take() {
-            // Starts far enough before the change that no earlier block reaches into it.
-            let slot = |address: u32| (address.saturating_sub(FLASH.start) / 2) as usize;
-            let (from, to) = (slot(from.saturating_sub(LONGEST_BLOCK)), slot(to));
-            if let Some(blocks) = self.blocks.get_mut(from..to.min(FLASH.size / 2)) {
-                blocks.fill(Block::default());
-            }
+            self.forget_blocks(from, to);
         }
         if self.chip.take_reset_request() {
             self.reset_requested = true;

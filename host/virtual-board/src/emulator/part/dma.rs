@@ -64,7 +64,7 @@ impl DmaStream {
     }
 
     /// Advances after the transfer of an item, or stops after its bus error, for instance an unmapped address.
-    pub const fn moved(&mut self, worked: bool) {
+    const fn moved(&mut self, worked: bool) {
         if !worked {
             self.flags |= TE;
             self.control &= !EN;
@@ -108,11 +108,35 @@ impl DmaStream {
 pub struct Dma {
     /// Streams of the controller.
     pub streams: [DmaStream; 8],
+    /// Streams that are enabled, one bit each.
+    running: u8,
 }
 
 const SHIFTS: [u32; 4] = [0, 6, 16, 22];
 
 impl Dma {
+    /// Streams that are enabled, in order.
+    pub fn running(&self) -> impl Iterator<Item = usize> + use<> {
+        let mut left = self.running;
+        core::iter::from_fn(move || {
+            let stream = left.trailing_zeros() as usize;
+            left &= left.wrapping_sub(1);
+            (stream < 8).then_some(stream)
+        })
+    }
+
+    /// Advances a stream after the transfer of an item, or stops it after its bus error.
+    pub fn moved(&mut self, stream: usize, worked: bool) {
+        self.streams[stream].moved(worked);
+        self.note(stream);
+    }
+
+    /// Notes whether a stream is enabled.
+    fn note(&mut self, stream: usize) {
+        let is_on = self.streams[stream].channel().is_some();
+        self.running = self.running & !(1 << stream) | u8::from(is_on) << stream;
+    }
+
     /// Reads a register.
     ///
     /// # Errors
@@ -154,14 +178,19 @@ impl Dma {
                 }
             }
             0x10..0xD0 => {
-                let stream = &mut self.streams[(offset as usize - 0x10) / 0x18];
+                let number = (offset as usize - 0x10) / 0x18;
+                let stream = &mut self.streams[number];
                 let register = (offset - 0x10) % 0x18;
                 let on = stream.control & EN != 0;
                 if on && matches!(register, 0x04 | 0x08) {
                     return Err("a stream of DMA is set while it runs".into());
                 }
                 match register {
-                    0x00 => stream.set_control(value)?,
+                    0x00 => {
+                        let set = stream.set_control(value);
+                        self.note(number);
+                        set?;
+                    }
                     0x04 => stream.left = value & 0xFFFF,
                     0x08 => stream.peripheral = value,
                     0x0C => stream.memory[0] = value,

@@ -13,8 +13,8 @@ use crate::emulator::memory::FLASH;
 const LINE: u32 = 4;
 
 /// Number of lines of the instruction cache, and of the literal cache.
-const INSTRUCTION_LINES: usize = 64;
-const DATA_LINES: usize = 8;
+const INSTRUCTION_LINES: u8 = 64;
+const DATA_LINES: u8 = 8;
 
 /// Number of lines in flash.
 const LINES: usize = FLASH.size >> LINE;
@@ -25,8 +25,8 @@ const DATA_CACHE: u32 = 1 << 10;
 const INSTRUCTION_RESET: u32 = 1 << 11;
 const DATA_RESET: u32 = 1 << 12;
 
-/// Not in the cache.
-const ABSENT: u8 = 0xFF;
+/// Head of the list of slots in order of use; as the slot of a line: the line is not in the cache.
+const HEAD: u8 = 0xFF;
 
 /// A slot of a cache: the line in it, and its neighbours in order of use.
 #[derive(Clone, Copy, Debug)]
@@ -36,49 +36,57 @@ struct Slot {
     older: u8,
 }
 
+/// An empty list.
+const UNLINKED: Slot = Slot {
+    line: 0,
+    newer: HEAD,
+    older: HEAD,
+};
+
 /// A cache of lines; the least recently used one is replaced.
 #[derive(Clone, Debug)]
 struct Cache {
     /// Slot of each line of flash.
     slot_of: Vec<u8>,
-    /// A list in order of use, so that neither a use nor a replacement searches.
-    slots: Vec<Slot>,
-    capacity: usize,
-    newest: u8,
-    oldest: u8,
+    /// A ring in order of use, so that neither a use nor a replacement searches: older than the head is the newest, newer
+    /// than it the oldest. As many slots as an index has values, so that no index is out of bounds.
+    slots: Box<[Slot; 256]>,
+    /// Number of slots in use, from the first.
+    used: u8,
+    capacity: u8,
 }
 
 impl Cache {
-    fn new(capacity: usize) -> Self {
+    fn new(capacity: u8) -> Self {
         Self {
-            slot_of: vec![ABSENT; LINES],
-            slots: Vec::with_capacity(capacity),
+            slot_of: vec![HEAD; LINES],
+            slots: Box::new([UNLINKED; 256]),
+            used: 0,
             capacity,
-            newest: ABSENT,
-            oldest: ABSENT,
         }
     }
 
     fn clear(&mut self) {
-        for slot in self.slots.drain(..) {
-            self.slot_of[slot.line as usize] = ABSENT;
+        for slot in &self.slots[..usize::from(self.used)] {
+            self.slot_of[slot.line as usize] = HEAD;
         }
-        (self.newest, self.oldest) = (ABSENT, ABSENT);
+        self.used = 0;
+        self.slots[usize::from(HEAD)] = UNLINKED;
     }
 
     fn holds(&self, line: u32) -> bool {
         self.slot_of
             .get(line as usize)
-            .is_some_and(|&slot| slot != ABSENT)
+            .is_some_and(|&slot| slot != HEAD)
     }
 
     /// Uses a line. Returns whether it was in the cache.
     fn take(&mut self, line: u32) -> bool {
-        if !self.holds(line) {
+        let slot = self.slot_of.get(line as usize).copied().unwrap_or(HEAD);
+        if slot == HEAD {
             return false;
         }
-        let slot = self.slot_of[line as usize];
-        if slot != self.newest {
+        if slot != self.slots[usize::from(HEAD)].older {
             self.unlink(slot);
             self.link(slot);
         }
@@ -90,45 +98,31 @@ impl Cache {
         if line as usize >= LINES {
             return;
         }
-        let mut slot = self.slots.len() as u8;
-        let filled = Slot {
-            line,
-            newer: ABSENT,
-            older: ABSENT,
-        };
-        if self.slots.len() < self.capacity {
-            self.slots.push(filled);
+        let mut slot = self.used;
+        if self.used < self.capacity {
+            self.used += 1;
         } else {
-            slot = self.oldest;
+            slot = self.slots[usize::from(HEAD)].newer;
             self.unlink(slot);
-            let old = core::mem::replace(&mut self.slots[usize::from(slot)], filled);
-            self.slot_of[old.line as usize] = ABSENT;
+            self.slot_of[self.slots[usize::from(slot)].line as usize] = HEAD;
         }
+        self.slots[usize::from(slot)].line = line;
         self.slot_of[line as usize] = slot;
         self.link(slot);
     }
 
     fn unlink(&mut self, slot: u8) {
         let Slot { newer, older, .. } = self.slots[usize::from(slot)];
-        match self.slots.get_mut(usize::from(newer)) {
-            Some(slot) => slot.older = older,
-            None => self.newest = older,
-        }
-        match self.slots.get_mut(usize::from(older)) {
-            Some(slot) => slot.newer = newer,
-            None => self.oldest = newer,
-        }
+        self.slots[usize::from(newer)].older = older;
+        self.slots[usize::from(older)].newer = newer;
     }
 
     /// Links a slot as the newest.
     fn link(&mut self, slot: u8) {
-        let older = core::mem::replace(&mut self.newest, slot);
-        match self.slots.get_mut(usize::from(older)) {
-            Some(newest) => newest.newer = slot,
-            None => self.oldest = slot,
-        }
+        let older = core::mem::replace(&mut self.slots[usize::from(HEAD)].older, slot);
+        self.slots[usize::from(older)].newer = slot;
         let linked = &mut self.slots[usize::from(slot)];
-        (linked.newer, linked.older) = (ABSENT, older);
+        (linked.newer, linked.older) = (HEAD, older);
     }
 }
 
@@ -225,40 +219,38 @@ impl Accelerator {
         start + self.wait_states()
     }
 
-    /// Fetches a line of instructions at a cycle. Returns the number of wait cycles.
-    fn line(&mut self, at: u64, line: u32) -> u64 {
-        if line == self.current {
-            return 0;
-        }
+    /// Fetches a line of instructions other than the current one, at a cycle. Returns the number of wait cycles.
+    fn line(&mut self, at: impl Fn() -> u64, line: u32) -> u64 {
         let cached = self.access & INSTRUCTION_CACHE != 0;
-        let ready = match self.ahead {
-            Some((ahead, ready)) if ahead == line => ready,
-            _ if cached && self.instructions.take(line) => at,
+        let wait = match self.ahead {
+            Some((ahead, ready)) if ahead == line => ready.saturating_sub(at()),
+            _ if cached && self.instructions.take(line) => 0,
             _ => {
+                let at = at();
                 let ready = self.read(at);
                 if cached {
                     self.instructions.fill(line);
                 }
-                ready
+                ready - at
             }
         };
-        let wait = ready.saturating_sub(at);
         self.current = line;
         self.ahead = None;
         let next = line + 1;
         if self.access & PREFETCH != 0 && !(cached && self.instructions.holds(next)) {
-            let ready = self.read(at + wait);
+            let ready = self.read(at() + wait);
             self.ahead = Some((next, ready));
         }
         wait
     }
 
     /// Loads a literal at a cycle. Returns the number of wait cycles.
-    fn load(&mut self, at: u64, line: u32) -> u64 {
+    fn load(&mut self, at: impl Fn() -> u64, line: u32) -> u64 {
         let cached = self.access & DATA_CACHE != 0;
         if cached && self.data.take(line) {
             return 0;
         }
+        let at = at();
         let ready = self.read(at);
         if cached {
             self.data.fill(line);
@@ -272,16 +264,21 @@ impl Accelerator {
         let (first, last) = (from >> LINE, (from + run.size.max(1) - 1) >> LINE);
         // The cycle of an instruction is interpolated by the bytes before it.
         let into = |offset: u32| u64::from(run.cycles * offset / run.size.max(1));
-        let mut literals = run.literals.iter().peekable();
+        let mut literals = run.literals;
         let mut wait = 0;
         for line in first..=last {
-            let offset = (line << LINE).saturating_sub(from);
-            wait += self.line(at + wait + into(offset), line);
+            if line != self.current {
+                let offset = (line << LINE).saturating_sub(from);
+                wait += self.line(|| at + wait + into(offset), line);
+            }
             let end = ((line + 1) << LINE) - from;
-            while let Some(literal) = literals.next_if(|literal| literal.offset < end) {
+            while let [literal, others @ ..] = literals
+                && literal.offset < end
+            {
+                literals = others;
                 let line = literal.address.wrapping_sub(FLASH.start) >> LINE;
                 if (line as usize) < LINES {
-                    wait += self.load(at + wait + into(literal.offset), line);
+                    wait += self.load(|| at + wait + into(literal.offset), line);
                 }
             }
         }

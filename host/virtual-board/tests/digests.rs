@@ -1,0 +1,83 @@
+//! Blocks of the README that tests outside of the default run generate: each names the digests of the programs that it
+//! was run on, which have to be those of the programs that are built now.
+
+mod common;
+
+use common::digest::{README, RUN_ON, digest_of};
+use common::is_built_here;
+use host_tests::committed::workspace;
+
+/// Blocks, and the test program with the test that generates them.
+const BLOCKS: [(&str, &str); 10] = [
+    ("faults", "matrix"),
+    ("corners", "matrix"),
+    ("pairs", "pairs"),
+    ("updates", "update"),
+    ("updates-others", "update"),
+    ("update-corners", "update"),
+    ("recordings", "recordings"),
+    ("hour", "hour"),
+    ("full-load-reference", "budgets"),
+    ("full-load-feather", "budgets"),
+];
+
+/// Last line of a block.
+fn last_line<'a>(page: &'a str, block: &str) -> &'a str {
+    let begin = format!("<!-- begin {block} -->\n");
+    let end = format!("\n<!-- end {block} -->");
+    let (_, content) = page.split_once(&begin).expect("the block begins");
+    let (content, _) = content.split_once(&end).expect("the block ends");
+    content.lines().last().unwrap_or_default()
+}
+
+/// Programs and digests that a line names.
+fn named(line: &str) -> Option<Vec<(&str, &str)>> {
+    let pairs = line.strip_prefix(RUN_ON)?.strip_suffix('.')?.split(", ");
+    pairs
+        .map(|pair| pair.strip_prefix('`')?.split_once("` "))
+        .collect()
+}
+
+#[test]
+fn generated_blocks_come_from_the_programs_that_are_built() {
+    if !is_built_here() {
+        return;
+    }
+    let page = std::fs::read_to_string(workspace().join(README)).expect("the page can be read");
+    let mut old = Vec::new();
+    for (block, test) in BLOCKS {
+        let line = last_line(&page, block);
+        let is_current = named(line).is_some_and(|named| {
+            let mut named = named.into_iter();
+            named.all(|(name, digest)| digest_of(name).is_none_or(|built| built == digest))
+        });
+        if !is_current {
+            old.push(format!(
+                "`{block}`: FOOTFALL_UPDATE=1 cargo test -p virtual-board --test {test} -- --ignored"
+            ));
+        }
+    }
+    assert!(
+        old.is_empty(),
+        "blocks of {README} come from other programs than those that are built: {old:#?}"
+    );
+}
+
+#[test]
+fn every_digest_is_of_a_block_that_is_compared() {
+    let page = std::fs::read_to_string(workspace().join(README)).expect("the page can be read");
+    let compared = BLOCKS.map(|(block, _)| last_line(&page, block));
+    let mut lines = page.lines().filter(|line| line.starts_with(RUN_ON));
+    assert!(lines.all(|line| compared.contains(&line)));
+}
+
+#[test]
+fn a_line_names_programs_and_their_digests() {
+    let line = "Run on `foot` 1a2b3c4d5e6f7a8b, `bootloader-reference` 0011223344556677.";
+    let expected = [
+        ("foot", "1a2b3c4d5e6f7a8b"),
+        ("bootloader-reference", "0011223344556677"),
+    ];
+    assert_eq!(named(line).as_deref(), Some(&expected[..]));
+    assert_eq!(named("| fast | 77 | 0 |"), None);
+}
