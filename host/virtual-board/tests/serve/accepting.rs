@@ -1,5 +1,5 @@
-//! Acceptance of a board whose person is this test: it does what it is told, or something is wrong with the foot. The
-//! person has a line of the boards open, too, and reads in steps of their time: a reaction takes no other time.
+//! Acceptance of a board whose person is this test: it follows the text, or the foot has a fault. The person has a line of
+//! the boards open, too, and reads in steps of their time: a reaction takes no other time.
 
 use std::fs::{self, File};
 use std::process::{Command, Stdio};
@@ -131,7 +131,7 @@ fn healthy_foot_is_accepted_in_all_steps_on_its_serial_line() {
         let names = table.lines().filter_map(|line| line.rsplit_once(','));
         names.map(|(name, _)| name.to_owned()).collect()
     };
-    // Times and noise differ from run to run; the limits judge them.
+    // Times and noise depend on the program of the board; the limits judge them.
     if names(&measured) != names(&committed) {
         assert_current(&path, &measured);
     }

@@ -9,16 +9,22 @@ use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, ChildStdin, Command, ExitStatus, Stdio};
 use std::sync::OnceLock;
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::thread;
 use std::time::Duration;
 
 use host_tests::committed::workspace;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
+use rustix::process::{Pid, Signal, kill_process};
 
 use crate::common::{directory, product_file};
 
-/// Timeout that ends a hang.
+/// Timeout of a wait, which ends a hang.
 pub const LONGEST: Duration = Duration::from_secs(120);
+
+/// Lifetime of a server, which ends a hang of a program that waits for it.
+const LIFETIME: Duration = Duration::from_secs(1800);
 
 /// Error output of a program, read only on demand: it has all that the program had written.
 pub struct Words {
@@ -81,6 +87,8 @@ pub struct Server {
     child: Child,
     typed: ChildStdin,
     words: RefCell<Words>,
+    /// Ends the thread that limits the lifetime.
+    _alive: Sender<()>,
     pub folder: PathBuf,
 }
 
@@ -112,6 +120,14 @@ impl Server {
             .stderr(Stdio::piped())
             .spawn()
             .expect("the program that was just built");
+        let (alive, is_alive) = channel();
+        let pid = Pid::from_child(&child);
+        thread::spawn(move || {
+            if is_alive.recv_timeout(LIFETIME) == Err(RecvTimeoutError::Timeout) {
+                // It may just have ended.
+                let _ = kill_process(pid, Signal::KILL);
+            }
+        });
         let words = Words::new(child.stderr.take().expect("piped"));
         let typed = child.stdin.take().expect("piped");
         let mut sources = BufReader::new(child.stdout.take().expect("piped")).lines();
@@ -120,6 +136,7 @@ impl Server {
             child,
             typed,
             words: words.into(),
+            _alive: alive,
             folder,
         };
         assert!(bus.is_some(), "no bus: {}", server.said());

@@ -16,9 +16,9 @@ pub const HELP: &str = "\
 [FOOT:] hold x|-x|y|-y|z|-z         a hand turns it so that this is up; it stays so, also while it walks
 [FOOT:] tap                         a finger taps its sole
 [FOOT:] power-cycle                 switch off and on: all faults are gone, settings stay
+@MS [FOOT:] …                       any of these, MS ms after the start
 faults                              the names of all faults
 help                                this
-@MS [FOOT:] …                       any of these but the last three, at a time of the boards in ms
 quit                                end
 Without FOOT (FL, FR, RL, RR, L, R) it is all feet.
 ";
@@ -48,7 +48,7 @@ pub fn parse(line: &str) -> Result<Option<Command>, String> {
         let ms = ms.parse().map_err(|_| format!("{ms} is no time in ms"))?;
         return match parse(order)? {
             Some(Command::Order(foot, order)) => Ok(Some(Command::Planned(ms, foot, order))),
-            _ => Err(format!("{:?} is no order for a foot", order.trim())),
+            _ => Err(format!("{:?} is not an order to a foot", order.trim())),
         };
     }
     let (foot, rest) = split(line)?;
@@ -177,8 +177,8 @@ mod tests {
             ("FL: quit", "help lists them"),
             ("FL:", "help lists them"),
             ("jump", "help lists them"),
-            ("@5 quit", "is no order"),
-            ("@5", "is no order"),
+            ("@5 quit", "is not an order"),
+            ("@5", "is not an order"),
             ("@x tap", "x is no time in ms"),
         ] {
             match parse(line) {

@@ -178,12 +178,13 @@ impl LockStepLine {
         Sent::Taken
     }
 
-    /// Accepts a program. Returns whether there is a new one.
+    /// Accepts a program, and disconnects others. Returns whether there is a new one.
     fn accept(&mut self) -> io::Result<bool> {
+        let mut is_new = false;
         loop {
             let stream = match self.listener.accept() {
                 Ok((stream, _)) => stream,
-                Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(false),
+                Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(is_new),
                 Err(error) if error.kind() == ErrorKind::Interrupted => continue,
                 Err(error) => return Err(error),
             };
@@ -194,7 +195,7 @@ impl LockStepLine {
                     received: Vec::new(),
                     request: None,
                 });
-                return Ok(true);
+                is_new = true;
             }
         }
     }
@@ -335,7 +336,7 @@ mod tests {
         let closed = vec![(1, Change::Closed)];
         assert_eq!(turn_at(&mut lines, 1_000), (Turn::Boards, closed));
         assert_eq!(lines[0].write(b"out"), Sent::Taken);
-        assert_eq!(lines[1].write(b"nobody"), Sent::Taken);
+        assert_eq!(lines[1].write(b"lost"), Sent::Taken);
         assert_eq!(turn_at(&mut lines, 2_000).0, Turn::Programs);
         assert_eq!(answer(&mut programs[0]), (2_000, b"out".to_vec()));
     }
@@ -364,7 +365,7 @@ mod tests {
         turn_at(&mut lines, 0);
         ask(&mut programs[0], b'W', 5_000, &[7; 5_000]);
         while lines[0].coming.is_empty() {
-            assert_eq!(turn_at(&mut lines, 0).0, Turn::Programs);
+            turn_at(&mut lines, 0);
         }
         assert_eq!(turn_at(&mut lines, 0).0, Turn::Boards, "no room");
         assert_eq!(lines[0].read(1_000), [7; 1_000]);
