@@ -2,7 +2,7 @@
 //! `mounting.rs` tests the invariance to the 24 mountings.
 //!
 //! At 250 Hz and above every set is judged alike. Against its own, lower rate a set may change by more: below 250
-//! Hz the slide counts less and less. Failing tests are kept with their results, and run with `--ignored`;
+//! Hz the slide counts less and less. Limits that are not kept yet are in tests of their own, which say by how much;
 //! `docs/evaluation.md` has the figures at each rate.
 
 use std::sync::{LazyLock, OnceLock};
@@ -77,6 +77,11 @@ impl Outside {
     fn assert_none(&self) {
         assert!(self.0.is_empty(), "{:#?}", self.0);
     }
+
+    /// Asserts that a limit is still exceeded: once it is kept, its test requires that.
+    fn assert_some(&self) {
+        assert!(!self.0.is_empty(), "the limit is kept now");
+    }
 }
 
 fn scores_at(recordings: &[Labelled], rate: SampleRate) -> Vec<(Set, Scores)> {
@@ -137,10 +142,8 @@ fn interpolation_to_a_higher_rate_changes_rmse_little() {
 }
 
 /// Checks the RMSE on ATLAS as recorded and decimated to these rates, Hz.
-fn check_decimated(rates_hz: &[f32]) {
-    let Some(recordings) = of_sets(Pool::Atlas.sets()) else {
-        return;
-    };
+fn decimated(rates_hz: &[f32]) -> Option<Outside> {
+    let recordings = of_sets(Pool::Atlas.sets())?;
     let mut outside = Outside::default();
     let native = scores_at(&recordings, SampleRate::Native);
     for &hz in rates_hz {
@@ -150,18 +153,23 @@ fn check_decimated(rates_hz: &[f32]) {
             outside.check(&name, was.rmse, is.rmse, DECIMATED);
         }
     }
-    outside.assert_none();
+    Some(outside)
 }
 
 #[test]
 fn decimation_to_250_hz_keeps_rmse_on_atlas() {
-    check_decimated(&[500.0, 250.0]);
+    if let Some(outside) = decimated(&[500.0, 250.0]) {
+        outside.assert_none();
+    }
 }
 
+/// Not kept: by 0.34, where the slide does not count.
 #[test]
-#[ignore = "fails: 0.34, where the slide does not count"]
+#[ignore = "full: a limit that is not kept"]
 fn decimation_to_100_hz_keeps_rmse_on_atlas() {
-    check_decimated(&[100.0]);
+    if let Some(outside) = decimated(&[100.0]) {
+        outside.assert_some();
+    }
 }
 
 /// RMSE over the recordings of a set, from a time after the first sample on, s, for copies modified by `change`.
@@ -186,8 +194,9 @@ fn rmse_of(
     libm::sqrt(brier_score(&scored).expect("labels"))
 }
 
+/// Not kept: by 0.17 on the slippery floor, 0.1 on the NAO, 0.05 on ATLAS 7k.
 #[test]
-#[ignore = "fails: 0.17 on the slippery floor, 0.1 on the NAO, 0.05 on ATLAS 7k"]
+#[ignore = "full: a limit that is not kept"]
 fn half_and_twice_the_motion_keep_rmse() {
     let Some(recordings) = recordings() else {
         return;
@@ -213,11 +222,12 @@ fn half_and_twice_the_motion_keep_rmse() {
             outside.check(&format!("{} × {factor}", set.name()), was, is, SCALED);
         }
     }
-    outside.assert_none();
+    outside.assert_some();
 }
 
+/// Not kept: by 0.24 for ATLAS on the slippery floor.
 #[test]
-#[ignore = "fails: ATLAS on the slippery floor, 0.24"]
+#[ignore = "full: a limit that is not kept"]
 fn a_later_start_keeps_rmse_once_settled() {
     let Some(recordings) = recordings() else {
         return;
@@ -232,5 +242,5 @@ fn a_later_start_keeps_rmse_once_settled() {
             outside.check(&format!("{} from {cut_s} s", set.name()), was, is, CUT);
         }
     }
-    outside.assert_none();
+    outside.assert_some();
 }

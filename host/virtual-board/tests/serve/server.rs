@@ -281,7 +281,6 @@ pub fn program() -> &'static Path {
         let status = Command::new(env!("CARGO"))
             .current_dir(workspace())
             .args(["build", "--quiet", "--locked", "--package", "footfall"])
-            .args(["--features", "all"])
             .status();
         assert!(status.expect("cargo starts").success());
         workspace().join("target/debug/footfall")
