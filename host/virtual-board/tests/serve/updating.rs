@@ -221,13 +221,10 @@ fn footfall_updates_a_foot_by_its_serial_number() {
     assert!(status.success(), "{said}");
 }
 
-/// The two minutes of `docs/update.md`, of the boards' time, with `FOOTFALL_CORNERS=1` in the environment: four boards are
-/// emulated for as long.
+/// The two minutes of `docs/update.md`, of the boards' time.
 #[test]
+#[ignore = "full: four boards, two minutes of virtual time"]
 fn footfall_updates_four_feet_within_two_minutes() {
-    if std::env::var_os("FOOTFALL_CORNERS").is_none_or(|value| value != "1") {
-        return;
-    }
     let Some(elf) = product() else { return };
     let Some(server) = with_bootloader("updating-four", ["--feet", "4"]) else {
         return;
