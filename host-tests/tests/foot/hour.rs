@@ -1,4 +1,4 @@
-//! An hour of walking in virtual time.
+//! A minute and an hour of walking in virtual time.
 
 use crate::bench::{Bench, MS, Run, SECOND, part, run};
 use estimator_core::Decision;
@@ -38,7 +38,18 @@ impl Walking {
 }
 
 #[test]
+fn a_minute_of_walking_has_no_gaps() {
+    assert_no_gaps(60 * SECOND);
+}
+
+#[test]
+#[ignore = "full: an hour of a walk"]
 fn an_hour_of_walking_has_no_gaps() {
+    assert_no_gaps(3600 * SECOND);
+}
+
+/// Walks for a duration: each tick has its frames, and nothing is counted.
+fn assert_no_gaps(duration: u64) {
     let walking = Walking::new();
     let truth = Walking::new();
     let part = part(
@@ -46,13 +57,12 @@ fn an_hour_of_walking_has_no_gaps() {
         SensorParams::LSM6DSOX.specimen(1),
     );
     let mut bench = Bench::new(Settings::default());
-    let hour = 3600 * SECOND;
     let mut frames = 0_u64;
     let mut last: Option<u8> = None;
     let mut unwrapper = Unwrapper::default();
     let mut times: Option<(u64, u64)> = None;
     let (mut stable, mut stable_in_the_air, mut contacts) = (0_u64, 0_u64, 0_u64);
-    run(Run::default(), &part, &mut bench, hour, |bench, tick, _| {
+    run(Run::default(), &part, &mut bench, duration, |bench, tick, _| {
         let contact = bench.contact().expect("a contact frame each tick");
         frames += 1;
         if let Some(last) = last.replace(contact.sequence) {
@@ -83,7 +93,7 @@ fn an_hour_of_walking_has_no_gaps() {
             assert_eq!(bench.foot.stage(), Stage::Running);
         }
     });
-    let ticks = hour / MS - 1;
+    let ticks = duration / MS - 1;
     assert!(frames >= ticks - 1, "{frames} frames in {ticks} ticks");
     assert_eq!(contacts, frames, "messages on the UART");
     assert_eq!(bench.uart_missing(), 0);
