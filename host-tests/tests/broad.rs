@@ -7,7 +7,6 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use crate::packages;
 use crate::peers;
 use estimator_core::{AttitudeParams, GyroTiming, Params};
 use footfall::attitude::AttitudeReport;

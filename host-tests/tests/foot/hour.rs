@@ -62,37 +62,43 @@ fn assert_no_gaps(duration: u64) {
     let mut unwrapper = Unwrapper::default();
     let mut times: Option<(u64, u64)> = None;
     let (mut stable, mut stable_in_the_air, mut contacts) = (0_u64, 0_u64, 0_u64);
-    run(Run::default(), &part, &mut bench, duration, |bench, tick, _| {
-        let contact = bench.contact().expect("a contact frame each tick");
-        frames += 1;
-        if let Some(last) = last.replace(contact.sequence) {
-            assert_eq!(contact.sequence, last.wrapping_add(1), "frame {frames}");
-        }
-        let micros = unwrapper.unwrap(contact.timestamp);
-        let (first, previous) = *times.get_or_insert((micros, micros));
-        if frames > 1 {
-            let since = micros - previous;
-            assert!(
-                (830..=1170).contains(&since),
-                "{since} µs to frame {frames}"
-            );
-        }
-        times = Some((first, micros));
-        contacts += bench
-            .uart
-            .iter()
-            .filter(|m| matches!(m, Message::Contact(_)))
-            .count() as u64;
-        if contact.status.decision() == Decision::Stable {
-            stable += 1;
-            let (_, activity) = truth.at(tick.time.as_micros() as f64 * 1.0e-6);
-            stable_in_the_air += u64::from(activity == Activity::Swinging);
-        }
-        if frames > 2000 {
-            assert_eq!(bench.foot.faults(), Faults::NONE);
-            assert_eq!(bench.foot.stage(), Stage::Running);
-        }
-    });
+    run(
+        Run::default(),
+        &part,
+        &mut bench,
+        duration,
+        |bench, tick, _| {
+            let contact = bench.contact().expect("a contact frame each tick");
+            frames += 1;
+            if let Some(last) = last.replace(contact.sequence) {
+                assert_eq!(contact.sequence, last.wrapping_add(1), "frame {frames}");
+            }
+            let micros = unwrapper.unwrap(contact.timestamp);
+            let (first, previous) = *times.get_or_insert((micros, micros));
+            if frames > 1 {
+                let since = micros - previous;
+                assert!(
+                    (830..=1170).contains(&since),
+                    "{since} µs to frame {frames}"
+                );
+            }
+            times = Some((first, micros));
+            contacts += bench
+                .uart
+                .iter()
+                .filter(|m| matches!(m, Message::Contact(_)))
+                .count() as u64;
+            if contact.status.decision() == Decision::Stable {
+                stable += 1;
+                let (_, activity) = truth.at(tick.time.as_micros() as f64 * 1.0e-6);
+                stable_in_the_air += u64::from(activity == Activity::Swinging);
+            }
+            if frames > 2000 {
+                assert_eq!(bench.foot.faults(), Faults::NONE);
+                assert_eq!(bench.foot.stage(), Stage::Running);
+            }
+        },
+    );
     let ticks = duration / MS - 1;
     assert!(frames >= ticks - 1, "{frames} frames in {ticks} ticks");
     assert_eq!(contacts, frames, "messages on the UART");

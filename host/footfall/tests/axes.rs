@@ -324,6 +324,7 @@ fn calibration_of_a_foot_keeps_those_of_others() {
 }
 
 #[test]
+#[cfg(feature = "bags")]
 fn warning_about_axes_names_its_foot() {
     let bench = Bench::new();
     bench.stdout("record demo:feet=2,line=uart,seconds=12 -o walk.mcap");

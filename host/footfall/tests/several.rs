@@ -84,6 +84,7 @@ fn stdin_is_read_once() {
 }
 
 #[test]
+#[cfg(feature = "bags")]
 fn stdin_does_not_become_a_copy_of_a_bag() {
     let said = Bench::new().piped("replay - --output out.mcap", "").stderr;
     let said = crate::common::text(&said);

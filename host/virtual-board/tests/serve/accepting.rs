@@ -111,6 +111,7 @@ fn out(report: &Json) -> Vec<&str> {
 }
 
 #[test]
+#[ignore = "full: all steps, two minutes of virtual time"]
 fn healthy_foot_is_accepted_in_all_steps_on_its_serial_line() {
     let Some(mut server) = Server::start("accepted", &["--gait", "stand"]) else {
         return;
@@ -158,6 +159,7 @@ fn healthy_foot_is_accepted_over_can() {
 }
 
 #[test]
+#[ignore = "full: two boards with a fault, a minute of virtual time"]
 fn faults_of_a_board_are_named() {
     let Some(mut server) = Server::start("not-accepted", &["--gait", "stand"]) else {
         return;

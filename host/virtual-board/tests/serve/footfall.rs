@@ -162,6 +162,7 @@ fn the_monitor_shows_a_walk_its_load_and_a_fault() {
 }
 
 #[test]
+#[ignore = "full: four boards"]
 fn the_monitor_loses_no_contact_of_four_feet_on_one_bus() {
     let Some(server) = Server::start("robot", &["--feet", "4"]) else {
         return;

@@ -62,6 +62,7 @@ fn vanish_while_sending(server: &Server, arguments: &[&str]) {
 }
 
 #[test]
+#[ignore = "full: two updates by another master"]
 fn python_canopen_updates_a_foot() {
     let python = match environment::make() {
         Ok(python) => python,
@@ -133,6 +134,7 @@ fn footfall_updates_a_foot_over_its_serial_line() {
 }
 
 #[test]
+#[ignore = "full: two feet, updated twice"]
 fn footfall_updates_all_feet_of_a_bus() {
     let Some(elf) = product() else { return };
     let Some(server) = with_bootloader("updating-all", ["--feet", "2"]) else {
@@ -193,6 +195,7 @@ fn footfall_updates_all_feet_of_a_bus() {
 }
 
 #[test]
+#[ignore = "full: two feet, of which one is updated"]
 fn footfall_updates_a_foot_by_its_serial_number() {
     let Some(elf) = product() else { return };
     let Some(server) = with_bootloader("updating-serial", ["--feet", "2"]) else {
