@@ -251,6 +251,15 @@ fn the_bytes_of_a_serial_line_decode() {
     assert!(status.success(), "{said}");
 }
 
+/// Waits in real time until a condition holds.
+fn wait_until(what: &str, is_met: impl Fn() -> bool) {
+    let end = Instant::now() + LONGEST;
+    while !is_met() {
+        assert!(Instant::now() < end, "no {what} within {LONGEST:?}");
+        thread::sleep(Duration::from_millis(20));
+    }
+}
+
 #[test]
 #[ignore = "real time"]
 fn serial_line_is_a_port_that_cat_reads() {
@@ -263,11 +272,7 @@ fn serial_line_is_a_port_that_cat_reads() {
         .spawn()
         .expect("it runs");
     let size = || fs::metadata(server.path("uart.bin")).map_or(0, |file| file.len());
-    let end = Instant::now() + LONGEST;
-    while size() < 60_000 {
-        assert!(Instant::now() < end, "{} bytes", size());
-        thread::sleep(Duration::from_millis(50));
-    }
+    wait_until("60,000 bytes", || size() >= 60_000);
     cat.kill().expect("killed");
     cat.wait().expect("it ends");
     let decode = ["decode", "uart.bin", "--output", "rows.csv"];
@@ -296,11 +301,7 @@ fn a_suspended_program_counts_all_it_has_lost() {
         assert!(sent.expect("kill runs").success());
     };
     // The file is made once the bus is open.
-    let end = Instant::now() + LONGEST;
-    while !server.path("stopped.mcap").exists() {
-        assert!(Instant::now() < end, "no recording: {}", server.said());
-        thread::sleep(Duration::from_millis(20));
-    }
+    wait_until("a recording", || server.path("stopped.mcap").exists());
     let began_s = server.order(ANY_ORDER);
     wait_in_real_time(&mut server, 4.0);
     signal("-STOP");
