@@ -3,7 +3,6 @@
 //! | step | module |
 //! |---|---|
 //! | parameters, from preset, file and options | [`config`] |
-//! | suggestions for unknown names | [`nearest`] |
 //! | parameters in force, as JSON | [`parameters`] |
 //! | estimator over a recording, sample by sample, into tables | [`replay`] |
 //! | summary of the results | [`summary`] |
@@ -15,7 +14,6 @@
 pub mod batch;
 pub mod calibrate;
 pub mod config;
-pub mod nearest;
 pub mod parameters;
 pub mod replay;
 pub mod summary;

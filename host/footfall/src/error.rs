@@ -35,14 +35,6 @@ pub enum Error {
     /// The configuration file cannot be used.
     #[error(transparent)]
     Config(#[from] ConfigError),
-    /// The configuration file has no key of this name.
-    #[error("there is no key {key}: {hint}")]
-    UnknownKey {
-        /// Key as given.
-        key: String,
-        /// Suggestion of similar keys.
-        hint: String,
-    },
     /// No fault, flag or refusal has this name.
     #[error("nothing is called {0:?}; footfall explain lists all faults, flags and refusals")]
     NothingToExplain(String),

@@ -41,12 +41,6 @@ fn finding_has_a_line_and_a_name() {
             "the acceleration is 1.00 m/s² at rest, which looks like g: --units g",
         ),
         (
-            resting(0.001, at("0,0,9.81")),
-            "--units g",
-            "acceleration_not_in_g",
-            "the acceleration is 96 m/s² at rest, so it was in m/s² already: --units m/s2",
-        ),
-        (
             resting(0.001, |t| {
                 format!("{t:.4},0,0,9.81,{},0,0", 300.0 * (30.0 * t).sin())
             }),

@@ -329,7 +329,7 @@ fn configuration_error_names_file_line_and_key() {
     assert_eq!(
         complaint("[decision]\nthresold = 0.6\n"),
         "footfall: robot.toml, line 2, column 1, key decision.thresold: unknown field `thresold`, \
-         expected one of `threshold`, `on_delay_s`, `off_delay_s`; did you mean decision.threshold?\n"
+         expected one of `threshold`, `on_delay_s`, `off_delay_s`\n"
     );
     assert_eq!(
         complaint("window = '50'\n"),

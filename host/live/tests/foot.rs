@@ -734,7 +734,7 @@ fn settings_text_parses_back_to_the_same_settings() {
     for (wrong, message) in [
         (
             "windw = 5",
-            "line 1: no object is called \"windw\"; did you mean window?",
+            "line 1: no object is called \"windw\"; `footfall foot SOURCE get` lists all",
         ),
         ("\nwindow = 0", "line 2: window is \"0\", but "),
         (

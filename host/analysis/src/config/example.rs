@@ -1,4 +1,4 @@
-//! Example configuration file with every key, and the description of one key.
+//! Configuration file with every key, as `footfall config` prints it.
 
 use std::fmt::Write;
 
@@ -8,8 +8,6 @@ use wire::dictionary::Address;
 
 use super::Preset;
 use super::keys::{Key, OF_FOOT, keys};
-use super::near_keys::near_keys;
-use crate::nearest::did_you_mean;
 
 /// Returns a file in which every key is commented out, with its preset value, meaning, unit and range. Each line
 /// is valid alone, without the header of a table.
@@ -32,49 +30,6 @@ pub fn example(preset: Preset) -> String {
         let _ = writeln!(text, "#{} = {}", key.path, key.value(&params));
     }
     text
-}
-
-/// Returns the description of a key, or of all keys in a table.
-///
-/// # Errors
-/// The key is unknown; the error suggests similar keys.
-pub fn explain(path: &str) -> Result<String, String> {
-    let all = keys();
-    if let Some(key) = all.iter().find(|key| key.path == path) {
-        return Ok(explained(key));
-    }
-    // A table stands for all keys in it.
-    let inside = |key: &&Key| {
-        let rest = key.path.strip_prefix(path);
-        rest.is_some_and(|rest| rest.starts_with('.'))
-    };
-    let keys: Vec<String> = all.iter().filter(inside).map(explained).collect();
-    if !keys.is_empty() {
-        return Ok(keys.join("\n"));
-    }
-    Err(did_you_mean(&near_keys(path))
-        .unwrap_or_else(|| "footfall config --example lists all keys".to_owned()))
-}
-
-fn explained(key: &Key) -> String {
-    let presets =
-        [Preset::Default, Preset::Paper].map(|preset| (preset.name(), preset.params(Format::Csv)));
-    let unit = match key.unit() {
-        "" => "none",
-        unit => unit,
-    };
-    let object = match objects_text(&key.objects()) {
-        text if text.is_empty() => "no object".to_owned(),
-        text => text,
-    };
-    format!(
-        "{}\n  meaning    {}\n  unit       {unit}\n  range      {}\n  default    {}\n  used by    {}\n  on a foot  {object}\n",
-        key.path,
-        key.meaning(),
-        key.range(),
-        key.default_text(&presets),
-        key.used(),
-    )
 }
 
 /// Returns the meaning, with a capital letter.
@@ -155,7 +110,6 @@ mod tests {
 
     use super::super::Overrides;
     use super::*;
-    use estimator_core::Parameter;
 
     const PRESETS: [Preset; 2] = [Preset::Default, Preset::Paper];
 
@@ -231,57 +185,5 @@ mod tests {
             assert!(!key.meaning().is_empty(), "{}", key.path);
             assert!(!key.range().is_empty(), "{}", key.path);
         }
-    }
-
-    #[test]
-    fn key_description_is_complete() {
-        assert_eq!(
-            explain("load.on_threshold").unwrap(),
-            "load.on_threshold\n  \
-             meaning    loaded from this load on, in the unit of the load signal\n  \
-             unit       N\n  \
-             range      -1e9 to 1e9\n  \
-             default    12; with --preset paper: 160\n  \
-             used by    the state, where there is a load signal\n  \
-             on a foot  0x2015, sub-index 4\n"
-        );
-        let axes = explain("half_width.acceleration_m_s2").unwrap();
-        assert!(
-            axes.contains("1e-6 to 10; one number, or a table of ax, ay, az\n"),
-            "{axes}"
-        );
-        assert!(
-            axes.contains("on a foot  0x2012, sub-indices 1 to 3\n"),
-            "{axes}"
-        );
-        let threshold = Parameter::DecisionThreshold.row();
-        let explained = explain("decision.threshold").unwrap();
-        let range = format!("{} to {}", threshold.least, threshold.most);
-        assert!(explained.contains(&range), "{explained}");
-        // A table stands for its keys.
-        let names = [
-            "decision.threshold\n",
-            "decision.on_delay_s\n",
-            "decision.off_delay_s\n",
-        ];
-        let table = explain("decision").unwrap();
-        assert!(names.iter().all(|name| table.contains(name)), "{table}");
-        assert!(
-            explain("window")
-                .unwrap()
-                .contains("\"0.1ms\" to \"1000000ms\"")
-        );
-    }
-
-    #[test]
-    fn unknown_key_error_suggests_similar_keys() {
-        assert_eq!(
-            explain("decision.thresold").unwrap_err(),
-            "did you mean decision.threshold?"
-        );
-        assert_eq!(
-            explain("colour").unwrap_err(),
-            "footfall config --example lists all keys"
-        );
     }
 }

@@ -90,7 +90,6 @@ mod correction;
 mod example;
 mod keys;
 mod learnt;
-mod near_keys;
 mod notation;
 mod numbers;
 mod position;
@@ -106,10 +105,11 @@ use estimator_core::{Gravity, Learning, Method, Mounting, Params, WindowLength};
 use recordings::input::{Correction, is_among};
 use serde::{Deserialize, Deserializer};
 use thiserror::Error;
+use toml::de::DeTable;
 
 pub use axes::{AccelerationAxes, AngularRateAxes, AxisOverrides, SensorOverrides};
 pub use correction::{AccelerometerOverrides, GyroscopeOverrides};
-pub use example::{example, explain};
+pub use example::example;
 pub use keys::{Key, keys};
 pub use learnt::{ClassesValues, LearntValues};
 pub use numbers::Numbers;
@@ -123,8 +123,6 @@ pub use value::{
     parse_window, window_text, word_of,
 };
 
-use crate::nearest::did_you_mean;
-use near_keys::near_keys;
 use value::checked_sample_rate;
 
 /// A configuration file: what it sets differs from the preset, the rest does not.
@@ -228,38 +226,63 @@ pub enum ConfigError {
         /// Error of the operating system.
         source: io::Error,
     },
-    /// The file is not valid TOML, or has an unknown key or an invalid value.
-    #[error("{file}, {position}{}: {message}", key.as_ref().map(|key| format!(", key {key}")).unwrap_or_default())]
+    /// The file is not valid TOML, or has unknown keys or invalid values: a line for each.
+    #[error("{}", errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
     Wrong {
-        /// Name of the file, as given.
-        file: String,
-        /// Position in the file.
-        position: Position,
-        /// Key with its table, if the line has one.
-        key: Option<String>,
-        /// Description of the error.
-        message: String,
+        /// The errors, in the order of the file; at least one.
+        errors: Vec<KeyError>,
     },
 }
+
+/// Error of a key or a line of a configuration file.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("{file}, {position}{}: {message}", key.as_ref().map(|key| format!(", key {key}")).unwrap_or_default())]
+pub struct KeyError {
+    /// Name of the file, as given.
+    pub file: String,
+    /// Position in the file.
+    pub position: Position,
+    /// Key with its table, if the line has one.
+    pub key: Option<String>,
+    /// Description of the error.
+    pub message: String,
+}
+
+/// Number of errors after which no further one is looked for.
+const MOST_ERRORS: usize = 20;
 
 impl Overrides {
     /// Parses the text of a configuration file; `file` names it in errors.
     ///
     /// # Errors
-    /// The first error, with its line and key.
+    /// The errors of all keys, each with its line, or the first of the syntax.
     pub fn parse(text: &str, file: &str) -> Result<Self, ConfigError> {
-        toml::from_str(text).map_err(|error| {
+        // The parser stops at the first error: it reads the rest without that line.
+        let mut rest = text.to_owned();
+        let mut errors: Vec<KeyError> = Vec::new();
+        loop {
+            let error = match toml::from_str(&rest) {
+                Ok(overrides) if errors.is_empty() => return Ok(overrides),
+                Ok(_) => break,
+                Err(error) => error,
+            };
+            let is_syntax = DeTable::parse(&rest).is_err();
+            if is_syntax && !errors.is_empty() {
+                break;
+            }
             let start = error.span().map_or(0, |span| span.start.min(text.len()));
             let position = Position::of_byte(text, start);
-            let key = key_on_line(text, position.line);
-            let message = error.message().trim().replace('\n', ", ");
-            ConfigError::Wrong {
+            errors.push(KeyError {
                 file: file.to_owned(),
                 position,
-                message: with_suggestion(&message, key.as_deref()),
-                key,
+                key: key_on_line(text, position.line),
+                message: error.message().trim().replace('\n', ", "),
+            });
+            if is_syntax || errors.len() == MOST_ERRORS || !blank_key(&mut rest, position.line) {
+                break;
             }
-        })
+        }
+        Err(ConfigError::Wrong { errors })
     }
 
     /// Returns the correction of the sensor's errors and its mounting in the foot; `file` names the file in
@@ -366,23 +389,22 @@ fn gravity<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Gravity>
     word(deserializer, parse_gravity)
 }
 
-/// Adds suggestions to a message about an unknown key; returns any other message unchanged. `key` is the key on
-/// its line.
-fn with_suggestion(message: &str, key: Option<&str>) -> String {
-    let unknown = message.strip_prefix("unknown field `");
-    let Some((unknown, _)) = unknown.and_then(|rest| rest.split_once('`')) else {
-        return message.to_owned();
-    };
-    let path = match key {
-        // The unknown key is on the line itself, or in an inline table on it.
-        Some(key) if key.split('.').any(|part| part == unknown) => key.to_owned(),
-        Some(key) => format!("{key}.{unknown}"),
-        None => unknown.to_owned(),
-    };
-    match did_you_mean(&near_keys(&path)) {
-        Some(question) => format!("{message}; {question}"),
-        None => message.to_owned(),
+/// Replaces the key on a line (from 1) by a blank line; returns whether the line has one: without the header of a table,
+/// what follows would be in another.
+fn blank_key(text: &mut String, line: usize) -> bool {
+    let begin = text
+        .split_inclusive('\n')
+        .take(line - 1)
+        .map(str::len)
+        .sum();
+    let length = text[begin..].find('\n').unwrap_or(text.len() - begin);
+    let old = &text[begin..begin + length];
+    if old.trim().is_empty() || old.trim_start().starts_with('[') {
+        return false;
     }
+    let blank = " ".repeat(length);
+    text.replace_range(begin..begin + length, &blank);
+    true
 }
 
 /// Returns the key on a line (from 1), with the table it is in.

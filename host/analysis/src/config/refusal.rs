@@ -60,6 +60,15 @@ impl ParameterRefusal {
         }
     }
 
+    /// Joins the refusals of several parameters, a line for each.
+    pub(super) fn of_all(refusals: Vec<Self>) -> Result<(), Self> {
+        let sentences: Vec<String> = refusals.into_iter().map(|of| of.sentence).collect();
+        match sentences.is_empty() {
+            true => Ok(()),
+            false => Err(Self::new(sentences.join("\n"))),
+        }
+    }
+
     pub(super) fn of_key(self, key: String) -> Self {
         Self {
             key: Some(key),

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use estimator_core::{Gravity, Params, ParamsError, WindowLength};
+use estimator_core::{Gravity, Parameter, Params, ParamsError, WindowLength};
 use recordings::input::{
     BagOptions, ContactUse, Correction, Format, Hints, TableOptions, is_among,
 };
@@ -131,7 +131,7 @@ impl Resolved {
     /// Checks the settings at the preset's sample rate.
     ///
     /// # Errors
-    /// The first setting that is out of range or has no effect.
+    /// Each setting that is out of range, or the first without an effect.
     pub fn check(&self, format: Format) -> Result<(), ParameterRefusal> {
         self.check_params(format, |_| true)?;
         self.corrections().map(|_| ())
@@ -141,7 +141,7 @@ impl Resolved {
     /// does.
     ///
     /// # Errors
-    /// The first parameter that is out of range or has no effect.
+    /// Each parameter that is out of range, or the first without an effect.
     pub fn check_before_reading(&self, format: Format) -> Result<(), ParameterRefusal> {
         self.check_params(format, |error| {
             !matches!(error, ParamsError::WindowLength { .. })
@@ -151,15 +151,30 @@ impl Resolved {
     fn check_params(
         &self,
         format: Format,
-        counts: impl FnOnce(&ParamsError) -> bool,
+        counts: impl Fn(&ParamsError) -> bool,
     ) -> Result<(), ParameterRefusal> {
-        let params = self.params(format);
+        let mut params = self.params(format);
         let origins = self.origins("");
         origins.check_effects(&params)?;
-        match params.validate::<CAPACITY>() {
-            Err(error) if counts(&error) => Err(origins.explain(&error, &params)),
-            _ => Ok(()),
+        let mut refusals = Vec::new();
+        while let Err(error) = params.validate::<CAPACITY>()
+            && counts(&error)
+        {
+            refusals.push(origins.explain(&error, &params));
+            // The next error is found with the preset's number in its place.
+            let ParamsError::OutOfRange { field, .. } = error else {
+                break;
+            };
+            let Some(number) = Parameter::ALL.into_iter().find(|of| of.name() == field) else {
+                break;
+            };
+            let preset = number.get(&self.preset.params(format));
+            if number.get(&params) == preset {
+                break;
+            }
+            number.set(&mut params, preset);
         }
+        ParameterRefusal::of_all(refusals)
     }
 
     /// Checks that each foot with axes of its own, set by the option, is among these names.

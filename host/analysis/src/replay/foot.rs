@@ -128,7 +128,7 @@ fn estimated<O: Observer>(
 ) -> Result<Replayed, ReplayError> {
     let about = &stored.about;
     let mut replay = Replay::new(about.sample_rate, about.gravity, params)?;
-    let mut check = Check::new(about.sample_rate, about.gravity).with_units(about.units);
+    let mut check = Check::new(about.sample_rate, about.gravity);
     let mut gyro_bias = None;
     for sample in stored.samples()? {
         let sample = sample?;
@@ -194,7 +194,7 @@ pub fn check_samples(stored: &mut Stored, span: Span) -> io::Result<Check> {
     let (start_us, sample_rate) = stored.clock_of_samples();
     let about = &stored.about;
     let after_us = start_us.saturating_sub(about.start_us);
-    let mut check = Check::new(sample_rate, about.gravity).with_units(about.units);
+    let mut check = Check::new(sample_rate, about.gravity);
     for sample in stored.samples()? {
         let sample = sample?;
         let since_us = sample.imu.timestamp.as_micros();

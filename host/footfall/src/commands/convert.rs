@@ -215,7 +215,7 @@ fn thresholds(format: Format) -> Option<LoadParams> {
 /// Scans the samples to be converted for findings and for the options the output needs.
 fn look(foot: &mut ConvertedFoot, span: Span) -> io::Result<(Looked, Vec<Finding>)> {
     let about = foot.stored.about.clone();
-    let mut check = Check::new(about.sample_rate, about.gravity).with_units(about.units);
+    let mut check = Check::new(about.sample_rate, about.gravity);
     let mut times = TimesSoFar::default();
     let mut looked = Looked::default();
     each(&mut foot.stored, span, |sample: &RecordedSample| {

@@ -23,7 +23,7 @@ Examples:
   footfall                                   simulate a walk, no files needed
   footfall replay walk.csv --plot walk.svg   estimate a recording, draw it
   footfall calibrate walk.csv --output robot.toml
-  footfall config --explain decision.threshold";
+  footfall config > robot.toml";
 
 /// Examples of `footfall replay`.
 pub const REPLAY_EXAMPLES: &str = "\
@@ -69,9 +69,8 @@ Examples:
 /// Examples of `footfall config`.
 pub const CONFIG_EXAMPLES: &str = "\
 Examples:
-  footfall config --example > robot.toml
-  footfall config --check robot.toml
-  footfall config --explain load.on_threshold";
+  footfall config > robot.toml
+  footfall config --check robot.toml";
 
 /// Examples of `footfall completions`.
 pub const COMPLETIONS_EXAMPLES: &str = "\

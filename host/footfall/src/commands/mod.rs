@@ -116,7 +116,7 @@ pub enum Command {
     /// wrong with the sensor
     #[command(after_help = headings::CALIBRATE_EXAMPLES)]
     Calibrate(calibrate::CalibrateArguments),
-    /// Show, check or explain what a configuration file may set
+    /// Print a configuration file with every key: its meaning, unit, range and the preset's value; or check one
     #[command(after_help = headings::CONFIG_EXAMPLES)]
     Config(config::ConfigArguments),
     /// Query, configure, calibrate and update feet: scan, info, get, set, save, restore, diff, export, import, reset,

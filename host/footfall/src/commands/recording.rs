@@ -266,7 +266,7 @@ pub(super) fn with_mounting(findings: Vec<Finding>, mounting: &Mounting) -> Vec<
 
 /// Returns the findings of a recording read with `hints` as that of `foot`.
 pub(super) fn check(recording: &Recording, foot: &str, hints: &Hints) -> Vec<Finding> {
-    let findings = plausible::check_read_in(recording, hints.table.units);
+    let findings = plausible::check(recording);
     with_mounting(findings, &hints.correction_of(&[foot]).mounting)
 }
 

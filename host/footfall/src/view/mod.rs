@@ -4,7 +4,6 @@
 //! |---|---|
 //! | serving of streaming feet | `serving` |
 //! | server for both viewers | `server` |
-//! | detection of slow clients | `slow` |
 //! | panels by page | [`pages`] |
 //! | layouts for Foxglove and for `PlotJuggler` | [`foxglove_layout`], [`plotjuggler_layout`] |
 
@@ -18,7 +17,5 @@ pub mod server;
 #[cfg(feature = "foxglove")]
 pub mod serving;
 #[cfg(feature = "foxglove")]
-pub mod slow;
-
 #[cfg(feature = "foxglove")]
 pub use error::ViewError;

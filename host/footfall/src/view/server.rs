@@ -6,8 +6,8 @@
 use std::collections::HashMap;
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, ToSocketAddrs};
+use std::sync::Arc;
 use std::sync::mpsc::channel;
-use std::sync::{Arc, Once};
 use std::thread;
 use std::time::Duration;
 
@@ -18,7 +18,7 @@ use foxglove::{
 use ros::Published;
 use ros::definition::Definition;
 
-use super::{ViewError, slow};
+use super::ViewError;
 use crate::error::Error;
 use crate::stream::Sink;
 
@@ -59,8 +59,6 @@ impl Server {
     /// # Errors
     /// The address cannot be used.
     pub fn start(host: &str, port: u16, name: &str) -> Result<Self, ViewError> {
-        static NOTICED: Once = Once::new();
-        NOTICED.call_once(slow::notice);
         let context = Context::new();
         let address = address_of(host, port)?;
         // IPv6 addresses need brackets.

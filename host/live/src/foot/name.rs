@@ -1,6 +1,5 @@
 //! Objects by name, and their values as text.
 
-use analysis::nearest::{did_you_mean, nearest};
 use thiserror::Error;
 use wire::dictionary::{self, Entry, Limits, Object, Role, Shape};
 use wire::{Address, NodeId, Value};
@@ -21,13 +20,8 @@ pub struct Named {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum NameError {
     /// No object has this name.
-    #[error("no object is called {name:?}{}", suggestion(near))]
-    Unknown {
-        /// The name.
-        name: String,
-        /// Similar names.
-        near: Vec<String>,
-    },
+    #[error("no object is called {0:?}; `footfall foot SOURCE get` lists all")]
+    Unknown(String),
     /// The value is invalid.
     #[error("{name} is {value:?}, but {expected} is expected")]
     Value {
@@ -38,20 +32,6 @@ pub enum NameError {
         /// Expected values.
         expected: String,
     },
-}
-
-fn suggestion(near: &[String]) -> String {
-    let question = did_you_mean(near).map(|question| format!("; {question}"));
-    question.unwrap_or_default()
-}
-
-/// Returns names similar to `text`. The titles in the dictionary count as names.
-fn near(text: &str) -> Vec<String> {
-    let spellings = Named::all().flat_map(|named| {
-        let name = named.name();
-        [(name.clone(), name.clone()), (named.title(), name)]
-    });
-    nearest(spellings, text)
 }
 
 /// Converts a title to a part of a name: lower case, with `_` between words.
@@ -91,10 +71,7 @@ impl Named {
     pub fn find(text: &str) -> Result<Self, NameError> {
         let by_address = address(text).and_then(Self::at);
         let found = by_address.or_else(|| Self::all().find(|named| named.name() == text));
-        found.ok_or_else(|| NameError::Unknown {
-            name: text.to_owned(),
-            near: near(text),
-        })
+        found.ok_or_else(|| NameError::Unknown(text.to_owned()))
     }
 
     /// Name: the key of a configuration file where it has the setting, else the titles of the object and its part.
@@ -264,20 +241,12 @@ mod tests {
     }
 
     #[test]
-    fn unknown_name_error_suggests_similar_names() {
-        let error = Named::find("half_width.axx")
-            .expect_err("there is none")
-            .to_string();
+    fn unknown_name_is_an_error_that_names_it() {
+        let error = Named::find("half_width.axx").expect_err("there is none");
         assert!(
-            error.starts_with("no object is called \"half_width.axx\""),
-            "{error}"
-        );
-        let error = Named::find("bandwith.ax")
-            .expect_err("there is none")
-            .to_string();
-        assert!(
-            error.contains("did you mean bandwidth.acceleration_m_s2.ax"),
-            "{error}"
+            error
+                .to_string()
+                .starts_with("no object is called \"half_width.axx\"")
         );
     }
 

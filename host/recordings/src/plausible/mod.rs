@@ -4,10 +4,10 @@
 //! | finding | condition |
 //! |---|---|
 //! | axes are not numbers | more than one sample in a hundred |
-//! | acceleration in g, or in m/s² read as g | \|a\| at rest is 1 m/s² or 9.8² m/s², within a fifth |
-//! | acceleration in mg, counts or another unit | \|a\| at rest is more than [`LARGEST_REST`], and not 9.8² m/s² |
+//! | acceleration in g | \|a\| at rest is 1 m/s², within a fifth |
+//! | acceleration in mg, counts or another unit | \|a\| at rest is more than [`LARGEST_REST`] |
 //! | rates in °/s | one sample in a hundred is beyond [`LARGEST_RATE`] |
-//! | rates in rad/s read as °/s | 99 samples in a hundred are below [`SMALLEST_RATE`], though the foot moves |
+//! | the gyroscope is dead | its readings stay the same for 1 s, though the acceleration changes |
 //! | gravity included or removed | \|a\| at rest contradicts the declaration |
 //! | gravity is not along z | its mean at rest is more than 45° from the z axis |
 //! | the clock jumps | steps of more than 1 s that are unusual in the recording |
@@ -23,6 +23,7 @@
 
 mod clipping;
 mod clock;
+mod dead;
 mod held;
 mod histogram;
 mod load;
@@ -35,10 +36,10 @@ use estimator_core::{ContactEstimate, Decision, Gravity, Mounting, Vec3};
 use samples::recording::{RecordedSample, Recording};
 use thiserror::Error;
 
-use crate::input::{RateUnit, Units};
 use crate::mounting;
 use clipping::Clipping;
 use clock::ClockCheck;
+use dead::DeadCheck;
 use held::HeldCheck;
 use load::LoadCheck;
 use rates::RateCheck;
@@ -47,7 +48,7 @@ use rise::Rise;
 
 pub use clipping::{CLIPPED_A_STEP, Sensor};
 pub use load::LoadSide;
-pub use rates::{LARGEST_RATE, SMALLEST_RATE};
+pub use rates::LARGEST_RATE;
 
 /// Value of |a| at rest from which it cannot be gravity, whatever the motion of a foot at its quietest, m/s².
 pub const LARGEST_REST: f32 = 3.0 * STANDARD_GRAVITY;
@@ -76,14 +77,6 @@ pub enum Finding {
         /// |a| at rest, m/s².
         at_rest: f32,
     },
-    /// Accelerations look like m/s², but are read as g.
-    #[error(
-        "the acceleration is {at_rest:.0} m/s² at rest, so it was in m/s² already: --units m/s2"
-    )]
-    AccelerationNotInG {
-        /// |a| at rest, m/s².
-        at_rest: f32,
-    },
     /// Accelerations are in an unsupported unit.
     #[error(
         "the acceleration is {at_rest:.0} m/s² at rest, {:.0} times gravity, which looks like mg or counts of the sensor: --units mg, or --scale with the value of a count",
@@ -103,13 +96,13 @@ pub enum Finding {
         /// Number of all samples.
         of: u64,
     },
-    /// Angular rates look like rad/s, but are read as °/s.
+    /// The angular rate stays the same while the acceleration changes.
     #[error(
-        "the angular rate exceeds {percentile:.2} rad/s in one sample in a hundred only, though the foot moves, so it was in rad/s already: --units rad/s"
+        "the angular rate is the same in each sample for {longest_s:.1} s, though the acceleration changes: the gyroscope is off, dead, or not recorded"
     )]
-    RateNotInDegrees {
-        /// Rate exceeded by one sample in a hundred, rad/s.
-        percentile: f32,
+    DeadGyroscope {
+        /// Longest such time, s.
+        longest_s: f64,
     },
     /// The load does not cross its thresholds.
     #[error(
@@ -226,10 +219,9 @@ impl Finding {
     pub const fn name(&self) -> &'static str {
         match self {
             Self::AccelerationInG { .. } => "acceleration_in_g",
-            Self::AccelerationNotInG { .. } => "acceleration_not_in_g",
             Self::AccelerationInOtherUnit { .. } => "acceleration_in_other_unit",
             Self::NotNumbers { .. } => "not_numbers",
-            Self::RateNotInDegrees { .. } => "rate_not_in_degrees",
+            Self::DeadGyroscope { .. } => "dead_gyroscope",
             Self::LoadThresholds { .. } => "load_thresholds",
             Self::RateInDegrees { .. } => "rate_in_degrees",
             Self::GravityIncluded { .. } => "gravity_included",
@@ -278,13 +270,7 @@ fn never_rises(loaded_share: Option<f64>) -> String {
 /// Returns the findings about a recording in SI units.
 #[must_use]
 pub fn check(recording: &Recording) -> Vec<Finding> {
-    check_read_in(recording, Units::default())
-}
-
-/// Returns the findings about a recording that was read in these units.
-#[must_use]
-pub fn check_read_in(recording: &Recording, units: Units) -> Vec<Finding> {
-    let mut check = Check::new(recording.sample_rate, recording.gravity).with_units(units);
+    let mut check = Check::new(recording.sample_rate, recording.gravity);
     for sample in &recording.samples {
         check.add(sample);
     }
@@ -300,6 +286,7 @@ pub struct Check {
     rest: RestSearch,
     rates: RateCheck,
     clock: ClockCheck,
+    dead: DeadCheck,
     held: HeldCheck,
     clipping: Clipping,
     rise: Rise,
@@ -316,21 +303,13 @@ impl Check {
             samples: 0,
             not_numbers: 0,
             rest: RestSearch::new(sample_rate),
-            rates: RateCheck::new(RateUnit::default()),
+            rates: RateCheck::default(),
             clock: ClockCheck::default(),
+            dead: DeadCheck::default(),
             held: HeldCheck::default(),
             clipping: Clipping::default(),
             rise: Rise::default(),
             load: LoadCheck::default(),
-        }
-    }
-
-    /// Sets the units in which the recording was read; call it before the first sample.
-    #[must_use]
-    pub fn with_units(self, units: Units) -> Self {
-        Self {
-            rates: RateCheck::new(units.rate),
-            ..self
         }
     }
 
@@ -342,6 +321,7 @@ impl Check {
         self.not_numbers += u64::from(!vectors.into_iter().all(is_number));
         self.rates.add(sample);
         self.clock.add(sample.imu.timestamp);
+        self.dead.add(sample);
         self.held.add(sample);
         self.clipping.add(sample);
     }
@@ -371,6 +351,7 @@ impl Check {
             });
         }
         findings.extend(self.rates.finding());
+        findings.extend(self.dead.finding());
         findings.extend(self.clock.findings());
         findings.extend(self.held.finding(self.sample_rate));
         if self.sample_rate < LOWEST_RATE * (1.0 - RATE_TOLERANCE) {
@@ -417,9 +398,6 @@ fn check_gravity(rest: &Rest, gravity: Gravity) -> Option<Finding> {
     let has_gravity = has_gravity(rest);
     if is_near(at_rest, 1.0) {
         return Some(Finding::AccelerationInG { at_rest });
-    }
-    if is_near(at_rest, STANDARD_GRAVITY * STANDARD_GRAVITY) {
-        return Some(Finding::AccelerationNotInG { at_rest });
     }
     if at_rest > LARGEST_REST {
         return Some(Finding::AccelerationInOtherUnit { at_rest });

@@ -186,7 +186,7 @@ impl<'a> Rows<'a> {
         let before = before.findings();
         self.doubt(&before)?;
         let about = &self.about;
-        let mut check = Check::new(about.sample_rate, about.gravity).with_units(about.units);
+        let mut check = Check::new(about.sample_rate, about.gravity);
         for sample in stored.samples().map_err(broken)? {
             let sample = sample.map_err(broken)?;
             let estimate = replay.update(&sample);
