@@ -169,7 +169,8 @@ impl Resolved {
                 break;
             };
             let preset = number.get(&self.preset.params(format));
-            if number.get(&params) == preset {
+            // A pair of thresholds is one error.
+            if number == Parameter::LoadOffThreshold || number.get(&params) == preset {
                 break;
             }
             number.set(&mut params, preset);

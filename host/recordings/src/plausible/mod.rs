@@ -79,7 +79,7 @@ pub enum Finding {
     },
     /// Accelerations are in an unsupported unit.
     #[error(
-        "the acceleration is {at_rest:.0} m/s² at rest, {:.0} times gravity, which looks like mg or counts of the sensor: --units mg, or --scale with the value of a count",
+        "the acceleration is {at_rest:.0} m/s² at rest, {:.0} times gravity, so it is in another unit: --units m/s2, g or mg, or --scale with the value of a count",
         at_rest / STANDARD_GRAVITY
     )]
     AccelerationInOtherUnit {
