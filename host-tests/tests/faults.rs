@@ -19,12 +19,21 @@ fn table(kind: &str) -> String {
         }
         "fault" => {
             let row = |trouble: Trouble| {
-                let (code, name) = (trouble.code_text(), trouble.name());
-                let meanwhile = trouble.consequence();
-                format!("| {code} | {name} | {meanwhile} | {} |\n", trouble.remedy())
+                let Trouble::Fault(fault) = trouble else {
+                    return String::new();
+                };
+                let voided = if fault.voids_estimate() { "yes" } else { "" };
+                format!(
+                    "| {} | {} | {} | {voided} | {} | {} |\n",
+                    trouble.code_text(),
+                    fault.number(),
+                    fault.name(),
+                    fault.detail(),
+                    trouble.remedy()
+                )
             };
             let rows: String = all.map(row).collect();
-            format!("| code | fault | meanwhile | what to do |\n|---|---|---|---|\n{rows}")
+            format!("| code | number | fault | P is 0 | detail | what to do |\n|---|---|---|---|---|---|\n{rows}")
         }
         _ => {
             let row = |trouble: Trouble| {
