@@ -41,7 +41,7 @@ fn how_to_get(file: &str) -> &'static str {
             "convert the walks with optical truth of github.com/mtahakoroglu/OpenShoe-PyShoe-DeepShoe-FuseShoe to CSV in a folder `pyshoe`"
         }
         Some("robots") => {
-            "convert the recordings that `evaluate --help` lists to CSV in a folder `robots`"
+            "convert the recordings of the real robots in the histories of github.com/MichaelMarav/ProbabilisticContactEstimation and github.com/mrsp/gem to CSV in a folder `robots`"
         }
         _ => "convert the trials of github.com/dlaidig/broad to CSV in a folder `broad`",
     }

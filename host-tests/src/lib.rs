@@ -4,10 +4,10 @@
 
 pub mod changed;
 pub mod committed;
-pub mod constants;
 pub mod datasets;
-pub mod imports;
 pub mod oracle;
 pub mod qemu;
 pub mod requirements;
+pub mod resample;
+pub mod sets;
 pub mod slips;

@@ -2,7 +2,6 @@
 //! figures.
 
 use estimator_core::{ContactEstimate, Params};
-use host_tests::committed::assert_block;
 use host_tests::datasets::recorded;
 use host_tests::oracle::Oracle;
 use recordings::input::{self, Format, Hints};
@@ -86,30 +85,4 @@ fn the_error_against_the_labels_matches_the_published_value() {
             "{file}: RMSE {actual} instead of {rmse}"
         );
     }
-}
-
-#[test]
-fn the_readme_states_the_results_on_the_recordings() {
-    let mut table = String::from(
-        "| recording | RMSE | ROC-AUC | F1 at 0.5 | off the formula by |\n|---|---|---|---|---|\n",
-    );
-    for (file, _) in FILES {
-        let Some((recording, estimates)) = replayed(file) else {
-            return;
-        };
-        let Metrics {
-            rmse,
-            roc_auc,
-            f1_at_0_5,
-            ..
-        } = metrics(&recording, &estimates);
-        table += &format!(
-            "| {} | {rmse:.4} | {:.3} | {:.3} | {:.1e} |\n",
-            recording.name,
-            roc_auc.expect("both labels"),
-            f1_at_0_5.expect("both labels"),
-            worst_parity(&recording, &estimates)
-        );
-    }
-    assert_block("docs/evaluation.md", "atlas", &table);
 }

@@ -13,6 +13,7 @@ use estimator_core::stillness::SETTLED_AFTER;
 use estimator_core::{ContactEstimator, Gravity, Learnt, Params, Vec3};
 use gait::sensor::{AxisErrors, GRAVITY, MILLI_DPS, MILLI_G};
 use gait::{GaitName, Ground, Plan, SensorParams, record, simulate};
+use host_tests::sets::Labelled;
 use labelled::{averaged, rmse};
 use samples::recording::Recording;
 use samples::space::Vector;
@@ -105,7 +106,7 @@ fn a_warm_start_from_the_first_half_does_not_harm_the_second() {
     };
     let gains: Vec<(String, f64)> = recordings
         .iter()
-        .map(|(_, recording)| {
+        .map(|Labelled { recording, .. }| {
             let middle = recording.samples.len() / 2;
             let first = part(recording, 0..middle);
             let second = part(recording, middle..recording.samples.len());

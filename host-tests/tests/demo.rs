@@ -5,10 +5,10 @@ use estimator_core::{ContactEstimate, Flag};
 use footfall::plot;
 use gait::plan::DEMO_SEED;
 use gait::{Activity, Plan, SensorParams, record, simulate};
-use host_tests::committed::{assert_block, assert_current, workspace};
+use host_tests::committed::{assert_current, workspace};
 use recordings::replay::replay;
 use samples::recording::Recording;
-use scoring::metrics::{Latency, Metrics};
+use scoring::metrics::Metrics;
 use scoring::scored::Scored;
 
 /// Limits of the demo's mean P: measured are 0.0142 swinging and 0.0871 slipping.
@@ -58,24 +58,9 @@ fn the_picture_matches_the_output_of_the_demo() {
 }
 
 #[test]
-fn the_demo_figures_match_its_output() {
+fn the_demo_keeps_its_rmse() {
     let recording = demo_recording();
     let estimates = replay(&recording, &default_params()).expect("the preset");
     let metrics = Metrics::of(&Scored::collect(&recording.samples, &estimates)).expect("labels");
     assert!(metrics.rmse <= DEMO_RMSE, "{}", metrics.rmse);
-    let latency = |latency: &Latency| {
-        let median_ms = latency.median_s.expect("transitions") * 1e3;
-        format!("{median_ms:.0} ms (median of {})", latency.followed)
-    };
-    let table = format!(
-        "| RMSE | ROC-AUC | F1 at 0.5 | rest to P > 0.5 | motion to P ≤ 0.5 |\n\
-         |---|---|---|---|---|\n\
-         | {:.3} | {:.3} | {:.3} | {} | {} |\n",
-        metrics.rmse,
-        metrics.roc_auc.expect("both labels"),
-        metrics.f1_at_0_5.expect("both labels"),
-        latency(&metrics.latency_on),
-        latency(&metrics.latency_off),
-    );
-    assert_block("docs/evaluation.md", "demo", &table);
 }

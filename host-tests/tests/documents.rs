@@ -5,7 +5,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use host_tests::committed::workspace;
-use host_tests::imports::Imports;
 
 const README_LINES: usize = 160;
 
@@ -190,86 +189,4 @@ fn modules_of_host_crates_begin_in_mod_rs() {
     let is_beside_its_folder = |path: &&PathBuf| path.with_extension("").is_dir();
     let others: Vec<_> = found.iter().filter(is_beside_its_folder).collect();
     assert!(others.is_empty(), "{others:#?}");
-}
-
-/// Crates whose files form no circle of imports.
-const WITHOUT_CIRCLES: [&str; 20] = [
-    "bootloader",
-    "estimator-core",
-    "firmware",
-    "host/analysis",
-    "host/decode",
-    "host/evaluate",
-    "host/footfall",
-    "host/gait",
-    "host/images",
-    "host/live",
-    "host/recordings",
-    "host/ros",
-    "host/samples",
-    "host/scoring",
-    "host/virtual-board",
-    "host/xtask",
-    "lsm6dsox",
-    "python",
-    "storage",
-    "wire",
-];
-
-#[test]
-fn source_files_form_no_circle_of_imports() {
-    let mut circles = Vec::new();
-    for folder in WITHOUT_CIRCLES {
-        let found = Imports::read(&workspace().join(folder).join("src")).circles();
-        circles.extend(
-            found
-                .into_iter()
-                .map(|line| format!("{folder}/src: {line}")),
-        );
-    }
-    assert!(circles.is_empty(), "{circles:#?}");
-}
-
-/// A parameter of each table, which no code but its own names.
-const PLAIN_PARAMETERS: [&str; 5] = [
-    "VelocityLever",
-    "QuietGain",
-    "DecisionOffDelay",
-    "HalfWidthAx",
-    "BandwidthWz",
-];
-
-#[test]
-fn the_guide_names_each_file_that_a_parameter_is_in() {
-    let guide = workspace().join("docs/architecture.md");
-    let text = fs::read_to_string(&guide).expect("it can be read");
-    let begin = text
-        .find("**… a parameter of the estimator.**")
-        .expect("the guide");
-    let end = text[begin..]
-        .find("\n**… a signal")
-        .expect("the next guide")
-        + begin;
-    let named: Vec<PathBuf> = links(&text[begin..end])
-        .iter()
-        .map(|link| workspace().join("docs").join(link.target))
-        .map(|path| path.canonicalize().expect("the link leads to a file"))
-        .collect();
-    let mut files = Vec::new();
-    sources(&workspace(), &mut files);
-    for parameter in PLAIN_PARAMETERS {
-        let is_word = |word: &str| word == parameter;
-        let mut places = 0;
-        for path in &files {
-            let text = fs::read_to_string(path).expect("it can be read");
-            let code = text.split("#[cfg(test)]").next().unwrap_or_default();
-            let mut words = code.split(|letter: char| !letter.is_alphanumeric());
-            if words.any(is_word) {
-                let path = path.canonicalize().expect("it is there");
-                assert!(named.contains(&path), "{parameter}: {}", path.display());
-                places += 1;
-            }
-        }
-        assert_eq!(places, 2, "{parameter}: a row and an entry");
-    }
 }

@@ -4,11 +4,9 @@
 
 use std::f32::consts::PI;
 
-use crate::labelled;
 use estimator_core::{AngularRate, Config, ContactEstimator, Gravity, Params, Vec3};
 use gait::{GaitName, Ground, Plan, SensorParams, simulate};
 use host_tests::changed::{AXES, changed, stood, with_rate_drifts};
-use labelled::stances_found;
 use recordings::replay::{Replay, replay};
 use samples::recording::{Label, Recording};
 
@@ -27,6 +25,18 @@ fn drift_of_the_gyroscope_in_a_walk_costs_no_stances() {
             assert!(with > without - LOST, "{gait} {axis}: {without} → {with}");
         }
     }
+}
+
+/// Share of the stable samples of the last half of a recording with P > 0.5.
+fn stances_found(recording: &Recording, params: &Params) -> f64 {
+    let estimates = replay(recording, params).expect("valid parameters");
+    let half = recording.samples.len() / 2;
+    let pairs = recording.samples.iter().zip(&estimates).skip(half);
+    let stable: Vec<bool> = pairs
+        .filter(|(sample, _)| sample.label == Some(Label::Stable))
+        .map(|(_, estimate)| estimate.probabilities.stable > 0.5)
+        .collect();
+    stable.iter().filter(|found| **found).count() as f64 / stable.len() as f64
 }
 
 /// A walk for [`with_step`].

@@ -46,16 +46,6 @@ fn a_window_five_times_as_long_has_the_same_cost() {
     assert!((long / short - 1.0).abs() < 0.01, "{short} and {long}");
 }
 
-#[test]
-fn the_readme_states_the_budgets() {
-    let rows: String = BUDGETS
-        .iter()
-        .map(|(name, budget)| format!("| `{name}` | {budget:.0} |\n"))
-        .collect();
-    let table = format!("| bench | instructions per sample |\n|---|---|\n{rows}");
-    assert_block("docs/evaluation.md", "instructions", &table);
-}
-
 /// Runs the bench. Returns each benchmark's name with its instructions per sample.
 fn count_instructions(runner: &Path) -> Vec<(String, f64)> {
     let output = Command::new(env!("CARGO"))

@@ -8,30 +8,23 @@ mod labelled;
 #[cfg(feature = "full")]
 #[path = "python/packages.rs"]
 mod packages;
-#[cfg(feature = "full")]
-#[path = "python/attitude_peers.rs"]
-mod peers;
 
+mod accuracy;
 mod atlas;
 #[path = "attacks/main.rs"]
 mod attacks;
 mod attitude;
 #[cfg(feature = "full")]
 mod bag_copies;
-#[cfg(feature = "full")]
 mod broad;
 mod calibrate;
 mod can_logs;
-#[cfg(feature = "full")]
-mod choosing;
 #[cfg(feature = "full")]
 mod convert;
 mod decode;
 mod demo;
 mod documents;
 mod drift;
-#[cfg(feature = "full")]
-mod evaluate;
 mod events;
 mod faults;
 mod feet;
@@ -45,14 +38,10 @@ mod lies;
 mod mounting;
 mod noise;
 #[cfg(feature = "full")]
-mod odometry;
-#[cfg(feature = "full")]
 mod page;
 #[cfg(feature = "full")]
 mod played;
 mod properties;
-#[cfg(feature = "full")]
-mod rate_left_out;
 mod rates;
 #[cfg(feature = "full")]
 mod record;

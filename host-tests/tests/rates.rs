@@ -2,23 +2,23 @@
 //! `mounting.rs` tests the invariance to the 24 mountings.
 //!
 //! At 250 Hz and above every set is judged alike. Against its own, lower rate a set may change by more: below 250
-//! Hz the slide counts less and less. Limits that are not kept yet are in tests of their own, which say by how much;
-//! `docs/evaluation.md` has the figures at each rate.
+//! Hz the slide counts less and less. Limits that are not kept yet are in tests of their own, which say by how much.
 
 use std::sync::{LazyLock, OnceLock};
 
 use crate::labelled;
 use estimator_core::{AngularRate, Gravity, Params, SpecificForce};
-use evaluate::labelled::Labelled;
-use evaluate::rates::{SampleRate, at_rate};
-use evaluate::score::Scores;
-use evaluate::sets::{Pool, Set};
 use host_tests::changed::starting_later;
-use labelled::of_sets;
+use host_tests::resample::resample;
+use host_tests::sets::{Labelled, Set};
+use labelled::{of_sets, pooled};
 use recordings::replay::replay;
 use samples::recording::Recording;
 use scoring::metrics::brier_score;
 use scoring::scored::Scored;
+
+/// Sample rates that all sets are judged at, Hz; 1000 Hz is the product's.
+const HIGH_RATES: [f32; 4] = [390.0, 500.0, 1000.0, 1660.0];
 
 /// Limit of the change of a set's RMSE between rates from 390 to 1660 Hz.
 const AMONG_HIGH_RATES: f64 = 0.02;
@@ -47,12 +47,12 @@ fn recordings() -> Option<&'static [Labelled]> {
     RECORDINGS.as_deref()
 }
 
-/// Scores of [`recordings`] at the rates from 390 to 1660 Hz, computed once for all tests; [`high_rates`] has the rates.
-fn scores_at_high_rates(recordings: &[Labelled]) -> &'static [Vec<(Set, Scores)>] {
-    static SCORES: OnceLock<Vec<Vec<(Set, Scores)>>> = OnceLock::new();
-    SCORES.get_or_init(|| {
-        let rates = high_rates().map(|(rate, _)| rate);
-        rates.map(|rate| scores_at(recordings, rate)).collect()
+/// RMSE of each set of [`recordings`] at each of [`HIGH_RATES`], computed once for all tests.
+fn rmse_at_high_rates(recordings: &[Labelled]) -> &'static [Vec<(Set, f64)>] {
+    static RMSE: OnceLock<Vec<Vec<(Set, f64)>>> = OnceLock::new();
+    RMSE.get_or_init(|| {
+        let rates = HIGH_RATES.iter();
+        rates.map(|hz| rmse_at(recordings, Some(*hz))).collect()
     })
 }
 
@@ -84,9 +84,18 @@ impl Outside {
     }
 }
 
-fn scores_at(recordings: &[Labelled], rate: SampleRate) -> Vec<(Set, Scores)> {
-    let at = at_rate(recordings, rate, &Params::DEFAULT).expect("the preset");
-    at.sets.into_iter().map(|on| (on.set, on.scores)).collect()
+/// RMSE of each set as recorded, or at a sample rate, Hz.
+fn rmse_at(recordings: &[Labelled], rate: Option<f32>) -> Vec<(Set, f64)> {
+    let at_rate = |file: &Labelled| match rate {
+        Some(hz) => resample(&file.recording, hz),
+        None => file.recording.clone(),
+    };
+    let of_set = |set| {
+        let files = recordings.iter().filter(|file| file.set == set);
+        let files: Vec<Recording> = files.map(at_rate).collect();
+        (set, pooled(&files, &Params::DEFAULT))
+    };
+    sets(recordings).into_iter().map(of_set).collect()
 }
 
 /// Returns whether a recording is interpolated, as it was recorded at a lower rate.
@@ -95,28 +104,21 @@ fn is_interpolated(recordings: &[Labelled], set: Set, hz: f32) -> bool {
     file.is_some_and(|file| file.recording.sample_rate < hz)
 }
 
-fn high_rates() -> impl Iterator<Item = (SampleRate, f32)> {
-    SampleRate::ALL.into_iter().filter_map(|rate| match rate {
-        SampleRate::Hz(hz) if hz > 300.0 => Some((rate, hz)),
-        _ => None,
-    })
-}
-
 #[test]
 fn all_rates_from_390_to_1660_hz_agree() {
     let Some(recordings) = recordings() else {
         return;
     };
     let mut outside = Outside::default();
-    let at_high_rates = scores_at_high_rates(recordings);
-    let mut at_rates = high_rates().zip(at_high_rates);
-    let product = at_rates.find(|((_, hz), _)| *hz == 1000.0);
+    let at_high_rates = rmse_at_high_rates(recordings);
+    let mut at_rates = HIGH_RATES.iter().zip(at_high_rates);
+    let product = at_rates.find(|(hz, _)| **hz == 1000.0);
     let (_, product) = product.expect("the product's rate");
-    for ((_, hz), scores) in high_rates().zip(at_high_rates) {
-        for ((set, was), (_, is)) in product.iter().zip(scores) {
+    for (hz, of_sets) in HIGH_RATES.iter().zip(at_high_rates) {
+        for ((set, was), (_, is)) in product.iter().zip(of_sets) {
             if is_interpolated(recordings, *set, hz.min(1000.0)) {
                 let name = format!("{} at {hz} Hz", set.name());
-                outside.check(&name, was.rmse, is.rmse, AMONG_HIGH_RATES);
+                outside.check(&name, *was, *is, AMONG_HIGH_RATES);
             }
         }
     }
@@ -129,12 +131,12 @@ fn interpolation_to_a_higher_rate_changes_rmse_little() {
         return;
     };
     let mut outside = Outside::default();
-    let native = scores_at(recordings, SampleRate::Native);
-    for ((_, hz), scores) in high_rates().zip(scores_at_high_rates(recordings)) {
-        for ((set, was), (_, is)) in native.iter().zip(scores) {
-            if is_interpolated(recordings, *set, hz) {
+    let native = rmse_at(recordings, None);
+    for (hz, of_sets) in HIGH_RATES.iter().zip(rmse_at_high_rates(recordings)) {
+        for ((set, was), (_, is)) in native.iter().zip(of_sets) {
+            if is_interpolated(recordings, *set, *hz) {
                 let name = format!("{} at {hz} Hz", set.name());
-                outside.check(&name, was.rmse, is.rmse, INTERPOLATED);
+                outside.check(&name, *was, *is, INTERPOLATED);
             }
         }
     }
@@ -143,14 +145,14 @@ fn interpolation_to_a_higher_rate_changes_rmse_little() {
 
 /// Checks the RMSE on ATLAS as recorded and decimated to these rates, Hz.
 fn decimated(rates_hz: &[f32]) -> Option<Outside> {
-    let recordings = of_sets(Pool::Atlas.sets())?;
+    let recordings = of_sets(&Set::ATLAS)?;
     let mut outside = Outside::default();
-    let native = scores_at(&recordings, SampleRate::Native);
+    let native = rmse_at(&recordings, None);
     for &hz in rates_hz {
-        let scores = scores_at(&recordings, SampleRate::Hz(hz));
-        for ((set, was), (_, is)) in native.iter().zip(&scores) {
+        let decimated = rmse_at(&recordings, Some(hz));
+        for ((set, was), (_, is)) in native.iter().zip(&decimated) {
             let name = format!("{} at {hz} Hz", set.name());
-            outside.check(&name, was.rmse, is.rmse, DECIMATED);
+            outside.check(&name, *was, *is, DECIMATED);
         }
     }
     Some(outside)

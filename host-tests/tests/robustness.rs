@@ -3,11 +3,11 @@
 
 use crate::labelled;
 use estimator_core::{Params, Vec3};
-use evaluate::sets::Set;
 use gait::{Plan, SensorParams, record};
 use host_tests::changed::{
     jittering, losing_bursts, losing_single, stood, with_force_bias, with_rate_bias,
 };
+use host_tests::sets::{Labelled, Set};
 use labelled::{averaged, rmse};
 use samples::recording::Recording;
 
@@ -62,8 +62,8 @@ fn a_residual_of_removed_gravity_is_found() {
     let Some(recordings) = averaged() else {
         return;
     };
-    let ground = recordings.into_iter().find(|(set, _)| *set == Set::Ground);
-    let (_, ground) = ground.expect("a set that is averaged");
+    let ground = recordings.into_iter().find(|file| file.set == Set::Ground);
+    let ground = ground.expect("a set that is averaged").recording;
     // In the first stances the bias counts as a usual speed of this foot.
     assert_rmse(&with_force_bias(&ground, Vec3::new(0.1, 0.1, 0.1)), 0.365);
 }
@@ -75,7 +75,7 @@ fn a_minute_of_standing_before_a_walk_changes_little() {
     };
     let changes: Vec<(String, f64)> = recordings
         .iter()
-        .map(|(_, recording)| {
+        .map(|Labelled { recording, .. }| {
             let stood = stood(recording, 60.0, SEED);
             let [before, after] = [recording, &stood].map(|r| rmse(r, &Params::DEFAULT));
             println!(

@@ -114,21 +114,31 @@ fn weighted<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sets::Set;
-    use crate::testing::labelled;
+    use estimator_core::Gravity;
     use samples::recording::Label;
 
     /// Two seconds at 1 kHz; the second half is stable.
     fn recording(ax: impl Fn(f64) -> f64) -> Recording {
-        let row = |k: u32| {
-            let label = match k < 1000 {
+        let row = |k: u32| RecordedSample {
+            imu: ImuSample {
+                timestamp: Timestamp::from_micros(1000 * u64::from(k)),
+                specific_force: SpecificForce(Vec3::new(ax(f64::from(k) / 1000.0) as f32, 0.0, 0.0)),
+                angular_rate: AngularRate(Vec3::new(0.0, 0.0, 1.0)),
+                ..ImuSample::default()
+            },
+            load: None,
+            label: Some(match k < 1000 {
                 true => Label::NotStable,
                 false => Label::Stable,
-            };
-            let motion = [ax(f64::from(k) / 1000.0), 0.0, 0.0, 0.0, 0.0, 1.0];
-            ([0.0; 6], motion, label)
+            }),
         };
-        labelled(Set::Ground, (0..2000).map(row)).recording
+        Recording {
+            name: "made up".to_owned(),
+            sample_rate: 1000.0,
+            gravity: Gravity::Removed,
+            load_title: String::new(),
+            samples: (0..2000).map(row).collect(),
+        }
     }
 
     /// Largest force away from both ends, where a window has only one half.

@@ -1,0 +1,149 @@
+//! Sets of recordings with labels. The recordings of a set are scored as one.
+
+use std::path::Path;
+
+use estimator_core::Gravity;
+use gait::plan::DEMO_SEED;
+use gait::{Plan, SensorParams};
+use recordings::input::{self, Format, Hints};
+use samples::recording::Recording;
+
+use crate::datasets::recorded;
+
+/// Name of the file that marks the recordings in its folder as free of gravity.
+const GRAVITY_REMOVED: &str = "gravity_removed";
+
+samples::named! {
+    /// Recordings that are scored as one.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Set {
+        /// ATLAS on a floor with grip, 1 kHz.
+        Ground = "ground",
+        /// ATLAS, three steps, 1 kHz.
+        ThreeSteps = "3 steps",
+        /// ATLAS on a slippery floor, on which the paper compares, 1 kHz.
+        Slip = "slip",
+        /// LCD's ATLAS.
+        Atlas7k = "ATLAS 7k",
+        /// LCD's NAO.
+        Nao = "NAO",
+        /// Twelve walks in a shoe.
+        Shoe = "shoe",
+        /// The walk of `footfall demo`: firm, greased and soft ground.
+        Demo = "demo",
+        /// ATLAS at 500 Hz, other runs than the sets at 1 kHz.
+        Atlas500 = "ATLAS 500 Hz",
+        /// A real TALOS.
+        Talos = "TALOS",
+        /// A real NAO.
+        RealNao = "real NAO",
+        /// A real GO1.
+        Go1 = "GO1",
+        /// A real NAO that is pushed, by the IMU of a leg.
+        PushedNao = "pushed NAO",
+    }
+}
+
+/// Recording of a set.
+#[derive(Clone, Debug)]
+pub struct Labelled {
+    /// The set.
+    pub set: Set,
+    /// Its samples; those without a label are not scored.
+    pub recording: Recording,
+}
+
+impl Set {
+    /// Sets in the mean of the README.
+    pub const AVERAGED: [Self; 7] = [
+        Self::Ground,
+        Self::ThreeSteps,
+        Self::Slip,
+        Self::Atlas7k,
+        Self::Nao,
+        Self::Shoe,
+        Self::Demo,
+    ];
+
+    /// Sets of real robots, whose labels mean "loaded".
+    pub const ROBOTS: [Self; 4] = [Self::Talos, Self::RealNao, Self::Go1, Self::PushedNao];
+
+    /// The sets of ATLAS at 1 kHz, on which the paper reports.
+    pub const ATLAS: [Self; 3] = [Self::Ground, Self::ThreeSteps, Self::Slip];
+
+    /// Its files in the folder of datasets; the demo has none.
+    const fn files(self) -> &'static [&'static str] {
+        match self {
+            Self::Ground => &["pce/ATLAS_01ground.csv"],
+            Self::ThreeSteps => &["pce/ATLAS_01ground_3steps.csv"],
+            Self::Slip => &["pce/ATLAS_01ground_003slip.csv"],
+            Self::Atlas7k => &["lcd/ATLAS_7k_04ground.csv"],
+            Self::Nao => &["lcd/NAO_05ground.csv"],
+            Self::Shoe => &SHOE_WALKS,
+            Self::Demo => &[],
+            Self::Atlas500 => &[
+                "robots/atlas500/atlas_500hz_01ground.csv",
+                "robots/atlas500/atlas_500hz_03ground.csv",
+            ],
+            Self::Talos => &["robots/talos/talos1.csv"],
+            Self::RealNao => &["robots/nao/nao_L.csv"],
+            Self::Go1 => &["robots/go1/REALgo1.csv", "robots/go1/normal_surface.csv"],
+            // The force of the left leg is doubtful.
+            Self::PushedNao => &["robots/nao_gem/1_r.csv", "robots/nao_gem/2_r.csv"],
+        }
+    }
+
+    /// Reads its recordings; `None` if one is absent.
+    ///
+    /// # Panics
+    /// If a recording cannot be read, or is absent where every check is required.
+    #[must_use]
+    pub fn read(self) -> Option<Vec<Labelled>> {
+        let labelled = |recording| Labelled {
+            set: self,
+            recording,
+        };
+        if self == Self::Demo {
+            let walk = gait::record(&Plan::demo(DEMO_SEED), &SensorParams::LSM6DSOX, DEMO_SEED);
+            return Some(vec![labelled(walk)]);
+        }
+        let files = self.files().iter();
+        files
+            .map(|file| Some(labelled(read(file, &recorded(file)?))))
+            .collect()
+    }
+}
+
+fn read(file: &str, path: &Path) -> Recording {
+    let format = match file.split('/').next() {
+        Some("pce") => Format::PceAtlas,
+        Some("lcd") => Format::Lcd,
+        _ => Format::Csv,
+    };
+    let gravity = (format == Format::Csv).then(|| match path.with_file_name(GRAVITY_REMOVED).exists() {
+        true => Gravity::Removed,
+        false => Gravity::Included,
+    });
+    let hints = Hints {
+        gravity,
+        ..Hints::default()
+    };
+    let loaded = input::read(path, format, &hints).expect("a readable file");
+    loaded.recording
+}
+
+/// Walks whose labels come from an optical reference, named by their time of recording.
+const SHOE_WALKS: [&str; 12] = [
+    "pyshoe/2017-11-22-11-22-03.csv",
+    "pyshoe/2017-11-22-11-22-46.csv",
+    "pyshoe/2017-11-22-11-23-25.csv",
+    "pyshoe/2017-11-22-11-25-20.csv",
+    "pyshoe/2017-11-22-11-26-05.csv",
+    "pyshoe/2017-11-22-11-26-46.csv",
+    "pyshoe/2017-11-22-11-27-30.csv",
+    "pyshoe/2017-11-22-11-28-03.csv",
+    "pyshoe/2017-11-22-11-28-39.csv",
+    "pyshoe/2017-11-22-11-30-14.csv",
+    "pyshoe/2017-11-22-11-35-59.csv",
+    "pyshoe/2017-11-22-11-36-45.csv",
+];
