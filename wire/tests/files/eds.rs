@@ -219,5 +219,7 @@ pub fn ascii(text: &str) -> String {
         ('ω', "omega"),
     ]
     .into_iter()
-    .fold(text.to_string(), |text, (sign, name)| text.replace(sign, name))
+    .fold(text.to_string(), |text, (sign, name)| {
+        text.replace(sign, name)
+    })
 }
