@@ -33,7 +33,9 @@ fn table(kind: &str) -> String {
                 )
             };
             let rows: String = all.map(row).collect();
-            format!("| code | number | fault | P is 0 | detail | what to do |\n|---|---|---|---|---|---|\n{rows}")
+            format!(
+                "| code | number | fault | P is 0 | detail | what to do |\n|---|---|---|---|---|---|\n{rows}"
+            )
         }
         _ => {
             let row = |trouble: Trouble| {
