@@ -122,7 +122,11 @@ mod tests {
         let row = |k: u32| RecordedSample {
             imu: ImuSample {
                 timestamp: Timestamp::from_micros(1000 * u64::from(k)),
-                specific_force: SpecificForce(Vec3::new(ax(f64::from(k) / 1000.0) as f32, 0.0, 0.0)),
+                specific_force: SpecificForce(Vec3::new(
+                    ax(f64::from(k) / 1000.0) as f32,
+                    0.0,
+                    0.0,
+                )),
                 angular_rate: AngularRate(Vec3::new(0.0, 0.0, 1.0)),
                 ..ImuSample::default()
             },

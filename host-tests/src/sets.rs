@@ -120,10 +120,11 @@ fn read(file: &str, path: &Path) -> Recording {
         Some("lcd") => Format::Lcd,
         _ => Format::Csv,
     };
-    let gravity = (format == Format::Csv).then(|| match path.with_file_name(GRAVITY_REMOVED).exists() {
-        true => Gravity::Removed,
-        false => Gravity::Included,
-    });
+    let gravity =
+        (format == Format::Csv).then(|| match path.with_file_name(GRAVITY_REMOVED).exists() {
+            true => Gravity::Removed,
+            false => Gravity::Included,
+        });
     let hints = Hints {
         gravity,
         ..Hints::default()

@@ -3,9 +3,9 @@
 
 use crate::labelled;
 use estimator_core::{ContactEstimate, Load, Params};
-use host_tests::sets::Set;
 use host_tests::changed::stood;
 use host_tests::datasets::recorded;
+use host_tests::sets::Set;
 use labelled::of_sets;
 use recordings::input::{self, Format, Hints};
 use recordings::plausible::{Finding, check};

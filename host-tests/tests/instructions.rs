@@ -5,7 +5,7 @@ use std::env;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use host_tests::committed::{assert_block, workspace};
+use host_tests::committed::workspace;
 use host_tests::requirements::unmet;
 use serde_json::Value;
 

@@ -50,8 +50,6 @@ mod ringing;
 #[cfg(feature = "full")]
 mod roads;
 mod robustness;
-#[cfg(feature = "full")]
-mod schemas;
 mod self_check;
 mod slip;
 mod talos;

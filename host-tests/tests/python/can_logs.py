@@ -22,5 +22,5 @@ log, folder = sys.argv[1], pathlib.Path(sys.argv[2])
 for form in FORMS:
     copy(log, folder / f"python_can.{form}")
 # Conversion that an error advises for a form that is not read.
-for form in ["blf", "trc"]:
-    copy(folder / f"python_can.{form}", folder / f"from_{form}.asc")
+for form in ["asc", "csv", "blf", "trc"]:
+    copy(folder / f"python_can.{form}", folder / f"from_{form}.log")

@@ -7,14 +7,14 @@ use estimator_core::{GyroTiming, Method, Parameter, Params, WindowLength};
 use recordings::input::{Correction, Format};
 use recordings::number::shown;
 use samples::space::components;
-use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Serialize;
-use serde_json::{Map, Value, json};
+#[cfg(test)]
+use serde_json::json;
 
 use crate::config::{GRAVITIES, LEARNINGS, LearntValues, METHODS, Preset, word_of};
 
 /// How one foot was estimated.
-#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Estimation {
     /// Preset that the parameters started from, as `--preset` takes it.
     pub preset: &'static str,
@@ -27,16 +27,13 @@ pub struct Estimation {
 }
 
 /// The parameters of the estimator.
-#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ParametersReport {
     /// Whether the accelerations contain gravity.
-    #[schemars(extend("enum" = words(&GRAVITIES)))]
     pub gravity: &'static str,
     /// Where the limits of stillness come from.
-    #[schemars(extend("enum" = words(&METHODS)))]
     pub method: &'static str,
     /// With `self_calibrating`: whether the foot goes on learning.
-    #[schemars(extend("enum" = words(&LEARNINGS)))]
     pub learning: &'static str,
     /// With `self_calibrating`: weight of the slide along the ground at this sample rate, in [0, 1]; `null` with
     /// another method. Below 1 slow slides can go unseen.
@@ -48,12 +45,11 @@ pub struct ParametersReport {
     /// With `self_calibrating`: what it started with; `null` for a cold start.
     pub learnt_before: Option<LearntValues>,
     /// The numbers, by their names in the estimator's table of limits.
-    #[schemars(schema_with = "numbers_schema")]
     pub numbers: BTreeMap<&'static str, f32>,
 }
 
 /// A window's length.
-#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum WindowReport {
     /// A duration, s.
@@ -63,7 +59,7 @@ pub enum WindowReport {
 }
 
 /// When the gyroscope measured.
-#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum GyroTimingReport {
     /// The mean over the time since the sample before.
@@ -73,7 +69,7 @@ pub enum GyroTimingReport {
 }
 
 /// Correction of the readings of the sensor; x, y, z of its frame.
-#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CorrectionReport {
     /// Bias subtracted from accelerations, m/s².
     pub accelerometer_bias_m_s2: [f32; 3],
@@ -165,41 +161,6 @@ pub fn differences(params: &Params, preset: Preset, format: Format) -> String {
         all.push("learnt is set".to_owned());
     }
     all.join(", ")
-}
-
-/// Returns the words of a table, for a schema.
-fn words<T>(table: &[(&'static str, T)]) -> Value {
-    table.iter().map(|(word, _)| *word).collect()
-}
-
-/// Returns the schema of the numbers: each with its unit and range, all required.
-fn numbers_schema(_: &mut SchemaGenerator) -> Schema {
-    // Converted in decimal, as numbers are printed.
-    let decimal = |value: f32| value.to_string().parse::<f64>().unwrap_or_default();
-    let properties: Map<String, Value> = Parameter::ALL
-        .into_iter()
-        .map(|number| {
-            let row = number.row();
-            let unit = match row.unit.symbol() {
-                "" => "no unit",
-                unit => unit,
-            };
-            let schema = json!({
-                "type": "number",
-                "description": unit,
-                "minimum": decimal(row.least),
-                "maximum": decimal(row.most),
-                "default": decimal(row.default),
-            });
-            (row.name.to_owned(), schema)
-        })
-        .collect();
-    let names: Vec<&str> = Parameter::ALL.into_iter().map(Parameter::name).collect();
-    let mut schema = Schema::default();
-    schema.insert("type".to_owned(), json!("object"));
-    schema.insert("required".to_owned(), json!(names));
-    schema.insert("properties".to_owned(), Value::Object(properties));
-    schema
 }
 
 #[cfg(test)]

@@ -8,18 +8,16 @@ use estimator_core::{ContactEstimate, Flag, Phase, Timestamp};
 use recordings::input::{Format, Repairs};
 use recordings::plausible::Finding;
 use samples::recording::{RecordedSample, Recording};
-use schemars::{JsonSchema, Schema, SchemaGenerator};
 use scoring::metrics::{Latency, Metrics};
 use scoring::running::RunningMetrics;
 use scoring::scored::Scored;
 use serde::Serialize;
-use serde_json::{Value, json};
 
 use crate::calibrate::mounting::MountingReport;
 use crate::parameters::Estimation;
 
 /// The figures of one replay. `Display` is the summary for the terminal.
-#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
     /// The recording's name, and the foot's where it has one.
     pub recording: String,
@@ -33,10 +31,8 @@ pub struct Summary {
     /// Sample rate, Hz.
     pub sample_rate_hz: f32,
     /// Share of the samples in each state, by [`Phase::name`], in [0, 1].
-    #[schemars(schema_with = "state_shares")]
     pub state_shares: BTreeMap<&'static str, f64>,
     /// Samples on which each flag was raised, by [`Flag::name`]; flags that never were are absent.
-    #[schemars(schema_with = "flag_counts")]
     pub flag_counts: BTreeMap<&'static str, usize>,
     /// Figures against the labels, where there are any.
     pub metrics: Option<Metrics>,
@@ -48,28 +44,8 @@ pub struct Summary {
     pub estimation: Option<Estimation>,
 }
 
-fn state_shares(_: &mut SchemaGenerator) -> Schema {
-    let share = json!({ "type": "number", "minimum": 0, "maximum": 1 });
-    map_of(Phase::ALL.map(Phase::name), &share)
-}
-
-fn flag_counts(_: &mut SchemaGenerator) -> Schema {
-    let count = json!({ "type": "integer", "minimum": 1 });
-    map_of(Flag::ALL.map(Flag::name), &count)
-}
-
-/// Returns the schema of a map with some of these keys, each with a value that `value` describes.
-fn map_of<'a>(keys: impl IntoIterator<Item = &'a str>, value: &Value) -> Schema {
-    let keys: Vec<&str> = keys.into_iter().collect();
-    let mut schema = Schema::default();
-    schema.insert("type".to_owned(), json!("object"));
-    schema.insert("propertyNames".to_owned(), json!({ "enum": keys }));
-    schema.insert("additionalProperties".to_owned(), value.clone());
-    schema
-}
-
 /// Report about a file that was read.
-#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct InputReport {
     /// The file, as it was named.
     pub file: String,
@@ -88,7 +64,7 @@ pub struct InputReport {
 }
 
 /// One thing that is not plausible.
-#[derive(Clone, Debug, PartialEq, Eq, JsonSchema, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct FindingReport {
     /// Its name; docs/formats.md lists all.
     pub name: &'static str,
@@ -123,7 +99,7 @@ impl InputReport {
 }
 
 /// The figures of all recordings and feet of one replay.
-#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summaries {
     /// One for each foot of each recording.
     pub recordings: Vec<Summary>,
@@ -142,7 +118,7 @@ impl fmt::Display for Summaries {
 }
 
 /// A report, and in JSON what there is to say about the files that were read.
-#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WithInputs<R> {
     /// The report.
     #[serde(flatten)]

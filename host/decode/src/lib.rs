@@ -72,7 +72,7 @@ pub enum DecodeError {
     },
     /// The file is neither a CAN log nor a recording of the serial line.
     #[error(
-        "{0} is neither a log of CAN frames (of candump, Vector ASC, python-can's CSV), with lines such as \"(1609459200.000111) can0 191#FFFF80800C0007D8\", nor a recording of the serial line, whose frames end with a zero byte"
+        "{0} is neither a log of candump, with lines such as \"(1609459200.000111) can0 191#FFFF80800C0007D8\", nor a recording of the serial line, whose frames end with a zero byte; another log of CAN frames is converted with python-can: pip install python-can, then can_logconvert {0} can.log"
     )]
     Unrecognised(String),
     /// The sink rejected a row.
@@ -226,7 +226,7 @@ mod tests {
         ] {
             let error = error(neither);
             assert!(
-                error.starts_with("x.bin is neither a log of CAN frames"),
+                error.starts_with("x.bin is neither a log of candump"),
                 "{error}"
             );
         }

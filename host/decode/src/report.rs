@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::row::ContactRow;
@@ -11,7 +10,7 @@ use crate::can_log::Form;
 
 samples::named! {
     /// The line that the foot has sent on.
-    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, JsonSchema, Serialize)]
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
     #[serde(rename_all = "snake_case")]
     pub enum Medium {
         /// A log of CAN frames.
@@ -23,7 +22,7 @@ samples::named! {
 }
 
 /// An emergency message.
-#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EmergencyReport {
     /// Time of the foot's last contact frame before it, s; `None` where there was none.
     pub t: Option<f64>,
@@ -40,7 +39,7 @@ pub struct EmergencyReport {
 }
 
 /// How the board was when it last said so over the serial line.
-#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BoardReport {
     /// Stage of its operation.
     pub stage: &'static str,
@@ -53,7 +52,7 @@ pub struct BoardReport {
 }
 
 /// Received, missing and unreadable data of a log.
-#[derive(Clone, Debug, Default, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Report {
     /// The line that the foot has sent on.
     pub format: Medium,

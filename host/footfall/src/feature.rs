@@ -14,10 +14,8 @@ samples::named! {
         Bags = "bags",
         /// Shows streaming feet in Foxglove and `PlotJuggler`.
         Foxglove = "foxglove",
-        /// Reads and writes Parquet, and converts directories of recordings to Parquet tables.
+        /// Reads and writes Parquet.
         Parquet = "parquet",
-        /// Draws replays as PNG.
-        Png = "png",
         /// Publishes streaming feet as a ROS 2 node.
         Ros2 = "ros2",
         /// Shows the feet on a terminal in `footfall monitor`.
@@ -33,7 +31,6 @@ impl Feature {
             Self::Bags => cfg!(feature = "bags"),
             Self::Foxglove => cfg!(feature = "foxglove"),
             Self::Parquet => cfg!(feature = "parquet"),
-            Self::Png => cfg!(feature = "png"),
             Self::Ros2 => cfg!(feature = "ros2"),
             Self::Screen => cfg!(feature = "screen"),
         }

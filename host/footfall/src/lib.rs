@@ -12,16 +12,15 @@
 //! | running the estimator, sample by sample | [`analysis::replay`], drawn by [`replay`] |
 //! | or calibrating: learning a foot in advance, or finding sensor errors | [`analysis::calibrate`] |
 //! | or converting to another format | [`convert`] |
-//! | scoring the estimates | [`scoring`]; as a report [`attitude`] |
+//! | scoring the estimates | [`scoring`] |
 //! | simulating and decoding the output of a foot | [`live::robot::walk`], [`mod@decode`]; its tables and feet [`decoded`] |
 //! | streaming feet | [`monitor`], [`mod@live`], [`mod@ros`]; as messages [`stream`], in viewers [`view`] |
 //! | writing the results | [`recordings::output`], [`plot`], [`analysis::summary`], combined by [`report`] |
 //! | writing files, and removing unfinished ones on interruption | [`files`], [`interruption`] |
-//! | JSON output: parameters in force, schemas | [`analysis::parameters`], [`schema`] |
+//! | JSON output | [`analysis::parameters`], [`json`] |
 //! | messages on standard error | [`messages`] |
 //! | optional features | [`feature`] |
 
-pub mod attitude;
 #[cfg(feature = "bags")]
 pub mod bag_copy;
 pub mod commands;
@@ -33,6 +32,7 @@ pub mod files;
 pub mod foot_error;
 pub mod foot_names;
 pub mod interruption;
+pub mod json;
 pub mod mcap_recording;
 pub mod messages;
 pub mod monitor;
@@ -41,7 +41,6 @@ pub mod program;
 pub mod progress;
 pub mod replay;
 pub mod report;
-pub mod schema;
 pub mod stream;
 pub mod targets;
 pub mod view;

@@ -13,8 +13,6 @@ use samples::recording::RecordedSample;
 
 use crate::files::{OutputError, write_file};
 use crate::plot::page::{self, PageFoot};
-#[cfg(feature = "png")]
-use crate::plot::png::png;
 use crate::plot::{self, RecordingPlot};
 use crate::targets::{self, Drawing};
 
@@ -36,7 +34,7 @@ impl Picture {
         let span = plot::span(from_s, to_s - from_s, about.sample_rate);
         match drawing {
             Drawing::Page => Self::Page(PageFoot::new(&name, about, span)),
-            Drawing::Svg | Drawing::Png => {
+            Drawing::Svg => {
                 let (start_us, load) = (about.start_us, &about.load_title);
                 Self::Figure(RecordingPlot::new(&name, start_us, load, span))
             }
@@ -141,14 +139,7 @@ fn write_pictures(path: &Path, feet: &mut [ReplayedFoot]) -> Result<Vec<PathBuf>
                 };
                 // Foot names may differ only in characters that file names cannot hold.
                 let path = targets::unlike(path, &written);
-                write_file(&path, |to| {
-                    let svg = figure.svg()?;
-                    match Drawing::of(&path) {
-                        #[cfg(feature = "png")]
-                        Drawing::Png => to.write_all(&png(&svg)?),
-                        _ => to.write_all(svg.as_bytes()),
-                    }
-                })?;
+                write_file(&path, |to| to.write_all(figure.svg()?.as_bytes()))?;
                 written.push(path);
             }
         }

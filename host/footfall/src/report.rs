@@ -5,7 +5,7 @@ use std::io;
 use std::path::PathBuf;
 
 use crate::files::to_stdout;
-use crate::schema::{Described, Document};
+use crate::json::{Described, Document};
 
 /// Format of the summary.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

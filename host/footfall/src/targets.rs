@@ -42,7 +42,7 @@ impl<'a> Target<'a> {
             Self::Estimates(path) => (path, "tables are CSV or Parquet", &Layout::EXTENSIONS),
             Self::Events(path) => (path, "tables are CSV", &["csv"]),
             Self::Picture(path) => (path, "pictures are SVG", &["svg"]),
-            Self::Drawing(path) => (path, "pictures are SVG, PNG or pages", &Drawing::EXTENSIONS),
+            Self::Drawing(path) => (path, "pictures are SVG or pages", &Drawing::EXTENSIONS),
             Self::Page(path) => (path, "reports are HTML", &["html"]),
             Self::Configuration(path) => (path, "configurations are TOML", &["toml"]),
             Self::Bag(path) => (path, "recordings for ROS 2 are MCAP", &["mcap"]),
@@ -55,7 +55,6 @@ impl<'a> Target<'a> {
     fn feature(self) -> Option<Feature> {
         match self {
             Self::Estimates(path) if Layout::of(path) == Layout::Parquet => Some(Feature::Parquet),
-            Self::Drawing(path) if Drawing::of(path) == Drawing::Png => Some(Feature::Png),
             Self::Bag(_) => Some(Feature::Bags),
             _ => None,
         }
@@ -67,23 +66,19 @@ impl<'a> Target<'a> {
 pub enum Drawing {
     /// SVG, one per foot.
     Svg,
-    /// PNG, one per foot.
-    Png,
     /// HTML page of all feet.
     Page,
 }
 
 impl Drawing {
     /// Accepted file extensions.
-    const EXTENSIONS: [&'static str; 3] = ["svg", "png", "html"];
+    const EXTENSIONS: [&'static str; 2] = ["svg", "html"];
 
     /// Returns the format for a file of this name; standard output, pipes and other names get an SVG.
     #[must_use]
     pub fn of(path: &Path) -> Self {
         let extension = path.extension().unwrap_or_default();
-        if extension.eq_ignore_ascii_case("png") {
-            Self::Png
-        } else if extension.eq_ignore_ascii_case("html") {
+        if extension.eq_ignore_ascii_case("html") {
             Self::Page
         } else {
             Self::Svg

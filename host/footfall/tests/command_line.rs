@@ -96,7 +96,6 @@ fn closed_stdout_is_not_an_error() {
         "replay long.csv --output - --plot out.svg",
         "replay long.csv long.csv --json",
         "replay long.csv",
-        "schema replay",
         "config --example",
         "completions bash",
         "man",
@@ -283,7 +282,6 @@ fn misspelt_option_error_suggests_a_similar_one() {
         ("replay x.csv --preset papr", "'paper'"),
         ("replay x.csv --ouput y.csv", "'--output'"),
         ("repaly x.csv", "'replay'"),
-        ("schema calibrat", "'calibrate'"),
     ] {
         let output = bench.run(arguments);
         assert_eq!(output.status.code(), Some(2), "{arguments}");

@@ -221,7 +221,7 @@ fn foreign_files_are_identified_with_a_remedy() {
     assert_eq!(
         bench.error("decode x.blf"),
         "footfall: x.blf is a BLF log of a CAN bus, which is not read here; convert it with python-can: \
-         pip install python-can, then can_logconvert x.blf can.asc\n"
+         pip install python-can, then can_logconvert x.blf can.log\n"
     );
 }
 
@@ -347,7 +347,7 @@ fn result_that_cannot_be_written_is_rejected_before_decoding() {
             "--events e.txt",
             "tables are CSV, so the name must end in .csv",
         ),
-        ("--plot p.pdf", "pictures are SVG, PNG or pages"),
+        ("--plot p.pdf", "pictures are SVG or pages"),
         ("--events x.log", "it is the recording itself"),
         (
             "--events r.csv --output r.csv",

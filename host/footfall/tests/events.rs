@@ -132,23 +132,3 @@ fn page_is_one_file_for_all_feet() {
     assert_eq!(page.matches("\"load_title\"").count(), 0);
     assert_eq!(page.matches("\"name\":\"force (N)\"").count(), 2);
 }
-
-#[cfg(feature = "png")]
-#[test]
-fn png_is_written_per_foot() {
-    let row = |k: u32| format!("{:.3},0,0,9.81,0,0,0\n", f64::from(k) * 1e-3);
-    let table = format!(
-        "t,{}\n{}",
-        crate::common::AXES,
-        (0..1000).map(row).collect::<String>()
-    );
-    let bench = Bench::with("RL.csv", &table);
-    fs::write(bench.path("RR.csv"), &table).expect("a file");
-    bench.stdout("replay RL.csv RR.csv --plot out.png");
-    for file in ["out-RL.png", "out-RR.png"] {
-        let bytes = fs::read(bench.path(file)).expect("a picture");
-        // PNG signature, then the first chunk, which starts with the width.
-        assert_eq!(bytes[..8], *b"\x89PNG\r\n\x1a\n");
-        assert_eq!(bytes[16..20], 1600_u32.to_be_bytes());
-    }
-}

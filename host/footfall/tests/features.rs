@@ -4,7 +4,7 @@ use crate::common::Bench;
 use footfall::feature::Feature;
 
 /// Commands by the feature they need.
-const NEEDS: [(Feature, &str); 13] = [
+const NEEDS: [(Feature, &str); 11] = [
     (Feature::Bags, "replay walk.mcap"),
     (Feature::Bags, "replay walk.db3"),
     (Feature::Bags, "convert walk.csv new.mcap"),
@@ -15,8 +15,6 @@ const NEEDS: [(Feature, &str); 13] = [
     (Feature::Parquet, "replay walk.csv --output new.parquet"),
     (Feature::Parquet, "convert walk.csv new.parquet"),
     (Feature::Parquet, "batch . --out new"),
-    (Feature::Parquet, "schema batch"),
-    (Feature::Png, "replay walk.csv --plot new.png"),
     (Feature::Ros2, "ros2 demo:feet=1 --compat champ"),
 ];
 

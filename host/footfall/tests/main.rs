@@ -21,7 +21,6 @@ mod environment;
 #[path = "../../../host-tests/tests/python/packages.rs"]
 mod packages;
 
-mod attitude;
 mod axes;
 #[cfg(feature = "parquet")]
 mod batch;
@@ -48,8 +47,6 @@ mod replay;
 mod replay_refusals;
 #[cfg(feature = "ros2")]
 mod ros2;
-#[cfg(feature = "parquet")]
-mod schemas;
 #[cfg(all(feature = "bags", feature = "screen"))]
 mod screen;
 mod several;

@@ -406,11 +406,11 @@ fn unwritable_result_is_rejected_before_writing() {
         ("walks.svg", "it is a directory"),
         (
             "x.jpg",
-            "pictures are SVG, PNG or pages, so the name must end in .svg or .png or .html",
+            "pictures are SVG or pages, so the name must end in .svg or .html",
         ),
         (
             "x",
-            "pictures are SVG, PNG or pages, so the name must end in .svg or .png or .html",
+            "pictures are SVG or pages, so the name must end in .svg or .html",
         ),
     ] {
         assert_eq!(

@@ -16,7 +16,7 @@ struct Kind {
 
 /// Advice for frames that another program can write as a log.
 const BY_PYTHON_CAN: &str =
-    "convert it with python-can: pip install python-can, then can_logconvert FILE can.asc";
+    "convert it with python-can: pip install python-can, then can_logconvert FILE can.log";
 
 const UNPACK: &str = "unpack it";
 
@@ -77,7 +77,7 @@ kinds! {
     /// ASAM MDF, version 3 or 4.
     Mdf = "an MDF file",
         Some("export it: asammdf.MDF(\"walk.mf4\").to_dataframe().to_parquet(\"walk.parquet\")"),
-        Some("convert it with python-can: pip install python-can[mf4], then can_logconvert FILE can.asc");
+        Some("convert it with python-can: pip install python-can[mf4], then can_logconvert FILE can.log");
     /// A log of Vector's tools.
     Blf = "a BLF log of a CAN bus",
         Some("convert it with python-can: can_logconvert walk.blf walk.log; then footfall decode"),

@@ -4,7 +4,6 @@
 //! observable by an IMU on a foot, and gravity is removed by inclination only.
 
 use estimator_core::{ContactEstimate, Quaternion};
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use samples::recording::Recording;
@@ -19,7 +18,7 @@ pub fn inclination_error_degrees(estimate: Quaternion, truth: Rotation) -> f64 {
 }
 
 /// The inclination errors of one recording.
-#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct InclinationScore {
     /// The recording's name.
     pub recording: String,

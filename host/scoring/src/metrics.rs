@@ -4,14 +4,13 @@
 //! [`DECISION_THRESHOLD`](crate::scored::DECISION_THRESHOLD) counts as the answer "stable".
 
 use samples::recording::Label;
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::reliability::calibration_error;
 use crate::scored::Scored;
 
 /// Every figure of merit at once.
-#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Metrics {
     /// How many samples have a label.
     pub labelled_samples: usize,
@@ -140,7 +139,7 @@ pub fn best_f1(scored: &[Scored]) -> Option<f64> {
 }
 
 /// How fast the answer follows the label.
-#[derive(Clone, Copy, Debug, Default, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Latency {
     /// Median over the transitions that were followed, s; `None` where there was none.
     pub median_s: Option<f64>,

@@ -122,7 +122,7 @@ def decode(
     Parameters
     ----------
     path : path
-        A log of CAN frames (candump, Vector ASC, python-can's CSV) or the bytes of a serial line, plain
+        A log of candump or the bytes of a serial line, plain
         or compressed with gzip or zstd; its contents tell which.
     nodes : several int, 1 to 127
         On CAN, nodes that are feet beside those of the ids 0x11 to 0x16.

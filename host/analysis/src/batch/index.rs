@@ -5,7 +5,6 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use recordings::parquet_rows::read;
-use schemars::JsonSchema;
 use serde::Serialize;
 use walkdir::WalkDir;
 
@@ -27,7 +26,7 @@ pub(super) struct Index {
 }
 
 /// Results of a recording that was not found any more.
-#[derive(Clone, Debug, Eq, JsonSchema, PartialEq, Serialize)]
+#[derive(Clone, Debug, Eq, PartialEq, Serialize)]
 pub struct Stale {
     /// Its name; `null` where no row of it is left.
     pub recording: Option<String>,

@@ -3,13 +3,12 @@
 use std::sync::Arc;
 
 use recordings::parquet_rows::{DataType, Field};
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::identity::FootFiles;
 
 /// Whether a recording could be estimated.
-#[derive(Clone, Copy, Debug, Deserialize, Eq, JsonSchema, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Deserialize, Eq, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
     /// It was.
@@ -74,8 +73,7 @@ macro_rules! columns {
 pub(super) use columns;
 
 /// Result of one foot of a recording.
-#[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Serialize)]
-#[schemars(rename = "Row")]
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct BatchRow {
     /// The robot; in the table it is a partition.
     #[serde(default)]
@@ -117,7 +115,7 @@ impl BatchRow {
 
 columns! {
     /// Inputs of a row.
-    #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Serialize)]
+    #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
     pub struct Origin {
         /// The name of the recording: its path as it was named.
         recording: String,
@@ -140,7 +138,7 @@ columns! {
 
 columns! {
     /// Findings of a foot's recording.
-    #[derive(Clone, Debug, Deserialize, JsonSchema, PartialEq, Serialize)]
+    #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
     pub struct Found {
         /// How the recording is laid out, as `--format` has it.
         format: String,

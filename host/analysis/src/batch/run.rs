@@ -7,7 +7,6 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::fingerprint::{Fingerprint, listed};
@@ -22,7 +21,7 @@ use super::sources::{FoundRecording, name};
 use crate::replay::jobs;
 
 /// Why a recording is estimated.
-#[derive(Clone, Copy, Debug, Eq, JsonSchema, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reason {
     /// There are no results of it.

@@ -6,7 +6,6 @@ use std::io;
 use std::path::{Component, Path, PathBuf};
 
 use recordings::input::{Format, is_recording, is_rosbag2};
-use schemars::JsonSchema;
 use serde::Serialize;
 use thiserror::Error;
 use walkdir::{DirEntry, WalkDir};
@@ -40,7 +39,7 @@ pub struct FoundRecording {
 }
 
 /// Files and folders that are passed over.
-#[derive(Clone, Debug, Eq, JsonSchema, PartialEq, Serialize)]
+#[derive(Clone, Debug, Eq, PartialEq, Serialize)]
 pub struct PassedOver {
     /// Where it is.
     pub path: String,

@@ -11,7 +11,6 @@ use estimator_core::{
 };
 use recordings::replay::replay_observed;
 use samples::recording::Recording;
-use schemars::JsonSchema;
 use serde::Serialize;
 use wire::dictionary::index;
 
@@ -35,7 +34,7 @@ pub struct LearntCalibration {
 }
 
 /// A recording that was learnt from.
-#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LearntFrom {
     /// Its name.
     pub recording: String,
@@ -233,7 +232,7 @@ fn rounded_down(seconds: f32) -> f32 {
 }
 
 /// Learnt values of a foot. `Display` is the report for the terminal.
-#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LearntFoot {
     /// Recordings in the order of learning.
     pub recordings: Vec<LearntFrom>,
@@ -256,7 +255,7 @@ pub struct LearntFoot {
 }
 
 /// One quantity's amplitudes, in its unit.
-#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct QuantityReport {
     /// Its name, as in a configuration file.
     pub quantity: &'static str,

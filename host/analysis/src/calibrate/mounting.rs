@@ -4,7 +4,6 @@ use std::fmt;
 
 use estimator_core::{Mounting, MountingParams, Quaternion, Vec3};
 use recordings::mounting;
-use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 use wire::dictionary::{code_of_axes, index};
 
@@ -46,9 +45,8 @@ impl RestingUp {
 }
 
 /// Where a mounting comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-#[schemars(rename = "Source")]
 pub enum MountingSource {
     /// It was found at rest.
     Found,
@@ -57,11 +55,10 @@ pub enum MountingSource {
 }
 
 /// A mounting that is not that of the foot's own axes. `Display` is the report for the terminal.
-#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MountingReport {
     /// The mounting.
     #[serde(serialize_with = "as_text")]
-    #[schemars(with = "String")]
     pub axes: Mounting,
     /// Where it comes from.
     pub source: MountingSource,

@@ -2,7 +2,6 @@
 
 use estimator_core::{RestParams, Validity};
 use samples::space::Vector;
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use samples::recording::{RecordedSample, Recording};
@@ -23,7 +22,7 @@ const RATE_TOLERANCE: f64 = 0.03;
 const SWAY: f64 = 0.03;
 
 /// A still stretch.
-#[derive(Clone, Copy, Debug, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Rest {
     /// When it begins on the recording's clock, s.
     pub start_s: f64,

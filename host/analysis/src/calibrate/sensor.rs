@@ -13,7 +13,6 @@ use estimator_core::Gravity;
 use lsm6dsox::scale::{DEGREE, STANDARD_GRAVITY};
 use samples::recording::Recording;
 use samples::space::Vector;
-use schemars::JsonSchema;
 use serde::Serialize;
 use thiserror::Error;
 use wire::dictionary::index;
@@ -113,7 +112,7 @@ const AXES: [&str; 3] = ["ax", "ay", "az"];
 
 /// What is wrong with a sensor, and what that follows from. `Display` is the report for the
 /// terminal.
-#[derive(Clone, Debug, PartialEq, JsonSchema, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SensorCalibration {
     /// Different orientations among the rests.
     pub orientations: usize,

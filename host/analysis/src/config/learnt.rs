@@ -2,7 +2,6 @@
 
 use estimator_core::Learnt;
 use estimator_core::stillness::Classes;
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Defines a table of keys with the fields of a type of the estimator, and both conversions.
@@ -11,7 +10,7 @@ macro_rules! keys_of {
         $($(#[$of_field:meta])* pub $field:ident: $type:ty,)+
     }) => {
         $(#[$doc])*
-        #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Serialize)]
+        #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
         #[serde(deny_unknown_fields)]
         pub struct $name {
             $($(#[$of_field])* pub $field: $type,)+

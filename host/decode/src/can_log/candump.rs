@@ -107,7 +107,7 @@ fn printed<'a>(
     if rest == "remote request" {
         return Some(LogContent::Other(Other::Remote));
     }
-    let data = spaced_bytes(rest.split_ascii_whitespace(), length, 16)?;
+    let data = spaced_bytes(rest.split_ascii_whitespace(), length)?;
     match id {
         Identifier::Other(other @ Other::Error) => Some(LogContent::Other(other)),
         _ if length > 8 => Some(LogContent::Other(Other::Fd)),

@@ -1,24 +1,19 @@
-//! Formats of CAN logs written by common programs.
+//! Logs of CAN frames, as can-utils and python-can write them; python-can converts others.
 //!
 //! | idea | file |
 //! |---|---|
 //! | a frame with its time of reception; a reader for each format | this one |
 //! | detection of the format from the first lines | [`recognise`] |
 //! | can-utils: `candump -l`, and terminal output of `candump` | [`candump`] |
-//! | Vector's ASC | [`asc`] |
-//! | python-can's CSV | [`python_can`] |
 //! | parsing of times and bytes | `text` |
 
-pub mod asc;
 pub mod candump;
-pub mod python_can;
 pub mod recognise;
 mod text;
 
 use std::fmt;
 
 use estimator_core::Timestamp;
-use schemars::JsonSchema;
 use serde::Serialize;
 use wire::CanFrame;
 
@@ -102,17 +97,13 @@ pub enum LogTimes {
 
 samples::named! {
     /// A form of log.
-    #[derive(Clone, Copy, Debug, PartialEq, Eq, JsonSchema, Serialize)]
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
     #[serde(rename_all = "snake_case")]
     pub enum Form {
         /// `candump -l`.
         CandumpLog = "candump -l",
         /// `candump` as it prints on a terminal.
         CandumpTerminal = "candump",
-        /// Vector's ASC.
-        VectorAsc = "Vector ASC",
-        /// python-can's CSV.
-        PythonCanCsv = "python-can's CSV",
     }
 }
 
@@ -125,8 +116,6 @@ impl Form {
             Self::CandumpTerminal => {
                 "(1609459200.000111)  can0  191   [8]  FF FF 80 80 0C 00 07 D8"
             }
-            Self::VectorAsc => "0.000111 1  191  Rx   d 8 FF FF 80 80 0C 00 07 D8",
-            Self::PythonCanCsv => "1609459200.000111,0x191,0,0,0,8,//+AgAwAB9g=",
         }
     }
 }
@@ -136,9 +125,8 @@ impl Form {
 pub struct Reader {
     /// The format that it reads.
     pub(crate) form: Form,
-    /// Reference of the times. Of ASC, its header states it.
+    /// Reference of the times.
     pub(crate) times: LogTimes,
-    asc: asc::AscHeader,
     /// Sum of the times so far if they are differences, µs.
     elapsed: u64,
 }
@@ -146,16 +134,8 @@ pub struct Reader {
 impl Reader {
     /// Reads the next line; `None` if it is not a line of the log's format.
     pub fn read<'a>(&mut self, line: &'a str) -> Option<LogLine<'a>> {
-        let mut read = match self.form {
-            // A file may contain both: terminal output appended to a log.
-            Form::CandumpLog | Form::CandumpTerminal => candump::parse(line)?,
-            Form::VectorAsc => {
-                let read = self.asc.read(line)?;
-                self.times = self.asc.times;
-                read
-            }
-            Form::PythonCanCsv => python_can::parse(line)?,
-        };
+        // A file may contain both: terminal output appended to a log.
+        let mut read = candump::parse(line)?;
         if let (LogTimes::Differences, Some(time)) = (self.times, &mut read.time) {
             self.elapsed = self.elapsed.saturating_add(time.as_micros());
             *time = Timestamp::from_micros(self.elapsed);

@@ -2,7 +2,7 @@
 
 use estimator_core::Timestamp;
 
-use super::{Form, LogContent, LogLine, LogTimes, Reader, asc, candump, python_can};
+use super::{Form, LogTimes, Reader, candump};
 
 /// Returns a reader for the log that begins with these bytes; `None` if no line matches a format. The
 /// first line that matches decides. Bytes that are not text are skipped.
@@ -17,7 +17,6 @@ pub fn recognise(head: &[u8]) -> Option<Reader> {
     Some(Reader {
         form,
         times,
-        asc: asc::AscHeader::default(),
         elapsed: 0,
     })
 }
@@ -28,17 +27,9 @@ fn form_of(line: &str) -> Option<Form> {
         Some(Form::CandumpLog)
     } else if candump::terminal_line(line).is_some() {
         Some(Form::CandumpTerminal)
-    } else if asc::is_header(line) || is_frame(asc::AscHeader::default().read(line)) {
-        Some(Form::VectorAsc)
-    } else if python_can::parse(line).is_some() {
-        Some(Form::PythonCanCsv)
     } else {
         None
     }
-}
-
-fn is_frame(line: Option<LogLine<'_>>) -> bool {
-    matches!(line, Some(line) if matches!(line.content, LogContent::Frame(..)))
 }
 
 /// Upper limit of the time between two frames of a log, µs: eleven days.
@@ -72,12 +63,7 @@ mod tests {
 
     #[test]
     fn first_valid_line_determines_the_format() {
-        for form in [
-            Form::CandumpLog,
-            Form::CandumpTerminal,
-            Form::VectorAsc,
-            Form::PythonCanCsv,
-        ] {
+        for form in Form::ALL {
             for text in [
                 form.example().to_owned(),
                 format!("\u{feff}{}\r\n", form.example()),
@@ -86,15 +72,6 @@ mod tests {
                 let found = recognise(text.as_bytes()).map(|reader| reader.form);
                 assert_eq!(found, Some(form), "{text:?}");
             }
-        }
-        for (text, form) in [
-            ("base dec timestamps relative\n", Form::VectorAsc),
-            (python_can::HEADER, Form::PythonCanCsv),
-        ] {
-            assert_eq!(
-                recognise(text.as_bytes()).map(|reader| reader.form),
-                Some(form)
-            );
         }
         for text in ["", "t,ax,ay\n0,1,2\n", "date of birth\n", "1.5 a b c\n"] {
             assert_eq!(recognised(text), None, "{text:?}");

@@ -19,17 +19,12 @@ pub(super) fn seconds(text: &str) -> Option<Timestamp> {
     Some(Timestamp::from_micros(micros))
 }
 
-/// Parses `length` bytes, one per word, in the given base; `None` for fewer. A hexadecimal byte must have two digits,
-/// so that a truncated one is rejected.
-pub(super) fn bytes<'a>(
-    words: impl Iterator<Item = &'a str>,
-    length: usize,
-    base: u32,
-) -> Option<Vec<u8>> {
+/// Parses `length` hexadecimal bytes, one per word; `None` for fewer. A byte must have two digits, so that a truncated
+/// one is rejected.
+pub(super) fn bytes<'a>(words: impl Iterator<Item = &'a str>, length: usize) -> Option<Vec<u8>> {
     let byte = |word: &str| {
-        let is_byte =
-            (word.len() == 2 || base == 10) && word.bytes().all(|b| b.is_ascii_hexdigit());
-        u8::from_str_radix(word, base).ok().filter(|_| is_byte)
+        let is_byte = word.len() == 2 && word.bytes().all(|b| b.is_ascii_hexdigit());
+        u8::from_str_radix(word, 16).ok().filter(|_| is_byte)
     };
     let bytes: Vec<u8> = words.take(length).map(byte).collect::<Option<_>>()?;
     (bytes.len() == length).then_some(bytes)

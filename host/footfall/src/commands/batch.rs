@@ -21,17 +21,16 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use estimator_core::WindowLength;
 use indicatif::ProgressBar;
 use recordings::input::{ContactUse, Format, Hints};
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::headings::{ESTIMATOR, INPUT, OUTPUT};
 use super::recording::RecordingArguments;
 use crate::error::Error;
 use crate::files::check_can_be_directory;
+use crate::json::Described;
 use crate::messages::{aside, detail, error, warn};
 use crate::progress::Bars;
 use crate::report::{SummaryStyle, print};
-use crate::schema::{Described, SchemaKind};
 
 /// Arguments of `footfall batch`.
 #[derive(Debug, Args)]
@@ -81,7 +80,7 @@ pub struct BatchArguments {
     /// Prune without a question
     #[arg(long, requires = "prune", help_heading = OUTPUT)]
     pub yes: bool,
-    /// Print the report as one JSON object; `footfall schema batch` describes it
+    /// Print the report as one JSON object
     #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
 }
@@ -98,7 +97,7 @@ fn verify_parser() -> impl TypedValueParser<Value = Verify> {
 const SHOWN: usize = 3;
 
 /// Outcomes of all recordings. `Display` is the report for the terminal.
-#[derive(Clone, Debug, Default, JsonSchema, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct BatchReport {
     /// Recordings that were estimated.
     pub done: usize,
@@ -119,11 +118,11 @@ pub struct BatchReport {
 }
 
 impl Described for BatchReport {
-    const KIND: SchemaKind = SchemaKind::Batch;
+    const SCHEMA: &'static str = "urn:footfall:batch:1";
 }
 
 /// Outcome of a recording.
-#[derive(Clone, Debug, JsonSchema, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RecordingReport {
     /// Its name.
     pub recording: String,
@@ -136,7 +135,7 @@ pub struct RecordingReport {
 }
 
 /// Action taken for a recording.
-#[derive(Clone, Copy, Debug, Eq, JsonSchema, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Eq, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Action {
     /// It was estimated, or has failed.

@@ -17,18 +17,17 @@ use clap::builder::NonEmptyStringValueParser;
 use estimator_core::Params;
 use recordings::input::{Correction, Format, Hints, InputError, Loaded, Opened};
 use recordings::plausible::{self, Finding};
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::headings::{ESTIMATOR, OUTPUT};
 use super::recording::{self, RecordingArguments, check};
 use crate::error::Error;
 use crate::files::write_file;
+use crate::json::Described;
 use crate::messages::{detail, warn};
 use crate::plot;
 use crate::progress::{self, Bars};
 use crate::report::{SummaryStyle, print};
-use crate::schema::{Described, SchemaKind};
 use crate::targets::{self, Target};
 
 /// Arguments of `footfall calibrate`.
@@ -54,7 +53,7 @@ pub struct CalibrateArguments {
     /// Draw how the amplitudes are distributed at rest and in motion, which is an SVG
     #[arg(long, value_name = "OUT.svg", help_heading = OUTPUT)]
     pub plot: Option<PathBuf>,
-    /// Print the report as one JSON object; `footfall schema calibrate` describes it
+    /// Print the report as one JSON object
     #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
 }
@@ -67,14 +66,14 @@ struct Input {
 }
 
 /// Calibration of each foot.
-#[derive(Debug, JsonSchema, Serialize)]
+#[derive(Debug, Serialize)]
 pub struct FeetReport {
     /// By the name of the foot.
     feet: BTreeMap<String, WithInputs<LearntFoot>>,
 }
 
 impl Described for FeetReport {
-    const KIND: SchemaKind = SchemaKind::CalibrateFeet;
+    const SCHEMA: &'static str = "urn:footfall:calibrate-feet:1";
 }
 
 impl Display for FeetReport {

@@ -20,9 +20,8 @@ use crate::targets::{self, Drawing, Target};
 /// Arguments of `footfall decode`.
 #[derive(Debug, Args)]
 pub struct DecodeArguments {
-    /// The log or recording, or - for standard input; its contents tell which of these it is: candump
-    /// (with -l, or as it prints), Vector ASC, python-can's CSV, or the bytes of the serial line; may
-    /// be compressed with gzip or zstd
+    /// The log of candump (with -l, or as it prints) or the bytes of a serial line, or - for standard
+    /// input; may be compressed with gzip or zstd. python-can's can_logconvert makes one of other logs
     pub input: PathBuf,
     /// Which nodes are feet.
     #[command(flatten)]
@@ -35,8 +34,8 @@ pub struct DecodeArguments {
     /// are never stable
     #[arg(long, value_name = "OUT.csv")]
     pub events: Option<PathBuf>,
-    /// Draw the contacts, as replay does: as .html a page of all feet, as .svg or .png a figure of each
-    #[arg(long, value_name = "OUT.html|svg|png")]
+    /// Draw the contacts, as replay does: as .html a page of all feet, as .svg a figure of each
+    #[arg(long, value_name = "OUT.html|svg")]
     pub plot: Option<PathBuf>,
     /// Print the report as one JSON object
     #[arg(long)]

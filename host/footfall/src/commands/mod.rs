@@ -11,12 +11,10 @@
 //! | `record` | [`record`] |
 //! | `view` | [`view`] |
 //! | `ros2` | `ros2` |
-//! | `attitude` | [`attitude`] |
 //! | `calibrate` | [`calibrate`] |
 //! | `config` | [`config`] |
 //! | `explain` | [`explain`] |
 //! | `foot` | [`foot`] |
-//! | `schema` | [`schema`] |
 //! | `completions`, `man` | [`shell`] |
 //! | headings of option groups, examples | [`headings`] |
 //! | nodes and names of feet | [`feet`] |
@@ -28,7 +26,6 @@
 #[cfg(not(all(feature = "parquet", feature = "ros2")))]
 pub mod absent;
 pub mod accept;
-pub mod attitude;
 #[cfg(feature = "parquet")]
 pub mod batch;
 #[cfg(not(feature = "parquet"))]
@@ -54,7 +51,6 @@ pub mod replay;
 pub mod ros2;
 #[cfg(not(feature = "ros2"))]
 use absent as ros2;
-pub mod schema;
 pub mod shell;
 pub mod view;
 
@@ -116,8 +112,6 @@ pub enum Command {
     View(view::ViewArguments),
     /// Publish feet that stream as a node of ROS 2, without ROS: contacts, IMU, diagnostics
     Ros2(ros2::Ros2Arguments),
-    /// Score the orientation against the truth in the columns qw,qx,qy,qz of recordings
-    Attitude(attitude::AttitudeArguments),
     /// Let the estimator learn a foot from recordings, for a warm start; or with --rests find what is
     /// wrong with the sensor
     #[command(after_help = headings::CALIBRATE_EXAMPLES)]
@@ -132,8 +126,6 @@ pub enum Command {
     Accept(accept::AcceptArguments),
     /// Say what a fault, a flag or a refusal means, and what to do about it
     Explain(explain::ExplainArguments),
-    /// Print the JSON Schema of what a command prints with --json
-    Schema(schema::SchemaArguments),
     /// Print a script that completes commands and options in a shell
     #[command(after_help = headings::COMPLETIONS_EXAMPLES)]
     Completions(shell::CompletionsArguments),
@@ -166,13 +158,11 @@ impl Arguments {
             Command::Record(arguments) => arguments.run(),
             Command::View(arguments) => arguments.run(),
             Command::Ros2(arguments) => arguments.run(),
-            Command::Attitude(arguments) => arguments.run(),
             Command::Calibrate(arguments) => arguments.run(),
             Command::Config(arguments) => arguments.run(),
             Command::Foot(arguments) => arguments.run(),
             Command::Accept(arguments) => arguments.run(),
             Command::Explain(arguments) => arguments.run(),
-            Command::Schema(arguments) => arguments.run(),
             Command::Completions(arguments) => arguments.run(),
             Command::Man(arguments) => arguments.run(),
         }

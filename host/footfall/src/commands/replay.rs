@@ -64,11 +64,11 @@ pub struct ReplayArguments {
     /// stances that are never stable; `-` is standard output
     #[arg(long, value_name = "OUT.csv", help_heading = OUTPUT)]
     pub events: Option<PathBuf>,
-    /// Draw it: as .html a page of all feet to zoom into, which needs no network; as .svg or .png a
+    /// Draw it: as .html a page of all feet to zoom into, which needs no network; as .svg a
     /// figure, of several feet one each, with the foot in its name
-    #[arg(long, value_name = "OUT.html|svg|png", help_heading = OUTPUT)]
+    #[arg(long, value_name = "OUT.html|svg", help_heading = OUTPUT)]
     pub plot: Option<PathBuf>,
-    /// Print the summary as one JSON object; `footfall schema replay` describes it
+    /// Print the summary as one JSON object
     #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
     /// Estimate N recordings at once; by default as many as there are cores

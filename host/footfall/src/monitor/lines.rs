@@ -6,14 +6,13 @@ use std::io::{self, Write};
 use estimator_core::Decision;
 use live::LiveFoot;
 use live::session::SEVERAL_BOARDS;
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::robot::{MonitorEvent, MonitorState};
-use crate::schema::{Described, DescribedLine, SchemaKind};
+use crate::json::{Described, DescribedLine};
 
 /// A foot as it is, for programs.
-#[derive(Debug, JsonSchema, Serialize)]
+#[derive(Debug, Serialize)]
 pub struct FootLine<'a> {
     /// Since the first arrival, s.
     t: f64,
@@ -61,7 +60,7 @@ pub struct FootLine<'a> {
 }
 
 impl Described for FootLine<'_> {
-    const KIND: SchemaKind = SchemaKind::Monitor;
+    const SCHEMA: &'static str = "urn:footfall:monitor:1";
 }
 
 fn foot_line<'a>(robot: &MonitorState, foot: &'a LiveFoot) -> FootLine<'a> {

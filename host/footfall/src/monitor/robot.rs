@@ -8,13 +8,12 @@ use decode::Feet;
 use decode::live::Said;
 use live::feed::Fed;
 use live::{Feed, LinkError, LiveFoot, Session, Update};
-use schemars::JsonSchema;
 use serde::Serialize;
 use wire::{Emergency, Fault, Faults};
 
 use super::curve::Curve;
 use super::recorder::Recorder;
-use crate::schema::{Described, SchemaKind};
+use crate::json::Described;
 
 /// Period of screen updates.
 pub const PICTURE: Duration = Duration::from_millis(50);
@@ -23,7 +22,7 @@ pub const PICTURE: Duration = Duration::from_millis(50);
 const EVENTS: usize = 1000;
 
 /// Event that is kept for the display, and printed as text or JSON.
-#[derive(Clone, Debug, JsonSchema, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MonitorEvent {
     /// Since the first arrival, s.
     pub t: f64,
@@ -35,7 +34,7 @@ pub struct MonitorEvent {
 }
 
 impl Described for MonitorEvent {
-    const KIND: SchemaKind = SchemaKind::MonitorEvent;
+    const SCHEMA: &'static str = "urn:footfall:monitor-event:1";
 }
 
 /// State of all feet on all lines.

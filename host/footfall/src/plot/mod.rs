@@ -11,13 +11,11 @@
 //! on the width of the picture, not on the length of the recording: every pixel column keeps its first, lowest,
 //! highest and last value, so no peak is lost.
 //!
-//! `png` renders the SVG as pixels; [`page`] shows several feet with zoom.
+//! [`page`] shows several feet with zoom.
 
 mod decimate;
 pub mod distribution;
 pub mod page;
-#[cfg(feature = "png")]
-pub mod png;
 mod series;
 
 use std::io;

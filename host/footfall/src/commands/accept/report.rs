@@ -2,10 +2,9 @@
 
 use crate::commands::foot::{Identity, to_json};
 use crate::foot_error::FootError;
-use crate::schema::{Described, DescribedLine, SchemaKind};
+use crate::json::{Described, DescribedLine};
 use live::foot::accept::{Figure, FigureOutcome, Verdict};
 use live::foot::client::Client;
-use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Figures of a healthy foot on the virtual board, by the names of the step and of the quantity.
@@ -21,7 +20,7 @@ pub(super) enum End {
 }
 
 /// Report of the acceptance of a board.
-#[derive(Debug, Default, JsonSchema, Serialize)]
+#[derive(Debug, Default, Serialize)]
 pub struct AcceptReport {
     /// Whether all steps were done, at least one figure was measured, and none is out of its limits.
     pub(super) accepted: bool,
@@ -48,7 +47,7 @@ pub struct AcceptReport {
 }
 
 /// A figure with its limits and the judgement.
-#[derive(Debug, JsonSchema, Serialize)]
+#[derive(Debug, Serialize)]
 pub(super) struct Judged {
     /// Step in which it was measured.
     pub(super) step: &'static str,
@@ -73,12 +72,11 @@ pub(super) struct Judged {
     /// What to do; empty where the value is within its limits, or where there is none.
     pub(super) remedy: &'static str,
     #[serde(skip)]
-    #[schemars(skip)]
     pub(super) range: String,
 }
 
 impl Described for AcceptReport {
-    const KIND: SchemaKind = SchemaKind::Accept;
+    const SCHEMA: &'static str = "urn:footfall:accept:1";
 }
 
 impl AcceptReport {

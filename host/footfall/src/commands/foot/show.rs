@@ -1,14 +1,11 @@
 //! Output about a foot as text, or as JSON with a schema.
 
-use std::collections::BTreeMap;
-
 use bootloader::image::Refusal;
 use decode::live::Listener;
 use live::Link;
 use live::foot::client::{Client, RequestError};
 use live::foot::update;
 use live::foot::{Named, scan};
-use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::{Map, Value as Json, json};
 use wire::dictionary::index;
@@ -17,10 +14,10 @@ use wire::{Address, DataType, Fault, NodeId, Value};
 
 use super::FootArguments;
 use crate::foot_error::FootError;
-use crate::schema::{Described, DescribedLine, SchemaKind};
+use crate::json::{Described, DescribedLine};
 
 /// Which foot it is, its program, its stage and its faults.
-#[derive(Debug, JsonSchema, Serialize)]
+#[derive(Debug, Serialize)]
 pub struct FootInfo {
     #[serde(flatten)]
     identity: Identity,
@@ -33,16 +30,16 @@ pub struct FootInfo {
 }
 
 impl Described for FootInfo {
-    const KIND: SchemaKind = SchemaKind::FootInfo;
+    const SCHEMA: &'static str = "urn:footfall:foot-info:1";
 }
 
 /// The feet that are heard.
-#[derive(Debug, JsonSchema, Serialize)]
+#[derive(Debug, Serialize)]
 #[serde(transparent)]
 pub struct FootScan(Vec<Scanned>);
 
 /// A foot that is heard.
-#[derive(Debug, JsonSchema, Serialize)]
+#[derive(Debug, Serialize)]
 struct Scanned {
     /// The line that it is heard on: a CAN interface or a serial port.
     line: String,
@@ -52,37 +49,24 @@ struct Scanned {
     name: Option<String>,
 }
 
-/// The value of an object: a number, or a text such as a word or a duration.
-#[derive(JsonSchema)]
-#[schemars(untagged)]
-#[expect(dead_code, reason = "only its schema is used")]
-enum Shown {
-    /// A number, in the object's unit; null where it is not finite.
-    Number(Option<f64>),
-    /// A text.
-    Text(String),
-}
-
 /// Values of objects by their names, such as decision.threshold.
-#[derive(Debug, JsonSchema, Serialize)]
+#[derive(Debug, Serialize)]
 #[serde(transparent)]
-pub struct FootValues(#[schemars(with = "BTreeMap<String, Shown>")] Map<String, Json>);
+pub struct FootValues(Map<String, Json>);
 
 /// Settings that differ.
-#[derive(Debug, JsonSchema, Serialize)]
+#[derive(Debug, Serialize)]
 #[serde(transparent)]
 pub struct FootChanges(Vec<Change>);
 
 /// A setting that differs.
-#[derive(Debug, JsonSchema, Serialize)]
+#[derive(Debug, Serialize)]
 struct Change {
     /// Its name, such as decision.threshold.
     name: String,
     /// The value before; with diff, the default or that in the file.
-    #[schemars(with = "Shown")]
     from: Json,
     /// The value afterwards; with diff, the foot's own.
-    #[schemars(with = "Shown")]
     to: Json,
 }
 
@@ -216,7 +200,7 @@ pub(super) fn hex(number: u32) -> String {
 }
 
 /// Identity of a foot that runs its program.
-#[derive(Debug, JsonSchema, Serialize)]
+#[derive(Debug, Serialize)]
 pub(in crate::commands) struct Identity {
     /// The foot's name, such as FL.
     pub(in crate::commands) foot: &'static str,

@@ -11,7 +11,6 @@ use live::foot::scan;
 use live::foot::serial;
 use live::foot::update::{self, FootProgram, Image, UpdateStage, Updated};
 use live::link::Link;
-use schemars::JsonSchema;
 use serde::Serialize;
 use wire::NodeId;
 
@@ -31,12 +30,12 @@ pub(super) enum Which<'a> {
 }
 
 /// Results of an update, for each foot.
-#[derive(Debug, JsonSchema, Serialize)]
+#[derive(Debug, Serialize)]
 #[serde(transparent)]
 pub struct FootUpdates(Vec<FootUpdate>);
 
 /// Result of the update of a foot.
-#[derive(Debug, JsonSchema, Serialize)]
+#[derive(Debug, Serialize)]
 struct FootUpdate {
     /// Its node id, 1 to 127; null on a serial line.
     node: Option<u8>,

@@ -1,0 +1,71 @@
+//! JSON output of the commands. Each object names its layout under `schema`, except objects keyed by setting, and lists.
+//!
+//! The number at the end of the name is increased when a field is removed or changes its meaning; adding a field is
+//! compatible. `docs/formats.md` describes the objects.
+
+use analysis::calibrate::learnt::LearntFoot;
+use analysis::calibrate::sensor::SensorCalibration;
+use analysis::summary::{Summaries, WithInputs};
+use serde::Serialize;
+
+/// A report that can be printed as JSON.
+pub trait Described: Serialize {
+    /// Name of its layout.
+    const SCHEMA: &'static str;
+}
+
+impl Described for Summaries {
+    const SCHEMA: &'static str = "urn:footfall:replay:1";
+}
+
+impl Described for WithInputs<LearntFoot> {
+    const SCHEMA: &'static str = "urn:footfall:calibrate:1";
+}
+
+impl Described for WithInputs<SensorCalibration> {
+    const SCHEMA: &'static str = "urn:footfall:calibrate-rests:1";
+}
+
+impl Described for decode::Report {
+    const SCHEMA: &'static str = "urn:footfall:decode:1";
+}
+
+/// An object as it is printed.
+#[derive(Debug, Serialize)]
+pub struct Document<'a, R> {
+    schema: &'static str,
+    /// The version of the program.
+    version: &'static str,
+    #[serde(flatten)]
+    report: &'a R,
+}
+
+impl<'a, R: Described> Document<'a, R> {
+    /// Wraps a report for printing.
+    pub const fn of(report: &'a R) -> Self {
+        Self {
+            schema: R::SCHEMA,
+            version: env!("CARGO_PKG_VERSION"),
+            report,
+        }
+    }
+}
+
+/// An object about feet as it is printed: without the version of the program, which would stand in
+/// every line, or beside that of a foot.
+#[derive(Debug, Serialize)]
+pub struct DescribedLine<'a, R> {
+    schema: &'static str,
+    #[serde(flatten)]
+    line: &'a R,
+}
+
+impl<'a, R: Described> DescribedLine<'a, R> {
+    /// Wraps the state of a foot for printing.
+    pub const fn of(line: &'a R) -> Self {
+        Self {
+            schema: R::SCHEMA,
+            line,
+        }
+    }
+}
