@@ -19,12 +19,23 @@ fn table(kind: &str) -> String {
         }
         "fault" => {
             let row = |trouble: Trouble| {
-                let (code, name) = (trouble.code_text(), trouble.name());
-                let meanwhile = trouble.consequence();
-                format!("| {code} | {name} | {meanwhile} | {} |\n", trouble.remedy())
+                let Trouble::Fault(fault) = trouble else {
+                    return String::new();
+                };
+                let voided = if fault.voids_estimate() { "yes" } else { "" };
+                format!(
+                    "| {} | {} | {} | {voided} | {} | {} |\n",
+                    trouble.code_text(),
+                    fault.number(),
+                    fault.name(),
+                    fault.detail(),
+                    trouble.remedy()
+                )
             };
             let rows: String = all.map(row).collect();
-            format!("| code | fault | meanwhile | what to do |\n|---|---|---|---|\n{rows}")
+            format!(
+                "| code | number | fault | P is 0 | detail | what to do |\n|---|---|---|---|---|---|\n{rows}"
+            )
         }
         _ => {
             let row = |trouble: Trouble| {
@@ -53,7 +64,7 @@ fn the_document_lists_every_limit_of_an_acceptance() {
     let predictions = include_str!("../../host/footfall/src/commands/accept/virtual-board.csv");
     let mut predicted = predictions.lines().skip(1);
     let mut block = String::from(
-        "| step | quantity | unit | limits | virtual board | limits from | what to do |\n|---|---|---|---|---|---|---|\n",
+        "| step | quantity | unit | limits | virtual board | limits from |\n|---|---|---|---|---|---|\n",
     );
     for limit in LIMITS {
         let row = predicted.next().unwrap_or_default();
@@ -63,12 +74,11 @@ fn the_document_lists_every_limit_of_an_acceptance() {
             name,
             unit,
             source,
-            remedy,
             ..
         } = limit;
         let (step, range) = (step.name(), limit.range());
         block.push_str(&format!(
-            "| {step} | {name} | {unit} | {range} | {value} | {source} | {remedy} |\n"
+            "| {step} | {name} | {unit} | {range} | {value} | {source} |\n"
         ));
     }
     assert_block("docs/acceptance.md", "acceptance", &block);

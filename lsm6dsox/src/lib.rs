@@ -18,8 +18,7 @@
 //!
 //! Facts about the part carry the mark of their source: **\[P\]** ST's own C driver,
 //! **\[D\]** the datasheet of a register-compatible sibling (LSM6DSO32, LSM6DSO), **\[S\]**
-//! secondary. The LSM6DSOX datasheet, DS12814, was not available: facts marked D or S have not
-//! been checked against it.
+//! secondary. Facts marked D or S are to be checked against the part's data sheet, DS12814.
 //!
 //! No allocation, no `unsafe`, no panic on any bytes from the bus; the feature `sim` is for
 //! hosts and allocates.

@@ -86,7 +86,7 @@ fn blocks() -> Vec<String> {
 #[test]
 fn every_command_is_answered_and_leaves_the_foot_streaming() {
     let blocks = blocks();
-    assert_eq!(blocks.len(), 4);
+    assert_eq!(blocks.len(), 3);
     for block in blocks {
         let mut node = foot();
         run(&mut node, &block);

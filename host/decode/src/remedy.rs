@@ -148,7 +148,7 @@ remedies! {
         CanBusOff: "check the bus for a short circuit, swapped wires or another bit rate; the foot tries again by itself";
         PdoLength: "send four bytes as RPDO1: the load as REAL32";
         UartOverrun: "send requests more slowly, and check the line's rate";
-        PdoTimeout: "the robot has stopped sending the load: check its program, or set the event timer of RPDO1 (0x1400:5) to 0";
+        PdoTimeout: "the robot has stopped sending the load: check its program, or set the source of the load (0x2015:1) to none";
         GyroBias: "the foot turned while it seemed to rest, its bias moved by more than 6 °/s in a walk, or the gyroscope is beyond its data sheet: hold the foot still and reset it; if it stays, replace the sensor";
         Misread: "check SPI's wires for length and crosstalk: samples are not read twice, and may be wrong";
         DataReadyDead: "check the wire of INT1: the sensor measures, but data-ready edges are missing, some or all; samples are read by the timer, with times that may be 75 µs off. Cleared once edges have come for a second";

@@ -1,9 +1,9 @@
-//! Blocks of the README that tests outside of the default run generate: each names the digests of the programs that it
+//! Blocks of the pages that tests outside of the default run generate: each names the digests of the programs that it
 //! was run on, which have to be those of the programs that are built now.
 
 mod common;
 
-use common::digest::{README, RUN_ON, digest_of};
+use common::digest::{FAULTS, README, RUN_ON, digest_of, page_of};
 use common::is_built_here;
 use host_tests::committed::workspace;
 
@@ -20,6 +20,10 @@ const BLOCKS: [(&str, &str); 10] = [
     ("full-load-reference", "budgets"),
     ("full-load-feather", "budgets"),
 ];
+
+fn read(page: &str) -> String {
+    std::fs::read_to_string(workspace().join(page)).expect("the page can be read")
+}
 
 /// Last line of a block.
 fn last_line<'a>(page: &'a str, block: &str) -> &'a str {
@@ -43,9 +47,9 @@ fn generated_blocks_come_from_the_programs_that_are_built() {
     if !is_built_here() {
         return;
     }
-    let page = std::fs::read_to_string(workspace().join(README)).expect("the page can be read");
     let mut old = Vec::new();
     for (block, test) in BLOCKS {
+        let page = read(page_of(block));
         let line = last_line(&page, block);
         let is_current = named(line).is_some_and(|named| {
             let mut named = named.into_iter();
@@ -59,16 +63,19 @@ fn generated_blocks_come_from_the_programs_that_are_built() {
     }
     assert!(
         old.is_empty(),
-        "blocks of {README} come from other programs than those that are built: {old:#?}"
+        "blocks come from other programs than those that are built: {old:#?}"
     );
 }
 
 #[test]
 fn every_digest_is_of_a_block_that_is_compared() {
-    let page = std::fs::read_to_string(workspace().join(README)).expect("the page can be read");
-    let compared = BLOCKS.map(|(block, _)| last_line(&page, block));
-    let mut lines = page.lines().filter(|line| line.starts_with(RUN_ON));
-    assert!(lines.all(|line| compared.contains(&line)));
+    for name in [README, FAULTS] {
+        let page = read(name);
+        let blocks = BLOCKS.iter().filter(|(block, _)| page_of(block) == name);
+        let compared: Vec<&str> = blocks.map(|(block, _)| last_line(&page, block)).collect();
+        let mut lines = page.lines().filter(|line| line.starts_with(RUN_ON));
+        assert!(lines.all(|line| compared.contains(&line)), "{name}");
+    }
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! The fault matrix: runs each row on the product's ELF, judges it, and generates the table of the README. By default
+//! The fault matrix: runs each row on the product's ELF, judges it, and generates the table of `faults.md`. By default
 //! one fault of each class runs, once.
 
 mod common;

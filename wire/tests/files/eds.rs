@@ -6,6 +6,8 @@ use wire::dictionary::{Entry, OBJECTS, Object, PRODUCT_CODE, REVISION, Role, Sha
 use wire::pdo::PDOS;
 use wire::{AbortCode, DataType, Value};
 
+use super::tables::variable_meaning;
+
 const MANDATORY: [u16; 3] = [0x1000, 0x1001, 0x1018];
 
 pub fn generate() -> String {
@@ -84,7 +86,7 @@ Dummy0007=0
 [Comments]
 Lines=2
 Line1=Generated from wire/src/dictionary: change that, not this.
-Line2=wire/README.md says what each object means.
+Line2=Comments below a value have its meaning; wire/README.md says how to use it.
 ",
         major = REVISION >> 16,
         minor = REVISION & 0xFFFF,
@@ -98,6 +100,7 @@ fn write_object(eds: &mut String, object: &Object) {
         Shape::Var => {
             for entry in object.entries {
                 write_value(eds, entry);
+                write_comment(eds, &variable_meaning(object, entry));
             }
             return;
         }
@@ -108,6 +111,7 @@ fn write_object(eds: &mut String, object: &Object) {
     let own_count = object.entries.iter().any(|entry| entry.subindex == 0);
     let entries = object.entries.len() + usize::from(!own_count);
     let _ = writeln!(eds, "ObjectType=0x{kind}\nSubNumber={entries}");
+    write_comment(eds, &object.doc);
     if !own_count {
         let _ = writeln!(
             eds,
@@ -129,6 +133,14 @@ PDOMapping=0",
             entry.name
         );
         write_value(eds, entry);
+        write_comment(eds, &entry.doc);
+    }
+}
+
+/// Writes the meaning, for which CiA 306 has no key.
+fn write_comment(eds: &mut String, text: &str) {
+    if !text.is_empty() {
+        let _ = writeln!(eds, "; {}", ascii(text));
     }
 }
 
@@ -194,7 +206,20 @@ fn number(value: Value) -> String {
 }
 
 pub fn ascii(text: &str) -> String {
-    text.replace('²', "^2")
-        .replace('µ', "u")
-        .replace('°', "deg")
+    [
+        ('²', "^2"),
+        ('µ', "u"),
+        ('°', "deg"),
+        ('−', "-"),
+        ('→', "->"),
+        ('×', "x"),
+        ('±', "+-"),
+        ('δ', "delta"),
+        ('σ', "sigma"),
+        ('ω', "omega"),
+    ]
+    .into_iter()
+    .fold(text.to_string(), |text, (sign, name)| {
+        text.replace(sign, name)
+    })
 }

@@ -5,9 +5,9 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use wire::dictionary::{Access, Entry, Limits, OBJECTS, Object, Role, Shape, index};
+use wire::dictionary::{Entry, OBJECTS, Object, Role, Shape, index};
 use wire::pdo::Kind;
-use wire::{AbortCode, Fault, Foot, Pdo, Value};
+use wire::{DataType, Foot, Pdo, Value};
 
 /// Text with every table between `<!-- table NAME -->` and `<!-- end -->` generated again.
 pub fn update(readme: &str) -> String {
@@ -28,8 +28,6 @@ fn table(name: &str) -> String {
         "pdos" => pdos(),
         name if name.starts_with("pdo ") => fields(&name["pdo ".len()..]),
         "feet" => feet(),
-        "faults" => faults(),
-        "aborts" => aborts(),
         path => documented(path),
     }
 }
@@ -53,103 +51,60 @@ fn documented(path: &str) -> String {
         .collect()
 }
 
+/// Objects that a master writes. `footfall.eds` has all objects, with types, limits and numbers.
 fn objects() -> String {
-    let mut table =
-        String::from("| object | name | type | access | default | allowed | unit | meaning |\n");
-    table.push_str("|---|---|---|---|---|---|---|---|\n");
-    for object in OBJECTS {
-        if (index::TPDO_MAPPING..index::FOOT).contains(&object.index) {
-            let Object { index, name, .. } = object;
-            let mapped: Vec<String> = object.entries.iter().map(mapped).collect();
-            let _ = writeln!(
-                table,
-                "| **{index:04X}** | **{name}** | UNSIGNED32 | const | | | | {} |",
-                mapped.join(", ")
-            );
-            continue;
-        }
-        if object.shape != Shape::Var {
-            let Object {
-                index, name, doc, ..
-            } = object;
-            let _ = writeln!(table, "| **{index:04X}** | **{name}** | | | | | | {doc} |");
-        }
-        for entry in object.entries {
-            let address = match object.shape {
-                Shape::Var => format!("**{:04X}**", object.index),
-                Shape::Array | Shape::Record => format!("{:04X}:{}", object.index, entry.subindex),
-            };
-            let name = match object.shape {
-                Shape::Var => format!("**{}**", entry.name),
-                Shape::Array | Shape::Record => entry.name.to_string(),
-            };
-            let _ = writeln!(
-                table,
-                "| {address} | {name} | {} | {} | {} | {} | {} | {} |",
-                entry.data_type().name(),
-                access(entry),
-                default(entry),
-                allowed(entry),
-                entry.unit,
-                meaning(object, entry),
-            );
-        }
+    let mut table = String::from("| object | name | default | meaning |\n|---|---|---|---|\n");
+    for object in OBJECTS.iter().filter(|object| is_written(object)) {
+        let Object { index, name, .. } = object;
+        let (default, meaning) = match (object.shape, object.entries) {
+            (Shape::Var, [entry]) => (default(entry), variable_meaning(object, entry)),
+            _ => (String::new(), record_meaning(object)),
+        };
+        let meaning = meaning.replace('|', "\\|");
+        let _ = writeln!(table, "| {index:04X} | {name} | {default} | {meaning} |");
     }
     table
 }
 
-/// Object in an entry of a mapping parameter.
-fn mapped(entry: &Entry) -> String {
-    let mapped = entry.default.to_raw();
-    let subindex = mapped >> 8 & 0xFF;
-    format!("{:04X}:{subindex}", mapped >> 16)
+fn is_written(object: &Object) -> bool {
+    let of_streams = (index::TPDO..index::TPDO_MAPPING).contains(&object.index);
+    !of_streams && object.entries.iter().any(accepts)
 }
 
-fn meaning(object: &Object, entry: &Entry) -> String {
-    let about = if object.shape == Shape::Var {
-        object.doc.as_str()
-    } else {
-        ""
-    };
-    [about, entry.doc.as_str()]
+fn accepts(entry: &Entry) -> bool {
+    matches!(entry.role, Role::Setting(_) | Role::Command | Role::Input)
+}
+
+fn default(entry: &Entry) -> String {
+    match entry.role {
+        Role::Setting(_) if entry.unit.is_empty() => number(entry.default),
+        Role::Setting(_) => format!("{} {}", number(entry.default), entry.unit),
+        _ => entry.unit.to_string(),
+    }
+}
+
+/// Meaning of an object that is one value.
+pub fn variable_meaning(object: &Object, entry: &Entry) -> String {
+    [object.doc.as_str(), entry.doc.as_str()]
         .into_iter()
         .filter(|text| !text.is_empty())
         .collect::<Vec<_>>()
         .join("; ")
 }
 
-fn access(entry: &Entry) -> &'static str {
-    match (entry.access, entry.role) {
-        (Access::Rw, Role::Setting(_) | Role::PdoCobId) => "setting",
-        (access, _) => access.name(),
-    }
-}
-
-fn default(entry: &Entry) -> String {
-    match entry.role {
-        Role::CobId | Role::PdoCobId => format!("0x{:X} + id", entry.default.to_raw()),
-        Role::Process | Role::Live | Role::Input => String::new(),
-        _ => number(entry.default),
-    }
-}
-
-fn allowed(entry: &Entry) -> String {
-    match entry.limits() {
-        Limits::Any => String::new(),
-        Limits::Range(low, high) => format!("{} to {}", number(low), number(high)),
-        Limits::RangeWithout([low, high, from, to]) => format!(
-            "{} to {}, not {} to {}",
-            number(low),
-            number(high),
-            number(from),
-            number(to)
-        ),
-        Limits::OneOf(values) => values
-            .iter()
-            .map(|value| number(*value))
-            .collect::<Vec<_>>()
-            .join(", "),
-    }
+/// Meaning of an object with sub-indices, and of those that take a code or a count.
+fn record_meaning(object: &Object) -> String {
+    let entries = object.entries.iter();
+    let explained = entries
+        .filter(|entry| accepts(entry) && entry.data_type() != DataType::Real32)
+        .filter(|entry| !entry.doc.is_empty())
+        .map(|entry| format!("`:{}` {}", entry.subindex, entry.doc));
+    [object.doc.to_string()]
+        .into_iter()
+        .filter(|text| !text.is_empty())
+        .chain(explained)
+        .collect::<Vec<_>>()
+        .join("; ")
 }
 
 fn number(value: Value) -> String {
@@ -165,28 +120,39 @@ fn number(value: Value) -> String {
 }
 
 fn pdos() -> String {
-    let mut table = String::from("| frame | identifier | every | contents |\n|---|---|---|---|\n");
+    let mut table = String::from("| frame | identifier | every |\n|---|---|---|\n");
     for pdo in Pdo::ALL {
-        let contents: Vec<&str> = pdo.signals().map(|(_, signal)| signal.name).collect();
+        let (name, base, period) = (pdo.name(), pdo.base(), pdo.default_period_ms());
+        let number = pdo as u8 + 1;
         let _ = writeln!(
             table,
-            "| TPDO{} {} | 0x{:X} + id | {} ms | {} |",
-            pdo as u8 + 1,
-            pdo.name(),
-            pdo.base(),
-            pdo.default_period_ms(),
-            contents.join(", ")
+            "| TPDO{number} {name} | 0x{base:X} + id | {period} ms |"
         );
     }
     table
 }
 
-/// Positions of the fields in a frame.
-fn fields(name: &str) -> String {
-    let mut table =
-        String::from("| bytes | object | signal | step | meaning |\n|---|---|---|---|---|\n");
-    let pdo = Pdo::ALL.into_iter().find(|pdo| pdo.name() == name);
-    for (field, signal) in pdo.expect("a frame's name").signals() {
+/// Positions of the fields in frames, whose names commas separate.
+fn fields(names: &str) -> String {
+    let mut table = String::from("| bytes | signal | step | meaning |\n|---|---|---|---|\n");
+    for name in names.split(", ") {
+        let pdo = Pdo::ALL.into_iter().find(|pdo| pdo.name() == name);
+        write_fields(&mut table, pdo.expect("a frame's name"));
+    }
+    table
+}
+
+/// Signals in a row that differ in their names alone share a line.
+fn write_fields(table: &mut String, pdo: Pdo) {
+    let signals: Vec<_> = pdo.signals().collect();
+    let alike = signals.chunk_by(|(before, a), (after, b)| {
+        let shared = (before.index, &before.unit, a.length, a.comment);
+        shared == (after.index, &after.unit, b.length, b.comment)
+    });
+    for group in alike {
+        let ([(field, signal), ..], [.., (_, last)]) = (group, group) else {
+            continue;
+        };
         let step = match signal.kind {
             Kind::Named(names) if names.len() > 2 => names
                 .iter()
@@ -196,17 +162,15 @@ fn fields(name: &str) -> String {
             Kind::Named(_) => String::new(),
             Kind::Unsigned { .. } | Kind::Signed { .. } => field.unit.to_string(),
         };
+        let names: Vec<&str> = group.iter().map(|(_, signal)| signal.name).collect();
         let _ = writeln!(
             table,
-            "| {} | {:04X}:{} | {} | {step} | {} |",
-            place(signal.start, signal.length),
-            field.index,
-            field.subindex,
-            signal.name,
+            "| {} | {} | {step} | {} |",
+            place(signal.start, last.start + last.length - signal.start),
+            names.join(", "),
             signal.comment,
         );
     }
-    table
 }
 
 /// Position in bytes, or in the bits of one.
@@ -232,40 +196,6 @@ fn feet() -> String {
             foot.code(),
             id.get(),
             Pdo::Contact.cob_id(id)
-        );
-    }
-    table
-}
-
-fn faults() -> String {
-    let mut table = String::from(
-        "| code | number | fault | error register | voids the estimate | detail |\n|---|---|---|---|---|---|\n",
-    );
-    for fault in Fault::ALL {
-        let _ = writeln!(
-            table,
-            "| 0x{:04X} | {} | {} | 0x{:02X} | {} | {} |",
-            fault.code(),
-            fault.number(),
-            fault.name(),
-            fault.register_bits() | 1,
-            if fault.voids_estimate() { "yes" } else { "no" },
-            fault.detail()
-        );
-    }
-    table
-}
-
-fn aborts() -> String {
-    let mut table = String::from("| code | meaning |\n|---|---|\n");
-    for abort in AbortCode::ALL {
-        let code = abort.code();
-        let _ = writeln!(
-            table,
-            "| 0x{:04X} {:04X} | {} |",
-            code >> 16,
-            code & 0xFFFF,
-            abort.name()
         );
     }
     table

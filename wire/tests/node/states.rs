@@ -191,5 +191,5 @@ fn a_node_uses_a_tenth_of_the_memory_of_the_peer() {
     let theirs = size_of::<canopen_rs::Node<VALUES>>();
     println!("a node takes {ours} bytes, the peer's {theirs}");
     assert!(ours < 1024, "a node takes {ours} bytes");
-    assert!(theirs > 11 * 1024, "README.md says more than {theirs}");
+    assert!(theirs > 11 * 1024, "the peer's node takes {theirs} bytes");
 }

@@ -1,4 +1,4 @@
-//! Digests of the programs that generated blocks of the README come from.
+//! Digests of the programs that generated blocks of the pages come from.
 
 use bootloader::image::HEADER;
 use bootloader::layout::Slot;
@@ -9,8 +9,19 @@ use virtual_board::emulator::wiring::Wiring;
 
 use super::{build_bootloader, is_built_here, product, products};
 
-/// Page with the generated blocks.
+/// Page with the generated blocks but those of faults.
 pub const README: &str = "host/virtual-board/README.md";
+
+/// Page with the generated blocks of faults.
+pub const FAULTS: &str = "host/virtual-board/faults.md";
+
+/// Page of a generated block.
+pub fn page_of(block: &str) -> &'static str {
+    match block {
+        "faults" | "corners" | "pairs" => FAULTS,
+        _ => README,
+    }
+}
 
 /// Beginning of the last line of a block that tests outside of the default run generate.
 pub const RUN_ON: &str = "Run on ";
@@ -64,5 +75,5 @@ pub fn assert_block_of(programs: &[&str], block: &str, content: &str) {
     let named: Vec<String> = named.collect();
     // A line behind a table needs a blank one before it, or it would be a row.
     let content = format!("{content}\n{RUN_ON}{}.\n", named.join(", "));
-    assert_block(README, block, &content);
+    assert_block(page_of(block), block, &content);
 }

@@ -116,7 +116,7 @@ pub fn boot(image: &ElfImage) -> Cpu {
 }
 
 /// Returns whether the product is built here: an ELF from elsewhere has numbers that differ from those of the
-/// README.
+/// pages.
 pub fn is_built_here() -> bool {
     std::env::var_os("FOOTFALL_ELF").is_none()
 }
