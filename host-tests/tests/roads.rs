@@ -332,17 +332,28 @@ fn axes_and_loads_are_read_from_fields_of_any_message() {
         // A body has one IMU: which foot it is, and that it is one, the user says.
         let said = refused(&Hints::default());
         assert!(
-            said.ends_with("; /lowstate has six axes: --topic /lowstate"),
+            said.ends_with("; /lowstate.imu_state has six axes, of a foot or of the trunk: --topic /lowstate.imu_state"),
             "{said}"
         );
-        let state = read(&path, &with_effort(&["/lowstate"]));
+        let said = refused(&hints(&["/lowstate"], &[]));
+        assert!(
+            said.contains("imu_state is the IMU of the robot's trunk"),
+            "{said}"
+        );
+        let state = read(&path, &with_effort(&["/lowstate.imu_state"]));
         assert_same(&state[0], &expected, &path);
-        let pressed = read(&path, &hints(&["/lowstate"], &["/lowstate.foot_force[1]"]));
+        let pressed = read(
+            &path,
+            &hints(&["/lowstate.imu_state"], &["/lowstate.foot_force[1]"]),
+        );
         for (found, expected) in pressed[0].samples.iter().zip(&expected.samples) {
             let rounded = expected.load.map(|load| load.0.round_ties_even());
             assert_eq!(found.load.map(|load| load.0), rounded, "{named}");
         }
-        let said = refused(&hints(&["/lowstate"], &["/lowstate:foot_force[4]"]));
+        let said = refused(&hints(
+            &["/lowstate.imu_state"],
+            &["/lowstate:foot_force[4]"],
+        ));
         assert!(
             said.ends_with("foot_force has the elements [0] to [3]"),
             "{said}"
@@ -373,7 +384,7 @@ fn robot_states_are_played_and_estimated_in_a_batch() {
     let load = "/lowstate.foot_force[1]";
     for path in entries(&folder.join("states")) {
         let run = |command: &[&str]| {
-            let options = ["--topic", "/lowstate", "--load-topic", load];
+            let options = ["--topic", "/lowstate.imu_state", "--load-topic", load];
             let arguments = ["footfall"].iter().chain(command).chain(&options);
             let arguments = Arguments::try_parse_from(arguments).expect("arguments");
             arguments.run().unwrap_or_else(|error| panic!("{error}"));
@@ -383,7 +394,7 @@ fn robot_states_are_played_and_estimated_in_a_batch() {
         let source = format!("file:{}@max", path.display());
         run(&["record", &source, "--output", &played.to_string_lossy()]);
         let [expected, found] = [
-            &read(&path, &hints(&["/lowstate"], &[]))[0],
+            &read(&path, &hints(&["/lowstate.imu_state"], &[]))[0],
             &read(&played, &Hints::default())[0],
         ];
         assert!(found.samples == expected.samples, "{name}");
@@ -454,14 +465,22 @@ fn copy_of_a_bag_has_the_contacts_beside_all_messages() {
     }
     // Types without definitions keep their names.
     let bag = folder.join("states/sqlite3_8");
-    let arguments = ["footfall", "replay", "--topic", "/lowstate", "--output"].map(OsStr::new);
+    let arguments = [
+        "footfall",
+        "replay",
+        "--topic",
+        "/lowstate.imu_state",
+        "--output",
+    ]
+    .map(OsStr::new);
     let states = out.path().join("states.mcap");
     let arguments = arguments
         .into_iter()
         .chain([states.as_os_str(), bag.as_os_str()]);
     let arguments = Arguments::try_parse_from(arguments).expect("arguments");
     arguments.run().expect("a copy");
-    let [of_bag, of_copy] = [&bag, &states].map(|path| read(path, &hints(&["/lowstate"], &[])));
+    let [of_bag, of_copy] =
+        [&bag, &states].map(|path| read(path, &hints(&["/lowstate.imu_state"], &[])));
     assert_same(&of_copy[0], &of_bag[0], &states);
     let inside = folder.join("feet/sqlite3_none_9");
     let said = run(&inside, &inside.join("contacts.mcap")).expect_err("a part of the bag");

@@ -87,6 +87,7 @@ impl Options {
             excluded: self.not_topic.clone(),
             frames: self.frame.clone(),
             loads: loads.collect::<PyResult<_>>()?,
+            renames: Vec::new(),
         };
         Ok((table, bag, parsed("format", self.format.as_ref())?))
     }

@@ -36,7 +36,9 @@ pub enum Error {
     #[error(transparent)]
     Config(#[from] ConfigError),
     /// No fault, flag or refusal has this name.
-    #[error("nothing is called {0:?}; footfall explain lists all faults, flags and refusals")]
+    #[error(
+        "nothing is called {0:?}; footfall explain lists all faults, flags, refusals, states and findings"
+    )]
     NothingToExplain(String),
     /// The parameters are invalid; described by the estimator.
     #[error("parameter {0}")]
@@ -154,13 +156,31 @@ pub enum Error {
     NotPlayed(String),
     /// A bag has a topic that contacts are written to.
     #[error(
-        "{file} has the topic {topic} already: its messages are those of an earlier estimate, or of another program"
+        "{file} has the topic {topic} already, and its messages are not the contacts of a foot: --estimate-again writes new ones in their place"
     )]
     TopicTaken {
         /// Bag as given.
         file: String,
         /// Topic of the contacts of a foot, or of messages of all feet.
         topic: String,
+    },
+    /// Messages of all feet are wanted of contacts that are copied as they are.
+    #[error(
+        "{file} has contacts, which are copied as they were recorded: {option} needs --estimate-again"
+    )]
+    CopiedContacts {
+        /// Bag as given.
+        file: String,
+        /// Option of the messages.
+        option: &'static str,
+    },
+    /// A foot has no place in messages of all feet.
+    #[error(
+        "the foot {name} has no place in the messages of all feet, which are those of FL, FR, RL and RR: name it with --rename {name}=FL, or leave its topic out with --not-topic"
+    )]
+    NoPlace {
+        /// Name of the foot.
+        name: String,
     },
     /// Messages whose forces are to be replaced have none.
     #[error("{file}, topic {topic}: no forces of four feet to replace: {what}")]

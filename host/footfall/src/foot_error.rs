@@ -35,6 +35,11 @@ pub enum FootError {
     /// The sensor has failed its self-test, on these axes; `None` if the foot does not report them.
     #[error("the sensor's self-test has failed{}: {}", failed_axes(.0.as_deref()), Trouble::Fault(Fault::SensorSelfTest).remedy())]
     TestFailed(Option<Vec<Axis>>),
+    /// Simulated feet are to be updated.
+    #[error(
+        "demo feet have no bootloader and cannot be updated: name a line such as can:can0 or uart:/dev/ttyACM0"
+    )]
+    NoBootloader,
     /// Learning is disabled by the settings of the foot.
     #[error("the foot learns nothing with its settings: set method=self_calibrating learning=on")]
     LearnsNothing,

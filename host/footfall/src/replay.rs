@@ -79,6 +79,8 @@ impl Observer for Watched {
 pub struct CopiedFoot {
     /// Name of the foot, in the topics of its contacts.
     pub name: String,
+    /// Its place in messages of all feet, if its names have one.
+    pub place: Option<usize>,
     /// Its samples.
     pub stored: Stored,
     /// Parameters of its estimate.

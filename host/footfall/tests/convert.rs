@@ -260,7 +260,7 @@ fn unwritable_output_is_rejected_before_writing() {
         ),
         (
             "walk.csv walk.db3",
-            "must end in .csv, .csv.gz, .parquet or .mcap; or add --as, such as --as rosbag2",
+            "must end in .csv, .csv.gz, .parquet or .mcap; a rosbag2 is a folder, whose name may be any with --as rosbag2",
         ),
         (
             "walk.csv - --as rosbag2",

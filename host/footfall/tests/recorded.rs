@@ -1,6 +1,7 @@
 //! Tests of `footfall replay` of bags with the contacts that a foot sent.
 
-use std::fs::File;
+use std::collections::BTreeMap;
+use std::fs::{self, File};
 use std::sync::Arc;
 
 use crate::common::{Bench, read, text};
@@ -40,7 +41,12 @@ fn bag(bench: &Bench) {
 
 /// Writes the same with these readings of the accelerometer.
 fn bag_of(bench: &Bench, linear_acceleration: Vector3) {
-    let file = File::create(bench.path("walk.mcap")).expect("a file");
+    write_bag(bench, "walk.mcap", Some(linear_acceleration));
+}
+
+/// Writes the bag with these readings of the accelerometer, or without samples.
+fn write_bag(bench: &Bench, name: &str, acceleration: Option<Vector3>) {
+    let file = File::create(bench.path(name)).expect("a file");
     let mut bag = McapFile::new(file).expect("a bag");
     for ms in 0..CONTACTS {
         let at = Timestamp::from_micros(START_US + 1000 * ms);
@@ -71,7 +77,9 @@ fn bag_of(bench: &Bench, linear_acceleration: Vector3) {
             ("velocity", RosMessage::Velocity(Box::new(velocity))),
         ];
         // The first sample is later than the first contact.
-        if ms % 20 == 7 {
+        if let Some(linear_acceleration) = acceleration
+            && ms % 20 == 7
+        {
             let imu = Imu {
                 header,
                 orientation: RosQuaternion {
@@ -319,31 +327,160 @@ fn samples_beside_recorded_contacts_are_checked() {
 }
 
 #[test]
-fn batch_uses_recorded_contacts_as_replay_does() {
+fn recorded_contacts_play_without_samples() {
     let bench = Bench::new();
     bag(&bench);
-    let report = |options: &str| {
-        let output = bench.run(&format!("batch walk.mcap --out tables --json{options}"));
-        json(&output.stdout)["recordings"][0].clone()
+    write_bag(&bench, "alone.mcap", None);
+    let probabilities = |bag: &str| -> Vec<String> {
+        bench.stdout(&format!("replay {bag} --output rows.csv"));
+        let rows = read(&bench.path("rows.csv"));
+        let cells = rows
+            .lines()
+            .map(|row| row.split(',').take(4).collect::<Vec<_>>().join(","));
+        cells.collect()
     };
-    let recorded = report("");
-    let row = &recorded["rows"][0];
-    assert_eq!(
-        (&row["samples"], &row["sample_rate_hz"]),
-        (&2000.into(), &1000.0.into())
+    assert_eq!(probabilities("alone.mcap").len(), 1 + CONTACTS as usize);
+    assert_eq!(probabilities("alone.mcap"), probabilities("walk.mcap"));
+    let advice = "footfall foot SOURCE set uart_streams.raw_sample=1ms";
+    let said = text(&bench.run("replay alone.mcap").stderr);
+    assert!(
+        said.contains("/footfall/FL/contact without samples") && said.contains(advice),
+        "{said}"
     );
-    assert_eq!((&row["steps"], &row["lift_offs"]), (&1.into(), &1.into()));
-    assert_eq!(row["notices"], serde_json::json!([USED]));
-    for absent in ["preset", "parameters", "settled"] {
-        assert_eq!(row[absent], Value::Null, "{absent}");
+    let shown = bench.stdout("monitor --plain file:alone.mcap@max");
+    assert!(shown.contains("FL    P 0.9"), "{shown}");
+    for command in [
+        "convert alone.mcap samples.csv",
+        "replay alone.mcap --estimate-again",
+    ] {
+        let error = bench.error(command);
+        assert!(
+            error.contains("no topic of sensor_msgs/msg/Imu") && error.contains(advice),
+            "{error}"
+        );
     }
-    // The option is one of the settings that results depend on.
-    assert_eq!(report("")["action"], "up_to_date");
-    let again = report(" --estimate-again");
-    assert_eq!(again["action"], "estimated");
-    let row = &again["rows"][0];
-    assert_eq!(
-        (&row["samples"], &row["preset"]),
-        (&100.into(), &"default".into())
+}
+
+#[test]
+fn recording_without_samples_says_how_they_are_sent() {
+    let bench = Bench::new();
+    write_bag(&bench, "alone.mcap", None);
+    let said = text(&bench.run("record file:alone.mcap -o again.mcap").stderr);
+    assert!(
+        said.contains("/footfall/FL/imu is not in the recording"),
+        "{said}"
     );
+}
+
+/// Messages of a whole bag by topic; `None` if it has no summary.
+fn counts(bench: &Bench, name: &str) -> Option<BTreeMap<String, u64>> {
+    let bytes = fs::read(bench.path(name)).expect("a bag");
+    let summary = mcap::Summary::read(&bytes).ok()??;
+    let counts = summary.stats?.channel_message_counts;
+    let topic = |id: &u16| summary.channels[id].topic.clone();
+    Some(
+        counts
+            .iter()
+            .map(|(id, count)| (topic(id), *count))
+            .collect(),
+    )
+}
+
+#[test]
+fn copy_makes_a_cut_recording_whole() {
+    let bench = Bench::new();
+    bag(&bench);
+    let whole = fs::read(bench.path("walk.mcap")).expect("a bag");
+    bench.stdout("replay walk.mcap --output copy.mcap");
+    assert_eq!(counts(&bench, "copy.mcap"), counts(&bench, "walk.mcap"));
+    let mut most = 0;
+    for length in (0..whole.len()).step_by(1000) {
+        fs::write(bench.path("cut.mcap"), &whole[..length]).expect("a file");
+        let output = bench.run("replay cut.mcap --output copy.mcap");
+        if !output.status.success() {
+            // No chunk is whole: there is nothing to rescue.
+            assert_eq!(most, 0, "{length}: {output:?}");
+            continue;
+        }
+        let counts = counts(&bench, "copy.mcap").expect("a whole bag");
+        let contacts = counts["/footfall/FL/contact"];
+        assert!(contacts >= most, "{length}: {contacts} after {most}");
+        most = contacts;
+    }
+    assert_eq!(most, CONTACTS);
+}
+
+/// Writes a bag of four feet that rest, with these topics.
+fn four_feet(bench: &Bench, topics: [&str; 4]) {
+    let file = File::create(bench.path("four.mcap")).expect("a file");
+    let mut bag = McapFile::new(file).expect("a bag");
+    for ms in (0..2000).step_by(10) {
+        let at = Timestamp::from_micros(START_US + 1000 * ms);
+        for topic in topics {
+            let imu = Imu {
+                header: Header {
+                    stamp: Time::from(at),
+                    frame_id: "foot".to_owned(),
+                },
+                linear_acceleration: Vector3 {
+                    z: 9.81,
+                    ..Vector3::default()
+                },
+                ..Imu::default()
+            };
+            let message = RosMessage::Imu(Box::new(imu));
+            let topic = topic.into();
+            bag.write(&Published { topic, at, message })
+                .expect("a message");
+        }
+    }
+    bag.finish().expect("a bag");
+}
+
+#[test]
+fn feet_have_places_in_messages_of_others_by_their_names() {
+    let bench = Bench::new();
+    let copy = "replay four.mcap --topic all --compat champ --output copy.mcap";
+    for topics in [
+        [
+            "/imu/FL_foot",
+            "/imu/FR_foot",
+            "/imu/RL_foot",
+            "/imu/RR_foot",
+        ],
+        [
+            "/go1/FL_foot_imu",
+            "/go1/FR_foot_imu",
+            "/go1/RL_foot_imu",
+            "/go1/RR_foot_imu",
+        ],
+    ] {
+        four_feet(&bench, topics);
+        let output = bench.run(copy);
+        assert!(output.status.success(), "{output:?}");
+        assert!(
+            !text(&output.stderr).contains("counts as in swing"),
+            "{output:?}"
+        );
+        assert!(counts(&bench, "copy.mcap").expect("a bag")["/foot_contacts"] > 100);
+    }
+    four_feet(
+        &bench,
+        ["/leg_1/imu", "/leg_2/imu", "/leg_3/imu", "/leg_4/imu"],
+    );
+    let error = bench.error(copy);
+    assert!(
+        error.contains("the foot leg_1 has no place") && error.contains("--rename leg_1=FL"),
+        "{error}"
+    );
+    let renamed =
+        format!("{copy} --rename leg_1=FL --rename leg_2=FR --rename leg_3=RL --rename leg_4=RR");
+    bench.stdout(&renamed);
+    assert!(
+        counts(&bench, "copy.mcap")
+            .expect("a bag")
+            .contains_key("/footfall/FL/contact")
+    );
+    let error = bench.error("replay four.mcap --topic all --rename leg_9=FL");
+    assert!(error.contains("no foot leg_9 to rename"), "{error}");
 }

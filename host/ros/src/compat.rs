@@ -42,11 +42,34 @@ pub const RIGHT_FIRST: [usize; 4] = [1, 0, 3, 2];
 /// Topic of the states of a Unitree robot.
 pub const LOW_STATE_TOPIC: &str = "/footfall/lowstate";
 
-/// Place of a foot in [`FEET`]; letters count alike in upper and lower case.
+/// Words for the front and the rear of a robot.
+const FRONT: [&str; 2] = ["front", "fore"];
+const REAR: [&str; 3] = ["rear", "hind", "back"];
+
+/// Place of a foot in [`FEET`] by its name, topic or frame: the one word of it that is the name of a foot, such as that of
+/// `go1/FL_foot_imu`, or the words for its sides, such as those of `front_left`. Letters count alike in upper and lower case.
+/// `None` without such a word, or with those of several feet.
 #[must_use]
 pub fn place(name: &str) -> Option<usize> {
-    let is = |names: &[&str; 2]| names.iter().any(|own| own.eq_ignore_ascii_case(name));
-    FEET.iter().position(is)
+    let words: Vec<String> = name
+        .split(|letter: char| !letter.is_ascii_alphanumeric())
+        .map(str::to_ascii_lowercase)
+        .collect();
+    let is = |names: &[&str; 2]| {
+        let mut own = names.iter();
+        own.any(|own| words.iter().any(|word| own.eq_ignore_ascii_case(word)))
+    };
+    let mut named = (0..FEET.len()).filter(|at| is(&FEET[*at]));
+    match (named.next(), named.next()) {
+        (Some(at), None) => return Some(at),
+        (Some(_), Some(_)) => return None,
+        (None, _) => {}
+    }
+    let has = |all: &[&str]| all.iter().any(|one| words.iter().any(|word| word == one));
+    let one_of = |first: bool, second: bool| (first != second).then_some(usize::from(second));
+    let row = one_of(has(&FRONT), has(&REAR))?;
+    let side = one_of(has(&["left"]), has(&["right"]))?;
+    Some(2 * row + side)
 }
 
 /// `foot_force` of a foot that stands: above the thresholds of those who read it, most of them 20 to 60.
@@ -278,6 +301,26 @@ mod tests {
             ..RosContact::default()
         };
         (contact, at)
+    }
+
+    #[test]
+    fn place_is_found_in_names_topics_and_frames() {
+        for (name, expected) in [
+            ("FL", Some(0)),
+            ("rh", Some(3)),
+            ("FL_foot", Some(0)),
+            ("/imu/FR_foot", Some(1)),
+            ("go1/RL_foot_imu", Some(2)),
+            ("hind_right", Some(3)),
+            ("left/front_leg", Some(0)),
+            ("leg_1", None),
+            ("flat", None),
+            ("FL_FR", None),
+            ("front_rear_left", None),
+            ("", None),
+        ] {
+            assert_eq!(place(name), expected, "{name}");
+        }
     }
 
     fn one(mut published: Vec<Published>) -> Option<Published> {

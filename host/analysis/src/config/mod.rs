@@ -276,7 +276,9 @@ impl Overrides {
                 file: file.to_owned(),
                 position,
                 key: key_on_line(text, position.line),
-                message: error.message().trim().replace('\n', ", "),
+                message: (error.message().trim())
+                    .replace('\n', ", ")
+                    .replace("expected f32", "expected a number"),
             });
             if is_syntax || errors.len() == MOST_ERRORS || !blank_key(&mut rest, position.line) {
                 break;

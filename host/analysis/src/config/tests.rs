@@ -132,7 +132,7 @@ fn an_unknown_key_is_named_with_its_line() {
 fn value_of_wrong_type_is_named_by_key() {
     assert_eq!(
         message("[load]\non_threshold = 'high'\n"),
-        "x.toml, line 2, column 16, key load.on_threshold: invalid type: string \"high\", expected f32"
+        "x.toml, line 2, column 16, key load.on_threshold: invalid type: string \"high\", expected a number"
     );
     assert_eq!(
         message("[bandwidth]\nangular_rate_rad_s = 'low'\n"),

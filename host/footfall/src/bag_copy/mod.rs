@@ -13,7 +13,7 @@ use std::path::Path;
 
 use mcap::write::NoSeek;
 use recordings::input::bag::{Channel, Written, copy};
-use ros::compat::{FEET, LOW_STATE_TOPIC, place};
+use ros::compat::{FEET, LOW_STATE_TOPIC};
 use ros::{AllFeet, Compat, McapFile, RosMessage};
 
 use crate::convert::earliest;
@@ -45,20 +45,23 @@ impl OfAllFeet {
         compats.chain(low_states.map(|_| LOW_STATE_TOPIC.to_owned()))
     }
 
-    /// Warns about feet that have no place in the messages, and about places without a foot.
-    fn warn_of_places(&self, names: &[String]) {
-        if *self == Self::default() {
-            return;
+    /// Option that wants the messages, if any are wanted.
+    fn option(&self) -> Option<&'static str> {
+        match (&self.low_states, &self.compats[..]) {
+            (Some(_), _) => Some("--lowstate"),
+            (None, [_, ..]) => Some("--compat"),
+            (None, []) => None,
         }
-        let all = FEET.map(|[name, _]| name);
-        for name in names.iter().filter(|name| place(name).is_none()) {
-            let all = all.join(", ");
-            warn(format!(
-                "{name} is in no message of all feet, which has the feet {all}"
-            ));
+    }
+
+    /// Checks that each foot has a place in the messages, and warns about places without a foot.
+    fn check_places(&self, feet: &[CopiedFoot]) -> Result<(), Error> {
+        if let Some(foot) = feet.iter().find(|foot| foot.place.is_none()) {
+            let name = foot.name.clone();
+            return Err(Error::NoPlace { name });
         }
-        let is_absent = |at: &usize| names.iter().all(|name| place(name) != Some(*at));
-        let absent = (0..FEET.len()).filter(is_absent).map(|at| all[at]);
+        let is_absent = |at: &usize| feet.iter().all(|foot| foot.place != Some(*at));
+        let absent = (0..FEET.len()).filter(is_absent).map(|at| FEET[at][0]);
         let absent: Vec<&str> = absent.collect();
         if !absent.is_empty() {
             warn(format!(
@@ -66,12 +69,14 @@ impl OfAllFeet {
                 absent.join(", ")
             ));
         }
+        Ok(())
     }
 }
 
 /// Copies the messages of the bag `input`, with the contacts and events of its feet, to the MCAP file `path`. A contact is
-/// written when its sample was, to a millisecond, and an event at its time; stamps are those of the samples. Returns a
-/// sentence about each part that ends early.
+/// written when its sample was, to a millisecond, and an event at its time; stamps are those of the samples. Recorded
+/// contacts are copied like other messages, and left out where the estimate is made `again`. Returns a sentence about each
+/// part that ends early.
 ///
 /// # Errors
 /// The bag has a topic of the copy, lacks the robot's states, or cannot be read or written.
@@ -79,20 +84,28 @@ pub fn write(
     input: &Path,
     feet: &mut [CopiedFoot],
     of_all_feet: &OfAllFeet,
+    again: bool,
     path: &Path,
 ) -> Result<Vec<String>, Error> {
     let mut notices = Vec::new();
     let file = input.display().to_string();
+    if let Some(option) = of_all_feet.option() {
+        if feet.iter().any(|foot| foot.stored.has_estimates()) {
+            return Err(Error::CopiedContacts { file, option });
+        }
+        of_all_feet.check_places(feet)?;
+    }
     write_file(path, |to| {
         let mut bag = McapFile::new(NoSeek::new(to)).map_err(io_error)?;
         let mut streams = Vec::new();
         let mut names: Vec<String> = Vec::new();
-        for foot in feet {
+        let mut places = Vec::new();
+        for foot in feet.iter_mut().filter(|foot| !foot.stored.has_estimates()) {
+            places.push(foot.place);
             let name = unlike(&foot.name, &names);
             streams.push(Stream::of(foot, &name)?);
             names.push(name);
         }
-        of_all_feet.warn_of_places(&names);
         let topics = streams.iter().flat_map(Stream::topics);
         let topics = topics.chain(of_all_feet.topics()).collect();
         let compats = &of_all_feet.compats;
@@ -101,7 +114,8 @@ pub fn write(
             bag: &mut bag,
             streams: &mut streams,
             topics,
-            places: names.iter().map(|name| place(name)).collect(),
+            places,
+            again,
             all_feet: (!compats.is_empty()).then(|| AllFeet::new(compats)),
             low_state: of_all_feet.low_states.as_ref().map(LowState::new),
         };
@@ -139,6 +153,8 @@ struct Merging<'a, 'b, W: Write + io::Seek> {
     streams: &'a mut [Stream<'b>],
     /// Topics of the feet.
     topics: Vec<String>,
+    /// Whether messages on these topics are left out.
+    again: bool,
     /// Place of each foot in messages of all feet, if it has one.
     places: Vec<Option<usize>>,
     all_feet: Option<AllFeet>,
@@ -176,6 +192,9 @@ impl<W: Write + io::Seek> Merging<'_, '_, W> {
     /// Writes a message of the bag, after those of the feet that precede it.
     fn message(&mut self, channel: &Channel, written: Written, payload: &[u8]) -> io::Result<()> {
         if self.topics.contains(&channel.topic) {
+            if self.again {
+                return Ok(());
+            }
             let (file, topic) = (self.file.to_owned(), channel.topic.clone());
             return Err(carried(Error::TopicTaken { file, topic }));
         }
@@ -239,6 +258,7 @@ mod tests {
             let mut stored = opened.store_all(&Hints::default()).unwrap();
             CopiedFoot {
                 name: name.to_owned(),
+                place: None,
                 stored: stored.remove(0),
                 params: Params::default(),
                 span: Span::default(),
@@ -251,6 +271,7 @@ mod tests {
             &path("walk.mcap"),
             &mut feet,
             &of_all_feet,
+            false,
             &path("contacts.mcap"),
         )
         .unwrap();

@@ -63,6 +63,7 @@ impl CopiedArguments {
         inputs: &[PathBuf],
         to: &Path,
         feet: &mut [CopiedFoot],
+        again: bool,
     ) -> Result<(), Error> {
         let of_all_feet = OfAllFeet {
             compats: self.compat.clone(),
@@ -73,13 +74,19 @@ impl CopiedArguments {
         };
         for input in inputs {
             // Parts that end early were reported when the samples were read.
-            bag_copy::write(input, feet, &of_all_feet, to)?;
+            bag_copy::write(input, feet, &of_all_feet, again, to)?;
         }
         Ok(())
     }
 
     #[cfg(not(feature = "bags"))]
-    pub(super) fn copy(&self, _: &[PathBuf], to: &Path, _: &mut [CopiedFoot]) -> Result<(), Error> {
+    pub(super) fn copy(
+        &self,
+        _: &[PathBuf],
+        to: &Path,
+        _: &mut [CopiedFoot],
+        _: bool,
+    ) -> Result<(), Error> {
         Err(OutputError::from(Feature::Bags.missing_for(to.display())).into())
     }
 }

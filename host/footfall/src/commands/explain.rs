@@ -1,8 +1,10 @@
-//! `footfall explain`: meaning of a fault, a flag, a refusal or the address of a crash, and what to do.
+//! `footfall explain`: meaning of a fault, a flag, a refusal, a state, a finding or the address of a crash, and what to do.
 
 use bootloader::layout::{JOURNAL, SLOT_SIZE, Slot};
 use clap::Args;
 use decode::remedy::Trouble;
+use estimator_core::Phase;
+use recordings::plausible::FINDINGS;
 
 use crate::error::Error;
 use crate::report::print_text;
@@ -20,14 +22,44 @@ impl ExplainArguments {
         let wanted = self.what.join(" ");
         // Some refusals have codes that could be addresses in the bootloader.
         let explained = match Trouble::find(&wanted) {
-            _ if self.what.is_empty() => Trouble::all().map(line).collect(),
+            _ if self.what.is_empty() => Trouble::all()
+                .map(line)
+                .chain(words().map(word_line))
+                .collect(),
             Some(trouble) => text(trouble),
-            None => address_of_crash(&wanted)
-                .map(where_it_is)
+            None => words()
+                .find(|(_, name, _)| *name == wanted.to_lowercase().replace([' ', '-'], "_"))
+                .map(|(kind, name, meaning)| format!("{kind} {name}\n  {meaning}\n"))
+                .or_else(|| address_of_crash(&wanted).map(where_it_is))
                 .ok_or(Error::NothingToExplain(wanted))?,
         };
         print_text(&explained).map_err(Error::Print)
     }
+}
+
+/// Meanings of the states of a foot.
+const fn meaning(state: Phase) -> &'static str {
+    match state {
+        Phase::Unknown => {
+            "there is no load signal, or the estimate rests on doubtful data; P and the decision still count"
+        }
+        Phase::Stance => "the foot is loaded and at rest: stable contact",
+        Phase::Slip => "the foot is loaded and moves: unstable contact",
+        Phase::Swing => "the foot is not loaded and moves",
+        Phase::QuietSwing => "the foot is not loaded and at rest, as at the top of a slow swing",
+    }
+}
+
+/// States and findings: kind, name, meaning.
+fn words() -> impl Iterator<Item = (&'static str, &'static str, &'static str)> {
+    let states = Phase::ALL.into_iter();
+    let states = states.map(|state| ("state", state.name(), meaning(state)));
+    let findings = FINDINGS.into_iter();
+    states.chain(findings.map(|(name, condition)| ("finding", name, condition)))
+}
+
+fn word_line((kind, name, _): (&str, &str, &str)) -> String {
+    format!("{kind:<8} {:<10} {name}\n", "")
 }
 
 /// End of the bootloader.

@@ -124,7 +124,7 @@ pub enum Command {
     Foot(foot::FootArguments),
     /// Measure a board with your help, step by step, and judge each figure by its limits
     Accept(accept::AcceptArguments),
-    /// Say what a fault, a flag or a refusal means, and what to do about it
+    /// Say what a fault, a flag, a refusal, a state or a finding means, and what to do about it
     Explain(explain::ExplainArguments),
     /// Print a script that completes commands and options in a shell
     #[command(after_help = headings::COMPLETIONS_EXAMPLES)]

@@ -13,8 +13,8 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use estimator_core::{Gravity, Mounting, Params, WindowLength};
 use recordings::input::{
-    BagOptions, Decimal, Format, Hints, LoadTopic, Mapping, Scale, Stored, TableOptions, TimeUnit,
-    Times, Topics, Units,
+    BagOptions, Decimal, Format, Hints, LoadTopic, Mapping, Rename, Scale, Stored, TableOptions,
+    TimeUnit, Times, Topics, Units,
 };
 use recordings::plausible::{self, Finding};
 use samples::recording::Recording;
@@ -135,7 +135,7 @@ pub struct BagArguments {
         value_name = "TOPIC|all",
         help_heading = INPUT,
         help = "The topic of a foot, of sensor_msgs/msg/Imu; several for several feet, or all. May be \
-                left out where there is only one"
+                left out where there is only one foot, by its topic and frame"
     )]
     pub topic: Vec<String>,
     /// Topics that are left out.
@@ -165,6 +165,14 @@ pub struct BagArguments {
                 /lowstate:foot_force[0]; once for each foot, in their order, or once with {foot} in the place of its name"
     )]
     pub load_topic: Vec<LoadTopic>,
+    /// Other names of feet.
+    #[arg(
+        long,
+        value_name = "OLD=NEW",
+        help_heading = INPUT,
+        help = "Call a foot of a bag by another name, such as leg_1=FL; OLD is its name, or its topic or a part of that"
+    )]
+    pub rename: Vec<Rename>,
 }
 
 impl BagArguments {
@@ -181,6 +189,7 @@ impl BagArguments {
             excluded: self.not_topic.clone(),
             frames: self.frame.clone(),
             loads: self.load_topic.clone(),
+            renames: self.rename.clone(),
         }
     }
 }

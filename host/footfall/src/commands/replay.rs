@@ -119,7 +119,8 @@ impl ReplayArguments {
             feet.extend(done.feet);
         }
         if let Some(bag) = self.bag() {
-            self.copied.copy(&self.inputs, bag, &mut copied)?;
+            self.copied
+                .copy(&self.inputs, bag, &mut copied, self.estimate_again)?;
         }
         self.write(feet)
     }
@@ -193,8 +194,7 @@ impl ReplayArguments {
         let file = input.display().to_string();
         let origins = resolved.origins(&file);
         let hints = Hints {
-            // A copy of a bag gets new estimates.
-            contacts: ContactUse::unless_estimated(self.estimate_again || self.bag().is_some()),
+            contacts: ContactUse::unless_estimated(self.estimate_again),
             ..self.recording.reading.hints(resolved)?
         };
         let mut stored = opened.store_all(&hints)?;
@@ -293,6 +293,7 @@ impl ReplayArguments {
             let stored = stored.into_inner().unwrap_or_else(PoisonError::into_inner);
             copied.extend(events.map(|events| CopiedFoot {
                 name: names.first().cloned().unwrap_or_default(),
+                place: names.iter().find_map(|name| ros::compat::place(name)),
                 stored,
                 params: params_of(names),
                 span,

@@ -42,8 +42,7 @@ pub enum ConvertFormat {
 
 impl ConvertFormat {
     /// Accepted file extensions, for messages.
-    pub const ENDINGS: &'static str =
-        "csv, .csv.gz, .parquet or .mcap; or add --as, such as --as rosbag2 for a folder";
+    pub const ENDINGS: &'static str = "csv, .csv.gz, .parquet or .mcap; a rosbag2 is a folder, whose name may be any with --as rosbag2";
 
     /// Returns the format for a file of this name; standard output gets a table.
     #[must_use]

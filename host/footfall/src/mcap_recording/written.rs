@@ -11,6 +11,7 @@ use ros::{McapFile, Published};
 use super::Existing;
 use crate::error::Error;
 use crate::files::OutputError;
+use crate::messages::warn;
 use crate::stream::Sink;
 
 /// A recording in progress.
@@ -46,7 +47,18 @@ impl McapRecording {
     /// The file cannot be written.
     pub fn finish(self) -> Result<String, OutputError> {
         let mut text = String::new();
-        for (topic, count) in &self.file.counts() {
+        let counts = self.file.counts();
+        let has = |topic: &str| counts.iter().any(|(other, _)| **other == *topic);
+        for (topic, _) in &counts {
+            if let Some(foot) = topic.strip_suffix("/contact")
+                && !has(&format!("{foot}/imu"))
+            {
+                warn(format!(
+                    "{foot}/imu is not in the recording: the foot sent no samples. On a serial line they come with footfall foot SOURCE set uart_streams.raw_sample=1ms"
+                ));
+            }
+        }
+        for (topic, count) in &counts {
             // Writing to memory does not fail.
             let _ = writeln!(text, "{count:>9} {topic}");
         }

@@ -2,6 +2,7 @@
 
 use analysis::config::{LEARNINGS, METHODS, parse_axes, parse_window, window_text, word_of};
 use estimator_core::{Learning, Method, MountingParams, SensorAxis, WindowLength};
+use recordings::number::shown;
 use wire::dictionary::code_of_axes;
 use wire::dictionary::{Entry, Role, index};
 use wire::{Address, DataType, NodeId, Value};
@@ -159,7 +160,7 @@ fn raw_text(value: Value) -> String {
         Value::U8(value) => value.to_string(),
         Value::U16(value) => value.to_string(),
         Value::U32(value) => value.to_string(),
-        Value::F32(value) => value.to_string(),
+        Value::F32(value) => shown(value),
         Value::Text(text) => (*text).to_owned(),
     }
 }

@@ -332,7 +332,7 @@ pub enum InputError {
     },
     /// A time is not at least 1 µs after the previous one.
     #[error(
-        "{cell}: time {} does not come after {previous} {} in the row before; --times drop-bad \
+        "{cell}: time {} does not come after {previous} {} in the row before: sort the rows, or --times drop-bad \
          leaves such rows out, --times rate spaces rows by the sample rate",
         time_text(text, *unit),
         unit.name()

@@ -56,7 +56,7 @@ pub use table::options::{
     AccelerationUnit, Decimal, RateUnit, Scale, TableOptions, TimeUnit, Times, Units,
 };
 pub use table::reader::recording_name;
-pub use topics::{BagOptions, LoadTopic, Topics};
+pub use topics::{BagOptions, LoadTopic, Rename, Topics};
 
 use crate::mounting;
 use open::{Container, Source};

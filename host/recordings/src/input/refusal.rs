@@ -27,6 +27,9 @@ pub struct ImuTopic {
     pub rate: Option<f64>,
 }
 
+/// How a foot on a serial line is made to send its samples.
+pub(super) const STREAM_ADVICE: &str = "; a foot sends its samples on a serial line after footfall foot SOURCE set uart_streams.raw_sample=1ms";
+
 impl fmt::Display for ImuTopic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.name)?;
@@ -128,10 +131,11 @@ pub enum ContainerError {
     },
     /// No topic has samples of an IMU.
     #[error(
-        "{file} has no topic of sensor_msgs/msg/Imu in CDR; there is {}{}{}",
+        "{file} has no topic of sensor_msgs/msg/Imu in CDR; there is {}{}{}{}",
         listed(topics),
         if topics.iter().any(|topic| topic.ends_with(OF_ROS_1)) { ROS_1_ADVICE } else { "" },
-        with_axes.as_ref().map(|topic| format!("; {topic} has six axes: --topic {topic}")).unwrap_or_default()
+        with_axes.as_ref().map(|topic| format!("; {topic} has six axes, of a foot or of the trunk: --topic {topic}")).unwrap_or_default(),
+        if *has_contacts { STREAM_ADVICE } else { "" }
     )]
     NoImu {
         /// Path of the file, as given.
@@ -140,6 +144,8 @@ pub enum ContainerError {
         topics: Vec<String>,
         /// A topic whose messages of another type have the axes of one IMU.
         with_axes: Option<String>,
+        /// Whether feet have sent contacts.
+        has_contacts: bool,
     },
     /// A topic that was named has no axes of an IMU.
     #[error("{file}, topic {topic}: {message} is read by its fields: {what}")]
@@ -245,6 +251,16 @@ pub enum ContainerError {
         /// Loads.
         loads: Vec<LoadTopic>,
         /// Topics of the feet, in order.
+        feet: Vec<String>,
+    },
+    /// A foot that is to be renamed is not in the file.
+    #[error("{file} has no foot {name} to rename; there is {}", listed(feet))]
+    NoFootToRename {
+        /// Path of the file, as given.
+        file: String,
+        /// Name of the foot.
+        name: String,
+        /// Topics of the feet.
         feet: Vec<String>,
     },
     /// A load has no such field.

@@ -18,6 +18,34 @@ pub struct BagOptions {
     /// Topics of their loads, in the same order: empty, one for each foot, or a single one in which `{foot}` stands for the
     /// name of each.
     pub loads: Vec<LoadTopic>,
+    /// Other names of feet.
+    pub renames: Vec<Rename>,
+}
+
+/// Another name of a foot.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Rename {
+    /// Name of the foot, or a topic of it or a part of that.
+    pub old: String,
+    /// The name that it gets.
+    pub new: String,
+}
+
+impl FromStr for Rename {
+    type Err = String;
+
+    /// Reads `OLD=NEW`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.split_once('=') {
+            Some((old, new)) if !old.is_empty() && !new.is_empty() => Ok(Self {
+                old: old.to_owned(),
+                new: new.to_owned(),
+            }),
+            _ => Err(format!(
+                "{text:?} is no name: write OLD=NEW, such as leg_1=FL"
+            )),
+        }
+    }
 }
 
 impl BagOptions {

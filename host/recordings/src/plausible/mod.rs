@@ -1,22 +1,7 @@
 //! Plausibility checks of a recording's values: wrong units, gravity included or removed, a sensor on its side,
 //! clock jumps, too few samples.
 //!
-//! | finding | condition |
-//! |---|---|
-//! | axes are not numbers | more than one sample in a hundred |
-//! | acceleration in g | \|a\| at rest is 1 m/s², within a fifth |
-//! | acceleration in mg, counts or another unit | \|a\| at rest is more than [`LARGEST_REST`] |
-//! | rates in °/s | one sample in a hundred is beyond [`LARGEST_RATE`] |
-//! | the gyroscope is dead | its readings stay the same for 1 s, though the acceleration changes |
-//! | gravity included or removed | \|a\| at rest contradicts the declaration |
-//! | gravity is not along z | its mean at rest is more than 45° from the z axis |
-//! | the clock jumps | steps of more than 1 s that are unusual in the recording |
-//! | rows arrive in batches | a third of the steps are less than a quarter of the mean |
-//! | the rate is low | it is below [`LOWEST_RATE`] |
-//! | readings are held | one in four repeats the one before it bit by bit in all six axes, is not all zeros, and is not repeated 50 times in a row |
-//! | a sensor clips | more than [`CLIPPED_A_STEP`] samples per step are at the end of its range |
-//! | the probability never rises | it is rarely above ½ while the foot is loaded, or in the whole recording |
-//! | the load is in another unit than its thresholds | it stays on one side of them, though the foot stands and moves |
+//! [`FINDINGS`] has what is found.
 //!
 //! Rest is the tenth of the recording with the quietest accelerations, in pieces of 0.1 s. The findings about a
 //! foot that never rests may be wrong, and no finding is an error by itself.
@@ -212,6 +197,64 @@ pub enum Finding {
         rate: f32,
     },
 }
+
+/// Names of all findings, with their conditions.
+pub const FINDINGS: [(&str, &str); 15] = [
+    (
+        "acceleration_in_g",
+        "the acceleration at rest is 1 m/s², within a fifth",
+    ),
+    (
+        "acceleration_in_other_unit",
+        "the acceleration at rest is above 29 m/s²",
+    ),
+    (
+        "not_numbers",
+        "more than one sample in a hundred has an axis that is blank or no number",
+    ),
+    (
+        "load_thresholds",
+        "the load is always on one side of its thresholds, though the foot stands and moves",
+    ),
+    (
+        "rate_in_degrees",
+        "one sample in a hundred is beyond 34.9 rad/s",
+    ),
+    (
+        "dead_gyroscope",
+        "the angular rate stays the same for a second, though the acceleration changes",
+    ),
+    (
+        "gravity_included",
+        "gravity is declared removed, but the acceleration at rest has it",
+    ),
+    (
+        "gravity_removed",
+        "gravity is declared included, but the acceleration at rest is near 0",
+    ),
+    ("gravity_not_along_z", "z is more than 45° from up at rest"),
+    (
+        "clock_jumps",
+        "steps of more than a second that are unusual in the recording",
+    ),
+    (
+        "batches",
+        "a third of the steps are shorter than a quarter of the mean",
+    ),
+    (
+        "held_readings",
+        "one reading in four repeats the one before it, to the last bit",
+    ),
+    (
+        "clips",
+        "more than three samples a step are at the end of a sensor's range",
+    ),
+    (
+        "never_rises",
+        "P is above ½ in less than a twentieth of the time under load; without a load, never in 10 s",
+    ),
+    ("low_rate", "the sample rate is below 100 Hz"),
+];
 
 impl Finding {
     /// Name of the finding, for programs.

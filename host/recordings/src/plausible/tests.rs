@@ -51,6 +51,8 @@ fn with_times(micros: impl Fn(u64) -> u64) -> Recording {
 
 /// The names of all findings.
 fn found(recording: &Recording) -> Vec<&'static str> {
+    let is_described = |finding: &Finding| FINDINGS.iter().any(|(name, _)| *name == finding.name());
+    assert!(check(recording).iter().all(is_described));
     check(recording).iter().map(Finding::name).collect()
 }
 
@@ -212,8 +214,8 @@ fn accelerations_in_mg_or_counts_are_found() {
     let counts = check(&with_force(scaled(16384.0)));
     assert_eq!(
         counts[0].to_string(),
-        "the acceleration is 160800 m/s² at rest, 16397 times gravity, which looks like mg or \
-         counts of the sensor: --units mg, or --scale with the value of a count"
+        "the acceleration is 160800 m/s² at rest, 16397 times gravity, so it is in another unit: \
+         --units m/s2, g or mg, or --scale with the value of a count"
     );
 }
 

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use decode::live::Listener;
 use indicatif::ProgressBar;
+use live::Source;
 use live::foot::client::{Client, RequestError};
 use live::foot::scan;
 use live::foot::serial;
@@ -65,6 +66,9 @@ impl FootArguments {
             file: file.display().to_string(),
             message,
         };
+        if matches!(self.source, Source::Demo(_)) {
+            return Err(FootError::NoBootloader);
+        }
         let bytes = fs::read(file).map_err(|e| error(e.to_string()))?;
         let image = Image::new(bytes).map_err(|why| error(why.words().to_owned()))?;
         let (mut client, mut feet) = match which {

@@ -123,12 +123,32 @@ impl ContactFeeds {
         }
     }
 
+    /// Topics of all contacts, with their numbers.
+    pub(super) fn topics(&self) -> impl Iterator<Item = (String, usize)> {
+        let filled = self.0.iter();
+        filled
+            .map(|(foot, feed)| (format!("{foot}{CONTACT}"), feed.contacts.len()))
+            .filter(|(_, contacts)| *contacts > 0)
+    }
+
+    /// Returns the contacts on a topic, if there are any.
+    ///
+    /// # Errors
+    /// The temporary file cannot be written.
+    pub(super) fn of_topic(&mut self, topic: &str) -> io::Result<Option<FootContacts>> {
+        let foot = topic.strip_suffix(CONTACT);
+        self.of_foot(foot)
+    }
+
     /// Returns the contacts of the foot whose samples are on a topic, if there are any.
     ///
     /// # Errors
     /// The temporary file cannot be written.
     pub(super) fn of_imu(&mut self, topic: &str) -> io::Result<Option<FootContacts>> {
-        let foot = foot_of_imu(topic);
+        self.of_foot(foot_of_imu(topic))
+    }
+
+    fn of_foot(&mut self, foot: Option<&str>) -> io::Result<Option<FootContacts>> {
         let Some((foot, mut feed)) = foot.and_then(|foot| self.0.remove_entry(foot)) else {
             return Ok(None);
         };

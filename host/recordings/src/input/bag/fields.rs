@@ -9,6 +9,12 @@ use super::definition::{Definition, Path, within};
 use super::messages::{Header, Imu, Time};
 use super::storage::Channel;
 
+/// End of the types of states of Unitree's robots, whose one IMU is that of the trunk.
+const LOW_STATE: &str = "/LowState";
+
+/// The part of such a state that is this IMU.
+pub(super) const TRUNK: &str = "imu_state";
+
 /// Axes of one IMU in the messages of a topic.
 pub(super) struct Fields {
     /// Topic of the messages.
@@ -40,6 +46,12 @@ impl Fields {
                     definition.listed(part)
                 )
             })?;
+            if part.is_empty() && channel.message.ends_with(LOW_STATE) {
+                let topic = &channel.topic;
+                return Err(format!(
+                    "{TRUNK} is the IMU of the robot's trunk, not of a foot; --topic {topic}.{TRUNK} reads it all the same"
+                ));
+            }
             let names = Axis::ALL.iter().zip(axes);
             let named =
                 names.map(|(axis, index)| format!("{} is {}", axis.name(), numbers[index].0));

@@ -45,9 +45,10 @@ use super::error::InputError;
 use super::format::Format;
 use super::loaded::Hints;
 use super::open::Container;
-use super::refusal::ContainerError;
+use super::refusal::{ContainerError, ImuTopic, STREAM_ADVICE};
 use super::store::stored::Stored;
 use super::topics::{BagOptions, Topics};
+use contacts::ContactFeeds;
 use feed::Feed;
 use loads::loads;
 use messages::Imu;
@@ -75,7 +76,20 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
     let has_parts = !reader.parts.is_empty();
     let missing = metadata::missing_notice(Path::new(&file));
     let all = reader.all_imus();
-    let chosen = reader.chosen()?;
+    let chosen = match reader.chosen() {
+        Err(error) if is_without_samples(&error) && are_chosen(&contacts, &hints.bag) => {
+            let name = container.name;
+            let mut feet = of_contacts_alone(&file, &name, contacts, &hints.bag)?;
+            if let Some(first) = feet.first_mut() {
+                first
+                    .about
+                    .notices
+                    .extend(missing.into_iter().chain(endings));
+            }
+            return Ok(feet);
+        }
+        chosen => chosen?,
+    };
     if !hints.table.mapping.is_empty() && !has_parts {
         return Err(InputError::TableOptions {
             format: container
@@ -87,7 +101,7 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
         });
     }
     let topics: Vec<String> = chosen.iter().map(Feed::address).collect();
-    let feet = feet::names_of(&topics, &all);
+    let feet = renamed(feet::names_of(&topics, &all), &topics, &hints.bag, &file)?;
     if !loads.series.is_empty() && loads.series.len() != chosen.len() {
         return Err(ContainerError::LoadCount {
             file,
@@ -126,6 +140,107 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
         first.about.notices.splice(0..0, notices);
     }
     Ok(recordings)
+}
+
+/// Returns whether the error is that a bag has no samples of an IMU, or none on a topic that is named.
+const fn is_without_samples(error: &InputError) -> bool {
+    matches!(
+        error,
+        InputError::Container(
+            ContainerError::NoImu { .. }
+                | ContainerError::NoMessage { .. }
+                | ContainerError::NoSuchTopic { .. }
+        )
+    )
+}
+
+/// Returns whether there are contacts, and those of feet are all that is named.
+fn are_chosen(contacts: &ContactFeeds, bag: &BagOptions) -> bool {
+    let all: Vec<String> = contacts.topics().map(|(topic, _)| topic).collect();
+    match &bag.topics {
+        Topics::Named(named) => named.iter().all(|topic| all.contains(topic)),
+        Topics::TheOnly | Topics::All => !all.is_empty(),
+    }
+}
+
+/// Reads the feet of a bag that has their contacts and none of their samples.
+fn of_contacts_alone(
+    file: &str,
+    name: &str,
+    mut contacts: ContactFeeds,
+    bag: &BagOptions,
+) -> Result<Vec<Stored>, InputError> {
+    let all: Vec<(String, usize)> = contacts.topics().collect();
+    let named: Vec<String> = match &bag.topics {
+        Topics::Named(named) => named.clone(),
+        _ => all.iter().map(|(topic, _)| topic.clone()).collect(),
+    };
+    let named: Vec<String> = named
+        .into_iter()
+        .filter(|topic| !bag.excludes(topic))
+        .collect();
+    if named.len() > 1 && bag.topics == Topics::TheOnly {
+        let topics = all.into_iter().map(|(name, messages)| ImuTopic {
+            name,
+            frame: None,
+            messages: messages as u64,
+            rate: None,
+        });
+        return Err(ContainerError::SeveralTopics {
+            file: file.to_owned(),
+            topics: topics.collect(),
+        }
+        .into());
+    }
+    let known = all.iter().map(|(topic, _)| topic.clone()).collect();
+    let feet = renamed(feet::names_of(&named, &known), &named, bag, file)?;
+    let mut recordings = Vec::new();
+    for (topic, foot) in named.into_iter().zip(feet) {
+        let of_topic = contacts.of_topic(&topic);
+        let of_topic = of_topic.map_err(|source| InputError::spool(file, source))?;
+        let stored = of_topic.and_then(|(_, contacts, notices)| {
+            let mut stored = Stored::of_contacts(name.to_owned(), foot, contacts)?;
+            let notices = notices.iter().map(|notice| format!("{file}, topic {notice}"));
+            stored.about.notices.extend(notices);
+            stored.about.notices.push(format!(
+                "{file} has contacts on {topic} without samples; they are used as they were recorded{STREAM_ADVICE}"
+            ));
+            stored.about.address = Some(topic);
+            Some(stored)
+        });
+        recordings.extend(stored);
+    }
+    Ok(recordings)
+}
+
+/// Returns the names of feet with those that the options give them; a foot is meant by its name, by its topic, or by a part
+/// of that.
+fn renamed(
+    mut names: Vec<Option<String>>,
+    topics: &[String],
+    bag: &BagOptions,
+    file: &str,
+) -> Result<Vec<Option<String>>, InputError> {
+    for rename in &bag.renames {
+        let is_meant = |at: &usize| {
+            let topic = topics[*at].trim_start_matches('/');
+            let mut parts = topic.split('/');
+            names[*at].as_ref() == Some(&rename.old)
+                || topic == rename.old.trim_start_matches('/')
+                || parts.any(|part| part == rename.old)
+        };
+        let mut meant = (0..names.len()).filter(is_meant);
+        let (Some(at), None) = (meant.next(), meant.next()) else {
+            return Err(ContainerError::NoFootToRename {
+                file: file.to_owned(),
+                name: rename.old.clone(),
+                feet: topics.to_vec(),
+            }
+            .into());
+        };
+        names[at] = Some(rename.new.clone());
+    }
+    Ok(names)
 }
 
 /// Sentences on the contacts in a bag of `feet` feet: those on the topics `used`, and all others where a foot has none.

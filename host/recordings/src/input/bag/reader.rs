@@ -11,7 +11,7 @@ use super::super::topics::Topics;
 use super::cdr::decode;
 use super::contacts::{ContactFeeds, is_contact};
 use super::feed::Feed;
-use super::fields::Fields;
+use super::fields::{Fields, TRUNK};
 use super::loads::Loads;
 use super::messages::Imu;
 use super::sidecar::{Known, Sidecar, is_sidecar};
@@ -291,13 +291,20 @@ impl<'a> Reader<'a> {
             return Ok(feeds);
         }
         if feeds.is_empty() {
-            let with_axes =
-                |channel: &&Channel| Fields::of(channel, "", &Mapping::default()).is_ok();
-            let found = self.others.iter().find(with_axes);
+            let has_axes =
+                |channel: &Channel, part| Fields::of(channel, part, &Mapping::default()).is_ok();
+            let with_axes = self.others.iter().find_map(|channel| {
+                let topic = channel.topic.clone();
+                match has_axes(channel, "") {
+                    true => Some(topic),
+                    false => has_axes(channel, TRUNK).then(|| format!("{topic}.{TRUNK}")),
+                }
+            });
             return Err(ContainerError::NoImu {
                 file,
                 topics: self.others.iter().map(described).collect(),
-                with_axes: found.map(|channel| channel.topic.clone()),
+                with_axes,
+                has_contacts: self.others.iter().any(is_contact),
             }
             .into());
         }

@@ -168,7 +168,7 @@ impl Contacts {
     }
 
     /// Number of contacts.
-    pub(super) const fn len(&self) -> usize {
+    pub(in crate::input) const fn len(&self) -> usize {
         self.spool.len()
     }
 
