@@ -184,10 +184,8 @@ registers! {
     CTRL10_C ctrl10_c 0x19 ReadWrite 0x00 { TIMESTAMP_EN 5..=5 }
     /// Flags of outputs that are newer than the last reading.
     STATUS_REG status_reg 0x1E ReadOnly 0x00 { XLDA 0..=0, GDA 1..=1, TDA 2..=2 }
-    /// Temperature, low byte.
+    /// Temperature, low byte; the high byte follows.
     OUT_TEMP_L out_temp_l 0x20 ReadOnly 0x00 { DATA 0..=7 }
-    /// Temperature, high byte.
-    OUT_TEMP_H out_temp_h 0x21 ReadOnly 0x00 { DATA 0..=7 }
     /// Angular rate about x, low byte; the other five follow.
     OUTX_L_G outx_l_g 0x22 ReadOnly 0x00 { DATA 0..=7 }
     /// Specific force along x, low byte; the other five follow.

@@ -121,14 +121,12 @@ impl PartOptions {
     };
 
     /// The zero-g offset at a temperature in °C, m/s².
-    #[must_use]
-    pub fn accel_offset(&self, temperature: f64) -> [f64; 3] {
+    fn accel_offset(&self, temperature: f64) -> [f64; 3] {
         offset(self.accel_bias, self.accel_drift, temperature)
     }
 
     /// The zero-rate offset at a temperature in °C, rad/s.
-    #[must_use]
-    pub fn gyro_offset(&self, temperature: f64) -> [f64; 3] {
+    fn gyro_offset(&self, temperature: f64) -> [f64; 3] {
         offset(self.gyro_bias, self.gyro_drift, temperature)
     }
 }
