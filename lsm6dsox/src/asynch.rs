@@ -9,11 +9,10 @@ use embedded_hal_async::spi::{Operation, SpiDevice};
 
 use crate::config::{Config, Write};
 use crate::error::Error;
-use crate::fifo::{FifoBatch, FifoStatus, WordBytes};
 use crate::register::{self, Register, ctrl3_c, ctrl5_c};
 use crate::sample::{RawSample, SAMPLE_BYTES, Status};
+use crate::scale::FrequencyFine;
 use crate::self_test::{self, SelfTest};
-use crate::timestamp::{FrequencyFine, SensorTimestamp};
 
 /// Time from power-up until the part answers, µs \[P example\].
 pub const BOOT_MICROS: u32 = 10_000;
@@ -186,26 +185,6 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         Status::from_bits(read).ok_or(Error::Status { register, read })
     }
 
-    /// Reads the part's 25 µs counter.
-    ///
-    /// # Errors
-    /// Errors of the bus.
-    pub async fn timestamp(&mut self) -> Result<SensorTimestamp, Error<SPI::Error>> {
-        let mut frame = [register::TIMESTAMP0.read_address(), 0, 0, 0, 0];
-        self.transfer(&mut frame).await?;
-        let [_, b0, b1, b2, b3] = frame;
-        Ok(SensorTimestamp(u32::from_le_bytes([b0, b1, b2, b3])))
-    }
-
-    /// Sets the part's 25 µs counter to zero.
-    ///
-    /// # Errors
-    /// Errors of the bus.
-    pub async fn reset_timestamp(&mut self) -> Result<(), Error<SPI::Error>> {
-        self.write(register::TIMESTAMP2.address, register::TIMESTAMP_RESET)
-            .await
-    }
-
     /// Reads the error of the part's clock.
     ///
     /// # Errors
@@ -213,51 +192,6 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     pub async fn frequency_fine(&mut self) -> Result<FrequencyFine, Error<SPI::Error>> {
         let read = self.read(register::INTERNAL_FREQ_FINE.address).await?;
         Ok(FrequencyFine(i8::from_le_bytes([read])))
-    }
-
-    /// Reads the FIFO's level and flags. Reading clears the latched overrun flag.
-    ///
-    /// # Errors
-    /// [`Error::Status`] if the bytes read cannot be a status.
-    pub async fn fifo_status(&mut self) -> Result<FifoStatus, Error<SPI::Error>> {
-        let mut frame = [register::FIFO_STATUS1.read_address(), 0, 0];
-        self.transfer(&mut frame).await?;
-        let [_, low, high] = frame;
-        FifoStatus::decode([low, high]).ok_or(Error::Status {
-            register: register::FIFO_STATUS2,
-            read: high,
-        })
-    }
-
-    /// Reads the FIFO's status and then, in one transfer, the words available, up to the size
-    /// of `buffer`.
-    ///
-    /// # Errors
-    /// [`Error::Status`] if the bytes read cannot be a status, [`Error::Unconfigured`] if
-    /// the part is not known to hold the configuration.
-    pub async fn read_fifo<'a>(
-        &mut self,
-        buffer: &'a mut [WordBytes],
-    ) -> Result<FifoBatch<'a>, Error<SPI::Error>> {
-        let config = *self.scale()?;
-        let status = self.fifo_status().await?;
-        let count = buffer.len().min(usize::from(status.level));
-        let bytes = buffer
-            .split_at_mut_checked(count)
-            .map_or(&mut [][..], |(b, _)| b);
-        if count > 0 {
-            let address = [register::FIFO_DATA_OUT_TAG.read_address()];
-            let mut operations = [
-                Operation::Write(&address),
-                Operation::Read(bytes.as_flattened_mut()),
-            ];
-            self.spi.transaction(&mut operations).await?;
-        }
-        Ok(FifoBatch {
-            status,
-            bytes,
-            config,
-        })
     }
 
     /// Switches both sensors off. Samples are unavailable until [`init`](Self::init) switches

@@ -49,7 +49,8 @@ pub struct GyroParams {
     pub filter: GyroFilter,
 }
 
-/// Batching in the FIFO: each enabled sensor at its full data rate, oldest words overwritten.
+/// Batching in the FIFO: each enabled sensor at its full data rate, oldest words overwritten. The drivers set it up
+/// and do not read it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FifoParams {
@@ -78,7 +79,7 @@ pub struct Params {
     pub block_data_update: bool,
     /// Pin that signals new samples.
     pub data_ready: Option<DataReady>,
-    /// Enables the 25 µs counter.
+    /// Enables the part's 25 µs counter, which the drivers do not read.
     pub timestamp: bool,
     /// Settings of the FIFO; `None` keeps it empty.
     pub fifo: Option<FifoParams>,

@@ -12,10 +12,9 @@ use embedded_hal::spi::{ErrorType, MODE_3, Mode, Operation, SpiDevice};
 use crate::asynch;
 use crate::config::{Config, Write};
 use crate::error::Error;
-use crate::fifo::{FifoBatch, FifoStatus, WordBytes};
 use crate::sample::{RawSample, Status};
+use crate::scale::FrequencyFine;
 use crate::self_test::SelfTest;
-use crate::timestamp::{FrequencyFine, SensorTimestamp};
 
 /// SPI mode of the part; mode 0 works as well \[D\].
 pub const SPI_MODE: Mode = MODE_3;
@@ -189,49 +188,12 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
         run(self.inner.status())
     }
 
-    /// Reads the part's 25 µs counter.
-    ///
-    /// # Errors
-    /// Errors of the bus.
-    pub fn timestamp(&mut self) -> Result<SensorTimestamp, Error<SPI::Error>> {
-        run(self.inner.timestamp())
-    }
-
-    /// Sets the part's 25 µs counter to zero.
-    ///
-    /// # Errors
-    /// Errors of the bus.
-    pub fn reset_timestamp(&mut self) -> Result<(), Error<SPI::Error>> {
-        run(self.inner.reset_timestamp())
-    }
-
     /// Reads the error of the part's clock.
     ///
     /// # Errors
     /// Errors of the bus.
     pub fn frequency_fine(&mut self) -> Result<FrequencyFine, Error<SPI::Error>> {
         run(self.inner.frequency_fine())
-    }
-
-    /// Reads the FIFO's level and flags. Reading clears the latched overrun flag.
-    ///
-    /// # Errors
-    /// [`Error::Status`] if the bytes read cannot be a status.
-    pub fn fifo_status(&mut self) -> Result<FifoStatus, Error<SPI::Error>> {
-        run(self.inner.fifo_status())
-    }
-
-    /// Reads the FIFO's status and then, in one transfer, the words available, up to the size
-    /// of `buffer`.
-    ///
-    /// # Errors
-    /// [`Error::Status`] if the bytes read cannot be a status, [`Error::Unconfigured`] if
-    /// the part is not known to hold the configuration.
-    pub fn read_fifo<'a>(
-        &mut self,
-        buffer: &'a mut [WordBytes],
-    ) -> Result<FifoBatch<'a>, Error<SPI::Error>> {
-        run(self.inner.read_fifo(buffer))
     }
 
     /// Switches both sensors off. Samples are unavailable until [`init`](Self::init) switches

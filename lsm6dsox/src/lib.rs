@@ -7,11 +7,9 @@
 //! | the registers: addresses, fields, values after reset | [`register`] |
 //! | data rates, filters, pins | [`setting`] |
 //! | settings, validated, and their register values | [`config`] |
-//! | init, burst, FIFO, self-test on the bus | [`driver`] (blocking), [`asynch`] |
+//! | init, burst, self-test on the bus | [`driver`] (blocking), [`asynch`] |
 //! | sixteen bytes → codes that carry their scale → SI units | [`sample`], [`scale`] |
 //! | noise of the outputs at a setting | [`noise`] |
-//! | the part's own clock | [`timestamp`] |
-//! | batches of tagged words | [`fifo`] |
 //! | ST's self-test and its limits | [`self_test`] |
 //! | detection of repeated samples | [`frozen`] |
 //! | simulated part, for hosts (feature `sim`) | `sim` |
@@ -62,7 +60,6 @@ pub mod asynch;
 pub mod config;
 pub mod driver;
 pub mod error;
-pub mod fifo;
 pub mod frozen;
 pub mod noise;
 pub mod register;
@@ -74,21 +71,18 @@ pub mod setting;
 #[cfg(feature = "sim")]
 #[allow(clippy::indexing_slicing)]
 pub mod sim;
-pub mod timestamp;
 
 pub use config::{
     AccelParams, Config, DataReady, FifoParams, GyroParams, Params, ParamsError, Write,
 };
 pub use driver::{Lsm6dsox, SPI_MAX_HERTZ, SPI_MODE, SetSpiClock, SpiClock};
 pub use error::Error;
-pub use fifo::{FifoBatch, FifoData, FifoStatus, FifoWord, TagParityError, WordBytes};
 pub use frozen::FrozenDetector;
 pub use noise::Noise;
 pub use sample::{RawSample, Sample, Status};
-pub use scale::{AccelFullScale, Codes, GyroFullScale, TemperatureCode};
+pub use scale::{AccelFullScale, Codes, FrequencyFine, GyroFullScale, TemperatureCode};
 pub use self_test::SelfTest;
 pub use setting::{AccelFilter, DataReadyMode, Ftype, GyroFilter, Odr, Pin, Sensor};
-pub use timestamp::{FrequencyFine, SensorTimestamp};
 
 /// Compiles the README's examples.
 #[cfg(doctest)]

@@ -135,8 +135,6 @@ registers! {
     COUNTER_BDR_REG1 counter_bdr_reg1 0x0B ReadWrite 0x00 {
         CNT_BDR_TH 0..=2, TRIG_COUNTER_BDR 5..=5, RST_COUNTER_BDR 6..=6, DATAREADY_PULSED 7..=7,
     }
-    /// Batch counter's threshold, low byte.
-    COUNTER_BDR_REG2 counter_bdr_reg2 0x0C ReadWrite 0x00 { CNT_BDR_TH 0..=7 }
     /// Signals routed to INT1.
     INT1_CTRL int1_ctrl 0x0D ReadWrite 0x00 {
         DRDY_XL 0..=0, DRDY_G 1..=1, BOOT 2..=2, FIFO_TH 3..=3, FIFO_OVR 4..=4, FIFO_FULL 5..=5,
@@ -186,29 +184,14 @@ registers! {
     CTRL10_C ctrl10_c 0x19 ReadWrite 0x00 { TIMESTAMP_EN 5..=5 }
     /// Flags of outputs that are newer than the last reading.
     STATUS_REG status_reg 0x1E ReadOnly 0x00 { XLDA 0..=0, GDA 1..=1, TDA 2..=2 }
-    /// Temperature, low byte.
+    /// Temperature, low byte; the high byte follows.
     OUT_TEMP_L out_temp_l 0x20 ReadOnly 0x00 { DATA 0..=7 }
-    /// Temperature, high byte.
-    OUT_TEMP_H out_temp_h 0x21 ReadOnly 0x00 { DATA 0..=7 }
     /// Angular rate about x, low byte; the other five follow.
     OUTX_L_G outx_l_g 0x22 ReadOnly 0x00 { DATA 0..=7 }
     /// Specific force along x, low byte; the other five follow.
     OUTX_L_A outx_l_a 0x28 ReadOnly 0x00 { DATA 0..=7 }
     /// Specific force along z, high byte: the end of the sample.
     OUTZ_H_A outz_h_a 0x2D ReadOnly 0x00 { DATA 0..=7 }
-    /// Unread words in the FIFO, bits 0 to 7.
-    FIFO_STATUS1 fifo_status1 0x3A ReadOnly 0x00 { DIFF_FIFO 0..=7 }
-    /// Unread words in the FIFO, bits 8 and 9; its alarms.
-    FIFO_STATUS2 fifo_status2 0x3B ReadOnly 0x00 {
-        DIFF_FIFO 0..=1, OVER_RUN_LATCHED 3..=3, COUNTER_BDR_IA 4..=4, FIFO_FULL_IA 5..=5,
-        FIFO_OVR_IA 6..=6, FIFO_WTM_IA 7..=7,
-    }
-    /// Timestamp, lowest byte.
-    TIMESTAMP0 timestamp0 0x40 ReadOnly 0x00 { DATA 0..=7 }
-    /// Timestamp, third byte; writing 0xAA sets the counter to zero.
-    TIMESTAMP2 timestamp2 0x42 ReadWrite 0x00 { DATA 0..=7 }
-    /// Timestamp, highest byte.
-    TIMESTAMP3 timestamp3 0x43 ReadOnly 0x00 { DATA 0..=7 }
     /// I3C timing; pull-down of INT1.
     I3C_BUS_AVB i3c_bus_avb 0x62 ReadWrite 0x00 { PD_DIS_INT1 0..=0, I3C_BUS_AVB_SEL 3..=4 }
     /// Error of the part's clock, in steps of 0.15 %.
@@ -220,14 +203,7 @@ registers! {
     Y_OFS_USR y_ofs_usr 0x74 ReadWrite 0x00 { OFS 0..=7 }
     /// The same along z.
     Z_OFS_USR z_ofs_usr 0x75 ReadWrite 0x00 { OFS 0..=7 }
-    /// Tag of the oldest word in the FIFO; its six data bytes follow.
-    FIFO_DATA_OUT_TAG fifo_data_out_tag 0x78 ReadOnly 0x00 { TAG_PARITY 0..=0, TAG_CNT 1..=2, TAG_SENSOR 3..=7 }
-    /// The last byte of the oldest word in the FIFO.
-    FIFO_DATA_OUT_Z_H fifo_data_out_z_h 0x7E ReadOnly 0x00 { DATA 0..=7 }
 }
-
-/// Value written to [`TIMESTAMP2`] to set the timestamp to zero.
-pub const TIMESTAMP_RESET: u8 = 0xAA;
 
 #[cfg(test)]
 mod tests {

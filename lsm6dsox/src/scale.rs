@@ -191,6 +191,20 @@ impl TemperatureCode {
     }
 }
 
+/// `INTERNAL_FREQ_FINE`: error of the part's clock, as measured in production;
+/// steps of 0.15 % \[D; P of a sibling\].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct FrequencyFine(pub i8);
+
+impl FrequencyFine {
+    /// Ratio of the part's rate to the nominal one.
+    #[must_use]
+    pub fn ratio(self) -> f64 {
+        1.0 + 0.0015 * f64::from(self.0)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -251,6 +265,12 @@ mod tests {
         };
         assert!(codes(28_571).is_saturated() && codes(-28_571).is_saturated());
         assert!(!codes(28_570).is_saturated());
+    }
+
+    #[test]
+    fn a_step_of_the_trim_is_0_15_per_cent() {
+        assert_eq!(FrequencyFine(0).ratio(), 1.0);
+        assert_eq!(FrequencyFine(-10).ratio(), 0.985);
     }
 
     #[test]

@@ -13,10 +13,10 @@ pub const ACCEL_LIMITS_MILLI_G: (f32, f32) = (50.0, 1700.0);
 pub const GYRO_LIMITS_DPS: (f32, f32) = (150.0, 700.0);
 
 /// Delay after each change of the setting, ms \[P example\].
-pub const SETTLING_MILLIS: u32 = 100;
+pub(crate) const SETTLING_MILLIS: u32 = 100;
 
 /// Samples per mean \[P example\].
-pub const SAMPLES: u8 = 5;
+pub(crate) const SAMPLES: u8 = 5;
 
 /// `ST_XL` for a negative test signal, which ST's example uses.
 pub(crate) const ST_XL_NEGATIVE: u8 = 0b10;

@@ -203,7 +203,7 @@ impl Ftype {
 
     /// Cut-off at a data rate of 6667 Hz, Hz \[D\].
     #[must_use]
-    pub const fn cutoff_at_6667_hz(self) -> f32 {
+    const fn cutoff_at_6667_hz(self) -> f32 {
         match self {
             Self::F0 => 335.0,
             Self::F1 => 232.0,

@@ -1,13 +1,13 @@
 //! Simulated LSM6DSOX, for hosts, at the level of its registers.
 //!
-//! [`Part`] contains registers, clock, signal paths, FIFO and pins; a [`SharedPart`] provides its
+//! [`Part`] contains registers, clock, signal paths and pins; a [`SharedPart`] provides its
 //! interfaces: a [`SimSpi`] for the drivers, a [`SimI2c`] for drivers by others, a [`SimDelay`] that
 //! advances its time. The measured motion comes from a [`Motion`]. Faults are [`PartFault`]s.
 //!
 //! | feature | fidelity |
 //! |---|---|
 //! | registers | values after reset, read-only, reserved bits kept; violations against either are counted |
-//! | clock | its own, with an error and jitter; all data rates divide 6667 Hz, 25 µs steps of the timestamp come from it too |
+//! | clock | its own, with an error and jitter; all data rates divide 6667 Hz |
 //! | filters | point samples of the motion at 6667 Hz, then one second-order Butterworth low-pass at the cut-off set; the accelerometer's ODR/2 at 6667 Hz passes everything; an unknown cut-off is 0.4 ODR |
 //! | noise | white before the filter, of the densities in [`noise`](crate::noise) |
 //! | range | clipped before the filter at the end of the 16-bit range, and again after |
@@ -16,22 +16,20 @@
 //! | 3-wire SPI | with `SIM` set no part drives the data line; writes still work |
 //! | SDO | valid some ns after the clock's edge: a clock too fast for it reads each bit one clock late |
 //! | data ready | latched until a high byte is read, or 75 µs long \[D\] |
-//! | FIFO | bypass, FIFO and continuous mode; temperature, decimated timestamps, a depth that ends at the watermark; a word is gone once its last byte is read |
 //! | pins | active high or low; INT2's signals on INT1 |
 //! | burst reads | `ROUNDING` goes back to the first output |
 //! | gyroscope asleep | `SLEEP_G`: as switched off, and it starts as slowly |
 //! | `XL_FS_MODE` | the code of ±16 g is ±2 g (from memory of the data sheet) |
 //! | reset | 50 µs; after power-up and BOOT nothing answers for up to 10 ms |
 //!
-//! Not simulated: the function of the other register banks, compression, interrupts other than data-ready and
-//! watermark, high-pass filters, user offsets, optical stabilisation, external triggers, ultra low
-//! power, open-drain pins. A write that switches one of them on is a
-//! [violation](Violation::NotSimulated).
+//! Not simulated: the function of the other register banks, the FIFO, interrupts other than data-ready,
+//! high-pass filters, user offsets, optical stabilisation, external triggers, ultra low power, open-drain
+//! pins. A write that switches one of them on is a [violation](Violation::NotSimulated). Nor is the timestamp
+//! counter, which may be on.
 //!
 //! Time is controlled by the caller: nothing happens until [`Part::advance_to`]. The same seed, motion and
 //! calls give the same bits on every machine: arithmetic is + − × ÷ and the `libm` crate.
 
-mod batch;
 mod bus;
 mod channel;
 mod clock;

@@ -258,35 +258,9 @@ fn a_sample_is_one_transfer_of_seventeen_bytes() {
 }
 
 #[test]
-fn fifo_is_read_as_status_and_one_transfer_of_words() {
-    let mut bytes = frame(&[0xBA, 0, 0], &[0, 2, 0x80]);
-    bytes.extend([
-        Transaction::transaction_start(),
-        Transaction::write_vec(vec![0xF8]),
-        Transaction::read_vec(vec![
-            0x09, 1, 0, 2, 0, 3, 0, // gyroscope, slot 0
-            0x11, 4, 0, 5, 0, 6, 0, // accelerometer, slot 0
-        ]),
-        Transaction::transaction_end(),
-    ]);
-    let (mut spi, mut sensor) = brought_up(bytes);
-    let mut buffer = [[0; 7]; 8];
-    let batch = sensor.read_fifo(&mut buffer).unwrap();
-    assert!(batch.status.watermark && !batch.status.overrun);
-    assert_eq!(batch.words().filter(Result::is_ok).count(), 2);
-    spi.done();
-}
-
-#[test]
-fn timestamp_and_clock_error_are_read_from_their_registers() {
-    let mut bytes = frame(&[0xC0, 0, 0, 0, 0], &[0, 0x10, 0x27, 0, 0]);
-    bytes.extend(read(0x63, 0xF6));
-    bytes.extend(write(0x42, 0xAA));
-    let mut spi = Mock::new(&bytes);
-    let mut sensor = Lsm6dsox::new(spi.clone(), Config::FRESH_KILOHERTZ);
-    assert_eq!(sensor.timestamp().unwrap().0, 10_000);
+fn clock_error_is_read_from_its_register() {
+    let (mut spi, mut sensor) = brought_up(read(0x63, 0xF6));
     assert_eq!(sensor.frequency_fine().unwrap().0, -10);
-    assert_eq!(sensor.reset_timestamp(), Ok(()));
     spi.done();
 }
 

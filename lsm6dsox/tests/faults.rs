@@ -52,13 +52,6 @@ fn data_line_stuck_high_reads_identity_0xff_and_no_samples() {
         })
     );
     assert_eq!(
-        sensor.fifo_status(),
-        Err(Error::Status {
-            register: register::FIFO_STATUS2,
-            read: 0xFF
-        })
-    );
-    assert_eq!(
         sensor.init(&mut part.delay()),
         Err(Error::Identity { read: 0xFF })
     );
@@ -273,12 +266,10 @@ fn init_recovers_from_another_bank_and_3_wire_spi() {
 #[test]
 fn every_bit_that_invalidates_data_is_read_back() {
     // Self-test, high-pass filter, low power, user offsets, sleep, pins: every bit of every register
-    // that can be written, except for those unused by the preset.
-    let unused = [register::COUNTER_BDR_REG2, register::TIMESTAMP2];
+    // that can be written.
     let writable = register::ALL
         .iter()
-        .filter(|register| register.access == register::Access::ReadWrite)
-        .filter(|register| !unused.contains(register));
+        .filter(|register| register.access == register::Access::ReadWrite);
     for register in writable {
         for bit in (0..8).filter(|bit| register.mask & 1 << bit != 0) {
             let part = part(QUIET);
@@ -376,14 +367,11 @@ fn slow_clock_still_gives_a_fresh_sample_each_millisecond() {
     let part = part(QUIET);
     let mut sensor = sensor(&part, PRESET);
     part.inject(PartFault::ClockRatio(0.97));
-    let before = sensor.timestamp().unwrap();
     for _ in 0..1_000 {
         part.advance_by(MILLISECOND);
         assert!(sensor.sample().unwrap().is_fresh());
     }
-    // The timestamp shows the error, the trim does not.
-    let steps = sensor.timestamp().unwrap().steps_since(before);
-    assert!(steps.abs_diff(38_800) <= 1, "{steps}");
+    // The trim does not show the error.
     assert_eq!(sensor.frequency_fine().unwrap().0, 0);
 }
 

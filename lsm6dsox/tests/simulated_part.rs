@@ -1,4 +1,4 @@
-//! The driver on the simulated part: samples, time, pins, FIFO, self-test.
+//! The driver on the simulated part: samples, time, pins, self-test.
 
 mod common;
 
@@ -13,26 +13,20 @@ use lsm6dsox::sim::{
     Interpolation, Part, PartFault, PartOptions, Recording, SharedPart, SimSpi, Stimulus,
 };
 use lsm6dsox::{
-    AccelFilter, AccelFullScale, Config, DataReady, DataReadyMode, FifoData, FifoParams,
-    FifoStatus, GyroFilter, GyroFullScale, Lsm6dsox, Odr, Params, Pin, SelfTest, Sensor, register,
+    AccelFilter, AccelFullScale, Config, DataReady, DataReadyMode, GyroFilter, GyroFullScale,
+    Lsm6dsox, Odr, Params, Pin, SelfTest, Sensor, register,
 };
 
 const MILLISECOND: u64 = 1_000_000;
 
 #[test]
 fn init_violates_no_register() {
-    for fifo in [None, Some(FIFO)] {
-        let part = part(QUIET);
-        let params = Params {
-            fifo,
-            ..Params::FRESH_KILOHERTZ
-        };
-        let mut sensor = sensor(&part, params.validate().unwrap());
-        sensor.verify().unwrap();
-        sensor.self_test(&mut part.delay()).unwrap();
-        sensor.power_down().unwrap();
-        assert_eq!(part.with(|part| part.violations().to_vec()), []);
-    }
+    let part = part(QUIET);
+    let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
+    sensor.verify().unwrap();
+    sensor.self_test(&mut part.delay()).unwrap();
+    sensor.power_down().unwrap();
+    assert_eq!(part.with(|part| part.violations().to_vec()), []);
 }
 
 #[test]
@@ -311,93 +305,30 @@ fn block_data_update_keeps_the_two_bytes_of_a_word_together() {
     assert_eq!(torn_words(true), 0);
 }
 
+/// Number of rising edges of INT1 in a time.
+fn edges(part: &SharedPart, ns: u64) -> u64 {
+    let end = part.now_ns() + ns;
+    let mut edges = 0;
+    while let Some(edge) = part.next_rising_edge_ns(Pin::Int1).filter(|ns| *ns <= end) {
+        part.advance_to(edge);
+        edges += 1;
+    }
+    part.advance_to(end);
+    edges
+}
+
 #[test]
-fn timestamp_runs_on_the_parts_clock_and_trim_corrects_it() {
+fn trim_shows_the_error_of_a_specimens_clock() {
     let part = part(PartOptions {
         clock_error: 0.03,
         ..QUIET
     });
     let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
-    let fine = sensor.frequency_fine().unwrap();
-    assert_eq!(fine.0, 20);
-    let before = sensor.timestamp().unwrap();
-    part.advance_by(10_000 * MILLISECOND);
-    let after = sensor.timestamp().unwrap();
-    assert!(after.steps_since(before).abs_diff(412_000) <= 1);
-    assert!((after.micros_since(before, fine) - 1.0e7).abs() < 50.0);
-    sensor.reset_timestamp().unwrap();
-    assert_eq!(sensor.timestamp().unwrap().0, 0);
-}
-
-const FIFO: FifoParams = FifoParams {
-    watermark: 300,
-    accel: true,
-    gyro: true,
-    timestamp: true,
-    pin: Some(Pin::Int2),
-};
-
-#[test]
-fn the_fifo_batches_both_sensors_at_full_rate_without_a_gap() {
-    let part = part(QUIET);
-    let params = Params {
-        fifo: Some(FIFO),
-        ..Params::FRESH_KILOHERTZ
-    };
-    let mut sensor = sensor(&part, params.validate().unwrap());
-    let mut buffer = [[0; 7]; 512];
-    // The FIFO has overrun during the turn-on; empty it first.
-    while sensor.read_fifo(&mut buffer).unwrap().status.level > 0 {}
-    let (mut gyro, mut accel, mut last, mut slots) = (0, 0, None, 0);
-    for _ in 0..100 {
-        part.advance_by(10 * MILLISECOND);
-        let batch = sensor.read_fifo(&mut buffer).unwrap();
-        assert!(!batch.status.overrun && !batch.status.watermark);
-        for word in batch.words() {
-            match word.unwrap().data {
-                FifoData::AngularRate(codes) => {
-                    gyro += 1;
-                    assert_eq!(codes.codes, [0; 3]);
-                }
-                FifoData::SpecificForce(codes) => {
-                    accel += 1;
-                    assert!((codes.to_si()[2] - STANDARD_GRAVITY).abs() < 0.003);
-                }
-                FifoData::Timestamp(now) => {
-                    assert!(last.is_none_or(|last| now.steps_since(last) == 6));
-                    last = Some(now);
-                    slots += 1;
-                }
-                other => panic!("{other:?}"),
-            }
-        }
-    }
-    assert_eq!((gyro, accel), (slots, slots));
-    assert!((6666..=6668).contains(&slots), "{slots}");
-}
-
-#[test]
-fn the_watermark_raises_its_pin_and_an_overrun_is_reported_once() {
-    let part = part(QUIET);
-    let params = Params {
-        fifo: Some(FIFO),
-        ..Params::FRESH_KILOHERTZ
-    };
-    let mut sensor = sensor(&part, params.validate().unwrap());
-    let mut buffer = [[0; 7]; 512];
-    while sensor.read_fifo(&mut buffer).unwrap().status.level > 0 {}
-    part.advance_by(14 * MILLISECOND);
-    assert!(!part.pin_is_high(Pin::Int2));
-    part.advance_by(2 * MILLISECOND);
-    assert!(part.pin_is_high(Pin::Int2));
-    let status = sensor.fifo_status().unwrap();
-    assert!(status.watermark && !status.overrun && status.level >= 300);
-    part.advance_by(20 * MILLISECOND);
-    let batch = sensor.read_fifo(&mut buffer).unwrap();
-    assert!(batch.status.overrun && batch.status.full);
-    assert_eq!(batch.bytes.len(), 512);
-    part.advance_by(MILLISECOND);
-    assert!(!sensor.fifo_status().unwrap().overrun);
+    let trim = sensor.frequency_fine().unwrap();
+    assert_eq!(trim.0, 20);
+    let expected = 3.0 / 150.0e-6 * trim.ratio();
+    let edges = edges(&part, 3_000 * MILLISECOND);
+    assert!(edges.abs_diff(expected as u64) <= 1, "{edges}, {expected}");
 }
 
 #[test]
@@ -564,7 +495,7 @@ fn first_samples_follow_the_turn_on_times() {
 }
 
 #[test]
-fn a_reset_empties_the_fifo_and_stops_the_timestamp() {
+fn each_kind_of_reset_stops_the_sensors() {
     let resets: [fn(&SharedPart); 3] = [
         |part| write(part, register::CTRL3_C, 0x05),
         |part| write(part, register::CTRL3_C, 0x84),
@@ -572,23 +503,12 @@ fn a_reset_empties_the_fifo_and_stops_the_timestamp() {
     ];
     for reset in resets {
         let part = part(QUIET);
-        let params = Params {
-            fifo: Some(FIFO),
-            ..Params::FRESH_KILOHERTZ
-        };
-        let mut sensor = sensor(&part, params.validate().unwrap());
-        part.advance_by(100 * MILLISECOND);
-        assert!(sensor.timestamp().unwrap().0 > 4_000);
+        let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
+        assert!(sensor.status().unwrap().gyro_fresh());
         reset(&part);
-        part.advance_by(10 * MILLISECOND);
-        assert_eq!(sensor.fifo_status(), Ok(FifoStatus::default()));
-        assert_eq!(sensor.timestamp().unwrap().0, 0);
-        assert!(!sensor.status().unwrap().gyro_fresh());
-        // After being switched on again it counts from there.
-        write(&part, register::CTRL10_C, 0x20);
-        part.advance_by(MILLISECOND);
-        let steps = sensor.timestamp().unwrap().0;
-        assert!((39..=41).contains(&steps), "{steps}");
+        part.advance_by(100 * MILLISECOND);
+        assert_eq!(sensor.status().unwrap().bits(), 0);
+        assert_eq!(register(&part, register::CTRL2_G), 0);
     }
 }
 
@@ -680,48 +600,6 @@ fn mode_ending_at_8_g_maps_16_g_to_2_g() {
 }
 
 #[test]
-fn a_fifo_takes_temperatures_and_every_eighth_timestamp() {
-    let warm = Stimulus {
-        temperature: 45.0,
-        ..Stimulus::REST
-    };
-    let part = Part::with_options(move |_: f64| warm, QUIET).shared();
-    sensor(&part, Config::FRESH_KILOHERTZ);
-    part.with(|part| {
-        // Gyroscope at 833 Hz; continuous, temperature at 52 Hz, timestamp decimated by 8.
-        for (address, value) in [(register::FIFO_CTRL3, 0x70), (register::FIFO_CTRL4, 0xB6)] {
-            part.select();
-            part.exchange(address.address);
-            part.exchange(value);
-            part.deselect();
-        }
-        part.advance_to(part.now_ns() + 200 * MILLISECOND);
-        let mut count = [0; 32];
-        loop {
-            part.select();
-            part.exchange(0x80 | register::FIFO_DATA_OUT_TAG.address);
-            let word: Vec<u8> = (0..7).map(|_| part.exchange(0)).collect();
-            part.deselect();
-            if word[0] == 0 {
-                break;
-            }
-            let tag = usize::from(word[0] >> 3);
-            count[tag] += 1;
-            if tag == 3 {
-                // 20 °C above 25 °C at 256 codes per °C.
-                assert_eq!(word[1..3], 5_120_i16.to_le_bytes());
-            }
-        }
-        let [_, gyro, accel, temperature, timestamp, ..] = count;
-        assert_eq!(accel, 0);
-        assert!((166..=168).contains(&gyro), "{gyro}");
-        assert!((10..=11).contains(&temperature), "{temperature}");
-        assert!((20..=22).contains(&timestamp), "{timestamp}");
-        assert_eq!(part.violations(), []);
-    });
-}
-
-#[test]
 fn other_banks_hold_their_values_without_affecting_the_first() {
     const EMBEDDED_FUNCTIONS: u8 = 0x80;
     const SENSOR_HUB: u8 = 0x40;
@@ -749,35 +627,12 @@ fn other_banks_hold_their_values_without_affecting_the_first() {
 #[test]
 fn clock_rate_change_does_not_repeat_a_sample() {
     let part = part(QUIET);
-    let params = Params {
-        fifo: Some(FIFO),
-        ..Params::FRESH_KILOHERTZ
-    };
-    let mut sensor = sensor(&part, params.validate().unwrap());
-    let mut buffer = [[0; 7]; 512];
-    let mut words_in = |milliseconds: u64| {
-        part.advance_by(milliseconds * MILLISECOND);
-        sensor.read_fifo(&mut buffer).unwrap().bytes.len()
-    };
-    while words_in(0) > 0 {}
-    let before = words_in(10);
+    sensor(&part, Config::FRESH_KILOHERTZ);
+    let before = edges(&part, 10 * MILLISECOND);
     part.inject(PartFault::ClockRatio(1.0));
-    assert!(words_in(10).abs_diff(before) <= 3, "{before}");
+    assert!(edges(&part, 10 * MILLISECOND).abs_diff(before) <= 1);
     part.inject(PartFault::ClockRatio(0.5));
-    assert!(words_in(10).abs_diff(before / 2) <= 3, "{before}");
-}
-
-#[test]
-fn a_timestamp_runs_on_from_where_it_is_when_the_clock_changes() {
-    let part = part(QUIET);
-    let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
-    part.advance_by(1_000 * MILLISECOND);
-    let before = sensor.timestamp().unwrap();
-    part.inject(PartFault::ClockRatio(0.5));
-    part.advance_by(10 * MILLISECOND);
-    // 25 µs per step, at half the rate.
-    let steps = sensor.timestamp().unwrap().steps_since(before);
-    assert!(steps.abs_diff(200) <= 6, "{steps}");
+    assert!(edges(&part, 10 * MILLISECOND).abs_diff(before / 2) <= 1);
 }
 
 #[test]
@@ -809,23 +664,6 @@ fn a_byte_takes_as_long_as_eight_clocks_and_a_reset_its_time() {
     assert_eq!(takes().1, 0);
     part.advance_by(10 * MILLISECOND);
     assert_eq!(takes().1, 0x6C);
-}
-
-#[test]
-fn a_fifo_takes_temperatures_at_each_of_their_rates() {
-    // 1.6, 12.5 and 52 Hz, nominally.
-    for (code, words) in [(0, 0), (1, 16), (2, 130), (3, 521)] {
-        let part = part(QUIET);
-        let mut sensor = sensor(&part, Config::FRESH_KILOHERTZ);
-        write(&part, register::FIFO_CTRL4, 0x06 | code << 4);
-        let mut buffer = [[0; 7]; 512];
-        let mut found = 0;
-        for _ in 0..100 {
-            part.advance_by(100 * MILLISECOND);
-            found += sensor.read_fifo(&mut buffer).unwrap().bytes.len();
-        }
-        assert!(found.abs_diff(words) <= 2, "{code}: {found}");
-    }
 }
 
 #[test]

@@ -73,10 +73,9 @@ fn each_failing_step(
             transfers: &transfers,
         };
         let mut sensor = Lsm6dsox::new(bus, PRESET);
-        let mut buffer = [[0; 7]; 8];
         assert_eq!(sensor.sample(), Err(Error::Unconfigured), "not brought up");
         sensor.init(&mut part.delay()).expect("nothing fails yet");
-        assert!(sensor.sample().is_ok() && sensor.read_fifo(&mut buffer).is_ok());
+        assert!(sensor.sample().is_ok());
         before.set(fails);
         transfers.set(0);
         let result = change(&mut sensor, &part);
@@ -86,8 +85,6 @@ fn each_failing_step(
         };
         assert_eq!(result, Err(Error::Bus(Failed)), "step {step}");
         assert_eq!(sensor.sample(), Err(Error::Unconfigured), "step {step}");
-        let words = sensor.read_fifo(&mut buffer).map(|_| ());
-        assert_eq!(words, Err(Error::Unconfigured), "step {step}");
         sensor
             .init(&mut part.delay())
             .expect("nothing fails any more");

@@ -3,9 +3,7 @@
 use super::memory::Bank;
 use super::outputs::Phase;
 use super::part::{Busy, Part};
-use crate::register::{
-    self, Access, Register, ctrl3_c, ctrl4_c, ctrl5_c, ctrl10_c, func_cfg_access,
-};
+use crate::register::{self, Access, Register, ctrl3_c, ctrl4_c, ctrl5_c, func_cfg_access};
 
 /// Setup time of the master before the sampling edge, ns: of the order given in
 /// STM32's data sheets (assumed).
@@ -99,8 +97,6 @@ impl Part {
         let increments = ctrl3_c::IF_INC.is_set(self.memory.get(register::CTRL3_C));
         if !increments {
             address
-        } else if address == register::FIFO_DATA_OUT_Z_H.address {
-            register::FIFO_DATA_OUT_TAG.address
         } else {
             self.rounded(address).unwrap_or((address + 1) & 0x7F)
         }
@@ -145,10 +141,6 @@ impl Part {
     fn read_register(&mut self, address: u8) -> u8 {
         const OUT: u8 = register::OUT_TEMP_L.address;
         const OUT_END: u8 = register::OUTZ_H_A.address;
-        const TAG: u8 = register::FIFO_DATA_OUT_TAG.address;
-        const TAG_END: u8 = register::FIFO_DATA_OUT_Z_H.address;
-        const TIMESTAMP: u8 = register::TIMESTAMP0.address;
-        const TIMESTAMP_END: u8 = register::TIMESTAMP3.address;
         const IS: fn(Register) -> u8 = |register| register.address;
         match self.busy {
             Some((Busy::Boot, _)) => return 0,
@@ -162,19 +154,9 @@ impl Part {
         }
         match address {
             OUT..=OUT_END => self.words.read(address - OUT),
-            TAG..=TAG_END => self.fifo.read(usize::from(address - TAG)),
-            TIMESTAMP..=TIMESTAMP_END => {
-                let timestamp = self.timestamp_at(self.now_ns * 1000);
-                timestamp.to_le_bytes()[usize::from(address - TIMESTAMP)]
-            }
             _ if address == IS(register::STATUS_REG) => self.words.status(),
             _ if address == IS(register::WHO_AM_I) => {
                 self.faults.id.unwrap_or(register::WHO_AM_I.reset)
-            }
-            _ if address == IS(register::FIFO_STATUS1) => self.fifo.status1(),
-            _ if address == IS(register::FIFO_STATUS2) => {
-                let watermark = self.watermark();
-                self.fifo.status2(watermark)
             }
             _ if address == IS(register::INTERNAL_FREQ_FINE) => {
                 let steps = libm::floor(self.options.clock_error / 0.0015 + 0.5);
@@ -192,12 +174,6 @@ impl Part {
         }
         if let Some(bank) = self.other_bank(address) {
             return self.memory.write_other(bank, address, value);
-        }
-        if address == register::TIMESTAMP2.address {
-            if value == register::TIMESTAMP_RESET && self.timestamp_zero.is_some() {
-                self.timestamp_zero = Some(self.clock.steps(self.now_ns * 1000));
-            }
-            return;
         }
         self.memory.write(address, value);
         self.act_on(address, value);
@@ -232,11 +208,6 @@ impl Part {
         }
         if address == register::CTRL3_C.address && ctrl3_c::SW_RESET.is_set(value) {
             return self.software_reset();
-        }
-        if address == register::CTRL10_C.address {
-            let on = ctrl10_c::TIMESTAMP_EN.is_set(value);
-            let zero = self.clock.steps(self.now_ns * 1000);
-            self.timestamp_zero = on.then(|| self.timestamp_zero.unwrap_or(zero));
         }
         self.settings_changed();
     }

@@ -2,11 +2,8 @@
 
 use super::random::hash;
 
-/// Nominal time between ticks, ps: six steps of the 25 µs timestamp.
+/// Nominal time between ticks, ps.
 const PERIOD_PS: f64 = 150.0e6;
-
-/// Steps of the timestamp per tick.
-const STEPS: u64 = 6;
 
 /// Conversion between ticks and time.
 #[derive(Clone, Debug)]
@@ -62,13 +59,6 @@ impl Clock {
             tick + 1
         }
     }
-
-    /// Steps of the timestamp since the start.
-    pub(super) const fn steps(&self, now_ps: u64) -> u64 {
-        let elapsed = now_ps.saturating_sub(self.origin_ps);
-        let (ticks, rest) = (elapsed / self.period_ps, elapsed % self.period_ps);
-        (self.origin_tick + ticks) * STEPS + rest * STEPS / self.period_ps
-    }
 }
 
 fn period(ratio: f64) -> u64 {
@@ -80,10 +70,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ticks_come_at_6667_hz_and_six_steps_apart() {
+    fn ticks_come_at_6667_hz() {
         let clock = Clock::new(1.0, 0, 1);
         assert_eq!(clock.tick_ps(6667), 6667 * 150_000_000);
-        assert_eq!(clock.steps(1_000_000_000_000), 40_000);
     }
 
     #[test]

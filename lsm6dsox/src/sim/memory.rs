@@ -4,7 +4,7 @@ use std::vec::Vec;
 
 use crate::register::{
     self, Access, Field, Register, counter_bdr_reg1, ctrl3_c, ctrl4_c, ctrl5_c, ctrl6_c, ctrl7_g,
-    ctrl8_xl, ctrl9_xl, fifo_ctrl2, func_cfg_access, int1_ctrl, int2_ctrl,
+    ctrl8_xl, ctrl9_xl, fifo_ctrl4, func_cfg_access, int1_ctrl, int2_ctrl,
 };
 
 /// Access to the registers that a driver must not make. The part tolerates it; tests need not.
@@ -47,14 +47,7 @@ const NOT_SIMULATED: &[(Register, &[Field])] = &[
         register::FUNC_CFG_ACCESS,
         &[func_cfg_access::OIS_CTRL_FROM_UI],
     ),
-    (
-        register::FIFO_CTRL2,
-        &[
-            fifo_ctrl2::UNCOPTR_RATE,
-            fifo_ctrl2::ODRCHG_EN,
-            fifo_ctrl2::FIFO_COMPR_RT_EN,
-        ],
-    ),
+    (register::FIFO_CTRL4, &[fifo_ctrl4::FIFO_MODE]),
     (
         register::COUNTER_BDR_REG1,
         &[
@@ -66,6 +59,7 @@ const NOT_SIMULATED: &[(Register, &[Field])] = &[
         register::INT1_CTRL,
         &[
             int1_ctrl::BOOT,
+            int1_ctrl::FIFO_TH,
             int1_ctrl::FIFO_OVR,
             int1_ctrl::FIFO_FULL,
             int1_ctrl::CNT_BDR,
@@ -76,6 +70,7 @@ const NOT_SIMULATED: &[(Register, &[Field])] = &[
         register::INT2_CTRL,
         &[
             int2_ctrl::DRDY_TEMP,
+            int2_ctrl::FIFO_TH,
             int2_ctrl::FIFO_OVR,
             int2_ctrl::FIFO_FULL,
             int2_ctrl::CNT_BDR,

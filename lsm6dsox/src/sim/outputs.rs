@@ -61,18 +61,6 @@ impl Words {
         self.accel_fresh = true;
     }
 
-    pub(super) fn temperature_bytes(&self) -> [u8; 2] {
-        self.words[0].value.to_le_bytes()
-    }
-
-    pub(super) fn gyro_bytes(&self) -> [u8; 6] {
-        bytes(&self.words[1..4])
-    }
-
-    pub(super) fn accel_bytes(&self) -> [u8; 6] {
-        bytes(&self.words[4..7])
-    }
-
     pub(super) fn status(&self) -> u8 {
         status_reg::XLDA.place(u8::from(self.accel_fresh))
             | status_reg::GDA.place(u8::from(self.gyro_fresh))
@@ -97,10 +85,6 @@ fn update_all(words: &mut [Word], codes: Option<[i16; 3]>, update: Update) {
     for (word, code) in words.iter_mut().zip(codes.into_iter().flatten()) {
         word.update(code, update);
     }
-}
-
-fn bytes(words: &[Word]) -> [u8; 6] {
-    core::array::from_fn(|i| words[i / 2].value.to_le_bytes()[i % 2])
 }
 
 /// State of an SPI transaction.

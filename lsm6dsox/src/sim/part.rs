@@ -2,16 +2,14 @@
 
 use std::boxed::Box;
 
-use super::batch::{Fifo, Mode};
-use super::channel::{self, Channel};
+use super::channel::Channel;
 use super::clock::Clock;
 use super::fault::{Broken, Faults, GLITCH_NS, PartFault};
 use super::memory::{Memory, Violation};
 use super::motion::{Motion, Stimulus};
 use super::outputs::{Phase, Update, Words};
 use super::random::Random;
-use crate::fifo::tag;
-use crate::register::{self, ctrl3_c, fifo_ctrl2, fifo_ctrl3, fifo_ctrl4};
+use crate::register::{self, ctrl3_c};
 use crate::scale::{DEGREE, STANDARD_GRAVITY};
 
 /// Duration of a software reset, ns \[S\].
@@ -123,14 +121,12 @@ impl PartOptions {
     };
 
     /// The zero-g offset at a temperature in °C, m/s².
-    #[must_use]
-    pub fn accel_offset(&self, temperature: f64) -> [f64; 3] {
+    fn accel_offset(&self, temperature: f64) -> [f64; 3] {
         offset(self.accel_bias, self.accel_drift, temperature)
     }
 
     /// The zero-rate offset at a temperature in °C, rad/s.
-    #[must_use]
-    pub fn gyro_offset(&self, temperature: f64) -> [f64; 3] {
+    fn gyro_offset(&self, temperature: f64) -> [f64; 3] {
         offset(self.gyro_bias, self.gyro_drift, temperature)
     }
 }
@@ -156,12 +152,9 @@ pub struct Part {
     pub(super) memory: Memory,
     pub(super) phase: Phase,
     pub(super) words: Words,
-    pub(super) fifo: Fifo,
     pub(super) faults: Faults,
     pub(super) flips: Random,
     pub(super) busy: Option<(Busy, u64)>,
-    /// Value of the step counter at which the timestamp is zero; `None` while it is off.
-    pub(super) timestamp_zero: Option<u64>,
     pub(super) clock: Clock,
     pub(super) next_tick: u64,
     pub(super) accel: Channel,
@@ -201,11 +194,9 @@ impl Part {
             memory: Memory::new(),
             phase: Phase::Idle,
             words: Words::default(),
-            fifo: Fifo::new(),
             faults: Faults::default(),
             flips: Random::new(options.seed ^ 0xF11F),
             busy: Some((Busy::Boot, options.start.boot_ns)),
-            timestamp_zero: None,
             clock: Clock::new(1.0 + options.clock_error, options.jitter_ns, options.seed),
             next_tick: 0,
             accel: Channel::new(),
@@ -298,11 +289,10 @@ impl Part {
         self.next_tick = self.clock.next_tick(self.now_ns * 1000);
     }
 
-    /// Resets all settings and clears the FIFO; the part is busy for `duration_ns`.
+    /// Resets all settings; the part is busy for `duration_ns`.
     fn restart(&mut self, busy: Busy, duration_ns: u64) {
         self.memory.reset();
         self.words = Words::default();
-        self.timestamp_zero = None;
         self.settings_changed();
         self.busy = Some((busy, self.now_ns + duration_ns));
     }
@@ -333,10 +323,6 @@ impl Part {
         if asleep {
             // Skips the ticks that have passed while the part was asleep.
             self.next_tick = self.clock.next_tick(self.now_ns * 1000);
-        }
-        if Mode::of(fifo_ctrl4::FIFO_MODE.of(self.memory.get(register::FIFO_CTRL4))) == Mode::Bypass
-        {
-            self.fifo.clear();
         }
     }
 
@@ -381,7 +367,6 @@ impl Part {
             let code = libm::floor((temperature - REFERENCE_TEMPERATURE) * 256.0 + 0.5) as i16;
             self.words.update_temperature(code, update);
         }
-        self.batch(tick, tick_ps);
     }
 
     /// Remaining error of the gyroscope after its start, rad/s.
@@ -408,69 +393,5 @@ impl Part {
             let stuck = |axis: usize| broken.stuck[axis].unwrap_or(codes[axis]);
             Some(core::array::from_fn(stuck))
         }
-    }
-
-    /// Adds this tick's words to the FIFO.
-    fn batch(&mut self, tick: u64, tick_ps: u64) {
-        let ctrl4 = self.memory.get(register::FIFO_CTRL4);
-        let mode = Mode::of(fifo_ctrl4::FIFO_MODE.of(ctrl4));
-        if mode == Mode::Bypass {
-            return;
-        }
-        let rates = self.memory.get(register::FIFO_CTRL3);
-        let due = |channel: &Channel, code: u8| {
-            let divider = channel::divider(code);
-            channel.is_on()
-                && divider != 0
-                && tick.is_multiple_of(divider)
-                && tick_ps >= channel.starts_ns * 1000
-        };
-        let gyro = due(&self.gyro, fifo_ctrl3::BDR_GY.of(rates));
-        let accel = due(&self.accel, fifo_ctrl3::BDR_XL.of(rates));
-        let temperature_divider = match fifo_ctrl4::ODR_T_BATCH.of(ctrl4) {
-            0 => 0,
-            1 => 32 * TEMPERATURE_DIVIDER,
-            2 => 4 * TEMPERATURE_DIVIDER,
-            _ => TEMPERATURE_DIVIDER,
-        };
-        let temperature = temperature_divider != 0 && tick.is_multiple_of(temperature_divider);
-        if !gyro && !accel && !temperature {
-            return;
-        }
-        let stops = fifo_ctrl2::STOP_ON_WTM.is_set(self.memory.get(register::FIFO_CTRL2));
-        let watermark = self.watermark();
-        self.fifo.set_depth(stops.then_some(watermark));
-        self.fifo.next_slot();
-        if gyro {
-            self.fifo.push(mode, tag::GYRO, self.words.gyro_bytes());
-        }
-        if accel {
-            self.fifo.push(mode, tag::ACCEL, self.words.accel_bytes());
-        }
-        if temperature {
-            let [low, high] = self.words.temperature_bytes();
-            self.fifo
-                .push(mode, tag::TEMPERATURE, [low, high, 0, 0, 0, 0]);
-        }
-        if self
-            .fifo
-            .takes_timestamp(fifo_ctrl4::ODR_TS_BATCH.of(ctrl4))
-        {
-            let [b0, b1, b2, b3] = self.timestamp_at(tick_ps).to_le_bytes();
-            self.fifo.push(mode, tag::TIMESTAMP, [b0, b1, b2, b3, 0, 0]);
-        }
-    }
-
-    pub(super) fn timestamp_at(&self, now_ps: u64) -> u32 {
-        // The lower 32 bits: the counter wraps.
-        self.timestamp_zero
-            .map_or(0, |zero| self.clock.steps(now_ps).wrapping_sub(zero) as u32)
-    }
-
-    pub(super) fn watermark(&self) -> u16 {
-        u16::from_le_bytes([
-            self.memory.get(register::FIFO_CTRL1),
-            fifo_ctrl2::WTM8.of(self.memory.get(register::FIFO_CTRL2)),
-        ])
     }
 }

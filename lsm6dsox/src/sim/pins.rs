@@ -11,8 +11,8 @@ use crate::setting::Pin;
 const PULSE_NS: u64 = 75_000;
 
 impl Part {
-    /// Returns whether accelerometer, gyroscope and watermark are routed to a pin.
-    fn routing(&self, pin: Pin) -> (bool, bool, bool) {
+    /// Returns whether accelerometer and gyroscope are routed to a pin.
+    fn routing(&self, pin: Pin) -> (bool, bool) {
         let (int1, int2) = (
             self.memory.get(register::INT1_CTRL),
             self.memory.get(register::INT2_CTRL),
@@ -20,23 +20,17 @@ impl Part {
         let first = (
             int1_ctrl::DRDY_XL.is_set(int1),
             int1_ctrl::DRDY_G.is_set(int1),
-            int1_ctrl::FIFO_TH.is_set(int1),
         );
         let second = (
             int2_ctrl::DRDY_XL.is_set(int2),
             int2_ctrl::DRDY_G.is_set(int2),
-            int2_ctrl::FIFO_TH.is_set(int2),
         );
         let together = ctrl4_c::INT2_ON_INT1.is_set(self.memory.get(register::CTRL4_C));
         match (pin, together) {
             (Pin::Int1, false) => first,
             (Pin::Int2, false) => second,
-            (Pin::Int1, true) => (
-                first.0 || second.0,
-                first.1 || second.1,
-                first.2 || second.2,
-            ),
-            (Pin::Int2, true) => (false, false, false),
+            (Pin::Int1, true) => (first.0 || second.0, first.1 || second.1),
+            (Pin::Int2, true) => (false, false),
         }
     }
 
@@ -74,7 +68,7 @@ impl Part {
 
     /// Returns whether a signal routed to a pin drives it high.
     fn announces(&self, pin: Pin) -> bool {
-        let (accel, gyro, watermark) = self.routing(pin);
+        let (accel, gyro) = self.routing(pin);
         let recent = |edge: Option<u64>| {
             edge.is_some_and(|edge| self.now_ns < edge + PULSE_NS && !self.loses(edge))
         };
@@ -83,9 +77,7 @@ impl Part {
         } else {
             (self.words.accel_fresh, self.words.gyro_fresh)
         };
-        (accel && accel_ready)
-            || (gyro && gyro_ready)
-            || (watermark && self.fifo.reached(self.watermark()))
+        (accel && accel_ready) || (gyro && gyro_ready)
     }
 
     /// Time of a pin's next rising edge by data-ready, ns since power-up, later than now: `None` without an
@@ -98,7 +90,7 @@ impl Part {
         if let Some(period) = self.faults.storm_period_ns {
             return Some((self.now_ns / period + 1) * period);
         }
-        let (accel, gyro, _) = self.routing(pin);
+        let (accel, gyro) = self.routing(pin);
         if self.is_active_low() {
             return self.next_end_of_a_pulse_ns(accel, gyro);
         }
