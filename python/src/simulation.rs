@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use gait::{Activity, Ground, Rests, RobotParams, SensorParams, Simulation, Temperature};
+use gait::{Activity, Ground, Plan, Rests, RobotParams, SensorParams, Simulation, Temperature};
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -18,6 +18,9 @@ const LONGEST_S: f64 = 86_400.0;
 
 /// Time in which a sensor warms up but for 1/e, s.
 const WARMING_S: f64 = 180.0;
+
+/// Name of the walk of `footfall demo`, which has its own duration and ground.
+const DEMO: &str = "demo";
 
 /// Arguments of `footfall.simulate`.
 #[derive(FromPyObject)]
@@ -57,6 +60,14 @@ fn rests((every, lasting): (f64, f64)) -> PyResult<Rests> {
 }
 
 impl Walk {
+    fn plan(&self) -> PyResult<Plan> {
+        let seconds = within("seconds", self.seconds, 0.001..=LONGEST_S)?;
+        match self.gait.as_str() {
+            DEMO => Ok(Plan::demo(self.seed)),
+            _ => Ok(self.robot()?.plan(seconds, self.seed)),
+        }
+    }
+
     fn robot(&self) -> PyResult<RobotParams> {
         let mut grounds = Ground::ALL.into_iter();
         let ground = grounds.find(|known| known.name() == self.ground);
@@ -100,11 +111,9 @@ impl Walk {
 /// Simulates a foot with a sensor of its own; see `footfall.simulate`.
 #[pyfunction]
 pub(crate) fn simulate<'py>(py: Python<'py>, walk: Walk) -> PyResult<Bound<'py, PyDict>> {
-    let robot = walk.robot()?;
-    let seconds = within("seconds", walk.seconds, 0.001..=LONGEST_S)?;
+    let plan = walk.plan()?;
     let sensor = walk.sensor()?;
     let (recording, truth) = py.detach(|| {
-        let plan = robot.plan(seconds, walk.seed);
         let simulation = gait::simulate(&plan, &sensor, walk.seed);
         let truth = Truth::of(&simulation);
         (simulation.recording, truth)

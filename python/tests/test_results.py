@@ -57,6 +57,12 @@ def test_a_slip_is_an_event_and_what_is_simulated_is_known() -> None:
         assert np.abs(slippery.slips[:, 0] - start).min() < 0.05
 
 
+def test_the_demo_slips_on_its_greased_patch() -> None:
+    demo = footfall.simulate("demo", seconds=3.0)
+    assert len(demo) == 14_010
+    assert demo.slips.shape == (4, 2) and 5.0 < demo.slips.min() < demo.slips.max() < 7.5
+
+
 def test_a_robot_that_rests_shows_the_drift_of_its_gyroscope() -> None:
     sound = footfall.simulate("walk", 20.0, rests=(5.0, 4.0))
     drifting = footfall.simulate("walk", 20.0, rests=(5.0, 4.0), gyro_drift=(5e-4, 0.0, -2e-4))

@@ -224,8 +224,9 @@ def simulate(
 
     Parameters
     ----------
-    gait : {"stand", "walk", "trot", ...}
-        The gait; an error lists all of them.
+    gait : {"stand", "walk", "trot", ..., "demo"}
+        The gait; an error lists all of them. ``"demo"`` is the walk of ``footfall demo``, which has its own
+        duration and ground: of the other arguments, only `seed`, `warming` and `gyro_drift` apply to it.
     seconds : float, s
         How long, 0.001 to 86 400 s, with two seconds of standing at the beginning.
     seed : int
