@@ -22,11 +22,10 @@ const REQUIREMENTS: &str = include_str!("python/roads.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/convert.py");
 
 /// Targets of the conversion of a walk.
-const TARGETS: [(&str, ConvertFormat); 5] = [
+const TARGETS: [(&str, ConvertFormat); 4] = [
     ("walk.csv.gz", ConvertFormat::CsvGz),
     ("walk.parquet", ConvertFormat::Parquet),
     ("walk.mcap", ConvertFormat::Mcap),
-    ("walk", ConvertFormat::Rosbag2),
     ("again.csv", ConvertFormat::Csv),
 ];
 
@@ -50,15 +49,10 @@ fn convert(folder: &Path, target: &str, form: ConvertFormat) {
             let mut file = File::create(&path).expect("a file");
             write_table(form, &mut foot.stored, span, &mut file)
         }
-        ConvertFormat::Mcap | ConvertFormat::Rosbag2 => {
+        ConvertFormat::Mcap => {
             let bag = Bag::new(&feet, has_load).expect("before 2038");
-            match form {
-                ConvertFormat::Mcap => {
-                    let mut file = File::create(&path).expect("a file");
-                    bag.write_mcap(&mut feet, span, &mut file)
-                }
-                _ => bag.write_rosbag2(&mut feet, span, &path),
-            }
+            let mut file = File::create(&path).expect("a file");
+            bag.write(&mut feet, span, &mut file)
         }
     };
     written.unwrap_or_else(|error| panic!("{target}: {error}"));

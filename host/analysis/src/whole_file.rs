@@ -55,43 +55,6 @@ impl Write for WholeFile {
     }
 }
 
-/// Folder being filled, next to its final path. It is removed with its content unless it is [finished].
-///
-/// [finished]: Self::finish
-pub struct WholeFolder {
-    unfinished: Unfinished,
-    path: PathBuf,
-}
-
-impl WholeFolder {
-    /// Starts a folder in an existing one.
-    ///
-    /// # Errors
-    /// An error of the operating system.
-    pub fn create(path: &Path) -> io::Result<Self> {
-        let unfinished = Unfinished::new(path);
-        fs::create_dir(&unfinished.0)?;
-        Ok(Self {
-            unfinished,
-            path: path.to_owned(),
-        })
-    }
-
-    /// Returns the path of the folder while it is filled.
-    #[must_use]
-    pub fn path(&self) -> &Path {
-        &self.unfinished.0
-    }
-
-    /// Renames the folder to its final name, which must be unused.
-    ///
-    /// # Errors
-    /// An error of the operating system.
-    pub fn finish(self) -> io::Result<()> {
-        fs::rename(&self.unfinished.0, &self.path)
-    }
-}
-
 /// Name of an unfinished file or folder, which is removed on drop.
 struct Unfinished(PathBuf);
 
@@ -167,26 +130,5 @@ mod tests {
         assert_eq!(names(), std::slice::from_ref(&path));
         assert_eq!(fs::read(&path).unwrap(), b"one");
         assert!(!is_unfinished(&path));
-    }
-
-    #[test]
-    fn folder_appears_when_finished_and_is_removed_otherwise() {
-        let outer = tempfile::tempdir().unwrap();
-        let path = outer.path().join("bag");
-        for is_finished in [false, true] {
-            let folder = WholeFolder::create(&path).unwrap();
-            assert!(is_unfinished(folder.path()) && !path.exists());
-            fs::write(folder.path().join("x"), b"one").unwrap();
-            if is_finished {
-                folder.finish().unwrap();
-            } else {
-                drop(folder);
-            }
-            assert_eq!(
-                fs::read_dir(outer.path()).unwrap().count(),
-                usize::from(is_finished)
-            );
-        }
-        assert_eq!(fs::read(path.join("x")).unwrap(), b"one");
     }
 }

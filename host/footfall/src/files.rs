@@ -45,9 +45,6 @@ pub enum OutputError {
     /// A file of this name exists and would be overwritten.
     #[error("{0} is there already: name another file, or add --overwrite")]
     Exists(String),
-    /// A file of this name exists, and a directory does not replace it.
-    #[error("{0} is there already, and a folder replaces nothing: name another")]
-    NotReplaced(String),
     /// A directory of this name exists.
     #[error("{0} cannot be written: it is a directory")]
     IsDirectory(String),
@@ -64,9 +61,6 @@ pub enum OutputError {
         /// Expected extension; several are joined by "or".
         expected: String,
     },
-    /// A rosbag2 cannot be written to standard output.
-    #[error("a rosbag2 is a folder, which cannot go to standard output")]
-    NoStdout,
     /// The times of the recording exceed the range of a bag.
     #[error(
         "{0} cannot be written: messages of ROS 2 have no times after 2038; check the unit of the times"

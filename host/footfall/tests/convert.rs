@@ -7,7 +7,7 @@ use crate::common::{AXES, Bench, read, standing, text};
 use serde_json::Value;
 
 /// All output formats.
-const TARGETS: [&str; 5] = ["b.csv", "b.csv.gz", "b.parquet", "b.mcap", "b --as rosbag2"];
+const TARGETS: [&str; 4] = ["b.csv", "b.csv.gz", "b.parquet", "b.mcap"];
 
 /// Returns a walk in g and °/s, with a clock that starts before its trigger, non-numeric samples, a load with
 /// blanks, and labels.
@@ -242,14 +242,6 @@ fn unwritable_output_is_rejected_before_writing() {
             "there.mcap is there already: name another file, or add --overwrite",
         ),
         (
-            "walk.csv folder --as rosbag2",
-            "folder cannot be written: it is a directory",
-        ),
-        (
-            "walk.csv there.mcap --as rosbag2 --overwrite",
-            "there.mcap is there already, and a folder replaces nothing: name another",
-        ),
-        (
             "gap.csv part.mcap --from 5 --to 15",
             "gap.csv: there is no sample from --from to --to",
         ),
@@ -260,11 +252,7 @@ fn unwritable_output_is_rejected_before_writing() {
         ),
         (
             "walk.csv walk.db3",
-            "must end in .csv, .csv.gz, .parquet or .mcap; a rosbag2 is a folder, whose name may be any with --as rosbag2",
-        ),
-        (
-            "walk.csv - --as rosbag2",
-            "a rosbag2 is a folder, which cannot go to standard output",
+            "must end in .csv, .csv.gz, .parquet or .mcap",
         ),
         (
             "g.csv strict.csv --strict",

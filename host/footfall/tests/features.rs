@@ -4,11 +4,10 @@ use crate::common::Bench;
 use footfall::feature::Feature;
 
 /// Commands by the feature they need.
-const NEEDS: [(Feature, &str); 11] = [
+const NEEDS: [(Feature, &str); 10] = [
     (Feature::Bags, "replay walk.mcap"),
     (Feature::Bags, "replay walk.db3"),
     (Feature::Bags, "convert walk.csv new.mcap"),
-    (Feature::Bags, "convert walk.csv new --as rosbag2"),
     (Feature::Bags, "record demo:feet=1 --output new.mcap"),
     (Feature::Foxglove, "view demo:feet=1"),
     (Feature::Parquet, "replay walk.parquet"),

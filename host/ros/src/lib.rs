@@ -11,7 +11,7 @@
 //! | conversion of estimates from a recording to messages on topics | [`estimates`] |
 //! | contacts of all feet in one message of other programs | [`compat`] |
 //! | messages of a foot | `foot` |
-//! | recording of messages: MCAP, rosbag2 | `mcap_file`, `rosbag2_file`, with the feature `bags` |
+//! | recording of messages: MCAP | `mcap_file`, with the feature `bags` |
 //! | node that publishes the messages | `node`, with the feature `node` |
 
 pub mod bridge;
@@ -25,8 +25,6 @@ pub mod message;
 #[cfg(feature = "node")]
 pub mod node;
 pub mod published;
-#[cfg(feature = "bags")]
-pub mod rosbag2_file;
 pub mod samples;
 pub mod topics;
 
@@ -37,7 +35,5 @@ pub use estimates::EstimateMessages;
 pub use mcap_file::McapFile;
 pub use message::RosMessage;
 pub use published::Published;
-#[cfg(feature = "bags")]
-pub use rosbag2_file::Rosbag2File;
 pub use samples::SampleMessages;
 pub use topics::FootTopics;

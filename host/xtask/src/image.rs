@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
 use bootloader::image::Sources;
-use images::{DEVELOPMENT_KEY, ProgramOrigin, image};
+use xtask::{DEVELOPMENT_KEY, ProgramOrigin, image};
 
 use crate::boards;
 use crate::command::{Step, root};

@@ -1,9 +1,8 @@
-//! Entry point of the tasks on the repository: `cargo xtask quick | image | release | mutants`.
+//! Entry point of the tasks on the repository: `cargo xtask quick | image | release`.
 
 mod boards;
 mod command;
 mod image;
-mod mutants;
 mod packages;
 mod quick;
 mod release;
@@ -51,17 +50,6 @@ enum Task {
         #[arg(long, value_enum, value_name = "PART")]
         only: Option<release::Part>,
     },
-    /// Whether the tests would fail if the code broke (cargo-mutants).
-    Mutants {
-        /// The packages to break; without one, all those that are listed.
-        packages: Vec<String>,
-        /// Breaks one of N places, evenly over the code.
-        #[arg(long, value_name = "N", default_value_t = 1)]
-        one_in: u32,
-        /// Which of the N: another number takes other places.
-        #[arg(long, value_name = "K", default_value_t = 0)]
-        nth: u32,
-    },
 }
 
 fn main() -> ExitCode {
@@ -84,10 +72,5 @@ fn run(task: Task) -> Result<()> {
             output,
         } => image::run(&board, key.as_deref(), sequence, output),
         Task::Release { only } => release::run(only),
-        Task::Mutants {
-            packages,
-            one_in,
-            nth,
-        } => mutants::run(&packages, one_in, nth),
     }
 }

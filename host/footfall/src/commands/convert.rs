@@ -115,12 +115,9 @@ impl ConvertArguments {
         }
         let target = Target::Samples(output);
         targets::check(std::slice::from_ref(&self.input), &[target])?;
-        match form {
-            ConvertFormat::Rosbag2 if output.exists() => Err(OutputError::NotReplaced(named())),
-            ConvertFormat::Rosbag2 if output == Path::new(STANDARD) => Err(OutputError::NoStdout),
-            ConvertFormat::Rosbag2 => Ok(form),
-            _ if output.is_file() && !self.overwrite => Err(OutputError::Exists(named())),
-            _ => Ok(form),
+        match output.is_file() && !self.overwrite {
+            true => Err(OutputError::Exists(named())),
+            false => Ok(form),
         }
     }
 
@@ -142,12 +139,7 @@ impl ConvertArguments {
         let bag = Bag::new(feet, has_loads)
             .ok_or_else(|| OutputError::TooLate(path.display().to_string()))?;
         #[cfg(feature = "bags")]
-        if form == ConvertFormat::Mcap {
-            write_file(path, |to| bag.write_mcap(feet, span, to))?;
-        } else {
-            let written = bag.write_rosbag2(feet, span, path);
-            written.map_err(OutputError::unwritable(path))?;
-        }
+        write_file(path, |to| bag.write(feet, span, to))?;
         if bag.shift_us != 0 {
             warn(format!(
                 "{}: times of a bag begin after 1970-01-01 00:00:00, so all are {} s later than in {}",

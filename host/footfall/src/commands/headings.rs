@@ -48,7 +48,6 @@ pub const CONVERT_EXAMPLES: &str = "\
 Examples:
   footfall convert walk.mcap walk.parquet --load-topic /ft:force.z
   footfall convert log.csv walk.mcap --units g,dps --axes x,-z,y
-  footfall convert walk.csv walk --as rosbag2
   footfall convert walk.parquet - --from 10 --to 20 | head";
 
 /// Examples of `footfall view`.

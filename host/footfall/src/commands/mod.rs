@@ -91,7 +91,7 @@ pub enum Command {
     /// foot and day. A second run does only what is missing or has changed
     #[command(after_help = headings::BATCH_EXAMPLES)]
     Batch(batch::BatchArguments),
-    /// Convert a recording: any format that replay reads to CSV, Parquet, MCAP or rosbag2
+    /// Convert a recording: any format that replay reads to CSV, Parquet or MCAP
     #[command(after_help = headings::CONVERT_EXAMPLES)]
     Convert(convert::ConvertArguments),
     /// Simulate a walking foot with an LSM6DSOX, and write its samples, plot, CAN log and serial bytes;

@@ -1,14 +1,12 @@
-//! Writing the messages of all feet in order of time: MCAP, and the directory of a rosbag2.
+//! Writing the samples of all feet to MCAP, in order of time.
 
 use std::io::{self, Write};
 use std::iter::Peekable;
-use std::path::Path;
 
 use analysis::replay::span::Span;
-use analysis::whole_file::WholeFolder;
 use estimator_core::Timestamp;
 use mcap::write::NoSeek;
-use ros::{McapFile, Published, Rosbag2File, SampleMessages};
+use ros::{McapFile, SampleMessages};
 use samples::recording::RecordedSample;
 
 use super::{Bag, ConvertedFoot, earliest, samples};
@@ -16,12 +14,16 @@ use crate::mcap_recording::io_error;
 
 impl Bag {
     /// Writes the messages of all feet in order of time.
-    fn write(
+    ///
+    /// # Errors
+    /// Errors of the writer and of the temporary files.
+    pub fn write(
         &self,
         feet: &mut [ConvertedFoot],
         span: Span,
-        mut put: impl FnMut(&Published) -> io::Result<()>,
+        to: &mut dyn Write,
     ) -> io::Result<()> {
+        let mut bag = McapFile::new(NoSeek::new(to)).map_err(io_error)?;
         let mut streams = Vec::new();
         for foot in feet {
             let offset_us = foot.stored.about.start_us + self.shift_us;
@@ -42,45 +44,10 @@ impl Bag {
             let stream = &mut streams[index];
             if let Some(sample) = stream.samples.next() {
                 let mut messages = stream.messages.messages(&sample?, at).into_iter();
-                messages.try_for_each(|published| put(&published))?;
+                messages.try_for_each(|published| bag.write(&published).map_err(io_error))?;
             }
         }
-        Ok(())
-    }
-
-    /// Writes the bag as MCAP.
-    ///
-    /// # Errors
-    /// Errors of the writer and of the temporary files.
-    pub fn write_mcap(
-        &self,
-        feet: &mut [ConvertedFoot],
-        span: Span,
-        to: &mut dyn Write,
-    ) -> io::Result<()> {
-        let mut bag = McapFile::new(NoSeek::new(to)).map_err(io_error)?;
-        let put = |published: &Published| bag.write(published).map_err(io_error);
-        self.write(feet, span, put)?;
         bag.finish().map_err(io_error)
-    }
-
-    /// Writes the bag as the directory of a rosbag2.
-    ///
-    /// # Errors
-    /// Errors of the directory and of the temporary files.
-    pub fn write_rosbag2(
-        &self,
-        feet: &mut [ConvertedFoot],
-        span: Span,
-        path: &Path,
-    ) -> io::Result<()> {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let folder = WholeFolder::create(path)?;
-        let mut bag = Rosbag2File::new(folder.path(), &name).map_err(io::Error::other)?;
-        let put = |published: &Published| bag.write(published).map_err(io::Error::other);
-        self.write(feet, span, put)?;
-        bag.finish().map_err(io::Error::other)?;
-        folder.finish()
     }
 }
 

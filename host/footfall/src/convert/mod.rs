@@ -36,13 +36,11 @@ pub enum ConvertFormat {
     Parquet,
     /// A bag of ROS 2: .mcap
     Mcap,
-    /// A bag of ROS 2: a folder
-    Rosbag2,
 }
 
 impl ConvertFormat {
     /// Accepted file extensions, for messages.
-    pub const ENDINGS: &'static str = "csv, .csv.gz, .parquet or .mcap; a rosbag2 is a folder, whose name may be any with --as rosbag2";
+    pub const ENDINGS: &'static str = "csv, .csv.gz, .parquet or .mcap";
 
     /// Returns the format for a file of this name; standard output gets a table.
     #[must_use]
@@ -67,14 +65,14 @@ impl ConvertFormat {
         match self {
             Self::Csv | Self::CsvGz => None,
             Self::Parquet => Some(Feature::Parquet),
-            Self::Mcap | Self::Rosbag2 => Some(Feature::Bags),
+            Self::Mcap => Some(Feature::Bags),
         }
     }
 
     /// Returns whether the format holds several feet.
     #[must_use]
     pub const fn holds_several(self) -> bool {
-        matches!(self, Self::Mcap | Self::Rosbag2)
+        matches!(self, Self::Mcap)
     }
 }
 

@@ -7,9 +7,9 @@ use std::process::{Command, Stdio};
 use bootloader::image::Sources;
 use host_tests::committed::workspace;
 use host_tests::requirements::unmet;
-use images::{DEVELOPMENT_KEY, ProgramOrigin, image};
 use serde_json::Value as Json;
 use virtual_board::emulator::wiring::Wiring;
+use xtask::{DEVELOPMENT_KEY, ProgramOrigin, image};
 
 use crate::common::{build_bootloader, product};
 use crate::environment;

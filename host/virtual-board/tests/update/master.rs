@@ -2,7 +2,6 @@
 
 use bootloader::image::{HEADER, Header, Refusal, Sources, USED};
 use bootloader::layout::Slot;
-use images::{DEVELOPMENT_KEY, ProgramOrigin, image};
 use lsm6dsox::sim::Stimulus;
 use virtual_board::emulator::board::Board;
 use virtual_board::emulator::corner::Corner;
@@ -14,6 +13,7 @@ use wire::dictionary::{Address, index};
 use wire::node::Command;
 use wire::uart::{ConfigGet, ConfigSet, Message, NmtRequest, encode};
 use wire::value::Value;
+use xtask::{DEVELOPMENT_KEY, ProgramOrigin, image};
 
 use crate::common::{build_bootloader, options, run};
 

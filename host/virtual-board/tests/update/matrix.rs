@@ -6,13 +6,13 @@ use std::thread;
 
 use bootloader::image::Refusal;
 use bootloader::layout::{SLOT_SIZE, Slot};
-use images::{DEVELOPMENT_KEY, image};
 use virtual_board::emulator::board::Injection;
 use virtual_board::emulator::corner::Corner;
 use virtual_board::emulator::part::can::BusFault;
 use virtual_board::emulator::part::rcc::ResetCause;
 use virtual_board::emulator::part::usart::LineFault;
 use virtual_board::emulator::wiring::Wiring;
+use xtask::{DEVELOPMENT_KEY, image};
 
 use crate::common::digest::assert_block_of;
 use crate::common::products;
