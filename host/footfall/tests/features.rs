@@ -4,7 +4,7 @@ use crate::common::Bench;
 use footfall::feature::Feature;
 
 /// Commands by the feature they need.
-const NEEDS: [(Feature, &str); 11] = [
+const NEEDS: [(Feature, &str); 10] = [
     (Feature::Bags, "replay walk.mcap"),
     (Feature::Bags, "replay walk.db3"),
     (Feature::Bags, "convert walk.csv new.mcap"),
@@ -14,7 +14,6 @@ const NEEDS: [(Feature, &str); 11] = [
     (Feature::Parquet, "replay walk.parquet"),
     (Feature::Parquet, "replay walk.csv --output new.parquet"),
     (Feature::Parquet, "convert walk.csv new.parquet"),
-    (Feature::Parquet, "batch . --out new"),
     (Feature::Ros2, "ros2 demo:feet=1 --compat champ"),
 ];
 

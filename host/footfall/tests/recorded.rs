@@ -317,33 +317,3 @@ fn samples_beside_recorded_contacts_are_checked() {
     let output = bench.run("replay walk.mcap --strict");
     assert!(!output.status.success(), "{output:?}");
 }
-
-#[test]
-fn batch_uses_recorded_contacts_as_replay_does() {
-    let bench = Bench::new();
-    bag(&bench);
-    let report = |options: &str| {
-        let output = bench.run(&format!("batch walk.mcap --out tables --json{options}"));
-        json(&output.stdout)["recordings"][0].clone()
-    };
-    let recorded = report("");
-    let row = &recorded["rows"][0];
-    assert_eq!(
-        (&row["samples"], &row["sample_rate_hz"]),
-        (&2000.into(), &1000.0.into())
-    );
-    assert_eq!((&row["steps"], &row["lift_offs"]), (&1.into(), &1.into()));
-    assert_eq!(row["notices"], serde_json::json!([USED]));
-    for absent in ["preset", "parameters", "settled"] {
-        assert_eq!(row[absent], Value::Null, "{absent}");
-    }
-    // The option is one of the settings that results depend on.
-    assert_eq!(report("")["action"], "up_to_date");
-    let again = report(" --estimate-again");
-    assert_eq!(again["action"], "estimated");
-    let row = &again["rows"][0];
-    assert_eq!(
-        (&row["samples"], &row["preset"]),
-        (&100.into(), &"default".into())
-    );
-}
