@@ -247,7 +247,7 @@ def test_a_node_is_a_foot_where_it_is_said_to_be_one(tmp_path: Path) -> None:
             footfall.decode(log, **call)
     with pytest.raises(OSError, match="nowhere.log"):
         footfall.decode("nowhere.log")
-    with pytest.raises(ValueError, match="neither a log of CAN frames"):
+    with pytest.raises(ValueError, match="neither a log of candump"):
         footfall.decode(__file__)
 
 
