@@ -62,28 +62,3 @@ fn copy_keeps_all_of_the_messages_of_others() {
         assert_eq!(load, Some(80.0 + (k % 7) as f32), "sample {k}");
     }
 }
-
-#[test]
-fn options_for_bags_apply_to_the_bags_of_a_mixed_tree() {
-    let packages = match packages::install("python-roads", REQUIREMENTS) {
-        Ok(packages) => packages,
-        Err(missing) => return unmet(&missing),
-    };
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = |name: &str| folder.path().join(name);
-    fs::create_dir(path("logs")).expect("a folder");
-    script(&packages, "write", &[&path("logs")]);
-    fs::copy(
-        concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/walk.csv"),
-        path("logs/walk.csv"),
-    )
-    .expect("a table");
-    let (logs, out) = (path("logs"), path("out"));
-    let paths = [logs.as_os_str(), "--out".as_ref(), out.as_os_str()];
-    let options = ["--topic", "all", "--time-unit", "s"].map(AsRef::as_ref);
-    let command = ["footfall", "--quiet", "batch"].map(AsRef::as_ref);
-    let arguments = command.into_iter().chain(paths).chain(options);
-    Arguments::parse_from(arguments)
-        .run()
-        .expect("a table and two bags");
-}

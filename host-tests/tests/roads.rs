@@ -378,7 +378,7 @@ fn axes_and_loads_are_read_from_fields_of_any_message() {
 }
 
 #[test]
-fn robot_states_are_played_and_estimated_in_a_batch() {
+fn robot_states_are_played_and_estimated() {
     let Some(folder) = roads() else { return };
     let out = tempfile::tempdir().expect("a folder");
     let load = "/lowstate.foot_force[1]";
@@ -398,13 +398,7 @@ fn robot_states_are_played_and_estimated_in_a_batch() {
             &read(&played, &Hints::default())[0],
         ];
         assert!(found.samples == expected.samples, "{name}");
-        let tables = out.path().join("tables");
-        run(&[
-            "batch",
-            &path.to_string_lossy(),
-            "--out",
-            &tables.to_string_lossy(),
-        ]);
+        run(&["replay", &path.to_string_lossy()]);
     }
 }
 

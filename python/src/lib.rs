@@ -9,7 +9,6 @@
 //! | a recording that is in arrays, and what it teaches | [`estimate`] |
 //! | sample by sample | [`stream`] |
 //! | files become arrays or estimates | [`reading`] |
-//! | files become tables of Parquet, as of a batch | [`batch`] |
 //! | what feet have sent | [`decoding`] |
 //! | a simulated foot | [`simulation`] |
 
@@ -17,8 +16,6 @@
 #![allow(clippy::needless_pass_by_value)]
 
 mod arrays;
-#[cfg(feature = "parquet")]
-mod batch;
 mod decoding;
 mod estimate;
 mod outputs;
@@ -33,12 +30,6 @@ use pyo3::prelude::*;
 /// The module `footfall._footfall`.
 #[pymodule]
 mod _footfall {
-    #[cfg(feature = "parquet")]
-    #[pymodule_export]
-    use super::batch::{
-        batch_feet, batch_identity, batch_key, batch_plan, batch_recording, batch_settings_hash,
-        is_recording,
-    };
     #[pymodule_export]
     use super::decoding::decode_file;
     #[pymodule_export]

@@ -80,7 +80,7 @@ impl Settings {
             None => Ok(self),
             Some(foot) => Err(PyValueError::new_err(format!(
                 "there are settings of the foot {foot}, but samples in arrays are of a foot without a name: \
-                 give axes of this foot alone, or use estimate_file, batch or fleet"
+                 give axes of this foot alone, or use estimate_file or fleet"
             ))),
         }
     }

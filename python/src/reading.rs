@@ -121,6 +121,10 @@ pub(crate) fn input_error(error: InputError) -> PyErr {
                  pip install ./python --config-settings build-args='--features {feature}'"
             ))
         }
+        // A program is missing, and not the fault of the file.
+        InputError::Container(ref cause) if cause.is_of_this_machine() => {
+            PyImportError::new_err(error.to_string())
+        }
         other => value_error(other),
     }
 }
@@ -161,24 +165,33 @@ pub(crate) fn estimate_file<'py>(
     path: PathBuf,
     options: Options,
     settings: SettingsArguments,
+    foot: Option<String>,
 ) -> PyResult<Vec<Bound<'py, PyDict>>> {
     let settings = settings.read()?;
     let (hints, format) = options.hints(&settings.resolved)?;
+    let checked = settings
+        .resolved
+        .check_before_reading(format.unwrap_or(Format::Csv));
+    checked.map_err(value_error)?;
     let feet = py.detach(|| {
         let opened = Opened::new(&path, format).map_err(input_error)?;
         let format = opened.format();
-        let feet = opened.store_all(&hints).map_err(input_error)?;
+        let foot = foot.as_deref();
+        let feet = opened.store_as(&hints, foot).map_err(input_error)?;
         let names = feet.iter().flat_map(|stored| stored.about.names());
-        settings.check_feet(&names.collect::<Vec<_>>())?;
+        // A foot that is named from outside is one of several, each with a file of its own.
+        if foot.is_none() {
+            settings.check_feet(&names.collect::<Vec<_>>())?;
+        }
         let feet = feet.into_iter();
-        feet.map(|stored| Ok(estimate_stored(stored, &settings, format)?))
+        feet.map(|stored| Ok(estimate_stored(stored, &settings, format, foot)?))
             .collect::<PyResult<Vec<_>>>()
     })?;
     let into_dict = |estimated: Estimated| {
         let about = estimated.about.clone();
         let dict = estimated.into_dict(py)?;
         dict.set_item("recording", about.name)?;
-        dict.set_item("foot", about.foot)?;
+        dict.set_item("foot", about.foot.or_else(|| foot.clone()))?;
         dict.set_item("notices", about.notices)?;
         Ok(dict)
     };
@@ -189,6 +202,7 @@ fn estimate_stored(
     mut stored: Stored,
     settings: &Settings,
     format: Format,
+    foot: Option<&str>,
 ) -> Result<Estimated, Failure> {
     if stored.has_estimates() {
         return Ok(run_recorded(&mut stored)?);
@@ -196,7 +210,7 @@ fn estimate_stored(
     let mut about = stored.about.clone();
     let notice = settings.window_notice(format, &about.name, about.sample_rate);
     about.notices.extend(notice);
-    let params = settings.resolved.params_of(&about.names(), format);
+    let params = settings.resolved.params_of(&about.names_with(foot), format);
     run(stored.samples()?, about, &params)
 }
 

@@ -4,7 +4,7 @@ use std::io;
 
 use analysis::replay::foot::{check_samples, findings_beside_contacts};
 use analysis::replay::span::Span;
-use estimator_core::{ContactEstimate, Params, ParamsError};
+use estimator_core::{AngularRate, ContactEstimate, Method, Params, ParamsError};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -14,6 +14,7 @@ use recordings::output::seconds;
 use recordings::plausible::{Check, Finding};
 use recordings::replay::Replay;
 use samples::recording::RecordedSample;
+use samples::space::components;
 use thiserror::Error;
 
 use crate::outputs::Columns;
@@ -25,6 +26,10 @@ pub(crate) struct Estimated {
     /// Names, and sentences for people.
     findings: Vec<(&'static str, String)>,
     learnt: Vec<f32>,
+    /// Upper ends of stillness that were learnt; empty where none are.
+    half_widths: Vec<f32>,
+    /// Gyroscope bias when it was first known, rad/s; empty if the foot was never at rest.
+    first_gyro_bias: Vec<f32>,
     /// Properties of the recording.
     pub(crate) about: About,
 }
@@ -59,9 +64,11 @@ pub(crate) fn run(
     let mut check = Check::new(about.sample_rate, about.gravity);
     let mut columns = Columns::with_capacity(about.samples);
     let mut events = FoundEvents::default();
+    let mut first_gyro_bias = None;
     for sample in samples {
         let sample = sample?;
         let estimate = replay.update(&sample);
+        first_gyro_bias = first_gyro_bias.or_else(|| replay.gyro_bias());
         check.add(&sample);
         check.add_estimate(&sample, &estimate);
         events.add(&estimate);
@@ -69,11 +76,19 @@ pub(crate) fn run(
     }
     let findings = check.findings().into_iter();
     let findings = findings.map(|finding| finding.with_mounting(&about.correction.mounting));
+    let learnt = replay.finish();
+    let half_widths = match params.method {
+        Method::SelfCalibrating => learnt.edges(&params.stillness).to_vec(),
+        Method::HalfWidths => Vec::new(),
+    };
+    let first_gyro_bias = first_gyro_bias.map(|AngularRate(bias)| components(bias).to_vec());
     Ok(Estimated {
         columns,
         events: events.finish(),
         findings: findings.map(sentence).collect(),
-        learnt: replay.finish().to_array().to_vec(),
+        learnt: learnt.to_array().to_vec(),
+        half_widths,
+        first_gyro_bias: first_gyro_bias.unwrap_or_default(),
         about,
     })
 }
@@ -96,6 +111,8 @@ pub(crate) fn run_recorded(stored: &mut Stored) -> io::Result<Estimated> {
         events: events.finish(),
         findings: findings.map(sentence).collect(),
         learnt: Vec::new(),
+        half_widths: Vec::new(),
+        first_gyro_bias: Vec::new(),
         about,
     })
 }
@@ -147,6 +164,8 @@ impl Estimated {
         dict.set_item("rate", f64::from(about.sample_rate))?;
         dict.set_item("findings", self.findings)?;
         dict.set_item("learnt", self.learnt)?;
+        dict.set_item("half_widths", self.half_widths)?;
+        dict.set_item("first_gyro_bias", self.first_gyro_bias)?;
         Ok(dict)
     }
 }

@@ -247,7 +247,7 @@ def test_a_node_is_a_foot_where_it_is_said_to_be_one(tmp_path: Path) -> None:
             footfall.decode(log, **call)
     with pytest.raises(OSError, match="nowhere.log"):
         footfall.decode("nowhere.log")
-    with pytest.raises(ValueError, match="neither a log of CAN frames"):
+    with pytest.raises(ValueError, match="neither a log of candump"):
         footfall.decode(__file__)
 
 
@@ -269,7 +269,4 @@ def test_recorded_contacts_are_the_estimates(program: str, tmp_path: Path) -> No
     table = rows(program, *options, "--estimate-again", cwd=tmp_path)
     assert len(again[0]) < 250
     assert_same(again[0], table[: len(again[0])])
-    report = footfall.batch(tmp_path / "walk.mcap", tmp_path / "tables", topic="all")
-    [outcome] = {outcome.recording: outcome for outcome in report.outcomes}.values()
-    assert [row["samples"] for row in outcome.rows] == [4000] * len(outcome.rows)
-    assert {row["preset"] for row in outcome.rows} == {None}
+    assert [(result.half_widths.size, result.first_gyro_bias.size) for result in results] == [(0, 0), (0, 0)]

@@ -1,460 +1,349 @@
-"""The fleet on a real Ray cluster of this machine: what a call does, and what does not stop it."""
+"""Trees of recordings on Ray: one row for each foot, and nothing that is done is done again."""
 
 from __future__ import annotations
 
 import contextlib
-import importlib
+import glob
 import os
+import re
 import shutil
 import signal
 import socket
 import subprocess
 import sys
-import tempfile
+import threading
 import time
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import fsspec
 import numpy as np
-import numpy.typing as npt
+import pyarrow
 import pyarrow.parquet as parquet
 import pytest
 
 import footfall
+from conftest import rows as rows_of_the_program
 from footfall import fleet
-from footfall._settings import read_options, settings
-from footfall.fleet._catalog import NOTES, ROWS
-from footfall.fleet._run import MEMORY
-from footfall.fleet._sources import find, name_of
-from footfall.fleet._work import Task, work
+from test_bits import assert_same, write
 from test_files import bag
 
 ray = pytest.importorskip("ray")
-from ray.cluster_utils import Cluster  # noqa: E402
-
-EXAMPLE = Path(__file__).parents[1] / "examples/fleet"
-WAIT_S = 120.0
-COUNT = 30
-SECONDS = 36.0
 
 
-def write_parquet(walk: footfall.Recording, path: Path) -> None:
+@pytest.fixture(scope="module", autouse=True)
+def local_ray() -> Iterator[None]:
+    """Ray with two workers on this machine."""
+    ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False, object_store_memory=100 << 20)
+    yield
+    ray.shutdown()
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[set[str]]:
+    """The names of the recordings that each call had to estimate."""
+    calls: list[set[str]] = []
+    run = fleet._run
+
+    def watched(recordings: Any, *others: Any) -> Any:
+        calls.append({os.path.basename(recording.name) for recording in recordings})
+        return run(recordings, *others)
+
+    monkeypatch.setattr(fleet, "_run", watched)
+    return calls
+
+
+def write_parquet(walk: footfall.Recording, path: Path) -> Path:
     """Writes a recording as a table of Parquet."""
     path.parent.mkdir(parents=True, exist_ok=True)
     parquet.write_table(walk.to_arrow(), path)
+    return path
 
 
-@pytest.fixture(scope="module")
-def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Three robots with two feet, and a file that is not a recording."""
-    folder = tmp_path_factory.mktemp("fleet") / "recordings"
-    for robot in range(3):
+def tree(folder: Path, robots: int = 2) -> Path:
+    """Robots with two feet each, and a file that looks like a recording."""
+    for robot in range(robots):
         for place, foot in enumerate(("L", "R")):
-            walk = footfall.simulate("trot", 6.0, seed=10 * robot + place)
+            walk = footfall.simulate("trot", 6.0, seed=10 * robot + place, rests=(2.0, 1.0))
             write_parquet(walk, folder / f"robot{robot}" / f"{foot}.parquet")
     (folder / "robot1" / "poisoned.parquet").write_bytes(b"PAR1" + bytes(1000) + b"PAR1")
+    (folder / "robot1" / "notes.md").write_text("no recording")
     return folder
 
 
-@pytest.fixture(scope="module")
-def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
-    """A head of one core; what Ray writes goes into a folder of its own, and nothing is left."""
-    home = tmp_path_factory.mktemp("home")
-    before = {name: os.environ.get(name) for name in ("HOME", "RAY_AUTH_MODE", "RAY_TMPDIR", "RAY_USAGE_STATS_ENABLED")}
-    os.environ |= {"HOME": str(home), "RAY_AUTH_MODE": "disabled", "RAY_USAGE_STATS_ENABLED": "0"}
-    # The path of a socket has no room for a long folder.
-    folder = os.environ.get("RAY_TMPDIR")
-    made = None if folder else tempfile.mkdtemp(prefix="ray-")
-    os.environ["RAY_TMPDIR"] = folder or str(made)
-    cluster = Cluster(
-        initialize_head=True,
-        head_node_args={
-            "num_cpus": 1,
-            "memory": 4 << 30,
-            "object_store_memory": 100 << 20,
-            "include_dashboard": False,
-        },
-    )
-    ray.init(address=cluster.address, log_to_driver=False)
-    yield cluster
-    ray.shutdown()
-    cluster.shutdown()
-    if made:
-        shutil.rmtree(made, ignore_errors=True)
-    for name, value in before.items():
-        os.environ.pop(name, None) if value is None else os.environ.update({name: value})
+def by_foot(table: pyarrow.Table) -> dict[tuple[str, str], dict[str, Any]]:
+    return {(row["robot"], row["foot"]): row for row in table.to_pylist()}
 
 
-NOTES_OF_THE_PROGRAM = ".inputs.json"
-
-
-def files(out: Path) -> dict[str, bytes]:
-    """The files of a folder of tables, by their paths below it, without copies and notes."""
-    return {
-        path.relative_to(out).as_posix(): path.read_bytes()
-        for path in sorted(out.rglob("*"))
-        if path.is_file() and path.name not in (ROWS, NOTES, NOTES_OF_THE_PROGRAM)
+def test_row_has_the_figures_of_the_result(tmp_path: Path) -> None:
+    source = tree(tmp_path / "logs")
+    found = by_foot(fleet.estimate(source, tmp_path / "out"))
+    assert set(found) == {("robot0", "L"), ("robot0", "R"), ("robot1", "L"), ("robot1", "R"), ("robot1", "poisoned")}
+    row = found["robot0", "R"]
+    [result] = footfall.estimate_file(source / "robot0/R.parquet")
+    kinds = [event.kind for event in result.events()]
+    states = result.state_names()
+    expected = {
+        "recording": str(source / "robot0/R.parquet"),
+        "status": "done",
+        "error": None,
+        "day": None,
+        "version": footfall.__version__,
+        "samples": 6000,
+        "duration_s": result.t[-1] - result.t[0],
+        "sample_rate_hz": 1000.0,
+        "stance_s": np.sum(states == "stance") / 1000.0,
+        "stable_s": result.decision.sum() / 1000.0,
+        "steps": kinds.count("touch_down"),
+        "slips": kinds.count("slip_start"),
+        "settling_samples": result.has_flag("settling").sum(),
+        "rate_half_width_rad_s": result.half_widths[1],
+        "gyro_bias_start_wx_rad_s": result.first_gyro_bias[0],
+        "gyro_bias_end_wz_rad_s": result.gyro_bias[-1, 2],
+        "findings": [finding.name for finding in result.findings],
     }
+    assert {name: row[name] for name in expected} == expected
+    assert row["steps"] > 3 and row["gyro_bias_start_wx_rad_s"] != row["gyro_bias_end_wx_rad_s"] != 0.0
 
 
-def batch(program: str, recordings: Path, out: Path, *options: str) -> dict[str, bytes]:
-    """The files that the program writes on this machine."""
-    command = [program, "batch", str(recordings), "--out", str(out), *options]
-    subprocess.run(command, check=False, capture_output=True)
-    return files(out)
+def test_unreadable_recording_is_a_row_with_its_error(tmp_path: Path, asked: list[set[str]]) -> None:
+    source = tree(tmp_path / "logs")
+    row = by_foot(fleet.estimate(source, tmp_path / "out"))["robot1", "poisoned"]
+    assert row["status"] == "refused" and "poisoned.parquet is damaged" in row["error"] and row["steps"] is None
+    # A damaged recording stays so; a missing one is tried again.
+    (source / "robot0" / "gone.csv").symlink_to("nowhere.csv")
+    for _ in range(2):
+        row = by_foot(fleet.estimate(source, tmp_path / "out"))["robot0", "gone"]
+        assert row["status"] == "failed" and "gone.csv" in row["error"]
+    assert asked[1:] == [{"gone.csv"}, {"gone.csv"}]
 
 
-def statuses(report: fleet.Report) -> dict[str, int]:
-    known = ("done", "failed", "up_to_date", "lost")
-    return {status: report.count(status) for status in known if report.count(status)}
+def test_samples_have_the_bits_of_the_program(program: str, tmp_path: Path) -> None:
+    walk = footfall.simulate("walk", 10.0, seed=3)
+    (tmp_path / "logs").mkdir()
+    write(walk, tmp_path / "logs/FL.csv")
+    [row] = fleet.estimate(tmp_path / "logs", tmp_path / "out", samples=True).to_pylist()
+    table = parquet.read_table(tmp_path / "out" / row["samples_file"])
+    [result] = footfall.estimate_file(tmp_path / "logs/FL.csv")
+    expected = rows_of_the_program(program, "logs/FL.csv", cwd=tmp_path)
+    assert_same(result, expected)
+    assert table.drop_columns(["recording", "robot", "foot"]).equals(result.to_arrow())
+    assert set(table["foot"].to_pylist()) == {"FL"}
 
 
-def test_the_bytes_are_those_of_the_program_and_a_second_call_does_what_is_missing(
-    cluster: Cluster, program: str, recordings: Path, tmp_path: Path
-) -> None:
-    out = tmp_path / "tables"
-    report = fleet.estimate(recordings, out)
-    assert statuses(report) == {"done": 6, "failed": 1}, report.outcomes
-    [failed] = [outcome for outcome in report.outcomes if outcome.status == "failed"]
-    assert failed.recording.endswith("robot1/poisoned.parquet") and failed.error
-    expected = batch(program, recordings, tmp_path / "program")
-    assert_same(files(out), expected)
-    assert len(expected) == 3 * 6 + 1
-
-    again = fleet.estimate(recordings, out)
-    assert statuses(again) == {"up_to_date": 6, "failed": 1} and again.samples == 0
-    assert files(out) == expected
-
-    lost = next(path for path in expected if path.startswith("samples/robot=robot2"))
-    (out / lost).unlink()
-    changed = recordings / "robot0" / "L.parquet"
-    original = changed.read_bytes()
-    write_parquet(footfall.simulate("trot", 5.0, seed=99), changed)
-    report = fleet.estimate(recordings, out)
-    changed.write_bytes(original)
-    reasons = {outcome.recording.rpartition("recordings/")[2]: outcome.reason for outcome in report.outcomes}
-    assert {name: reason for name, reason in reasons.items() if reason} == {
-        "robot0/L.parquet": "the recording has changed",
-        lost_recording(lost): "the results are not complete",
-    }
-    other = fleet.estimate(recordings / "robot0", out, robot="robot0", config={"decision": {"on_delay_s": 0.05}})
-    assert statuses(other) == {"done": 2}
-    assert {outcome.reason for outcome in other.outcomes} == {"the settings are others"}
-
-
-def test_each_foot_of_a_bag_has_a_task(cluster: Cluster, program: str, tmp_path: Path) -> None:
+def test_bags_and_tables_of_a_tree_keep_their_options(tmp_path: Path) -> None:
     feet = {name: footfall.simulate("walk", 3.0, seed) for seed, name in enumerate(["FL", "FR"])}
-    folder, out = tmp_path / "bags", tmp_path / "tables"
-    bag(folder / "robot" / "monday", feet, 2500)
-    report = fleet.estimate(folder, out, topic="all")
-    assert {outcome.foot for outcome in report.outcomes} == {"FL", "FR"}
-    assert {outcome.reason for outcome in report.outcomes} == {"there are no results"}
-    expected = batch(program, folder, tmp_path / "program", "--topic", "all")
-    assert_same(files(out), expected)
-    assert len(expected) == 6
-    again = fleet.estimate(folder, out, topic="all")
-    assert statuses(again) == {"up_to_date": 1} and len(again.outcomes[0].rows) == 2
-
-
-def assert_same(found: dict[str, bytes], expected: dict[str, bytes]) -> None:
-    """Compares two folders of tables file by file, byte by byte."""
-    assert list(found) == list(expected)
-    for path, contents in found.items():
-        assert contents == expected[path], path
-
-
-def lost_recording(below: str) -> str:
-    foot = below.partition("foot=")[2].partition("/")[0]
-    return f"robot2/{foot}.parquet"
-
-
-def test_rows_are_a_table_and_recordings_come_from_patterns_lists_and_datasets(
-    cluster: Cluster, recordings: Path, tmp_path: Path
-) -> None:
-    out = tmp_path / "tables"
-    report = fleet.estimate(f"{recordings}/robot*/L.parquet", out)
-    assert statuses(report) == {"done": 3}
-    source = fleet.Source(str(recordings / "robot0" / "R.parquet"), robot="spot", foot="left", day="2026-01-02")
-    assert statuses(fleet.estimate([source, recordings / "robot2"], out)) == {"done": 2, "up_to_date": 1}
-    paths = [{"path": str(recordings / f"robot{k}" / "R.parquet"), "robot": f"r{k}"} for k in (1, 2)]
-    dataset = ray.data.from_items(paths)
-    assert statuses(fleet.estimate(dataset, out)) == {"done": 2}
-    with pytest.raises(ValueError, match="column is 'file', but the dataset has path, robot"):
-        fleet.estimate(dataset, out, column="file")
-    table = fleet.rows(out)
-    found = set(zip(*(table[name].to_pylist() for name in ("robot", "foot", "day"))))
-    assert ("spot", "left", "2026-01-02") in found and ("r1", "R", "unknown") in found
-    assert min(table["samples"].to_pylist()) == 6000
-    with pytest.raises(FileNotFoundError, match="nothing has been estimated"):
-        fleet.rows(tmp_path / "nowhere")
-    with pytest.raises(FileNotFoundError):
-        fleet.estimate(tmp_path / "nowhere", out)
-    with pytest.raises(ValueError, match="preset"):
-        fleet.estimate(recordings, out, preset="best")  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="in braces"):
-        fleet.estimate(recordings, out, path_pattern="{leg}.csv")
-
-
-def test_a_killed_worker_costs_time_and_a_node_that_comes_takes_work(
-    cluster: Cluster, tmp_path: Path
-) -> None:
-    folder = tmp_path / "recordings"
-    walk = footfall.simulate("trot", 120.0, seed=5)
-    write_parquet(walk, folder / "robot0" / "foot0.parquet")
-    for k in range(1, COUNT):
-        shutil.copy(folder / "robot0" / "foot0.parquet", folder / "robot0" / f"foot{k}.parquet")
-    # The same in this process, without Ray.
-    tasks = [
-        Task(
-            str(folder / "robot0" / f"foot{k}.parquet"),
-            fleet.Source(str(folder / "robot0" / f"foot{k}.parquet"), robot="robot0").identity(None),
-            read_options(),
-            settings("default", None, None, None),
-            {"window": None, "strict": False, "only_foot": None},
-            str(tmp_path / "alone"),
-            {},
-            (),
-            "alone",
-        )
-        for k in range(COUNT)
-    ]
-    with ThreadPoolExecutor() as pool:
-        list(pool.map(work, tasks))
-    alone = files(tmp_path / "alone")
-    killed: list[int] = []
-    added: list[Any] = []
-
-    def trouble(outcome: fleet.Outcome) -> None:
-        if not killed:
-            # The process that has done this is at the next by now.
-            os.kill(outcome.pid, signal.SIGKILL)
-            killed.append(outcome.pid)
-            added.append(cluster.add_node(num_cpus=1, memory=4 << 30, object_store_memory=100 << 20))
-
-    out = tmp_path / "tables"
-    report = fleet.estimate(folder, out, progress=trouble)
-    assert statuses(report) == {"done": COUNT}
-    pids = {outcome.pid for outcome in report.outcomes}
-    assert killed and len(pids) >= 3, pids
-    assert len({outcome.node for outcome in report.outcomes}) == 2
-    assert_same(files(out), alone)
-    cluster.remove_node(added[0])
-
-
-def test_a_recording_that_is_lost_has_no_row_and_is_done_by_the_next_call(
-    cluster: Cluster, tmp_path: Path
-) -> None:
-    folder, out = tmp_path / "recordings", tmp_path / "tables"
-    write_parquet(footfall.simulate("trot", 120.0, seed=5), folder / "robot0" / "foot0.parquet")
-    for k in range(1, 5):
-        shutil.copy(folder / "robot0" / "foot0.parquet", folder / "robot0" / f"foot{k}.parquet")
-    killed: list[int] = []
-
-    def trouble(outcome: fleet.Outcome) -> None:
-        if not killed:
-            os.kill(outcome.pid, signal.SIGKILL)
-            killed.append(outcome.pid)
-
-    report = fleet.estimate(folder, out, retries=0, progress=trouble)
-    [lost] = [outcome for outcome in report.outcomes if outcome.status == "lost"]
-    assert lost.error and not lost.rows and report.count("done") == 4
-    assert fleet.rows(out).num_rows == 4
-    assert statuses(fleet.estimate(folder, out)) == {"done": 1, "up_to_date": 4}
-    assert not [path for path in files(out) if path.endswith(".part")]
-
-
-def test_short_recordings_survive_the_loss_of_their_worker(cluster: Cluster, tmp_path: Path) -> None:
-    folder, out = tmp_path / "recordings", tmp_path / "tables"
-    write_parquet(footfall.simulate("trot", 2.0, seed=5), folder / "robot0" / "0.parquet")
-    for k in range(1, 60):
-        shutil.copy(folder / "robot0" / "0.parquet", folder / "robot0" / f"{k}.parquet")
-    seen: list[int] = []
-
-    def trouble(outcome: fleet.Outcome) -> None:
-        seen.append(outcome.pid)
-        if len(seen) == 20:
-            # Its process is at several recordings by now.
-            os.kill(outcome.pid, signal.SIGKILL)
-
-    report = fleet.estimate(folder, out, progress=trouble)
-    assert statuses(report) == {"done": 60} and len(set(seen)) >= 2
-    assert fleet.rows(out).num_rows == 60
-
-
-def test_unwritable_destination_ends_all_tasks(cluster: Cluster, recordings: Path, tmp_path: Path) -> None:
-    folder, out = tmp_path / "recordings", tmp_path / "tables"
-    for k in range(20):
-        target = folder / f"robot{k}" / "L.parquet"
-        target.parent.mkdir(parents=True)
-        shutil.copy(recordings / "robot0" / "L.parquet", target)
-    # No folder of this name can be made.
-    (out / "samples").mkdir(parents=True)
-    (out / "samples" / "robot=robot3").write_bytes(b"")
-    with pytest.raises(OSError, match=f"{out}, .*robot3/L.parquet: .*robot=robot3"):
-        fleet.estimate(folder, out, retries=0)
-    before = files(out)
-    assert 0 < len(before) < 3 * 20
-    time.sleep(3.0)
-    assert files(out) == before and not [path for path in out.iterdir() if path.name.endswith(".part")]
-
-
-def test_cluster_of_a_call_leaves_nothing(recordings: Path, tmp_path: Path) -> None:
-    with tempfile.TemporaryDirectory(prefix="r-", dir="/tmp") as folder:
-        environment = {**os.environ, "RAY_TMPDIR": folder, "HOME": str(tmp_path), "RAY_AUTH_MODE": "disabled"}
-        environment.pop("RAY_ADDRESS", None)
-        code = (
-            "import sys, footfall.fleet as fleet;"
-            "report = fleet.estimate(sys.argv[1], sys.argv[2]); assert report.count('done') == 2, report;"
-            "import ray; assert not ray.is_initialized()"
-        )
-        command = [sys.executable, "-c", code, str(recordings / "robot0"), str(tmp_path / "out")]
-        subprocess.run(command, check=True, capture_output=True, env=environment)
-        assert os.listdir(folder) == []
-
-
-def test_a_recording_is_called_as_its_path_was_given_by_folder_or_by_pattern(
-    recordings: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(recordings.parent)
-
-    def names(given: str) -> set[tuple[str, str | None]]:
-        found = find(given, "path", None, None, {})
-        return {(source.identity(None)["name"], source.robot) for source in found}
-
-    assert names("recordings/robot*/L.parquet") == {
-        (f"recordings/robot{k}/L.parquet", f"robot{k}") for k in range(3)
-    }
-    assert names("recordings/robot0") == {
-        (f"recordings/robot0/{foot}.parquet", "robot0") for foot in "LR"
-    }
-    assert names("recordings") >= names("recordings/robot*/L.parquet")
-    assert names("recordings/robot0/L.parquet") == {("recordings/robot0/L.parquet", None)}
-    assert name_of("s3://bucket/a/../b.mcap") == "bucket/b.mcap"
-
-
-def test_a_task_needs_less_memory_than_ray_is_told(tmp_path: Path) -> None:
-    write_parquet(footfall.simulate("trot", 600.0, seed=5), tmp_path / "robot0" / "long.parquet")
-    code = (
-        "import re, sys; import footfall.fleet._work as w, footfall.fleet as f;"
-        "from footfall._settings import read_options, settings;"
-        "w.work(w.Task(sys.argv[1], f.Source(sys.argv[1]).identity(None), read_options(),"
-        " settings('default', None, None, None), {'window': None, 'strict': False, 'only_foot': None},"
-        " sys.argv[2], {}, (), 'memory'));"
-        "print(re.search(r'VmHWM:\\s*(\\d+)', open('/proc/self/status').read()).group(1))"
+    bag(tmp_path / "logs/spot/monday", feet, 2500)
+    write_parquet(feet["FL"], tmp_path / "logs/spot/RL.parquet")
+    options: Any = {"topic": "all", "load_topic": "/{foot}/ft:force.z"}
+    found = by_foot(fleet.estimate(tmp_path / "logs", tmp_path / "out", time_unit="s", **options))
+    assert {key: row["status"] for key, row in found.items()} == dict.fromkeys(
+        [("spot", "FL"), ("spot", "FR"), ("spot", "RL")], "done"
     )
-    command = [sys.executable, "-c", code, str(tmp_path / "robot0" / "long.parquet"), str(tmp_path / "out")]
-    kilobytes = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    assert 1024 * int(kilobytes) < MEMORY
+    assert found["spot", "FL"]["recording"] == found["spot", "FR"]["recording"] == str(tmp_path / "logs/spot/monday")
+    assert found["spot", "FL"]["day"] == "2023-11-14" and found["spot", "RL"]["day"] is None
+    assert {row["steps"] > 0 for row in found.values()} == {True}
 
 
-def test_without_the_extra_an_error_names_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "ray", None)
-    with pytest.raises(ImportError, match=r"footfall.fleet needs ray.*pip install 'footfall\[fleet\]'"):
-        fleet.estimate("recordings", "tables")
+def test_path_names_robot_foot_and_day(tmp_path: Path) -> None:
+    walk = footfall.simulate("walk", 3.0, seed=1)
+    for foot in ("fl", "fr"):
+        write_parquet(walk, tmp_path / f"logs/site/spot-3/2026-05-01/run1_{foot}.parquet")
+    write_parquet(walk, tmp_path / "logs/other.parquet")
+    axes = "fl=x,y,z,fr=-x,-y,z"
+    pattern = "**/{robot}/{day}/*_{foot}.parquet"
+    found = by_foot(fleet.estimate(tmp_path / "logs", tmp_path / "out", pattern=pattern, axes=axes))
+    assert set(found) == {("spot-3", "fl"), ("spot-3", "fr")}
+    assert {row["day"] for row in found.values()} == {"2026-05-01"}
+    [turned] = footfall.estimate_file(tmp_path / "logs/other.parquet", axes="-x,-y,z")
+    assert found["spot-3", "fr"]["gyro_bias_end_wx_rad_s"] == turned.gyro_bias[-1, 0]
+    assert found["spot-3", "fl"]["gyro_bias_end_wx_rad_s"] == -turned.gyro_bias[-1, 0]
+    for wrong in ("{leg}.csv", "{foot}/{foot}.csv"):
+        with pytest.raises(ValueError, match="pattern"):
+            fleet.estimate(tmp_path / "logs", tmp_path / "out", pattern=wrong)
 
 
-def test_tables_go_to_s3_and_come_from_there(
-    cluster: Cluster, program: str, recordings: Path, tmp_path: Path
-) -> None:
-    with s3_server(tmp_path) as access:
-        storage = fsspec.filesystem("s3", **access["s3"])
-        storage.mkdir("recordings")
-        for path in sorted(recordings.rglob("*")):
-            if path.is_file():
-                storage.put_file(str(path), f"recordings/{path.relative_to(recordings).as_posix()}")
-        storage.mkdir("tables")
-        url = "s3://tables/contact"
-        report = fleet.estimate("s3://recordings", url, storage_options=access)
-        assert statuses(report) == {"done": 6, "failed": 1}, report.outcomes
-        folder = recordings.parent
-        command = [program, "batch", "recordings", "--out", str(tmp_path / "program")]
-        subprocess.run(command, check=False, capture_output=True, cwd=folder)
-        expected = files(tmp_path / "program")
-        storage.invalidate_cache()
-        found = {path[len("tables/contact/") :]: storage.cat_file(path) for path in storage.find("tables")}
-        assert {found.pop(ROWS)[:4], found.pop(NOTES)[:4]} == {b"PAR1"}
-        assert_same(found, expected)
-        again = fleet.estimate("s3://recordings", url, storage_options=access)
-        assert statuses(again) == {"up_to_date": 6, "failed": 1}
-        assert fleet.rows(url, storage_options=access).num_rows == 7
-        pattern = "s3://recordings/robot0/*.parquet"
-        one = fleet.estimate(pattern, tmp_path / "local", storage_options=access)
-        assert statuses(one) == {"done": 2}
+def test_second_call_does_what_is_missing_or_changed(tmp_path: Path, asked: list[set[str]]) -> None:
+    source, out = tree(tmp_path / "logs"), tmp_path / "out"
+    first = fleet.estimate(source, out)
+    assert fleet.estimate(source, out).equals(first) and len(asked) == 1
+    write_parquet(footfall.simulate("trot", 5.0, seed=99), source / "robot0/L.parquet")
+    write_parquet(footfall.simulate("trot", 5.0, seed=98), source / "robot2/new.parquet")
+    found = by_foot(fleet.estimate(source, out))
+    assert asked[1] == {"L.parquet", "new.parquet"}
+    assert found["robot0", "L"]["samples"] == found["robot2", "new"]["samples"] == 5000
+    # Rows of recordings that a call does not name stay.
+    config = tmp_path / "config.toml"
+    config.write_text("decision.on_delay_s = 0.05\n")
+    assert fleet.estimate(source / "robot0", out, config=config).num_rows == 2
+    assert asked[2] == {"L.parquet", "R.parquet"}
+    assert fleet.estimate([source / "robot0"], out, config={"decision": {"on_delay_s": 0.06}}).num_rows == 2
+    assert asked[3] == asked[2] and parquet.read_table(out / fleet.ROWS).num_rows == 6
+
+
+def test_interrupted_call_leaves_the_rows_of_what_is_done(tmp_path: Path, asked: list[set[str]]) -> None:
+    source, out = tree(tmp_path / "logs"), tmp_path / "out"
+    rows = fleet.estimate(source, out)
+    # As if the process had ended before the rows were one file, and a worker within a file.
+    (out / fleet.NEW).mkdir()
+    parquet.write_table(rows.slice(0, 3), out / fleet.NEW / "0.parquet")
+    (out / fleet.NEW / "1.parquet").write_bytes((out / fleet.NEW / "0.parquet").read_bytes()[:2000])
+    (out / fleet.ROWS).unlink()
+    assert fleet.estimate(source, out).equals(rows)
+    assert len(asked[1]) == rows.num_rows - 3 and os.listdir(out) == [fleet.ROWS]
+
+
+def readers(path: Path) -> set[int]:
+    """The other processes that have a file open."""
+    pids = set()
+    for link in glob.glob("/proc/[0-9]*/fd/*"):
+        with contextlib.suppress(OSError):
+            if os.readlink(link) == str(path):
+                pids.add(int(link.split("/")[2]))
+    return pids - {os.getpid()}
 
 
 @contextlib.contextmanager
-def s3_server(tmp_path: Path) -> Iterator[dict[str, dict[str, str]]]:
+def deadly(path: Path, most: int) -> Iterator[list[int]]:
+    """Puts a pipe in the place of a recording: its readers wait, and are killed, up to `most` of them."""
+    contents = path.read_bytes()
+    path.unlink()
+    os.mkfifo(path)
+    killed: list[int] = []
+    ended = threading.Event()
+
+    def serve() -> None:
+        while True:
+            # Waits for a reader.
+            with open(path, "wb"):
+                if ended.is_set():
+                    return
+                while not (found := readers(path)):
+                    continue
+                killed.extend(found)
+                if len(killed) >= most:
+                    path.unlink()
+                    path.write_bytes(contents)
+                os.kill(killed[-1], signal.SIGKILL)
+            if len(killed) >= most:
+                return
+            while readers(path):
+                time.sleep(0.01)
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    try:
+        yield killed
+    finally:
+        ended.set()
+        while thread.is_alive():
+            os.close(os.open(path, os.O_RDONLY | os.O_NONBLOCK))
+            thread.join(0.1)
+        path.unlink()
+        path.write_bytes(contents)
+
+
+@pytest.mark.parametrize(("most", "status"), [(1, "done"), (1000, "lost")])
+def test_lost_worker_costs_only_its_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, most: int, status: str
+) -> None:
+    source, out = tmp_path / "logs", tmp_path / "out"
+    one = write_parquet(footfall.simulate("trot", 2.0, seed=5), source / "robot0" / "0.parquet")
+    for k in range(1, 8):
+        shutil.copy(one, one.with_name(f"{k}.parquet"))
+    write(footfall.simulate("trot", 2.0, seed=5), source / "robot0" / "victim.csv")
+    # In its first task it is with others.
+    monkeypatch.setattr(fleet, "TASKS", 2)
+    with deadly(source / "robot0" / "victim.csv", most) as killed:
+        found = by_foot(fleet.estimate(source, out))
+    assert killed and found.pop(("robot0", "victim"))["status"] == status
+    assert len(found) == 8 and {row["status"] for row in found.values()} == {"done"}
+    again = by_foot(fleet.estimate(source, out))
+    assert again["robot0", "victim"]["status"] == "done" and len(again) == 9
+
+
+def test_ten_thousand_unchanged_recordings_need_no_worker(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    source, out = tmp_path / "logs", tmp_path / "out"
+    for robot in range(100):
+        (source / f"robot{robot}").mkdir(parents=True)
+        for k in range(100):
+            (source / f"robot{robot}" / f"{k}.csv").touch()
+    monkeypatch.setattr(fleet, "_run", lambda todo, *_: [fleet._row_of(recording, "done") for recording in todo])
+    assert fleet.estimate(source, out).num_rows == 10_000
+    monkeypatch.delattr(fleet, "_run")
+    assert fleet.estimate(source, out).num_rows == 10_000
+
+
+def test_s3_is_read_and_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, asked: list[set[str]]
+) -> None:
+    source = tree(tmp_path / "logs")
+    with s3_server(tmp_path) as access:
+        monkeypatch.setitem(fsspec.config.conf, "s3", access)
+        storage = fsspec.filesystem("s3")
+        storage.mkdir("robots")
+        storage.put(str(source), "robots/logs", recursive=True)
+        storage.mkdir("tables")
+        found = fleet.estimate("s3://robots/logs", "s3://tables/contact", samples=True)
+        assert fleet.estimate("s3://robots/logs", "s3://tables/contact", samples=True).equals(found)
+        assert len(asked) == 1
+        row = by_foot(found)["robot0", "L"]
+        assert row["recording"] == "s3://robots/logs/robot0/L.parquet"
+        local = by_foot(fleet.estimate(source, tmp_path / "out", samples=True))["robot0", "L"]
+        same = ["samples", "steps", "stable_s", "gyro_bias_end_wx_rad_s", "rate_half_width_rad_s"]
+        assert [row[name] for name in same] == [local[name] for name in same]
+        with storage.open(f"tables/contact/{row['samples_file']}") as file:
+            there = parquet.read_table(file)
+        here = parquet.read_table(tmp_path / "out" / local["samples_file"])
+        assert there.drop_columns(["recording"]).equals(here.drop_columns(["recording"]))
+
+
+@contextlib.contextmanager
+def s3_server(tmp_path: Path) -> Iterator[dict[str, str]]:
     """A server of S3 on this machine: what fsspec is to know of it."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     command = [sys.executable, "-m", "moto.server", "-H", "127.0.0.1", "-p", str(port)]
-    with open(tmp_path / "moto.log", "wb") as log:
-        server = subprocess.Popen(command, stdout=log, stderr=log)
-    try:
-        wait_for(port)
-        address = f"http://127.0.0.1:{port}"
-        yield {"s3": {"endpoint_url": address, "key": "key", "secret": "secret"}}
-    finally:
-        server.terminate()
-        server.wait()
+    with open(tmp_path / "moto.log", "wb") as log, subprocess.Popen(command, stdout=log, stderr=log) as server:
+        try:
+            end = time.monotonic() + 120.0
+            while time.monotonic() < end:
+                with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port), 1.0):
+                    break
+                time.sleep(0.1)
+            yield {"endpoint_url": f"http://127.0.0.1:{port}", "key": "key", "secret": "secret"}
+        finally:
+            server.terminate()
 
 
-def wait_for(port: int) -> None:
-    end = time.monotonic() + WAIT_S
-    while time.monotonic() < end:
-        with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port), 1.0):
-            return
-        time.sleep(0.1)
-    raise TimeoutError(f"nothing listens on port {port}")
+def test_wrong_arguments_are_refused_before_any_work(tmp_path: Path, asked: list[set[str]]) -> None:
+    source = tree(tmp_path / "logs")
+    wrong: list[tuple[dict[str, Any], type[Exception], str]] = [
+        ({"preset": "best"}, ValueError, "preset"),
+        ({"units": "feet"}, ValueError, "units"),
+        ({"config": {"decision": {"threshold": 7.0}}}, ValueError, "decision.threshold"),
+        ({"speed": 1}, TypeError, "speed"),
+        ({"pattern": "*.csv"}, FileNotFoundError, "no recording in .* of the pattern"),
+    ]
+    for options, kind, match in wrong:
+        with pytest.raises(kind, match=match):
+            fleet.estimate(source, tmp_path / "out", **options)
+    (tmp_path / "file").touch()
+    with pytest.raises(OSError, match="file"):
+        fleet.estimate(source, tmp_path / "file")
+    assert not asked
 
 
-def test_a_fleet_of_simulated_robots_shows_its_slips_and_the_sensors_that_drift(
-    cluster: Cluster, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    monkeypatch.syspath_prepend(str(EXAMPLE))
-    report, robots = map(importlib.import_module, ("report", "robots"))
-    second = cluster.add_node(num_cpus=1, memory=4 << 30, object_store_memory=100 << 20)
-    truths = robots.simulate(tmp_path / "recordings", SECONDS)
-    out = tmp_path / "tables"
-    assert len(truths) == 200
-    pattern = robots.PATH_PATTERN
-    first = fleet.estimate(tmp_path / "recordings", out, path_pattern=pattern)
-    assert statuses(first) == {"done": 200}
-    cluster.remove_node(second)
-    rows = fleet.rows(out).to_pylist()
-    assert {row["day"] for row in rows} == {robots.DAY}
-
-    drifting = {(drift.robot, drift.foot) for drift in fleet.drifting(rows)}
-    assert drifting == {(truth.robot, truth.foot) for truth in truths if truth.drifts}
-    assert drifting == set(robots.DRIFTING)
-
-    found = {robot.name: robot for robot in fleet.robots(rows)}
-    true: dict[str, list[Any]] = {}
-    for truth in truths:
-        true.setdefault(truth.robot, []).append(truth)
-    shares = {name: sum(f.slips for f in feet) / sum(f.steps for f in feet) for name, feet in true.items()}
-    ranked = [found[name].slips_per_thousand_steps for name in shares]
-    correlation = rank_correlation(ranked, list(shares.values()))
-    print(f"rank correlation {correlation:.3f}")
-    assert correlation > 0.9
-    assert sum(robot.steps for robot in found.values()) > 0.9 * sum(truth.steps for truth in truths)
-    assert len({round(robot.acceleration_half_width, 3) for robot in found.values()}) > 20
-
-    page = report.page(rows)
-    assert all(f"{robot} {foot}" in page for robot, foot in robots.DRIFTING)
-    assert "<svg" in page and "http://" not in page.replace("http://www.w3.org", "")
+def test_document_describes_each_column() -> None:
+    text = (Path(__file__).parents[2] / "docs/fleet.md").read_text(encoding="utf-8")
+    table = text.partition("| columns | meaning |")[2].partition("\n\n")[0]
+    names = "".join(line.split("|")[1] for line in table.splitlines() if line.startswith("| `"))
+    assert set(re.findall(r"`(\w+)`", names)) == set(fleet.COLUMNS)
 
 
-def rank_correlation(one: npt.ArrayLike, other: npt.ArrayLike) -> float:
-    """Spearman's, in [-1, 1]: 1 where both rank alike; equal values share their rank."""
-
-    def ranks(values: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        _, place, counts = np.unique(values, return_inverse=True, return_counts=True)
-        last = np.cumsum(counts)
-        return np.asarray((last - (counts - 1) / 2.0)[place], dtype=np.float64)
-
-    return float(np.corrcoef(ranks(one), ranks(other))[0, 1])
+def test_missing_extra_is_named_in_the_error() -> None:
+    code = "import sys; sys.modules['fsspec'] = None; import footfall.fleet"
+    output = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert "ImportError: footfall.fleet needs fsspec: pip install 'footfall[fleet]'" in output.stderr

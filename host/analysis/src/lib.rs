@@ -6,12 +6,9 @@
 //! | parameters in force, as JSON | [`parameters`] |
 //! | estimator over a recording, sample by sample, into tables | [`replay`] |
 //! | summary of the results | [`summary`] |
-//! | all recordings of a tree, into tables of Parquet | `batch`, with the feature `parquet` |
 //! | files written completely or not at all | [`whole_file`] |
 //! | values of one robot: learnt values, mounting, sensor errors | [`calibrate`] |
 
-#[cfg(feature = "parquet")]
-pub mod batch;
 pub mod calibrate;
 pub mod config;
 pub mod parameters;

@@ -93,13 +93,6 @@ impl Drop for Unfinished {
     }
 }
 
-/// Returns whether this is the name of an unfinished file, such as one left by a killed process.
-#[must_use]
-pub fn is_unfinished(path: &Path) -> bool {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    name.starts_with('.') && name.ends_with(PART)
-}
-
 /// Removes the unfinished files of this process and exits with this code. No file can be started meanwhile.
 pub fn remove_unfinished_and_exit(code: i32) -> ! {
     let unfinished = all_unfinished();
@@ -110,6 +103,12 @@ pub fn remove_unfinished_and_exit(code: i32) -> ! {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Returns whether this is the name of an unfinished file.
+    fn is_unfinished(path: &Path) -> bool {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        name.starts_with('.') && name.ends_with(PART)
+    }
 
     #[test]
     fn file_appears_when_finished_and_is_removed_otherwise() {

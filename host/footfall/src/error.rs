@@ -2,8 +2,6 @@
 
 use std::io;
 
-#[cfg(feature = "parquet")]
-use analysis::batch::{BatchError, sources::NoSource};
 use analysis::calibrate::CalibrationError;
 use analysis::config::{ConfigError, ParameterRefusal};
 use analysis::replay::foot::ReplayError;
@@ -81,22 +79,6 @@ pub enum Error {
     /// The samples or rows cannot be stored temporarily.
     #[error(transparent)]
     Replay(#[from] ReplayError),
-    /// The results or temporary files of a batch cannot be written.
-    #[cfg(feature = "parquet")]
-    #[error(transparent)]
-    Batch(#[from] BatchError),
-    /// A source of a batch does not exist.
-    #[cfg(feature = "parquet")]
-    #[error(transparent)]
-    NoSource(#[from] NoSource),
-    /// Recordings of a batch have failed; each was reported.
-    #[error("{failed} of {recordings} recordings failed")]
-    Failed {
-        /// Number of failed recordings.
-        failed: usize,
-        /// Total number of recordings.
-        recordings: usize,
-    },
     /// A result cannot be written.
     #[error(transparent)]
     Output(OutputError),
@@ -121,12 +103,6 @@ pub enum Error {
         /// Names of the feet.
         feet: Vec<String>,
     },
-    /// Results may be removed, and there is no terminal for the confirmation.
-    #[error(
-        "--prune asks for confirmation, but there is no terminal: --dry-run -v lists what would be removed, \
-         --yes confirms"
-    )]
-    NoTerminal,
     /// A foot is calibrated where there are settings of single feet, and it is not named.
     #[error("there are settings of the foot {0} alone: --foot names the one that is calibrated")]
     WhichFoot(String),

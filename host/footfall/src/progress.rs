@@ -32,12 +32,6 @@ impl Bars {
     pub fn sending(&self) -> ProgressBar {
         self.0.add(bar("sending", 100, 0))
     }
-
-    /// Returns a bar over the bytes of all recordings of a batch.
-    #[must_use]
-    pub fn batch(&self, bytes: u64) -> ProgressBar {
-        self.0.add(bar("batch", bytes, LONG_FILE))
-    }
 }
 
 /// Opens a file like [`Opened::new`], with a bar while it is read; `-` is standard input.

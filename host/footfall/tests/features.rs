@@ -13,7 +13,6 @@ const NEEDS: [(Feature, &str); 10] = [
     (Feature::Parquet, "replay walk.parquet"),
     (Feature::Parquet, "replay walk.csv --output new.parquet"),
     (Feature::Parquet, "convert walk.csv new.parquet"),
-    (Feature::Parquet, "batch . --out new"),
     (Feature::Ros2, "ros2 demo:feet=1 --compat champ"),
 ];
 

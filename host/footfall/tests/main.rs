@@ -22,8 +22,6 @@ mod environment;
 mod packages;
 
 mod axes;
-#[cfg(feature = "parquet")]
-mod batch;
 mod calibrate;
 mod command_line;
 #[cfg(all(feature = "bags", feature = "parquet"))]

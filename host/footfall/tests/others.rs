@@ -101,18 +101,6 @@ fn tables_of_loggers_and_bags_of_ros_1_give_the_same() {
     let stderr = text(&output.stderr);
     assert!(!output.status.success(), "{stderr}");
     assert!(stderr.contains("pip install rosbags"), "{stderr}");
-    if !cfg!(feature = "parquet") {
-        return;
-    }
-    // In a tree of recordings.
-    fs::create_dir(bench.path("tree")).expect("a folder");
-    fs::copy(bench.path("walk.bag"), bench.path("tree/walk.bag")).expect("a copy");
-    let batch = ["batch", "tree", "--out", "out", "--load-topic", "/ft"];
-    let output = run(bench.directory.path(), &batch);
-    assert!(text(&output.stderr).contains("pip install rosbags"));
-    let output = run(&packages.folder.join("bin"), &batch);
-    let (stdout, stderr) = (text(&output.stdout), text(&output.stderr));
-    assert!(stdout.contains("1 done, 0 up to date"), "{stdout}{stderr}");
 }
 
 #[test]

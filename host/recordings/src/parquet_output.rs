@@ -46,20 +46,10 @@ impl<W: Write> ParquetEstimates<W> {
     /// # Errors
     /// Any error of the writer.
     pub fn new(to: W, feet: TableFeet) -> io::Result<Self> {
-        Self::with_name(
-            to,
-            match feet {
-                TableFeet::One => None,
-                TableFeet::Several => Some(FOOT),
-            },
-        )
-    }
-
-    /// Starts a table without rows; if `column` is given, each row begins with a name in that column.
-    ///
-    /// # Errors
-    /// Any error of the writer.
-    pub fn with_name(to: W, column: Option<&'static str>) -> io::Result<Self> {
+        let column = match feet {
+            TableFeet::One => None,
+            TableFeet::Several => Some(FOOT),
+        };
         Ok(Self {
             encoder: Encoder::new(to, Arc::new(schema(column)))?,
             names: column.map(|_| Texts::new()),

@@ -18,12 +18,11 @@ The estimator is that of the firmware and of the program ``footfall``, to the bi
 :func:`calibrate`           what a foot teaches, for a warm start
 :func:`score`               RMSE, ROC-AUC and calibration error against labels
 :func:`select`              parameters that fit the labels of recordings best
-:func:`batch`               all recordings of a tree, as tables of Parquet
+:mod:`footfall.fleet`       all recordings of a tree, on one machine or many
 :class:`ContactClassifier`  the estimator in the form of scikit-learn's classifiers
 ==========================  ==================================================================
 """
 
-from ._batch import batch
 from ._calibration import Calibration, calibrate
 from ._classifier import ContactClassifier
 from ._decoded import Decoded, decode
@@ -62,7 +61,6 @@ __all__ = [
     "TimeUnit",
     "Times",
     "__version__",
-    "batch",
     "calibrate",
     "decode",
     "estimate",

@@ -117,6 +117,7 @@ def estimate_file(
     time_unit: TimeUnit | None = None,
     times: Times | None = None,
     estimate_again: bool = False,
+    foot: str | None = None,
 ) -> list[Result]:
     """Estimates each foot in a file, as ``footfall replay`` does.
 
@@ -135,6 +136,8 @@ def estimate_file(
         Whether to estimate from the samples of a bag that has the contacts of its feet, as ``footfall record``
         writes them. Otherwise these contacts are the estimates, with their times and rate: no setting applies,
         numbers that a contact lacks are not a number, and :attr:`Result.learnt` is empty.
+    foot : str, optional
+        The name of the only foot, where the file has none: settings of single feet apply by it.
 
     Returns
     -------
@@ -156,5 +159,5 @@ def estimate_file(
     )
     chosen = settings(preset, config, gravity, rate, axes)
     with arguments_in_errors():
-        feet = _footfall.estimate_file(os.fspath(path), options, chosen)
+        feet = _footfall.estimate_file(os.fspath(path), options, chosen, foot)
     return [Result._of(arrays) for arrays in feet]

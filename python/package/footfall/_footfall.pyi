@@ -1,13 +1,6 @@
 from typing import Any, final
 
-from ._settings import (
-    BatchDict,
-    IdentityDict,
-    ReadDict,
-    RecordingDict,
-    SettingsDict,
-    WalkDict,
-)
+from ._settings import ReadDict, RecordingDict, SettingsDict, WalkDict
 
 __version__: str
 FEATURES: list[str]
@@ -51,32 +44,7 @@ def decode_file(
     path: str, nodes: list[int], names: dict[int, str]
 ) -> tuple[dict[str, Any], str]: ...
 def estimate_file(
-    path: str, options: ReadDict, settings: SettingsDict
+    path: str, options: ReadDict, settings: SettingsDict, foot: str | None
 ) -> list[dict[str, Any]]: ...
 def read(path: str, options: ReadDict) -> list[dict[str, Any]]: ...
 def simulate(walk: WalkDict) -> dict[str, Any]: ...
-def batch_recording(
-    path: str,
-    identity: IdentityDict,
-    options: ReadDict,
-    settings: SettingsDict,
-    batch: BatchDict,
-    out: str,
-) -> str: ...
-def batch_key(name: str) -> str: ...
-def batch_settings_hash(
-    options: ReadDict, settings: SettingsDict, batch: BatchDict
-) -> str: ...
-def batch_plan(
-    path: str,
-    identity: IdentityDict,
-    options: ReadDict,
-    settings: SettingsDict,
-    batch: BatchDict,
-    out: str,
-) -> tuple[str | None, str]: ...
-def batch_feet(
-    path: str, options: ReadDict, settings: SettingsDict, batch: BatchDict
-) -> list[str]: ...
-def batch_identity(identity: IdentityDict, pattern: str) -> IdentityDict: ...
-def is_recording(path: str, format: str | None) -> bool: ...

@@ -83,6 +83,11 @@ class Result:
     learnt: npt.NDArray[np.float32]
     """What the estimator has learnt by the end; see :func:`calibrate` for a warm start. Empty where the
     estimates are recorded contacts."""
+    half_widths: npt.NDArray[np.float32]
+    """Where stillness ends for this foot by the end, as learnt: acceleration (m/s²), angular rate (rad/s), leaky
+    mean of the acceleration (m/s²), shape (3,). Empty where half-widths are set, or nothing is learnt."""
+    first_gyro_bias: npt.NDArray[np.float32]
+    """Bias of the gyroscope when it was first known, rad/s, shape (3,); empty where the foot never was at rest."""
     recording: str | None = None
     """The name of the recording, where it has one."""
     foot: str | None = None
@@ -96,10 +101,11 @@ class Result:
         findings = tuple(
             Finding(name, with_arguments(message)) for name, message in arrays.pop("findings")
         )
-        learnt = np.asarray(arrays.pop("learnt"), dtype=np.float32)
+        for name in ("learnt", "half_widths", "first_gyro_bias"):
+            arrays[name] = np.asarray(arrays[name], dtype=np.float32)
         events = tuple(Event(*event) for event in arrays.pop("events"))
         arrays["notices"] = tuple(map(with_arguments, arrays.get("notices", ())))
-        return cls(**arrays, findings=findings, learnt=learnt, _events=events)
+        return cls(**arrays, findings=findings, _events=events)
 
     def __len__(self) -> int:
         return len(self.p_stable)

@@ -16,7 +16,7 @@ BINS = 10
 
 @dataclass(frozen=True)
 class Score:
-    """Figures of a probability against labels, as those of ``footfall replay`` and ``footfall batch``."""
+    """Figures of a probability against labels, as those of ``footfall replay``."""
 
     samples: int
     """Number of samples with a label."""

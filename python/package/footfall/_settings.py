@@ -59,23 +59,6 @@ class ReadDict(TypedDict):
     estimate_again: bool
 
 
-class IdentityDict(TypedDict):
-    """What a recording of a batch is called."""
-
-    name: str
-    robot: str
-    foot: str | None
-    day: str | None
-
-
-class BatchDict(TypedDict):
-    """Further settings of a batch, in the grammar of the program's options."""
-
-    window: str | None
-    strict: bool
-    only_foot: str | None
-
-
 class WalkDict(TypedDict):
     """What is simulated."""
 
@@ -153,9 +136,10 @@ def _several(names: str | Sequence[str] | None) -> list[str]:
     return [names] if isinstance(names, str) else list(names)
 
 
-def _text(config: Config | None) -> tuple[str, str] | None:
-    if config is None:
-        return None
+def _text(config: Config | tuple[str, str] | None) -> tuple[str, str] | None:
+    """The name of a configuration and its text; what has been read before is returned as it is."""
+    if config is None or isinstance(config, tuple):
+        return config
     if isinstance(config, Mapping):
         return "config", _footfall.toml_of(json.dumps(config))
     path = os.fspath(config)

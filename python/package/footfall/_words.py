@@ -9,7 +9,7 @@ from collections.abc import Iterator
 ARGUMENTS = {
     name: name.replace("-", "_")
     for name in (
-        "axes config decimal estimate-again format frame gravity load-topic map not-topic preset scale strict time-unit "
+        "axes config decimal estimate-again format frame gravity load-topic map not-topic preset scale time-unit "
         "times topic units window"
     ).split()
 } | {"sample-rate": "rate"}

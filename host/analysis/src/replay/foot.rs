@@ -2,7 +2,7 @@
 
 use std::io;
 
-use estimator_core::{AngularRate, ContactEstimate, Learnt, Params, ParamsError, Timestamp};
+use estimator_core::{ContactEstimate, Learnt, Params, ParamsError, Timestamp};
 use recordings::events::{ContactEvent, Events};
 use recordings::input::Stored;
 use recordings::plausible::{Check, Finding};
@@ -69,8 +69,6 @@ pub struct Replayed {
     pub events: Option<Part>,
     /// Learnt values; none where the estimates were recorded.
     pub learnt: Learnt,
-    /// Gyroscope bias when it was first known and at the end; `None` if the foot was never at rest.
-    pub gyro_bias: Option<[AngularRate; 2]>,
 }
 
 /// Error of a foot's estimation.
@@ -129,16 +127,12 @@ fn estimated<O: Observer>(
     let about = &stored.about;
     let mut replay = Replay::new(about.sample_rate, about.gravity, params)?;
     let mut check = Check::new(about.sample_rate, about.gravity);
-    let mut gyro_bias = None;
     for sample in stored.samples()? {
         let sample = sample?;
         if results.span.is_before(sample.imu.timestamp) {
             break;
         }
         let estimate = replay.update(&sample);
-        if let Some(now) = replay.gyro_bias() {
-            gyro_bias.get_or_insert([now, now])[1] = now;
-        }
         check.add(&sample);
         check.add_estimate(&sample, &estimate);
         results.add(&sample, &estimate, &estimate)?;
@@ -146,7 +140,6 @@ fn estimated<O: Observer>(
     Ok(Replayed {
         findings: check.findings(),
         learnt: replay.finish(),
-        gyro_bias,
         ..results.finish()?
     })
 }
@@ -284,7 +277,6 @@ impl<'a, O: Observer> Results<'a, O> {
             table: self.table,
             events: self.event_table,
             learnt: Learnt::default(),
-            gyro_bias: None,
         })
     }
 }

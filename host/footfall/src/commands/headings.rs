@@ -35,14 +35,6 @@ Examples:
   footfall replay a.csv b.csv --json | jq '.recordings[].metrics.rmse'
   footfall replay - --output - < walk.csv | head";
 
-/// Examples of `footfall batch`.
-pub const BATCH_EXAMPLES: &str = "\
-Examples:
-  footfall batch logs --out results --topic all
-  footfall batch logs --out results --path-pattern '{robot}/{day}/*_{foot}.csv'
-  footfall batch logs --out results --dry-run
-  footfall batch logs --out results --json | jq '.recordings[].rows[] | select(.slips > 0).recording'";
-
 /// Examples of `footfall convert`.
 pub const CONVERT_EXAMPLES: &str = "\
 Examples:

@@ -3,7 +3,6 @@
 //! | command | file |
 //! |---|---|
 //! | `replay` | [`replay`] |
-//! | `batch` | `batch` |
 //! | `convert` | [`convert`] |
 //! | `demo` | [`demo`] |
 //! | `decode` | [`decode`] |
@@ -20,16 +19,12 @@
 //! | nodes and names of feet | [`feet`] |
 //! | options shared by commands that listen to feet | [`listen`], [`played`], [`published`] |
 //! | options shared by commands that read recordings | [`recording`] |
-//! | stubs of `batch` and `ros2` if not built | `absent` |
+//! | stub of `ros2` if not built | `absent` |
 //! | functions shared by `record`, `view` and `ros2` | [`stream`](crate::stream) |
 
-#[cfg(not(all(feature = "parquet", feature = "ros2")))]
+#[cfg(not(feature = "ros2"))]
 pub mod absent;
 pub mod accept;
-#[cfg(feature = "parquet")]
-pub mod batch;
-#[cfg(not(feature = "parquet"))]
-use absent as batch;
 pub mod calibrate;
 pub mod config;
 pub mod convert;
@@ -87,10 +82,6 @@ pub enum Command {
     /// Replay a recording: probabilities to a table, a picture and a summary
     #[command(after_help = headings::REPLAY_EXAMPLES)]
     Replay(replay::ReplayArguments),
-    /// Estimate all recordings of folders: samples, events and summaries as Parquet, partitioned by robot,
-    /// foot and day. A second run does only what is missing or has changed
-    #[command(after_help = headings::BATCH_EXAMPLES)]
-    Batch(batch::BatchArguments),
     /// Convert a recording: any format that replay reads to CSV, Parquet or MCAP
     #[command(after_help = headings::CONVERT_EXAMPLES)]
     Convert(convert::ConvertArguments),
@@ -150,7 +141,6 @@ impl Arguments {
             .unwrap_or(Command::Demo(demo::DemoArguments::default()))
         {
             Command::Replay(arguments) => arguments.run(),
-            Command::Batch(arguments) => arguments.run(),
             Command::Convert(arguments) => arguments.run(),
             Command::Demo(arguments) => arguments.run(),
             Command::Decode(arguments) => arguments.run(),

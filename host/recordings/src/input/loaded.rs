@@ -8,7 +8,6 @@ use estimator_core::{
 use samples::recording::Recording;
 
 use super::correction::Correction;
-use super::format::{Content, Format};
 use super::store::contacts::ContactUse;
 use super::table::options::TableOptions;
 use super::topics::BagOptions;
@@ -33,20 +32,6 @@ pub struct Hints {
 }
 
 impl Hints {
-    /// The same without what does not apply to files of a format.
-    #[must_use]
-    pub fn applying_to(mut self, format: Format) -> Self {
-        match format.content() {
-            Content::Messages => self.table.time_unit = None,
-            Content::Fixed => {
-                self.table = TableOptions::default();
-                self.bag = BagOptions::default();
-            }
-            Content::Columns => self.bag = BagOptions::default(),
-        }
-        self
-    }
-
     /// Correction of a foot with these names: its own, else that of all.
     #[must_use]
     pub fn correction_of(&self, names: &[&str]) -> &Correction {

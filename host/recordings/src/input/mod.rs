@@ -3,7 +3,6 @@
 //! | step | file |
 //! |---|---|
 //! | formats by name, files by their first bytes, opening of files | `format`, [`samples::magic`], `open`, this one |
-//! | recordings among other files | `candidate` |
 //! | gzip and zstd | [`compressed`] |
 //! | `csv`, `parquet`: named columns | [`table`] |
 //! | `mcap`, `rosbag2`: bags of ROS 2 | `bag`; [`topics`] |
@@ -21,7 +20,6 @@
 
 #[cfg(feature = "bags")]
 pub mod bag;
-mod candidate;
 mod correction;
 pub mod error;
 mod format;
@@ -40,7 +38,6 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-pub use candidate::{is_recording, is_rosbag2};
 pub use correction::Correction;
 pub use error::{Cell, InputError, RowPlace, Suggestion};
 pub use format::{Content, Format};
