@@ -6,14 +6,14 @@ use estimator_core::Gravity;
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams};
 use recordings::input::{self, Format, Hints};
-use samples::recording::Recording;
+use recordings::samples::recording::Recording;
 
 use crate::datasets::recorded;
 
 /// Name of the file that marks the recordings in its folder as free of gravity.
 const GRAVITY_REMOVED: &str = "gravity_removed";
 
-samples::named! {
+recordings::named! {
     /// Recordings that are scored as one.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Set {

@@ -11,8 +11,8 @@ use gait::label::SPEED_LIMIT;
 pub use gait::slips::{Profile, SPEEDS, profiles};
 use gait::{Activity, FootState, Simulation};
 use recordings::replay::replay;
-use samples::recording::Label;
-use samples::space::Vector;
+use recordings::samples::recording::Label;
+use recordings::samples::space::Vector;
 
 /// Stride of [`sample`] through the profiles. It is coprime with every dimension of the grid, so all values of each
 /// occur.

@@ -6,9 +6,9 @@ use host_tests::datasets::recorded;
 use host_tests::oracle::Oracle;
 use recordings::input::{self, Format, Hints};
 use recordings::replay::replay;
-use samples::recording::Recording;
-use scoring::metrics::Metrics;
-use scoring::scored::Scored;
+use recordings::samples::recording::Recording;
+use recordings::scoring::metrics::Metrics;
+use recordings::scoring::scored::Scored;
 
 /// Maximum difference of a probability from the formula in f64.
 const PARITY: f64 = 5.0e-7;

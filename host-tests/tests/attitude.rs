@@ -8,8 +8,8 @@ use estimator_core::{
 use gait::plan::{GaitName, Ground, Plan};
 use gait::sensor::{self, AxisErrors};
 use gait::{Activity, SensorParams, Simulation, Track, simulate};
-use samples::space::{Rotation, Vector};
-use scoring::inclination::inclination_error_degrees;
+use recordings::samples::space::{Rotation, Vector};
+use recordings::scoring::inclination::inclination_error_degrees;
 
 use proptest::prelude::*;
 

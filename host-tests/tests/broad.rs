@@ -5,9 +5,9 @@ use estimator_core::{AttitudeParams, GyroTiming, Params};
 use host_tests::datasets::recorded;
 use recordings::input::{Format, Hints, Opened};
 use recordings::replay::replay;
-use samples::recording::Recording;
-use samples::space::Rotation;
-use scoring::inclination::InclinationScore;
+use recordings::samples::recording::Recording;
+use recordings::samples::space::Rotation;
+use recordings::scoring::inclination::InclinationScore;
 
 const TRIALS: [&str; 6] = [
     "02_undisturbed_slow_rotation_B",

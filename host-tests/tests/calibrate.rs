@@ -4,19 +4,19 @@
 use std::ops::Range;
 
 use crate::labelled;
-use analysis::calibrate::CalibrationError;
-use analysis::calibrate::learnt::LearntCalibration;
-use analysis::calibrate::robot_file::RobotFile;
-use analysis::calibrate::sensor::{RestsError, SensorCalibration};
-use analysis::config::Overrides;
 use estimator_core::stillness::SETTLED_AFTER;
 use estimator_core::{ContactEstimator, Gravity, Learnt, Params, Vec3};
 use gait::sensor::{AxisErrors, GRAVITY, MILLI_DPS, MILLI_G};
 use gait::{GaitName, Ground, Plan, SensorParams, record, simulate};
 use host_tests::sets::Labelled;
 use labelled::{averaged, rmse};
-use samples::recording::Recording;
-use samples::space::Vector;
+use recordings::analysis::calibrate::CalibrationError;
+use recordings::analysis::calibrate::learnt::LearntCalibration;
+use recordings::analysis::calibrate::robot_file::RobotFile;
+use recordings::analysis::calibrate::sensor::{RestsError, SensorCalibration};
+use recordings::config::Overrides;
+use recordings::samples::recording::Recording;
+use recordings::samples::space::Vector;
 
 /// An accelerometer without errors of its own.
 const CALIBRATED: SensorParams = SensorParams {

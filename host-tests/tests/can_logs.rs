@@ -7,15 +7,15 @@ use std::process::{Command, Stdio};
 use std::sync::LazyLock;
 
 use crate::environment;
-use decode::row::write_row;
-use decode::{ContactRow, DecodeError, Decoded, Feet, decode};
+use feet::decode::row::write_row;
+use feet::decode::{ContactRow, DecodeError, Decoded, Feet, decode};
+use feet::robot::walk::walk;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, simulate};
 use host_tests::committed::workspace;
 use host_tests::requirements::unmet;
-use live::robot::walk::walk;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::Index;

@@ -5,7 +5,6 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::packages;
-use analysis::replay::span::Span;
 use estimator_core::{AngularRate, ImuSample, Load, SpecificForce, Timestamp, Validity, Vec3};
 use footfall::convert::{Bag, ConvertFormat, ConvertedFoot, each, write_table};
 use gait::plan::DEMO_SEED;
@@ -13,10 +12,11 @@ use gait::{Plan, SensorParams, simulate};
 use host_tests::requirements::unmet;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, TestRunner};
+use recordings::analysis::replay::span::Span;
 use recordings::input::{BagOptions, Hints, Opened};
 use recordings::output::{write_recording, write_recording_header, write_recording_row};
-use samples::recording::{Label, RecordedSample};
-use samples::validity::VALIDITIES;
+use recordings::samples::recording::{Label, RecordedSample};
+use recordings::samples::validity::VALIDITIES;
 
 const REQUIREMENTS: &str = include_str!("python/roads.txt");
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/convert.py");

@@ -1,15 +1,15 @@
 //! The README's picture, and the figures of the demo.
 
-use analysis::config::default_params;
 use estimator_core::{ContactEstimate, Flag};
 use footfall::plot;
 use gait::plan::DEMO_SEED;
 use gait::{Activity, Plan, SensorParams, record, simulate};
 use host_tests::committed::{assert_current, workspace};
+use recordings::config::default_params;
 use recordings::replay::replay;
-use samples::recording::Recording;
-use scoring::metrics::Metrics;
-use scoring::scored::Scored;
+use recordings::samples::recording::Recording;
+use recordings::scoring::metrics::Metrics;
+use recordings::scoring::scored::Scored;
 
 /// Limits of the demo's mean P: measured are 0.0142 swinging and 0.0871 slipping.
 const STANDING_P: f64 = 0.93;

@@ -8,7 +8,7 @@ use estimator_core::{AngularRate, Config, ContactEstimator, Gravity, Params, Vec
 use gait::{GaitName, Ground, Plan, SensorParams, simulate};
 use host_tests::changed::{AXES, changed, stood, with_rate_drifts};
 use recordings::replay::{Replay, replay};
-use samples::recording::{Label, Recording};
+use recordings::samples::recording::{Label, Recording};
 
 /// Maximum share of the stable samples lost by the drift.
 const LOST: f64 = 0.01;

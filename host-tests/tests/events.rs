@@ -1,18 +1,18 @@
 //! Events of simulated walks against the truth.
 
 use crate::labelled;
-use analysis::config::Preset;
-use analysis::config::default_params;
 use estimator_core::{Params, Timestamp};
 use gait::slips::{SENSOR, profiles};
 use gait::{Activity, FootState, GaitName, Ground, Plan, Simulation, Track, simulate};
 use host_tests::datasets::recorded;
 use host_tests::sets::Set;
 use labelled::of_sets;
+use recordings::config::Preset;
+use recordings::config::default_params;
 use recordings::events::{ContactEvent, EventKind, Events};
 use recordings::input::{self, Format, Hints};
 use recordings::replay::Replay;
-use samples::recording::{Label, Recording};
+use recordings::samples::recording::{Label, Recording};
 
 /// Delay from rest under load to the decision, s: window and on-delay.
 const DEBOUNCE: f64 = 0.06;

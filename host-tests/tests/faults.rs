@@ -1,10 +1,10 @@
 //! The document of faults, flags and rejections matches the table of `footfall explain`, and that of acceptance its
 //! limits.
 
-use decode::remedy::Trouble;
+use feet::decode::remedy::Trouble;
+use feet::foot::accept::Limit;
+use feet::foot::accept::figure::LIMITS;
 use host_tests::committed::assert_block;
-use live::foot::accept::Limit;
-use live::foot::accept::figure::LIMITS;
 
 fn table(kind: &str) -> String {
     let all = Trouble::all().filter(|trouble| trouble.kind() == kind);

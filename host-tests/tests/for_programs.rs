@@ -8,9 +8,9 @@ mod compare;
 mod listen;
 
 use compare::{Language, Program, Sanitizers, committed, readme_program};
+use feet::robot::walk::{Transmission, walk};
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, simulate};
-use live::robot::walk::{Transmission, walk};
 use wire::{Foot, Pdo};
 
 fn demo() -> Transmission {

@@ -10,7 +10,7 @@ use labelled::of_sets;
 use recordings::input::{self, Format, Hints};
 use recordings::plausible::{Finding, check};
 use recordings::replay::replay;
-use samples::recording::{RecordedSample, Recording};
+use recordings::samples::recording::{RecordedSample, Recording};
 
 /// Minimum duration of a stance, s; shorter contacts are bounces.
 const SHORTEST_STANCE: f64 = 0.25;

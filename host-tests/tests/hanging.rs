@@ -10,7 +10,7 @@ use estimator_core::{
 };
 use gait::{GaitName, Ground, Plan, SensorParams, simulate};
 use host_tests::changed::Chance;
-use samples::recording::{Label, Recording};
+use recordings::samples::recording::{Label, Recording};
 
 const GRAVITY: f64 = 9.806_65;
 

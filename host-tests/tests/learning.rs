@@ -12,7 +12,7 @@ use estimator_core::{
 use gait::{Activity, FootState, GaitName, Ground, Plan, SensorParams, Simulation, simulate};
 use host_tests::changed::{Chance, after, after_samples, changed};
 use recordings::replay::replay_and_learn;
-use samples::recording::{Label, Recording};
+use recordings::samples::recording::{Label, Recording};
 
 const GRAVITY: f32 = 9.806_65;
 

@@ -1,8 +1,8 @@
 //! Settings at the limits of their ranges, as a member of the bus could write them to a walking foot.
 
-use analysis::config::default_params;
 use estimator_core::{Decision, Method, Parameter, Params, PerAxis};
 use gait::{Activity, GaitName, Ground, Plan, SensorParams, simulate};
+use recordings::config::default_params;
 use recordings::replay::replay;
 
 /// Share of the swings of walks with these settings in which a decision is "not stable".

@@ -11,8 +11,8 @@ use recordings::input::{self, Correction, Format, Hints};
 use recordings::mounting::{rotation, then};
 use recordings::output::write_recording;
 use recordings::replay::replay;
-use samples::recording::Recording;
-use samples::space::Vector;
+use recordings::samples::recording::Recording;
+use recordings::samples::space::Vector;
 
 /// Half-widths judge axis by axis: a missing mounting shows at once.
 const HALF_WIDTHS: Params = Params {

@@ -1,8 +1,8 @@
 //! The sensor's noise and the estimator's bandwidths: two crates without a common dependency.
 
-use analysis::config::default_params;
 use estimator_core::{Axis, Params};
 use firmware::imu::SENSOR;
+use recordings::config::default_params;
 
 #[test]
 fn the_default_bandwidths_match_the_sensor_noise() {

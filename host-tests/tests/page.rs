@@ -2,20 +2,20 @@
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use analysis::config::default_params;
 use estimator_core::{ContactEstimate, Decision, Load, Phase};
 use footfall::plot::page::{self, PageFoot};
 use gait::{Plan, SensorParams, simulate};
 use host_tests::requirements::unmet;
+use recordings::config::default_params;
 use recordings::events::{ContactEvent, EventKind, Events};
 use recordings::input::About;
 use recordings::replay::replay;
-use samples::recording::{Label, Recording};
+use recordings::samples::recording::{Label, Recording};
 use tempfile::TempDir;
 
 const BROWSERS: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];

@@ -9,10 +9,10 @@ use std::time::Duration;
 use crate::packages;
 use clap::Parser;
 use estimator_core::Gravity;
+use feet::feed::Fed;
+use feet::{Feed, Playback, Source};
 use footfall::commands::Arguments;
 use host_tests::requirements::unmet;
-use live::feed::Fed;
-use live::{Feed, Playback, Source};
 use recordings::input::Hints;
 use recordings::input::bag::copy;
 

@@ -12,7 +12,7 @@ use estimator_core::{
 use gait::{GaitName, Ground, Plan, SensorParams, record};
 use proptest::prelude::*;
 use recordings::replay::replay;
-use samples::recording::Recording;
+use recordings::samples::recording::Recording;
 use std::sync::OnceLock;
 
 const CAPACITY: usize = 128;

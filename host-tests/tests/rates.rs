@@ -13,9 +13,9 @@ use host_tests::resample::resample;
 use host_tests::sets::{Labelled, Set};
 use labelled::{of_sets, pooled};
 use recordings::replay::replay;
-use samples::recording::Recording;
-use scoring::metrics::brier_score;
-use scoring::scored::Scored;
+use recordings::samples::recording::Recording;
+use recordings::scoring::metrics::brier_score;
+use recordings::scoring::scored::Scored;
 
 /// Sample rates that all sets are judged at, Hz; 1000 Hz is the product's.
 const HIGH_RATES: [f32; 4] = [390.0, 500.0, 1000.0, 1660.0];

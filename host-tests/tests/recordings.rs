@@ -5,18 +5,18 @@
 
 use std::fs;
 
-use analysis::config::default_params;
 use estimator_core::{ContactEstimate, Flag, ImuSample, Phase, Timestamp};
 use footfall::files::write_file;
 use gait::{Activity, GaitName, Ground, Plan, SensorParams, Simulation, record, simulate};
 use host_tests::committed::assert_current;
 use host_tests::datasets::simulated;
+use recordings::config::default_params;
 use recordings::input::{self, Format, Hints};
 use recordings::output::{write_estimates, write_recording, write_samples};
 use recordings::replay::replay;
-use samples::recording::RecordedSample;
-use scoring::metrics::Metrics;
-use scoring::scored::Scored;
+use recordings::samples::recording::RecordedSample;
+use recordings::scoring::metrics::Metrics;
+use recordings::scoring::scored::Scored;
 
 const SECONDS: f64 = 5.0;
 const SEED: u64 = 1;

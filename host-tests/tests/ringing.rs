@@ -4,17 +4,17 @@
 //! The simulated foot has springs of its own up to 80 Hz; a decaying sine at each impact is added to what its sensor
 //! feels.
 
-use analysis::config::default_params;
 use estimator_core::{ImuSample, Timestamp};
 use firmware::imu::{SENSOR, imu_sample, missing_sample};
 use gait::sensor::felt_by;
 use gait::{GaitName, Ground, Plan, SensorParams, Track, simulate};
 use lsm6dsox::sim::{Part, SharedPart, SimSpi, Stimulus};
 use lsm6dsox::{Lsm6dsox, Pin};
+use recordings::config::default_params;
 use recordings::replay::replay;
-use samples::recording::Recording;
-use scoring::metrics::Metrics;
-use scoring::scored::Scored;
+use recordings::samples::recording::Recording;
+use recordings::scoring::metrics::Metrics;
+use recordings::scoring::scored::Scored;
 
 /// Duration of the walk, s.
 const SECONDS: f64 = 30.0;

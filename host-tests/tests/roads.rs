@@ -18,7 +18,7 @@ use host_tests::requirements::unmet;
 use recordings::input::{BagOptions, Correction, Foreign, Format, Hints, Opened, Topics};
 use recordings::output::write_recording;
 use recordings::replay::Replay;
-use samples::recording::RecordedSample;
+use recordings::samples::recording::RecordedSample;
 use tempfile::TempDir;
 
 const REQUIREMENTS: &str = include_str!("python/roads.txt");

@@ -9,7 +9,7 @@ use host_tests::changed::{
 };
 use host_tests::sets::{Labelled, Set};
 use labelled::{averaged, rmse};
-use samples::recording::Recording;
+use recordings::samples::recording::Recording;
 
 const SEED: u64 = 1;
 

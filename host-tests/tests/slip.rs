@@ -1,10 +1,10 @@
 //! Detection time of a slip, slip distance at detection, and rate of false slips in good stances: over a grid of
 //! slips of a simulated foot, against the goals.
 
-use analysis::config::default_params;
 use estimator_core::{Method, Params};
 use gait::{GaitName, Ground, Plan, SensorParams, Simulation, simulate};
 use host_tests::slips::{Profile, SPEEDS, Score, profiles};
+use recordings::config::default_params;
 
 /// Duration of each walk, s.
 const SECONDS: f64 = 14.0;

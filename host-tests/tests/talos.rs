@@ -5,7 +5,7 @@ use estimator_core::{Load, Params};
 use host_tests::sets::Set;
 use labelled::of_sets;
 use recordings::replay::replay;
-use samples::recording::Recording;
+use recordings::samples::recording::Recording;
 
 /// Force above which the foot bears the robot, N.
 const LOADED: f32 = 850.0;

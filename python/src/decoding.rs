@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use decode::feet::Name;
-use decode::row::Clock;
-use decode::{ContactRow, DecodeError, Feet, FileOutcome};
 use estimator_core::Flag;
+use feet::decode::feet::Name;
+use feet::decode::row::Clock;
+use feet::decode::{ContactRow, DecodeError, Feet, FileOutcome};
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
@@ -149,7 +149,7 @@ pub(crate) fn decode_file<'py>(
     let mut columns = Columns::default();
     let flags = flag_names();
     let decoded = py.detach(|| {
-        decode::read(&path, &feet, &mut |row| {
+        feet::decode::read(&path, &feet, &mut |row| {
             columns.push(&row, &flags);
             Ok(())
         })

@@ -1,16 +1,16 @@
 //! A whole recording that is in arrays.
 
-use analysis::calibrate::learnt::LearntCalibration;
-use analysis::calibrate::robot_file::RobotFile;
 use estimator_core::{Timestamp, Validity};
 use numpy::PyReadonlyArray1;
 use numpy::ndarray::{Ix1, Ix2};
+use recordings::analysis::calibrate::learnt::LearntCalibration;
+use recordings::analysis::calibrate::robot_file::RobotFile;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::input::{About, Correction, finite_load, imu_sample, rate_of_times, steady_time};
-use samples::recording::{RecordedSample, Recording};
-use samples::validity::VALIDITIES;
+use recordings::samples::recording::{RecordedSample, Recording};
+use recordings::samples::validity::VALIDITIES;
 
 use crate::arrays::{Numbers, View};
 use crate::parameters::{Settings, SettingsArguments, value_error};

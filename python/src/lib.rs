@@ -45,7 +45,7 @@ mod _footfall {
 
     use estimator_core::{Axis, Flag, Phase};
     use pyo3::prelude::*;
-    use samples::validity::VALIDITIES;
+    use recordings::samples::validity::VALIDITIES;
 
     /// Names that Python code needs in the order of their numbers.
     #[pymodule_init]

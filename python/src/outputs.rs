@@ -6,8 +6,8 @@ use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use recordings::output::seconds;
-use samples::phase::code_of;
-use samples::space::components;
+use recordings::samples::phase::code_of;
+use recordings::samples::space::components;
 
 /// Columns that estimates and decoded rows have, while no Python code runs.
 #[derive(Default)]

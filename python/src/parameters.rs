@@ -3,10 +3,10 @@
 
 use std::fmt::Display;
 
-use analysis::config::{ConfigFile, FootAxes, Preset, Resolved};
 use estimator_core::{Gravity, Params};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use recordings::config::{ConfigFile, FootAxes, Preset, Resolved};
 use recordings::input::{BagOptions, Format, Hints, TableOptions};
 
 /// Settings of the estimator, and properties of the recording.

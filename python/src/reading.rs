@@ -5,7 +5,6 @@ use std::io;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use analysis::config::{GRAVITIES, Resolved, word_of};
 use estimator_core::{Load, Validity};
 use numpy::IntoPyArray;
 use pyo3::exceptions::{
@@ -13,14 +12,15 @@ use pyo3::exceptions::{
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use recordings::config::{GRAVITIES, Resolved, word_of};
 use recordings::input::{
     About, BagOptions, ContactUse, ContainerError, Format, Hints, InputError, Opened, Stored,
     TableOptions, Topics,
 };
 use recordings::output::seconds;
-use samples::recording::{Label, RecordedSample};
-use samples::space::components;
-use samples::validity::VALIDITIES;
+use recordings::samples::recording::{Label, RecordedSample};
+use recordings::samples::space::components;
+use recordings::samples::validity::VALIDITIES;
 
 use crate::outputs::table;
 

@@ -2,19 +2,19 @@
 
 use std::io;
 
-use analysis::replay::foot::{check_samples, findings_beside_contacts};
-use analysis::replay::span::Span;
 use estimator_core::{AngularRate, ContactEstimate, Method, Params, ParamsError};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use recordings::analysis::replay::foot::{check_samples, findings_beside_contacts};
+use recordings::analysis::replay::span::Span;
 use recordings::events::{ContactEvent, Events};
 use recordings::input::{About, Stored};
 use recordings::output::seconds;
 use recordings::plausible::{Check, Finding};
 use recordings::replay::Replay;
-use samples::recording::RecordedSample;
-use samples::space::components;
+use recordings::samples::recording::RecordedSample;
+use recordings::samples::space::components;
 use thiserror::Error;
 
 use crate::outputs::Columns;

@@ -8,8 +8,8 @@ use pyo3::types::PyBytes;
 use recordings::events::{ContactEvent, Events};
 use recordings::input::{finite_load, imu_sample, steady_time};
 use recordings::replay::Replay;
-use samples::recording::RecordedSample;
-use samples::space::components;
+use recordings::samples::recording::RecordedSample;
+use recordings::samples::space::components;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 

@@ -11,7 +11,7 @@ use firmware::ports::{Input, Reloaded, Request};
 use gait::{Activity, GaitName, Ground, Plan, SensorParams, Track};
 use lsm6dsox::sim::SharedPart;
 use recordings::replay::replay;
-use samples::recording::{RecordedSample, Recording};
+use recordings::samples::recording::{RecordedSample, Recording};
 use wire::dictionary::{SIGNATURE_STORE, index};
 use wire::node::{CalibrationState, Command};
 use wire::uart::{Answer, ConfigGet, Message};

@@ -2,9 +2,9 @@
 
 use estimator_core::Params;
 use recordings::replay::replay;
-use samples::recording::Recording;
-use scoring::metrics::brier_score;
-use scoring::scored::Scored;
+use recordings::samples::recording::Recording;
+use recordings::scoring::metrics::brier_score;
+use recordings::scoring::scored::Scored;
 
 use host_tests::sets::{Labelled, Set};
 

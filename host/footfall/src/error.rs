@@ -2,12 +2,12 @@
 
 use std::io;
 
-use analysis::calibrate::CalibrationError;
-use analysis::config::{ConfigError, ParameterRefusal};
-use analysis::replay::foot::ReplayError;
-use decode::DecodeError;
-use decode::feet::NamedTwice;
 use estimator_core::ParamsError;
+use feet::decode::DecodeError;
+use feet::decode::feet::NamedTwice;
+use recordings::analysis::calibrate::CalibrationError;
+use recordings::analysis::replay::foot::ReplayError;
+use recordings::config::{ConfigError, ParameterRefusal};
 use recordings::input::{ContainerError, InputError};
 use thiserror::Error;
 
@@ -88,10 +88,10 @@ pub enum Error {
     /// The ROS 2 node failed.
     #[cfg(feature = "ros2")]
     #[error("ROS 2: {0}")]
-    Ros2(#[from] ros::node::NodeError),
+    Ros2(#[from] crate::ros::node::NodeError),
     /// The source failed.
     #[error(transparent)]
-    Source(#[from] live::LinkError),
+    Source(#[from] feet::LinkError),
     /// Several feet cannot be written to one table.
     #[error(
         "{file} has several feet, and a table has one: {}; choose one with --topic, or write .mcap",
@@ -170,7 +170,7 @@ pub enum Error {
     },
     /// Axes are given for a foot that is not in the recordings.
     #[error(transparent)]
-    NoSuchFoot(#[from] analysis::config::NoSuchFoot),
+    NoSuchFoot(#[from] recordings::config::NoSuchFoot),
     /// The viewer server failed.
     #[cfg(feature = "foxglove")]
     #[error(transparent)]

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 
 use thiserror::Error;
 
-samples::named! {
+recordings::named! {
     /// A part that is built with `--features NAME`.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Feature {

@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-use analysis::whole_file::{WholeFile, remove_unfinished_and_exit};
+use recordings::analysis::whole_file::{WholeFile, remove_unfinished_and_exit};
 use thiserror::Error;
 
 use crate::feature::NotBuilt;

@@ -1,14 +1,14 @@
 //! Errors of requests to a foot.
 
-use decode::remedy::Trouble;
 use estimator_core::Axis;
-use live::foot::accept::AcceptError;
-use live::foot::client::RequestError;
-use live::foot::name::NameError;
-use live::foot::self_test::SelfTestError;
-use live::foot::settings::SettingsError;
-use live::foot::sync::SyncError;
-use live::link::LinkError;
+use feet::decode::remedy::Trouble;
+use feet::foot::accept::AcceptError;
+use feet::foot::client::RequestError;
+use feet::foot::name::NameError;
+use feet::foot::self_test::SelfTestError;
+use feet::foot::settings::SettingsError;
+use feet::foot::sync::SyncError;
+use feet::link::LinkError;
 use thiserror::Error;
 use wire::{Fault, NodeId};
 

@@ -1,6 +1,6 @@
 //! Names of feet whose topics differ, for bags.
 
-use ros::FootTopics;
+use crate::ros::FootTopics;
 
 /// Returns a foot name whose topics differ from those of these names.
 #[must_use]

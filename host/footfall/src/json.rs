@@ -3,9 +3,9 @@
 //! The number at the end of the name is increased when a field is removed or changes its meaning; adding a field is
 //! compatible. `docs/formats.md` describes the objects.
 
-use analysis::calibrate::learnt::LearntFoot;
-use analysis::calibrate::sensor::SensorCalibration;
-use analysis::summary::{Summaries, WithInputs};
+use recordings::analysis::calibrate::learnt::LearntFoot;
+use recordings::analysis::calibrate::sensor::SensorCalibration;
+use recordings::analysis::summary::{Summaries, WithInputs};
 use serde::Serialize;
 
 /// A report that can be printed as JSON.
@@ -26,7 +26,7 @@ impl Described for WithInputs<SensorCalibration> {
     const SCHEMA: &'static str = "urn:footfall:calibrate-rests:1";
 }
 
-impl Described for decode::Report {
+impl Described for feet::decode::Report {
     const SCHEMA: &'static str = "urn:footfall:decode:1";
 }
 

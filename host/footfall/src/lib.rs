@@ -5,19 +5,19 @@
 //! | step | module or crate |
 //! |---|---|
 //! | command line, one file per command | [`commands`] |
-//! | parameters from preset, file and options | [`analysis::config`] |
+//! | parameters from preset, file and options | [`recordings::analysis::config`] |
 //! | reading a recording | [`recordings::input`], with a bar from [`progress`] |
 //! | or simulating a walk | [`gait`] |
 //! | checking the output files | [`targets`] |
-//! | running the estimator, sample by sample | [`analysis::replay`], drawn by [`replay`] |
-//! | or calibrating: learning a foot in advance, or finding sensor errors | [`analysis::calibrate`] |
+//! | running the estimator, sample by sample | [`recordings::analysis::replay`], drawn by [`replay`] |
+//! | or calibrating: learning a foot in advance, or finding sensor errors | [`recordings::analysis::calibrate`] |
 //! | or converting to another format | [`convert`] |
 //! | scoring the estimates | [`scoring`] |
-//! | simulating and decoding the output of a foot | [`live::robot::walk`], [`mod@decode`]; its tables and feet [`decoded`] |
+//! | simulating and decoding the output of a foot | [`feet::robot::walk`], [`mod@decode`]; its tables and feet [`decoded`] |
 //! | streaming feet | [`monitor`], [`mod@live`], [`mod@ros`]; as messages [`stream`], in viewers [`view`] |
-//! | writing the results | [`recordings::output`], [`plot`], [`analysis::summary`], combined by [`report`] |
+//! | writing the results | [`recordings::output`], [`plot`], [`recordings::analysis::summary`], combined by [`report`] |
 //! | writing files, and removing unfinished ones on interruption | [`files`], [`interruption`] |
-//! | JSON output | [`analysis::parameters`], [`json`] |
+//! | JSON output | [`recordings::analysis::parameters`], [`json`] |
 //! | messages on standard error | [`messages`] |
 //! | optional features | [`feature`] |
 
@@ -41,6 +41,7 @@ pub mod program;
 pub mod progress;
 pub mod replay;
 pub mod report;
+pub mod ros;
 pub mod stream;
 pub mod targets;
 pub mod view;

@@ -3,13 +3,13 @@
 
 use std::path::{Path, PathBuf};
 
-use analysis::replay::foot::{self, Observer, Replayed};
-use analysis::replay::span::Span;
 use estimator_core::{ContactEstimate, Params};
 use indicatif::ProgressBar;
+use recordings::analysis::replay::foot::{self, Observer, Replayed};
+use recordings::analysis::replay::span::Span;
 use recordings::events::{ContactEvent, HEADER};
 use recordings::input::Stored;
-use samples::recording::RecordedSample;
+use recordings::samples::recording::RecordedSample;
 
 use crate::files::{OutputError, write_file};
 use crate::plot::page::{self, PageFoot};

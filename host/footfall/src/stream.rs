@@ -3,14 +3,14 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use decode::Feet;
-use live::feed::Fed;
-use live::link::LineClock;
-use live::session::SEVERAL_BOARDS;
-use live::{Feed, LinkError, Session, Source, Update};
-use ros::compat::FEET;
-use ros::topics::NODE;
-use ros::{Bridge, Published};
+use crate::ros::compat::FEET;
+use crate::ros::topics::NODE;
+use crate::ros::{Bridge, Published};
+use feet::decode::Feet;
+use feet::feed::Fed;
+use feet::link::LineClock;
+use feet::session::SEVERAL_BOARDS;
+use feet::{Feed, LinkError, Session, Source, Update};
 
 use crate::error::Error;
 use crate::files::is_interrupted;

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use analysis::replay::estimates::Layout;
+use recordings::analysis::replay::estimates::Layout;
 use recordings::input::{InputError, recording_name};
 
 use crate::feature::Feature;

@@ -4,9 +4,9 @@ use std::fs;
 
 use crate::common::feet::{csv, lying};
 use crate::common::{AXES, Bench, read};
-use analysis::config::Overrides;
 use estimator_core::{AccelerometerCorrection, Learning, Learnt, Params};
 use gait::GaitName;
+use recordings::config::Overrides;
 use recordings::input::{self, Format, Hints};
 use recordings::replay::replay_and_learn;
 

@@ -4,7 +4,7 @@ use crate::common::Bench;
 use footfall::feature::Feature;
 
 /// Commands by the feature they need.
-const NEEDS: [(Feature, &str); 10] = [
+const NEEDS: [(Feature, &str); 9] = [
     (Feature::Bags, "replay walk.mcap"),
     (Feature::Bags, "replay walk.db3"),
     (Feature::Bags, "convert walk.csv new.mcap"),

@@ -2,7 +2,6 @@
 
 mod common;
 #[cfg(feature = "ros2")]
-#[path = "../../ros/tests/domain/mod.rs"]
 mod domain;
 #[cfg(any(
     feature = "bags",
@@ -34,6 +33,8 @@ mod foot;
 mod monitor;
 #[cfg(feature = "bags")]
 mod others;
+#[cfg(feature = "ros2")]
+mod parameters;
 mod plausible;
 #[cfg(all(feature = "bags", feature = "foxglove", feature = "ros2"))]
 mod played;

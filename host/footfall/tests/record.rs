@@ -6,8 +6,8 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use crate::common::{AXES, Bench, read, samples, text};
-use live::feed::Fed;
-use live::{Arrival, Feed};
+use feet::feed::Fed;
+use feet::{Arrival, Feed};
 use wire::Foot as Position;
 
 /// Returns the reported message count of a topic.

@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use crate::common::{Bench, read, text};
 use estimator_core::Timestamp;
-use recordings::parquet_rows;
-use ros::message::{
+use footfall::ros::message::{
     Header, Imu, RosContact, RosQuaternion, Time, TwistWithCovarianceStamped, Vector3,
 };
-use ros::{McapFile, Published, RosMessage};
+use footfall::ros::{McapFile, Published, RosMessage};
+use recordings::parquet_rows;
 use serde::Deserialize;
 use serde_json::Value;
 

@@ -9,8 +9,8 @@ use std::process::Command;
 use crate::common::{Bench, text, unmet};
 use crate::packages;
 use footfall::commands::view::Viewer;
-use ros::FootTopics;
-use ros::definition::Definition;
+use footfall::ros::FootTopics;
+use footfall::ros::definition::Definition;
 use serde_json::Value;
 
 const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/view.py");
@@ -191,7 +191,7 @@ fn foxglove_layout_uses_published_fields() {
         }
         let diagnostics = panel.get("topicToRender").and_then(Value::as_str);
         if name.starts_with("DiagnosticSummary!") {
-            assert_eq!(diagnostics, Some(ros::topics::DIAGNOSTICS));
+            assert_eq!(diagnostics, Some(footfall::ros::topics::DIAGNOSTICS));
         }
     }
     for topics in FEET.map(FootTopics::of) {

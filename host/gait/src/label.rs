@@ -1,6 +1,6 @@
 //! Labels of stable contact, from the foot's own true velocity, not from forces.
 
-use samples::recording::Label;
+use recordings::samples::recording::Label;
 
 use crate::track::FootState;
 
@@ -53,7 +53,7 @@ mod tests {
     use crate::activity::Activity;
     use crate::plan::Plan;
     use crate::track::Track;
-    use samples::space::Vector;
+    use recordings::samples::space::Vector;
 
     fn standing() -> FootState {
         Track::new(&Plan::demo(1)).at(0.5)

@@ -9,7 +9,7 @@ use crate::step::{PlannedStep, Sinking, Slip, Spring, TouchDown, Tremor};
 /// Seed of the walk that `footfall demo` shows, which is also one of the scored sets.
 pub const DEMO_SEED: u64 = 1;
 
-samples::named! {
+recordings::named! {
     /// Ground under the foot.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Ground {
@@ -22,7 +22,7 @@ samples::named! {
     }
 }
 
-samples::named! {
+recordings::named! {
     /// Named gaits.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum GaitName {

@@ -7,7 +7,7 @@ use estimator_core::{Gravity, ImuSample, Load, Timestamp};
 use firmware::imu::{SENSOR, imu_sample, missing_sample};
 use lsm6dsox::sim::{SharedPart, SimSpi};
 use lsm6dsox::{Lsm6dsox, Pin, RawSample};
-use samples::recording::{RecordedSample, Recording};
+use recordings::samples::recording::{RecordedSample, Recording};
 
 use crate::label::labels;
 use crate::plan::Plan;
@@ -156,9 +156,9 @@ mod tests {
     use crate::activity::Activity;
     use crate::plan::{GaitName, Ground};
     use estimator_core::{ContactEstimator, Params, Validity, Vec3};
-    use samples::recording::Label;
-    use samples::space::{Vector, components};
-    use samples::validity::VALIDITIES;
+    use recordings::samples::recording::Label;
+    use recordings::samples::space::{Vector, components};
+    use recordings::samples::validity::VALIDITIES;
 
     fn demo(seed: u64) -> Simulation {
         simulate(&Plan::demo(seed), &SensorParams::LSM6DSOX, seed)

@@ -8,7 +8,7 @@
 
 use lsm6dsox::scale::{DEGREE, STANDARD_GRAVITY};
 use lsm6dsox::sim::{Part, PartOptions, SharedPart, Stimulus};
-use samples::space::Vector;
+use recordings::samples::space::Vector;
 
 use crate::random::{Random, Stream};
 use crate::track::{FootState, Track};

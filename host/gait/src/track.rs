@@ -15,7 +15,7 @@
 //!   and the load is a profile plus what the landing's deceleration adds.
 //! - The position is that of the sensor; there is no lever between it and the sole.
 
-use samples::space::{Rotation, Vector};
+use recordings::samples::space::{Rotation, Vector};
 
 use crate::activity::Activity;
 use crate::plan::Plan;

@@ -1,6 +1,6 @@
 //! Conversion of changing angles to a rotation and its angular rate.
 
-use samples::space::{Rotation, Vector};
+use recordings::samples::space::{Rotation, Vector};
 
 use crate::jet::Jet;
 

@@ -4,6 +4,9 @@
 //! |---|---|
 //! | samples with their load and label, vectors in f64, names of validities, codes of phases | [`samples`] |
 //! | reading a file into a recording | [`input`] |
+//! | parameters, from preset, file and options | [`config`] |
+//! | what a foot's recording comes to: tables, a summary, a calibration | [`analysis`] |
+//! | how good probabilities and orientations are | [`scoring`] |
 //! | samples in a temporary file, steps of a clock | [`spool`], `steps` |
 //! | implausible values in a recording | [`plausible`] |
 //! | mounting of the sensor, from gravity at rest | [`mounting`] |
@@ -14,6 +17,8 @@
 //! | touch-downs, lift-offs and slips among the estimates | [`events`] |
 //! | numbers in messages | [`number`] |
 
+pub mod analysis;
+pub mod config;
 pub mod events;
 pub mod input;
 pub mod mounting;
@@ -29,5 +34,7 @@ pub mod parquet_rows;
 pub mod parquet_samples;
 pub mod plausible;
 pub mod replay;
+pub mod samples;
+pub mod scoring;
 pub mod spool;
 mod steps;

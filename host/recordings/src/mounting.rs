@@ -5,7 +5,7 @@
 
 use estimator_core::{Mounting, MountingParams, Quaternion, SensorAxis, Vec3};
 
-use samples::space::{Rotation, Vector};
+use crate::samples::space::{Rotation, Vector};
 
 /// Angle within which up counts as along an axis, degrees: soles and boards are not more level than that.
 pub const NEAR_DEGREES: f64 = 20.0;

@@ -3,13 +3,13 @@
 use std::borrow::Cow;
 use std::io::{self, Write};
 
+use crate::samples::space::components;
 use estimator_core::{
     ContactEstimate, Decision, Flag, Load, Quaternion, Timestamp, Validity, Vec3,
 };
-use samples::space::components;
 
-use samples::recording::{Label, RecordedSample};
-use samples::validity::name_of;
+use crate::samples::recording::{Label, RecordedSample};
+use crate::samples::validity::name_of;
 
 /// Header of the table of estimates.
 ///

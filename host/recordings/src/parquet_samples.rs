@@ -11,15 +11,15 @@
 use std::io::{self, Write};
 use std::sync::Arc;
 
+use crate::samples::recording::{Label, RecordedSample};
+use crate::samples::space::components;
+use crate::samples::validity::name_of;
 use arrow_array::builder::{
     ArrayBuilder, Float32Builder, Float64Builder, StringDictionaryBuilder, UInt8Builder,
 };
 use arrow_array::types::Int32Type;
 use arrow_schema::{DataType, Field, Schema};
 use estimator_core::{Axis, Load};
-use samples::recording::{Label, RecordedSample};
-use samples::space::components;
-use samples::validity::name_of;
 
 use crate::output::seconds;
 use crate::parquet_encoder::{BATCH, Encoder};

@@ -4,7 +4,7 @@ use estimator_core::{
     AngularRate, ContactEstimate, ContactEstimator, Gravity, Learnt, Params, ParamsError,
 };
 
-use samples::recording::{RecordedSample, Recording};
+use crate::samples::recording::{RecordedSample, Recording};
 
 /// Longest window of a replay, in samples: four seconds at 1 kHz, far more than contact needs, for comparisons.
 /// The estimator then takes about 100 KB.

@@ -1,9 +1,9 @@
 //! States of a Unitree robot whose forces of the feet are those of the estimates, for programs that compare them with a
 //! threshold.
 
+use crate::ros::compat::{FEET, RIGHT_FIRST, STANDS};
 use estimator_core::Load;
 use recordings::input::bag::{Channel, Replacement};
-use ros::compat::{FEET, RIGHT_FIRST, STANDS};
 
 /// Names of the forces, in Unitree's order.
 const FORCES: [&str; 4] = [

@@ -11,10 +11,10 @@ mod stream;
 use std::io::{self, Write};
 use std::path::Path;
 
+use crate::ros::compat::{FEET, LOW_STATE_TOPIC};
+use crate::ros::{AllFeet, Compat, McapFile, RosMessage};
 use mcap::write::NoSeek;
 use recordings::input::bag::{Channel, Written, copy};
-use ros::compat::{FEET, LOW_STATE_TOPIC};
-use ros::{AllFeet, Compat, McapFile, RosMessage};
 
 use crate::convert::earliest;
 use crate::error::Error;
@@ -223,8 +223,8 @@ mod tests {
     use std::collections::BTreeMap;
     use std::fmt::Write as _;
 
-    use analysis::replay::span::Span;
     use estimator_core::Params;
+    use recordings::analysis::replay::span::Span;
     use recordings::input::{Hints, Opened};
 
     use super::*;

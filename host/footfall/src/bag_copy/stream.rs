@@ -4,11 +4,11 @@ use std::collections::VecDeque;
 use std::io;
 use std::iter::Peekable;
 
+use crate::ros::{EstimateMessages, Published};
 use estimator_core::{ContactEstimate, Load, Timestamp};
 use recordings::events::ContactEvent;
 use recordings::input::About;
 use recordings::replay::Replay;
-use ros::{EstimateMessages, Published};
 
 use super::CopiedFoot;
 

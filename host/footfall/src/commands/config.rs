@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use analysis::config::{Preset, Resolved, example};
 use clap::Args;
+use recordings::config::{Preset, Resolved, example};
 use recordings::input::Format;
 
 use super::recording::{preset_parser, read_config};

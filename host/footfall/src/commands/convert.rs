@@ -3,15 +3,15 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use analysis::config::{Preset, parse_seconds};
-use analysis::replay::span::Span;
+use crate::ros::FootTopics;
 use clap::Args;
 use estimator_core::Gravity;
 use estimator_core::params::LoadParams;
+use recordings::analysis::replay::span::Span;
+use recordings::config::{Preset, parse_seconds};
 use recordings::input::{Format, InputError, TimesSoFar};
 use recordings::plausible::{Check, Finding};
-use ros::FootTopics;
-use samples::recording::RecordedSample;
+use recordings::samples::recording::RecordedSample;
 
 use super::headings::{INPUT, OUTPUT};
 use super::recording::{self, ReadingArguments, with_mounting};

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::ros::Compat;
 use clap::Args;
-use ros::Compat;
 
 use super::headings::OUTPUT;
 use super::published::compat_parser;

@@ -3,9 +3,9 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use analysis::replay::estimates::Layout;
 use clap::Args;
-use decode::{self, ContactRow, DecodeError, Feet, FileOutcome};
+use feet::decode::{self, ContactRow, DecodeError, Feet, FileOutcome};
+use recordings::analysis::replay::estimates::Layout;
 use recordings::input::recording_name;
 
 use super::feet::FeetArguments;

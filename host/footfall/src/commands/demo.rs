@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use analysis::summary::{Summaries, Summary};
 use clap::Args;
+use feet::robot::walk;
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams};
-use live::robot::walk;
+use recordings::analysis::summary::{Summaries, Summary};
 use recordings::output::write_samples;
 
 use crate::error::Error;

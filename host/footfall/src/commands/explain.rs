@@ -2,8 +2,8 @@
 
 use bootloader::layout::{JOURNAL, SLOT_SIZE, Slot};
 use clap::Args;
-use decode::remedy::Trouble;
 use estimator_core::Phase;
+use feet::decode::remedy::Trouble;
 use recordings::plausible::FINDINGS;
 
 use crate::error::Error;

@@ -1,8 +1,8 @@
 //! Nodes and names of feet, for all commands that read their output.
 
 use clap::Args;
-use decode::Feet;
-use decode::feet::{Name, NamedTwice};
+use feet::decode::Feet;
+use feet::decode::feet::{Name, NamedTwice};
 use wire::NodeId;
 
 /// Feet beside those that have the ids of their places.

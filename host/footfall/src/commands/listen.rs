@@ -1,8 +1,8 @@
 //! Feet that stream, for all commands that listen to them.
 
 use clap::Args;
-use decode::Feet;
-use live::Source;
+use feet::Source;
+use feet::decode::Feet;
 
 use super::feet::FeetArguments;
 use super::played::PlayedArguments;

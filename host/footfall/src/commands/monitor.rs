@@ -4,7 +4,7 @@ use std::io::{self, IsTerminal, Write};
 use std::time::Duration;
 
 use clap::Args;
-use live::Feed;
+use feet::Feed;
 
 use super::listen::ListenArguments;
 use crate::error::Error;

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use analysis::config::{Preset, Resolved};
 use clap::Args;
-use live::{Playback, Source};
+use feet::{Playback, Source};
+use recordings::config::{Preset, Resolved};
 use recordings::input::{ContactUse, Format, Hints};
 
 use super::headings::ESTIMATOR;

@@ -1,8 +1,8 @@
 //! Frames of messages, and messages of other programs, for all commands that publish streaming feet.
 
+use crate::ros::{Bridge, Compat};
 use clap::Args;
 use clap::builder::TypedValueParser;
-use ros::{Bridge, Compat};
 
 use super::recording::name_parser;
 
@@ -14,7 +14,7 @@ pub struct PublishedArguments {
     #[arg(long, value_name = "WHOSE,...", value_delimiter = ',', value_parser = compat_parser())]
     pub compat: Vec<Compat>,
     /// Frames of the messages; {foot} stands for the foot's name
-    #[arg(long, value_name = "FRAME", default_value = ros::topics::FRAME)]
+    #[arg(long, value_name = "FRAME", default_value = crate::ros::topics::FRAME)]
     pub frame_id: String,
     /// Prefix of the frames of all messages, such as spot/
     #[arg(

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use live::link::pace::Speed;
+use feet::link::pace::Speed;
 
 use super::listen::ListenArguments;
 use super::published::PublishedArguments;

@@ -3,21 +3,21 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use analysis::config::{
-    ConfigError, ConfigFile, FootAxes, GRAVITIES, ParameterRefusal, Preset, Resolved,
-    parse_gravity, parse_sample_rate,
-};
-use analysis::parameters::differences;
-use analysis::replay::span::Span;
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use estimator_core::{Gravity, Mounting, Params, WindowLength};
+use recordings::analysis::parameters::differences;
+use recordings::analysis::replay::span::Span;
+use recordings::config::{
+    ConfigError, ConfigFile, FootAxes, GRAVITIES, ParameterRefusal, Preset, Resolved,
+    parse_gravity, parse_sample_rate,
+};
 use recordings::input::{
     BagOptions, Decimal, Format, Hints, LoadTopic, Mapping, Rename, Scale, Stored, TableOptions,
     TimeUnit, Times, Topics, Units,
 };
 use recordings::plausible::{self, Finding};
-use samples::recording::Recording;
+use recordings::samples::recording::Recording;
 
 use super::headings::{ESTIMATOR, INPUT};
 use crate::error::Error;

@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use analysis::config::{GRAVITIES, Resolved, parse_seconds, parse_window, word_of};
-use analysis::parameters::{Estimation, ParametersReport};
-use analysis::replay::estimates::{self, Layout};
-use analysis::replay::foot::{ReplayError, Table, Wanted, replay};
-use analysis::replay::jobs;
-use analysis::replay::span::Span;
-use analysis::summary::{InputReport, Summaries, Summary};
 use clap::Args;
 use estimator_core::{Params, WindowLength};
+use recordings::analysis::parameters::{Estimation, ParametersReport};
+use recordings::analysis::replay::estimates::{self, Layout};
+use recordings::analysis::replay::foot::{ReplayError, Table, Wanted, replay};
+use recordings::analysis::replay::jobs;
+use recordings::analysis::replay::span::Span;
+use recordings::analysis::summary::{InputReport, Summaries, Summary};
+use recordings::config::{GRAVITIES, Resolved, parse_seconds, parse_window, word_of};
 use recordings::input::store::contacts::without_effect;
 use recordings::input::{About, ContactUse, Format, Hints, Stored};
 use recordings::output::TableFeet;
@@ -291,13 +291,17 @@ impl ReplayArguments {
         for ((names, stored), replayed) in stored.into_iter().zip(replayed) {
             let (foot, events, recognised) = replayed?;
             let stored = stored.into_inner().unwrap_or_else(PoisonError::into_inner);
-            copied.extend(events.map(|events| CopiedFoot {
-                name: names.first().cloned().unwrap_or_default(),
-                place: names.iter().find_map(|name| ros::compat::place(name)),
-                stored,
-                params: params_of(names),
-                span,
-                events,
+            copied.extend(events.map(|events| {
+                CopiedFoot {
+                    name: names.first().cloned().unwrap_or_default(),
+                    place: names
+                        .iter()
+                        .find_map(|name| crate::ros::compat::place(name)),
+                    stored,
+                    params: params_of(names),
+                    span,
+                    events,
+                }
             }));
             feet.push(foot);
             details.push(recognised);

@@ -4,9 +4,9 @@ use std::env;
 use std::fmt::Write;
 use std::net::{IpAddr, Ipv4Addr};
 
+use crate::ros::Published;
+use crate::ros::node::{FootNode, Options, Reliability};
 use clap::{Args, ValueEnum};
-use ros::Published;
-use ros::node::{FootNode, Options, Reliability};
 
 use super::listen::ListenArguments;
 use super::published::PublishedArguments;

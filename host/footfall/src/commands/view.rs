@@ -1,7 +1,7 @@
 //! `footfall view`: serves streaming feet to Foxglove and `PlotJuggler`.
 
 use clap::{Args, ValueEnum};
-use live::Source;
+use feet::Source;
 
 use super::feet::FeetArguments;
 use super::listen::SOURCES;

@@ -3,11 +3,11 @@
 use std::io::{self, Write};
 use std::iter::Peekable;
 
-use analysis::replay::span::Span;
+use crate::ros::{McapFile, SampleMessages};
 use estimator_core::Timestamp;
 use mcap::write::NoSeek;
-use ros::{McapFile, SampleMessages};
-use samples::recording::RecordedSample;
+use recordings::analysis::replay::span::Span;
+use recordings::samples::recording::RecordedSample;
 
 use super::{Bag, ConvertedFoot, earliest, samples};
 use crate::mcap_recording::io_error;

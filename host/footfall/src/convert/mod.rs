@@ -10,17 +10,17 @@ mod bag;
 use std::io::{self, Write};
 use std::path::Path;
 
-use analysis::replay::span::Span;
+use crate::ros::FootTopics;
+use crate::ros::samples::{LAST_US, clock_shift_us};
 use clap::ValueEnum;
 use flate2::Compression;
 use flate2::write::GzEncoder;
+use recordings::analysis::replay::span::Span;
 use recordings::input::Stored;
 use recordings::output::{write_recording_header, write_recording_row};
 #[cfg(feature = "parquet")]
 use recordings::parquet_samples::ParquetSamples;
-use ros::FootTopics;
-use ros::samples::{LAST_US, clock_shift_us};
-use samples::recording::RecordedSample;
+use recordings::samples::recording::RecordedSample;
 
 use crate::feature::Feature;
 use crate::files::STANDARD;

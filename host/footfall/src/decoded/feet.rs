@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::sync::Arc;
 
-use analysis::replay::foot::{ReplayError, Table, Wanted, replay};
-use analysis::replay::span::Span;
-use decode::ContactRow;
 use estimator_core::{Flag, Flags, Params, PerAxis, Probabilities};
+use feet::decode::ContactRow;
+use recordings::analysis::replay::foot::{ReplayError, Table, Wanted, replay};
+use recordings::analysis::replay::span::Span;
 use recordings::input::Stored;
 use recordings::input::store::contacts::{
     Contacts, NO_VECTOR, NewestOrientation, SentContact, flags_of_contact,

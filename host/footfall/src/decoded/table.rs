@@ -2,9 +2,9 @@
 
 use std::io::{self, Write};
 
-use analysis::replay::estimates::Layout;
-use decode::ContactRow;
-use decode::row::{HEADER, write_row};
+use feet::decode::ContactRow;
+use feet::decode::row::{HEADER, write_row};
+use recordings::analysis::replay::estimates::Layout;
 
 #[cfg(feature = "parquet")]
 use parquet::Cells;
@@ -71,11 +71,11 @@ impl<'a> DecodedTable<'a> {
 
 #[cfg(feature = "parquet")]
 mod parquet {
-    use decode::ContactRow;
-    use decode::row::HEADER;
     use estimator_core::{Decision, PerAxis, Timestamp};
+    use feet::decode::ContactRow;
+    use feet::decode::row::HEADER;
     use recordings::parquet_rows::{DataType, Field};
-    use samples::space::components;
+    use recordings::samples::space::components;
     use serde::Serialize;
     use serde::ser::{SerializeMap, Serializer};
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use ros::Published;
+use crate::ros::Published;
 
 use super::Existing;
 use crate::error::Error;

@@ -5,8 +5,8 @@ use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::ros::{McapFile, Published};
 use mcap::McapError;
-use ros::{McapFile, Published};
 
 use super::Existing;
 use crate::error::Error;

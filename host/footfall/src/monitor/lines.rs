@@ -4,8 +4,8 @@ use std::borrow::Cow;
 use std::io::{self, Write};
 
 use estimator_core::Decision;
-use live::LiveFoot;
-use live::session::SEVERAL_BOARDS;
+use feet::LiveFoot;
+use feet::session::SEVERAL_BOARDS;
 use serde::Serialize;
 
 use super::robot::{MonitorEvent, MonitorState};
@@ -79,7 +79,9 @@ fn foot_line<'a>(robot: &MonitorState, foot: &'a LiveFoot) -> FootLine<'a> {
         p_vertical: row.map(|row| row.vertical),
         state: row.map(|row| row.status.phase().name()),
         decision: row.map(|row| u8::from(row.status.decision() == Decision::Stable)),
-        flags: row.map(decode::ContactRow::flag_names).unwrap_or_default(),
+        flags: row
+            .map(feet::decode::ContactRow::flag_names)
+            .unwrap_or_default(),
         faults: foot.faults.iter().map(wire::Fault::name).collect(),
         rate_hz: foot.second.rate_hz(),
         jitter_ms: foot.second.jitter_ms(),

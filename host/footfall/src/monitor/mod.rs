@@ -2,7 +2,7 @@
 //!
 //! | content | file |
 //! |---|---|
-//! | state of all feet, from a [`Session`](live::Session), and events | [`robot`] |
+//! | state of all feet, from a [`Session`](feet::Session), and events | [`robot`] |
 //! | curve of the probability of a foot | [`curve`] |
 //! | display on a terminal, and keys | `screen`, `terminal`, `hang_up` |
 //! | recording while the display runs | [`recorder`] |

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use live::{Session, Update};
-use ros::Bridge;
+use crate::ros::Bridge;
+use feet::{Session, Update};
 
 use crate::error::Error;
 use crate::files::OutputError;

@@ -4,10 +4,10 @@ use std::collections::VecDeque;
 use std::mem;
 use std::time::Duration;
 
-use decode::Feet;
-use decode::live::Said;
-use live::feed::Fed;
-use live::{Feed, LinkError, LiveFoot, Session, Update};
+use feet::decode::Feet;
+use feet::decode::live::Said;
+use feet::feed::Fed;
+use feet::{Feed, LinkError, LiveFoot, Session, Update};
 use serde::Serialize;
 use wire::{Emergency, Fault, Faults};
 
@@ -246,7 +246,7 @@ fn emergency_text(emergency: Emergency) -> String {
 mod tests {
     use super::*;
     use estimator_core::Timestamp;
-    use live::Arrival;
+    use feet::Arrival;
     use wire::CanFrame;
 
     impl MonitorState {

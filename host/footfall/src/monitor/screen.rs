@@ -1,8 +1,8 @@
 //! Display of the feet on a terminal.
 
 use estimator_core::{Decision, Phase};
-use live::LiveFoot;
-use live::session::SEVERAL_BOARDS;
+use feet::LiveFoot;
+use feet::session::SEVERAL_BOARDS;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
@@ -163,7 +163,7 @@ fn health_line(foot: &LiveFoot) -> Paragraph<'static> {
         let text = format!("started after: {}", reason.name());
         words.push(Span::styled(text, alarm));
     }
-    let flags = foot.row.as_ref().map(decode::ContactRow::flag_names);
+    let flags = foot.row.as_ref().map(feet::decode::ContactRow::flag_names);
     for flag in flags.unwrap_or_default() {
         words.push(Span::styled(flag, Style::new().fg(Color::Yellow)));
     }
@@ -207,8 +207,8 @@ fn event_lines(robot: &MonitorState, height: u16) -> Paragraph<'static> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use decode::Feet;
-    use live::Feed;
+    use feet::Feed;
+    use feet::decode::Feet;
     use ratatui::Terminal;
     use ratatui::backend::TestBackend;
     use std::time::Duration;

@@ -3,7 +3,7 @@
 use std::time::Duration;
 use std::{io, mem, thread};
 
-use live::Feed;
+use feet::Feed;
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
 

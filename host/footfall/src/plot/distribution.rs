@@ -6,11 +6,11 @@
 use std::io;
 use std::ops::Range;
 
-use analysis::calibrate::learnt::{Amplitudes, LearntFoot, QuantityReport};
 use plotters::coord::combinators::LogCoord;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
+use recordings::analysis::calibrate::learnt::{Amplitudes, LearntFoot, QuantityReport};
 
 use super::{
     Area, BOTTOM_MARGIN, Drawn, GRID_COLOUR, NUMBER_SIZE, RIGHT_MARGIN, TANGENTIAL_COLOUR,
@@ -156,8 +156,8 @@ fn histogram(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use analysis::calibrate::learnt::LearntFrom;
     use estimator_core::Learnt;
+    use recordings::analysis::calibrate::learnt::LearntFrom;
 
     fn foot(samples: usize) -> LearntFoot {
         let quantity = |quantity, unit| QuantityReport {

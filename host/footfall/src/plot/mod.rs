@@ -28,7 +28,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use decimate::Trace;
-use samples::recording::{Label, RecordedSample, Recording};
+use recordings::samples::recording::{Label, RecordedSample, Recording};
 use series::Series;
 
 pub use decimate::Width;

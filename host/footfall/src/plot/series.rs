@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use estimator_core::{ContactEstimate, Load, Phase};
-use samples::recording::{Label, RecordedSample};
+use recordings::samples::recording::{Label, RecordedSample};
 
 use super::decimate::{Polyline, Stretching, Trace, Width};
 

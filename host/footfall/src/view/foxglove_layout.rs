@@ -1,6 +1,6 @@
 //! Foxglove layout of the pages: one tab per page, with its panels in a column.
 
-use ros::topics::DIAGNOSTICS;
+use crate::ros::topics::DIAGNOSTICS;
 use serde_json::{Map, Value, json};
 
 use super::pages::{Page, Panel, PanelKind};

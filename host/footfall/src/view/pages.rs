@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ros::FootTopics;
+use crate::ros::FootTopics;
 
 /// A page of stacked panels.
 #[derive(Clone, Debug, PartialEq)]

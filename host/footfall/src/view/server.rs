@@ -11,12 +11,12 @@ use std::sync::mpsc::channel;
 use std::thread;
 use std::time::Duration;
 
+use crate::ros::Published;
+use crate::ros::definition::Definition;
 use foxglove::{
     AppUrl, ChannelBuilder, Context, FoxgloveError, PartialMetadata, RawChannel, Schema,
     WebSocketServer, WebSocketServerHandle,
 };
-use ros::Published;
-use ros::definition::Definition;
 
 use super::ViewError;
 use crate::error::Error;

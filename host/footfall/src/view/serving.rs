@@ -3,9 +3,9 @@
 use std::thread;
 use std::time::Duration;
 
-use decode::Feet;
-use live::{LinkError, Source};
-use ros::Bridge;
+use crate::ros::Bridge;
+use feet::decode::Feet;
+use feet::{LinkError, Source};
 
 use super::server::Server;
 use crate::error::Error;

@@ -67,7 +67,7 @@ pub use unstable::{LIFTED_BELOW, ROLLS_ABOVE, SHORTEST_SWING_US, SLIDES_BELOW};
 /// | `distance` | distance of the slip along the ground; blank for stances, for slips that have not ended, and if a sample in it was missing or doubtful | m |
 pub const HEADER: &str = "t,event,duration,p_peak,distance";
 
-samples::named! {
+crate::named! {
     /// Kind of an event.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     #[cfg_attr(feature = "state", derive(serde::Serialize, serde::Deserialize))]

@@ -2,7 +2,7 @@
 
 use estimator_core::{ContactEstimate, Flag, Timestamp};
 
-use samples::space::{Rotation, Vector};
+use crate::samples::space::{Rotation, Vector};
 
 /// Longest step between samples, µs; the motion within longer steps is unknown.
 const LONGEST_STEP_US: u64 = 20_000;

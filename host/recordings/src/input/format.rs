@@ -2,9 +2,9 @@
 
 use std::str::FromStr;
 
-use samples::foreign::Foreign;
+use crate::samples::foreign::Foreign;
 
-samples::named! {
+crate::named! {
     /// Layout of a file.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Format {

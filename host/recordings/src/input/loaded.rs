@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use crate::samples::recording::Recording;
 use estimator_core::{
     AngularRate, Gravity, ImuSample, Load, SpecificForce, Timestamp, Validity, Vec3,
 };
-use samples::recording::Recording;
 
 use super::correction::Correction;
 use super::store::contacts::ContactUse;

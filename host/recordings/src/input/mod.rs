@@ -2,7 +2,7 @@
 //!
 //! | step | file |
 //! |---|---|
-//! | formats by name, files by their first bytes, opening of files | `format`, [`samples::magic`], `open`, this one |
+//! | formats by name, files by their first bytes, opening of files | `format`, [`crate::samples::magic`], `open`, this one |
 //! | gzip and zstd | [`compressed`] |
 //! | `csv`, `parquet`: named columns | [`table`] |
 //! | `mcap`, `rosbag2`: bags of ROS 2 | `bag`; [`topics`] |
@@ -38,13 +38,13 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
+pub use crate::samples::compressed;
+pub use crate::samples::foreign::Foreign;
 pub use correction::Correction;
 pub use error::{Cell, InputError, RowPlace, Suggestion};
 pub use format::{Content, Format};
 pub use loaded::{Hints, Loaded, Repairs, finite_load, imu_sample, is_among, steady_time};
 pub use refusal::ContainerError;
-pub use samples::compressed;
-pub use samples::foreign::Foreign;
 pub use store::contacts::ContactUse;
 pub use store::rate::{TimesSoFar, rate_of_times};
 pub use store::stored::{About, RecordedEstimate, Stored};
@@ -56,10 +56,10 @@ pub use table::reader::recording_name;
 pub use topics::{BagOptions, LoadTopic, Rename, Topics};
 
 use crate::mounting;
+use crate::samples::space::Rotation;
 use open::{Container, Source};
 use published::go1;
 use published::simulated::{self, LabelScheme};
-use samples::space::Rotation;
 #[cfg(feature = "parquet")]
 use table::parquet;
 use table::reader::Table;

@@ -12,9 +12,9 @@ use super::error::InputError;
 use super::format::Format;
 use super::refusal::ContainerError;
 use super::table::reader::{Table, beginning_with, recording_name};
-use samples::compressed::decompressed;
-use samples::foreign::Foreign;
-use samples::magic;
+use crate::samples::compressed::decompressed;
+use crate::samples::foreign::Foreign;
+use crate::samples::magic;
 
 /// An opened file.
 pub(super) enum Source {

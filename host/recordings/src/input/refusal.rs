@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use super::format::Format;
 use super::topics::LoadTopic;
-use samples::foreign::Foreign;
+use crate::samples::foreign::Foreign;
 
 /// End of the description of a topic whose messages are those of ROS 1.
 const OF_ROS_1: &str = " in ros1)";

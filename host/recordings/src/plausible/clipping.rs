@@ -1,9 +1,9 @@
 //! Samples at the end of a sensor's range, as declared by the source or as shown by the readings: an axis that
 //! repeatedly reaches the same largest reading and stays there for some samples.
 
+use crate::samples::recording::RecordedSample;
+use crate::samples::space::components;
 use estimator_core::{Decision, Saturation, Validity};
-use samples::recording::RecordedSample;
-use samples::space::components;
 
 use super::Finding;
 
@@ -20,7 +20,7 @@ const LEAST_STAY: u64 = 2;
 /// if readings are rounded.
 const APPROACH: f32 = 0.99;
 
-samples::named! {
+crate::named! {
     /// One of the two sensors.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum Sensor {

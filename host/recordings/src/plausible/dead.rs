@@ -1,7 +1,7 @@
 //! A gyroscope whose readings stay the same while the foot moves.
 
+use crate::samples::recording::RecordedSample;
 use estimator_core::{Timestamp, Vec3};
-use samples::recording::RecordedSample;
 
 use super::Finding;
 

@@ -1,6 +1,6 @@
 //! Held readings: rows that come more often than new readings of the sensor.
 
-use samples::recording::RecordedSample;
+use crate::samples::recording::RecordedSample;
 
 use super::Finding;
 

@@ -7,7 +7,7 @@ use super::Finding;
 /// Least time in stance and in motion for a finding, s.
 const LEAST_S: f32 = 1.0;
 
-samples::named! {
+crate::named! {
     /// Side of the thresholds on which a load stays.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum LoadSide {

@@ -16,9 +16,9 @@ mod rates;
 mod rest;
 mod rise;
 
+use crate::samples::recording::{RecordedSample, Recording};
 use estimator_core::params::STANDARD_GRAVITY;
 use estimator_core::{ContactEstimate, Decision, Gravity, Mounting, Vec3};
-use samples::recording::{RecordedSample, Recording};
 use thiserror::Error;
 
 use crate::mounting;

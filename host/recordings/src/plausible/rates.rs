@@ -1,6 +1,6 @@
 //! Angular rates that are too large for their unit.
 
-use samples::recording::RecordedSample;
+use crate::samples::recording::RecordedSample;
 
 use super::Finding;
 use super::histogram::Histogram;

@@ -1,8 +1,8 @@
 //! Accelerometer reading at rest, from the quietest accelerations.
 
+use crate::samples::recording::RecordedSample;
+use crate::samples::space::components;
 use estimator_core::{Validity, Vec3};
-use samples::recording::RecordedSample;
-use samples::space::components;
 
 use super::is_number;
 

@@ -6,7 +6,7 @@
 
 use core::str::FromStr;
 
-samples::named! {
+recordings::named! {
     /// Speed of the chip's internal operations and oscillators.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub enum Corner {

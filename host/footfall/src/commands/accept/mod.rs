@@ -13,10 +13,10 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::Args;
-use live::Source;
-use live::foot::accept::{self, AcceptStep, Figure, Person, Verdict};
-use live::foot::client::Client;
-use live::link;
+use feet::Source;
+use feet::foot::accept::{self, AcceptStep, Figure, Person, Verdict};
+use feet::foot::client::Client;
+use feet::link;
 use wire::NodeId;
 
 use super::feet::parse_node;

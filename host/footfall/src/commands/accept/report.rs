@@ -3,8 +3,8 @@
 use crate::commands::foot::{Identity, to_json};
 use crate::foot_error::FootError;
 use crate::json::{Described, DescribedLine};
-use live::foot::accept::{Figure, FigureOutcome, Verdict};
-use live::foot::client::Client;
+use feet::foot::accept::{Figure, FigureOutcome, Verdict};
+use feet::foot::client::Client;
 use serde::Serialize;
 
 /// Figures of a healthy foot on the virtual board, by the names of the step and of the quantity.
@@ -210,7 +210,7 @@ pub(super) fn short(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use live::foot::accept::figure::LIMITS;
+    use feet::foot::accept::figure::LIMITS;
 
     #[test]
     fn every_quantity_has_a_prediction_within_its_limits() {

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use live::foot::{Client, Named, calibration};
+use feet::foot::{Client, Named, calibration};
 use serde_json::{Map, Value as Json, json};
 use wire::dictionary::index;
 use wire::node::{Calibration, CalibrationState};

@@ -1,11 +1,11 @@
 //! Output about a foot as text, or as JSON with a schema.
 
 use bootloader::image::Refusal;
-use decode::live::Listener;
-use live::Link;
-use live::foot::client::{Client, RequestError};
-use live::foot::update;
-use live::foot::{Named, scan};
+use feet::Link;
+use feet::decode::live::Listener;
+use feet::foot::client::{Client, RequestError};
+use feet::foot::update;
+use feet::foot::{Named, scan};
 use serde::Serialize;
 use serde_json::{Map, Value as Json, json};
 use wire::dictionary::index;

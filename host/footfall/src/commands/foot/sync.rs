@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use decode::live::{FootKey, Listener};
-use live::foot::scan;
-use live::foot::sync::Clocks;
-use live::{Arrival, Link, Sending};
+use feet::decode::live::{FootKey, Listener};
+use feet::foot::scan;
+use feet::foot::sync::Clocks;
+use feet::{Arrival, Link, Sending};
 use serde_json::{Value as Json, json};
 use wire::CanFrame;
 use wire::foot::cob_id;

@@ -4,14 +4,14 @@ use std::fs;
 use std::mem::discriminant;
 use std::path::Path;
 
-use decode::live::Listener;
+use feet::Source;
+use feet::decode::live::Listener;
+use feet::foot::client::{Client, RequestError};
+use feet::foot::scan;
+use feet::foot::serial;
+use feet::foot::update::{self, FootProgram, Image, UpdateStage, Updated};
+use feet::link::Link;
 use indicatif::ProgressBar;
-use live::Source;
-use live::foot::client::{Client, RequestError};
-use live::foot::scan;
-use live::foot::serial;
-use live::foot::update::{self, FootProgram, Image, UpdateStage, Updated};
-use live::link::Link;
 use serde::Serialize;
 use wire::NodeId;
 

@@ -13,7 +13,7 @@ use std::ops::Range;
 use estimator_core::{ContactEstimate, Decision, Phase};
 use recordings::events::{ContactEvent, EventKind};
 use recordings::input::About;
-use samples::recording::{Label, RecordedSample};
+use recordings::samples::recording::{Label, RecordedSample};
 
 use super::decimate::{Stretching, Width};
 use super::series::Collector;

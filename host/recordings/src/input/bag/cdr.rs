@@ -12,7 +12,7 @@ use cdr_encoding::from_bytes;
 use serde::Deserialize;
 use serde::de::{Deserializer, Visitor};
 
-use samples::compressed::{ZSTD, decompressed};
+use crate::samples::compressed::{ZSTD, decompressed};
 
 /// Longest message after decompression, bytes.
 const LONGEST_MESSAGE: u64 = 1 << 20;

@@ -9,8 +9,8 @@
 use std::collections::BTreeMap;
 use std::io;
 
+use crate::samples::phase::phase_of;
 use estimator_core::{Decision, Flags, PerAxis, Probabilities, Quaternion};
-use samples::phase::phase_of;
 
 use super::super::store::contacts::{
     Contacts, NO_ORIENTATION, NO_VECTOR, NewestOrientation, SentContact, flags_of_contact,

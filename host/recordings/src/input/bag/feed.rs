@@ -1,7 +1,7 @@
 //! Converts the messages of one IMU into the rows of a recording.
 
+use crate::samples::recording::RecordedSample;
 use estimator_core::{Gravity, Load, Timestamp, Validity};
-use samples::recording::RecordedSample;
 
 use super::super::error::InputError;
 use super::super::loaded::{Hints, OLDEST_LOAD_US, imu_sample};

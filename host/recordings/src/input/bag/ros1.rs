@@ -8,7 +8,7 @@ use tempfile::TempDir;
 
 use crate::input::error::InputError;
 use crate::input::refusal::ContainerError;
-use samples::foreign::Foreign;
+use crate::samples::foreign::Foreign;
 
 /// Program that converts.
 const PROGRAM: &str = "rosbags-convert";

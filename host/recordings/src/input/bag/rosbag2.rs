@@ -15,7 +15,7 @@ use super::super::error::InputError;
 use super::super::open::Part;
 use super::super::refusal::ContainerError;
 use super::storage::{Channel, Schema, Visitor, Written};
-use samples::foreign::Foreign;
+use crate::samples::foreign::Foreign;
 
 /// Advice in the error about a file that is damaged rather than truncated.
 const ADVICE: &str = "sqlite3 walk.db3 \".recover\" saves what can be";

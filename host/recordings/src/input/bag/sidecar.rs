@@ -10,9 +10,9 @@
 
 use std::collections::HashMap;
 
+use crate::samples::recording::Label;
+use crate::samples::validity::of_name;
 use estimator_core::Validity;
-use samples::recording::Label;
-use samples::validity::of_name;
 
 use super::cdr::decode;
 use super::storage::Channel;

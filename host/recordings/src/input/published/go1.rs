@@ -19,8 +19,8 @@
 //! Hence IMU row *k* takes the load of force row [`FORCE_ROWS_PER_IMU_ROW`] · k +
 //! [`FORCE_LEAD_ROWS`], good to about ±20 force rows (40 ms).
 
+use crate::samples::recording::{RecordedSample, Recording};
 use estimator_core::{Axis, Params, Saturation, Validity};
-use samples::recording::{RecordedSample, Recording};
 
 use crate::input::error::InputError;
 use crate::input::loaded::{Hints, finite_load, imu_sample, steady_time};

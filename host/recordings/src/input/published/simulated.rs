@@ -14,8 +14,8 @@
 
 use std::path::Path;
 
+use crate::samples::recording::{Label, RecordedSample, Recording};
 use estimator_core::{Load, Params, Validity};
-use samples::recording::{Label, RecordedSample, Recording};
 
 use crate::input::error::InputError;
 use crate::input::loaded::{Hints, imu_sample, steady_time};

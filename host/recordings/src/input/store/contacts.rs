@@ -2,12 +2,12 @@
 
 use std::io;
 
+use crate::samples::phase::{code_of, phase_of};
+use crate::samples::space::components;
 use estimator_core::{
     AngularRate, ContactEstimate, Decision, Flag, Flags, LinearAcceleration, PerAxis, Phase,
     Probabilities, Quaternion, Timestamp, Vec3, VelocitySigma,
 };
-use samples::phase::{code_of, phase_of};
-use samples::space::components;
 
 use super::rate::TimesSoFar;
 use crate::spool::{Samples, Spool, Spooled};

@@ -2,8 +2,8 @@
 
 use std::io;
 
+use crate::samples::recording::RecordedSample;
 use estimator_core::Timestamp;
-use samples::recording::RecordedSample;
 
 use super::rate::sample_rate;
 use super::stored::{About, Stored, Timing};

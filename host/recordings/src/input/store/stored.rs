@@ -2,8 +2,8 @@
 
 use std::io;
 
+use crate::samples::recording::{RecordedSample, Recording};
 use estimator_core::{ContactEstimate, Gravity, ImuSample, LinearAcceleration, Timestamp};
-use samples::recording::{RecordedSample, Recording};
 
 use super::contacts::{Contacts, SentContact};
 use crate::input::correction::Correction;

@@ -2,9 +2,9 @@
 
 use std::borrow::Cow;
 
+use crate::samples::recording::Label;
+use crate::samples::validity::of_name;
 use estimator_core::Validity;
-use samples::recording::Label;
-use samples::validity::of_name;
 
 use super::reader::Row;
 use crate::input::error::{Cell, InputError};

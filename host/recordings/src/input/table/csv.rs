@@ -8,7 +8,7 @@
 //! | `wx`, `wy`, `wz` | rad/s | error |
 //! | `force` | N | load unknown |
 //! | `label` | 1 stable, 0 not stable | truth unknown |
-//! | `validity` | a name of [`VALIDITIES`](samples::validity::VALIDITIES): validity at the source | valid |
+//! | `validity` | a name of [`VALIDITIES`](crate::samples::validity::VALIDITIES): validity at the source | valid |
 //!
 //! Other columns are ignored, and named in a notice. The sample rate is the roundest number of Hz compatible with
 //! the times between rows, gaps excluded, or the given rate; if both are known they must agree within 1 %.
@@ -77,9 +77,9 @@ mod tests {
     use crate::input::error::{Cell, RowPlace};
     use crate::input::loaded::Loaded;
     use crate::input::{TimeUnit, Times, Units};
+    use crate::samples::recording::Label;
+    use crate::samples::validity::VALIDITIES;
     use estimator_core::{Gravity, Load, Timestamp, Validity, Vec3};
-    use samples::recording::Label;
-    use samples::validity::VALIDITIES;
     use std::io::{Read, Write};
 
     fn read_text(text: impl AsRef<[u8]>, hints: &Hints) -> Result<Loaded, InputError> {

@@ -1,7 +1,7 @@
 //! Columns named in the header of a `csv`, and the cells of a row in them.
 
+use crate::samples::recording::RecordedSample;
 use estimator_core::{Axis, Timestamp, Validity};
-use samples::recording::RecordedSample;
 
 use super::cells::{Cells, optional_label, validity};
 use super::layout::{Blanks, NANOSECONDS, shortened, suggestion};

@@ -82,7 +82,7 @@ impl FromStr for Scale {
     }
 }
 
-samples::named! {
+crate::named! {
     /// Mark before the fraction of a number.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub enum Decimal {
@@ -111,7 +111,7 @@ pub struct Units {
     pub rate: RateUnit,
 }
 
-samples::named! {
+crate::named! {
     /// A unit of acceleration.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub enum AccelerationUnit {
@@ -125,7 +125,7 @@ samples::named! {
     }
 }
 
-samples::named! {
+crate::named! {
     /// A unit of angular rate.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub enum RateUnit {
@@ -223,7 +223,7 @@ impl FromStr for Units {
     }
 }
 
-samples::named! {
+crate::named! {
     /// Unit of a table's times.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub enum TimeUnit {
@@ -270,7 +270,7 @@ impl FromStr for TimeUnit {
     }
 }
 
-samples::named! {
+crate::named! {
     /// Treatment of times that are not in order.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
     pub enum Times {

@@ -14,7 +14,7 @@ use super::names;
 use super::options::Decimal;
 use crate::input::error::{InputError, RowPlace, Suggestion};
 use crate::input::iso8601::micros_since_1970;
-use samples::compressed::{decompressed, without_ending};
+use crate::samples::compressed::{decompressed, without_ending};
 
 /// Number of separators from which a line is a row: six axes need them.
 const SEPARATORS_OF_A_ROW: usize = 5;

@@ -7,7 +7,7 @@
 //!
 //! They are not part of a recording: a replay must not see them.
 
-use samples::space::{Rotation, Vector};
+use crate::samples::space::{Rotation, Vector};
 
 use super::cells::Cells;
 use super::reader::Row;

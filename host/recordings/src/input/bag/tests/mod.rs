@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::io::{Cursor, Write};
 use std::path::Path;
 
+use crate::samples::recording::RecordedSample;
 use ::mcap::records::MessageHeader;
 use ::mcap::{Compression, WriteOptions};
 use estimator_core::{Load, Validity, Vec3};
-use samples::recording::RecordedSample;
 
 use crate::input::{
     BagOptions, Format, Hints, InputError, LoadTopic, Opened, Stored, TimeUnit, Times, Topics,

@@ -1,6 +1,7 @@
 use std::io::Write;
 use std::sync::Arc;
 
+use crate::samples::recording::{Label, RecordedSample};
 use ::parquet::arrow::ArrowWriter;
 use ::parquet::basic::{Compression, ZstdLevel};
 use ::parquet::file::properties::WriterProperties;
@@ -14,7 +15,6 @@ use arrow_array::{
 };
 use arrow_schema::Field;
 use estimator_core::{Load, Saturation, Validity};
-use samples::recording::{Label, RecordedSample};
 
 use crate::input::{Format, Hints, InputError, Opened, Stored};
 

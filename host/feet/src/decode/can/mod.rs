@@ -1,0 +1,430 @@
+//! Decoding of logs of CAN frames.
+//!
+//! | idea | file |
+//! |---|---|
+//! | parsing of lines, assignment of frames to feet | this one |
+//! | the newest rows, completed by further frames of the foot | `pending` |
+//! | time of a contact, from the clocks of foot and log | `clock` |
+//! | mean period of the contacts, which numbers and times have to agree with | `pace` |
+//! | alignment of all feet to the log's clock by numbered SYNCs | `sync` |
+//! | state of a foot: newest contact, sequence number, times not yet known | `foot` |
+//! | cells of a row | `rows` |
+
+mod clock;
+mod foot;
+mod pace;
+mod pending;
+mod rows;
+mod sync;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+use std::io::BufRead;
+use std::sync::Arc;
+
+use estimator_core::Timestamp;
+use wire::pdo::{Contact, Health, Load};
+use wire::{CanFrame, Emergency, Fault, NodeId, Pdo};
+
+use super::lines::Lines;
+use super::report::{EmergencyReport, Report};
+use super::row::Clock;
+use super::{ContactRow, DecodeError, Feet, FileOutcome, RowSink};
+use crate::decode::can_log::{LogContent, LogTimes, Reader};
+use foot::{Change, LoggedFoot};
+use pending::{KEPT, Pending};
+use rows::{complete, kind_name};
+use sync::Syncs;
+
+/// Number of malformed lines that are quoted; further ones are only counted.
+const NAMED_LINES: u64 = 10;
+
+/// Decodes all lines of a log.
+pub(super) fn decode(
+    mut lines: Lines<impl BufRead>,
+    mut reader: Reader,
+    file: &str,
+    feet: &Feet,
+    sink: RowSink<'_>,
+) -> Result<FileOutcome, DecodeError> {
+    let mut log = Log::new(feet.clone(), Reception::Logged);
+    log.report.log = Some(reader.form);
+    let mut notices = Vec::new();
+    let mut malformed = 0;
+    let mut has_times = false;
+    let unreadable = DecodeError::unreadable(file);
+    while let Some((number, line)) = lines.next().map_err(&unreadable)? {
+        if line.trim().is_empty() {
+            continue;
+        }
+        let read = reader.read(&line);
+        has_times |= matches!(&read, Some(read) if read.time.is_some());
+        match read.map(|read| (read.content, read.time)) {
+            Some((LogContent::Frame(interface, frame), at)) => log.take(interface, &frame, at),
+            Some((LogContent::Other(other), _)) => log.report.count_frame(other.name()),
+            Some((LogContent::Dropped(count), _)) => {
+                log.report.count_problems("dropped_before_the_log", count);
+            }
+            Some((LogContent::Aside, _)) => {}
+            None => {
+                log.report.count_problem("malformed_lines");
+                malformed += 1;
+                if malformed <= NAMED_LINES {
+                    let start: String = line.chars().take(60).collect();
+                    let form = reader.form;
+                    notices.push(format!(
+                        "{file}, line {number}: {start:?} is no line of {}, which are like {}",
+                        form.name(),
+                        form.example()
+                    ));
+                }
+            }
+        }
+        log.rows.settle(KEPT, &mut log.report, sink)?;
+    }
+    log.finish();
+    log.rows.settle(0, &mut log.report, sink)?;
+    if malformed > NAMED_LINES {
+        let (others, form) = (malformed - NAMED_LINES, reader.form.name());
+        notices.push(format!("{file}: {others} more lines are none of {form}"));
+    }
+    if log.report.rows == 0
+        && let Some(id) = log.unknown_foot
+    {
+        notices.push(format!(
+            "{file}: no foot of the ids {} has sent a contact, but node {id} may be one: --node {id}",
+            feet.ids()
+        ));
+    }
+    if reader.times == LogTimes::Differences {
+        notices.push(format!(
+            "{file}: its times are differences from line to line; t_received is their sum"
+        ));
+    }
+    let notice = log.clock_notice(has_times);
+    notices.extend(notice.map(|said| format!("{file}: {said}")));
+    let report = log.report;
+    Ok(FileOutcome { report, notices })
+}
+
+/// Meaning of a frame's time of reception.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Reception {
+    /// Approximate time on the bus: the log was written as frames arrived.
+    #[default]
+    Logged,
+    /// Time of reading: the frame may have been queued, and later frames may have been dropped.
+    Live,
+}
+
+/// State of the log up to the newest line.
+#[derive(Default)]
+pub(crate) struct Log {
+    pub(crate) rows: Pending,
+    pub(crate) report: Report,
+    /// By interface and node id: feet on two buses may share an id.
+    feet: BTreeMap<(String, u8), FootEntry>,
+    /// By interface.
+    syncs: BTreeMap<String, Syncs>,
+    /// Nodes that are feet.
+    pub(crate) known: Feet,
+    /// Another node whose frames may be contacts.
+    pub(crate) unknown_foot: Option<u8>,
+    /// Interface of the newest row.
+    interface: Option<Arc<str>>,
+    reception: Reception,
+}
+
+/// A foot with its restarts.
+#[derive(Default)]
+struct FootEntry {
+    /// `None` from a boot-up to the next contact.
+    foot: Option<LoggedFoot>,
+    /// Its newest contact, if that is number 0.
+    first: Option<First>,
+    /// Number of restarts.
+    segment: u32,
+}
+
+/// A contact of number 0, which may be the first after a start. A starting foot sends its first contact before
+/// its boot-up, because the contact has the lower identifier.
+struct First {
+    contact: Contact,
+    index: usize,
+    at: Option<Timestamp>,
+    /// Counts to apply if no boot-up follows.
+    counted: Report,
+}
+
+impl Log {
+    pub(crate) fn new(known: Feet, reception: Reception) -> Self {
+        Self {
+            known,
+            reception,
+            ..Self::default()
+        }
+    }
+
+    /// Notice of the common clock of several feet; `None` for a single foot.
+    fn clock_notice(&self, has_times: bool) -> Option<String> {
+        let of = |clock: Clock| self.report.clocks.get(clock.name()).copied().unwrap_or(0);
+        let (sync, received) = (of(Clock::Sync), of(Clock::Received));
+        let feet = self.feet.values().filter(|entry| entry.foot.is_some());
+        if feet.count() < 2 {
+            return None;
+        }
+        Some(match (has_times, sync, received) {
+            (false, ..) => {
+                "this log has no times: t_received and t_common are blank, and each foot's t is on its own clock".to_owned()
+            }
+            (true, 0, _) => {
+                "t_common is the time of reception, as no foot has reported a numbered SYNC of this log (object 0x1019 of the master numbers them)".to_owned()
+            }
+            (true, _, 0) => "t_common is by numbered SYNCs".to_owned(),
+                        (true, ..) => format!(
+                "t_common is by numbered SYNCs, but for {received} rows of feet that had reported none: there it is the time of reception"
+            ),
+        })
+    }
+    /// Processes a frame received at `at`.
+    pub(crate) fn take(&mut self, interface: &str, frame: &CanFrame, at: Option<Timestamp>) {
+        let id = frame.id();
+        let node = NodeId::new((id & 0x7F) as u8);
+        let kind = match (id & 0x780, node) {
+            (0x000, None) => "nmt",
+            (0x080, None) => {
+                self.sync(interface, frame, at);
+                "sync"
+            }
+            (0x100, None) => "time",
+            _ if id == 0x7E4 || id == 0x7E5 => "lss",
+            (0x080 | 0x180..=0x580 | 0x600 | 0x700, Some(node)) if !self.known.contains(node) => {
+                if id & 0x780 == Pdo::Contact.base() && frame.data8().is_some() {
+                    self.unknown_foot.get_or_insert(node.get());
+                }
+                "of_other_nodes"
+            }
+            (0x080, Some(node)) => return self.emergency(interface, node, frame),
+            (0x580, Some(_)) => "sdo_response",
+            (0x600, Some(_)) => "sdo_request",
+            (0x700, Some(node)) if frame.data() == [0] => {
+                self.boot_up(interface, node);
+                "boot_up"
+            }
+            (0x700, Some(_)) => "heartbeat",
+            (Load::BASE, Some(_)) => "load",
+            _ => match Pdo::from_cob_id(id) {
+                Some((pdo, node)) => return self.pdo(interface, pdo, node, frame, at),
+                None => "not_of_a_foot",
+            },
+        };
+        self.report.count_frame(kind);
+    }
+
+    /// Resets the state of a foot: its clock and sequence numbers restart.
+    fn boot_up(&mut self, interface: &str, node: NodeId) {
+        let entry = self.feet.get_mut(&(interface.to_owned(), node.get()));
+        let Some(entry) = entry.filter(|entry| entry.foot.is_some()) else {
+            return;
+        };
+        self.report.restarts += 1;
+        entry.segment += 1;
+        entry.foot = None;
+        let Some(first) = entry.first.take() else {
+            return;
+        };
+        // Nothing was missing: the contact continued the numbers before the boot-up.
+        if first.counted.missing == 0 && first.counted.problems.is_empty() {
+            return self.report.add_contact(first.counted);
+        }
+        let (index, at) = (first.index, first.at);
+        let foot = LoggedFoot::new(&first.contact, index, at, self.reception);
+        if let Some(row) = self.rows.get_mut(index) {
+            row.timestamp = Timestamp::from_micros(foot.newest.micros);
+            row.turn = foot.turn();
+            row.missing = 0;
+            row.segment = entry.segment;
+            row.common = at.map(|at| (at, Clock::Received));
+        }
+        entry.foot = Some(foot);
+    }
+
+    /// Ends the log: applies the pending counts.
+    pub(crate) fn finish(&mut self) {
+        let feet = self.feet.values_mut();
+        for first in feet.filter_map(|entry| entry.first.take()) {
+            self.report.add_contact(first.counted);
+        }
+    }
+
+    fn emergency(&mut self, interface: &str, node: NodeId, frame: &CanFrame) {
+        self.report.count_frame("emergency");
+        let Some(bytes) = frame.data8() else {
+            return self.report.count_problem("emergency_of_wrong_length");
+        };
+        let emergency = Emergency::decode(bytes);
+        let entry = self.feet.get(&(interface.to_owned(), node.get()));
+        let foot = entry.and_then(|entry| entry.foot.as_ref());
+        let fault = emergency.fault.map(Fault::name);
+        self.report.emergencies.push(EmergencyReport {
+            t: foot.map(|foot| foot.newest.micros as f64 / 1.0e6),
+            interface: interface.to_owned(),
+            node: node.get(),
+            code: emergency.code,
+            fault: fault.unwrap_or("a fault that is not known here").to_owned(),
+            detail: emergency.detail,
+        });
+    }
+
+    /// Stores the time of reception of a numbered SYNC.
+    fn sync(&mut self, interface: &str, frame: &CanFrame, at: Option<Timestamp>) {
+        let (&[counter], Some(at)) = (frame.data(), at) else {
+            return;
+        };
+        let syncs = self.syncs.entry(interface.to_owned()).or_default();
+        // 0 means that SYNCs are not numbered.
+        if counter != 0 {
+            syncs.insert(counter, at);
+        }
+    }
+
+    /// Name of the interface, shared with the newest row if equal; `None` if the log does not name it.
+    fn name(&mut self, interface: &str) -> Option<Arc<str>> {
+        if self.interface.as_deref() != Some(interface) {
+            self.interface = Some(interface.into());
+        }
+        self.interface.clone().filter(|name| !name.is_empty())
+    }
+
+    fn pdo(
+        &mut self,
+        interface: &str,
+        pdo: Pdo,
+        node: NodeId,
+        frame: &CanFrame,
+        at: Option<Timestamp>,
+    ) {
+        let Some(bytes) = frame.data8() else {
+            let problem = format!("{}_of_wrong_length", kind_name(pdo));
+            return self.report.count_problem(problem);
+        };
+        self.report.count_frame(kind_name(pdo));
+        if pdo == Pdo::Contact {
+            return self.contact(interface, node, &Contact::decode(bytes), at);
+        }
+        // Other frames of a foot belong to the contact that it sent just before.
+        let Some(FootEntry {
+            foot: Some(foot),
+            segment,
+            ..
+        }) = self.feet.get_mut(&(interface.to_owned(), node.get()))
+        else {
+            return self.report.count_problem("frames_before_any_contact");
+        };
+        let row = self.rows.get_mut(foot.row);
+        if !row.is_some_and(|row| complete(row, pdo, bytes, foot.newest.short)) {
+            self.report.count_problem("frames_without_their_contact");
+        }
+        if pdo != Pdo::Health {
+            return;
+        }
+        let reading = Health::decode(bytes).clock;
+        let (newest, change) = (foot.row, foot.read_clock(reading, &mut self.report));
+        match change {
+            Change::None => {}
+            Change::Turn(from, shift_us) => {
+                let common = |row: &mut ContactRow| {
+                    row.common = foot.common(row.timestamp.as_micros()).or(row.common);
+                };
+                self.rows.place(from, newest, shift_us, common);
+            }
+            // The boot-up was lost.
+            Change::Restart(from, shift_us) => {
+                self.report.restarts += 1;
+                *segment += 1;
+                let restarted = |row: &mut ContactRow| {
+                    row.segment = *segment;
+                    row.common = row.received.map(|at| (at, Clock::Received));
+                };
+                self.rows.place(from, newest, shift_us, restarted);
+            }
+        }
+        if let Some(row) = self.rows.get_mut(newest) {
+            row.missing += foot.take_missing();
+        }
+        if let Some(syncs) = self.syncs.get(interface)
+            && let Some(offset) = foot.align(reading, syncs)
+        {
+            self.rows.align(newest, offset);
+        }
+    }
+
+    /// Returns the rows that are final: their foot has sent its next contact, or they were received before
+    /// `overdue`.
+    pub(crate) fn settle_closed(&mut self, overdue: Timestamp) -> impl Iterator<Item = ContactRow> {
+        let (rows, feet, report) = (&mut self.rows, &self.feet, &mut self.report);
+        std::iter::from_fn(move || {
+            let index = rows.first_index();
+            let row = rows.get_mut(index)?;
+            let interface = row.interface.as_deref().unwrap_or_default();
+            let is_newest = row.node.is_some_and(|node| {
+                let entry = feet.get(&(interface.to_owned(), node.get()));
+                let foot = entry.and_then(|entry| entry.foot.as_ref());
+                foot.is_some_and(|foot| foot.row == index)
+            });
+            if is_newest && row.received.is_none_or(|received| received >= overdue) {
+                return None;
+            }
+            rows.take(report)
+        })
+    }
+
+    fn contact(&mut self, interface: &str, node: NodeId, contact: &Contact, at: Option<Timestamp>) {
+        let index = self.rows.next_index();
+        let name = self.name(interface);
+        let entry = self.feet.entry((interface.to_owned(), node.get()));
+        let entry = entry.or_default();
+        if let Some(first) = entry.first.take() {
+            self.report.add_contact(first.counted);
+        }
+        let may_be_first = entry.foot.is_some() && contact.sequence == 0;
+        let mut counted = Report::default();
+        let report = match may_be_first {
+            true => &mut counted,
+            false => &mut self.report,
+        };
+        let mut foot = match entry.foot.clone() {
+            None => LoggedFoot::new(contact, index, at, self.reception),
+            Some(mut foot) => match foot.take(contact, index, at, report) {
+                Some(_) => foot,
+                None => return self.report.add_contact(counted),
+            },
+        };
+        let micros = foot.newest.micros;
+        entry.first = may_be_first.then_some(First {
+            contact: *contact,
+            index,
+            at,
+            counted,
+        });
+        self.rows.push(ContactRow {
+            timestamp: Timestamp::from_micros(micros),
+            turn: foot.turn(),
+            missing: foot.take_missing(),
+            received: at,
+            common: foot.common(micros).or(at.map(|at| (at, Clock::Received))),
+            interface: name,
+            foot: self.known.name(node),
+            node: Some(node),
+            segment: entry.segment,
+            sequence: u16::from(contact.sequence),
+            stable: contact.stable.probability(),
+            tangential: contact.tangential.probability(),
+            vertical: contact.vertical.probability(),
+            status: contact.status,
+            ..ContactRow::default()
+        });
+        entry.foot = Some(foot);
+    }
+}

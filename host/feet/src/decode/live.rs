@@ -1,0 +1,426 @@
+//! Live decoding of frames of a CAN bus and bytes of serial lines.
+//!
+//! [`Listener`] keeps the sequence numbers of each line and combines the frames of a sample. A contact is
+//! returned once it is final, which is when its foot has sent the next one, a millisecond later.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
+
+use estimator_core::Timestamp;
+use wire::foot::cob_id;
+use wire::node::State;
+use wire::pdo::{Health, Load};
+use wire::uart::{ConfigResponse, Decoder, HealthMessage, LogMessage, Message, RawSample};
+use wire::{CanFrame, Emergency, Faults, NodeId, Pdo};
+
+use crate::decode::can::{Log, Reception};
+use crate::decode::uart::{self, Stream};
+use crate::decode::{ContactRow, Feet, Report};
+
+/// Timeout of a contact that waits for further frames if its foot sends no other contact, µs.
+const LONGEST_WAIT_US: u64 = 20_000;
+
+/// Longest time from the first faults of a foot to its boot-up, µs.
+const AT_START_US: u64 = 20_000;
+
+/// Mask of the node id in an identifier.
+const NODE_ID_BITS: u16 = 0x7F;
+
+/// Source of a message.
+#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct FootKey {
+    /// Line of reception: a CAN interface or a serial port.
+    pub line: Arc<str>,
+    /// Node id; on a serial line known from the first health message on.
+    pub node: Option<u8>,
+}
+
+/// A message received from a foot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Heard {
+    /// Time of reception on the receiver's clock.
+    pub at: Timestamp,
+    /// The foot that sent it.
+    pub foot: FootKey,
+    /// Content of the message.
+    pub said: Said,
+}
+
+/// Content of a message sent by a foot or to it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Said {
+    /// Contact, with all values sent for the same sample.
+    Contact(Box<ContactRow>),
+    /// Raw sample of the sensor; serial line only.
+    Raw(RawSample),
+    /// State of the board; serial line only.
+    Board(Box<HealthMessage>),
+    /// Flags, errors and drops; CAN only.
+    Health(Health),
+    /// A fault was raised or cleared; CAN only.
+    Emergency(Emergency),
+    /// The foot has started with these faults, whose frames precede the boot-up.
+    BootUp(Faults),
+    /// State of the node; CAN only.
+    Heartbeat(State),
+    /// A line of text; serial line only.
+    Log(LogMessage),
+    /// Load sent by the robot to the foot, N; CAN only.
+    Load(f32),
+    /// Response to a request; serial line only.
+    Answer(ConfigResponse),
+    /// Response to a request over CAN: the bytes of an SDO.
+    Sdo([u8; 8]),
+}
+
+/// Decoder state of all lines, and the messages still to be returned.
+pub struct Listener {
+    can: Log,
+    serial: BTreeMap<Arc<str>, Serial>,
+    lines: BTreeMap<String, Arc<str>>,
+    heard: VecDeque<Heard>,
+    /// Faults recently raised by each node, with the time of the newest.
+    raised: BTreeMap<FootKey, (Timestamp, Faults)>,
+}
+
+/// A serial line.
+struct Serial {
+    decoder: Decoder,
+    stream: Stream,
+}
+
+impl Listener {
+    /// Creates a listener; `feet` defines the nodes of a CAN bus that are feet, and their names.
+    #[must_use]
+    pub fn new(feet: Feet) -> Self {
+        Self {
+            can: Log::new(feet, Reception::Live),
+            serial: BTreeMap::new(),
+            lines: BTreeMap::new(),
+            heard: VecDeque::new(),
+            raised: BTreeMap::new(),
+        }
+    }
+
+    /// Adds a node that is a foot.
+    pub fn add(&mut self, node: NodeId) {
+        self.can.known.add(node);
+    }
+
+    /// Processes a frame that `interface` received at `at`.
+    pub fn frame(&mut self, interface: &str, frame: &CanFrame, at: Timestamp) {
+        let line = self.line(interface);
+        self.can.take(interface, frame, Some(at));
+        // Emergencies are returned as messages, so the report need not keep them.
+        self.can.report.emergencies.clear();
+        if let Some((node, said)) = said(frame)
+            && self.can.known.contains(node)
+        {
+            let node = Some(node.get());
+            let foot = FootKey { line, node };
+            let said = self.with_faults_at_start(said, &foot, at);
+            self.heard.push_back(Heard { at, foot, said });
+        }
+        self.idle(at);
+    }
+
+    /// Adds to a boot-up the faults received just before it.
+    fn with_faults_at_start(&mut self, said: Said, foot: &FootKey, at: Timestamp) -> Said {
+        match &said {
+            Said::Emergency(Emergency {
+                code: 1..,
+                fault: Some(fault),
+                ..
+            }) => {
+                let before = self.raised_since(foot, at);
+                let now = (at, before.with(*fault));
+                self.raised.insert(foot.clone(), now);
+                said
+            }
+            Said::BootUp(_) => Said::BootUp(self.raised_since(foot, at)),
+            _ => said,
+        }
+    }
+
+    /// Faults raised by a foot just before `at`.
+    fn raised_since(&self, foot: &FootKey, at: Timestamp) -> Faults {
+        let since_us = |raised: Timestamp| at.as_micros().saturating_sub(raised.as_micros());
+        match self.raised.get(foot) {
+            Some((raised, faults)) if since_us(*raised) <= AT_START_US => *faults,
+            _ => Faults::NONE,
+        }
+    }
+
+    /// Processes bytes received on the serial line `port` at `at`.
+    pub fn bytes(&mut self, port: &str, bytes: &[u8], at: Timestamp) {
+        let line = self.line(port);
+        let serial = self.serial.entry(Arc::clone(&line));
+        let serial = serial.or_insert_with(|| Serial {
+            decoder: Decoder::new(),
+            stream: Stream::new(self.can.known.clone()),
+        });
+        for byte in bytes {
+            let frame = match serial.decoder.push(*byte) {
+                None => continue,
+                Some(Err(problem)) => {
+                    serial.stream.report.count_problem(uart::name(problem));
+                    continue;
+                }
+                Some(Ok(frame)) => frame,
+            };
+            let said = match (serial.stream.take(&frame), frame.message) {
+                (Some(mut row), _) => {
+                    row.received = Some(at);
+                    row.interface = Some(Arc::clone(&line));
+                    serial.stream.report.count_row(&row);
+                    Said::Contact(Box::new(row))
+                }
+                (None, Message::Raw(raw)) => Said::Raw(raw),
+                (None, Message::Health(health)) => Said::Board(Box::new(health)),
+                (None, Message::Log(log)) => Said::Log(log),
+                (None, Message::ConfigResponse(answer)) => Said::Answer(answer),
+                (None, _) => continue,
+            };
+            let foot = FootKey {
+                line: Arc::clone(&line),
+                node: serial.stream.node.map(NodeId::get),
+            };
+            self.heard.push_back(Heard { at, foot, said });
+        }
+    }
+
+    /// Adds the row of an estimate computed elsewhere, received at `at`.
+    pub fn row(&mut self, row: Box<ContactRow>, at: Timestamp) {
+        let line = self.line(row.interface.as_deref().unwrap_or_default());
+        let node = row.node.map(NodeId::get);
+        let foot = FootKey { line, node };
+        let said = Said::Contact(row);
+        self.heard.push_back(Heard { at, foot, said });
+    }
+
+    /// Advances the time to `now` without reception: a contact whose timeout has expired is released.
+    pub fn idle(&mut self, now: Timestamp) {
+        let overdue = now.as_micros().saturating_sub(LONGEST_WAIT_US);
+        self.settle(Timestamp::from_micros(overdue));
+    }
+
+    /// Ends reception: every pending contact is released.
+    pub fn finish(&mut self) {
+        self.can.finish();
+        self.settle(Timestamp::from_micros(u64::MAX));
+    }
+
+    /// Returns the next message, if any.
+    pub fn next_heard(&mut self) -> Option<Heard> {
+        self.heard.pop_front()
+    }
+
+    /// Node on a CAN bus that is not a known foot but sends frames that may be contacts.
+    #[must_use]
+    pub const fn unknown_foot(&self) -> Option<u8> {
+        self.can.unknown_foot
+    }
+
+    /// Name of a foot, if any.
+    #[must_use]
+    pub fn name(&self, foot: &FootKey) -> Option<Arc<str>> {
+        let node = foot.node.and_then(NodeId::new);
+        node.and_then(|node| self.can.known.name(node))
+    }
+
+    /// Reports of received, missing and invalid frames: one for CAN as a whole, without a name, and one for
+    /// each serial line with its name.
+    #[must_use]
+    pub fn reports(&self) -> Vec<(Option<&str>, &Report)> {
+        let can = (!self.can.report.frames.is_empty()).then_some((None, &self.can.report));
+        let serial = self.serial.iter();
+        let serial = serial.map(|(line, serial)| (Some(line.as_ref()), &serial.stream.report));
+        can.into_iter().chain(serial).collect()
+    }
+
+    /// Name of a line, shared by all its messages.
+    fn line(&mut self, name: &str) -> Arc<str> {
+        if let Some(line) = self.lines.get(name) {
+            return Arc::clone(line);
+        }
+        let line: Arc<str> = name.into();
+        self.lines.insert(name.to_owned(), Arc::clone(&line));
+        line
+    }
+
+    fn settle(&mut self, overdue: Timestamp) {
+        let rows: Vec<ContactRow> = self.can.settle_closed(overdue).collect();
+        for row in rows {
+            let at = row.received.unwrap_or_default();
+            self.row(Box::new(row), at);
+        }
+    }
+}
+
+impl Default for Listener {
+    /// A listener for feet with default ids.
+    fn default() -> Self {
+        Self::new(Feet::default())
+    }
+}
+
+/// Decodes a frame that is not part of a row: returns the node, whether a foot or not, and the content.
+#[must_use]
+pub fn said(frame: &CanFrame) -> Option<(NodeId, Said)> {
+    let id = frame.id();
+    let node = NodeId::new((id & NODE_ID_BITS) as u8)?;
+    let said = match id & !NODE_ID_BITS {
+        cob_id::EMERGENCY => Said::Emergency(Emergency::decode(frame.data8()?)),
+        cob_id::HEARTBEAT => match frame.data() {
+            [0] => Said::BootUp(Faults::NONE),
+            [code] => Said::Heartbeat(state(*code)?),
+            _ => return None,
+        },
+        cob_id::SDO_RESPONSE => Said::Sdo(*frame.data8()?),
+        Load::BASE => Said::Load(Load::decode(frame.data())?.0),
+        _ => match Pdo::from_cob_id(id)? {
+            (Pdo::Health, _) => Said::Health(Health::decode(frame.data8()?)),
+            _ => return None,
+        },
+    };
+    Some((node, said))
+}
+
+/// Decodes the state in a heartbeat; the highest bit belongs to node guarding.
+fn state(code: u8) -> Option<State> {
+    use State::{Initialising, Operational, PreOperational, Stopped};
+    let mut states = [Initialising, Stopped, Operational, PreOperational].into_iter();
+    states.find(|state| *state as u8 == code & 0x7F)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use estimator_core::ContactEstimate;
+    use wire::pdo::{Acceleration, Contact};
+    use wire::{Fault, uart as line};
+
+    fn at(micros: u64) -> Timestamp {
+        Timestamp::from_micros(1_000_000 + micros)
+    }
+
+    fn estimate(micros: u64) -> ContactEstimate {
+        ContactEstimate {
+            timestamp: Timestamp::from_micros(micros),
+            ..ContactEstimate::default()
+        }
+    }
+
+    fn contact(node: u16, micros: u64) -> CanFrame {
+        let bytes = Contact::new(&estimate(micros), (micros / 1000) as u8, Faults::NONE).encode();
+        CanFrame::new(0x180 + node, &bytes).expect("a frame")
+    }
+
+    fn all(listener: &mut Listener) -> Vec<Heard> {
+        std::iter::from_fn(|| listener.next_heard()).collect()
+    }
+
+    /// Returns the row and foot of the only contact received.
+    fn only_contact(heard: &[Heard]) -> (&FootKey, &ContactRow) {
+        match heard {
+            [
+                Heard {
+                    foot,
+                    said: Said::Contact(row),
+                    ..
+                },
+            ] => (foot, row),
+            _ => panic!("{heard:?}"),
+        }
+    }
+
+    #[test]
+    fn contact_is_returned_once_its_foot_sends_the_next() {
+        let mut listener = Listener::default();
+        let acceleration = Acceleration::new(&estimate(1000), Faults::NONE).encode();
+        listener.frame("can0", &contact(0x11, 1000), at(1000));
+        listener.frame("can0", &contact(0x12, 1000), at(1100));
+        let frame = CanFrame::new(0x480 + 0x11, &acceleration).expect("a frame");
+        listener.frame("can0", &frame, at(1200));
+        assert_eq!(all(&mut listener), []);
+        listener.frame("can0", &contact(0x11, 2000), at(2000));
+        let heard = all(&mut listener);
+        let (foot, row) = only_contact(&heard);
+        assert_eq!((foot.node, &*foot.line), (Some(0x11), "can0"));
+        assert_eq!(row.foot.as_deref(), Some("FL"));
+        assert!(row.acceleration.is_some());
+    }
+
+    #[test]
+    fn silent_foot_does_not_block_other_feet() {
+        let mut listener = Listener::default();
+        listener.frame("can0", &contact(0x11, 1000), at(1000));
+        for ms in 2..40 {
+            listener.frame("can0", &contact(0x12, ms * 1000), at(ms * 1000));
+        }
+        let nodes: Vec<_> = all(&mut listener).iter().map(|h| h.foot.node).collect();
+        assert_eq!(
+            nodes.len(),
+            38,
+            "one of 0x11, and all of 0x12 but the newest"
+        );
+        assert_eq!(nodes[0], Some(0x11));
+        listener.idle(at(100_000));
+        assert_eq!(all(&mut listener).len(), 1, "the newest of 0x12");
+    }
+
+    #[test]
+    fn faults_states_and_loads_of_other_nodes_are_ignored() {
+        let mut listener = Listener::default();
+        let emergency = Emergency::raised(Fault::SensorFrozen, 7, Faults::NONE);
+        let frames = [
+            (0x091, &emergency.encode()[..]),
+            (0x711, &[0][..]),
+            (0x711, &[5][..]),
+            (0x211, &12.5_f32.to_le_bytes()[..]),
+            (0x7F0 & 0x7FF, &[5][..]),
+        ];
+        for (id, data) in frames {
+            let frame = CanFrame::new(id, data).expect("a frame");
+            listener.frame("can0", &frame, at(0));
+        }
+        let said: Vec<_> = all(&mut listener).into_iter().map(|h| h.said).collect();
+        assert_eq!(
+            said,
+            [
+                Said::Emergency(emergency),
+                Said::BootUp(Faults::NONE.with(Fault::SensorFrozen)),
+                Said::Heartbeat(State::Operational),
+                Said::Load(12.5),
+            ]
+        );
+    }
+
+    #[test]
+    fn old_fault_is_not_part_of_a_boot_up() {
+        let mut listener = Listener::default();
+        let emergency = Emergency::raised(Fault::SensorFrozen, 7, Faults::NONE);
+        let mut receive = |micros, id, data: &[u8]| {
+            let frame = CanFrame::new(id, data).expect("a frame");
+            listener.frame("can0", &frame, at(micros));
+        };
+        receive(0, 0x091, &emergency.encode());
+        receive(30_000, 0x711, &[0]);
+        let last = all(&mut listener).pop().map(|heard| heard.said);
+        assert_eq!(last, Some(Said::BootUp(Faults::NONE)));
+    }
+
+    #[test]
+    fn serial_frames_may_arrive_in_pieces() {
+        let message = Message::Contact(line::ContactMessage::new(&estimate(5000), Faults::NONE));
+        let encoded = line::encode(3, &message);
+        let mut listener = Listener::default();
+        for byte in encoded.as_bytes() {
+            listener.bytes("ttyACM0", &[*byte], at(1));
+        }
+        let heard = all(&mut listener);
+        let (foot, row) = only_contact(&heard);
+        assert_eq!((&*foot.line, foot.node), ("ttyACM0", None));
+        assert_eq!(row.timestamp.as_micros(), 5000);
+    }
+}

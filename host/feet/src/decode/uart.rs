@@ -1,0 +1,245 @@
+//! Decoding of recordings of the serial line.
+
+use std::io::{BufReader, Read};
+
+use estimator_core::Timestamp;
+use wire::counter::Counter;
+use wire::pdo::{P16, TEMPERATURE_STEP};
+use wire::sequence::{Step, step_u16};
+use wire::uart::{ContactMessage, Decoder, Frame, HealthMessage, Kind, Message, Problem};
+use wire::{Fault, NodeId};
+
+use super::report::{BoardReport, Medium, Report};
+use super::{ContactRow, DecodeError, Feet, FileOutcome, RowSink};
+
+/// Decodes all bytes of a recording; `None` if it contains no frame with a valid CRC.
+pub(super) fn decode(
+    source: impl Read,
+    file: &str,
+    feet: &Feet,
+    sink: RowSink<'_>,
+) -> Result<Option<FileOutcome>, DecodeError> {
+    let mut decoder = Decoder::new();
+    let mut has_frame = false;
+    let mut stream = Stream::new(feet.clone());
+    for byte in BufReader::with_capacity(1 << 14, source).bytes() {
+        let Some(result) = decoder.push(byte.map_err(DecodeError::unreadable(file))?) else {
+            continue;
+        };
+        has_frame |= result.as_ref().err().is_none_or(is_whole);
+        match result {
+            Ok(frame) => {
+                if let Some(row) = stream.take(&frame) {
+                    stream.report.count_row(&row);
+                    sink(row).map_err(DecodeError::Rows)?;
+                }
+            }
+            Err(problem) => stream.report.count_problem(name(problem)),
+        }
+    }
+    if !has_frame {
+        return Ok(None);
+    }
+    if decoder.is_inside_frame() {
+        stream.report.count_problem("unfinished_frames");
+    }
+    Ok(Some(FileOutcome {
+        report: stream.report,
+        notices: Vec::new(),
+    }))
+}
+
+/// Returns whether the frame is undamaged but of an unknown version, kind or payload.
+const fn is_whole(problem: &Problem) -> bool {
+    matches!(
+        problem,
+        Problem::Version(_) | Problem::Kind(_) | Problem::Payload(_)
+    )
+}
+
+/// Name of a problem in the report.
+pub(crate) fn name(problem: Problem) -> String {
+    match problem {
+        Problem::Coding => "bad_cobs".to_owned(),
+        Problem::TooLong => "too_long".to_owned(),
+        Problem::TooShort => "too_short".to_owned(),
+        Problem::Check => "crc_errors".to_owned(),
+        Problem::Version(version) => format!("unknown_version_{version}"),
+        Problem::Kind(kind) => format!("unknown_type_0x{kind:02X}"),
+        Problem::Payload(kind) => format!("bad_payload_of_{}", kind_name(kind)),
+    }
+}
+
+const fn kind_name(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Contact => "contact",
+        Kind::Raw => "raw",
+        Kind::Health => "health",
+        Kind::ConfigGet => "config_get",
+        Kind::ConfigSet => "config_set",
+        Kind::ConfigResponse => "config_response",
+        Kind::Log => "log",
+        Kind::Nmt => "nmt",
+    }
+}
+
+/// State of a serial line up to its newest byte.
+#[derive(Default)]
+pub(crate) struct Stream {
+    pub(crate) report: Report,
+    feet: Feet,
+    newest: Option<u16>,
+    /// Time of the newest row of the segment.
+    last: Option<Timestamp>,
+    segment: u32,
+    /// Number of missing frames that the rows so far show.
+    shown_missing: u64,
+    /// Node id of the foot, known from its first health message on.
+    pub(crate) node: Option<NodeId>,
+}
+
+impl Stream {
+    pub(crate) fn new(feet: Feet) -> Self {
+        Self {
+            report: Report::new(Medium::Uart),
+            feet,
+            ..Self::default()
+        }
+    }
+
+    /// Processes a frame; returns a row for a contact.
+    pub(crate) fn take(&mut self, frame: &Frame) -> Option<ContactRow> {
+        self.report.count_frame(kind_name(frame.message.kind()));
+        if self.restarts(&frame.message) {
+            self.segment += 1;
+            self.report.restarts += 1;
+            (self.newest, self.last) = (None, None);
+        }
+        let step = self.newest.map(|newest| step_u16(newest, frame.sequence));
+        match step {
+            Some(Step::Missing(count)) => self.report.count_missing(u64::from(count)),
+            Some(Step::Late) => self.report.count_overtaken(),
+            Some(Step::Restart) | None => {}
+        }
+        if step != Some(Step::Late) {
+            self.newest = Some(frame.sequence);
+        }
+        match &frame.message {
+            Message::Contact(contact) => Some(self.contact(contact, frame.sequence)),
+            Message::Health(health) => {
+                self.health(health);
+                None
+            }
+            _ => None,
+        }
+    }
+
+    /// Returns whether the foot's clock, which does not wrap, has gone back.
+    fn restarts(&self, message: &Message) -> bool {
+        matches!((message, self.last), (Message::Contact(contact), Some(last))
+            if contact.timestamp.as_micros() < last.as_micros())
+    }
+
+    fn contact(&mut self, contact: &ContactMessage, sequence: u16) -> ContactRow {
+        let shown = std::mem::replace(&mut self.shown_missing, self.report.missing);
+        let row = ContactRow {
+            timestamp: Timestamp::from_micros(contact.timestamp.as_micros()),
+            missing: self.report.missing.wrapping_sub(shown).cast_signed(),
+            node: self.node,
+            foot: self.node.and_then(|node| self.feet.name(node)),
+            segment: self.segment,
+            sequence,
+            stable: contact.stable.probability(),
+            tangential: contact.tangential.probability(),
+            vertical: contact.vertical.probability(),
+            axes: Some(contact.axes.map(P16::probability)),
+            status: contact.status,
+            flags: Some(contact.flags),
+            ..ContactRow::default()
+        };
+        if let Some(last) = self.last.replace(row.timestamp) {
+            self.report
+                .count_step(last.as_micros(), row.timestamp.as_micros());
+        }
+        row
+    }
+
+    fn health(&mut self, health: &HealthMessage) {
+        self.node = health.id;
+        let temperature = health.temperature.value(TEMPERATURE_STEP);
+        let counters = Counter::ALL.map(|counter| (counter.name(), health.counters.get(counter)));
+        self.report.board = Some(BoardReport {
+            stage: health.stage.name(),
+            faults: health.faults.iter().map(Fault::name).collect(),
+            temperature: Some(temperature).filter(|celsius| celsius.is_finite()),
+            counters: counters.into(),
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use estimator_core::ContactEstimate;
+    use wire::{Faults, uart};
+
+    use crate::decode::Decoded;
+
+    fn decode(bytes: &[u8]) -> Option<Decoded> {
+        crate::decode::decode(bytes, "uart.bin", &Feet::default()).ok()
+    }
+
+    fn contact(sequence: u16, ms: u64) -> Vec<u8> {
+        let estimate = ContactEstimate {
+            timestamp: Timestamp::from_micros(ms * 1000),
+            ..ContactEstimate::default()
+        };
+        let message = Message::Contact(ContactMessage::new(&estimate, Faults::default()));
+        uart::encode(sequence, &message).as_bytes().to_vec()
+    }
+
+    #[test]
+    fn restart_begins_a_new_segment() {
+        // First as if 40 000 numbers were missing, then backwards.
+        for (last, first) in [(10_000, 50_000), (50_000, 0)] {
+            let stream = [
+                contact(last - 1, 1_000),
+                contact(last, 1_001),
+                contact(first, 1),
+                contact(first + 1, 2),
+            ];
+            let decoded = decode(&stream.concat()).unwrap();
+            let segments: Vec<_> = decoded.rows.iter().map(|row| row.segment).collect();
+            assert_eq!(segments, [0, 0, 1, 1]);
+            let report = decoded.report;
+            assert_eq!((report.restarts, report.missing, report.gaps), (1, 0, 0));
+            assert_eq!(report.longest_step_s, Some(0.001));
+        }
+    }
+
+    #[test]
+    fn overtaken_frame_is_not_missing() {
+        let stream = [contact(1, 1), contact(3, 2), contact(2, 3), contact(5, 4)];
+        let report = decode(&stream.concat()).unwrap().report;
+        assert_eq!((report.restarts, report.missing, report.gaps), (0, 1, 1));
+    }
+
+    #[test]
+    fn recording_may_begin_with_any_two_bytes() {
+        let frame = contact(1, 1);
+        let begun = &frame[frame.len() - 3..];
+        for first in 0..=u16::MAX {
+            let stream = [&first.to_le_bytes()[..], begun, &frame].concat();
+            let rows = decode(&stream).map(|decoded| decoded.rows.len());
+            assert_eq!(rows, Some(1), "{first:04x}");
+        }
+    }
+
+    #[test]
+    fn recording_without_a_valid_frame_is_rejected() {
+        let mut damaged = contact(1, 1);
+        damaged[5] ^= 1;
+        assert_eq!(decode(&damaged), None);
+        assert!(decode(&[damaged, contact(2, 2)].concat()).is_some());
+    }
+}

@@ -1,0 +1,175 @@
+//! Acceptance of a board by a person with a foot in the hand: what is measured in which step, and its limits.
+//!
+//! | item | file |
+//! |---|---|
+//! | quantities with limits, their sources and remedies; measured figures | [`figure`] |
+//! | contacts and motions of one foot, over CAN and over the serial line | `moments` |
+//! | rest, from motions | `rest` |
+//! | board and sensor, without hands | `board` |
+//! | a foot that lies still | `still` |
+//! | six sides, and the turns between them | `turns` |
+//! | taps, steps, loads, and a sensor that is unplugged | `contacts` |
+
+mod board;
+mod contacts;
+pub mod figure;
+mod moments;
+mod rest;
+mod still;
+mod turns;
+
+use std::time::Duration;
+
+use wire::dictionary::index;
+use wire::{Address, Value};
+
+use super::client::{Client, RequestError};
+use super::self_test::SelfTestError;
+use super::settings::{self, Lasting, SettingsError, Values};
+pub use figure::{Figure, FigureOutcome, Limit, Verdict};
+use thiserror::Error;
+
+/// Error that ends the acceptance.
+#[derive(Debug, Error)]
+pub enum AcceptError {
+    /// The line does not work.
+    #[error(transparent)]
+    Request(#[from] RequestError),
+    /// The raw samples of a serial line could not be switched on or off.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// The setting of the self-test could not be put back.
+    #[error(transparent)]
+    SelfTest(SelfTestError),
+}
+
+recordings::named! {
+    /// A step of the acceptance, in the order in which they are done.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum AcceptStep {
+        /// Faults, supply and temperature, as the board reports them.
+        Board = "board",
+        /// Self-test of the sensor, which resets the board.
+        SelfTest = "self-test",
+        /// The foot lies still.
+        Still = "still",
+        /// The foot is put on each of its six sides.
+        Sides = "sides",
+        /// The sole is tapped.
+        Taps = "taps",
+        /// The foot takes steps.
+        Steps = "steps",
+        /// The foot is loaded and unloaded.
+        Load = "load",
+        /// The sensor is unplugged and plugged in again.
+        Unplug = "unplug",
+    }
+}
+
+impl AcceptStep {
+    /// Quantities measured in this step.
+    pub fn limits(self) -> impl Iterator<Item = &'static Limit> {
+        let all = figure::LIMITS.into_iter();
+        all.filter(move |limit| limit.step == self)
+    }
+
+    /// Figures of this step where there was nothing to measure, for a reason.
+    #[must_use]
+    pub fn not_tested(self, reason: &str) -> Vec<Figure> {
+        let figures = self.limits().map(|limit| limit.not_tested(reason));
+        figures.collect()
+    }
+
+    /// Figures of this step where the measurement failed.
+    fn failed(self, reason: &str) -> Vec<Figure> {
+        self.limits().map(|limit| limit.failed(reason)).collect()
+    }
+}
+
+/// Figures of a step.
+type Measured<E = RequestError> = Result<Vec<Figure>, E>;
+
+/// The person with the foot in the hand.
+pub struct Person<'a> {
+    /// Longest wait for the person in a step.
+    pub patience: Duration,
+    /// Shows a text to the person.
+    pub tell: &'a mut dyn FnMut(&str),
+    /// Returns whether the person has ended the acceptance.
+    pub has_left: &'a dyn Fn() -> bool,
+}
+
+/// Patience of a person, the function that shows a text, and the one that returns whether the person has left.
+type Parts<'a> = (Duration, &'a mut dyn FnMut(&str), &'a dyn Fn() -> bool);
+
+impl Person<'_> {
+    /// Borrows the parts one by one: the text is shown while the foot is watched.
+    fn parts(&mut self) -> Parts<'_> {
+        (self.patience, &mut *self.tell, self.has_left)
+    }
+}
+
+/// Measures the foot in these steps, in order.
+///
+/// Figures are passed to `found` step by step; those of a step in which the person has left are not. On a serial line,
+/// raw samples are switched on meanwhile. A step in which the foot stops to respond has failed, and the next one is
+/// tried.
+///
+/// # Errors
+/// The line does not work, or the foot's settings could not be put back.
+pub fn run(
+    client: &mut Client,
+    steps: &[AcceptStep],
+    person: &mut Person,
+    found: &mut dyn FnMut(Figure),
+) -> Result<(), AcceptError> {
+    let mut streams = None;
+    for step in steps {
+        if *step > AcceptStep::SelfTest && streams.is_none() {
+            // The self-test resets the foot, which would end the streams.
+            streams = Some(switch_on_streams(client)?);
+        }
+        let figures = match step {
+            AcceptStep::Board => board::measure(client),
+            AcceptStep::SelfTest => match board::test_sensor(client, person) {
+                Ok(figures) => Ok(figures),
+                Err(SelfTestError::Request(error)) => Err(error),
+                Err(error @ SelfTestError::StaysOn(_)) => return Err(AcceptError::SelfTest(error)),
+                Err(error) => Ok(step.failed(&error.to_string())),
+            },
+            AcceptStep::Still => still::measure(client, person),
+            AcceptStep::Sides => turns::measure(client, person),
+            AcceptStep::Taps => contacts::taps(client, person),
+            AcceptStep::Steps => contacts::steps(client, person),
+            AcceptStep::Load => contacts::load(client, person),
+            AcceptStep::Unplug => contacts::unplug(client, person),
+        };
+        let figures = match figures {
+            Ok(figures) => figures,
+            Err(error @ RequestError::Link(_)) => return Err(error.into()),
+            Err(error) => step.failed(&error.to_string()),
+        };
+        if (person.has_left)() {
+            break;
+        }
+        figures.into_iter().for_each(&mut *found);
+    }
+    if let Some(before) = streams.filter(|before| !before.is_empty()) {
+        settings::write(client, &before, Lasting::UntilReset)?;
+    }
+    Ok(())
+}
+
+/// Streams each contact and each raw sample, where the foot is on a serial line; returns the
+/// previous values of the settings that it changed.
+fn switch_on_streams(client: &mut Client) -> Result<Values, AcceptError> {
+    if client.node().is_some() {
+        return Ok(Values::new());
+    }
+    let wanted = [1, 2].map(|sub| (Address::new(index::UART_STREAMS, sub), Value::U16(1)));
+    let changed = settings::write(client, &wanted.into(), Lasting::UntilReset)?;
+    let before = changed.into_iter();
+    Ok(before
+        .map(|(named, before, _)| (named.address, before))
+        .collect())
+}

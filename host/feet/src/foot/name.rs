@@ -1,0 +1,287 @@
+//! Objects by name, and their values as text.
+
+use thiserror::Error;
+use wire::dictionary::{self, Entry, Limits, Object, Role, Shape};
+use wire::{Address, NodeId, Value};
+
+use super::notation::{Notation, id};
+
+/// Object of the dictionary, or a part of one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Named {
+    /// Index and subindex.
+    pub address: Address,
+    /// Dictionary entry.
+    pub entry: &'static Entry,
+    object: &'static Object,
+}
+
+/// Error in the name or the value of an object.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum NameError {
+    /// No object has this name.
+    #[error("no object is called {0:?}; `footfall foot SOURCE get` lists all")]
+    Unknown(String),
+    /// The value is invalid.
+    #[error("{name} is {value:?}, but {expected} is expected")]
+    Value {
+        /// Name of the object.
+        name: String,
+        /// Text of the value.
+        value: String,
+        /// Expected values.
+        expected: String,
+    },
+}
+
+/// Converts a title to a part of a name: lower case, with `_` between words.
+fn part(title: &str) -> String {
+    let words = title.split(|letter: char| !letter.is_alphanumeric());
+    let words = words.filter(|word| !word.is_empty());
+    words.map(str::to_lowercase).collect::<Vec<_>>().join("_")
+}
+
+impl Named {
+    /// All objects, in the order of their addresses.
+    pub fn all() -> impl Iterator<Item = Self> {
+        dictionary::OBJECTS.iter().flat_map(|object| {
+            object.entries.iter().map(move |entry| Self {
+                address: Address::new(object.index, entry.subindex),
+                entry,
+                object,
+            })
+        })
+    }
+
+    /// All settings.
+    pub fn settings() -> impl Iterator<Item = Self> {
+        Self::all().filter(|named| named.entry.is_setting())
+    }
+
+    /// The object at an address.
+    #[must_use]
+    pub fn at(address: Address) -> Option<Self> {
+        Self::all().find(|named| named.address == address)
+    }
+
+    /// Finds an object by its name, `decision.threshold`, or by its address, `0x2012:1` or `0x2010`.
+    ///
+    /// # Errors
+    /// There is no such object.
+    pub fn find(text: &str) -> Result<Self, NameError> {
+        let by_address = address(text).and_then(Self::at);
+        let found = by_address.or_else(|| Self::all().find(|named| named.name() == text));
+        found.ok_or_else(|| NameError::Unknown(text.to_owned()))
+    }
+
+    /// Name: the key of a configuration file where it has the setting, else the titles of the object and its part.
+    #[must_use]
+    pub fn name(&self) -> String {
+        match self.entry.key.as_str() {
+            "" => self.title(),
+            key => key.to_owned(),
+        }
+    }
+
+    /// Titles of the object and its part in the dictionary, in lower case.
+    fn title(&self) -> String {
+        let object = part(self.object.name.as_str());
+        match self.object.shape {
+            Shape::Var => object,
+            Shape::Array | Shape::Record => format!("{object}.{}", part(self.entry.name.as_str())),
+        }
+    }
+
+    /// Description of the object.
+    #[must_use]
+    pub fn doc(&self) -> String {
+        let texts = [self.object.doc.as_str(), self.entry.doc.as_str()];
+        let texts = texts.into_iter().filter(|text| !text.is_empty());
+        texts.collect::<Vec<_>>().join("; ")
+    }
+
+    fn notation(&self) -> Notation {
+        Notation::of(self.address, self.entry)
+    }
+
+    /// Unit after a value; empty if there is none, or if the value includes it.
+    #[must_use]
+    pub fn unit(&self) -> &'static str {
+        self.notation().unit(self.entry)
+    }
+
+    /// Description of the values that may be written.
+    #[must_use]
+    pub fn range(&self) -> String {
+        let text = |value| self.text(value);
+        match self.notation() {
+            Notation::Pdo => return "on or off".to_owned(),
+            Notation::Words([one, other]) => return format!("{one} or {other}"),
+            Notation::Axes => {
+                return "three right-handed axes such as x,-z,y, or quaternion".to_owned();
+            }
+            Notation::Number | Notation::Seconds | Notation::Milliseconds => {}
+        }
+        let unit = format!(" {}", self.unit());
+        let unit = unit.trim_end();
+        match self.entry.limits() {
+            Limits::Any => format!("a value of type {}", self.entry.data_type().name()),
+            Limits::Range(low, high) => format!("{} to {}{unit}", text(low), text(high)),
+            Limits::RangeWithout(limits) => {
+                let [low, high, from, to] = limits.map(text);
+                format!("{low} to {high}{unit}, but not {from} to {to}")
+            }
+            Limits::OneOf(values) => {
+                let values: Vec<_> = values.iter().map(|value| text(*value)).collect();
+                format!("one of {}{unit}", values.join(", "))
+            }
+        }
+    }
+
+    /// Default value on a foot with this id.
+    #[must_use]
+    pub fn default(&self, node: Option<NodeId>) -> Value {
+        match (self.entry.role, self.entry.default) {
+            (Role::PdoCobId, Value::U32(base)) => Value::U32(base + id(node)),
+            (_, default) => default,
+        }
+    }
+
+    /// Formats a value without its unit.
+    #[must_use]
+    pub fn text(&self, value: Value) -> String {
+        self.notation().text(value)
+    }
+
+    /// Parses a value and checks its range, for a foot with this id.
+    ///
+    /// # Errors
+    /// The text is not a value of this type, or is out of range.
+    pub fn parse(&self, text: &str, node: Option<NodeId>) -> Result<Value, NameError> {
+        let refused = || NameError::Value {
+            name: self.name(),
+            value: text.to_owned(),
+            expected: self.range(),
+        };
+        let value = self.notation().parse(text, self.entry, node);
+        let value = value.ok_or_else(refused)?;
+        if self.notation() != Notation::Pdo {
+            self.entry.limits().check(value).map_err(|_| refused())?;
+        }
+        Ok(value)
+    }
+}
+
+/// Parses an address: `0x2012:1` or `0x2010`.
+fn address(text: &str) -> Option<Address> {
+    let digits = text.strip_prefix("0x")?;
+    let (index, subindex) = digits.split_once(':').unwrap_or((digits, "0"));
+    let index = u16::from_str_radix(index, 16).ok()?;
+    Some(Address::new(index, subindex.parse().ok()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_object_is_found_by_its_unique_name_and_address() {
+        let mut names = BTreeSet::new();
+        for named in Named::all() {
+            let name = named.name();
+            assert!(names.insert(name.clone()), "{name} stands twice");
+            assert_eq!(Named::find(&name), Ok(named));
+            let Address { index, subindex } = named.address;
+            assert_eq!(Named::find(&format!("0x{index:04X}:{subindex}")), Ok(named));
+        }
+        for known in [
+            "foot",
+            "window",
+            "half_width.acceleration_m_s2.ax",
+            "decision.threshold",
+        ] {
+            assert!(names.contains(known), "{known}: {names:?}");
+        }
+    }
+
+    #[test]
+    fn settings_parse_defaults_and_reject_values_out_of_range() {
+        let node = NodeId::new(0x12);
+        for named in Named::settings() {
+            let default = named.default(node);
+            assert_eq!(
+                named.parse(&named.text(default), node),
+                Ok(default),
+                "{}",
+                named.name()
+            );
+            assert!(named.parse("x", node).is_err() && named.parse("1e30", node).is_err());
+        }
+        for text in ["0x0", "-1ms", "50samples", "x,z,y", "0.8,0.6,0,0", "ON"] {
+            let of_words = ["window", "axes", "method", "learning"];
+            let mut named = of_words.map(|name| Named::find(name).expect("there is one"));
+            assert!(
+                named
+                    .iter_mut()
+                    .all(|named| named.parse(text, node).is_err()),
+                "{text}"
+            );
+        }
+        let threshold = Named::find("decision.threshold").expect("there is one");
+        assert_eq!(
+            threshold
+                .parse("1.5", node)
+                .map_err(|error| error.to_string()),
+            Err(format!(
+                "decision.threshold is \"1.5\", but {} is expected",
+                threshold.range()
+            ))
+        );
+    }
+
+    #[test]
+    fn unknown_name_is_an_error_that_names_it() {
+        let error = Named::find("half_width.axx").expect_err("there is none");
+        assert!(
+            error
+                .to_string()
+                .starts_with("no object is called \"half_width.axx\"")
+        );
+    }
+
+    #[test]
+    fn values_have_the_notation_of_a_configuration_file() {
+        for (name, text, value) in [
+            ("method", "half_widths", Value::U8(1)),
+            ("learning", "frozen", Value::U8(0)),
+            ("window", "12.5ms", Value::U32(12_500)),
+            ("decision.on_delay_s", "0.000001", Value::U32(1)),
+            ("decision.off_delay_s", "0.2", Value::U32(200_000)),
+            ("axes", "x,-z,y", Value::U16(162)),
+            ("axes", "quaternion", Value::U16(0)),
+            ("accelerometer.bias_m_s2.ay", "-0.25", Value::F32(-0.25)),
+        ] {
+            let named = Named::find(name).expect("there is one");
+            assert_eq!(named.parse(text, None), Ok(value), "{name}");
+            assert_eq!(named.text(value), text, "{name}");
+        }
+    }
+
+    #[test]
+    fn every_setting_of_the_estimator_has_the_key_of_a_file() {
+        for key in recordings::config::keys() {
+            for address in key.objects() {
+                let name = Named::at(address).expect("an object").name();
+                let path = key.path.trim_start_matches("feet.FL.");
+                assert!(
+                    name == path || name.starts_with(&format!("{path}.")),
+                    "{name}"
+                );
+            }
+        }
+        let named = Named::settings().filter(|named| !named.entry.key.is_empty());
+        // 29 numbers, window, method, learning, 12 learnt, 6 of the accelerometer, axes.
+        assert_eq!(named.count(), 51);
+    }
+}

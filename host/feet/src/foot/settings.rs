@@ -1,0 +1,343 @@
+//! Sets of settings: read from a foot or a text, compared, and written, all or none.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use thiserror::Error;
+use wire::dictionary::index;
+use wire::node::{Command, State};
+use wire::{AbortCode, Address, Foot, NodeId, Value};
+
+use super::client::{Client, RequestError};
+use super::name::{NameError, Named};
+
+/// Settings by address.
+pub type Values = BTreeMap<Address, Value>;
+
+/// Error of reading settings from a text, or writing them to a foot.
+#[derive(Debug, Error)]
+pub enum SettingsError {
+    /// A line of the text is invalid.
+    #[error("line {line}: {message}")]
+    Line {
+        /// Line number, from 1.
+        line: usize,
+        /// Description of the error.
+        message: String,
+    },
+    /// The settings are incompatible with each other.
+    #[error("these settings do not go together, from {0} on; nothing was written")]
+    Incompatible(String),
+    /// The foot has not accepted all of them.
+    #[error("{cause}; {}", undone.name())]
+    NotTaken {
+        /// Cause of the failure.
+        cause: RequestError,
+        /// Settings of the foot after the failure.
+        undone: Undone,
+    },
+    /// A setting reads back as another value.
+    #[error("{name} was written as {written} and reads back as {read}; {}", undone.name())]
+    ReadBack {
+        /// Name of the setting.
+        name: String,
+        /// Written value.
+        written: String,
+        /// Value read back.
+        read: String,
+        /// Settings of the foot after the failure.
+        undone: Undone,
+    },
+    /// A request has failed before anything was written, or after all settings were.
+    #[error(transparent)]
+    Request(#[from] RequestError),
+}
+
+recordings::named! {
+    /// Settings of a foot after a failure, described by its name.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Undone {
+        /// The previous settings.
+        All = "all settings are as they were",
+        /// Some of the new and some of the previous settings until a reset; nothing was stored.
+        NotStored = "the foot has some of the new settings and some of the old until it is reset; none of the new are stored",
+        /// The settings that were stored before.
+        NoneStored = "it has the settings that were stored before",
+        /// All new settings; whether they are stored is unknown.
+        Unknown = "the foot has the new settings; whether they are stored is seen after a reset",
+    }
+}
+
+/// Lifetime of written settings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lasting {
+    /// Until the foot is reset.
+    UntilReset,
+    /// Permanently: all settings are stored.
+    Stored,
+}
+
+/// Reads all settings of a foot.
+///
+/// # Errors
+/// A request has failed.
+pub fn read(client: &mut Client) -> Result<Values, RequestError> {
+    let mut values = Values::new();
+    for named in Named::settings() {
+        let value = client.read(named.address, named.entry.data_type())?;
+        values.insert(named.address, value);
+    }
+    Ok(values)
+}
+
+/// Default settings of a foot with this id.
+#[must_use]
+pub fn defaults(node: Option<NodeId>) -> Values {
+    let default = |named: Named| (named.address, named.default(node));
+    Named::settings().map(default).collect()
+}
+
+/// Formats settings as text, one per line, with range and unit as a comment.
+#[must_use]
+pub fn to_text(values: &Values, about: &str) -> String {
+    let mut text = format!("# {about}\n");
+    for (address, value) in values {
+        let Some(named) = Named::at(*address) else {
+            continue;
+        };
+        let (name, value, range) = (named.name(), named.text(*value), named.range());
+        // Writing to a String does not fail.
+        let _ = writeln!(text, "{name} = {value} # {range}");
+    }
+    text
+}
+
+/// Parses the settings in a text, for a foot with this id. Unknown names and invalid values are errors.
+///
+/// # Errors
+/// The first invalid line.
+pub fn from_text(text: &str, node: Option<NodeId>) -> Result<Values, SettingsError> {
+    let mut values = Values::new();
+    // Windows programs write a byte order mark.
+    let text = text.strip_prefix('\u{FEFF}').unwrap_or(text);
+    for (number, line) in (1..).zip(text.lines()) {
+        let line = line.split('#').next().unwrap_or("").trim();
+        if line.is_empty() {
+            continue;
+        }
+        let wrong = |message: String| SettingsError::Line {
+            line: number,
+            message,
+        };
+        let (name, value) = line
+            .split_once('=')
+            .ok_or_else(|| wrong(format!("{line:?} is not a setting, such as window = 50ms")))?;
+        let by_name = |error: NameError| wrong(error.to_string());
+        let named = Named::find(name.trim()).map_err(by_name)?;
+        if !named.entry.is_setting() {
+            let name = named.name();
+            return Err(wrong(format!("{name} is no setting: it cannot be written")));
+        }
+        let value = named.parse(value.trim(), node).map_err(by_name)?;
+        if values.insert(named.address, value).is_some() {
+            return Err(wrong(format!("{} stands twice", named.name())));
+        }
+    }
+    Ok(values)
+}
+
+/// Returns the settings whose values differ, with both values; settings missing in one are skipped.
+#[must_use]
+pub fn differences(from: &Values, to: &Values) -> Vec<(Named, Value, Value)> {
+    let both = from.iter().filter_map(|(address, before)| {
+        let after = to.get(address)?;
+        let named = Named::at(*address)?;
+        (named.text(*before) != named.text(*after)).then_some((named, *before, *after))
+    });
+    both.collect()
+}
+
+/// Node id of a foot with these settings after its next start.
+fn node_of(settings: &Values) -> Option<NodeId> {
+    let number = |index| Some(settings.get(&Address::new(index, 0))?.to_raw());
+    let id = number(index::NODE_ID)?;
+    if id != 0 {
+        return NodeId::new(u8::try_from(id).ok()?);
+    }
+    let code = u8::try_from(number(index::FOOT)?).ok()?;
+    Foot::from_code(code).map(Foot::default_node_id)
+}
+
+/// Stores all settings, and reads them back: a foot that has restarted meanwhile has lost `settings`.
+///
+/// # Errors
+/// Another board has the new id of the foot, or the foot refuses the request, does not respond or has restarted.
+fn store_these(client: &mut Client, settings: &Values) -> Result<(), RequestError> {
+    if let Some(node) = node_of(settings) {
+        client.is_free(node)?;
+    }
+    client.store()?;
+    if differences(settings, &read(client)?).is_empty() {
+        return Ok(());
+    }
+    Err(RequestError::StartedAgain(client.foot()))
+}
+
+/// Stores the current settings; the foot must not stream meanwhile.
+///
+/// # Errors
+/// Another board has the new id of the foot, or the foot refuses the request, does not respond or has restarted.
+pub fn store(client: &mut Client) -> Result<(), RequestError> {
+    let settings = read(client)?;
+    store_these(client, &settings)
+}
+
+/// Erases the stored settings and restarts the foot with its defaults, as the front left foot.
+///
+/// # Errors
+/// Another board has the id of that foot, or the foot refuses the request or does not restart.
+pub fn restore(client: &mut Client) -> Result<(), RequestError> {
+    let node = Foot::default().default_node_id();
+    client.is_free(node)?;
+    while_paused(client, Client::restore)?;
+    client.restart(Some(node))
+}
+
+/// Writes the settings that differ from those of the foot, all or none, reads them back, and stores them
+/// if requested. The foot does not stream meanwhile. Returns the changes.
+///
+/// # Errors
+/// The settings are incompatible, or the foot does not accept or store them; the previous ones are restored
+/// as far as [`Undone`] reports.
+pub fn write(
+    client: &mut Client,
+    values: &Values,
+    lasting: Lasting,
+) -> Result<Vec<(Named, Value, Value)>, SettingsError> {
+    let before = read(client)?;
+    let changes = differences(&before, values);
+    if changes.is_empty() && lasting == Lasting::UntilReset {
+        return Ok(changes);
+    }
+    let state = pause(client)?;
+    if let Err(error_with) = write_all(client, &changes) {
+        return Err(error_with(put_back(client, &changes, state)));
+    }
+    if lasting == Lasting::Stored {
+        let mut settings = before;
+        let new = changes.iter();
+        settings.extend(new.map(|(named, _, value)| (named.address, *value)));
+        if let Err(cause) = store_these(client, &settings) {
+            let undone = match cause {
+                RequestError::NoAnswer { .. } | RequestError::Link(_) => Undone::Unknown,
+                RequestError::StartedAgain(_) => {
+                    // After a reset of its own, the foot is in the state of its settings.
+                    let _ = client.bring_to(state);
+                    Undone::NoneStored
+                }
+                _ => put_back(client, &changes, state),
+            };
+            return Err(SettingsError::NotTaken { cause, undone });
+        }
+    }
+    client.bring_to(state)?;
+    Ok(changes)
+}
+
+/// Puts a foot into the pre-operational state, in which it accepts settings and does not stream; returns
+/// the previous state.
+///
+/// # Errors
+/// Several boards respond as this foot, or it does not report its state.
+fn pause(client: &mut Client) -> Result<State, RequestError> {
+    client.is_alone()?;
+    let before = client.state()?;
+    client.command(Command::EnterPreOperational)?;
+    Ok(before)
+}
+
+/// Runs an action while the foot does not stream, and restores its previous state.
+///
+/// # Errors
+/// The action has failed, or the foot has restarted meanwhile or does not report its state.
+pub fn while_paused(
+    client: &mut Client,
+    action: impl FnOnce(&mut Client) -> Result<(), RequestError>,
+) -> Result<(), RequestError> {
+    let before = pause(client)?;
+    let starts = client.starts;
+    let done = action(client);
+    client.bring_to(before)?;
+    if done.is_ok() && client.starts != starts {
+        return Err(RequestError::StartedAgain(client.foot()));
+    }
+    done
+}
+
+/// Error of a failed write, for the settings that the foot has after it.
+type ErrorWith = Box<dyn FnOnce(Undone) -> SettingsError>;
+
+fn not_taken(cause: RequestError) -> ErrorWith {
+    Box::new(|undone| SettingsError::NotTaken { cause, undone })
+}
+
+fn incompatible(name: String) -> ErrorWith {
+    Box::new(|undone| {
+        if undone == Undone::All {
+            return SettingsError::Incompatible(name);
+        }
+        let cause = RequestError::Refused {
+            what: format!("writing {name}"),
+            reason: AbortCode::Incompatible,
+        };
+        SettingsError::NotTaken { cause, undone }
+    })
+}
+
+fn write_all(client: &mut Client, changes: &[(Named, Value, Value)]) -> Result<(), ErrorWith> {
+    // A setting may become compatible after another: refused ones are retried as long as any is accepted.
+    let mut left: Vec<_> = changes.iter().collect();
+    while !left.is_empty() {
+        let mut refused = Vec::new();
+        let before = left.len();
+        for change in left {
+            let (named, _, value) = change;
+            match client.write(named.address, *value) {
+                Ok(()) => {}
+                Err(error) if error.is_refusal(AbortCode::Incompatible) => refused.push(change),
+                Err(error) => return Err(not_taken(error)),
+            }
+        }
+        if refused.len() == before {
+            let first = refused.first().map(|(named, ..)| named.name());
+            return Err(incompatible(first.unwrap_or_default()));
+        }
+        left = refused;
+    }
+    for (named, _, value) in changes {
+        let read = client.read(named.address, named.entry.data_type());
+        let read = read.map_err(not_taken)?;
+        if read != *value {
+            let (name, written, read) = (named.name(), named.text(*value), named.text(read));
+            return Err(Box::new(|undone| SettingsError::ReadBack {
+                name,
+                written,
+                read,
+                undone,
+            }));
+        }
+    }
+    Ok(())
+}
+
+/// Restores the previous settings as far as possible.
+fn put_back(client: &mut Client, changes: &[(Named, Value, Value)], state: State) -> Undone {
+    let backwards = changes.iter();
+    let backwards = backwards.map(|(named, before, after)| (*named, *after, *before));
+    let put_back = write_all(client, &backwards.collect::<Vec<_>>());
+    let started = client.bring_to(state);
+    match (put_back, started) {
+        (Ok(()), Ok(())) => Undone::All,
+        _ => Undone::NotStored,
+    }
+}

@@ -1,0 +1,37 @@
+//! What feet send, and what they are told; sources have the same syntax in every command.
+//!
+//! | item | module |
+//! |---|---|
+//! | syntax of a source: `uart:/dev/ttyACM0`, `can:can0`, `demo:feet=4` | [`source`] |
+//! | line to feet: received and sent data, and errors | [`link`] |
+//! | kinds of lines: serial port, slcan adapter, CAN interface, playback of a file | [`link`]'s files |
+//! | robot with simulated feet that run the board's own program | [`robot`] |
+//! | line that is read by its own thread and reopened when it breaks | [`feed`] |
+//! | state of all feet of a source, with the changes to show, record or publish | [`session`] |
+//! | state of one foot | [`live_foot`] |
+//! | requests to one foot over its line | [`foot`] |
+//! | conversion of the foot's clock to that of the receiver | [`clock`] |
+//! | rate and jitter of the contacts, and detection of several boards with one id | [`newest_second`] |
+//! | limits of silence, and listening time | [`silence`] |
+//! | rows of what was sent, from logs and as bytes arrive | [`decode`] |
+
+pub mod clock;
+pub mod decode;
+pub mod feed;
+pub mod foot;
+pub mod link;
+pub mod live_foot;
+pub mod newest_second;
+pub mod playback;
+pub mod robot;
+pub mod session;
+pub mod silence;
+pub mod source;
+
+pub use feed::Feed;
+pub use link::{Arrival, Link, LinkError, Sending};
+pub use live_foot::LiveFoot;
+pub use newest_second::NewestSecond;
+pub use playback::Playback;
+pub use session::{Session, Update};
+pub use source::Source;

@@ -1,0 +1,310 @@
+//! Playback of a recording of an IMU. The estimates are the contacts that its feet sent, if the recording has them and they
+//! are used, else they are computed here.
+
+use std::iter::Peekable;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::mpsc::{IntoIter, SyncSender, sync_channel};
+use std::thread;
+
+use crate::decode::ContactRow;
+use estimator_core::{ContactEstimate, Flags, Gravity, ImuSample, Load, Timestamp};
+use recordings::analysis::replay::foot::{check_samples, findings_beside_contacts};
+use recordings::analysis::replay::span::Span;
+use recordings::input::store::contacts::without_effect;
+use recordings::input::{About, Opened, Stored};
+use recordings::plausible::{Check, Finding};
+use recordings::replay::Replay;
+use wire::Faults;
+use wire::pdo::Status;
+
+use crate::link::{Arrival, Arrived, LinkError};
+use crate::playback::Playback;
+
+/// Number of estimates that a thread computes in advance.
+const AHEAD: usize = 1024;
+
+/// Recording of feet, each read by a thread.
+pub(super) struct Imu(Vec<Peekable<IntoIter<Estimated>>>);
+
+/// Estimate or remark with its time on the recording's clock, or the error that ends the recording.
+type Estimated = Result<Arrived, String>;
+
+impl Imu {
+    pub(super) fn open(path: &Path, playback: &Playback) -> Result<Self, LinkError> {
+        let (hints, settings) = (&playback.hints, &playback.settings);
+        let name = path.display().to_string();
+        let opened = Opened::new(path, None).map_err(failed)?;
+        let format = opened.format();
+        let origins = settings.origins(&name);
+        let of_all = settings.params(format);
+        origins.check_effects(&of_all).map_err(failed)?;
+        let stored = opened.store_all(hints).map_err(failed)?;
+        let names = stored.iter().flat_map(|stored| stored.about.names());
+        let names: Vec<&str> = names.collect();
+        settings.check_axes(&names).map_err(failed)?;
+        let mut unused = settings.unused_feet(&names);
+        let mut ineffective = without_effect(&name, &playback.estimator_options);
+        let mut feet = Vec::new();
+        for mut stored in stored {
+            let is_recorded = stored.has_estimates();
+            let about = &mut stored.about;
+            let params = settings.params_of(&about.names(), format);
+            let (replay, notice) = if is_recorded {
+                (None, ineffective.take())
+            } else {
+                let replay = Replay::new(about.sample_rate, about.gravity, &params);
+                let replay = replay.map_err(|error| failed(origins.explain(&error, &params)))?;
+                let (preset, foot) = (settings.preset, about.foot_or_name());
+                let window = preset.window_notice(format, &params, foot, about.sample_rate);
+                (Some(replay), window)
+            };
+            let notices = unused.take().into_iter().chain(notice);
+            about.notices.extend(notices);
+            let (sender, receiver) = sync_channel(AHEAD);
+            let line: Arc<str> = name.as_str().into();
+            // The thread ends with the recording, or when the receiver is dropped.
+            thread::spawn(move || play(stored, replay, &line, &sender));
+            feet.push(receiver.into_iter().peekable());
+        }
+        Ok(Self(feet))
+    }
+
+    /// Returns the earliest of the feet's next estimates; an error comes before all of them.
+    pub(super) fn next(&mut self) -> Result<Option<Arrived>, String> {
+        let feet = self.0.iter_mut().enumerate();
+        let times = feet.filter_map(|(index, foot)| {
+            let next = foot.peek()?.as_ref().ok();
+            Some((next.map(|(at, _)| *at), index))
+        });
+        let first = times.min();
+        first
+            .and_then(|(_, index)| self.0[index].next())
+            .transpose()
+    }
+}
+
+/// Error of a file, with this sentence.
+#[expect(
+    clippy::needless_pass_by_value,
+    reason = "it maps errors, which are passed by value"
+)]
+fn failed(sentence: impl ToString) -> LinkError {
+    LinkError::File(sentence.to_string())
+}
+
+/// Failure of a thread that reads estimates.
+enum Failure {
+    /// The receiver was dropped.
+    Left,
+    /// The recording cannot be read or estimated.
+    Broken(String),
+}
+
+/// Sends the remarks about a foot's recording and the rows of its estimates, which `replay` computes or which were
+/// recorded.
+fn play(stored: Stored, replay: Option<Replay>, line: &Arc<str>, to: &SyncSender<Estimated>) {
+    let sender = sender_of(&stored.about).filter(|_| replay.is_none());
+    let name = sender.unwrap_or_else(|| stored.about.foot_or_name());
+    let mut rows = Rows::new(&stored.about, name, line, to);
+    let sent = rows.introduce().and_then(|()| match replay {
+        Some(replay) => rows.estimate(stored, replay),
+        None => rows.repeat(stored),
+    });
+    if let Err(Failure::Broken(error)) = sent {
+        // The receiver may be dropped already.
+        let _ = to.send(Err(error));
+    }
+}
+
+/// Name of the foot that sent recorded contacts, which is the part of their topics before the last, as `FL` of
+/// `/footfall/FL/imu`; one that a recording of several feet has wins.
+fn sender_of(about: &About) -> Option<&str> {
+    let of_topic = || about.address.as_deref()?.rsplit('/').nth(1);
+    about.foot.as_deref().or_else(of_topic)
+}
+
+/// Rows of a foot, while they are sent.
+struct Rows<'a> {
+    about: About,
+    name: Arc<str>,
+    line: &'a Arc<str>,
+    to: &'a SyncSender<Estimated>,
+    /// Time of the newest row.
+    at: Timestamp,
+    number: u16,
+    /// Whether the load of the newest sample is known.
+    has_load: bool,
+}
+
+impl<'a> Rows<'a> {
+    fn new(about: &About, name: &str, line: &'a Arc<str>, to: &'a SyncSender<Estimated>) -> Self {
+        Self {
+            name: name.into(),
+            at: Timestamp::from_micros(0u64.saturating_add_signed(about.start_us)),
+            about: about.clone(),
+            line,
+            to,
+            number: 0,
+            has_load: false,
+        }
+    }
+
+    fn send(&self, arrival: Arrival) -> Result<(), Failure> {
+        let sent = self.to.send(Ok((self.at, arrival)));
+        sent.map_err(|_| Failure::Left)
+    }
+
+    fn remark(&self, text: String) -> Result<(), Failure> {
+        self.send(Arrival::Remark(text))
+    }
+
+    /// Sends the remarks about how the recording was read.
+    fn introduce(&self) -> Result<(), Failure> {
+        for notice in &self.about.notices {
+            self.remark(notice.clone())?;
+        }
+        if self.about.gravity == Gravity::Removed {
+            let name = &self.name;
+            self.remark(format!(
+                "{name}: gravity was removed from its accelerations, so that messages of an IMU are computed, with \
+                 gravity by the estimated orientation"
+            ))?;
+        }
+        Ok(())
+    }
+
+    fn doubt(&self, findings: &[Finding]) -> Result<(), Failure> {
+        let mut findings = findings.iter();
+        findings.try_for_each(|finding| self.remark(doubt(&self.name, finding)))
+    }
+
+    /// Sends the estimates of all samples.
+    fn estimate(&mut self, mut stored: Stored, mut replay: Replay) -> Result<(), Failure> {
+        // Units are doubted before the first estimate is shown, because a recording may be long.
+        let before = check_samples(&mut stored, Span::default()).map_err(broken)?;
+        let before = before.findings();
+        self.doubt(&before)?;
+        let about = &self.about;
+        let mut check = Check::new(about.sample_rate, about.gravity);
+        for sample in stored.samples().map_err(broken)? {
+            let sample = sample.map_err(broken)?;
+            let estimate = replay.update(&sample);
+            check.add(&sample);
+            check.add_estimate(&sample, &estimate);
+            let row = ContactRow {
+                axes: Some(estimate.probabilities.axes),
+                orientation: Some(estimate.orientation),
+                acceleration: Some(estimate.linear_acceleration.0),
+                rate: Some(estimate.angular_rate.0),
+                bias: Some(estimate.gyro_bias.0),
+                velocity_sigma: Some(estimate.velocity_sigma.0),
+                load: self.load(sample.load),
+                ..row_of(&estimate)
+            };
+            self.row(row, sample.imu)?;
+        }
+        let is_new = |finding: &Finding| before.iter().all(|known| known.name() != finding.name());
+        let mut found = check.findings();
+        found.retain(is_new);
+        self.doubt(&found)
+    }
+
+    /// Sends the recorded estimates, each sample with the first of them that is not before it.
+    fn repeat(&mut self, mut stored: Stored) -> Result<(), Failure> {
+        let check = check_samples(&mut stored, Span::default()).map_err(broken)?;
+        self.doubt(&findings_beside_contacts(&check))?;
+        let recorded = stored.estimates().map_err(broken)?;
+        for recorded in recorded.into_iter().flatten() {
+            let recorded = recorded.map_err(broken)?;
+            let (sample, estimate) = (recorded.sample, recorded.estimate);
+            let axes = estimate.probabilities.axes;
+            let are_known = axes.to_array().iter().all(|p| p.is_finite());
+            let orientation = recorded.moved.orientation;
+            let sigma = estimate.velocity_sigma.0;
+            let row = ContactRow {
+                axes: are_known.then_some(axes),
+                orientation: orientation.w.is_finite().then_some(orientation),
+                velocity_sigma: sigma.is_finite().then_some(sigma),
+                load: recorded.new_age_us.and_then(|_| self.load(sample.load)),
+                status: match recorded.is_valid {
+                    true => status_of(&estimate, Flags::NONE),
+                    false => status_of(&estimate, estimate.flags),
+                },
+                ..row_of(&estimate)
+            };
+            // A sample before the first contact has no time on the clock of the rows.
+            let made_us = estimate.timestamp.as_micros();
+            let age_us = recorded.new_age_us;
+            match age_us.and_then(|age_us| made_us.checked_sub(age_us)) {
+                Some(taken_us) => {
+                    let mut sample = sample.imu;
+                    sample.timestamp = Timestamp::from_micros(taken_us);
+                    self.row(row, sample)?;
+                }
+                None => self.row_alone(row)?,
+            }
+        }
+        Ok(())
+    }
+
+    /// Load of the next sample in its row: NaN once after the last that is known.
+    fn load(&mut self, load: Option<Load>) -> Option<f32> {
+        let load = load.map(|Load(load)| load).filter(|load| load.is_finite());
+        let had_load = std::mem::replace(&mut self.has_load, load.is_some());
+        load.or(had_load.then_some(f32::NAN))
+    }
+
+    /// Sends a row with its sample.
+    fn row(&mut self, row: ContactRow, sample: ImuSample) -> Result<(), Failure> {
+        let measured = (self.about.gravity == Gravity::Included).then_some(sample);
+        self.row_alone(ContactRow { measured, ..row })
+    }
+
+    fn row_alone(&mut self, mut row: ContactRow) -> Result<(), Failure> {
+        let micros = row.timestamp.as_micros();
+        self.at = Timestamp::from_micros(micros.saturating_add_signed(self.about.start_us));
+        row.received = Some(self.at);
+        row.interface = Some(Arc::clone(self.line));
+        row.foot = Some(Arc::clone(&self.name));
+        row.sequence = self.number;
+        self.number = self.number.wrapping_add(1);
+        self.send(Arrival::Estimate(Box::new(row)))
+    }
+}
+
+/// Sentence about an implausible property. Commands that play take the options that it advises, but for `--gravity`.
+fn doubt(name: &str, finding: &Finding) -> String {
+    let text = finding.to_string();
+    let advice = match text.contains("--gravity") {
+        true => ", in footfall convert",
+        false => "",
+    };
+    format!("{name}: {text}{advice}")
+}
+
+#[expect(
+    clippy::needless_pass_by_value,
+    reason = "it maps errors, which are passed by value"
+)]
+fn broken(error: impl ToString) -> Failure {
+    Failure::Broken(error.to_string())
+}
+
+/// Status of an estimate with these reasons for doubt.
+fn status_of(estimate: &ContactEstimate, flags: Flags) -> Status {
+    Status::new(estimate.decision, estimate.phase, flags, Faults::NONE)
+}
+
+/// Row with the part of an estimate that a recorded contact has, too.
+fn row_of(estimate: &ContactEstimate) -> ContactRow {
+    ContactRow {
+        timestamp: estimate.timestamp,
+        stable: estimate.probabilities.stable,
+        tangential: estimate.probabilities.tangential,
+        vertical: estimate.probabilities.vertical,
+        status: status_of(estimate, estimate.flags),
+        flags: Some(estimate.flags.bits()),
+        ..ContactRow::default()
+    }
+}

@@ -1,0 +1,227 @@
+//! Lines to feet.
+//!
+//! | line | file |
+//! |---|---|
+//! | serial line of a foot | [`serial_line`] |
+//! | adapter that speaks slcan over a serial port | [`slcan`] |
+//! | serial port of both | `serial` |
+//! | line of a board in lock step instead of a port | `lock_step` |
+//! | interface of `SocketCAN` | `can` |
+//! | playback of a log or a recording | [`file`](mod@file) |
+//! | simulated feet | [`demo`] |
+//! | speed of the last two | [`pace`] |
+//! | clock of a line | `line_clock` |
+
+#[cfg(target_os = "linux")]
+mod can;
+pub mod demo;
+pub mod file;
+mod line_clock;
+#[cfg(unix)]
+mod lock_step;
+pub mod pace;
+mod serial;
+pub mod serial_line;
+pub mod slcan;
+
+use std::io;
+use std::sync::Arc;
+use std::time::Duration;
+
+use crate::decode::ContactRow;
+use crate::decode::live::Listener;
+use estimator_core::Timestamp;
+use thiserror::Error;
+use wire::CanFrame;
+
+use crate::source::Source;
+pub use line_clock::LineClock;
+use pace::Speed;
+use serial_line::SerialLine;
+
+/// Timeout of one receive in a loop: the longest delay until a pending request or another condition is noticed.
+pub(crate) const LISTEN: Duration = Duration::from_millis(5);
+
+/// Received data.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Arrival {
+    /// A frame of a CAN bus.
+    Frame {
+        /// The interface that received it.
+        interface: Arc<str>,
+        /// The frame.
+        frame: CanFrame,
+    },
+    /// Bytes of a serial line.
+    Bytes {
+        /// The port that received them.
+        port: Arc<str>,
+        /// The bytes.
+        bytes: Vec<u8>,
+    },
+    /// An estimate computed here from a recording of an IMU.
+    Estimate(Box<ContactRow>),
+    /// Unreadable line of a log or of an slcan adapter.
+    Unreadable(String),
+    /// Sentence about a recording that is played, such as an implausible unit. A [`Feed`](crate::Feed) returns it
+    /// as [`Fed::Remark`](crate::feed::Fed::Remark).
+    Remark(String),
+}
+
+impl Arrival {
+    /// Passes the data to a listener, as received at `at`; returns the text if it is unreadable.
+    pub fn hand_to(self, listener: &mut Listener, at: Timestamp) -> Option<String> {
+        match self {
+            Self::Frame { interface, frame } => listener.frame(&interface, &frame, at),
+            Self::Bytes { port, bytes } => listener.bytes(&port, &bytes, at),
+            Self::Estimate(row) => listener.row(row, at),
+            Self::Unreadable(text) => return Some(text),
+            Self::Remark(_) => {}
+        }
+        None
+    }
+}
+
+/// Data to send.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Sending {
+    /// A frame, to the CAN bus.
+    Frame(CanFrame),
+    /// Bytes, to the serial line with this name, or to all lines if `port` is `None`.
+    Bytes {
+        /// The port.
+        port: Option<Arc<str>>,
+        /// The bytes.
+        bytes: Vec<u8>,
+    },
+}
+
+/// Error of a line.
+#[derive(Debug, Error)]
+pub enum LinkError {
+    /// The device is missing or cannot be used.
+    #[error("{device}: {source}")]
+    Device {
+        /// Its name.
+        device: String,
+        /// Error of the operating system.
+        source: io::Error,
+    },
+    /// The device does not respond as an slcan adapter.
+    #[error("{device} does not answer as an slcan adapter does: {what}")]
+    Adapter {
+        /// Its name.
+        device: String,
+        /// Description of the failure.
+        what: &'static str,
+    },
+    /// The file cannot be read.
+    #[error("{0}")]
+    File(String),
+    /// Options about the estimate of a recording are given for contacts of feet.
+    #[error(
+        "{0} has contacts that feet sent, which nothing is estimated for: --config, --topic, --load-topic, --axes, --units and their like are for recordings of an IMU"
+    )]
+    NotEstimated(String),
+    /// The playback has ended.
+    #[error("{0} has ended")]
+    Ended(String),
+    /// The line does not accept this kind of data.
+    #[error("{device} takes {takes} alone")]
+    WrongKind {
+        /// Its name.
+        device: String,
+        /// Kind of data that it accepts.
+        takes: &'static str,
+    },
+    /// A file does not accept data.
+    #[error("{0} is a file: nothing can be sent to it")]
+    ReadOnly(String),
+    /// `SocketCAN` is unavailable on this system.
+    #[error("can:{0}: SocketCAN is a part of Linux; an adapter that speaks slcan works everywhere")]
+    NoSocketCan(String),
+}
+
+impl LinkError {
+    /// Returns whether the error may be temporary, as for a device that is unplugged.
+    #[must_use]
+    pub fn may_pass(&self) -> bool {
+        matches!(self, Self::Device { .. } | Self::Adapter { .. })
+    }
+
+    /// Error of data that a line does not accept.
+    fn wrong_kind(device: impl Into<String>, takes: &'static str) -> Self {
+        let device = device.into();
+        Self::WrongKind { device, takes }
+    }
+
+    fn device(device: &str) -> impl FnOnce(io::Error) -> Self + use<> {
+        let device = device.to_owned();
+        |source| Self::Device { device, source }
+    }
+}
+
+/// Received data with its time on the clock of the receiver, or of the recording.
+pub type Arrived = (Timestamp, Arrival);
+
+/// Line to feet.
+pub trait Link {
+    /// Returns the next data, or `None` if there is none within `longest`.
+    ///
+    /// # Errors
+    /// The line has broken or ended.
+    fn receive(&mut self, longest: Duration) -> Result<Option<Arrived>, LinkError>;
+
+    /// Sends data.
+    ///
+    /// # Errors
+    /// The line has broken, or does not accept this kind of data.
+    fn send(&mut self, sending: &Sending) -> Result<(), LinkError>;
+
+    /// Returns the clock on which timeouts of the line are measured: that of this machine, unless the line is in lock
+    /// step.
+    fn clock(&self) -> LineClock {
+        LineClock::default()
+    }
+
+    /// Returns the line as the serial line of a foot, if it is one: its program and its bootloader speak differently.
+    fn as_serial_line(&mut self) -> Option<&mut SerialLine> {
+        None
+    }
+}
+
+/// Opens a line; files and demos are played at their original speed unless the source has another.
+///
+/// # Errors
+/// The device or file cannot be used.
+pub fn open(source: &Source) -> Result<Box<dyn Link>, LinkError> {
+    Ok(match source {
+        Source::Uart { port, baud } => Box::new(SerialLine::open(port, *baud)?),
+        Source::Slcan { port, kbit } => Box::new(slcan::SlcanAdapter::open(port, *kbit)?),
+        #[cfg(target_os = "linux")]
+        Source::Can { interface } => Box::new(can::Interface::open(interface)?),
+        #[cfg(not(target_os = "linux"))]
+        Source::Can { interface } => return Err(LinkError::NoSocketCan(interface.clone())),
+        Source::File {
+            path,
+            speed,
+            playback,
+        } => file::open(path, speed.unwrap_or(Speed::REAL), playback)?,
+        Source::Demo(demo) => Box::new(demo::SimulatedFeet::new(demo)),
+    })
+}
+
+/// Current time on the clock of this machine, µs since 1970.
+#[must_use]
+pub fn now() -> Timestamp {
+    LineClock::default().stamp()
+}
+
+/// Returns whether a source is in lock step: its time passes only while its reader waits.
+pub(crate) fn is_in_lock_step(source: &Source) -> bool {
+    match source {
+        #[cfg(unix)]
+        Source::Uart { port, .. } | Source::Slcan { port, .. } => lock_step::is_in_lock_step(port),
+        _ => false,
+    }
+}

@@ -1,0 +1,233 @@
+//! Robot with simulated feet, each of which runs the board's own program: [`firmware::Foot`] with its
+//! ports and its settings in flash. The walk, the sensor, the bus and the robot's control, which reports
+//! loads and numbers its SYNCs, are simulated.
+//!
+//! | item | file |
+//! |---|---|
+//! | the robot: one bus, or a serial line for each foot | this one |
+//! | its control: SYNCs and loads | [`gait::control`] |
+//! | a foot: its walk, its program, its requests | `foot`, `program` |
+//! | the recorded walk of one foot, with all that it sends | [`walk`] |
+//! | board around a foot: settings, start, measurements; and the bus | [`board`] |
+//! | flash with its settings | `flash` |
+
+pub mod board;
+mod flash;
+mod foot;
+mod program;
+pub mod walk;
+
+use std::collections::VecDeque;
+
+use estimator_core::Timestamp;
+use gait::control::{Control, PHASE_S};
+use gait::record::TICK_US;
+use wire::CanFrame;
+
+use crate::source::DemoLine;
+use board::Bus;
+use foot::SimulatedFoot;
+
+/// Simulated robot.
+pub struct Robot {
+    feet: Vec<SimulatedFoot>,
+    line: DemoLine,
+    ticks: u64,
+    control: Control,
+    /// Frames that the bus has carried and that were not read yet.
+    carried: VecDeque<(Timestamp, CanFrame)>,
+    /// Frames of a master waiting for the bus.
+    pending: Vec<CanFrame>,
+    bus: Bus,
+}
+
+impl Robot {
+    /// Creates a robot that has just been switched on, with up to six feet, connected by `line`.
+    #[must_use]
+    pub fn new(feet: usize, seed: u64, line: DemoLine) -> Self {
+        let feet = gait::control::feet(feet).iter().enumerate();
+        let feet = feet.map(|(index, position)| {
+            let seed = seed.wrapping_add(index as u64);
+            SimulatedFoot::new(index, *position, line, seed, index as f64 * PHASE_S)
+        });
+        Self {
+            feet: feet.collect(),
+            line,
+            ticks: 0,
+            control: Control::default(),
+            carried: VecDeque::new(),
+            pending: Vec::new(),
+            bus: Bus::default(),
+        }
+    }
+
+    /// Names of the feet.
+    pub fn names(&self) -> impl Iterator<Item = &'static str> + '_ {
+        self.feet.iter().map(|foot| foot.position.name())
+    }
+
+    /// Time since the robot was switched on, µs.
+    #[must_use]
+    pub const fn elapsed_us(&self) -> u64 {
+        self.ticks * TICK_US
+    }
+
+    /// Current time as logged.
+    #[must_use]
+    pub fn now(&self) -> Timestamp {
+        board::in_logs(Timestamp::from_micros(self.elapsed_us()))
+    }
+
+    /// Sends a frame as a master; the bus carries it with the next tick.
+    pub fn send(&mut self, frame: CanFrame) {
+        self.pending.push(frame);
+    }
+
+    /// Sends bytes to the serial line of a foot, counted from 0.
+    pub fn send_serial(&mut self, foot: usize, bytes: &[u8]) {
+        if let Some(foot) = self.feet.get_mut(foot) {
+            foot.receive_serial(bytes);
+        }
+    }
+
+    /// Returns the next frame that the bus has carried, and the time of its end.
+    pub fn next_frame(&mut self) -> Option<(Timestamp, CanFrame)> {
+        self.carried.pop_front()
+    }
+
+    /// Returns the bytes that a foot, counted from 0, has sent on its serial line since the last call.
+    pub fn take_serial(&mut self, foot: usize) -> Vec<u8> {
+        let foot = self.feet.get_mut(foot);
+        let bytes = foot.map(|foot| foot.program.take_serial());
+        bytes.unwrap_or_default()
+    }
+
+    /// Makes these axes of a foot's sensor fail from its next self-test on: bit *i* is axis *i*. Feet are counted
+    /// from 0.
+    pub fn fail_self_test(&mut self, foot: usize, axes: u32) {
+        if let Some(foot) = self.feet.get_mut(foot) {
+            foot.failing_axes = axes;
+        }
+    }
+
+    /// Simulates one millisecond.
+    pub fn tick(&mut self) {
+        let now_us = self.elapsed_us();
+        let walked = self.feet.iter_mut().map(|foot| foot.walk.tick());
+        let walked: Vec<_> = walked.collect();
+        let loads = self.feet.iter().zip(&walked).filter_map(|(foot, walked)| {
+            let node = foot.program.foot.settings().node_id()?;
+            Some((node, walked.truth.load))
+        });
+        // A tick is a millisecond.
+        let frames = self.control.frames(self.ticks, loads);
+        self.pending.extend(frames);
+        for frame in std::mem::take(&mut self.pending) {
+            let at = self.carry(now_us, frame);
+            for foot in &mut self.feet {
+                foot.receive(frame, at);
+            }
+        }
+        let mut sent = Vec::new();
+        for (foot, walked) in self.feet.iter_mut().zip(walked) {
+            foot.tick(Timestamp::from_micros(now_us), &walked);
+            sent.extend(foot.program.frames());
+        }
+        // The lowest identifier wins the bus; frames of one foot with equal identifiers keep their order.
+        sent.sort_by_key(CanFrame::id);
+        for frame in sent {
+            self.carry(now_us, frame);
+        }
+        // Output on an unconnected line is discarded.
+        match self.line {
+            DemoLine::Can => self.feet.iter_mut().for_each(|foot| {
+                foot.program.take_serial();
+            }),
+            DemoLine::Uart => self.carried.clear(),
+        }
+        self.ticks += 1;
+    }
+
+    /// Carries a frame that is ready at `ready_us`; returns the time of its end on the robot's clock.
+    fn carry(&mut self, ready_us: u64, frame: CanFrame) -> Timestamp {
+        let complete = self.bus.carry(Timestamp::from_micros(ready_us));
+        self.carried.push_back((board::in_logs(complete), frame));
+        complete
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::decode::live::{Heard, Listener, Said};
+    use wire::{Foot as Position, Pdo};
+
+    fn run(robot: &mut Robot, ticks: u64) -> Vec<(Timestamp, CanFrame)> {
+        (0..ticks).for_each(|_| robot.tick());
+        std::iter::from_fn(|| robot.next_frame()).collect()
+    }
+
+    #[test]
+    fn four_feet_share_the_bus_without_losing_contacts() {
+        let mut robot = Robot::new(4, 1, DemoLine::Can);
+        let frames = run(&mut robot, 1000);
+        for position in &Position::ALL[..4] {
+            let id = Pdo::Contact.cob_id(position.default_node_id());
+            let contacts = frames.iter().filter(|(_, frame)| frame.id() == id);
+            assert_eq!(contacts.count(), 1000, "{}", position.name());
+        }
+        assert!(
+            frames
+                .windows(2)
+                .all(|pair| pair[0].0.as_micros() < pair[1].0.as_micros())
+        );
+    }
+
+    #[test]
+    fn walking_foot_reports_stance_swing_and_load() {
+        let mut robot = Robot::new(1, 1, DemoLine::Can);
+        let mut listener = Listener::default();
+        for (at, frame) in run(&mut robot, 12_000) {
+            listener.frame("can0", &frame, at);
+        }
+        let heard: Vec<Heard> = std::iter::from_fn(|| listener.next_heard()).collect();
+        let stable = |row: &crate::decode::ContactRow| row.stable > 0.9;
+        let rows: Vec<_> = heard
+            .iter()
+            .filter_map(|heard| match &heard.said {
+                Said::Contact(row) => Some(row),
+                _ => None,
+            })
+            .collect();
+        assert!(rows.len() >= 11_999);
+        let share = rows.iter().filter(|row| stable(row)).count() as f64 / rows.len() as f64;
+        assert!((0.2..0.9).contains(&share), "{share}");
+        assert!(
+            heard
+                .iter()
+                .any(|heard| matches!(heard.said, Said::Load(load) if load > 10.0))
+        );
+    }
+
+    #[test]
+    fn serial_lines_carry_contacts_and_raw_samples() {
+        let mut robot = Robot::new(2, 1, DemoLine::Uart);
+        let mut listener = Listener::default();
+        for _ in 0..500 {
+            robot.tick();
+            for foot in 0..2 {
+                let bytes = robot.take_serial(foot);
+                listener.bytes(&foot.to_string(), &bytes, robot.now());
+            }
+        }
+        let heard: Vec<Heard> = std::iter::from_fn(|| listener.next_heard()).collect();
+        for foot in ["0", "1"] {
+            let of = |said: fn(&Said) -> bool| {
+                let heard = heard.iter().filter(|heard| &*heard.foot.line == foot);
+                heard.filter(|heard| said(&heard.said)).count()
+            };
+            assert_eq!(of(|said| matches!(said, Said::Contact(_))), 500);
+            assert_eq!(of(|said| matches!(said, Said::Raw(_))), 500);
+        }
+    }
+}

@@ -1,0 +1,335 @@
+//! State of all feet of a source, from the items of its feed.
+//!
+//! Each command that shows, records or publishes streaming feet does the same with a [`Session`]: it listens to
+//! a feed or passes its items, and then takes the updates, after each of which the state of its foot is that of
+//! the message.
+
+use std::time::Duration;
+
+use crate::decode::Feet;
+use crate::decode::live::{Heard, Listener, Said};
+use estimator_core::Timestamp;
+
+use crate::Feed;
+use crate::feed::Fed;
+use crate::link::LineClock;
+use crate::live_foot::LiveFoot;
+use crate::silence::Listening;
+
+/// Description of several boards with one id.
+pub const SEVERAL_BOARDS: &str = "several boards with this id";
+
+/// Change of a session.
+#[derive(Debug)]
+pub enum Update {
+    /// A message was applied to the foot with this index.
+    Message(usize, Heard),
+    /// Nothing has arrived until this time.
+    Quiet(Timestamp),
+    /// Something other than an arrival; before the end of the feed all messages are returned.
+    Line(Fed),
+}
+
+/// State of all feet of a source.
+#[derive(Default)]
+pub struct Session {
+    listener: Listener,
+    feet: Vec<LiveFoot>,
+    listening: Listening,
+    /// Time of the first arrival.
+    first: Option<Timestamp>,
+    /// Clock of the feed.
+    clock: LineClock,
+    /// Time of the newest arrival, on the clock that stamped it and on that of the feed.
+    newest: Option<(Timestamp, Duration)>,
+    now: Timestamp,
+    /// Number of lines and fragments that could not be read.
+    unreadable: u64,
+    /// Update after the messages that are still to be returned.
+    last: Option<Update>,
+}
+
+impl Session {
+    /// Creates the state before the first arrival. `feet` defines the nodes of a CAN bus that are feet, and their
+    /// names.
+    #[must_use]
+    pub fn new(feet: Feet) -> Self {
+        Self {
+            listener: Listener::new(feet),
+            ..Self::default()
+        }
+    }
+
+    /// Waits up to `longest` for the next item of a feed, and processes it, or that there is none. All updates
+    /// must have been taken.
+    pub fn listen(&mut self, feed: &Feed, longest: Duration) {
+        self.clock.clone_from(feed.clock());
+        match feed.next(longest) {
+            Some(fed) => self.take(fed),
+            None => self.idle(self.quiet_for()),
+        }
+    }
+
+    /// Processes an item of a feed. All updates must have been taken.
+    pub fn take(&mut self, fed: Fed) {
+        match fed {
+            Fed::Arrived((at, arrival)) => {
+                self.first.get_or_insert(at);
+                self.now = at;
+                self.newest = Some((at, self.clock.now()));
+                let unreadable = arrival.hand_to(&mut self.listener, at);
+                self.unreadable += u64::from(unreadable.is_some());
+                return;
+            }
+            Fed::Ended(_) => self.listener.finish(),
+            _ => {}
+        }
+        self.last = Some(Update::Line(fed));
+    }
+
+    /// Advances the time to `since` after the newest arrival, if there was one. All updates must have been taken.
+    pub fn idle(&mut self, since: Duration) {
+        let Some((newest, _)) = self.newest else {
+            return;
+        };
+        let since_us = since.as_micros() as u64;
+        let now = Timestamp::from_micros(newest.as_micros().saturating_add(since_us));
+        if now > self.now {
+            self.now = now;
+            self.listener.idle(now);
+            self.last = Some(Update::Quiet(now));
+        }
+    }
+
+    /// Ends reception: contacts that wait for related messages are released.
+    pub fn finish(&mut self) {
+        self.listener.finish();
+    }
+
+    /// Returns the next update, if any.
+    pub fn next_update(&mut self) -> Option<Update> {
+        if let Some(heard) = self.listener.next_heard() {
+            self.listening.arrive(heard.at);
+            let index = self.index(&heard);
+            self.feet[index].apply(&heard, self.listening.us());
+            return Some(Update::Message(index, heard));
+        }
+        let last = self.last.take();
+        if let Some(Update::Quiet(now)) = last {
+            self.listening.idle(now);
+        }
+        last
+    }
+
+    /// Returns the index of the foot that sent a message, adding it on first reception.
+    fn index(&mut self, heard: &Heard) -> usize {
+        let key = &heard.foot;
+        let name = match (self.listener.name(key), &heard.said) {
+            (None, Said::Contact(row)) => row.foot.clone(),
+            (name, _) => name,
+        };
+        let is_same = |foot: &LiveFoot| {
+            foot.key.line == key.line
+                && match (foot.key.node, key.node) {
+                    (Some(known), Some(node)) => known == node,
+                    // Several feet of a recording share one line.
+                    (None, None) => name.is_none() || name == foot.name,
+                    // A foot on a serial line is received before its id is known.
+                    (known, _) => known.is_none(),
+                }
+        };
+        let index = self.feet.iter().position(is_same);
+        let index = index.unwrap_or_else(|| {
+            self.feet.push(LiveFoot::new(key.clone(), name.clone()));
+            self.feet.len() - 1
+        });
+        let foot = &mut self.feet[index];
+        if foot.key != *key {
+            (foot.key, foot.name) = (key.clone(), name);
+        }
+        index
+    }
+
+    /// Returns the feet, in the order of their first messages.
+    #[must_use]
+    pub fn feet(&self) -> &[LiveFoot] {
+        &self.feet
+    }
+
+    /// Returns the decoder of all lines.
+    #[must_use]
+    pub const fn listener(&self) -> &Listener {
+        &self.listener
+    }
+
+    /// Returns the listening time.
+    #[must_use]
+    pub const fn listening(&self) -> &Listening {
+        &self.listening
+    }
+
+    /// Returns the time of the newest arrival, or that of the clock since then.
+    #[must_use]
+    pub const fn now(&self) -> Timestamp {
+        self.now
+    }
+
+    /// Returns the time from the first arrival to [`Self::now`], s.
+    #[must_use]
+    pub fn elapsed_s(&self) -> f64 {
+        let first = self.first.unwrap_or(self.now);
+        self.now.as_micros().saturating_sub(first.as_micros()) as f64 / 1.0e6
+    }
+
+    /// Returns the time since the newest arrival on the clock of the feed; 0 before the first.
+    #[must_use]
+    pub fn quiet_for(&self) -> Duration {
+        let elapsed = self
+            .newest
+            .map(|(_, arrived)| self.clock.now().saturating_sub(arrived));
+        elapsed.unwrap_or_default()
+    }
+
+    /// Returns the number of unreadable lines of logs and adapters.
+    #[must_use]
+    pub const fn unreadable(&self) -> u64 {
+        self.unreadable
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Arrival;
+    use crate::decode::ContactRow;
+    use wire::CanFrame;
+
+    fn at(ms: u64) -> Timestamp {
+        Timestamp::from_micros(9_000_000 + 1000 * ms)
+    }
+
+    /// Returns all updates, with the index of the foot or `None`.
+    fn updates(session: &mut Session) -> Vec<Option<usize>> {
+        let updates = std::iter::from_fn(|| session.next_update());
+        let index = |update| match update {
+            Update::Message(foot, _) => Some(foot),
+            Update::Quiet(_) | Update::Line(_) => None,
+        };
+        updates.map(index).collect()
+    }
+
+    fn estimate(session: &mut Session, ms: u64, foot: &str) {
+        let row = ContactRow {
+            timestamp: at(ms),
+            foot: Some(foot.into()),
+            ..ContactRow::default()
+        };
+        session.take(Fed::Arrived((at(ms), Arrival::Estimate(Box::new(row)))));
+    }
+
+    fn frame(session: &mut Session, ms: u64, id: u16, data: &[u8]) {
+        let frame = CanFrame::new(id, data).expect("a frame");
+        let interface = "can0".into();
+        session.take(Fed::Arrived((at(ms), Arrival::Frame { interface, frame })));
+    }
+
+    #[test]
+    fn serial_foot_keeps_its_state_when_its_id_becomes_known() {
+        let feed = Feed::open(
+            "demo:line=uart,seconds=2,speed=max"
+                .parse()
+                .expect("a source"),
+        );
+        let mut session = Session::new(Feet::default());
+        let mut contacts = 0;
+        'listen: loop {
+            session.listen(&feed, Duration::from_secs(120));
+            while let Some(update) = session.next_update() {
+                match update {
+                    Update::Line(Fed::Ended(_)) => break 'listen,
+                    Update::Message(0, heard) if heard.foot.node.is_none() => {
+                        contacts += u64::from(matches!(heard.said, Said::Contact(_)));
+                        assert_eq!(session.feet()[0].name, None);
+                    }
+                    _ => {}
+                }
+            }
+        }
+        let [foot] = session.feet() else {
+            panic!("{} feet", session.feet().len());
+        };
+        assert!(contacts > 0 && foot.key.node.is_some());
+        assert_eq!((foot.name.as_deref(), foot.missing), (Some("FL"), 0));
+        // The second begins before the id is known, and the demo lasts two.
+        assert!(foot.second.rate_hz().is_some_and(|rate| rate > 990.0));
+    }
+
+    #[test]
+    fn feet_of_a_recording_share_a_line_without_an_id() {
+        let mut session = Session::new(Feet::default());
+        for (foot, index) in [("FL", 0), ("FR", 1), ("FL", 0), ("RL", 2), ("FR", 1)] {
+            estimate(&mut session, 0, foot);
+            assert_eq!(updates(&mut session), [Some(index)], "{foot}");
+        }
+        let names = session.feet().iter().map(|foot| foot.name_or("node "));
+        assert!(names.eq(["FL", "FR", "RL"]));
+    }
+
+    #[test]
+    fn stall_of_this_machine_silences_feet_in_the_display_alone() {
+        let mut session = Session::new(Feet::default());
+        for foot in ["FL", "FR"] {
+            estimate(&mut session, 0, foot);
+            updates(&mut session);
+        }
+        let silent = |session: &Session| {
+            let foot = &session.feet()[1];
+            let listened_us = session.listening().us();
+            [
+                foot.is_silent(session.now()),
+                foot.has_fallen_silent(listened_us),
+            ]
+        };
+        estimate(&mut session, 900, "FL");
+        updates(&mut session);
+        assert_eq!(silent(&session), [true, false]);
+        for ms in 901..1500 {
+            estimate(&mut session, ms, "FL");
+            updates(&mut session);
+        }
+        assert_eq!(silent(&session), [true, true]);
+        estimate(&mut session, 1500, "FR");
+        updates(&mut session);
+        assert_eq!(silent(&session), [false, false]);
+    }
+
+    #[test]
+    fn quiet_update_follows_contacts_that_waited() {
+        let mut session = Session::new(Feet::default());
+        session.idle(Duration::from_millis(30));
+        assert_eq!(updates(&mut session), [], "nothing has arrived");
+        frame(&mut session, 0, 0x191, &[0; 8]);
+        assert_eq!(updates(&mut session), []);
+        session.idle(Duration::from_millis(30));
+        assert_eq!(updates(&mut session), [Some(0), None]);
+        assert_eq!(session.now(), at(30));
+        session.idle(Duration::from_millis(20));
+        assert_eq!(updates(&mut session), [], "time does not go back");
+    }
+
+    #[test]
+    fn drops_are_counted_across_turns_and_restarts() {
+        let mut session = Session::new(Feet::default());
+        let mut dropped = |id, data: &[u8]| {
+            frame(&mut session, 0, id, data);
+            updates(&mut session);
+            let foot = &session.feet()[0];
+            (foot.dropped, foot.health.map(|health| health.dropped))
+        };
+        let health = |count| [0, 0, count, 0, 0, 0, 0, 0];
+        assert_eq!(dropped(0x511, &health(250)), (250, Some(250)));
+        assert_eq!(dropped(0x511, &health(4)), (260, Some(4)));
+        assert_eq!(dropped(0x711, &[0]), (260, Some(4)));
+        assert_eq!(dropped(0x511, &health(3)), (3, Some(3)));
+    }
+}

@@ -1,0 +1,440 @@
+//! Syntax of a source, the same in every command.
+//!
+//! | written | is |
+//! |---|---|
+//! | `uart:/dev/ttyACM0`, `uart:COM3@115200` | a serial port, at 1 000 000 Bd unless another rate is given |
+//! | `can:can0` | an interface of `SocketCAN` |
+//! | `slcan:/dev/ttyACM0`, `slcan:/dev/ttyACM0@500` | an adapter that speaks slcan, at 1000 kbit/s unless another rate is given |
+//! | `file:can.log`, `file:uart.bin@10`, `file:walk.mcap@max` | a log, a recording of the serial line or of an IMU, at its own speed unless another is given |
+//! | `demo`, `demo:feet=4,speed=10` | simulated feet; keys are [`Demo`]'s |
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use gait::control::MOST_FEET;
+use thiserror::Error;
+
+use crate::link::pace::Speed;
+use crate::playback::Playback;
+
+/// Default rate of a foot's serial port, Bd.
+pub const DEFAULT_BAUD: u32 = 1_000_000;
+
+/// Default rate of a CAN bus, kbit/s.
+pub const DEFAULT_KBIT: u32 = 1000;
+
+/// Source of live or recorded data from feet.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Source {
+    /// A serial port.
+    Uart {
+        /// Its name.
+        port: String,
+        /// Its rate, Bd.
+        baud: u32,
+    },
+    /// An interface of `SocketCAN`.
+    Can {
+        /// Its name.
+        interface: String,
+    },
+    /// An adapter that speaks slcan.
+    Slcan {
+        /// The name of its serial port.
+        port: String,
+        /// The rate of the bus, kbit/s.
+        kbit: u32,
+    },
+    /// A file that is played.
+    File {
+        /// Its name.
+        path: PathBuf,
+        /// Playback speed; `None` for the original one.
+        speed: Option<Speed>,
+        /// How the recording of an IMU is read and estimated.
+        playback: Box<Playback>,
+    },
+    /// Simulated feet.
+    Demo(Demo),
+}
+
+/// Simulated feet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Demo {
+    /// `feet`: their number, 1 to [`MOST_FEET`].
+    pub feet: usize,
+    /// `seed`: seed of steps and sensors.
+    pub seed: u64,
+    /// `speed`: playback speed; `None` for the original one.
+    pub speed: Option<Speed>,
+    /// `seconds`: duration in simulated time, s; `None` for no end.
+    pub seconds: Option<f64>,
+    /// `line`: connection, `can` or `uart`.
+    pub line: DemoLine,
+    /// `clock`: origin of the times, `2021` or `now`.
+    pub clock: DemoClock,
+}
+
+recordings::named! {
+    /// Origin of the times of simulated feet.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum DemoClock {
+        /// The beginning of 2021: equal runs have equal times.
+        Fixed = "2021",
+        /// The clock of this machine at the start; the feet walk in real time.
+        Now = "now",
+    }
+}
+
+recordings::named! {
+    /// Connection of simulated feet.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum DemoLine {
+        /// One CAN bus.
+        Can = "can",
+        /// One serial line per foot, with the samples of the sensor.
+        Uart = "uart",
+    }
+}
+
+impl Default for Demo {
+    fn default() -> Self {
+        Self {
+            feet: 1,
+            seed: gait::plan::DEMO_SEED,
+            speed: None,
+            seconds: None,
+            line: DemoLine::Can,
+            clock: DemoClock::Fixed,
+        }
+    }
+}
+
+/// Error in the text of a source.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum SourceError {
+    /// The kind of source is unknown.
+    #[error(
+        "{0:?} is no source; sources are uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT], file:PATH[@SPEED] and demo[:feet=4]"
+    )]
+    Unknown(String),
+    /// The part after the kind is missing.
+    #[error("{source_text:?} lacks {lacking}, as in {example}")]
+    Lacks {
+        /// The text.
+        source_text: String,
+        /// Missing part.
+        lacking: &'static str,
+        /// Valid example.
+        example: &'static str,
+    },
+    /// The number after `@`, or the value of a key, is invalid.
+    #[error("{key} is {value:?}, but {expected} is expected")]
+    Value {
+        /// Name of the value.
+        key: &'static str,
+        /// Text of the value.
+        value: String,
+        /// Expected values.
+        expected: &'static str,
+    },
+    /// A key of a demo is given twice.
+    #[error("{0} is there twice")]
+    Twice(String),
+    /// A key of a demo is unknown.
+    #[error("demo has no key {0:?}; its keys are feet, seed, speed, seconds, line and clock")]
+    Key(String),
+    /// A demo with the clock of this machine has another speed than 1.
+    #[error("clock=now needs speed=1, but speed is {0}")]
+    SpeedOfNow(Speed),
+}
+
+/// Rates of CAN buses that an slcan adapter knows, kbit/s, in the order of its commands `S0` to `S8`.
+pub const SLCAN_RATES_KBIT: [u32; 9] = [10, 20, 50, 100, 125, 250, 500, 800, 1000];
+
+impl FromStr for Source {
+    type Err = SourceError;
+
+    fn from_str(text: &str) -> Result<Self, SourceError> {
+        let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
+        let lacks = |lacking, example| SourceError::Lacks {
+            source_text: text.to_owned(),
+            lacking,
+            example,
+        };
+        // The rate comes after the last @, if there is one.
+        let split = rest.rsplit_once('@');
+        let (port, rate) = split.map_or((rest, None), |(port, rate)| (port, Some(rate)));
+        match kind {
+            "uart" if port.is_empty() => Err(lacks("a port", "uart:/dev/ttyACM0")),
+            "uart" => {
+                let baud = rate.map(|rate| {
+                    let key = "the rate of the serial port";
+                    number(rate, key, "a rate in Bd", |baud| *baud != 0)
+                });
+                Ok(Self::Uart {
+                    port: port.to_owned(),
+                    baud: baud.unwrap_or(Ok(DEFAULT_BAUD))?,
+                })
+            }
+            "can" if rest.is_empty() => Err(lacks("an interface", "can:can0")),
+            "can" => Ok(Self::Can {
+                interface: rest.to_owned(),
+            }),
+            "slcan" if port.is_empty() => Err(lacks("a port", "slcan:/dev/ttyACM0")),
+            "slcan" => {
+                const EXPECTED: &str =
+                    "10, 20, 50, 100, 125, 250, 500, 800 or 1000 kbit/s, as slcan knows them,";
+                let is_known = |kbit: &u32| SLCAN_RATES_KBIT.contains(kbit);
+                let kbit = rate.map(|rate| number(rate, "the rate of the bus", EXPECTED, is_known));
+                Ok(Self::Slcan {
+                    port: port.to_owned(),
+                    kbit: kbit.unwrap_or(Ok(DEFAULT_KBIT))?,
+                })
+            }
+            "file" => {
+                // A name may contain an @: the part after the last one is a speed only if it parses as one.
+                let (path, speed) = match split.map(|(path, speed)| (path, speed.parse())) {
+                    Some((path, Ok(speed))) => (path, Some(speed)),
+                    _ => (rest, None),
+                };
+                if path.is_empty() {
+                    return Err(lacks("a file", "file:can.log"));
+                }
+                Ok(Self::File {
+                    path: path.into(),
+                    speed,
+                    playback: Box::default(),
+                })
+            }
+            "demo" => Ok(Self::Demo(demo(rest)?)),
+            _ => Err(SourceError::Unknown(text.to_owned())),
+        }
+    }
+}
+
+impl fmt::Display for Source {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Uart { port, baud } => write!(f, "uart:{port}@{baud}"),
+            Self::Can { interface } => write!(f, "can:{interface}"),
+            Self::Slcan { port, kbit } => write!(f, "slcan:{port}@{kbit}"),
+            Self::File { path, speed, .. } => {
+                write!(f, "file:{}", path.display())?;
+                speed.map_or(Ok(()), |speed| write!(f, "@{speed}"))
+            }
+            Self::Demo(demo) => write!(f, "demo:feet={}", demo.feet),
+        }
+    }
+}
+
+impl Source {
+    /// Path of the file that is played, if the source is a file.
+    #[must_use]
+    pub fn file(&self) -> Option<&Path> {
+        match self {
+            Self::File { path, .. } => Some(path),
+            _ => None,
+        }
+    }
+
+    /// Sets how a recording of an IMU is read and estimated; other sources stay as they are.
+    #[must_use]
+    pub fn played_with(mut self, other: Playback) -> Self {
+        if let Self::File { playback, .. } = &mut self {
+            **playback = other;
+        }
+        self
+    }
+
+    /// Sets the speed of a file or demo if its text has none. A demo with the clock of this machine stays at 1.
+    #[must_use]
+    pub fn at_speed(mut self, other: Speed) -> Self {
+        match &mut self {
+            Self::Demo(Demo {
+                clock: DemoClock::Now,
+                ..
+            }) => {}
+            Self::File { speed, .. } | Self::Demo(Demo { speed, .. }) => {
+                speed.get_or_insert(other);
+            }
+            Self::Uart { .. } | Self::Can { .. } | Self::Slcan { .. } => {}
+        }
+        self
+    }
+}
+
+fn value(key: &'static str, value: &str, expected: &'static str) -> SourceError {
+    SourceError::Value {
+        key,
+        value: value.to_owned(),
+        expected,
+    }
+}
+
+/// Parses a number, and checks its range.
+fn number<T: FromStr>(
+    text: &str,
+    key: &'static str,
+    expected: &'static str,
+    is_valid: impl Fn(&T) -> bool,
+) -> Result<T, SourceError> {
+    let number = text.parse().ok().filter(is_valid);
+    number.ok_or_else(|| value(key, text, expected))
+}
+
+fn demo(text: &str) -> Result<Demo, SourceError> {
+    let mut demo = Demo::default();
+    let mut keys = Vec::new();
+    for pair in text.split(',').filter(|pair| !pair.is_empty()) {
+        let (key, text) = pair.split_once('=').unwrap_or((pair, ""));
+        if keys.contains(&key) {
+            return Err(SourceError::Twice(key.to_owned()));
+        }
+        keys.push(key);
+        match key {
+            "feet" => {
+                let is_valid = |feet: &usize| (1..=MOST_FEET).contains(feet);
+                demo.feet = number(text, "feet", "a number from 1 to 6", is_valid)?;
+            }
+            "seed" => demo.seed = number(text, "seed", "a whole number", |_| true)?,
+            "speed" => demo.speed = Some(number(text, "speed", Speed::EXPECTED, |_| true)?),
+            "seconds" => {
+                let is_valid = |seconds: &f64| *seconds > 0.0 && seconds.is_finite();
+                demo.seconds = Some(number(text, "seconds", "a number above 0", is_valid)?);
+            }
+            "line" => {
+                let line = DemoLine::of_name(text);
+                demo.line = line.ok_or_else(|| value("line", text, "can or uart"))?;
+            }
+            "clock" => {
+                let clock = DemoClock::of_name(text);
+                demo.clock = clock.ok_or_else(|| value("clock", text, "2021 or now"))?;
+            }
+            other => return Err(SourceError::Key(other.to_owned())),
+        }
+    }
+    match (demo.clock, demo.speed) {
+        (DemoClock::Now, Some(speed)) if speed != Speed::REAL => {
+            Err(SourceError::SpeedOfNow(speed))
+        }
+        _ => Ok(demo),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn source(text: &str) -> Source {
+        text.parse().unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    fn error(text: &str) -> String {
+        text.parse::<Source>().expect_err(text).to_string()
+    }
+
+    #[test]
+    fn documented_sources_are_parsed() {
+        let uart = |port: &str, baud| Source::Uart {
+            port: port.to_owned(),
+            baud,
+        };
+        assert_eq!(source("uart:/dev/ttyACM0"), uart("/dev/ttyACM0", 1_000_000));
+        assert_eq!(source("uart:COM3@115200"), uart("COM3", 115_200));
+        assert_eq!(
+            source("can:can0"),
+            Source::Can {
+                interface: "can0".to_owned()
+            }
+        );
+        let slcan = |kbit| Source::Slcan {
+            port: "/dev/ttyACM1".to_owned(),
+            kbit,
+        };
+        assert_eq!(source("slcan:/dev/ttyACM1"), slcan(1000));
+        assert_eq!(source("slcan:/dev/ttyACM1@500"), slcan(500));
+        let file = |path: &str, speed| Source::File {
+            path: path.into(),
+            speed,
+            playback: Box::default(),
+        };
+        assert_eq!(source("file:can.log"), file("can.log", None));
+        assert_eq!(source("file:a@home.log"), file("a@home.log", None));
+        let tenfold = Speed::new(10.0);
+        assert_eq!(source("file:a@home.log@10"), file("a@home.log", tenfold));
+        assert_eq!(source("file:x.mcap@max"), file("x.mcap", Some(Speed::Max)));
+        assert_eq!(source("demo"), Source::Demo(Demo::default()));
+        let four = Demo {
+            feet: 4,
+            seconds: Some(60.0),
+            speed: Some(Speed::Max),
+            line: DemoLine::Uart,
+            ..Demo::default()
+        };
+        assert_eq!(
+            source("demo:feet=4,seconds=60,speed=max,line=uart"),
+            Source::Demo(four)
+        );
+    }
+
+    #[test]
+    fn default_rates_match_the_settings_of_a_foot() {
+        let settings = wire::Settings::default();
+        assert_eq!(DEFAULT_BAUD, settings.uart_rate());
+        assert_eq!(DEFAULT_KBIT * 1000, settings.can_bit_rate());
+    }
+
+    #[test]
+    fn invalid_source_error_names_the_expected_form() {
+        assert_eq!(
+            error("/dev/ttyACM0"),
+            "\"/dev/ttyACM0\" is no source; sources are uart:PORT[@BAUD], can:INTERFACE, slcan:PORT[@KBIT], file:PATH[@SPEED] and demo[:feet=4]"
+        );
+        assert_eq!(
+            error("uart:"),
+            "\"uart:\" lacks a port, as in uart:/dev/ttyACM0"
+        );
+        assert_eq!(
+            error("uart:COM3@fast"),
+            "the rate of the serial port is \"fast\", but a rate in Bd is expected"
+        );
+        assert_eq!(
+            error("demo:feet=9"),
+            "feet is \"9\", but a number from 1 to 6 is expected"
+        );
+        assert_eq!(
+            error("demo:legs=2"),
+            "demo has no key \"legs\"; its keys are feet, seed, speed, seconds, line and clock"
+        );
+        assert!(error("slcan:x@33").contains("as slcan knows them"));
+        for speed in ["0", "1e-300", "nan", "inf"] {
+            let said = error(&format!("demo:speed={speed}"));
+            assert!(said.contains("a number from 0.001"), "{said}");
+        }
+        assert_eq!(error("demo:feet=2,feet=3"), "feet is there twice");
+        assert_eq!(
+            error("demo:clock=1970"),
+            "clock is \"1970\", but 2021 or now is expected"
+        );
+        for speed in ["10", "max"] {
+            assert_eq!(
+                error(&format!("demo:speed={speed},clock=now")),
+                format!("clock=now needs speed=1, but speed is {speed}")
+            );
+        }
+        assert!(error("uart:/dev/ttyACM0@0").contains("a rate in Bd"));
+    }
+
+    #[test]
+    fn default_speed_applies_to_playback_without_a_speed() {
+        let played = source("file:x@2").at_speed(Speed::Max);
+        assert_eq!(played, source("file:x@2"));
+        assert_eq!(source("file:x").at_speed(Speed::Max), source("file:x@max"));
+        assert_eq!(source("can:x").at_speed(Speed::Max), source("can:x"));
+        let now = source("demo:clock=now");
+        assert_eq!(now.clone().at_speed(Speed::Max), now);
+        assert_ne!(source("demo:clock=now,speed=1"), source("demo:speed=1"));
+    }
+}

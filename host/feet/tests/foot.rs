@@ -1,0 +1,773 @@
+//! Requests to a foot over CAN and over its serial line, answered by the board's own program.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::time::Duration;
+
+use estimator_core::Axis;
+use feet::decode::live::Listener;
+use feet::foot::Named;
+use feet::foot::calibration;
+use feet::foot::client::{Client, RequestError};
+use feet::foot::position;
+use feet::foot::scan;
+use feet::foot::self_test::{self, SelfTestResult};
+use feet::foot::settings::{self, Lasting, SettingsError, Undone, Values};
+use feet::foot::sync::Clocks;
+use feet::link::demo::SimulatedFeet;
+use feet::link::{Arrived, LineClock};
+use feet::robot::Robot;
+use feet::source::DemoLine;
+use feet::{Arrival, Link, LinkError, Sending, Source};
+use wire::dictionary::index;
+use wire::foot::cob_id;
+use wire::node::{Calibration, CalibrationState, Command, State};
+use wire::uart::{Decoder, Message, NmtRequest, encode};
+use wire::{AbortCode, Address, CanFrame, DataType, Foot, NodeId, Value};
+
+const LINES: [&str; 2] = ["can", "uart"];
+
+/// Simulated feet on whose clock timeouts are measured.
+fn demo(source: &str) -> Box<dyn Link> {
+    match source.parse() {
+        Ok(Source::Demo(demo)) => Box::new(SimulatedFeet::in_steps(&demo)),
+        other => panic!("{source}: {other:?}"),
+    }
+}
+
+fn client(line: &str) -> Client {
+    let link = demo(&format!("demo:feet=1,line={line}"));
+    Client::new(link, None).expect("one foot")
+}
+
+fn values(client: &Client, texts: &[(&str, &str)]) -> Values {
+    let value = |(name, text): &(&str, &str)| {
+        let named = Named::find(name).expect("a name");
+        (
+            named.address,
+            named.parse(text, client.node()).expect("a value"),
+        )
+    };
+    texts.iter().map(value).collect()
+}
+
+fn get(client: &mut Client, name: &str) -> String {
+    let named = Named::find(name).expect("a name");
+    let value = client.read(named.address, named.entry.data_type());
+    named.text(value.unwrap_or_else(|error| panic!("{error}")))
+}
+
+#[test]
+fn new_foot_has_default_settings() {
+    for line in LINES {
+        let mut client = client(line);
+        let own = settings::read(&mut client).expect("answers");
+        assert_eq!(own.len(), Named::settings().count());
+        let defaults = settings::defaults(client.node());
+        let differ = settings::differences(&defaults, &own);
+        let names: Vec<_> = differ.iter().map(|(named, ..)| named.name()).collect();
+        // The demo enables the load over CAN, and samples over the serial line.
+        let expected = ["uart_streams.raw_sample", "load_input.source"];
+        let expected = &expected[usize::from(line == "can")..];
+        assert_eq!(names, expected, "{line}");
+    }
+}
+
+#[test]
+fn long_texts_are_read_completely() {
+    for line in LINES {
+        let mut client = client(line);
+        let name = client
+            .read_text(Address::new(index::DEVICE_NAME, 0))
+            .expect("a name");
+        assert!(name.contains("footfall"), "{line}: {name}");
+    }
+}
+
+#[test]
+fn stored_settings_survive_a_reset() {
+    for line in LINES {
+        let mut client = client(line);
+        let wanted = values(
+            &client,
+            &[
+                ("decision.threshold", "0.625"),
+                ("half_width.acceleration_m_s2.ax", "0.5"),
+            ],
+        );
+        let changes = settings::write(&mut client, &wanted, Lasting::UntilReset).expect("taken");
+        assert_eq!(changes.len(), 2, "{line}");
+        assert_eq!(
+            client.state().expect("a state"),
+            State::Operational,
+            "{line}"
+        );
+        assert!(
+            settings::write(&mut client, &wanted, Lasting::UntilReset)
+                .expect("taken")
+                .is_empty()
+        );
+        // A reset discards settings unless they are stored.
+        for (stored, threshold) in [(false, "0.5"), (true, "0.625")] {
+            if stored {
+                settings::write(&mut client, &wanted, Lasting::Stored).expect("stored");
+            }
+            client.restart(None).expect("it is back");
+            assert_eq!(
+                client.state().expect("a state"),
+                State::Operational,
+                "{line}"
+            );
+            assert_eq!(get(&mut client, "decision.threshold"), threshold, "{line}");
+        }
+        settings::while_paused(&mut client, Client::restore).expect("forgotten");
+        client.restart(None).expect("it is back");
+        assert_eq!(get(&mut client, "decision.threshold"), "0.5", "{line}");
+    }
+}
+
+#[test]
+fn foot_with_a_new_id_is_followed_and_found_by_a_scan() {
+    let mut link = demo("demo:feet=2");
+    let mut listener = Listener::default();
+    let scanned = |link: &mut dyn Link, listener: &mut Listener| -> Vec<_> {
+        let feet = scan::feet(link, listener, scan::SCAN).expect("a line");
+        feet.iter().filter_map(|foot| foot.node).collect()
+    };
+    assert_eq!(scanned(link.as_mut(), &mut listener), [21, 22]);
+    let shared = Shared(Rc::new(RefCell::new(link)));
+    let mut client = Client::new(Box::new(shared.clone()), NodeId::new(22)).expect("a foot");
+    let wanted = values(&client, &[("node_id", "34")]);
+    settings::write(&mut client, &wanted, Lasting::Stored).expect("stored");
+    client.restart(None).expect("it is back");
+    assert_eq!(client.node(), NodeId::new(34));
+    assert_eq!(client.state().expect("a state"), State::Operational);
+    assert_eq!(get(&mut client, "node_id"), "34");
+    let mut shared = shared;
+    let mut listener = Listener::default();
+    assert_eq!(scanned(&mut shared, &mut listener), [21, 34]);
+    let mut again = Client::new(Box::new(shared), NodeId::new(34)).expect("a foot");
+    assert_eq!(get(&mut again, "foot"), "6");
+}
+
+/// Line shared by several clients.
+#[derive(Clone)]
+struct Shared(Rc<RefCell<Box<dyn Link>>>);
+
+impl Link for Shared {
+    fn receive(&mut self, wait: Duration) -> Result<Option<Arrived>, LinkError> {
+        self.0.borrow_mut().receive(wait)
+    }
+
+    fn send(&mut self, sending: &Sending) -> Result<(), LinkError> {
+        self.0.borrow_mut().send(sending)
+    }
+
+    fn clock(&self) -> LineClock {
+        self.0.borrow().clock()
+    }
+}
+
+#[test]
+fn order_dependent_settings_are_accepted_in_any_order() {
+    let mut client = client("can");
+    // Both exceed the foot's upper threshold, so the lower one is accepted only after the upper one.
+    let upper = Named::find("load.on_threshold").expect("a name");
+    let wanted = values(
+        &client,
+        &[("load.on_threshold", "90"), ("load.off_threshold", "80")],
+    );
+    settings::write(&mut client, &wanted, Lasting::UntilReset).expect("taken");
+    assert_eq!(get(&mut client, &upper.name()), "90");
+    let wanted = values(
+        &client,
+        &[("load.on_threshold", "12"), ("load.off_threshold", "6")],
+    );
+    settings::write(&mut client, &wanted, Lasting::UntilReset).expect("taken");
+    assert_eq!(get(&mut client, "load.off_threshold"), "6");
+}
+
+#[test]
+fn incompatible_settings_change_nothing() {
+    for line in LINES {
+        let mut client = client(line);
+        let before = settings::read(&mut client).expect("answers");
+        let wanted = values(
+            &client,
+            &[
+                ("decision.threshold", "0.75"),
+                ("load.on_threshold", "5"),
+                ("load.off_threshold", "50"),
+            ],
+        );
+        match settings::write(&mut client, &wanted, Lasting::UntilReset) {
+            Err(SettingsError::Incompatible(_)) => {}
+            other => panic!("{line}: {other:?}"),
+        }
+        let after = settings::read(&mut client).expect("answers");
+        assert!(settings::differences(&before, &after).is_empty(), "{line}");
+        assert_eq!(
+            client.state().expect("a state"),
+            State::Operational,
+            "{line}"
+        );
+    }
+}
+
+#[test]
+fn refused_value_error_states_the_reason() {
+    for line in LINES {
+        let mut client = client(line);
+        let window = Named::find("window").expect("a name");
+        // The foot is operational without a pause, and refuses settings.
+        let error = client
+            .write(window.address, window.entry.default)
+            .expect_err("refused");
+        let RequestError::Refused { reason, .. } = &error else {
+            panic!("{line}: {error}");
+        };
+        assert_eq!(*reason, AbortCode::DeviceState);
+        let text = error.to_string();
+        assert!(
+            text.starts_with("writing window (0x2010:0) was refused: "),
+            "{text}"
+        );
+        assert!(text.contains("pre-operational state first"), "{text}");
+        let unknown = client.read(Address::new(0x2FFF, 0), DataType::Unsigned8);
+        assert!(
+            unknown
+                .expect_err("there is none")
+                .to_string()
+                .contains("no such object")
+        );
+    }
+}
+
+#[test]
+fn several_feet_require_a_node_id() {
+    let open = || demo("demo:feet=4");
+    match Client::new(open(), None) {
+        Err(error) => assert_eq!(
+            error.to_string(),
+            "there are several feet, 17, 18, 19, 20: name one with --node"
+        ),
+        Ok(_) => panic!("which one?"),
+    }
+    let mut second = Client::new(open(), NodeId::new(18)).expect("a foot");
+    assert_eq!(get(&mut second, "foot"), "2");
+    let mut nobody = Client::new(open(), NodeId::new(99)).expect("a line");
+    let error = nobody.read(Address::new(index::FOOT, 0), DataType::Unsigned8);
+    assert!(
+        error
+            .expect_err("nobody")
+            .to_string()
+            .starts_with("node 99 does not answer: reading foot")
+    );
+}
+
+/// Line that breaks after `left` frames were sent.
+struct Breaking {
+    link: Box<dyn Link>,
+    left: u32,
+}
+
+impl Link for Breaking {
+    fn receive(&mut self, longest: Duration) -> Result<Option<Arrived>, LinkError> {
+        let arrived = self.link.receive(longest)?;
+        // Messages of the foot are lost as well.
+        Ok(arrived.filter(|_| self.left > 0))
+    }
+
+    fn send(&mut self, sending: &Sending) -> Result<(), LinkError> {
+        if self.left == 0 {
+            return Ok(());
+        }
+        self.left -= 1;
+        self.link.send(sending)
+    }
+
+    fn clock(&self) -> LineClock {
+        self.link.clock()
+    }
+}
+
+#[test]
+fn foot_lost_during_a_write_is_reported_as_partly_set() {
+    let settings_read = Named::settings().count() as u32;
+    for more in [3, 4] {
+        let link = Breaking {
+            link: demo("demo:feet=1"),
+            // All settings are read, uniqueness is checked, the foot is paused, and some settings are written.
+            left: settings_read + more,
+        };
+        let mut client = Client::new(Box::new(link), NodeId::new(17)).expect("a foot");
+        let wanted = values(
+            &client,
+            &[
+                ("half_width.acceleration_m_s2.ax", "0.5"),
+                ("half_width.acceleration_m_s2.ay", "0.5"),
+                ("half_width.acceleration_m_s2.az", "0.5"),
+            ],
+        );
+        let error = settings::write(&mut client, &wanted, Lasting::UntilReset)
+            .expect_err("it vanished")
+            .to_string();
+        assert!(error.contains("node 17 does not answer"), "{error}");
+        assert!(error.contains("none of the new are stored"), "{error}");
+    }
+}
+
+#[test]
+fn unanswered_store_is_reported_as_unknown() {
+    let link = Breaking {
+        link: demo("demo:feet=1"),
+        // All settings are read, uniqueness is checked, the foot is paused, one setting is written and read
+        // back, and the store is sent.
+        left: Named::settings().count() as u32 + 5,
+    };
+    let mut client = Client::new(Box::new(link), NodeId::new(17)).expect("a foot");
+    let wanted = values(&client, &[("half_width.acceleration_m_s2.ax", "0.5")]);
+    let error = settings::write(&mut client, &wanted, Lasting::Stored).expect_err("it vanished");
+    let SettingsError::NotTaken { undone, .. } = &error else {
+        panic!("{error}");
+    };
+    assert_eq!(*undone, Undone::Unknown, "{error}");
+}
+
+#[test]
+fn board_with_a_new_position_is_found_under_its_new_id() {
+    for line in LINES {
+        let mut client = client(line);
+        position::set(&mut client, Foot::RearLeft).expect("no other board is there");
+        assert_eq!(get(&mut client, "foot"), "3", "{line}");
+        assert_eq!(client.state().expect("a state"), State::Operational);
+        if line == "can" {
+            assert_eq!(client.node(), NodeId::new(0x13));
+        }
+        // The position is stored.
+        client.restart(None).expect("it is back");
+        assert_eq!(get(&mut client, "foot"), "3", "{line}");
+    }
+}
+
+#[test]
+fn position_of_another_board_is_rejected() {
+    let link = demo("demo:feet=4");
+    let mut client = Client::new(link, NodeId::new(0x12)).expect("a foot");
+    let error = position::set(&mut client, Foot::RearRight).expect_err("there is one");
+    assert_eq!(
+        error.to_string(),
+        "node 18 would become node 20, which is on the bus already"
+    );
+    assert_eq!(get(&mut client, "foot"), "2");
+}
+
+#[test]
+fn id_of_another_board_is_rejected_by_all_commands() {
+    let link = demo("demo:feet=4");
+    let mut client = Client::new(link, NodeId::new(0x12)).expect("a foot");
+    let error = settings::restore(&mut client).expect_err("the front left one is there");
+    assert_eq!(
+        error.to_string(),
+        "node 18 would become node 17, which is on the bus already"
+    );
+    for setting in [("node_id", "19"), ("foot", "3")] {
+        let wanted = values(&client, &[setting]);
+        let before = get(&mut client, setting.0);
+        let error = settings::write(&mut client, &wanted, Lasting::Stored).expect_err("taken");
+        assert_eq!(
+            error.to_string(),
+            "node 18 would become node 19, which is on the bus already; all settings are as they were"
+        );
+        assert_eq!(get(&mut client, setting.0), before);
+    }
+    assert_eq!(client.state().expect("a state"), State::Operational);
+}
+
+/// Fate of sent data.
+enum Meddling {
+    Passed,
+    Lost,
+    /// The data is lost because the foot is reset first.
+    LostInAReset,
+}
+
+/// Lossy line to the foot with id 17.
+struct Meddled<F> {
+    link: Box<dyn Link>,
+    meddle: F,
+}
+
+impl<F: FnMut(&Sending) -> Meddling + Send> Link for Meddled<F> {
+    fn receive(&mut self, longest: Duration) -> Result<Option<Arrived>, LinkError> {
+        self.link.receive(longest)
+    }
+
+    fn send(&mut self, sending: &Sending) -> Result<(), LinkError> {
+        match (self.meddle)(sending) {
+            Meddling::Passed => self.link.send(sending),
+            Meddling::Lost => Ok(()),
+            Meddling::LostInAReset => self.link.send(&reset_like(sending)),
+        }
+    }
+
+    fn clock(&self) -> LineClock {
+        self.link.clock()
+    }
+}
+
+/// Reset command for the kind of line of `sending`.
+fn reset_like(sending: &Sending) -> Sending {
+    match sending {
+        Sending::Frame(_) => {
+            let frame = CanFrame::new(0, &[Command::ResetNode as u8, 17]);
+            Sending::Frame(frame.expect("a frame"))
+        }
+        Sending::Bytes { port, .. } => Sending::Bytes {
+            port: port.clone(),
+            bytes: encode(0, &Message::Nmt(NmtRequest(Command::ResetNode)))
+                .as_bytes()
+                .to_vec(),
+        },
+    }
+}
+
+/// Returns whether this is a reset command.
+fn is_reset(sending: &Sending) -> bool {
+    match sending {
+        Sending::Frame(frame) => frame.id() == 0 && frame.data() == [Command::ResetNode as u8, 17],
+        Sending::Bytes { bytes, .. } => decoded(bytes)
+            .is_some_and(|message| message == Message::Nmt(NmtRequest(Command::ResetNode))),
+    }
+}
+
+/// Returns whether this is a request to store all settings.
+fn is_store(sending: &Sending) -> bool {
+    let [low, high] = index::STORE.to_le_bytes();
+    match sending {
+        Sending::Frame(frame) => {
+            frame.id() == 0x611 && frame.data().get(1..4) == Some(&[low, high, 1])
+        }
+        Sending::Bytes { bytes, .. } => match decoded(bytes) {
+            Some(Message::ConfigSet(set)) => set.address == Address::new(index::STORE, 1),
+            _ => false,
+        },
+    }
+}
+
+fn decoded(bytes: &[u8]) -> Option<Message> {
+    let mut decoder = Decoder::new();
+    let frame = bytes.iter().find_map(|byte| decoder.push(*byte))?;
+    Some(frame.ok()?.message)
+}
+
+fn meddled(line: &str, meddle: impl FnMut(&Sending) -> Meddling + Send + 'static) -> Client {
+    let link = demo(&format!("demo:feet=1,line={line}"));
+    Client::new(Box::new(Meddled { link, meddle }), None).expect("one foot")
+}
+
+#[test]
+fn lost_reset_command_is_repeated() {
+    for line in LINES {
+        let mut resets = 0;
+        let mut client = meddled(line, move |sending| {
+            resets += u32::from(is_reset(sending));
+            if is_reset(sending) && resets == 1 {
+                Meddling::Lost
+            } else {
+                Meddling::Passed
+            }
+        });
+        let wanted = values(&client, &[("decision.threshold", "0.625")]);
+        settings::write(&mut client, &wanted, Lasting::UntilReset).expect("taken");
+        client.restart(None).expect("it is back");
+        assert_eq!(get(&mut client, "decision.threshold"), "0.5", "{line}");
+    }
+}
+
+#[test]
+fn missing_reset_is_reported_as_an_error() {
+    for line in LINES {
+        let mut client = meddled(line, |sending| match is_reset(sending) {
+            true => Meddling::Lost,
+            false => Meddling::Passed,
+        });
+        let error = client.restart(None).expect_err("it goes on as it was");
+        let said = error.to_string();
+        assert!(
+            said.ends_with("it was commanded to reset 3 times, and has not"),
+            "{said}"
+        );
+    }
+}
+
+#[test]
+fn restart_before_a_store_is_reported_as_an_error() {
+    for line in LINES {
+        let mut stores = 0;
+        let mut client = meddled(line, move |sending| {
+            stores += u32::from(is_store(sending));
+            if is_store(sending) && stores == 1 {
+                Meddling::LostInAReset
+            } else {
+                Meddling::Passed
+            }
+        });
+        let wanted = values(&client, &[("decision.threshold", "0.625")]);
+        let error =
+            settings::write(&mut client, &wanted, Lasting::Stored).expect_err("it has started");
+        let SettingsError::NotTaken { cause, undone } = &error else {
+            panic!("{line}: {error}");
+        };
+        assert!(
+            matches!(cause, RequestError::StartedAgain { .. }),
+            "{line}: {error}"
+        );
+        assert_eq!(*undone, Undone::NoneStored, "{line}: {error}");
+        assert_eq!(get(&mut client, "decision.threshold"), "0.5", "{line}");
+        assert_eq!(client.state().expect("a state"), State::Operational);
+    }
+}
+
+/// Two new boards with the same id: each frame arrives twice.
+struct Twice {
+    link: Box<dyn Link>,
+    again: Option<Arrived>,
+}
+
+impl Link for Twice {
+    fn receive(&mut self, longest: Duration) -> Result<Option<Arrived>, LinkError> {
+        if let Some(again) = self.again.take() {
+            return Ok(Some(again));
+        }
+        let arrived = self.link.receive(longest)?;
+        self.again.clone_from(&arrived);
+        Ok(arrived)
+    }
+
+    fn send(&mut self, sending: &Sending) -> Result<(), LinkError> {
+        self.link.send(sending)
+    }
+
+    fn clock(&self) -> LineClock {
+        self.link.clock()
+    }
+}
+
+#[test]
+fn two_boards_with_the_same_id_are_not_configured() {
+    let link = demo("demo:feet=1");
+    let mut client = Client::new(Box::new(Twice { link, again: None }), None).expect("one id");
+    let error = position::set(&mut client, Foot::RearRight).expect_err("which one?");
+    assert!(
+        matches!(
+            error,
+            SettingsError::Request(RequestError::SameId { count: 2, .. })
+        ),
+        "{error}"
+    );
+    assert_eq!(get(&mut client, "foot"), "1");
+}
+
+#[test]
+fn late_response_to_a_write_is_not_read_as_a_value() {
+    for source in ["demo:feet=1", "demo:line=uart"] {
+        let link = demo(source);
+        let mut client = Client::new(Box::new(Twice { link, again: None }), None).expect("one id");
+        client
+            .command(Command::EnterPreOperational)
+            .expect("a line");
+        let address = Address::new(index::DECISION, 1);
+        for threshold in [0.625, 0.75] {
+            let value = Value::F32(threshold);
+            client.write(address, value).expect("taken");
+            let read = client.read(address, DataType::Real32);
+            assert_eq!(read.expect("a number"), value, "{source}");
+        }
+    }
+}
+
+#[test]
+fn calibration_survives_a_reset_and_is_erased_on_command() {
+    for line in LINES {
+        let mut client = client(line);
+        let still = |client: &mut Client, index| {
+            let address = Address::new(index, 1 + 2 * u8::from(index == index::CALIBRATION));
+            client
+                .read(address, DataType::Real32)
+                .expect("a number")
+                .to_raw()
+        };
+        let mut tries = 0;
+        while calibration::state(&mut client).expect("a state") != CalibrationState::Settled {
+            tries += 1;
+            assert!(tries < 1000, "{line}");
+            client.wait(Duration::from_millis(10)).expect("a line");
+        }
+        calibration::store(&mut client, Calibration::Keep).expect("settled");
+        let kept = still(&mut client, index::LEARNT);
+        assert_ne!(kept, 0, "{line}");
+        client.restart(None).expect("it is back");
+        assert_eq!(still(&mut client, index::LEARNT), kept, "{line}");
+        calibration::store(&mut client, Calibration::Forget).expect("always");
+        client.restart(None).expect("it is back");
+        assert_eq!(still(&mut client, index::LEARNT), 0, "{line}");
+        assert_eq!(client.state().expect("a state"), State::Operational);
+    }
+}
+
+/// Robot whose sensor fails its self-test.
+struct Failing {
+    robot: Robot,
+    line: DemoLine,
+    clock: LineClock,
+}
+
+impl Link for Failing {
+    fn receive(&mut self, _: Duration) -> Result<Option<Arrived>, LinkError> {
+        let arrival = match self.line {
+            DemoLine::Can => self.robot.next_frame().map(|(at, frame)| {
+                let interface = "can0".into();
+                (at, Arrival::Frame { interface, frame })
+            }),
+            DemoLine::Uart => {
+                let bytes = self.robot.take_serial(0);
+                let port = "FL".into();
+                let arrived = (self.robot.now(), Arrival::Bytes { port, bytes });
+                Some(arrived).filter(|(_, arrival)| !matches!(arrival, Arrival::Bytes { bytes, .. } if bytes.is_empty()))
+            }
+        };
+        if arrival.is_none() {
+            self.robot.tick();
+            self.clock.advance_to(self.robot.elapsed_us());
+        }
+        Ok(arrival)
+    }
+
+    fn clock(&self) -> LineClock {
+        self.clock.clone()
+    }
+
+    fn send(&mut self, sending: &Sending) -> Result<(), LinkError> {
+        match sending {
+            Sending::Frame(frame) => self.robot.send(*frame),
+            Sending::Bytes { bytes, .. } => self.robot.send_serial(0, bytes),
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn self_test_reports_failed_axes_and_restores_settings() {
+    for (name, line) in LINES.into_iter().zip([DemoLine::Can, DemoLine::Uart]) {
+        let mut good = client(name);
+        assert_eq!(
+            self_test::run(&mut good).expect("a verdict"),
+            SelfTestResult::Passed,
+            "{name}"
+        );
+        let mut robot = Robot::new(1, 1, line);
+        robot.fail_self_test(0, 0b01_0010);
+        let clock = LineClock::in_steps();
+        let failing = Failing { robot, line, clock };
+        let mut bad = Client::new(Box::new(failing), None).expect("a foot");
+        let verdict = self_test::run(&mut bad).expect("a verdict");
+        let axes = (name == "can").then(|| vec![Axis::Ay, Axis::Wy]);
+        assert_eq!(verdict, SelfTestResult::Failed(axes), "{name}");
+        for client in [&mut good, &mut bad] {
+            assert_eq!(get(client, "self_test_at_start"), "0");
+            assert_eq!(client.state().expect("a state"), State::Operational);
+            client.restart(None).expect("it is back");
+            assert_eq!(get(client, "self_test_at_start"), "0");
+        }
+    }
+}
+
+#[test]
+fn simulated_offset_and_drift_of_clocks_are_measured() {
+    let mut robot = Robot::new(4, 1, DemoLine::Can);
+    let mut listener = Listener::default();
+    let mut clocks = Clocks::default();
+    for _ in 0..20_000 {
+        robot.tick();
+        while let Some((at, frame)) = robot.next_frame() {
+            if frame.id() == cob_id::SYNC {
+                clocks.take_sync(frame.data().first().copied());
+            }
+            listener.frame("can0", &frame, at);
+        }
+        while let Some(heard) = listener.next_heard() {
+            clocks.take(&heard);
+        }
+    }
+    let (first, compared) = clocks.compare().expect("four feet");
+    assert_eq!(first.node, Some(0x11));
+    // Each foot was switched on 137 ms before the preceding one; the offset applies to the middle.
+    for (compared, (before_us, ppm)) in
+        compared
+            .iter()
+            .zip([(137_000.0, 18.0), (274_000.0, -11.0), (411_000.0, 25.0)])
+    {
+        let offset_us = before_us + ppm * (10.0 + before_us * 1.0e-6);
+        assert!(
+            (compared.offset_us - offset_us).abs() <= compared.offset_error_us,
+            "{compared:?}"
+        );
+        assert!(
+            (compared.drift_ppm - ppm).abs() <= compared.drift_error_ppm,
+            "{compared:?}"
+        );
+        assert!(compared.drift_error_ppm < 1.0, "{compared:?}");
+    }
+}
+
+#[test]
+fn settings_text_parses_back_to_the_same_settings() {
+    let mut client = client("can");
+    let own = settings::read(&mut client).expect("answers");
+    let text = settings::to_text(&own, "settings");
+    let back = settings::from_text(&text, client.node()).expect("settings");
+    assert_eq!(back, own);
+    // The identifiers of PDOs depend on the foot.
+    let other = settings::from_text(&text, NodeId::new(0x14)).expect("settings");
+    assert!(settings::differences(&own, &other).is_empty());
+    for (wrong, message) in [
+        (
+            "windw = 5",
+            "line 1: no object is called \"windw\"; `footfall foot SOURCE get` lists all",
+        ),
+        ("\nwindow = 0", "line 2: window is \"0\", but "),
+        (
+            "window",
+            "line 1: \"window\" is not a setting, such as window = 50ms",
+        ),
+        (
+            "window = 50ms\nwindow = 50ms",
+            "line 2: window stands twice",
+        ),
+        (
+            "stage = 1",
+            "line 1: stage is no setting: it cannot be written",
+        ),
+    ] {
+        let error = settings::from_text(wrong, None)
+            .expect_err(wrong)
+            .to_string();
+        assert!(error.starts_with(message), "{error}");
+    }
+    assert!(matches!(
+        own.get(&Address::new(index::FOOT, 0)),
+        Some(Value::U8(1))
+    ));
+}
+
+#[test]
+fn foot_without_heartbeats_is_configured() {
+    let mut client = client("can");
+    for time in ["0", "200"] {
+        let values = values(&client, &[("producer_heartbeat_time", time)]);
+        let written = settings::write(&mut client, &values, Lasting::Stored);
+        written.unwrap_or_else(|error| panic!("{time}: {error}"));
+        assert_eq!(get(&mut client, "producer_heartbeat_time"), time);
+    }
+}

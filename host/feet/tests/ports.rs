@@ -1,0 +1,246 @@
+//! Serial ports as pseudo-terminals, with the board's own program behind them.
+
+#![cfg(unix)]
+
+use std::fs::File;
+use std::io::{Read, Write};
+use std::os::fd::OwnedFd;
+use std::sync::mpsc::{Receiver, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use feet::decode::live::{Heard, Listener, Said};
+use feet::feed::Fed;
+use feet::link;
+use feet::link::slcan::{SlcanWord, Words};
+use feet::robot::Robot;
+use feet::source::DemoLine;
+use feet::{Feed, Sending, Source};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+use wire::{CanFrame, slcan};
+
+/// Opens a pseudo-terminal; returns our end and the name of the other.
+fn terminal() -> (OwnedFd, String) {
+    let ours = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a pseudo-terminal");
+    grantpt(&ours).expect("granted");
+    unlockpt(&ours).expect("unlocked");
+    let mut settings = tcgetattr(&ours).expect("its settings");
+    settings.make_raw();
+    tcsetattr(&ours, OptionalActions::Now, &settings).expect("set");
+    let name = ptsname(&ours, Vec::new()).expect("its name");
+    (ours, name.into_string().expect("text"))
+}
+
+/// Receives the bytes that arrive at our end.
+fn received(ours: &OwnedFd) -> Receiver<Vec<u8>> {
+    let mut file = File::from(ours.try_clone().expect("a second handle"));
+    let (to, bytes) = channel();
+    thread::spawn(move || {
+        let mut piece = [0; 4096];
+        // An error means that the other end is closed; it may be reopened.
+        loop {
+            match file.read(&mut piece) {
+                Ok(0) => return,
+                Ok(count) => {
+                    if to.send(piece[..count].to_vec()).is_err() {
+                        return;
+                    }
+                }
+                Err(_) => thread::sleep(Duration::from_millis(5)),
+            }
+        }
+    });
+    bytes
+}
+
+/// Timeout that ends a hang.
+const LONGEST: Duration = Duration::from_secs(120);
+
+/// Listens to a source until `is_enough`.
+fn listen(feed: &Feed, mut is_enough: impl FnMut(&[Heard]) -> bool) -> Vec<Heard> {
+    let mut listener = Listener::default();
+    let mut heard = Vec::new();
+    let end = Instant::now() + LONGEST;
+    while !is_enough(&heard) {
+        assert!(Instant::now() < end, "{} things heard", heard.len());
+        match feed.next(Duration::from_millis(100)) {
+            Some(Fed::Arrived((at, arrival))) => {
+                arrival.hand_to(&mut listener, at);
+            }
+            Some(Fed::Ended(error) | Fed::NotSent(error)) => panic!("{error}"),
+            _ => {}
+        }
+        heard.extend(std::iter::from_fn(|| listener.next_heard()));
+    }
+    heard
+}
+
+fn contacts(heard: &[Heard]) -> usize {
+    let contacts = heard.iter().filter(|h| matches!(h.said, Said::Contact(_)));
+    contacts.count()
+}
+
+#[test]
+fn foot_on_a_serial_port_streams_and_responds() {
+    use wire::uart::{Answer, ConfigGet, Message, encode};
+    let (ours, name) = terminal();
+    let requests = received(&ours);
+    thread::spawn(move || {
+        let mut to = File::from(ours);
+        let mut robot = Robot::new(1, 1, DemoLine::Uart);
+        loop {
+            requests
+                .try_iter()
+                .for_each(|bytes| robot.send_serial(0, &bytes));
+            robot.tick();
+            let sent = robot.take_serial(0);
+            if to.write_all(&sent).is_err() {
+                return;
+            }
+            thread::sleep(Duration::from_micros(200));
+        }
+    });
+    let source: Source = format!("uart:{name}").parse().expect("a source");
+    let feed = Feed::open(source);
+    let heard = listen(&feed, |heard| contacts(heard) >= 500);
+    let first = heard.iter().find_map(|heard| match &heard.said {
+        Said::Contact(row) => Some(row.sequence),
+        _ => None,
+    });
+    assert!(first.is_some());
+    let address = wire::Address::new(0x2000, 0);
+    let request = encode(0, &Message::ConfigGet(ConfigGet { address }));
+    feed.send(Sending::Bytes {
+        port: None,
+        bytes: request.as_bytes().to_vec(),
+    });
+    let is_answer =
+        |heard: &Heard| matches!(&heard.said, Said::Answer(answer) if answer.address == address);
+    let heard = listen(&feed, |heard| heard.iter().any(is_answer));
+    let answer = heard.into_iter().find(is_answer).map(|heard| heard.said);
+    match answer {
+        Some(Said::Answer(answer)) => assert!(matches!(answer.answer, Answer::Value(_))),
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Runs an adapter at our end of a terminal, with a robot of four feet on its bus. The frames that it receives
+/// are returned through the channel.
+fn adapter(ours: OwnedFd) -> Receiver<CanFrame> {
+    let commands = received(&ours);
+    let (to_test, given) = channel();
+    thread::spawn(move || {
+        let mut to = File::from(ours);
+        let mut robot = Robot::new(4, 1, DemoLine::Can);
+        let mut words = Words::default();
+        let mut is_open = false;
+        loop {
+            for byte in commands.try_iter().flatten() {
+                let answer: &[u8] = match words.push(byte) {
+                    Some(SlcanWord::Frame(frame)) => {
+                        robot.send(frame);
+                        // The test may have ended.
+                        let _ = to_test.send(frame);
+                        b"z\r"
+                    }
+                    Some(SlcanWord::Line(command)) => match command.as_str() {
+                        "S8" if !is_open => b"\r",
+                        "O" if !is_open => {
+                            is_open = true;
+                            b"\r"
+                        }
+                        "C" if is_open => {
+                            is_open = false;
+                            b"\r"
+                        }
+                        _ => b"\x07",
+                    },
+                    _ => continue,
+                };
+                if to.write_all(answer).is_err() {
+                    return;
+                }
+            }
+            robot.tick();
+            let mut lines = Vec::new();
+            while let Some((_, frame)) = robot.next_frame() {
+                lines.extend_from_slice(&slcan::encode(&frame));
+            }
+            if is_open && to.write_all(&lines).is_err() {
+                return;
+            }
+            thread::sleep(Duration::from_micros(300));
+        }
+    });
+    given
+}
+
+#[test]
+fn slcan_adapter_receives_from_and_sends_to_four_feet() {
+    let (ours, name) = terminal();
+    let given = adapter(ours);
+    let feed = Feed::open(format!("slcan:{name}").parse().expect("a source"));
+    let heard = listen(&feed, |heard| contacts(heard) >= 1000);
+    let mut nodes: Vec<_> = heard.iter().filter_map(|heard| heard.foot.node).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    assert_eq!(nodes, [0x11, 0x12, 0x13, 0x14]);
+    // An SDO that reads the device type, 0x1000.
+    let request = CanFrame::new(0x611, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]).expect("a frame");
+    feed.send(Sending::Frame(request));
+    let heard = listen(&feed, |heard| {
+        heard.iter().any(|h| matches!(h.said, Said::Sdo(_)))
+    });
+    assert!(
+        heard
+            .iter()
+            .any(|h| matches!(h.said, Said::Sdo([0x43, 0x00, 0x10, ..])))
+    );
+    let frames: Vec<_> = given.try_iter().collect();
+    assert!(frames.contains(&request), "{frames:?}");
+}
+
+#[test]
+fn port_without_an_adapter_is_reported() {
+    let (ours, name) = terminal();
+    let feed = Feed::open(format!("slcan:{name}").parse().expect("a source"));
+    match feed.next(LONGEST) {
+        Some(Fed::WaitsFor(error)) => {
+            assert!(
+                error
+                    .to_string()
+                    .contains("does not answer as an slcan adapter"),
+                "{error}"
+            );
+        }
+        other => panic!("{other:?}"),
+    }
+    drop(ours);
+}
+
+#[test]
+fn unplugged_port_is_retried() {
+    let (ours, name) = terminal();
+    let feed = Feed::open(format!("uart:{name}").parse().expect("a source"));
+    assert!(matches!(feed.next(LONGEST), Some(Fed::Opened)));
+    drop(ours);
+    match feed.next(LONGEST) {
+        Some(Fed::WaitsFor(error)) => assert!(error.to_string().starts_with(&name), "{error}"),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn second_open_of_a_port_is_rejected() {
+    let (_ours, name) = terminal();
+    let source = format!("uart:{name}").parse().expect("a source");
+    let first = link::open(&source).expect("a port");
+    let error = link::open(&source).err().expect("the first has it");
+    assert_eq!(
+        error.to_string(),
+        format!("{name}: another program has it open")
+    );
+    drop(first);
+    link::open(&source).expect("it is free again");
+}

@@ -1,0 +1,466 @@
+//! Contacts of four feet in one message, for programs that do not accept footfall's messages.
+//!
+//! | name | program | topic | message | content |
+//! |---|---|---|---|---|
+//! | `champ` | [champ](https://github.com/chvmp/champ) | `/foot_contacts`, read by its state estimation | `champ_msgs/msg/ContactsStamped` | the decisions |
+//! | `pronto` | [pronto](https://github.com/ori-drs/pronto) | `/footfall/stance` | `pronto_msgs/msg/QuadrupedStance` | the decisions, as 0 or 1: it treats any number above 0.01 as stance |
+//! | `inekf` | [InEKF](https://github.com/RossHartley/invariant-ekf-ros) | `/contact`, the default of its `settings/contact_topic` | `inekf_msgs/msg/ContactArray` | the decisions, with the ids 0 to 3 |
+//! | `drift` | [DRIFT](https://github.com/UMich-CURLY/drift) | `/footfall/drift/contacts` | `custom_sensor_msgs/msg/ContactArray` | the decisions in the order of its `enum Leg`: right front, left front, right hind, left hind |
+//! | `muse` | [MUSE](https://github.com/iit-DLSLab/muse) | `/footfall/contact_detection` | `state_estimator_msgs/msg/ContactDetection` | the decisions |
+//! | `bool` | any, such as one that sets the contact flags of [legged_control](https://github.com/qiayuanl/legged_control) | `/footfall/FL/contact/decision` of each foot | `std_msgs/msg/Bool` | the decision |
+//! | `unitree` | any that compares the forces of a GO1 or Go2 with a threshold | `/footfall/lowstate` | `unitree_go/msg/LowState` | `foot_force` and `foot_force_est`: [`STANDS`] of a foot that stands, 0 of others, in Unitree's order, right front, left front, right hind, left hind; all else is 0 |
+//!
+//! Sources, each with its commit:
+//!
+//! | program | file | function |
+//! |---|---|---|
+//! | champ `1f87d64` | `champ_base/src/state_estimation.cpp` | `StateEstimation::synchronized_callback_` |
+//! | pronto `8cc55a5` | `pronto_quadruped_ros/src/legodo_handler_ros.cpp` | `FootSensorLegodoHandlerROS::processSecondaryMessage` |
+//! | `InEKF` `05bceec`, `927c4fe` | `inekf_ros/src/InEKF_ROS.cpp`, `Measurement.cpp` | `InEKF_ROS::subscribe`, `ContactMeasurement` |
+//! | `legged_control` `b3864d4` | `legged_examples/legged_unitree/legged_unitree_hw/src/UnitreeHW.cpp`, `legged_controllers/src/LeggedController.cpp` | `UnitreeHW::read`, `LeggedController::updateStateEstimation` |
+//! | MUSE `32719df` | `muse_ws/src/state_estimator/src/plugins/leg_odometry_plugin.cpp` | `LegOdometryPlugin::callback` |
+//! | DRIFT `06aedd4`, `286ae5b` | `ROS/drift/src/communication/ros_subscriber.cpp`, `include/drift/kinematics/mini_cheetah_kinematics.h` | `ROSSubscriber::MiniCheetahKinCallBack`, `enum Leg` |
+//!
+//! Where nothing else is said, the order is left front, right front, left hind, right hind. A message is created as
+//! soon as each of the four feet has a new contact; after 20 ms it is created without the silent feet, even if all
+//! are silent. Invalid and silent feet are reported in swing: false, 0.
+
+use std::collections::BTreeSet;
+
+use estimator_core::Timestamp;
+use feet::silence::COMPLETION_WAIT_US;
+
+use crate::ros::message::{Header, LowState, RosContact, RosMessage, Stances, Time};
+use crate::ros::published::Published;
+
+/// Names of the feet, in the order of the messages.
+pub const FEET: [[&str; 2]; 4] = [["FL", "LF"], ["FR", "RF"], ["RL", "LH"], ["RR", "RH"]];
+
+/// The feet in the order right front, left front, right hind, left hind, by their places in [`FEET`].
+pub const RIGHT_FIRST: [usize; 4] = [1, 0, 3, 2];
+
+/// Topic of the states of a Unitree robot.
+pub const LOW_STATE_TOPIC: &str = "/footfall/lowstate";
+
+/// Words for the front and the rear of a robot.
+const FRONT: [&str; 2] = ["front", "fore"];
+const REAR: [&str; 3] = ["rear", "hind", "back"];
+
+/// Place of a foot in [`FEET`] by its name, topic or frame: the one word of it that is the name of a foot, such as that of
+/// `go1/FL_foot_imu`, or the words for its sides, such as those of `front_left`. Letters count alike in upper and lower case.
+/// `None` without such a word, or with those of several feet.
+#[must_use]
+pub fn place(name: &str) -> Option<usize> {
+    let words: Vec<String> = name
+        .split(|letter: char| !letter.is_ascii_alphanumeric())
+        .map(str::to_ascii_lowercase)
+        .collect();
+    let is = |names: &[&str; 2]| {
+        let mut own = names.iter();
+        own.any(|own| words.iter().any(|word| own.eq_ignore_ascii_case(word)))
+    };
+    let mut named = (0..FEET.len()).filter(|at| is(&FEET[*at]));
+    match (named.next(), named.next()) {
+        (Some(at), None) => return Some(at),
+        (Some(_), Some(_)) => return None,
+        (None, _) => {}
+    }
+    let has = |all: &[&str]| all.iter().any(|one| words.iter().any(|word| word == one));
+    let one_of = |first: bool, second: bool| (first != second).then_some(usize::from(second));
+    let row = one_of(has(&FRONT), has(&REAR))?;
+    let side = one_of(has(&["left"]), has(&["right"]))?;
+    Some(2 * row + side)
+}
+
+/// `foot_force` of a foot that stands: above the thresholds of those who read it, most of them 20 to 60.
+pub const STANDS: i16 = 100;
+
+/// Listening time after the first contact after which feet without one are named as absent, µs.
+const ABSENT_US: u64 = 1_000_000;
+
+recordings::named! {
+    /// Program whose messages are created.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum Compat {
+        /// Decisions as 0 or 1, for pronto.
+        Pronto = "pronto",
+        /// Decisions, for champ.
+        Champ = "champ",
+        /// Numbered decisions, for `InEKF`.
+        Inekf = "inekf",
+        /// Numbered decisions, right feet first, for DRIFT.
+        Drift = "drift",
+        /// Decisions, for MUSE.
+        Muse = "muse",
+        /// A decision on a topic of each foot.
+        Bool = "bool",
+        /// Decisions as the forces of Unitree's state.
+        Unitree = "unitree",
+    }
+}
+
+impl Compat {
+    /// Type and topic of its messages, for the help.
+    #[must_use]
+    pub const fn about(self) -> &'static str {
+        match self {
+            Self::Pronto => "`pronto_msgs/msg/QuadrupedStance` on /footfall/stance",
+            Self::Champ => "`champ_msgs/msg/ContactsStamped` on `/foot_contacts`",
+            Self::Inekf => "`inekf_msgs/msg/ContactArray` on /contact",
+            Self::Drift => "`custom_sensor_msgs/msg/ContactArray` on /footfall/drift/contacts",
+            Self::Muse => {
+                "`state_estimator_msgs/msg/ContactDetection` on `/footfall/contact_detection`"
+            }
+            Self::Bool => {
+                "`std_msgs/msg/Bool` on /footfall/FL/contact/decision and those of the other feet"
+            }
+            Self::Unitree => {
+                "`unitree_go/msg/LowState` on /footfall/lowstate, whose forces are 100 or 0"
+            }
+        }
+    }
+
+    /// Topics of its messages.
+    #[must_use]
+    pub fn topics(self) -> Vec<String> {
+        let messages = self.messages(&Header::default(), [false; 4]);
+        messages.into_iter().map(|(topic, _)| topic).collect()
+    }
+
+    /// Messages with their topics: whether the feet stand, in the order of [`FEET`].
+    fn messages(self, header: &Header, stands: [bool; 4]) -> Vec<(String, RosMessage)> {
+        let header = header.clone();
+        let (topic, message) = match self {
+            Self::Champ => {
+                let stances = stands.to_vec();
+                let message = RosMessage::Champ(Stances { header, stances });
+                ("/foot_contacts", message)
+            }
+            Self::Pronto => {
+                let stances = stands.map(|stands| f32::from(u8::from(stands)));
+                let message = RosMessage::Pronto(Stances { header, stances });
+                ("/footfall/stance", message)
+            }
+            Self::Inekf => {
+                let stances = (0..).zip(stands).collect();
+                let message = RosMessage::Inekf(Stances { header, stances });
+                ("/contact", message)
+            }
+            Self::Drift => {
+                let stances = (0..).zip(RIGHT_FIRST.map(|foot| stands[foot])).collect();
+                let message = RosMessage::Drift(Stances { header, stances });
+                ("/footfall/drift/contacts", message)
+            }
+            Self::Muse => {
+                let stances = stands;
+                let message = RosMessage::Muse(Stances { header, stances });
+                ("/footfall/contact_detection", message)
+            }
+            Self::Unitree => {
+                let forces = RIGHT_FIRST.map(|foot| if stands[foot] { STANDS } else { 0 });
+                let state = Box::new(LowState::with_forces(forces));
+                (LOW_STATE_TOPIC, RosMessage::Unitree(state))
+            }
+            Self::Bool => {
+                let feet = FEET.iter().zip(stands);
+                let of_foot = feet.map(|([name, _], stands)| {
+                    let topic = format!("/footfall/{name}/contact/decision");
+                    (topic, RosMessage::Bool(stands))
+                });
+                return of_foot.collect();
+            }
+        };
+        vec![(topic.to_owned(), message)]
+    }
+}
+
+/// Newest contacts of four feet.
+#[derive(Debug, Default)]
+pub struct AllFeet {
+    compats: Vec<Compat>,
+    feet: [Option<Stance>; 4],
+    /// Listening time of the newest message, or of the first contact, µs.
+    made_us: Option<u64>,
+    /// Listening time of the first contact, µs.
+    first_us: Option<u64>,
+    /// Whether each foot has sent a contact.
+    heard: [bool; 4],
+    /// Names of feet outside [`FEET`], whose contacts are in no message.
+    pub(crate) others: BTreeSet<String>,
+}
+
+/// Decision of a foot since the newest message.
+#[derive(Clone, Copy, Debug)]
+struct Stance {
+    stands: bool,
+    stamp: Time,
+}
+
+impl AllFeet {
+    /// Creates an empty state.
+    #[must_use]
+    pub fn new(compats: &[Compat]) -> Self {
+        let mut compats = compats.to_vec();
+        compats.sort_unstable();
+        compats.dedup();
+        Self {
+            compats,
+            ..Self::default()
+        }
+    }
+
+    /// Names of the feet that have sent no contact in the second after the first one of any foot, and count as in swing;
+    /// none before.
+    #[must_use]
+    pub fn absent(&self, listened_us: u64) -> Vec<&'static str> {
+        let since_us = self
+            .first_us
+            .map(|first_us| listened_us.saturating_sub(first_us));
+        let is_known = since_us >= Some(ABSENT_US);
+        let feet = FEET.iter().zip(self.heard);
+        let absent = feet.filter(|(_, heard)| is_known && !heard);
+        absent.map(|([name, _], _)| *name).collect()
+    }
+
+    /// Processes a contact received at `at` and `listened_us` of the listening time; returns the messages that it completes.
+    pub fn take(
+        &mut self,
+        contact: &RosContact,
+        at: Timestamp,
+        listened_us: u64,
+    ) -> Vec<Published> {
+        let name = contact.foot.as_str();
+        let Some(place) = place(name) else {
+            self.others.insert(name.to_owned());
+            return Vec::new();
+        };
+        self.feet[place] = Some(Stance {
+            stands: contact.valid && contact.decision,
+            stamp: contact.header.stamp,
+        });
+        self.heard[place] = true;
+        self.first_us.get_or_insert(listened_us);
+        self.made_us.get_or_insert(listened_us);
+        if self.feet.iter().all(Option::is_some) {
+            return self.make(at, listened_us);
+        }
+        self.advance(at, listened_us)
+    }
+
+    /// Advances the time to `at`; returns the messages due, if there were contacts before.
+    pub fn advance(&mut self, at: Timestamp, listened_us: u64) -> Vec<Published> {
+        match self.made_us {
+            Some(made) if listened_us - made >= COMPLETION_WAIT_US => self.make(at, listened_us),
+            _ => Vec::new(),
+        }
+    }
+
+    /// Ends reception; returns messages with all feet in swing, if there were contacts before.
+    pub fn end(&mut self, now: Timestamp) -> Vec<Published> {
+        self.feet = [None; 4];
+        let made = self.made_us.map(|made_us| self.make(now, made_us));
+        made.unwrap_or_default()
+    }
+
+    /// Creates messages of the known contacts at `at`.
+    fn make(&mut self, at: Timestamp, listened_us: u64) -> Vec<Published> {
+        self.made_us = Some(listened_us);
+        let feet = std::mem::take(&mut self.feet);
+        let newest = feet.iter().flatten().map(|foot| foot.stamp).max();
+        let header = Header {
+            // If all feet are silent, the state applies now.
+            stamp: newest.unwrap_or_else(|| at.into()),
+            // The feet have no common frame.
+            frame_id: String::new(),
+        };
+        let stands = feet.map(|foot| foot.is_some_and(|foot| foot.stands));
+        let compats = self.compats.iter();
+        let messages = compats.flat_map(|compat| compat.messages(&header, stands));
+        let published = messages.map(|(topic, message)| Published::new(&topic.into(), at, message));
+        published.collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use feet::silence::Listening;
+
+    fn contact(foot: &str, p_stable: f32, us: u64) -> (RosContact, Timestamp) {
+        let at = Timestamp::from_micros(us);
+        let header = Header {
+            stamp: at.into(),
+            frame_id: "ignored".to_owned(),
+        };
+        let contact = RosContact {
+            header,
+            foot: foot.to_owned(),
+            p_stable,
+            decision: p_stable > 0.5,
+            valid: p_stable < 0.95,
+            ..RosContact::default()
+        };
+        (contact, at)
+    }
+
+    #[test]
+    fn place_is_found_in_names_topics_and_frames() {
+        for (name, expected) in [
+            ("FL", Some(0)),
+            ("rh", Some(3)),
+            ("FL_foot", Some(0)),
+            ("/imu/FR_foot", Some(1)),
+            ("go1/RL_foot_imu", Some(2)),
+            ("hind_right", Some(3)),
+            ("left/front_leg", Some(0)),
+            ("leg_1", None),
+            ("flat", None),
+            ("FL_FR", None),
+            ("front_rear_left", None),
+            ("", None),
+        ] {
+            assert_eq!(place(name), expected, "{name}");
+        }
+    }
+
+    fn one(mut published: Vec<Published>) -> Option<Published> {
+        assert!(published.len() < 2);
+        published.pop()
+    }
+
+    /// All feet with the listening time that a session keeps.
+    struct Listened {
+        all: AllFeet,
+        listening: Listening,
+    }
+
+    impl Listened {
+        fn new(compat: Compat) -> Self {
+            let (all, listening) = (AllFeet::new(&[compat]), Listening::default());
+            Self { all, listening }
+        }
+
+        fn take(&mut self, contact: &RosContact, at: Timestamp) -> Option<Published> {
+            self.listening.arrive(at);
+            one(self.all.take(contact, at, self.listening.us()))
+        }
+
+        fn hear(&mut self, at: Timestamp) -> Option<Published> {
+            self.listening.arrive(at);
+            one(self.all.advance(at, self.listening.us()))
+        }
+
+        fn idle(&mut self, now: Timestamp) -> Option<Published> {
+            self.listening.idle(now);
+            one(self.all.advance(now, self.listening.us()))
+        }
+
+        fn end(&mut self) -> Option<Published> {
+            one(self.all.end(self.listening.now()))
+        }
+    }
+
+    /// Messages created from `contacts`: times in µs and the four numbers.
+    fn made(compat: Compat, contacts: &[(&str, f32, u64)]) -> Vec<(u32, [f32; 4])> {
+        let mut all = Listened::new(compat);
+        let contacts = contacts.iter();
+        let messages = contacts.filter_map(|(foot, p, us)| {
+            let (contact, at) = contact(foot, *p, *us);
+            all.take(&contact, at)
+        });
+        let micros = |header: Header| header.stamp.nanosec / 1000;
+        messages
+            .map(|published| match published.message {
+                RosMessage::Pronto(m) => (micros(m.header), m.stances),
+                RosMessage::Champ(m) => {
+                    let numbers = m.stances.iter().map(|stands| f32::from(u8::from(*stands)));
+                    let numbers: Vec<_> = numbers.collect();
+                    (micros(m.header), numbers.try_into().expect("four feet"))
+                }
+                other => panic!("{other:?}"),
+            })
+            .collect()
+    }
+
+    #[test]
+    fn newest_contact_of_each_foot_is_used_in_its_place() {
+        let contacts = [
+            ("RR", 0.1, 400),
+            ("FL", 0.9, 100),
+            ("FL", 0.6, 1100),
+            ("tail", 0.8, 1200),
+            ("RF", 0.2, 200),
+            ("LH", 0.99, 300),
+            ("FL", 0.7, 2100),
+        ];
+        // Pronto would treat a probability of 0.2 as stance.
+        let pronto = [(1100, [1.0, 0.0, 0.0, 0.0])];
+        assert_eq!(made(Compat::Pronto, &contacts), pronto);
+        let champ = [(1100, [1.0, 0.0, 0.0, 0.0])];
+        assert_eq!(made(Compat::Champ, &contacts), champ);
+    }
+
+    #[test]
+    fn silent_foot_is_skipped_and_reported_in_swing() {
+        let contacts: Vec<_> = (0..60)
+            .flat_map(|ms| ["FL", "FR", "RL"].map(|foot| (foot, 0.9, ms * 1000)))
+            .collect();
+        let times = [20_000, 40_000].map(|us| (us, [1.0, 1.0, 1.0, 0.0]));
+        assert_eq!(made(Compat::Pronto, &contacts), times);
+    }
+
+    #[test]
+    fn silent_feet_are_reported_in_swing() {
+        let mut all = Listened::new(Compat::Champ);
+        let micros = Timestamp::from_micros;
+        assert_eq!((all.idle(micros(5)), all.end()), (None, None));
+        let of = |published: Option<Published>| match published?.message {
+            RosMessage::Champ(message) => Some((message.header.stamp, message.stances)),
+            other => panic!("{other:?}"),
+        };
+        for foot in ["FL", "FR", "RL", "RR"] {
+            let (contact, at) = contact(foot, 0.9, 10_000);
+            let stands = of(all.take(&contact, at)).map(|(_, contacts)| contacts);
+            assert_eq!(stands, (foot == "RR").then(|| vec![true; 4]));
+        }
+        assert_eq!(all.idle(micros(29_000)), None);
+        let none = |us| Some((micros(us).into(), vec![false; 4]));
+        assert_eq!(of(all.idle(micros(30_000))), none(30_000));
+        assert_eq!(all.idle(micros(49_000)), None);
+        assert_eq!(of(all.idle(micros(51_000))), none(51_000));
+        all.take(&contact("FL", 0.9, 60_000).0, micros(60_000));
+        // Loads and heartbeats continue.
+        let mut others = (0..20).filter_map(|ms| of(all.hear(micros(61_000 + 1000 * ms))));
+        let (_, contacts) = others.next().expect("one is due");
+        assert_eq!(
+            (contacts, others.next()),
+            (vec![true, false, false, false], None)
+        );
+        assert_eq!(of(all.end()), none(80_000));
+    }
+
+    #[test]
+    fn host_stall_does_not_make_feet_silent() {
+        let contacts: Vec<_> = [0, 1000, 901_000, 902_000]
+            .into_iter()
+            .flat_map(|us| ["FL", "FR", "RL", "RR"].map(|foot| (foot, 0.9, us)))
+            .collect();
+        let messages = made(Compat::Pronto, &contacts);
+        assert_eq!(messages.len(), 4);
+        assert!(messages.iter().all(|(_, stands)| *stands == [1.0; 4]));
+    }
+
+    #[test]
+    fn feet_of_other_names_are_in_no_message() {
+        let mut all = AllFeet::new(&[Compat::Bool, Compat::Bool]);
+        for (k, name) in ["L", "fl", "L", "node_33"].into_iter().enumerate() {
+            let (contact, at) = contact(name, 0.9, 1000 * k as u64);
+            assert!(all.take(&contact, at, 1000 * k as u64).is_empty());
+        }
+        assert!(all.others.iter().eq(["L", "node_33"]));
+        let published = all.end(Timestamp::from_micros(5000));
+        let topics: Vec<&str> = published.iter().map(|p| p.topic.as_ref()).collect();
+        assert_eq!(topics.len(), 4);
+        assert_eq!(topics[3], "/footfall/RR/contact/decision");
+    }
+}

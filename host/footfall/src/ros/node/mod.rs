@@ -1,0 +1,282 @@
+//! A ROS 2 node that publishes the messages of feet. It uses `rustdds` and `ros2-client`; no installation of
+//! ROS is required or linked.
+//!
+//! A publisher of each topic is created with its first message. Domain, networks, names and quality of service are
+//! in `options`.
+
+mod options;
+
+use std::collections::BTreeMap;
+use std::io;
+use std::net::{IpAddr, Ipv4Addr, UdpSocket};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use futures::executor::block_on;
+use ros2_client::entities_info::ParticipantEntitiesInfo;
+use ros2_client::{
+    Context, MessageTypeName, Name, Node, NodeEvent, NodeName, NodeOptions, ParameterValue,
+    Publisher, WriteError,
+};
+use rustdds::DomainParticipantBuilder;
+use thiserror::Error;
+
+use crate::ros::definition::Definition;
+use crate::ros::{Published, RosMessage};
+pub use options::{Options, Reliability};
+
+/// Time for subscribers to request lost messages at shutdown: five heartbeats.
+const LAST_REQUESTS: Duration = Duration::from_millis(500);
+
+/// Reason why a node or a topic cannot be created.
+#[derive(Debug, Error)]
+pub enum NodeError {
+    /// A name is not valid in ROS.
+    #[error("{name:?} is no name of a {what} in ROS: letters, digits and _, a letter first, no __")]
+    Name {
+        /// Kind of the name.
+        what: &'static str,
+        /// Name as given.
+        name: String,
+    },
+    /// No interface of this machine has the address: nothing would be sent, without an error.
+    #[error(
+        "network {address}: {source}; the address of an interface of this machine is needed, of IPv4"
+    )]
+    Network {
+        /// The address.
+        address: IpAddr,
+        /// Error of the operating system.
+        source: io::Error,
+    },
+    /// Nothing can be sent in the domain.
+    #[error("domain {domain_id}: {reason}")]
+    Domain {
+        /// The domain.
+        domain_id: u16,
+        /// Error of `rustdds`.
+        reason: String,
+    },
+    /// The node or a publisher cannot be created.
+    #[error("{name}: {reason}")]
+    Create {
+        /// The node or the topic.
+        name: String,
+        /// Error of `ros2-client`.
+        reason: String,
+    },
+}
+
+impl NodeError {
+    /// Returns the conversion of an error of `ros2-client` about a node or a topic.
+    fn create(name: impl Into<String>) -> impl Fn(&dyn std::fmt::Display) -> Self {
+        let name = name.into();
+        move |error| Self::Create {
+            name: name.clone(),
+            reason: error.to_string(),
+        }
+    }
+}
+
+fn bad_name(what: &'static str, name: &str) -> NodeError {
+    let name = name.to_owned();
+    NodeError::Name { what, name }
+}
+
+/// Counts of the messages of a topic.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sent {
+    /// Messages sent to the subscribers.
+    pub sent: u64,
+    /// Messages not sent because subscribers had not acknowledged the previous 8192.
+    pub not_sent: u64,
+}
+
+/// Returns the first address that no interface has, with the reason. `rustdds` does not use IPv6 addresses.
+fn first_absent(networks: &[IpAddr]) -> Option<(IpAddr, io::Error)> {
+    networks.iter().find_map(|&address| {
+        let bound = match address {
+            IpAddr::V4(Ipv4Addr::UNSPECIFIED) => Err(io::ErrorKind::AddrNotAvailable.into()),
+            IpAddr::V4(_) => UdpSocket::bind((address, 0)).map(drop),
+            IpAddr::V6(_) => Err(io::ErrorKind::Unsupported.into()),
+        };
+        bound.err().map(|source| (address, source))
+    })
+}
+
+/// A node that publishes.
+pub struct FootNode {
+    options: Options,
+    topics: BTreeMap<Arc<str>, Topic>,
+    node: Node,
+    /// Thread that answers requests for parameters and tracks subscribers.
+    spinner: JoinHandle<()>,
+    /// Whether another node of the same name was found and not reported.
+    has_namesake: Arc<AtomicBool>,
+}
+
+struct Topic {
+    publisher: Publisher<RosMessage>,
+    sent: Sent,
+}
+
+impl FootNode {
+    /// Joins the domain.
+    ///
+    /// # Errors
+    /// A name is invalid in ROS, or ports or interfaces cannot be used.
+    pub fn new(options: Options) -> Result<Self, NodeError> {
+        if options.topic("/x").is_none() {
+            return Err(bad_name("namespace", &options.namespace));
+        }
+        // `NodeName` accepts names for which its services' names are rejected.
+        let name = Name::new("/", &options.name)
+            .and_then(|_| NodeName::new(&options.absolute_namespace(), &options.name))
+            .map_err(|_| bad_name("node", &options.name))?;
+        if let Some((address, source)) = first_absent(&options.networks) {
+            return Err(NodeError::Network { address, source });
+        }
+        let mut participant = DomainParticipantBuilder::new(options.domain_id);
+        if !options.networks.is_empty() {
+            participant = participant.with_only_networks(options.networks.iter().copied());
+        }
+        let participant = participant.build();
+        let domain = |reason: String| NodeError::Domain {
+            domain_id: options.domain_id,
+            reason,
+        };
+        let participant = participant.map_err(|error| domain(error.to_string()))?;
+        let context = Context::from_domain_participant(participant);
+        let context = context.map_err(|error| domain(error.to_string()))?;
+        let create = NodeError::create(name.fully_qualified_name());
+        let node = context.new_node(name.clone(), parameters(&options));
+        let mut node = node.map_err(|error| create(&error))?;
+        let spinner = node.spinner().map_err(|error| create(&error))?;
+        let has_namesake = Arc::new(AtomicBool::new(false));
+        if let Some(events) = node.status_receiver() {
+            let own = context.participant_entities_info();
+            let found = Arc::clone(&has_namesake);
+            // Separate thread: the spinner fills the queue of events, which is short.
+            let watch = thread::Builder::new().spawn(move || {
+                while let Ok(event) = block_on(events.recv()) {
+                    if matches!(event, NodeEvent::ParticipantEntities(other) if share_a_name(&own, &other))
+                    {
+                        return found.store(true, Ordering::Relaxed);
+                    }
+                }
+            });
+            // The thread ends with the node, whose events it receives.
+            watch.map_err(|error| create(&error))?;
+        }
+        let spinner = thread::Builder::new().name("ros2".to_owned()).spawn(|| {
+            // Messages are published even if the spinner fails.
+            let _ = block_on(spinner.spin());
+        });
+        let spinner = spinner.map_err(|error| create(&error))?;
+        Ok(Self {
+            options,
+            topics: BTreeMap::new(),
+            node,
+            spinner,
+            has_namesake,
+        })
+    }
+
+    /// Namespace and name.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.node.fully_qualified_name()
+    }
+
+    /// Returns once whether another node in the domain has the same namespace and name: tools of ROS show such nodes as
+    /// one, and their topics are the same.
+    pub fn has_new_namesake(&self) -> bool {
+        self.has_namesake.swap(false, Ordering::Relaxed)
+    }
+
+    /// Publishes a message without blocking; a message that does not fit into the queue is counted.
+    ///
+    /// # Errors
+    /// The topic is new and cannot be created.
+    pub fn publish(&mut self, published: Published) -> Result<(), NodeError> {
+        if !self.topics.contains_key(&published.topic) {
+            let publisher = self.publisher(&published)?;
+            let sent = Sent::default();
+            self.topics
+                .insert(Arc::clone(&published.topic), Topic { publisher, sent });
+        }
+        let Some(topic) = self.topics.get_mut(&published.topic) else {
+            return Ok(());
+        };
+        match topic.publisher.publish(published.message) {
+            Ok(()) => topic.sent.sent += 1,
+            Err(WriteError::WouldBlock { .. }) => topic.sent.not_sent += 1,
+            Err(error) => return Err(NodeError::create(&*published.topic)(&error)),
+        }
+        Ok(())
+    }
+
+    fn publisher(&mut self, published: &Published) -> Result<Publisher<RosMessage>, NodeError> {
+        let name = self.options.topic(&published.topic);
+        let name = name.ok_or_else(|| bad_name("topic", &published.topic))?;
+        let (package, message) = Definition::of(&published.message).package_and_name();
+        let kind = MessageTypeName::new(package, message);
+        let qos = self.options.qos(published);
+        let topic = self.node.create_topic(&name, kind, &qos);
+        let publisher = topic.and_then(|topic| self.node.create_publisher(&topic, Some(qos)));
+        publisher.map_err(|error| NodeError::create(&*published.topic)(&error))
+    }
+
+    /// Counts of the messages of each topic so far, by full name of the topic.
+    #[must_use]
+    pub fn counts(&self) -> BTreeMap<String, Sent> {
+        let topics = self.topics.iter();
+        let named = topics.filter_map(|(topic, published)| {
+            let name = self.options.topic(topic)?;
+            Some((name.to_string(), published.sent))
+        });
+        named.collect()
+    }
+
+    /// Leaves the domain after giving subscribers time to request lost messages.
+    pub fn finish(self) {
+        let is_reliable = self.options.reliability == Reliability::Reliable;
+        if is_reliable && !self.topics.is_empty() {
+            thread::sleep(LAST_REQUESTS);
+        }
+        drop(self.topics);
+        drop(self.node);
+        // The thread ends with the node; a panic in it is ignored.
+        let _ = self.spinner.join();
+    }
+}
+
+/// Returns whether two different participants have nodes of the same namespace and name.
+fn share_a_name(own: &ParticipantEntitiesInfo, other: &ParticipantEntitiesInfo) -> bool {
+    let is_own = |name: String| {
+        let mut own = own.nodes().iter();
+        own.any(|node| node.fully_qualified_name() == name)
+    };
+    let mut others = other.nodes().iter();
+    own.gid() != other.gid() && others.any(|node| is_own(node.fully_qualified_name()))
+}
+
+/// Declares the parameters of a node as read-only.
+fn parameters(options: &Options) -> NodeOptions {
+    let declared = options.parameters();
+    let mut parameters = NodeOptions::new();
+    for (name, value) in &declared {
+        parameters = parameters.declare_parameter(name, value.clone());
+    }
+    parameters.parameter_validator(Box::new(move |name: &str, value: &ParameterValue| {
+        let is = declared.iter().find(|(declared, _)| *declared == name);
+        match is.is_none_or(|(_, declared)| declared == value) {
+            true => Ok(()),
+            false => Err(format!(
+                "{name} is read-only: start footfall ros2 with another"
+            )),
+        }
+    }))
+}

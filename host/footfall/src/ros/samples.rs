@@ -1,0 +1,140 @@
+//! Conversion of recorded IMU samples to messages on topics: the topics of a foot that streams raw samples, and
+//! topics for values without a field in `sensor_msgs/msg/Imu`.
+//!
+//! | topic | message | published for |
+//! |---|---|---|
+//! | `/footfall/FL/imu` | `sensor_msgs/msg/Imu` | each sample |
+//! | `/footfall/FL/load` | `std_msgs/msg/Float64`, N | each sample with a load; NaN once it is no longer known |
+//! | `/footfall/FL/imu/validity` | `std_msgs/msg/String` | each sample that is not `valid` |
+//! | `/footfall/FL/imu/label` | `std_msgs/msg/Bool`, true for stable | each sample whose truth is known |
+//!
+//! Load, validity and label of a sample have its time and precede its IMU message.
+
+use std::sync::Arc;
+
+use estimator_core::{Load, Timestamp, Validity};
+use recordings::samples::recording::{Label, RecordedSample};
+use recordings::samples::validity::name_of;
+
+use crate::ros::foot::{ABSENT, vector};
+use crate::ros::message::{Imu, RosMessage};
+use crate::ros::published::Published;
+use crate::ros::topics::FootTopics;
+
+/// Latest time that a message of ROS 2 can have, µs since 1970: in the year 2038.
+pub const LAST_US: i64 = i32::MAX as i64 * 1_000_000;
+
+/// Earliest time to which the clock of a bag is shifted, µs; 0 means that the time is missing.
+const FIRST_US: i64 = 1_000_000;
+
+/// Offset to add to a clock that starts at `start_us` so that a bag can represent its times: whole seconds, µs.
+/// 0 if `start_us` is positive, as with a clock that counts from 1970.
+#[must_use]
+pub const fn clock_shift_us(start_us: i64) -> i64 {
+    if start_us > 0 {
+        return 0;
+    }
+    let second = 1_000_000;
+    (FIRST_US - start_us + second - 1) / second * second
+}
+
+/// Converter of the samples of a foot.
+#[derive(Debug)]
+pub struct SampleMessages {
+    topics: FootTopics,
+    validity: Arc<str>,
+    label: Arc<str>,
+    has_load: bool,
+}
+
+impl SampleMessages {
+    /// Creates a converter for the foot `name`.
+    #[must_use]
+    pub fn new(name: &str) -> Self {
+        let topics = FootTopics::of(name);
+        Self {
+            validity: format!("{}/validity", topics.imu).into(),
+            label: format!("{}/label", topics.imu).into(),
+            topics,
+            has_load: false,
+        }
+    }
+
+    /// Publishes the load topic even if there is no load, so that of several feet either all have it or none.
+    #[must_use]
+    pub fn with_load(self) -> Self {
+        Self {
+            has_load: true,
+            ..self
+        }
+    }
+
+    /// Returns the messages of a sample acquired at `at` since 1970.
+    pub fn messages(&mut self, sample: &RecordedSample, at: Timestamp) -> Vec<Published> {
+        let mut published = Vec::new();
+        let mut publish = |topic, message| published.push(Published::new(topic, at, message));
+        let load = sample.load.filter(|Load(load)| load.is_finite());
+        if load.is_some() || self.has_load {
+            let load = load.map_or(f32::NAN, |Load(load)| load);
+            publish(&self.topics.load, RosMessage::number(load));
+        }
+        self.has_load = load.is_some();
+        if sample.imu.validity != Validity::Valid {
+            let name = name_of(sample.imu.validity).to_owned();
+            publish(&self.validity, RosMessage::Text(name));
+        }
+        if let Some(label) = sample.label {
+            publish(&self.label, RosMessage::Bool(label == Label::Stable));
+        }
+        let imu = Imu {
+            header: self.topics.header(at),
+            orientation_covariance: ABSENT,
+            angular_velocity: vector(sample.imu.angular_rate.0),
+            linear_acceleration: vector(sample.imu.specific_force.0),
+            ..Imu::default()
+        };
+        publish(&self.topics.imu, RosMessage::Imu(Box::new(imu)));
+        published
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use estimator_core::ImuSample;
+
+    #[test]
+    fn clock_without_positive_start_is_shifted_by_whole_seconds() {
+        for (start_us, shift_us) in [
+            (0, 1_000_000),
+            (-1, 2_000_000),
+            (-2_500_000, 4_000_000),
+            (1, 0),
+            (1_700_000_000_000_000, 0),
+        ] {
+            assert_eq!(clock_shift_us(start_us), shift_us, "{start_us}");
+        }
+    }
+
+    #[test]
+    fn end_of_the_load_is_published_once() {
+        let mut samples = SampleMessages::new("FL");
+        let mut loads = |load: Option<f32>| -> Vec<f64> {
+            let sample = RecordedSample {
+                imu: ImuSample::default(),
+                load: load.map(Load),
+                label: None,
+            };
+            let published = samples.messages(&sample, Timestamp::default());
+            let number = |published: Published| match published.message {
+                RosMessage::Number(number) => Some(number),
+                _ => None,
+            };
+            published.into_iter().filter_map(number).collect()
+        };
+        assert!(loads(None).is_empty(), "none was known");
+        assert_eq!(loads(Some(2.5)), [2.5]);
+        assert!(loads(None)[0].is_nan());
+        assert!(loads(None).is_empty());
+    }
+}

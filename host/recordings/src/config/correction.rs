@@ -1,0 +1,180 @@
+//! Keys of a sensor's static calibration: the errors of its readings.
+
+use crate::input::Correction;
+use crate::number::shown;
+use estimator_core::{AccelerometerCorrection, Mounting};
+use serde::Deserialize;
+
+use super::{AccelerationAxes, AngularRateAxes, ParameterRefusal};
+
+/// Systematic errors of an accelerometer.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(default, deny_unknown_fields)]
+pub struct AccelerometerOverrides {
+    /// Reading in free fall, m/s²; −5 to 5.
+    pub bias_m_s2: AccelerationAxes,
+    /// Factor of its readings after the bias is subtracted; 0.5 to 2.
+    pub scale: AccelerationAxes,
+}
+
+/// Systematic errors of a gyroscope.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(default, deny_unknown_fields)]
+pub struct GyroscopeOverrides {
+    /// Reading at rest, rad/s; −1 to 1. Subtracted from the first sample on; the bias that the
+    /// estimator learns comes on top.
+    pub bias_rad_s: AngularRateAxes,
+}
+
+/// Limits of a key with three axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Limits {
+    pub key: &'static str,
+    pub axes: [&'static str; 3],
+    pub unit: &'static str,
+    pub least: f32,
+    pub most: f32,
+    /// Neutral value.
+    pub none: f32,
+    pub meaning: &'static str,
+}
+
+pub(super) const ACCELEROMETER_BIAS: Limits = Limits {
+    key: "accelerometer.bias_m_s2",
+    axes: ["ax", "ay", "az"],
+    unit: "m/s²",
+    least: -5.0,
+    most: 5.0,
+    none: 0.0,
+    meaning: "what the accelerometer that recorded reads in free fall",
+};
+
+pub(super) const ACCELEROMETER_SCALE: Limits = Limits {
+    key: "accelerometer.scale",
+    axes: ["ax", "ay", "az"],
+    unit: "",
+    least: 0.5,
+    most: 2.0,
+    none: 1.0,
+    meaning: "by what its readings, without the bias, are multiplied",
+};
+
+pub(super) const GYROSCOPE_BIAS: Limits = Limits {
+    key: "gyroscope.bias_rad_s",
+    axes: ["wx", "wy", "wz"],
+    unit: "rad/s",
+    least: -1.0,
+    most: 1.0,
+    none: 0.0,
+    meaning: "what the gyroscope that recorded reads at rest",
+};
+
+/// Returns the correction set by the keys of a table of a file, over another one; the table ends with a dot.
+pub(super) fn correction(
+    mut correction: Correction,
+    (accelerometer, gyroscope, axes): (
+        &AccelerometerOverrides,
+        &GyroscopeOverrides,
+        Option<Mounting>,
+    ),
+    (file, table): (&str, &str),
+) -> Result<Correction, ParameterRefusal> {
+    let Correction {
+        accelerometer: AccelerometerCorrection { bias, scale },
+        gyroscope_bias,
+        mounting,
+    } = &mut correction;
+    *mounting = axes.unwrap_or(*mounting);
+    let AccelerationAxes { ax, ay, az } = &accelerometer.bias_m_s2;
+    let AccelerationAxes {
+        ax: sx,
+        ay: sy,
+        az: sz,
+    } = &accelerometer.scale;
+    let AngularRateAxes { wx, wy, wz } = &gyroscope.bias_rad_s;
+    for (limits, vector, values) in [
+        (&ACCELEROMETER_BIAS, bias, [ax, ay, az]),
+        (&ACCELEROMETER_SCALE, scale, [sx, sy, sz]),
+        (&GYROSCOPE_BIAS, gyroscope_bias, [wx, wy, wz]),
+    ] {
+        let parts = [&mut vector.x, &mut vector.y, &mut vector.z];
+        for ((part, value), axis) in parts.into_iter().zip(values).zip(limits.axes) {
+            if let Some(value) = *value {
+                *part = limits.checked((file, table), axis, value)?;
+            }
+        }
+    }
+    Ok(correction)
+}
+
+impl Limits {
+    fn checked(
+        &self,
+        (file, table): (&str, &str),
+        axis: &str,
+        value: f32,
+    ) -> Result<f32, ParameterRefusal> {
+        if (self.least..=self.most).contains(&value) {
+            return Ok(value);
+        }
+        let key = format!("{table}{}.{axis}", self.key);
+        let [is, low, high] = [value, self.least, self.most].map(shown);
+        let sentence = format!("{file}: {key} is {is}, allowed is {low} to {high}");
+        Err(ParameterRefusal::new(sentence).of_key(key))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Overrides;
+    use estimator_core::{AngularRate, SpecificForce, Vec3};
+
+    fn corrected(text: &str) -> Result<[f32; 6], String> {
+        let overrides = Overrides::parse(text, "robot.toml").unwrap();
+        let correction = overrides.correction("robot.toml");
+        let correction = correction.map_err(|refusal| refusal.to_string())?;
+        let force = SpecificForce(Vec3::new(1.0, 2.0, 3.0));
+        let rate = AngularRate(Vec3::new(4.0, 5.0, 6.0));
+        let (SpecificForce(f), AngularRate(w)) = correction.apply(force, rate);
+        Ok([f.x, f.y, f.z, w.x, w.y, w.z])
+    }
+
+    #[test]
+    fn missing_keys_correct_nothing() {
+        assert_eq!(corrected(""), Ok([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]));
+    }
+
+    #[test]
+    fn the_bias_is_taken_off_before_the_scale_is_applied() {
+        let text = "[accelerometer]\nbias_m_s2 = { ax = 0.5, az = -1 }\nscale = { ax = 2, ay = 0.5 }\n\
+                    [gyroscope]\nbias_rad_s = { wx = 0.25, wz = -0.5 }\n";
+        assert_eq!(corrected(text), Ok([1.0, 1.0, 4.0, 3.75, 5.0, 6.5]));
+    }
+
+    #[test]
+    fn sensor_errors_are_corrected_before_axes_are_turned() {
+        let text = "axes = 'x,-z,y'\n[accelerometer]\nbias_m_s2 = { az = -1 }\nscale = { ay = 0.5 }\n\
+                    [gyroscope]\nbias_rad_s = { wz = -0.5 }\n";
+        assert_eq!(corrected(text), Ok([1.0, -4.0, 1.0, 4.0, -6.5, 5.0]));
+    }
+
+    #[test]
+    fn correction_out_of_range_is_rejected_by_key() {
+        for (text, refusal) in [
+            (
+                "accelerometer.bias_m_s2 = { ay = 9.81 }",
+                "robot.toml: accelerometer.bias_m_s2.ay is 9.81, allowed is -5 to 5",
+            ),
+            (
+                "accelerometer.scale = { az = 9.81 }",
+                "robot.toml: accelerometer.scale.az is 9.81, allowed is 0.5 to 2",
+            ),
+            (
+                "gyroscope.bias_rad_s = { wy = nan }",
+                "robot.toml: gyroscope.bias_rad_s.wy is NaN, allowed is -1 to 1",
+            ),
+        ] {
+            assert_eq!(corrected(text), Err(refusal.to_owned()));
+        }
+    }
+}

@@ -1,0 +1,427 @@
+//! Parameters from preset, file format, configuration file and options.
+//!
+//! Later sources override earlier ones: preset, then the configuration file, then options. [`Resolved`] merges them.
+//!
+//! A configuration file is TOML. Every key is optional and carries its unit; an unknown key is an error. A setting
+//! per sensor is one number for its three axes or a table of axes.
+//!
+//! ```
+//! let text = r#"
+//! sample_rate_hz = 500.0
+//! gravity = "included"            # or "removed"
+//! axes = "x,-z,y"                 # the sensor's axes along the foot's x, y and z (up), or "w,x,y,z"
+//! method = "self_calibrating"     # or "half_widths", see below
+//! learning = "on"                 # or "frozen": the classes stay as they are
+//!
+//! [learnt]                        # warm start, as `footfall calibrate` writes it
+//! still_seconds = 8.6
+//! moving_seconds = 8.6
+//! idle_seconds = 0.0
+//! acceleration = { still = -0.9, moving = 2.4, width = 0.6 } # ln of m/s²
+//! rate = { still = -2.6, moving = 0.6, width = 0.4 }         # ln of rad/s
+//! velocity = { still = -3.8, moving = 1.1, width = 0.7 }     # ln of m/s²
+//!
+//! [decision]
+//! threshold = 0.5
+//! on_delay_s = 0.02
+//! off_delay_s = 0.0
+//!
+//! [load]                          # in the unit of the load signal
+//! on_threshold = 12.0
+//! off_threshold = 6.0
+//!
+//! [velocity]                      # sigma_v
+//! speed_m_s = 0.05
+//! lever_m = 0.15
+//! floor_m_s = 0.003
+//!
+//! [accelerometer]                 # applied to the recording's readings: (reading - bias) * scale
+//! bias_m_s2 = { ax = 0.11, ay = -0.05, az = 0.08 }
+//! scale = { ax = 1.002, ay = 0.998, az = 1.001 }
+//!
+//! [gyroscope]                     # taken off the recording's readings
+//! bias_rad_s = { wx = 0.004, wy = -0.002, wz = 0.001 }
+//!
+//! [feet.FR]                       # of this foot: axes, learnt, accelerometer, gyroscope, decision and load
+//! axes = "-x,z,y"
+//! load = { on_threshold = 20.0, off_threshold = 14.0 }
+//! "#;
+//! let overrides = crate::config::Overrides::parse(text, "robot.toml")?;
+//! let mut params = estimator_core::Params::DEFAULT;
+//! overrides.apply(&mut params);
+//! assert_eq!(params.learnt.unwrap().rate.still, -2.6);
+//! params.validate::<256>()?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! These keys belong to the method with half-widths, and are refused with the other one:
+//!
+//! ```
+//! let text = r#"
+//! method = "half_widths"
+//! window = "50ms"                 # or "25samples"
+//!
+//! [bandwidth]                     # kernel standard deviation h: the sensor's noise
+//! acceleration_m_s2 = 0.02
+//! angular_rate_rad_s = 0.0012
+//!
+//! [half_width]                    # δ: motion within ±δ counts as rest
+//! acceleration_m_s2 = { ax = 0.4, ay = 0.4, az = 0.8 }
+//! angular_rate_rad_s = 0.04
+//! "#;
+//! let overrides = crate::config::Overrides::parse(text, "robot.toml")?;
+//! let mut params = estimator_core::Params::DEFAULT;
+//! overrides.apply(&mut params);
+//! assert_eq!(params.half_width.az, 0.8);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! `footfall calibrate` writes `[learnt]` and `axes`, or with `--rests` `[accelerometer]` and `[gyroscope]`. A
+//! foot has the values of `[learnt]` in its object 0x2018, those of `[accelerometer]` in 0x2017 and `axes` in
+//! 0x2019; it learns its gyroscope bias by itself. Sensor errors are given along the sensor's own axes and
+//! corrected before `axes` turns the readings. Half-widths and bandwidths are along the axes of the foot.
+//!
+//! The keys in the tables `[attitude]`, `[attitude.rest]`, `[decision]`, `[load]` and `[velocity]` are the
+//! names in the estimator's table of limits ([`estimator_core::Parameter`]), with the unit at the end: `_s`,
+//! `_m`, `_m_s`, `_m_s2` or `_rad_s`. `attitude.gyro_timing` is written as [`parse_gyro_timing`] reads it.
+
+mod axes;
+mod correction;
+mod example;
+mod keys;
+mod learnt;
+mod notation;
+mod numbers;
+mod position;
+mod preset;
+mod refusal;
+mod resolved;
+mod value;
+
+use std::collections::BTreeMap;
+use std::io;
+
+use crate::input::{Correction, is_among};
+use estimator_core::{Gravity, Learning, Method, Mounting, Params, WindowLength};
+use serde::{Deserialize, Deserializer};
+use thiserror::Error;
+use toml::de::DeTable;
+
+pub use axes::{AccelerationAxes, AngularRateAxes, AxisOverrides, SensorOverrides};
+pub use correction::{AccelerometerOverrides, GyroscopeOverrides};
+pub use example::example;
+pub use keys::{Key, keys};
+pub use learnt::{ClassesValues, LearntValues};
+pub use numbers::Numbers;
+pub use position::Position;
+pub use preset::{Preset, default_params};
+pub use refusal::{Origins, ParameterRefusal, RateOrigin};
+pub use resolved::{ConfigFile, NoSuchFoot, Resolved};
+pub use value::{
+    FootAxes, GRAVITIES, LEARNINGS, METHODS, gyro_timing_text, parse_axes, parse_gravity,
+    parse_gyro_timing, parse_learning, parse_method, parse_sample_rate, parse_seconds,
+    parse_window, window_text, word_of,
+};
+
+use value::checked_sample_rate;
+
+/// A configuration file: what it sets differs from the preset, the rest does not.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(default, deny_unknown_fields)]
+pub struct Overrides {
+    /// Sample rate in Hz, where the recording does not say it, as [`parse_sample_rate`] takes it.
+    #[serde(deserialize_with = "sample_rate")]
+    pub sample_rate_hz: Option<f32>,
+    /// Whether samples contain gravity.
+    #[serde(deserialize_with = "gravity")]
+    pub gravity: Option<Gravity>,
+    /// How the axes of the sensor that recorded lie in the foot, as [`parse_axes`] reads it.
+    #[serde(deserialize_with = "axes")]
+    pub axes: Option<Mounting>,
+    /// Where the limits of stillness come from, as [`parse_method`] reads it.
+    #[serde(deserialize_with = "method")]
+    pub method: Option<Method>,
+    /// Whether the foot goes on learning, as [`parse_learning`] reads it.
+    #[serde(deserialize_with = "learning")]
+    pub learning: Option<Learning>,
+    /// Values learnt earlier, for a warm start.
+    pub learnt: Option<LearntValues>,
+    /// Length of the window, as [`parse_window`] reads it.
+    #[serde(deserialize_with = "window")]
+    pub window: Option<WindowLength>,
+    /// Kernel standard deviations h.
+    pub bandwidth: SensorOverrides,
+    /// Half-widths δ.
+    pub half_width: SensorOverrides,
+    /// The attitude filter.
+    #[serde(deserialize_with = "numbers::attitude")]
+    pub attitude: Numbers,
+    /// Systematic errors of the accelerometer that recorded.
+    pub accelerometer: AccelerometerOverrides,
+    /// Systematic errors of the gyroscope that recorded.
+    pub gyroscope: GyroscopeOverrides,
+    /// The debounced decision.
+    #[serde(deserialize_with = "numbers::decision")]
+    pub decision: Numbers,
+    /// The load trigger.
+    #[serde(deserialize_with = "numbers::load")]
+    pub load: Numbers,
+    /// The zero-velocity measurement.
+    #[serde(deserialize_with = "numbers::velocity")]
+    pub velocity: Numbers,
+    /// Settings of single feet, by name; they override those of the file for all feet.
+    pub feet: BTreeMap<String, FootOverrides>,
+}
+
+/// Settings of one foot, in a table such as `[feet.FL]`.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(default, deny_unknown_fields)]
+pub struct FootOverrides {
+    /// Mounting of the sensor in the foot, as [`parse_axes`] reads it.
+    #[serde(deserialize_with = "axes")]
+    pub axes: Option<Mounting>,
+    /// Learnt values of the foot: a warm start.
+    pub learnt: Option<LearntValues>,
+    /// Errors of the accelerometer.
+    pub accelerometer: AccelerometerOverrides,
+    /// Errors of the gyroscope.
+    pub gyroscope: GyroscopeOverrides,
+    /// The debounced decision.
+    #[serde(deserialize_with = "numbers::decision")]
+    pub decision: Numbers,
+    /// The load trigger: the zero of a foot's sensor is its own.
+    #[serde(deserialize_with = "numbers::load")]
+    pub load: Numbers,
+}
+
+impl FootOverrides {
+    /// Applies the settings to `params`, which have those of all feet.
+    pub(crate) fn apply(&self, params: &mut Params) {
+        set(
+            &mut params.learnt,
+            self.learnt.map(|learnt| Some(learnt.into())),
+        );
+        for numbers in [&self.decision, &self.load] {
+            numbers.apply(params);
+        }
+    }
+
+    /// Returns the numbers, by their names in the estimator's table of limits.
+    pub(crate) fn numbers(&self) -> BTreeMap<&'static str, f32> {
+        let numbers = self.decision.iter().chain(self.load.iter());
+        numbers
+            .map(|(number, value)| (number.name(), value))
+            .collect()
+    }
+}
+
+/// Error of a configuration file.
+#[derive(Debug, Error)]
+pub enum ConfigError {
+    /// The file cannot be opened or read.
+    #[error("{file} cannot be read: {source}")]
+    Unreadable {
+        /// Name of the file, as given.
+        file: String,
+        /// Error of the operating system.
+        source: io::Error,
+    },
+    /// The file is not valid TOML, or has unknown keys or invalid values: a line for each.
+    #[error("{}", errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+    Wrong {
+        /// The errors, in the order of the file; at least one.
+        errors: Vec<KeyError>,
+    },
+}
+
+/// Error of a key or a line of a configuration file.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("{file}, {position}{}: {message}", key.as_ref().map(|key| format!(", key {key}")).unwrap_or_default())]
+pub struct KeyError {
+    /// Name of the file, as given.
+    pub file: String,
+    /// Position in the file.
+    pub position: Position,
+    /// Key with its table, if the line has one.
+    pub key: Option<String>,
+    /// Description of the error.
+    pub message: String,
+}
+
+/// Number of errors after which no further one is looked for.
+const MOST_ERRORS: usize = 20;
+
+impl Overrides {
+    /// Parses the text of a configuration file; `file` names it in errors.
+    ///
+    /// # Errors
+    /// The errors of all keys, each with its line, or the first of the syntax.
+    pub fn parse(text: &str, file: &str) -> Result<Self, ConfigError> {
+        // The parser stops at the first error: it reads the rest without that line.
+        let mut rest = text.to_owned();
+        let mut errors: Vec<KeyError> = Vec::new();
+        loop {
+            let error = match toml::from_str(&rest) {
+                Ok(overrides) if errors.is_empty() => return Ok(overrides),
+                Ok(_) => break,
+                Err(error) => error,
+            };
+            let is_syntax = DeTable::parse(&rest).is_err();
+            if is_syntax && !errors.is_empty() {
+                break;
+            }
+            let start = error.span().map_or(0, |span| span.start.min(text.len()));
+            let position = Position::of_byte(text, start);
+            errors.push(KeyError {
+                file: file.to_owned(),
+                position,
+                key: key_on_line(text, position.line),
+                message: (error.message().trim())
+                    .replace('\n', ", ")
+                    .replace("expected f32", "expected a number"),
+            });
+            if is_syntax || errors.len() == MOST_ERRORS || !blank_key(&mut rest, position.line) {
+                break;
+            }
+        }
+        Err(ConfigError::Wrong { errors })
+    }
+
+    /// Returns the correction of the sensor's errors and its mounting in the foot; `file` names the file in
+    /// errors.
+    ///
+    /// # Errors
+    /// A value out of range.
+    pub fn correction(&self, file: &str) -> Result<Correction, ParameterRefusal> {
+        let of_all = (&self.accelerometer, &self.gyroscope, self.axes);
+        correction::correction(Correction::NONE, of_all, (file, ""))
+    }
+
+    /// Returns the corrections of single feet, by name; `file` names the file in errors.
+    ///
+    /// # Errors
+    /// A value out of range.
+    pub fn foot_corrections(
+        &self,
+        file: &str,
+    ) -> Result<BTreeMap<String, Correction>, ParameterRefusal> {
+        let all = self.correction(file)?;
+        for (name, other) in self.feet.keys().zip(self.feet.keys().skip(1)) {
+            if name.eq_ignore_ascii_case(other) {
+                let sentence = format!("{file}: feet.{name} and feet.{other} are one foot");
+                return Err(ParameterRefusal::new(sentence).of_key(format!("feet.{other}")));
+            }
+        }
+        let feet = self.feet.iter().map(|(name, foot)| {
+            let of_foot = (&foot.accelerometer, &foot.gyroscope, foot.axes);
+            let table = format!("feet.{name}.");
+            let correction = correction::correction(all, of_foot, (file, &table))?;
+            Ok((name.clone(), correction))
+        });
+        feet.collect()
+    }
+
+    /// Applies the settings of a foot with these names to `params`, after those of all.
+    pub fn apply_foot(&self, names: &[&str], params: &mut Params) {
+        let mut feet = self.feet.iter();
+        let own = feet.find(|(foot, _)| is_among(foot, names));
+        if let Some((_, own)) = own {
+            own.apply(params);
+        }
+    }
+
+    /// Applies the settings of the file to `params`.
+    pub fn apply(&self, params: &mut Params) {
+        set(&mut params.sample_rate, self.sample_rate_hz);
+        set(&mut params.gravity, self.gravity);
+        set(&mut params.method, self.method);
+        set(&mut params.learning, self.learning);
+        set(
+            &mut params.learnt,
+            self.learnt.map(|learnt| Some(learnt.into())),
+        );
+        set(&mut params.window, self.window);
+        self.bandwidth.apply(&mut params.bandwidth);
+        self.half_width.apply(&mut params.half_width);
+        for numbers in [&self.attitude, &self.decision, &self.load, &self.velocity] {
+            numbers.apply(params);
+        }
+    }
+}
+
+fn set<T: Copy>(field: &mut T, value: Option<T>) {
+    if let Some(value) = value {
+        *field = value;
+    }
+}
+
+fn sample_rate<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f32>, D::Error> {
+    let rate = f32::deserialize(deserializer)?;
+    checked_sample_rate(rate)
+        .map(Some)
+        .map_err(serde::de::Error::custom)
+}
+
+/// Reads a value that is written as a word.
+fn word<'de, D: Deserializer<'de>, T>(
+    deserializer: D,
+    parse: impl FnOnce(&str) -> Result<T, String>,
+) -> Result<Option<T>, D::Error> {
+    let text = String::deserialize(deserializer)?;
+    parse(&text).map(Some).map_err(serde::de::Error::custom)
+}
+
+fn window<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<WindowLength>, D::Error> {
+    word(deserializer, parse_window)
+}
+
+fn method<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Method>, D::Error> {
+    word(deserializer, parse_method)
+}
+
+fn learning<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Learning>, D::Error> {
+    word(deserializer, parse_learning)
+}
+
+fn axes<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Mounting>, D::Error> {
+    word(deserializer, parse_axes)
+}
+
+fn gravity<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Gravity>, D::Error> {
+    word(deserializer, parse_gravity)
+}
+
+/// Replaces the key on a line (from 1) by a blank line; returns whether the line has one: without the header of a table,
+/// what follows would be in another.
+fn blank_key(text: &mut String, line: usize) -> bool {
+    let begin = text
+        .split_inclusive('\n')
+        .take(line - 1)
+        .map(str::len)
+        .sum();
+    let length = text[begin..].find('\n').unwrap_or(text.len() - begin);
+    let old = &text[begin..begin + length];
+    if old.trim().is_empty() || old.trim_start().starts_with('[') {
+        return false;
+    }
+    let blank = " ".repeat(length);
+    text.replace_range(begin..begin + length, &blank);
+    true
+}
+
+/// Returns the key on a line (from 1), with the table it is in.
+fn key_on_line(text: &str, line: usize) -> Option<String> {
+    let so_far: Vec<&str> = text.lines().take(line).map(str::trim).collect();
+    let (key, _) = so_far.last()?.split_once('=')?;
+    let table = so_far
+        .iter()
+        .rev()
+        .find_map(|line| line.strip_prefix('[')?.split(']').next());
+    Some(match table {
+        Some(table) => format!("{}.{}", table.trim(), key.trim()),
+        None => key.trim().to_owned(),
+    })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,503 @@
+//! Rejected parameters, reported by the option or key that sets them, with unit and file.
+
+use crate::input::time::{BATCHES_HINT, MICROSECONDS_HINT, MILLISECONDS_HINT};
+use crate::number::shown;
+use crate::replay::CAPACITY;
+use estimator_core::{Method, Parameter, Params, ParamsError, WindowLength};
+use thiserror::Error;
+
+use super::notation::Notation;
+use super::numbers::split_axis;
+use super::position::Position;
+use super::{FootOverrides, Overrides, SensorOverrides};
+
+/// Error of the parameters that result from preset, configuration file, recording and options: one sentence with
+/// the source of the parameter, its value, unit and range.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("{sentence}")]
+pub struct ParameterRefusal {
+    sentence: String,
+    /// Key, if the sentence begins with the file and has no position.
+    key: Option<String>,
+}
+
+/// Sample rate up to which times in s are taken for those in ms, Hz: in ms it is that of a sensor of at most 2 kHz.
+const FASTEST_IN_S: f32 = 2.0;
+
+/// Source of the sample rate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RateOrigin {
+    /// `--sample-rate`.
+    Option,
+    /// The configuration file.
+    Configuration,
+    /// The recording: its times or its format.
+    Recording,
+}
+
+/// Sources of the parameters.
+#[derive(Clone, Copy, Debug)]
+pub struct Origins<'a> {
+    /// Name of the configuration file, if any.
+    pub file: Option<&'a str>,
+    /// Text of the configuration file.
+    pub text: &'a str,
+    /// Settings in the configuration file.
+    pub overrides: &'a Overrides,
+    /// Length of the window, if given as an option.
+    pub window: Option<WindowLength>,
+    /// Name of the recording.
+    pub recording: &'a str,
+    /// Source of the sample rate.
+    pub sample_rate: RateOrigin,
+}
+
+impl ParameterRefusal {
+    pub(super) const fn new(sentence: String) -> Self {
+        Self {
+            sentence,
+            key: None,
+        }
+    }
+
+    /// Joins the refusals of several parameters, a line for each.
+    pub(super) fn of_all(refusals: Vec<Self>) -> Result<(), Self> {
+        let sentences: Vec<String> = refusals.into_iter().map(|of| of.sentence).collect();
+        match sentences.is_empty() {
+            true => Ok(()),
+            false => Err(Self::new(sentences.join("\n"))),
+        }
+    }
+
+    pub(super) fn of_key(self, key: String) -> Self {
+        Self {
+            key: Some(key),
+            ..self
+        }
+    }
+
+    /// Adds the position of the key in the text of the file.
+    #[must_use]
+    pub fn located(self, file: &str, text: &str) -> Self {
+        let position = self
+            .key
+            .as_deref()
+            .and_then(|key| Position::of_key(text, key));
+        match (position, self.sentence.strip_prefix(file)) {
+            (Some(position), Some(rest)) => Self::new(format!("{file}, {position}{rest}")),
+            _ => self,
+        }
+    }
+}
+
+impl Origins<'_> {
+    /// Checks that every setting has an effect with `params`, and that those of single feet are in range.
+    ///
+    /// # Errors
+    /// The first option or key without effect, or out of range in the table of a foot.
+    pub fn check_effects(&self, params: &Params) -> Result<(), ParameterRefusal> {
+        for (foot, own) in &self.overrides.feet {
+            let mut of_foot = *params;
+            own.apply(&mut of_foot);
+            if let Err(error) = of_foot.validate::<CAPACITY>()
+                && let Some(refusal) = self.explain_foot((foot, own), &error, &of_foot)
+            {
+                return Err(refusal);
+            }
+        }
+        let nothing = SensorOverrides::default();
+        let (set, way) = if params.method == Method::HalfWidths {
+            return Ok(());
+        } else if self.window.is_some() {
+            ("--window".to_owned(), "leave it out")
+        } else if self.overrides.half_width != nothing {
+            (self.in_file("half_width"), "remove the table")
+        } else if self.overrides.bandwidth != nothing {
+            (self.in_file("bandwidth"), "remove the table")
+        } else if self.overrides.window.is_some() {
+            (self.in_file("window"), "remove it")
+        } else {
+            return Ok(());
+        };
+        Err(ParameterRefusal::new(format!(
+            "{set} has an effect with method = \"half_widths\" only, and the method is \
+             \"self_calibrating\", which needs no half-widths: {way}, or set method = \
+             \"half_widths\" in the configuration"
+        )))
+    }
+
+    /// Describes `error`, which `params` caused, by the options or keys that set them.
+    #[must_use]
+    pub fn explain(&self, error: &ParamsError, params: &Params) -> ParameterRefusal {
+        ParameterRefusal::new(match error {
+            ParamsError::WindowLength { samples, capacity } => format!(
+                "{} comes to {samples} samples at this sample rate, allowed is 1 to {capacity}",
+                self.window_name()
+            ),
+            ParamsError::OutOfRange {
+                field: "load.off_threshold",
+                value,
+                max,
+                ..
+            } if value > max => self.explain_load(params),
+            ParamsError::OutOfRange {
+                field,
+                value,
+                min,
+                max,
+            } => {
+                let (subject, hint) = match *field {
+                    "window" => (self.window_name(), ""),
+                    "sample_rate_hz" => {
+                        let hint = self.unit_of_times(*value, *min, *max);
+                        (self.sample_rate_name(), hint)
+                    }
+                    _ => (self.key_name(field), ""),
+                };
+                out_of_range(&subject, field, [*value, *min, *max]) + hint
+            }
+        })
+    }
+
+    /// Describes an error that the table of a foot causes; `None` if it has other causes.
+    fn explain_foot(
+        &self,
+        (foot, own): (&str, &FootOverrides),
+        error: &ParamsError,
+        params: &Params,
+    ) -> Option<ParameterRefusal> {
+        let ParamsError::OutOfRange {
+            field,
+            value,
+            min,
+            max,
+        } = error
+        else {
+            return None;
+        };
+        let numbers = own.numbers();
+        let (on_threshold, off_threshold) = (params.load.on_threshold, params.load.off_threshold);
+        let is_load = *field == Parameter::LoadOffThreshold.name() && off_threshold > on_threshold;
+        if is_load && numbers.keys().any(|name| name.starts_with("load.")) {
+            return Some(ParameterRefusal::new(format!(
+                "{} has an off_threshold of {}, which is above the on_threshold, {}: \
+                 a load that ends a stance must not exceed the one that starts it",
+                self.in_file(&format!("feet.{foot}.load")),
+                shown(off_threshold),
+                shown(on_threshold),
+            )));
+        }
+        let (name, _) = numbers.get_key_value(field)?;
+        let key = self.in_file(&format!("feet.{foot}.{name}"));
+        let sentence = out_of_range(&key, name, [*value, *min, *max]);
+        Some(ParameterRefusal::new(sentence))
+    }
+
+    /// Describes an off-threshold above the on-threshold; names both, as either may be the preset's.
+    fn explain_load(&self, params: &Params) -> String {
+        let load = &self.overrides.load;
+        let origin = |set: Option<f32>| match (set, self.file) {
+            (Some(_), Some(file)) => file.to_owned(),
+            _ => "preset".to_owned(),
+        };
+        format!(
+            "load.off_threshold is {} ({}), which is above load.on_threshold, {} ({}): \
+             a load that ends a stance must not exceed the one that starts it",
+            shown(params.load.off_threshold),
+            origin(load.get(Parameter::LoadOffThreshold)),
+            shown(params.load.on_threshold),
+            origin(load.get(Parameter::LoadOnThreshold)),
+        )
+    }
+
+    fn window_name(&self) -> String {
+        match (self.window, self.overrides.window) {
+            (Some(_), _) => "--window".to_owned(),
+            (None, Some(_)) => self.in_file("window"),
+            (None, None) => "the preset's window".to_owned(),
+        }
+    }
+
+    fn sample_rate_name(&self) -> String {
+        match self.sample_rate {
+            RateOrigin::Option => "--sample-rate".to_owned(),
+            RateOrigin::Configuration => self.in_file("sample_rate_hz"),
+            RateOrigin::Recording => format!("{}: the sample rate", self.recording),
+        }
+    }
+
+    fn key_name(&self, name: &str) -> String {
+        let (key, axis) = split_axis(name);
+        let axis = axis.map(|axis| format!(" ({axis})"));
+        self.in_file(key) + &axis.unwrap_or_default()
+    }
+
+    fn in_file(&self, key: &str) -> String {
+        let position = Position::of_key(self.text, key);
+        match (self.file, position) {
+            (Some(file), Some(position)) => format!("{file}, {position}, key {key}"),
+            (Some(file), None) => format!("{file}, key {key}"),
+            (None, _) => format!("the preset's {key}"),
+        }
+    }
+
+    /// Returns a hint on the unit of the times if the rate measured from them is far too low or too high.
+    fn unit_of_times(&self, rate: f32, min: f32, max: f32) -> &'static str {
+        let fits = |per_second: f32| (min..=max).contains(&(rate * per_second));
+        match self.sample_rate {
+            RateOrigin::Recording if rate <= FASTEST_IN_S && fits(1.0e3) => MILLISECONDS_HINT,
+            RateOrigin::Recording if rate < min && fits(1.0e6) => MICROSECONDS_HINT,
+            RateOrigin::Recording if rate > max => BATCHES_HINT,
+            _ => "",
+        }
+    }
+}
+
+/// Writes that a parameter is outside its range; `numbers` are its value and the ends of the range.
+fn out_of_range(subject: &str, field: &str, numbers: [f32; 3]) -> String {
+    let notation = Notation::of(field);
+    let [is, low, high] = numbers.map(|number| notation.number(number));
+    let unit = notation.symbol();
+    format!("{subject} is {is}{unit}, allowed is {low} to {high}{unit}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns the overrides in a file, and the default preset with them.
+    fn applied(text: &str) -> (Overrides, Params) {
+        let overrides = Overrides::parse(text, "c.toml").unwrap();
+        let mut params = Params::DEFAULT;
+        overrides.apply(&mut params);
+        (overrides, params)
+    }
+
+    fn refusal(text: &str, window: Option<WindowLength>) -> String {
+        let (overrides, mut params) = applied(text);
+        params.window = window.unwrap_or(params.window);
+        let origins = Origins {
+            file: Some("c.toml"),
+            text: "",
+            overrides: &overrides,
+            window,
+            recording: "x.csv",
+            sample_rate: RateOrigin::Configuration,
+        };
+        let error = params.validate::<CAPACITY>().unwrap_err();
+        origins.explain(&error, &params).to_string()
+    }
+
+    #[test]
+    fn error_names_key_unit_and_file() {
+        for (text, expected) in [
+            (
+                "sample_rate_hz = 1",
+                "sample_rate_hz is 1 Hz, allowed is 20 to 10000 Hz",
+            ),
+            (
+                "window = '0ms'",
+                "window is 0 ms, allowed is 0.1 to 1000000 ms",
+            ),
+            (
+                "bandwidth.acceleration_m_s2 = -1",
+                "bandwidth.acceleration_m_s2 (ax) is -1 m/s², allowed is 1e-6 to 1000 m/s²",
+            ),
+            (
+                "half_width.angular_rate_rad_s.wy = 0",
+                "half_width.angular_rate_rad_s (wy) is 0 rad/s, allowed is 1e-6 to 3 rad/s",
+            ),
+            (
+                "decision.threshold = 1.5",
+                "decision.threshold is 1.5, allowed is 0.01 to 0.99",
+            ),
+            (
+                "decision.on_delay_s = -1",
+                "decision.on_delay_s is -1 s, allowed is 0 to 10 s",
+            ),
+            (
+                "decision.off_delay_s = -1",
+                "decision.off_delay_s is -1 s, allowed is 0 to 0.2 s",
+            ),
+            (
+                "load.on_threshold = nan",
+                "load.on_threshold is NaN, allowed is -1e9 to 1e9",
+            ),
+            (
+                "load.off_threshold = -1e10",
+                "load.off_threshold is -1e10, allowed is -1e9 to 12",
+            ),
+            (
+                "attitude.gyro_timing = '60ms'",
+                "attitude.gyro_timing is 60 ms, allowed is 0 to 50 ms",
+            ),
+            (
+                "attitude.motion_time_constant_s = 0",
+                "attitude.motion_time_constant_s is 0 s, allowed is 0.1 to 100 s",
+            ),
+            (
+                "attitude.quiet_gain = 0",
+                "attitude.quiet_gain is 0, allowed is 1 to 10000",
+            ),
+            (
+                "attitude.quiet_acceleration_m_s2 = 0",
+                "attitude.quiet_acceleration_m_s2 is 0 m/s², allowed is 0.001 to 10 m/s²",
+            ),
+            (
+                "attitude.quiet_rate_rad_s = 0",
+                "attitude.quiet_rate_rad_s is 0 rad/s, allowed is 1e-4 to 1 rad/s",
+            ),
+            (
+                "attitude.rest.duration_s = 0",
+                "attitude.rest.duration_s is 0 s, allowed is 0.1 to 100 s",
+            ),
+            (
+                "attitude.rest.acceleration_m_s2 = 0",
+                "attitude.rest.acceleration_m_s2 is 0 m/s², allowed is 0.001 to 10 m/s²",
+            ),
+            (
+                "attitude.rest.rate_rad_s = 0",
+                "attitude.rest.rate_rad_s is 0 rad/s, allowed is 1e-4 to 1 rad/s",
+            ),
+            (
+                "attitude.rest.bias_limit_rad_s = -1",
+                "attitude.rest.bias_limit_rad_s is -1 rad/s, allowed is 0 to 1 rad/s",
+            ),
+            (
+                "attitude.rest.bias_time_constant_s = 0",
+                "attitude.rest.bias_time_constant_s is 0 s, allowed is 0.1 to 1000 s",
+            ),
+        ] {
+            assert_eq!(refusal(text, None), format!("c.toml, key {expected}"));
+        }
+    }
+
+    #[test]
+    fn error_names_the_position_of_the_key() {
+        let text = "\n[decision]\n  threshold = 2\n";
+        let (overrides, params) = applied(text);
+        let origins = Origins {
+            file: Some("c.toml"),
+            text,
+            overrides: &overrides,
+            window: None,
+            recording: "x.csv",
+            sample_rate: RateOrigin::Configuration,
+        };
+        let error = params.validate::<CAPACITY>().unwrap_err();
+        assert_eq!(
+            origins.explain(&error, &params).to_string(),
+            "c.toml, line 3, column 3, key decision.threshold is 2, allowed is 0.01 to 0.99"
+        );
+    }
+
+    /// Returns a file with all learnt values, of which one is changed.
+    fn with_learnt(from: &str, to: &str) -> String {
+        let classes = "{ still = -1, moving = 1, width = 0.5 }";
+        let text = format!(
+            "[learnt]\nstill_seconds = 2\nmoving_seconds = 3\nidle_seconds = 4\n\
+             acceleration = {classes}\nrate = {classes}\nvelocity = {classes}\n"
+        );
+        assert!(text.contains(from));
+        text.replacen(from, to, 1)
+    }
+
+    #[test]
+    fn implausible_learnt_value_is_rejected_by_key() {
+        for (from, to, expected) in [
+            (
+                "rate = { still = -1",
+                "rate = { still = -20",
+                "learnt.rate.still is -20, allowed is -9.3 to 9.3",
+            ),
+            (
+                "velocity = { still = -1, moving = 1",
+                "velocity = { still = -1, moving = -2",
+                "learnt.velocity.moving is -2, allowed is -1 to 9.3",
+            ),
+            (
+                "width = 0.5",
+                "width = nan",
+                "learnt.acceleration.width is NaN, allowed is 0 to 9.3",
+            ),
+            (
+                "still_seconds = 2",
+                "still_seconds = -2",
+                "learnt.still_seconds is -2, allowed is 0 to 1000",
+            ),
+        ] {
+            assert_eq!(
+                refusal(&with_learnt(from, to), None),
+                format!("c.toml, key {expected}")
+            );
+        }
+    }
+
+    #[test]
+    fn setting_without_effect_is_rejected_by_name() {
+        let refused = |text: &str, window| {
+            let (overrides, params) = applied(text);
+            let origins = Origins {
+                file: Some("c.toml"),
+                text: "",
+                overrides: &overrides,
+                window,
+                recording: "x.csv",
+                sample_rate: RateOrigin::Configuration,
+            };
+            let refusal = origins.check_effects(&params).err();
+            refusal.map(|refusal| refusal.to_string())
+        };
+        let window = Some(WindowLength::Samples(50));
+        for (text, window, name) in [
+            (
+                "half_width.acceleration_m_s2 = 1",
+                None,
+                "c.toml, key half_width",
+            ),
+            (
+                "[bandwidth]\nangular_rate_rad_s = { wx = 1 }",
+                None,
+                "c.toml, key bandwidth",
+            ),
+            ("window = '20ms'", None, "c.toml, key window"),
+            ("", window, "--window"),
+        ] {
+            let refusal = refused(text, window).expect(text);
+            let expected = format!("{name} has an effect with method = \"half_widths\" only");
+            assert!(refusal.starts_with(&expected), "{refusal}");
+            let with_effect = format!("method = 'half_widths'\n{text}");
+            assert_eq!(refused(&with_effect, window), None);
+        }
+        assert_eq!(refused("load.on_threshold = 20", None), None);
+    }
+
+    #[test]
+    fn option_is_named_before_key() {
+        assert_eq!(
+            refusal("window = '20ms'", Some(WindowLength::Duration(-0.005))),
+            "--window is -5 ms, allowed is 0.1 to 1000000 ms"
+        );
+        assert_eq!(
+            refusal("window = '0samples'", None),
+            "c.toml, key window comes to 0 samples at this sample rate, allowed is 1 to 4096"
+        );
+    }
+
+    #[test]
+    fn conflicting_load_thresholds_are_both_named() {
+        let end = "a load that ends a stance must not exceed the one that starts it";
+        assert_eq!(
+            refusal("load.on_threshold = 5", None),
+            format!(
+                "load.off_threshold is 6 (preset), which is above load.on_threshold, 5 (c.toml): {end}"
+            )
+        );
+        assert_eq!(
+            refusal("load.off_threshold = 13", None),
+            format!(
+                "load.off_threshold is 13 (c.toml), which is above load.on_threshold, 12 (preset): {end}"
+            )
+        );
+    }
+}

@@ -1,0 +1,305 @@
+//! Settings of preset, configuration file and options, merged in this order.
+
+use std::collections::BTreeMap;
+
+use crate::input::{BagOptions, ContactUse, Correction, Format, Hints, TableOptions, is_among};
+use crate::replay::CAPACITY;
+use estimator_core::{Gravity, Parameter, Params, ParamsError, WindowLength};
+
+use super::{ConfigError, FootAxes, Origins, Overrides, ParameterRefusal, Preset, RateOrigin};
+
+/// Name and text of a configuration file.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ConfigFile {
+    /// Name, as given.
+    pub name: String,
+    /// Text.
+    pub text: String,
+}
+
+/// Axes are given for a foot that is not in the recordings.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("--axes names the foot {foot}, but there is {feet}")]
+pub struct NoSuchFoot {
+    /// Name of the foot, as given.
+    pub foot: String,
+    /// Names of the feet in the recordings, separated by commas.
+    pub feet: String,
+}
+
+/// Settings of preset, configuration file and options. Options override the file, and the file overrides the
+/// preset.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Resolved {
+    /// Preset from which the parameters start.
+    pub preset: Preset,
+    /// Configuration file.
+    pub file: Option<ConfigFile>,
+    /// Settings in the file.
+    pub overrides: Overrides,
+    /// Option: length of the window.
+    pub window: Option<WindowLength>,
+    /// Option: sample rate, Hz.
+    pub sample_rate: Option<f32>,
+    /// Option: whether samples contain gravity.
+    pub gravity: Option<Gravity>,
+    /// Option: mounting of the sensors.
+    pub axes: Option<FootAxes>,
+}
+
+impl Resolved {
+    /// Takes the settings of a configuration file.
+    ///
+    /// # Errors
+    /// The first error in the file.
+    pub fn of_file(file: ConfigFile) -> Result<Self, ConfigError> {
+        Ok(Self {
+            overrides: Overrides::parse(&file.text, &file.name)?,
+            file: Some(file),
+            ..Self::default()
+        })
+    }
+
+    /// Returns the parameters for recordings of a format.
+    #[must_use]
+    pub fn params(&self, format: Format) -> Params {
+        let mut params = self.preset.params(format);
+        self.overrides.apply(&mut params);
+        if let Some(window) = self.window {
+            params.window = window;
+        }
+        params
+    }
+
+    /// Returns the parameters for a foot with these names in recordings of a format.
+    #[must_use]
+    pub fn params_of(&self, names: &[&str], format: Format) -> Params {
+        let mut params = self.params(format);
+        self.overrides.apply_foot(names, &mut params);
+        params
+    }
+
+    /// Returns the properties of files that their format does not define.
+    ///
+    /// # Errors
+    /// A correction in the file is out of range.
+    pub fn hints(&self, table: TableOptions, bag: BagOptions) -> Result<Hints, ParameterRefusal> {
+        let (mut correction, mut foot_corrections) = self.corrections()?;
+        if let Some(axes) = &self.axes {
+            axes.set(&mut correction, &mut foot_corrections);
+        }
+        Ok(Hints {
+            sample_rate: self.sample_rate.or(self.overrides.sample_rate_hz),
+            gravity: self.gravity.or(self.overrides.gravity),
+            correction,
+            foot_corrections,
+            table,
+            bag,
+            contacts: ContactUse::Ignored,
+        })
+    }
+
+    /// Returns the correction that the file sets for all feet, and those of single feet.
+    fn corrections(&self) -> Result<(Correction, BTreeMap<String, Correction>), ParameterRefusal> {
+        let (file, text) = (self.file_name(), self.file_text());
+        let corrections = self.overrides.correction(file).and_then(|all| {
+            let feet = self.overrides.foot_corrections(file)?;
+            Ok((all, feet))
+        });
+        corrections.map_err(|refusal| refusal.located(file, text))
+    }
+
+    /// Returns the sources of the parameters, for errors about a recording.
+    #[must_use]
+    pub fn origins<'a>(&'a self, recording: &'a str) -> Origins<'a> {
+        Origins {
+            file: self.file.as_ref().map(|file| file.name.as_str()),
+            text: self.file_text(),
+            overrides: &self.overrides,
+            window: self.window,
+            recording,
+            sample_rate: match (self.sample_rate, self.overrides.sample_rate_hz) {
+                (Some(_), _) => RateOrigin::Option,
+                (None, Some(_)) => RateOrigin::Configuration,
+                (None, None) => RateOrigin::Recording,
+            },
+        }
+    }
+
+    /// Checks the settings at the preset's sample rate.
+    ///
+    /// # Errors
+    /// Each setting that is out of range, or the first without an effect.
+    pub fn check(&self, format: Format) -> Result<(), ParameterRefusal> {
+        self.check_params(format, |_| true)?;
+        self.corrections().map(|_| ())
+    }
+
+    /// Checks the parameters as far as they do not depend on the recording: the length of the window in samples
+    /// does.
+    ///
+    /// # Errors
+    /// Each parameter that is out of range, or the first without an effect.
+    pub fn check_before_reading(&self, format: Format) -> Result<(), ParameterRefusal> {
+        self.check_params(format, |error| {
+            !matches!(error, ParamsError::WindowLength { .. })
+        })
+    }
+
+    fn check_params(
+        &self,
+        format: Format,
+        counts: impl Fn(&ParamsError) -> bool,
+    ) -> Result<(), ParameterRefusal> {
+        let mut params = self.params(format);
+        let origins = self.origins("");
+        origins.check_effects(&params)?;
+        let mut refusals = Vec::new();
+        while let Err(error) = params.validate::<CAPACITY>()
+            && counts(&error)
+        {
+            refusals.push(origins.explain(&error, &params));
+            // The next error is found with the preset's number in its place.
+            let ParamsError::OutOfRange { field, .. } = error else {
+                break;
+            };
+            let Some(number) = Parameter::ALL.into_iter().find(|of| of.name() == field) else {
+                break;
+            };
+            let preset = number.get(&self.preset.params(format));
+            // A pair of thresholds is one error.
+            if number == Parameter::LoadOffThreshold || number.get(&params) == preset {
+                break;
+            }
+            number.set(&mut params, preset);
+        }
+        ParameterRefusal::of_all(refusals)
+    }
+
+    /// Checks that each foot with axes of its own, set by the option, is among these names.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn check_axes(&self, names: &[&str]) -> Result<(), NoSuchFoot> {
+        match self.absent_foot(names) {
+            None => Ok(()),
+            Some(foot) => Err(NoSuchFoot {
+                foot: foot.to_owned(),
+                feet: names.join(", "),
+            }),
+        }
+    }
+
+    /// Returns the first foot with axes of its own, set by the option, that is not among these names.
+    #[must_use]
+    pub fn absent_foot(&self, names: &[&str]) -> Option<&str> {
+        self.axes.as_ref().and_then(|axes| axes.absent(names))
+    }
+
+    /// Returns a sentence if the file has settings of single feet, and none of them is among these names.
+    #[must_use]
+    pub fn unused_feet(&self, names: &[&str]) -> Option<String> {
+        let feet = &self.overrides.feet;
+        let is_unused = !feet.is_empty() && !feet.keys().any(|foot| is_among(foot, names));
+        let feet: Vec<&str> = feet.keys().map(String::as_str).collect();
+        is_unused.then(|| {
+            format!(
+                "{} has settings of {}, but there is {}",
+                self.file_name(),
+                feet.join(", "),
+                names.join(", ")
+            )
+        })
+    }
+
+    /// Returns the name of the file; empty without one.
+    #[must_use]
+    pub fn file_name(&self) -> &str {
+        self.file.as_ref().map_or("", |file| file.name.as_str())
+    }
+
+    /// Returns the text of the file; empty without one.
+    #[must_use]
+    pub fn file_text(&self) -> &str {
+        self.file.as_ref().map_or("", |file| file.text.as_str())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of_file(text: &str) -> Resolved {
+        Resolved::of_file(ConfigFile {
+            name: "c.toml".to_owned(),
+            text: text.to_owned(),
+        })
+        .expect("a configuration")
+    }
+
+    fn hints(resolved: &Resolved) -> Hints {
+        let hints = resolved.hints(TableOptions::default(), BagOptions::default());
+        hints.expect("in range")
+    }
+
+    #[test]
+    fn options_override_the_file_and_the_file_the_preset() {
+        let text = "sample_rate_hz = 500\ngravity = 'removed'\naxes = 'x,-z,y'\n\
+                    window = '40ms'\n[feet.FL]\naxes = '-x,-y,z'";
+        let file = of_file(text);
+        let options = Resolved {
+            window: Some(WindowLength::Samples(7)),
+            sample_rate: Some(400.0),
+            gravity: Some(Gravity::Included),
+            axes: "y,-x,z".parse().ok(),
+            ..file.clone()
+        };
+        let [preset, file, options] = [&Resolved::default(), &file, &options].map(|resolved| {
+            let hints = hints(resolved);
+            (
+                resolved.params(Format::Csv).window,
+                hints.sample_rate,
+                hints.gravity,
+                hints.correction.mounting.to_string(),
+                hints.correction_of(&["FL"]).mounting.to_string(),
+            )
+        });
+        let window = Preset::Default.params(Format::Csv).window;
+        let axes = |text: &str| text.to_owned();
+        let [identity, of_all, own] = ["x,y,z", "x,-z,y", "-x,-y,z"].map(axes);
+        let given = axes("y,-x,z");
+        assert_eq!(preset, (window, None, None, identity.clone(), identity));
+        let removed = Some(Gravity::Removed);
+        let duration = WindowLength::Duration(0.04);
+        assert_eq!(file, (duration, Some(500.0), removed, of_all, own));
+        let count = WindowLength::Samples(7);
+        let included = Some(Gravity::Included);
+        assert_eq!(
+            options,
+            (count, Some(400.0), included, given.clone(), given)
+        );
+    }
+
+    #[test]
+    fn rate_equal_to_that_of_the_file_is_attributed_to_the_option() {
+        let origin = |resolved: &Resolved| resolved.origins("x.csv").sample_rate;
+        let file = of_file("sample_rate_hz = 500");
+        assert_eq!(origin(&Resolved::default()), RateOrigin::Recording);
+        assert_eq!(origin(&file), RateOrigin::Configuration);
+        let option = Resolved {
+            sample_rate: Some(500.0),
+            ..file
+        };
+        assert_eq!(origin(&option), RateOrigin::Option);
+    }
+
+    #[test]
+    fn correction_out_of_range_is_located_in_the_file() {
+        let file = of_file("\n[accelerometer]\nbias_m_s2 = { ax = 900 }");
+        let refused = file.hints(TableOptions::default(), BagOptions::default());
+        assert_eq!(
+            refused.unwrap_err().to_string(),
+            "c.toml, line 3, column 15: accelerometer.bias_m_s2.ax is 900, allowed is -5 to 5"
+        );
+    }
+}

@@ -1,0 +1,250 @@
+//! Tests of configuration files and presets.
+
+use crate::input::Format;
+
+use super::*;
+use estimator_core::{
+    AttitudeParams, DecisionParams, GyroTiming, Learnt, LoadParams, PerAxis, RestParams,
+    VelocityParams,
+};
+
+fn applied(text: &str) -> Params {
+    let mut params = Params::DEFAULT;
+    Overrides::parse(text, "x.toml").unwrap().apply(&mut params);
+    params
+}
+
+fn message(text: &str) -> String {
+    Overrides::parse(text, "x.toml").unwrap_err().to_string()
+}
+
+#[test]
+fn an_empty_file_changes_nothing() {
+    assert_eq!(applied(""), Params::DEFAULT);
+}
+
+#[test]
+fn every_key_reaches_its_parameter() {
+    let params = applied(
+        "sample_rate_hz = 500\ngravity = 'removed'\nwindow = '25samples'\n\
+         method = 'half_widths'\nlearning = 'frozen'\n\
+         [learnt]\nstill_seconds = 31\nmoving_seconds = 32\nidle_seconds = 33\n\
+         acceleration = { still = 22, moving = 23, width = 24 }\n\
+         rate = { still = 25, moving = 26, width = 27 }\n\
+         velocity = { still = 28, moving = 29, width = 30 }\n\
+         [bandwidth]\nacceleration_m_s2 = 1\nangular_rate_rad_s = 2.0\n\
+         [half_width]\nacceleration_m_s2 = { ax = 3, ay = 4, az = 5 }\n\
+         angular_rate_rad_s = { wx = 6, wy = 7, wz = 8 }\n\
+         [attitude]\ngyro_timing = '9ms'\nmotion_time_constant_s = 10\nquiet_gain = 11\n\
+         quiet_acceleration_m_s2 = 12\nquiet_rate_rad_s = 13\n\
+         [attitude.rest]\nduration_s = 14\nacceleration_m_s2 = 15\nrate_rad_s = 16\n\
+         bias_limit_rad_s = 17\nbias_time_constant_s = 18\n\
+         [decision]\nthreshold = 0.6\non_delay_s = 0.1\noff_delay_s = 0.2\n\
+         [load]\non_threshold = 20\noff_threshold = 10\n\
+         [velocity]\nspeed_m_s = 0.3\nlever_m = 0.4\nfloor_m_s = 0.05\n",
+    );
+    let expected = Params {
+        sample_rate: 500.0,
+        gravity: Gravity::Removed,
+        method: Method::HalfWidths,
+        learning: Learning::Frozen,
+        learnt: Some(Learnt::from_array([
+            22.0, 23.0, 24.0, 25.0, 26.0, 27.0, 28.0, 29.0, 30.0, 31.0, 32.0, 33.0,
+        ])),
+        // No key reaches these.
+        stillness: Params::DEFAULT.stillness,
+        window: WindowLength::Samples(25),
+        bandwidth: PerAxis::by_sensor(1.0, 2.0),
+        half_width: PerAxis::from_array([3.0, 4.0, 5.0, 6.0, 7.0, 8.0]),
+        attitude: AttitudeParams {
+            gyro_timing: GyroTiming::Delay(0.009),
+            motion_time_constant: 10.0,
+            quiet_gain: 11.0,
+            quiet_acceleration: 12.0,
+            quiet_rate: 13.0,
+            rest: RestParams {
+                duration: 14.0,
+                acceleration: 15.0,
+                rate: 16.0,
+                bias_limit: 17.0,
+                bias_time_constant: 18.0,
+            },
+        },
+        decision: DecisionParams {
+            threshold: 0.6,
+            on_delay: 0.1,
+            off_delay: 0.2,
+        },
+        load: LoadParams {
+            on_threshold: 20.0,
+            off_threshold: 10.0,
+        },
+        velocity: VelocityParams {
+            speed: 0.3,
+            lever: 0.4,
+            floor: 0.05,
+        },
+    };
+    assert_eq!(params, expected);
+}
+
+#[test]
+fn incomplete_learnt_table_is_rejected() {
+    assert_eq!(
+        message("[learnt]\nstill_seconds = 1\nmoving_seconds = 1\n"),
+        "x.toml, line 1, column 1: missing field `idle_seconds`"
+    );
+    assert_eq!(
+        message("method = 'kernel'\n"),
+        "x.toml, line 1, column 10, key method: \"kernel\" is neither \"self_calibrating\" nor \"half_widths\""
+    );
+}
+
+#[test]
+fn left_handed_axes_error_suggests_a_flip() {
+    assert_eq!(
+        message("gravity = 'included'\naxes = 'x,z,y'\n"),
+        "x.toml, line 2, column 8, key axes: x,z,y is left-handed, and a sensor is not: \
+         flip the sign of one axis, as in x,-z,y or -x,z,y"
+    );
+    assert!(
+        message("axes = [1, 2, 3]\n")
+            .starts_with("x.toml, line 1, column 8, key axes: invalid type")
+    );
+}
+
+#[test]
+fn unnamed_axis_keeps_its_value() {
+    let params = applied("half_width.acceleration_m_s2 = { az = 0.8 }");
+    assert_eq!(params.half_width.to_array()[..3], [0.4, 0.4, 0.8]);
+}
+
+#[test]
+fn an_unknown_key_is_named_with_its_line() {
+    assert_eq!(
+        message("\n[half_width]\nacceleration = 1.0\n"),
+        "x.toml, line 3, column 1, key half_width.acceleration: unknown field `acceleration`, \
+         expected `acceleration_m_s2` or `angular_rate_rad_s`"
+    );
+}
+
+#[test]
+fn value_of_wrong_type_is_named_by_key() {
+    assert_eq!(
+        message("[load]\non_threshold = 'high'\n"),
+        "x.toml, line 2, column 16, key load.on_threshold: invalid type: string \"high\", expected a number"
+    );
+    assert_eq!(
+        message("[bandwidth]\nangular_rate_rad_s = 'low'\n"),
+        "x.toml, line 2, column 22, key bandwidth.angular_rate_rad_s: \
+         invalid type: string \"low\", expected a number or a table of axes"
+    );
+}
+
+#[test]
+fn an_unknown_axis_is_named() {
+    let message = message("[bandwidth]\nangular_rate_rad_s = { ax = 1 }\n");
+    assert!(
+        message.starts_with(
+            "x.toml, line 2, column 24, key bandwidth.angular_rate_rad_s: unknown field `ax`"
+        ),
+        "{message}"
+    );
+}
+
+#[test]
+fn sample_rate_is_checked_like_the_option() {
+    for wrong in ["0", "-5", "nan", "inf"] {
+        assert!(
+            message(&format!("sample_rate_hz = {wrong}\n"))
+                .starts_with("x.toml, line 1, column 18, key sample_rate_hz: "),
+        );
+    }
+    assert_eq!(
+        message("sample_rate_hz = -5\n"),
+        "x.toml, line 1, column 18, key sample_rate_hz: -5 is no sample rate: write a number of Hz above 0"
+    );
+}
+
+#[test]
+fn the_load_trigger_is_in_the_unit_of_the_formats_load() {
+    for (format, with_its_load) in [
+        (Format::Csv, Params::DEFAULT),
+        (Format::PceAtlas, Params::PAPER),
+        (Format::Lcd, Params::DEFAULT),
+        (Format::PceGo1, Params::PAPER_GO1),
+    ] {
+        let expected = Params {
+            load: with_its_load.load,
+            ..default_params()
+        };
+        assert_eq!(Preset::Default.params(format), expected, "{format:?}");
+    }
+}
+
+#[test]
+fn every_preset_is_valid_for_every_format() {
+    for preset in [Preset::Default, Preset::Paper] {
+        for format in Format::ALL {
+            let params = preset.params(format);
+            assert!(params.validate::<256>().is_ok(), "{preset:?}, {format:?}");
+        }
+    }
+}
+
+#[test]
+fn numbers_of_a_foot_override_those_of_all() {
+    let text =
+        "load.on_threshold = 40\n[feet.FL]\nload.on_threshold = 20\ndecision.threshold = 0.7\n";
+    let overrides = Overrides::parse(text, "x.toml").unwrap();
+    let of = |foot: &str| {
+        let mut params = Params::DEFAULT;
+        overrides.apply(&mut params);
+        overrides.apply_foot(&[foot], &mut params);
+        (params.load.on_threshold, params.decision.threshold)
+    };
+    assert_eq!(of("fl"), (20.0, 0.7));
+    assert_eq!(of("fr"), (40.0, Params::DEFAULT.decision.threshold));
+}
+
+#[test]
+fn invalid_number_of_a_foot_is_refused_by_its_key() {
+    let refusal = |text: &str| {
+        let overrides = Overrides::parse(text, "x.toml").unwrap();
+        let mut params = Params::DEFAULT;
+        overrides.apply(&mut params);
+        let origins = Origins {
+            file: Some("x.toml"),
+            text,
+            overrides: &overrides,
+            window: None,
+            recording: "x.csv",
+            sample_rate: RateOrigin::Recording,
+        };
+        let refusal = origins.check_effects(&params).err();
+        refusal.map(|refusal| refusal.to_string())
+    };
+    for (text, expected) in [
+        ("[feet.fl]\nload.on_threshold = 20\n", None),
+        (
+            "[feet.fl]\ndecision.threshold = 1.5\n",
+            Some(
+                "x.toml, line 2, column 10, key feet.fl.decision.threshold is 1.5, allowed is 0.01 to 0.99",
+            ),
+        ),
+        (
+            "[feet.fl.load]\non_threshold = 5\n",
+            Some(
+                "x.toml, line 1, column 10, key feet.fl.load has an off_threshold of 6, which is above the \
+                 on_threshold, 5: a load that ends a stance must not exceed the one that starts it",
+            ),
+        ),
+        // An error of the file is reported when the foot is estimated.
+        (
+            "decision.threshold = 1.5\n[feet.fl]\nload.on_threshold = 20\n",
+            None,
+        ),
+    ] {
+        assert_eq!(refusal(text).as_deref(), expected, "{text}");
+    }
+}

@@ -1,0 +1,328 @@
+//! Values written as words, in files and on the command line.
+
+use std::collections::BTreeMap;
+use std::str::FromStr;
+
+use estimator_core::{
+    Gravity, GyroTiming, Learning, Method, Mounting, MountingError, WindowLength,
+};
+
+use crate::input::{Correction, is_among};
+
+use super::notation::Notation;
+
+/// Words for whether samples contain gravity.
+pub const GRAVITIES: [(&str, Gravity); 2] = [
+    ("included", Gravity::Included),
+    ("removed", Gravity::Removed),
+];
+
+/// Words for the source of the limits of stillness.
+pub const METHODS: [(&str, Method); 2] = [
+    ("self_calibrating", Method::SelfCalibrating),
+    ("half_widths", Method::HalfWidths),
+];
+
+/// Words for whether a foot continues to learn.
+pub const LEARNINGS: [(&str, Learning); 2] = [("on", Learning::On), ("frozen", Learning::Frozen)];
+
+/// Returns the word for a value in one of these tables.
+pub fn word_of<T: Copy + PartialEq, const N: usize>(
+    table: &[(&'static str, T); N],
+    value: T,
+) -> &'static str {
+    let mut rows = table.iter();
+    rows.find_map(|(word, of)| (*of == value).then_some(*word))
+        .unwrap_or_default()
+}
+
+/// Returns the value of a word in one of these tables.
+fn value_of<T: Copy>(table: &[(&'static str, T); 2], text: &str) -> Result<T, String> {
+    let mut rows = table.iter();
+    rows.find_map(|(word, value)| (*word == text).then_some(*value))
+        .ok_or_else(|| {
+            let [(one, _), (other, _)] = table;
+            format!("{text:?} is neither \"{one}\" nor \"{other}\"")
+        })
+}
+
+/// Formats the length of a window as [`parse_window`] reads it.
+#[must_use]
+pub fn window_text(window: WindowLength) -> String {
+    match window {
+        WindowLength::Duration(seconds) => format!("{}ms", Notation::Milliseconds.number(seconds)),
+        WindowLength::Samples(samples) => format!("{samples}samples"),
+    }
+}
+
+/// Formats the timing of a gyroscope as [`parse_gyro_timing`] reads it.
+#[must_use]
+pub fn gyro_timing_text(timing: GyroTiming) -> String {
+    match timing {
+        GyroTiming::PeriodMean => "period_mean".to_owned(),
+        GyroTiming::Delay(seconds) => {
+            format!("{}ms", Notation::Milliseconds.number(seconds))
+        }
+    }
+}
+
+/// Parses the length of a window: a duration such as `50ms`, or a count such as `50samples`.
+///
+/// # Errors
+/// A sentence with the accepted notation.
+pub fn parse_window(text: &str) -> Result<WindowLength, String> {
+    let window = match text.strip_suffix("samples") {
+        Some(count) => count.trim_end().parse().ok().map(WindowLength::Samples),
+        None => duration(text).map(WindowLength::Duration),
+    };
+    window.ok_or_else(|| {
+        format!("{text:?} is no window: write a duration such as 50ms or a count such as 50samples")
+    })
+}
+
+/// Parses a time since the first sample, s.
+///
+/// # Errors
+/// A sentence with the accepted notation.
+pub fn parse_seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok();
+    seconds
+        .filter(|seconds: &f64| (0.0..=1.0e9).contains(seconds))
+        .ok_or_else(|| {
+            format!("{text:?} is no time since the first sample: write seconds, such as 2.5")
+        })
+}
+
+/// Parses the method: `self_calibrating` or `half_widths`.
+///
+/// # Errors
+/// A sentence with both words.
+pub fn parse_method(text: &str) -> Result<Method, String> {
+    value_of(&METHODS, text)
+}
+
+/// Parses whether learning is `on` or `frozen`.
+///
+/// # Errors
+/// A sentence with both words.
+pub fn parse_learning(text: &str) -> Result<Learning, String> {
+    value_of(&LEARNINGS, text)
+}
+
+/// Parses a sample rate in Hz, which is above 0.
+///
+/// # Errors
+/// A sentence with the accepted notation.
+pub fn parse_sample_rate(text: &str) -> Result<f32, String> {
+    text.parse()
+        .map_err(|_| no_sample_rate(text))
+        .and_then(checked_sample_rate)
+}
+
+/// Checks that a sample rate in Hz is above 0 and finite.
+pub(super) fn checked_sample_rate(rate: f32) -> Result<f32, String> {
+    if rate.is_finite() && rate > 0.0 {
+        Ok(rate)
+    } else {
+        Err(no_sample_rate(&rate.to_string()))
+    }
+}
+
+fn no_sample_rate(text: &str) -> String {
+    format!("{text} is no sample rate: write a number of Hz above 0")
+}
+
+/// Parses whether gravity is `included` or `removed`.
+///
+/// # Errors
+/// A sentence with both words.
+pub fn parse_gravity(text: &str) -> Result<Gravity, String> {
+    value_of(&GRAVITIES, text)
+}
+
+/// Parses the mounting of the sensor: for each of the foot's x, y and z the axis of the sensor along it, such as
+/// `x,-z,y`, or a unit quaternion `w,x,y,z` from the sensor's frame to the foot's.
+///
+/// # Errors
+/// A sentence with the accepted notation, or the necessary change.
+pub fn parse_axes(text: &str) -> Result<Mounting, String> {
+    text.parse().map_err(|error| match error {
+        MountingError::Unreadable => format!("{text:?} is neither axes nor a quaternion: {error}"),
+        other => other.to_string(),
+    })
+}
+
+/// Mounting of the sensors: the same in all feet, or one of each foot.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FootAxes {
+    /// Of all feet.
+    All(Mounting),
+    /// By the name of the foot.
+    Each(BTreeMap<String, Mounting>),
+}
+
+impl FootAxes {
+    /// The first foot with a mounting that is not among these names.
+    pub fn absent(&self, names: &[&str]) -> Option<&str> {
+        let Self::Each(mountings) = self else {
+            return None;
+        };
+        let mut feet = mountings.keys().map(String::as_str);
+        feet.find(|foot| !is_among(foot, names))
+    }
+
+    /// Replaces the mountings in the correction of all feet and in those of single feet.
+    pub fn set(&self, all: &mut Correction, feet: &mut BTreeMap<String, Correction>) {
+        match self {
+            Self::All(mounting) => {
+                all.mounting = *mounting;
+                for correction in feet.values_mut() {
+                    correction.mounting = *mounting;
+                }
+            }
+            Self::Each(mountings) => {
+                for (foot, mounting) in mountings {
+                    let mut names = feet.keys();
+                    let known = names.find(|name| name.eq_ignore_ascii_case(foot)).cloned();
+                    let own = feet.entry(known.unwrap_or_else(|| foot.clone()));
+                    own.or_insert(*all).mounting = *mounting;
+                }
+            }
+        }
+    }
+}
+
+impl FromStr for FootAxes {
+    type Err = String;
+
+    /// Reads a mounting as [`parse_axes`] does, or one for each foot, such as `FL=x,y,z,FR=-x,-y,z`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        if !text.contains('=') {
+            return parse_axes(text).map(Self::All);
+        }
+        let mut feet: BTreeMap<String, String> = BTreeMap::new();
+        let mut name: Option<&str> = None;
+        for part in text.split(',') {
+            if let Some((foot, first)) = part.split_once('=') {
+                let foot = foot.trim();
+                if foot.is_empty() || is_among(foot, feet.keys()) {
+                    return Err(format!("{text:?} names no foot before =, or one twice"));
+                }
+                feet.insert(foot.to_owned(), first.to_owned());
+                name = Some(foot);
+            } else if let Some(axes) = name.and_then(|name| feet.get_mut(name)) {
+                *axes = format!("{axes},{part}");
+            } else {
+                return Err(format!("{text:?} has {part:?} before the name of a foot"));
+            }
+        }
+        let parsed = feet.into_iter().map(|(foot, axes)| {
+            let mounting = parse_axes(&axes).map_err(|error| format!("{foot}: {error}"))?;
+            Ok((foot, mounting))
+        });
+        parsed.collect::<Result<_, String>>().map(Self::Each)
+    }
+}
+
+/// Parses the time of the gyroscope's measurement: `period_mean`, or a delay such as `1.5ms`.
+///
+/// # Errors
+/// A sentence with the accepted notation.
+pub fn parse_gyro_timing(text: &str) -> Result<GyroTiming, String> {
+    if text == "period_mean" {
+        return Ok(GyroTiming::PeriodMean);
+    }
+    duration(text).map(GyroTiming::Delay).ok_or_else(|| {
+        format!("{text:?} is no timing: write \"period_mean\" or a delay such as \"1.5ms\"")
+    })
+}
+
+/// Parses a number of milliseconds with its unit, returned in s.
+fn duration(text: &str) -> Option<f32> {
+    let milliseconds: f64 = text.strip_suffix("ms")?.trim_end().parse().ok()?;
+    Some((milliseconds * 1.0e-3) as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn axes_of_each_foot_are_read() {
+        let axes = |text: &str| text.parse::<FootAxes>();
+        let turned = parse_axes("x,-z,y").unwrap();
+        assert_eq!(axes("x,-z,y"), Ok(FootAxes::All(turned)));
+        let Ok(FootAxes::Each(feet)) = axes("FL=x,-z,y,fr=1,0,0,0") else {
+            panic!("two feet");
+        };
+        assert_eq!(feet["FL"], turned);
+        assert_eq!(feet["fr"], Mounting::IDENTITY);
+        for (text, why) in [
+            ("x,FL=y,z", "has \"x\" before the name of a foot"),
+            ("FL=x,y,z,fl=x,y,z", "one twice"),
+            ("=x,y,z", "names no foot"),
+            ("FL=x,y", "FL: \"x,y\" is neither axes nor a quaternion"),
+        ] {
+            let said = axes(text).unwrap_err();
+            assert!(said.contains(why), "{text}: {said}");
+        }
+    }
+
+    #[test]
+    fn method_and_learning_are_words() {
+        assert_eq!(parse_method("half_widths"), Ok(Method::HalfWidths));
+        assert_eq!(
+            parse_method("self_calibrating"),
+            Ok(Method::SelfCalibrating)
+        );
+        assert!(parse_method("paper").is_err());
+        assert_eq!(parse_learning("on"), Ok(Learning::On));
+        assert_eq!(parse_learning("frozen"), Ok(Learning::Frozen));
+        assert!(parse_learning("off").is_err());
+    }
+
+    #[test]
+    fn a_window_is_a_duration_or_a_count() {
+        assert_eq!(parse_window("50ms"), Ok(WindowLength::Duration(0.05)));
+        assert_eq!(parse_window("12.5ms"), Ok(WindowLength::Duration(0.0125)));
+        assert_eq!(parse_window("50samples"), Ok(WindowLength::Samples(50)));
+        for wrong in ["50", "ms", "50s", "1.5samples", "-3samples", ""] {
+            assert!(parse_window(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_sample_rate_is_a_positive_number() {
+        assert_eq!(parse_sample_rate("285.714"), Ok(285.714));
+        for wrong in ["0", "-1", "nan", "inf", "1e99", "fast"] {
+            assert!(parse_sample_rate(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn axes_are_three_names_or_a_quaternion() {
+        for (text, read) in [("x,-z,y", "x,-z,y"), ("1,0,0,0", "x,y,z")] {
+            assert_eq!(
+                parse_axes(text).map(|axes| axes.to_string()),
+                Ok(read.to_owned())
+            );
+        }
+        for (text, error) in [
+            ("x,z", "\"x,z\" is neither axes nor a quaternion: write "),
+            (
+                "x,z,y",
+                "x,z,y is left-handed, and a sensor is not: flip the sign of ",
+            ),
+        ] {
+            let refused = parse_axes(text).unwrap_err();
+            assert!(refused.starts_with(error), "{refused}");
+        }
+    }
+
+    #[test]
+    fn gyro_timing_is_a_word_or_a_delay() {
+        assert_eq!(parse_gyro_timing("period_mean"), Ok(GyroTiming::PeriodMean));
+        assert_eq!(parse_gyro_timing("1.5ms"), Ok(GyroTiming::Delay(0.0015)));
+        assert!(parse_gyro_timing("1.5").is_err());
+    }
+}
