@@ -79,14 +79,6 @@ impl Step {
         Ok(())
     }
 
-    /// Like [`Self::run`], but returns the exit code; `None` if the program was ended by a signal.
-    ///
-    /// # Errors
-    /// The program does not start.
-    pub fn exit_code(mut self) -> Result<Option<i32>> {
-        Ok(self.status()?.code())
-    }
-
     fn status(&mut self) -> Result<ExitStatus> {
         let text = &self.text;
         eprintln!("== {text}");
