@@ -24,16 +24,16 @@ from footfall import fleet
 
 DOCUMENT = Path(__file__).parents[2] / "docs/fleet.md"
 WORKERS = 2
-# Name, number, and length of each, s.
-TREES = (("long", 8, 300.0), ("short", 1000, 1.0), ("many", 10_000, 0.1))
-TABLE = "| recordings | s | recordings/s | samples/s |\n|---|---|---|---|\n"
+TREES = (("long", 8, 300.0), ("short", 1000, 1.0), ("many", 10_000, 0.1))  # name, number, length in s
 
 
 def seconds(source: Path, rows: Path, samples: bool = False) -> float:
     """The time that a call takes, s."""
     begin = time.perf_counter()
-    fleet.estimate(source, rows, samples=samples)
-    return time.perf_counter() - begin
+    statuses = fleet.estimate(source, rows, samples=samples)["status"]
+    took = time.perf_counter() - begin
+    assert set(statuses.to_pylist()) == {"done"}
+    return took
 
 
 def record(folder: Path, count: int, duration: float) -> Path:
@@ -50,10 +50,10 @@ def bytes_a_sample(folder: Path) -> float:
     """By how much the memory of a process grows with a recording, for each of its samples."""
     for duration in (60, 600):
         record(folder / str(duration), 1, duration)
-    code = "import sys, resource, footfall; footfall.estimate_file(sys.argv[1])\n"
-    code += "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
-    commands = [[sys.executable, "-c", code, str(folder / f"{duration}/robot0/0.parquet")] for duration in (60, 600)]
-    short, long = (int(subprocess.run(command, check=True, capture_output=True).stdout) for command in commands)
+    code = "import re, sys, footfall; footfall.estimate_file(sys.argv[1])\n"
+    code += "print(re.search(r'VmHWM:\\s*(\\d+)', open('/proc/self/status').read())[1])"
+    paths = (str(folder / f"{duration}/robot0/0.parquet") for duration in (60, 600))
+    short, long = (int(subprocess.check_output([sys.executable, "-c", code, path])) for path in paths)
     return 1024.0 * (long - short) / 540_000.0
 
 
@@ -65,7 +65,7 @@ def measure(folder: Path) -> str:
     ray.init(num_cpus=WORKERS, include_dashboard=False, log_to_driver=False)
     # Workers are started and have imported what they need before the clock runs.
     fleet.estimate(record(folder / "warm", WORKERS, 1.0), folder / "warm-rows")
-    lines = []
+    lines = ["| recordings | s | recordings/s | samples/s |", "|---|---|---|---|"]
     for name, count, duration in TREES:
         source, rows = record(folder / name, count, duration), folder / f"{name}-rows"
         for title, samples in (("", False), (", samples written", True)) if name == "long" else (("", False),):
@@ -78,7 +78,7 @@ def measure(folder: Path) -> str:
     about = f"At 1 kHz, Parquet, {WORKERS} workers on {machine()}, {os.cpu_count()} cores, CPython"
     about += f" {platform.python_version()}, on {datetime.date.today().isoformat()}; load average before: {load:.1f}."
     memory = f"In memory an estimate takes {bytes_a_sample(folder / 'memory'):.0f} bytes a sample and foot."
-    return f"{TABLE}" + "\n".join([*lines, "", f"{about} {memory}", ""])
+    return "\n".join([*lines, "", f"{about} {memory}", ""])
 
 
 def main() -> None:
