@@ -1,4 +1,4 @@
-//! What feet send, and what they are told; sources have the same syntax in every command.
+//! Lines to feet: what arrives on them, decoded and by foot, and requests. Sources have the same syntax in every command.
 //!
 //! | item | module |
 //! |---|---|

@@ -5,16 +5,16 @@
 //! | step | module or crate |
 //! |---|---|
 //! | command line, one file per command | [`commands`] |
-//! | parameters from preset, file and options | [`recordings::analysis::config`] |
+//! | parameters from preset, file and options | [`recordings::config`] |
 //! | reading a recording | [`recordings::input`], with a bar from [`progress`] |
 //! | or simulating a walk | [`gait`] |
 //! | checking the output files | [`targets`] |
 //! | running the estimator, sample by sample | [`recordings::analysis::replay`], drawn by [`replay`] |
 //! | or calibrating: learning a foot in advance, or finding sensor errors | [`recordings::analysis::calibrate`] |
 //! | or converting to another format | [`convert`] |
-//! | scoring the estimates | [`scoring`] |
-//! | simulating and decoding the output of a foot | [`feet::robot::walk`], [`mod@decode`]; its tables and feet [`decoded`] |
-//! | streaming feet | [`monitor`], [`mod@live`], [`mod@ros`]; as messages [`stream`], in viewers [`view`] |
+//! | scoring the estimates | [`recordings::scoring`] |
+//! | simulating and decoding the output of a foot | [`feet::robot::walk`], [`feet::decode`]; its tables and feet [`decoded`] |
+//! | streaming feet | [`monitor`], [`feet`], [`mod@ros`]; as messages [`stream`], in viewers [`view`] |
 //! | writing the results | [`recordings::output`], [`plot`], [`recordings::analysis::summary`], combined by [`report`] |
 //! | writing files, and removing unfinished ones on interruption | [`files`], [`interruption`] |
 //! | JSON output | [`recordings::analysis::parameters`], [`json`] |

@@ -215,7 +215,7 @@ fn configuration_errors_give_the_place_of_each() {
         ),
         (
             "[decision]\non_delay_s = -1\nthreshold = 2\n",
-            "key decision.threshold is 2, allowed is 0 to 1\nc.toml, line 2, column 1, key decision.on_delay_s is -1",
+            "key decision.threshold is 2, allowed is 0.01 to 0.99\nc.toml, line 2, column 1, key decision.on_delay_s is -1",
         ),
         (
             "\n[decision]\n threshold = 2\n",

@@ -48,7 +48,7 @@ fn decode_error_names_the_file() {
     let bench = Bench::with("walk.csv", standing());
     let said = bench.error("decode walk.csv");
     assert!(
-        said.starts_with("footfall: walk.csv is neither a log of CAN frames"),
+        said.starts_with("footfall: walk.csv is neither a log of candump"),
         "{said}"
     );
     let said = bench.error("decode absent.bin");
@@ -75,7 +75,7 @@ fn executable_is_rejected_as_input() {
         .collect();
     let said = Bench::with("program", program).error("decode program --json");
     assert!(
-        said.starts_with("footfall: program is neither a log of CAN frames"),
+        said.starts_with("footfall: program is neither a log of candump"),
         "{said}"
     );
 }

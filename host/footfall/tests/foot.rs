@@ -266,6 +266,12 @@ fn images_are_checked_before_anything_is_sent() {
     std::fs::write(bench.path("foot.img"), &image).expect("a file");
     let (same, error) = foot(&bench, "demo:speed=2,line=uart update foot.img");
     assert_eq!(same, "the foot: 0.1.0 runs already, confirmed\n", "{error}");
+    let mut other = image.clone();
+    // The first byte of the commit.
+    other[24] = 1;
+    std::fs::write(bench.path("other.img"), &other).expect("a file");
+    let (_, error) = foot(&bench, "demo:speed=2 update other.img");
+    assert!(error.contains("demo feet have no bootloader"), "{error}");
     let (same, error) = foot(&bench, "demo:speed=2,feet=2 update foot.img --all");
     let line = |node| format!("node {node}: 0.1.0 runs already, confirmed\n");
     assert_eq!(same, line(21) + &line(22), "{error}");

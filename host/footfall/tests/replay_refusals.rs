@@ -180,8 +180,8 @@ fn non_increasing_time_is_rejected() {
             ""
         ),
         "footfall: x.csv, line 3, column 1 (t): time 0.01 s does not come after 0.02 s in the \
-         row before; --times drop-bad leaves such rows out, --times rate spaces rows by the sample \
-         rate\n"
+         row before: sort the rows, leave such rows out with --times drop-bad, or space all by the sample rate with \
+         --times rate\n"
     );
 }
 

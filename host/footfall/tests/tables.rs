@@ -426,7 +426,8 @@ fn non_increasing_times_are_dropped_on_request() {
     assert_eq!(
         bench.error("replay x.csv --time-unit ms"),
         "footfall: x.csv, line 102, column 1 (t): time 99 ms does not come after 99 ms in the row \
-         before; --times drop-bad leaves such rows out, --times rate spaces rows by the sample rate\n"
+         before: sort the rows, leave such rows out with --times drop-bad, or space all by the sample rate with --times \
+         rate\n"
     );
     let output = bench.run("replay x.csv --time-unit ms --times drop-bad --json");
     let summary: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");

@@ -21,7 +21,7 @@ use crate::targets::{self, Drawing, Target};
 #[derive(Debug, Args)]
 pub struct DecodeArguments {
     /// The log of candump (with -l, or as it prints) or the bytes of a serial line, or - for standard
-    /// input; may be compressed with gzip or zstd. python-can's can_logconvert makes one of other logs
+    /// input; may be compressed with gzip or zstd. Other logs are converted with python-can
     pub input: PathBuf,
     /// Which nodes are feet.
     #[command(flatten)]

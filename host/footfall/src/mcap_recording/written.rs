@@ -49,7 +49,7 @@ impl McapRecording {
         let mut text = String::new();
         let counts = self.file.counts();
         let has = |topic: &str| counts.iter().any(|(other, _)| **other == *topic);
-        for (topic, _) in &counts {
+        for topic in counts.keys() {
             if let Some(foot) = topic.strip_suffix("/contact")
                 && !has(&format!("{foot}/imu"))
             {

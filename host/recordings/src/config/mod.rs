@@ -46,7 +46,7 @@
 //! axes = "-x,z,y"
 //! load = { on_threshold = 20.0, off_threshold = 14.0 }
 //! "#;
-//! let overrides = crate::config::Overrides::parse(text, "robot.toml")?;
+//! let overrides = recordings::config::Overrides::parse(text, "robot.toml")?;
 //! let mut params = estimator_core::Params::DEFAULT;
 //! overrides.apply(&mut params);
 //! assert_eq!(params.learnt.unwrap().rate.still, -2.6);
@@ -69,7 +69,7 @@
 //! acceleration_m_s2 = { ax = 0.4, ay = 0.4, az = 0.8 }
 //! angular_rate_rad_s = 0.04
 //! "#;
-//! let overrides = crate::config::Overrides::parse(text, "robot.toml")?;
+//! let overrides = recordings::config::Overrides::parse(text, "robot.toml")?;
 //! let mut params = estimator_core::Params::DEFAULT;
 //! overrides.apply(&mut params);
 //! assert_eq!(params.half_width.az, 0.8);

@@ -332,8 +332,8 @@ pub enum InputError {
     },
     /// A time is not at least 1 µs after the previous one.
     #[error(
-        "{cell}: time {} does not come after {previous} {} in the row before: sort the rows, or --times drop-bad \
-         leaves such rows out, --times rate spaces rows by the sample rate",
+        "{cell}: time {} does not come after {previous} {} in the row before: sort the rows, \
+         leave such rows out with --times drop-bad, or space all by the sample rate with --times rate",
         time_text(text, *unit),
         unit.name()
     )]

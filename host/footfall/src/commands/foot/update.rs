@@ -9,7 +9,7 @@ use feet::decode::live::Listener;
 use feet::foot::client::{Client, RequestError};
 use feet::foot::scan;
 use feet::foot::serial;
-use feet::foot::update::{self, FootProgram, Image, UpdateStage, Updated};
+use feet::foot::update::{self, FootProgram, Image, UpdateError, UpdateStage, Updated};
 use feet::link::Link;
 use indicatif::ProgressBar;
 use serde::Serialize;
@@ -66,9 +66,6 @@ impl FootArguments {
             file: file.display().to_string(),
             message,
         };
-        if matches!(self.source, Source::Demo(_)) {
-            return Err(FootError::NoBootloader);
-        }
         let bytes = fs::read(file).map_err(|e| error(e.to_string()))?;
         let image = Image::new(bytes).map_err(|why| error(why.words().to_owned()))?;
         let (mut client, mut feet) = match which {
@@ -105,6 +102,16 @@ impl FootArguments {
         };
         if failed.is_empty() {
             return Ok(text);
+        }
+        let is_silent = |error: &UpdateError| {
+            matches!(
+                error,
+                UpdateError::NotStarted { .. } | UpdateError::Request(_)
+            )
+        };
+        let mut errors = results.iter().filter_map(|result| result.as_ref().err());
+        if matches!(self.source, Source::Demo(_)) && errors.any(is_silent) {
+            return Err(FootError::NoBootloader);
         }
         // What was done is printed as well.
         crate::report::print_text(&text).map_err(FootError::Print)?;
