@@ -267,8 +267,8 @@ fn images_are_checked_before_anything_is_sent() {
     let (same, error) = foot(&bench, "demo:speed=2,line=uart update foot.img");
     assert_eq!(same, "the foot: 0.1.0 runs already, confirmed\n", "{error}");
     let mut other = image.clone();
-    // The first byte of the commit.
-    other[24] = 1;
+    // The first byte of the hash.
+    other[44] = 1;
     std::fs::write(bench.path("other.img"), &other).expect("a file");
     let (_, error) = foot(&bench, "demo:speed=2 update other.img");
     assert!(error.contains("demo feet have no bootloader"), "{error}");
