@@ -278,32 +278,6 @@ pub enum InputError {
         /// Content of the cell.
         text: String,
     },
-    /// The true orientation, or the column that says whether it counts, is invalid.
-    #[error("{cell}: {text} where {expected} is expected")]
-    Truth {
-        /// The cell.
-        cell: Cell,
-        /// Content of the cell.
-        text: String,
-        /// Expected content.
-        expected: &'static str,
-    },
-    /// The orientation was estimated from these samples.
-    #[error(
-        "{file}: qw, qx, qy and qz are estimates here, as the column p_stable beside them tells, and no truth"
-    )]
-    EstimatedOrientation {
-        /// Path of the file, as given.
-        file: String,
-    },
-    /// No row can be scored.
-    #[error(
-        "{file}: no row has an orientation that counts: qw, qx, qy and qz filled in and, where there is a column movement, a 1 in it"
-    )]
-    NoOrientation {
-        /// Path of the file, as given.
-        file: String,
-    },
     /// A validity has an unknown name.
     #[error(
         "{cell}: {text:?} where valid, accelerometer_saturated, gyroscope_saturated, both_saturated, stale or invalid is expected"

@@ -55,15 +55,12 @@ pub use table::options::{
 pub use table::reader::recording_name;
 pub use topics::{BagOptions, LoadTopic, Rename, Topics};
 
-use crate::mounting;
-use crate::samples::space::Rotation;
 use open::{Container, Source};
 use published::go1;
 use published::simulated::{self, LabelScheme};
 #[cfg(feature = "parquet")]
 use table::parquet;
 use table::reader::Table;
-use table::truth::Orientations;
 use table::{csv, header, layout};
 
 /// An open file of known format. A table is read once and sequentially, so it may be a pipe.
@@ -154,7 +151,7 @@ impl Opened {
             }
             #[cfg(feature = "parquet")]
             Source::Container(container) if self.format == Format::Parquet => {
-                vec![parquet::read(&container, hints, None)?]
+                vec![parquet::read(&container, hints)?]
             }
             Source::Container(Container { file, format, .. }) => {
                 let feature = format.missing_feature().unwrap_or_default();
@@ -212,52 +209,6 @@ impl Opened {
             options,
         })
     }
-
-    /// Reads a `csv` or Parquet that also has the columns `qw`, `qx`, `qy` and `qz`: a unit quaternion per row,
-    /// Hamilton, sensor → world, z up, blank if unknown. Returns it for each sample, from the frame of the foot,
-    /// as the samples are; `None`, too, if a column `movement` excludes the row. A table is always read as a
-    /// `csv`, whatever its format.
-    ///
-    /// # Errors
-    /// The first error found, with file, line and column; no row counts; or the file is a bag, whose orientations
-    /// are estimates.
-    pub fn read_with_orientation(
-        self,
-        hints: &Hints,
-    ) -> Result<(Loaded, Vec<Option<Rotation>>), InputError> {
-        let file = self.file().to_owned();
-        let name = match &self.source {
-            Source::Table(table) => &table.recording_name,
-            Source::Container(container) => &container.name,
-        };
-        let correction = *hints.correction_of(&[name]);
-        let mut orientations = Orientations::default();
-        let mut stored = match self.source {
-            Source::Table(mut table) => {
-                table.set_decimal(hints.table.decimal);
-                csv::read(*table, hints, Some(&mut orientations))?
-            }
-            #[cfg(feature = "parquet")]
-            Source::Container(container) if self.format == Format::Parquet => {
-                parquet::read(&container, hints, Some(&mut orientations))?
-            }
-            Source::Container(_) => {
-                let format = self.format;
-                return Err(ContainerError::NoTruth { file, format }.into());
-            }
-        };
-        if orientations.rows.iter().all(Option::is_none) {
-            return Err(InputError::NoOrientation { file });
-        }
-        stored.about.correction = correction;
-        let loaded = stored
-            .into_loaded()
-            .map_err(|source| InputError::Spool { file, source })?;
-        // The truth is in the frame of the sensor, the samples are in that of the foot.
-        let to_sensor = mounting::rotation(&correction.mounting).inverse();
-        let turn = |truth: Option<Rotation>| truth.map(|truth| truth.after(to_sensor));
-        Ok((loaded, orientations.rows.into_iter().map(turn).collect()))
-    }
 }
 
 fn read_table(table: Table, format: Format, hints: &Hints) -> Result<Stored, InputError> {
@@ -266,9 +217,7 @@ fn read_table(table: Table, format: Format, hints: &Hints) -> Result<Stored, Inp
         Format::Lcd => simulated::read(table, LabelScheme::ContactClass, hints),
         Format::PceGo1 => go1::read(table, hints),
         // The content of a container is not a table.
-        Format::Csv | Format::Parquet | Format::Mcap | Format::Rosbag2 => {
-            csv::read(table, hints, None)
-        }
+        Format::Csv | Format::Parquet | Format::Mcap | Format::Rosbag2 => csv::read(table, hints),
     }
 }
 

@@ -103,16 +103,6 @@ pub enum ContainerError {
         /// Format found, if known.
         found: Option<Format>,
     },
-    /// True orientations are supported in tables only.
-    #[error(
-        "{file} is {format}, whose orientations are what an estimator made of the samples: the truth is in columns qw,qx,qy,qz of csv or parquet"
-    )]
-    NoTruth {
-        /// Path of the file, as given.
-        file: String,
-        /// Format of the file.
-        format: Format,
-    },
     /// A folder contains no recordings.
     #[error("{file} is a folder without files of a rosbag2: .mcap or .db3")]
     Folder {

@@ -155,14 +155,6 @@ impl Stored {
         }
     }
 
-    /// Flags of the rows that are kept as samples, if some may be left out.
-    pub(in crate::input) fn kept(&self) -> Option<&[bool]> {
-        match &self.timing {
-            Timing::Clock { kept } => Some(kept),
-            Timing::Stored | Timing::Steady => None,
-        }
-    }
-
     /// Makes these contacts the estimates, and describes them in place of the samples; returns false, and changes
     /// nothing, if they are fewer than two.
     pub(in crate::input) fn use_contacts(&mut self, contacts: Contacts) -> bool {

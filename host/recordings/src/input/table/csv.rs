@@ -20,25 +20,20 @@
 use super::intake::Intake;
 use super::layout::Layout;
 use super::reader::Table;
-use super::truth::Orientations;
 use crate::input::error::InputError;
 use crate::input::loaded::Hints;
 use crate::input::store::stored::Stored;
 
-/// Reads a table with a header, and the columns of `truth` in addition to those of a recording.
+/// Reads a table with a header.
 ///
 /// # Errors
 /// The first error found, with file, line and column.
-pub(in crate::input) fn read(
-    mut table: Table,
-    hints: &Hints,
-    truth: Option<&mut Orientations>,
-) -> Result<Stored, InputError> {
+pub(in crate::input) fn read(mut table: Table, hints: &Hints) -> Result<Stored, InputError> {
     let Some(layout) = Layout::of(&mut table, &hints.table)? else {
         return Err(InputError::empty(&table.file));
     };
     let file = table.file.clone();
-    let mut intake = Intake::new(&file, hints, layout, truth)?;
+    let mut intake = Intake::new(&file, hints, layout)?;
     intake.notices.extend(table.preamble_notice());
     loop {
         let row = match table.next_row() {
@@ -56,8 +51,7 @@ pub(in crate::input) fn read(
             .expect_columns(intake.width())
             .and_then(|()| intake.take(&row));
         match taken {
-            Ok(true) => intake.take_truth(&row)?,
-            Ok(false) => {}
+            Ok(()) => {}
             Err(error) if error.may_be_a_cut(row.len()) && table.is_cut_off() => {
                 let place = row.place;
                 intake.notices.push(format!(
@@ -76,7 +70,7 @@ mod tests {
     use crate::input::Opened;
     use crate::input::error::{Cell, RowPlace};
     use crate::input::loaded::Loaded;
-    use crate::input::{TimeUnit, Times, Units};
+    use crate::input::{TimeUnit, Units};
     use crate::samples::recording::Label;
     use crate::samples::validity::VALIDITIES;
     use estimator_core::{Gravity, Load, Timestamp, Validity, Vec3};
@@ -85,7 +79,7 @@ mod tests {
     fn read_text(text: impl AsRef<[u8]>, hints: &Hints) -> Result<Loaded, InputError> {
         let mut file = tempfile::NamedTempFile::new().unwrap();
         file.write_all(text.as_ref()).unwrap();
-        let stored = read(Table::open(file.path())?, hints, None)?;
+        let stored = read(Table::open(file.path())?, hints)?;
         Ok(stored.into_loaded().unwrap())
     }
 
@@ -231,28 +225,6 @@ mod tests {
         );
     }
 
-    #[test]
-    fn row_left_out_removes_its_orientation() {
-        let mut file = tempfile::NamedTempFile::new().unwrap();
-        file.write_all(
-            b"t,ax,ay,az,wx,wy,wz,qw,qx,qy,qz\n\
-              0,1,2,3,4,5,6,1,0,0,0\n\
-              0,1,2,3,4,5,6,0,1,0,0\n\
-              1,1,2,3,4,5,6,0,0,1,0\n",
-        )
-        .unwrap();
-        let mut hints = Hints::default();
-        hints.table.times = Times::DropBad;
-        let mut truth = Orientations::default();
-        let table = Table::open(file.path()).unwrap();
-        let stored = read(table, &hints, Some(&mut truth)).unwrap();
-        let loaded = stored.into_loaded().unwrap();
-        let kept: Vec<f64> = truth.rows.iter().flatten().map(|q| q.w + q.v.x).collect();
-        assert_eq!(loaded.recording.samples.len(), truth.rows.len());
-        assert!(kept == [1.0, 0.0] || kept == [0.0, 1.0], "{kept:?}");
-        assert_eq!(truth.rows[1].unwrap().v.y, 1.0);
-    }
-
     const WHOLE: &str = "t,ax,ay,az,wx,wy,wz\n0,1,2,3,4,5,6\n0.01,1,2,3,4,5,6\n0.02,1,2,3,4,5,6\n";
 
     #[test]
@@ -339,13 +311,13 @@ mod tests {
         let begin = "t,ax,ay,az,wx,wy,wz\n0,1,2,3,4,5,6\n0.01,\"1".as_bytes();
         let endless = begin.chain(std::io::repeat(b'0'));
         let table = Table::of("x".to_owned(), "x".to_owned(), Box::new(endless)).unwrap();
-        let error = read(table, &Hints::default(), None).err().unwrap();
+        let error = read(table, &Hints::default()).err().unwrap();
         assert!(
             matches!(error, InputError::LongRow { line: 3, .. }),
             "{error}"
         );
         let table = Table::of("x".to_owned(), "x".to_owned(), Box::new(std::io::repeat(0)));
-        assert!(read(table.unwrap(), &Hints::default(), None).is_err());
+        assert!(read(table.unwrap(), &Hints::default()).is_err());
     }
 
     #[test]

@@ -9,7 +9,6 @@ use super::layout::{Blanks, Layout};
 use super::names::{FoundTime, find_time, guess};
 use super::options::TimeUnit;
 use super::reader::Row;
-use super::truth::Orientations;
 use crate::input::error::InputError;
 use crate::input::loaded::{Hints, OLDEST_LOAD_US, finite_load};
 use crate::input::store::rows::{Refused, Rows};
@@ -25,8 +24,6 @@ pub(super) struct Intake<'a> {
     layout: Layout,
     columns: Columns,
     rows: Rows,
-    /// True orientations, if their columns are read.
-    truth: Option<&'a mut Orientations>,
     time: Option<TimeColumn>,
     /// Newest load and its time, µs, of a table in which the load has rows of its own.
     load: Option<(i64, f64)>,
@@ -39,25 +36,15 @@ pub(super) struct Intake<'a> {
 }
 
 impl<'a> Intake<'a> {
-    /// Starts a table whose header must have the columns of a recording, and those of `truth`.
-    pub(super) fn new(
-        file: &'a str,
-        hints: &'a Hints,
-        layout: Layout,
-        mut truth: Option<&'a mut Orientations>,
-    ) -> Result<Self, InputError> {
-        let mut columns = Columns::checked(&layout.header)?;
-        if let Some(truth) = &mut truth {
-            truth.header(&layout.header)?;
-            columns.ignored.retain(|name| !Orientations::reads(name));
-        }
+    /// Starts a table whose header must have the columns of a recording.
+    pub(super) fn new(file: &'a str, hints: &'a Hints, layout: Layout) -> Result<Self, InputError> {
+        let columns = Columns::checked(&layout.header)?;
         Ok(Self {
             file,
             hints,
             layout,
             columns,
             rows: Rows::new(hints.table.times),
-            truth,
             time: None,
             load: None,
             load_rows: 0,
@@ -69,8 +56,7 @@ impl<'a> Intake<'a> {
     /// Indices of all columns that are read.
     #[cfg(feature = "parquet")]
     pub(super) fn used(&self) -> Vec<usize> {
-        let truth = self.truth.iter().flat_map(|truth| truth.used());
-        self.columns.used().chain(truth).collect()
+        self.columns.used().collect()
     }
 
     /// Number of cells in a row.
@@ -78,8 +64,8 @@ impl<'a> Intake<'a> {
         self.columns.count
     }
 
-    /// Processes a row; returns false if it is left out, as all six axes are blank.
-    pub(super) fn take(&mut self, row: &impl Cells) -> Result<bool, InputError> {
+    /// Processes a row, which is left out if all six axes are blank.
+    pub(super) fn take(&mut self, row: &impl Cells) -> Result<(), InputError> {
         let blanks = self.layout.blanks;
         let is_foreign = self.columns.t.is_some() && blanks == Blanks::NotANumber;
         if is_foreign && self.columns.has_no_axis(row) {
@@ -91,7 +77,7 @@ impl<'a> Intake<'a> {
                     self.load = self.time_us(row)?.map(|time_us| (time_us, load));
                 }
             }
-            return Ok(false);
+            return Ok(());
         }
         let time_us = self.time_us(row)?;
         let mut sample = self.columns.sample(row, blanks, self.hints)?;
@@ -107,13 +93,7 @@ impl<'a> Intake<'a> {
         pushed.map_err(|refused| match (refused, &self.time) {
             (Refused::Time { previous_us }, Some(column)) => column.order_error(row, previous_us),
             (refused, _) => refused.into_error(self.file),
-        })?;
-        Ok(true)
-    }
-
-    /// Processes the true orientation of a row that is a sample.
-    pub(super) fn take_truth(&mut self, row: &impl Cells) -> Result<(), InputError> {
-        self.truth.as_mut().map_or(Ok(()), |truth| truth.row(row))
+        })
     }
 
     /// Time of a row, µs; `None` in a table without times. Their unit is the given one, that of the column's name, or
@@ -171,9 +151,6 @@ impl<'a> Intake<'a> {
         let told = self.hints.table.time_unit.or(self.layout.time_unit);
         if let (Some(time), None) = (self.time, told) {
             check_guess(self.file, time.unit, stored.about.sample_rate)?;
-        }
-        if let (Some(truth), Some(kept)) = (self.truth, stored.kept()) {
-            truth.retain(kept);
         }
         Ok(stored)
     }

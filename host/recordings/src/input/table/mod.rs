@@ -6,7 +6,6 @@
 //! | `csv`: a header names the columns | [`csv`]; `header`, `cells`, `intake`, `clock` |
 //! | `parquet`: the same columns | `parquet` |
 //! | tables of other origin: options, names, ROS 2 without a header | [`options`], [`mapping`]; `layout`, `names`, `sensors`, `ros2` |
-//! | columns that are not part of a recording: the true orientation | `truth` |
 
 pub(super) mod cells;
 mod clock;
@@ -24,4 +23,3 @@ pub(crate) mod parquet;
 pub(super) mod reader;
 mod ros2;
 pub(super) mod sensors;
-pub(super) mod truth;

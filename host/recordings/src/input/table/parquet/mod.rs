@@ -27,7 +27,6 @@ use super::cells::Cells;
 use super::intake::Intake;
 use super::layout::{Index, Layout};
 use super::reader::Row;
-use super::truth::Orientations;
 use crate::input::error::{Cell, InputError, RowPlace};
 use crate::input::iso8601::micros_since_1970;
 use crate::input::loaded::Hints;
@@ -47,11 +46,7 @@ const PANDAS_INDEX: &str = "__index_level_";
 ///
 /// # Errors
 /// The first error found, with its row and column.
-pub(in crate::input) fn read(
-    container: &Container,
-    hints: &Hints,
-    truth: Option<&mut Orientations>,
-) -> Result<Stored, InputError> {
+pub(in crate::input) fn read(container: &Container, hints: &Hints) -> Result<Stored, InputError> {
     let file = container.file.as_str();
     let [part] = &container.parts[..] else {
         return Err(InputError::empty(file));
@@ -65,7 +60,7 @@ pub(in crate::input) fn read(
     let names: Vec<String> = leaves.iter().map(|leaf| leaf.name.clone()).collect();
     let header = Row::of_names(file, &names);
     let layout = Layout::named(&header, &hints.table, index(&leaves))?;
-    let mut intake = Intake::new(file, hints, layout, truth)?;
+    let mut intake = Intake::new(file, hints, layout)?;
     let used = intake.used();
     for index in &used {
         leaves[*index].check(file)?;
@@ -95,9 +90,7 @@ pub(in crate::input) fn read(
                 row,
                 number: rows_before + row as u64 + 1,
             };
-            if intake.take(&row)? {
-                intake.take_truth(&row)?;
-            }
+            intake.take(&row)?;
         }
         rows_before += batch.num_rows() as u64;
     }

@@ -403,26 +403,3 @@ fn damage_is_an_error_without_panic() {
         }
     }
 }
-
-#[test]
-fn true_orientation_is_read_with_the_samples() {
-    let truth = [("qw", 0.6), ("qx", 0.8), ("qy", 0.0), ("qz", 0.0)];
-    let mut columns = axes();
-    columns.insert(0, ("t", seconds()));
-    for (name, value) in truth {
-        columns.push((name, numbers(move |_| value)));
-    }
-    columns.push(("movement", numbers(|k| f64::from(k >= 5.0))));
-    let mut file = tempfile::NamedTempFile::new().unwrap();
-    file.write_all(&written(columns)).unwrap();
-    let read = || Opened::new(file.path(), None).unwrap();
-    let (loaded, orientations) = read().read_with_orientation(&Hints::default()).unwrap();
-    assert_eq!(loaded.recording.samples.len(), ROWS);
-    let known: Vec<usize> = (0..ROWS).filter(|k| orientations[*k].is_some()).collect();
-    assert_eq!(known, (5..ROWS).collect::<Vec<_>>());
-    let turned = orientations[7].unwrap();
-    assert!((turned.w - 0.6).abs() < 1e-12 && (turned.v.x - 0.8).abs() < 1e-12);
-    // The samples equal those of a replay.
-    let replayed = read().read(&Hints::default()).unwrap();
-    assert_eq!(replayed.recording, loaded.recording);
-}
