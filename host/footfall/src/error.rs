@@ -132,7 +132,7 @@ pub enum Error {
     NotPlayed(String),
     /// A bag has a topic that contacts are written to.
     #[error(
-        "{file} has the topic {topic} already, and its messages are not the contacts of a foot: --estimate-again writes new ones in their place"
+        "{file} has the topic {topic} already: its messages are those of an earlier estimate, or of another program; --estimate-again writes new ones in their place"
     )]
     TopicTaken {
         /// Bag as given.
