@@ -152,7 +152,7 @@ pub enum Error {
     },
     /// A foot has no place in messages of all feet.
     #[error(
-        "the foot {name} has no place in the messages of all feet, which are those of FL, FR, RL and RR: name it with --rename {name}=FL, or leave its topic out with --not-topic"
+        "the foot {name} has no place of its own in the messages of all feet, which are those of FL, FR, RL and RR: name it, as in --rename {name}=FL, or leave its topic out with --not-topic"
     )]
     NoPlace {
         /// Name of the foot.

@@ -410,13 +410,13 @@ fn copy_makes_a_cut_recording_whole() {
     assert_eq!(most, CONTACTS);
 }
 
-/// Writes a bag of four feet that rest, with these topics.
-fn four_feet(bench: &Bench, topics: [&str; 4]) {
+/// Writes a bag of feet that rest, with these topics.
+fn feet_at_rest(bench: &Bench, topics: &[&str]) {
     let file = File::create(bench.path("four.mcap")).expect("a file");
     let mut bag = McapFile::new(file).expect("a bag");
     for ms in (0..2000).step_by(10) {
         let at = Timestamp::from_micros(START_US + 1000 * ms);
-        for topic in topics {
+        for &topic in topics {
             let imu = Imu {
                 header: Header {
                     stamp: Time::from(at),
@@ -455,7 +455,7 @@ fn feet_have_places_in_messages_of_others_by_their_names() {
             "/go1/RR_foot_imu",
         ],
     ] {
-        four_feet(&bench, topics);
+        feet_at_rest(&bench, &topics);
         let output = bench.run(copy);
         assert!(output.status.success(), "{output:?}");
         assert!(
@@ -464,13 +464,14 @@ fn feet_have_places_in_messages_of_others_by_their_names() {
         );
         assert!(counts(&bench, "copy.mcap").expect("a bag")["/foot_contacts"] > 100);
     }
-    four_feet(
+    feet_at_rest(
         &bench,
-        ["/leg_1/imu", "/leg_2/imu", "/leg_3/imu", "/leg_4/imu"],
+        &["/leg_1/imu", "/leg_2/imu", "/leg_3/imu", "/leg_4/imu"],
     );
     let error = bench.error(copy);
     assert!(
-        error.contains("the foot leg_1 has no place") && error.contains("--rename leg_1=FL"),
+        error.contains("the foot leg_1 has no place of its own")
+            && error.contains("as in --rename leg_1=FL"),
         "{error}"
     );
     let renamed =
@@ -483,4 +484,18 @@ fn feet_have_places_in_messages_of_others_by_their_names() {
     );
     let error = bench.error("replay four.mcap --topic all --rename leg_9=FL");
     assert!(error.contains("no foot leg_9 to rename"), "{error}");
+}
+
+#[test]
+fn lone_foot_has_its_place_by_a_part_of_its_topic() {
+    let bench = Bench::new();
+    feet_at_rest(&bench, &["/imu/FL_foot"]);
+    bench.stdout("replay four.mcap --compat champ --output copy.mcap");
+    assert!(counts(&bench, "copy.mcap").expect("a bag")["/foot_contacts"] > 10);
+    feet_at_rest(&bench, &["/imu/FL_foot", "/imu/FL_hip"]);
+    let error = bench.error("replay four.mcap --topic all --compat champ --output copy.mcap");
+    assert!(
+        error.contains("the foot FL_hip has no place of its own"),
+        "{error}"
+    );
 }

@@ -54,9 +54,13 @@ impl OfAllFeet {
         }
     }
 
-    /// Checks that each foot has a place in the messages, and warns about places without a foot.
-    fn check_places(&self, feet: &[CopiedFoot]) -> Result<(), Error> {
-        if let Some(foot) = feet.iter().find(|foot| foot.place.is_none()) {
+    /// Checks that each foot has a place of its own in the messages, and warns about places without a foot.
+    fn check_places(feet: &[CopiedFoot]) -> Result<(), Error> {
+        let has_none = |(index, foot): &(usize, &CopiedFoot)| {
+            let mut before = feet[..*index].iter();
+            foot.place.is_none() || before.any(|other| other.place == foot.place)
+        };
+        if let Some((_, foot)) = feet.iter().enumerate().find(has_none) {
             let name = foot.name.clone();
             return Err(Error::NoPlace { name });
         }
@@ -93,7 +97,7 @@ pub fn write(
         if feet.iter().any(|foot| foot.stored.has_estimates()) {
             return Err(Error::CopiedContacts { file, option });
         }
-        of_all_feet.check_places(feet)?;
+        OfAllFeet::check_places(feet)?;
     }
     write_file(path, |to| {
         let mut bag = McapFile::new(NoSeek::new(to)).map_err(io_error)?;
@@ -174,13 +178,16 @@ impl<W: Write + io::Seek> Merging<'_, '_, W> {
                 let RosMessage::Contact(contact) = published.message else {
                     continue;
                 };
+                let Some(place) = self.places[index] else {
+                    continue;
+                };
                 let stands = contact.valid && contact.decision;
-                if let (Some(low_state), Some(place)) = (&mut self.low_state, self.places[index]) {
+                if let Some(low_state) = &mut self.low_state {
                     low_state.set(place, stands, load);
                 }
                 if let Some(all_feet) = &mut self.all_feet {
                     let at = published.at;
-                    for published in all_feet.take(&contact, at, at.as_micros()) {
+                    for published in all_feet.take_at(place, &contact, at, at.as_micros()) {
                         self.bag.write(&published).map_err(io_error)?;
                     }
                 }

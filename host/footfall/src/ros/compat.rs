@@ -230,10 +230,23 @@ impl AllFeet {
         listened_us: u64,
     ) -> Vec<Published> {
         let name = contact.foot.as_str();
-        let Some(place) = place(name) else {
-            self.others.insert(name.to_owned());
-            return Vec::new();
-        };
+        match place(name) {
+            Some(place) => self.take_at(place, contact, at, listened_us),
+            None => {
+                self.others.insert(name.to_owned());
+                Vec::new()
+            }
+        }
+    }
+
+    /// Does the same for the foot at a place in [`FEET`], whatever its name.
+    pub fn take_at(
+        &mut self,
+        place: usize,
+        contact: &RosContact,
+        at: Timestamp,
+        listened_us: u64,
+    ) -> Vec<Published> {
         self.feet[place] = Some(Stance {
             stands: contact.valid && contact.decision,
             stamp: contact.header.stamp,

@@ -213,30 +213,6 @@ impl Key {
         }
     }
 
-    /// Returns the default value for each of these presets, by name.
-    #[must_use]
-    pub fn default_text(&self, presets: &[(&str, Params)]) -> String {
-        match &self.kind {
-            Kind::Learnt(_) => "nothing: a cold start".to_owned(),
-            Kind::Numbers(numbers) if numbers[..] == [Parameter::SampleRate] => {
-                "that of the recording's times".to_owned()
-            }
-            Kind::Gravity => "that of the recording's format: included in tables".to_owned(),
-            _ => {
-                let mut all: Vec<String> = Vec::new();
-                for (name, params) in presets {
-                    let value = self.value(params);
-                    match all.first() {
-                        None => all.push(value),
-                        Some(first) if *first == value => {}
-                        Some(_) => all.push(format!("with --preset {name}: {value}")),
-                    }
-                }
-                all.join("; ")
-            }
-        }
-    }
-
     /// Returns the part of the estimation that uses the key.
     #[must_use]
     pub fn used(&self) -> &'static str {

@@ -115,16 +115,11 @@ impl Rotation {
     /// Sensor-frame components of a vector given in the world frame.
     #[must_use]
     pub fn to_sensor(self, vector: Vector) -> Vector {
-        self.inverse().to_world(vector)
-    }
-
-    /// The inverse rotation.
-    #[must_use]
-    pub fn inverse(self) -> Self {
-        Self {
+        let inverse = Self {
             w: self.w,
             v: self.v * -1.0,
-        }
+        };
+        inverse.to_world(vector)
     }
 
     /// Composes two rotations: first `other`, then this.

@@ -145,7 +145,6 @@ impl Rows {
             duration_us,
             sample_rate,
             gravity: hints.gravity.unwrap_or(about.gravity),
-            units: hints.table.units,
             start_us: self.clock.map_or(0, |clock| clock.start_us),
             repairs: self.repairs,
             ..about

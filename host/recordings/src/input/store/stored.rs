@@ -9,7 +9,6 @@ use super::contacts::{Contacts, SentContact};
 use crate::input::correction::Correction;
 use crate::input::error::InputError;
 use crate::input::loaded::{Loaded, OLDEST_LOAD_US, Repairs, steady_time};
-use crate::input::table::options::Units;
 use crate::spool::{Samples, Spool};
 
 /// Properties of a recording other than its samples.
@@ -29,8 +28,6 @@ pub struct About {
     pub sample_rate: f32,
     /// Whether the accelerations contain gravity.
     pub gravity: Gravity,
-    /// Units in which the file was read, if different from those of its format.
-    pub units: Units,
     /// Name and unit of the load signal, such as `vertical force (N)`.
     pub load_title: String,
     /// Time of the file's clock at the first sample, µs; 0 if the file has no clock. It may be negative, as before
