@@ -11,9 +11,6 @@
 //! # LCD
 //! Simulated ATLAS and NAO, as above but at 100 Hz and with a class as the label: 0 stable, 1 no contact, 2 slip;
 //! the last two count as not stable.
-
-use std::path::Path;
-
 use crate::samples::recording::{Label, RecordedSample, Recording};
 use estimator_core::{Load, Params, Validity};
 
@@ -54,9 +51,6 @@ impl LabelScheme {
     }
 }
 
-/// Reading of a six-axis force/torque sensor in the ankle: Fx, Fy, Fz in N, Tx, Ty, Tz in N m.
-pub type Wrench = [f64; 6];
-
 /// Reads a recording with ATLAS' 13 columns.
 ///
 /// # Errors
@@ -67,35 +61,14 @@ pub(in crate::input) fn read(
     hints: &Hints,
 ) -> Result<Stored, InputError> {
     let sample_rate = hints.sample_rate.unwrap_or(labels.sample_rate());
-    let (mut recording, _) = read_table(&mut table, labels, sample_rate)?;
-    recording.gravity = hints.gravity.unwrap_or(recording.gravity);
-    Stored::from_recording(recording, Vec::new(), &table.file)
-}
-
-/// Reads a recording with ATLAS' 13 columns, including the whole wrench.
-///
-/// # Errors
-/// The first error found, with file, line and column.
-pub fn read_with_wrench(
-    path: &Path,
-    labels: LabelScheme,
-) -> Result<(Recording, Vec<Wrench>), InputError> {
-    read_table(&mut Table::open(path)?, labels, labels.sample_rate())
-}
-
-fn read_table(
-    table: &mut Table,
-    labels: LabelScheme,
-    sample_rate: f32,
-) -> Result<(Recording, Vec<Wrench>), InputError> {
-    let (mut samples, mut wrenches) = (Vec::new(), Vec::new());
+    let mut samples = Vec::new();
     while let Some(row) = table.next_row()? {
         row.expect_columns(ATLAS_COLUMNS.len())?;
         let mut values = [0.0; ATLAS_COLUMNS.len()];
         for (index, (value, name)) in values.iter_mut().zip(ATLAS_COLUMNS).enumerate() {
             *value = row.number(index, name)?;
         }
-        let [fx, fy, fz, tx, ty, tz, ax, ay, az, wx, wy, wz, truth] = values;
+        let [_, _, fz, _, _, _, ax, ay, az, wx, wy, wz, truth] = values;
         let time = steady_time(samples.len(), sample_rate);
         samples.push(RecordedSample {
             imu: imu_sample(time, [ax, ay, az, wx, wy, wz], Validity::Valid),
@@ -106,7 +79,6 @@ fn read_table(
                 _ => label(&row, ATLAS_COLUMNS.len() - 1, truth)?,
             }),
         });
-        wrenches.push([fx, fy, fz, tx, ty, tz]);
     }
     if samples.is_empty() {
         return Err(InputError::empty(&table.file));
@@ -114,11 +86,11 @@ fn read_table(
     let recording = Recording {
         name: table.recording_name.clone(),
         sample_rate,
-        gravity: Params::PAPER.gravity,
+        gravity: hints.gravity.unwrap_or(Params::PAPER.gravity),
         load_title: "vertical force (N)".to_owned(),
         samples,
     };
-    Ok((recording, wrenches))
+    Stored::from_recording(recording, Vec::new(), &table.file)
 }
 
 #[cfg(test)]
@@ -129,11 +101,15 @@ mod tests {
     use estimator_core::Vec3;
 
     fn load(text: &str) -> Result<Loaded, InputError> {
+        load_with(text, LabelScheme::StableOrNot)
+    }
+
+    fn load_with(text: &str, labels: LabelScheme) -> Result<Loaded, InputError> {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("recording.csv");
         std::fs::write(&path, text).unwrap();
         let table = Table::open(&path)?;
-        let stored = read(table, LabelScheme::StableOrNot, &Hints::default())?;
+        let stored = read(table, labels, &Hints::default())?;
         Ok(stored.into_loaded().unwrap())
     }
 
@@ -161,21 +137,18 @@ mod tests {
 
     #[test]
     fn contact_class_is_mapped_to_stable_or_not() {
-        let directory = tempfile::tempdir().unwrap();
-        let path = directory.path().join("robot.csv");
         let rows = |classes: &[u8]| -> String {
             let row = |class| format!("1,2,3,4,5,6,7,8,9,10,11,12,{class}\n");
             classes.iter().map(row).collect()
         };
-        std::fs::write(&path, rows(&[0, 1, 2])).unwrap();
-        let (recording, wrenches) = read_with_wrench(&path, LabelScheme::ContactClass).unwrap();
+        let loaded = load_with(&rows(&[0, 1, 2]), LabelScheme::ContactClass);
+        let recording = loaded.unwrap().recording;
         let labels: Vec<_> = recording.samples.iter().filter_map(|s| s.label).collect();
         assert_eq!(labels, [Label::Stable, Label::NotStable, Label::NotStable]);
-        assert_eq!(wrenches[2], [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        assert_eq!(recording.samples[2].load, Some(Load(3.0)));
         assert_eq!(recording.samples[1].imu.timestamp.as_micros(), 10_000);
 
-        std::fs::write(&path, rows(&[0, 3])).unwrap();
-        match read_with_wrench(&path, LabelScheme::ContactClass) {
+        match load_with(&rows(&[0, 3]), LabelScheme::ContactClass) {
             Err(InputError::Label { cell, .. }) => assert_eq!(cell.place, RowPlace::Line(2)),
             other => panic!("{other:?}"),
         }

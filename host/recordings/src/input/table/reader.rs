@@ -1,7 +1,6 @@
 //! Rows of cells from a file, with line numbers as in an editor.
 
 use std::borrow::Cow;
-use std::fs::File;
 use std::io::{self, Chain, Cursor, Read};
 use std::path::Path;
 use std::rc::Rc;
@@ -14,7 +13,7 @@ use super::names;
 use super::options::Decimal;
 use crate::input::error::{InputError, RowPlace, Suggestion};
 use crate::input::iso8601::micros_since_1970;
-use crate::samples::compressed::{decompressed, without_ending};
+use crate::samples::compressed::without_ending;
 
 /// Number of separators from which a line is a row: six axes need them.
 const SEPARATORS_OF_A_ROW: usize = 5;
@@ -43,9 +42,11 @@ pub(in crate::input) struct Table {
 
 impl Table {
     /// Opens a file that is known to be a table.
+    #[cfg(test)]
     pub(in crate::input) fn open(path: &Path) -> Result<Self, InputError> {
         let name = path.display().to_string();
-        let opened = File::open(path).and_then(|file| decompressed(Box::new(file)));
+        let opened = std::fs::File::open(path)
+            .and_then(|file| crate::samples::compressed::decompressed(Box::new(file)));
         let table = opened.and_then(|text| Self::of(name.clone(), recording_name(path), text));
         table.map_err(|source| InputError::unreadable(&name, source))
     }
