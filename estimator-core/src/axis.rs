@@ -37,7 +37,6 @@ impl Axis {
 
 /// A value for each of the six axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PerAxis<T> {
     /// Acceleration along x.
     pub ax: T,

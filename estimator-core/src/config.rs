@@ -1,13 +1,13 @@
 //! Conversion of parameters to the estimator's configuration: [`Params::validate`].
 
+use crate::adaptive::AdaptiveConfig;
 use crate::attitude::{AttitudeCoefficients, AttitudeFilter, GyroTiming};
 use crate::axis::PerAxis;
-use crate::kernel::Kernel;
+use crate::kde::kernel::Kernel;
 use crate::parameter;
 use crate::params::{Gravity, Method, Params, WindowLength};
 use crate::phase::PhaseCoefficients;
 use crate::range::ParamsError;
-use crate::stillness::StillnessConfig;
 use crate::velocity::VelocityCoefficients;
 
 impl Params {
@@ -26,8 +26,8 @@ impl Params {
             period_us: u64::from(crate::root::rounded(1.0e6 / self.sample_rate)),
             window_length: self.window_samples::<CAPACITY>()?,
             method: self.method,
-            stillness: StillnessConfig::new(
-                &self.stillness,
+            adaptive: AdaptiveConfig::new(
+                &self.constants,
                 self.learning,
                 self.learnt,
                 self.sample_rate,
@@ -72,7 +72,7 @@ pub struct Config<const CAPACITY: usize> {
     pub(crate) period_us: u64,
     pub(crate) window_length: usize,
     pub(crate) method: Method,
-    pub(crate) stillness: StillnessConfig,
+    pub(crate) adaptive: AdaptiveConfig,
     pub(crate) kernels: PerAxis<Kernel>,
     pub(crate) attitude: AttitudeCoefficients,
     pub(crate) phase: PhaseCoefficients,
@@ -102,7 +102,7 @@ fn micros(seconds: f32) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stillness::{Classes, Learnt};
+    use crate::adaptive::{Classes, Learnt};
 
     fn field_refused(change: impl FnOnce(&mut Params)) -> &'static str {
         let mut params = Params::DEFAULT;

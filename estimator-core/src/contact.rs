@@ -1,17 +1,17 @@
 //! The pipeline: one sample in, one [`ContactEstimate`] out.
 
+use crate::adaptive::Learnt;
 use crate::attitude::{Alignment, AttitudeFilter};
 use crate::config::Config;
 use crate::flag::{Flag, Flags};
+use crate::kde::window::Filling;
 use crate::model::{Known, Model};
 use crate::params::Gravity;
 use crate::phase::{Decision, Load, Phase, PhaseTracker};
 use crate::probability::Probabilities;
 use crate::sample::{AngularRate, ImuSample, LinearAcceleration, Timestamp, Validity};
-use crate::stillness::Learnt;
 use crate::vector::{Quaternion, Vec3};
 use crate::velocity::{VelocityCoefficients, VelocitySigma};
-use crate::window::Filling;
 
 /// Estimate of the foot's contact after one sample. The frame of the foot is that of the samples,
 /// to which a [mounting](crate::mounting) has rotated them; without one it is the sensor's.
@@ -29,8 +29,7 @@ pub struct ContactEstimate {
     pub flags: Flags,
     /// Orientation, foot → world; heading is arbitrary. The identity with [`Gravity::Removed`].
     pub orientation: Quaternion,
-    /// Acceleration with gravity removed, and with [`Method::SelfCalibrating`](crate::Method::SelfCalibrating) the residual observed in
-    /// quiet stances as well; frame of the foot, m/s². Zero if it is unknown.
+    /// Acceleration with gravity removed, frame of the foot, m/s². Zero if it is unknown.
     pub linear_acceleration: LinearAcceleration,
     /// Angular rate with bias removed, frame of the foot, rad/s. Zero if it is unknown.
     pub angular_rate: AngularRate,
@@ -44,7 +43,6 @@ pub struct ContactEstimate {
 /// The contact estimator of one foot: attitude filter, model of stillness and decision, with room
 /// for `CAPACITY` samples in the window.
 #[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ContactEstimator<const CAPACITY: usize> {
     gravity: Gravity,
     period_us: u64,
@@ -87,13 +85,6 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         }
     }
 
-    /// Performs the first step of the next [`Self::update`]: learns from the newest sample. Intended for
-    /// a foot that has a deadline for the estimate and time after it; results do not change.
-    pub fn finish(&mut self) {
-        self.attitude.finish();
-        self.model.finish();
-    }
-
     /// The zero-velocity measurement of the newest sample, as in [`ContactEstimate::velocity_sigma`];
     /// [`VelocitySigma::MOST`] before the first sample.
     #[must_use]
@@ -122,8 +113,7 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         self.attitude.known_bias()
     }
 
-    /// State learnt up to the sample before the newest, or including it after
-    /// [`Self::finish`]: to be stored, and passed to [`Params::learnt`] for a warm start.
+    /// State learnt so far: to be stored, and passed to [`Params::learnt`] for a warm start.
     ///
     /// [`Params::learnt`]: crate::Params::learnt
     #[must_use]
@@ -165,10 +155,7 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
             (Some((acceleration, rate)), Validity::Valid) => Known::Motion(acceleration, rate),
             _ if self.alignment() == Alignment::Searching => {
                 flags = flags.with(Flag::AttitudeNotInitialised);
-                match validity {
-                    Validity::Valid => Known::Measured(sample),
-                    _ => Known::NoAttitude,
-                }
+                Known::NoAttitude
             }
             _ => Known::Nothing,
         };
@@ -182,6 +169,9 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
         }
         if !self.model.is_settled() {
             flags = flags.with(Flag::Settling);
+        }
+        if !self.model.is_proven() {
+            flags = flags.with(Flag::Unproven);
         }
         if self.model.filling() == Filling::Partial {
             flags = flags.with(Flag::WindowNotFull);
@@ -245,14 +235,13 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
             return None;
         }
         let force = sample.specific_force.0;
-        let error = self.model.gravity_error();
         Some(match self.gravity {
-            Gravity::Removed => (LinearAcceleration(force - error), sample.angular_rate),
+            Gravity::Removed => (LinearAcceleration(force), sample.angular_rate),
             Gravity::Included => {
                 let gravity = self.attitude.orientation().up() * self.attitude.gravity();
                 let bias = self.attitude.gyro_bias();
                 (
-                    LinearAcceleration(force - gravity - error),
+                    LinearAcceleration(force - gravity),
                     AngularRate(sample.angular_rate.0 - bias.0),
                 )
             }
@@ -270,9 +259,9 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::adaptive::{Stillness, StillnessParams};
     use crate::params::{Method, Params};
     use crate::sample::{Saturation, SpecificForce};
-    use crate::stillness::{Stillness, StillnessParams};
     use crate::units::STANDARD_GRAVITY;
     use crate::vector::Vec3;
     use std::vec::Vec;

@@ -5,8 +5,8 @@
 pub enum Flag {
     /// Fewer samples than the window's length have been received: means cover the available ones.
     WindowNotFull,
-    /// The attitude filter has not found up yet, or lost it in a gap: gravity cannot be removed,
-    /// with half-widths every probability is 0, otherwise at most one half.
+    /// The attitude filter has not found up yet, or lost it in a gap: gravity cannot be removed. With half-widths
+    /// every probability is 0; otherwise each sample counts as mass 0.
     AttitudeNotInitialised,
     /// The newest sample is at the end of the sensor's range; it counts as mass 0.
     Saturated,
@@ -22,11 +22,14 @@ pub enum Flag {
     /// The foot has not yet shown enough stillness and motion: the limits between them
     /// are still mostly those that fit all feet. Walking a few steps clears it.
     Settling,
+    /// The foot has neither rested nor landed since the start: whatever its motion, it may hang, or be carried. The probability is
+    /// at most one half.
+    Unproven,
 }
 
 impl Flag {
     /// All flags, in the order of their bits.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::WindowNotFull,
         Self::AttitudeNotInitialised,
         Self::Saturated,
@@ -34,6 +37,7 @@ impl Flag {
         Self::InvalidSample,
         Self::TimeGap,
         Self::Settling,
+        Self::Unproven,
     ];
 
     /// The flag's name as written in files: `window_not_full` and so on.
@@ -47,6 +51,7 @@ impl Flag {
             Self::InvalidSample => "invalid_sample",
             Self::TimeGap => "time_gap",
             Self::Settling => "settling",
+            Self::Unproven => "unproven",
         }
     }
 
@@ -57,7 +62,6 @@ impl Flag {
 
 /// A set of [`Flag`]s.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Flags(u8);
 
 impl Flags {
@@ -98,10 +102,10 @@ impl Flags {
             .filter(move |flag| self.contains(*flag))
     }
 
-    /// Creates the set of these bits, as of [`bits`](Self::bits); bits without a flag are left out.
+    /// Creates the set of these bits, as of [`bits`](Self::bits).
     #[must_use]
     pub const fn from_bits(bits: u8) -> Self {
-        Self(bits & (u8::MAX >> (u8::BITS as usize - Flag::ALL.len())))
+        Self(bits)
     }
 
     /// The set as bits: bit *i* stands for `Flag::ALL[i]`.
@@ -144,6 +148,5 @@ mod tests {
             let flags = Flags::NONE.with(flag).with(Flag::Saturated);
             assert_eq!(Flags::from_bits(flags.bits()), flags);
         }
-        assert_eq!(Flags::from_bits(0x80), Flags::NONE, "a bit without a flag");
     }
 }

@@ -7,11 +7,10 @@
 //! | parameters, their ranges, and the derived configuration | [`params`], [`parameter`], [`config`] |
 //! | six numbers in SI units, with their time and quality | [`sample`] |
 //! | before the estimator: accelerometer correction, and rotation from the sensor's axes to the foot's | [`correction`], [`mounting`] |
-//! | orientation, for the removal of gravity, and gyro bias | [`attitude`], [`rest`] |
-//! | probability of stillness, with limits learnt from the foot | [`stillness`], with [`erf`](mod@erf) and [`logarithm`] |
-//! | or, with configured half-widths: share of the sample's kernel within them | [`kernel`] |
-//! | the trailing window's masses and their exact sums | [`window`] |
-//! | probability per axis, tangential, vertical and in total | [`probability`], of half-widths in [`density`] |
+//! | orientation, for the removal of gravity, and gyro bias | [`attitude`] |
+//! | probability of stillness, with limits learnt from the foot | [`adaptive`], with [`erf`](mod@erf) and [`logarithm`] |
+//! | or, with configured half-widths, the paper's | [`kde`] |
+//! | probability per axis, tangential, vertical and in total | [`probability`] |
 //! | standard deviation of a zero-velocity measurement | [`velocity`] |
 //! | debounced decision, and the phase if the load is known | [`phase`] |
 //! | one of the two models of stillness, by the configured method | `model` |
@@ -54,15 +53,15 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod adaptive;
 pub mod attitude;
 pub mod axis;
 pub mod config;
 pub mod contact;
 pub mod correction;
-pub mod density;
 pub mod erf;
 pub mod flag;
-pub mod kernel;
+pub mod kde;
 pub mod logarithm;
 mod model;
 pub mod mounting;
@@ -72,34 +71,31 @@ pub mod params;
 pub mod phase;
 pub mod probability;
 pub mod range;
-pub mod rest;
 pub mod root;
 pub mod sample;
 mod step;
-pub mod stillness;
 pub mod units;
 pub mod vector;
 pub mod velocity;
-pub mod window;
 
+pub use adaptive::{Constants, Learning, Learnt};
+pub use attitude::rest::RestParams;
 pub use attitude::{AttitudeFilter, AttitudeParams, GyroTiming};
 pub use axis::{Axis, PerAxis};
 pub use config::Config;
 pub use contact::{ContactEstimate, ContactEstimator};
 pub use correction::AccelerometerCorrection;
-pub use density::DensityEstimator;
 pub use flag::{Flag, Flags};
+pub use kde::density::DensityEstimator;
 pub use mounting::{Mounting, MountingError, MountingParams, SensorAxis};
 pub use parameter::Parameter;
 pub use params::{DecisionParams, Gravity, LoadParams, Method, Params, WindowLength};
 pub use phase::{Decision, Load, Phase};
 pub use probability::Probabilities;
 pub use range::{ParamsError, Row};
-pub use rest::RestParams;
 pub use sample::{
     AngularRate, ImuSample, LinearAcceleration, Saturation, SpecificForce, Timestamp, Validity,
 };
-pub use stillness::{Constants, Learning, Learnt, StillnessParams};
 pub use units::Unit;
 pub use vector::{Quaternion, Vec3};
 pub use velocity::{VelocityCoefficients, VelocityParams, VelocitySigma};

@@ -1,13 +1,13 @@
 //! The probability of stillness, by the method of the configuration.
 
+use crate::adaptive::{Adaptive, Learnt};
 use crate::config::Config;
-use crate::density::Density;
+use crate::kde::density::Density;
+use crate::kde::window::{AnyRing, Filling, Ring};
 use crate::params::Method;
 use crate::probability::Probabilities;
-use crate::sample::{AngularRate, ImuSample, LinearAcceleration};
-use crate::stillness::{Learnt, Stillness};
+use crate::sample::{AngularRate, LinearAcceleration};
 use crate::vector::Vec3;
-use crate::window::{AnyRing, Filling, Ring};
 
 /// Longest gap that is bridged, µs: the probability is held, no higher than it was. Shorter than the
 /// self-calibrating estimate's window.
@@ -19,22 +19,18 @@ const GAP_WINDOWS: u32 = 3;
 /// The model of a [`Method`], with room for `CAPACITY` samples in a window of half-widths.
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant)] // It is always in place, in static memory, as large as the larger one.
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(bound = ""))]
 pub(crate) enum Model<const CAPACITY: usize> {
     /// [`Method::SelfCalibrating`].
-    SelfCalibrating(Stillness),
+    SelfCalibrating(Adaptive),
     /// [`Method::HalfWidths`], which learns nothing: it returns what the parameters hold.
     HalfWidths(Density<Ring<CAPACITY>>, Learnt),
 }
 
 /// Knowledge of a sample.
 #[derive(Clone, Copy)]
-pub(crate) enum Known<'a> {
+pub(crate) enum Known {
     /// Its motion, without gravity and bias.
     Motion(LinearAcceleration, AngularRate),
-    /// Its values alone, as up is unknown: the probability is at most one half.
-    Measured(&'a ImuSample),
     /// Nothing, while up is unknown.
     NoAttitude,
     /// Nothing.
@@ -43,23 +39,20 @@ pub(crate) enum Known<'a> {
 
 impl<const CAPACITY: usize> Model<CAPACITY> {
     pub(crate) fn new(config: &Config<CAPACITY>) -> Self {
-        let stillness = Stillness::new(&config.stillness);
+        let adaptive = Adaptive::new(&config.adaptive);
         match config.method {
-            Method::SelfCalibrating => Self::SelfCalibrating(stillness),
-            Method::HalfWidths => Self::HalfWidths(Density::new(config), stillness.learnt()),
+            Method::SelfCalibrating => Self::SelfCalibrating(adaptive),
+            Method::HalfWidths => Self::HalfWidths(Density::new(config), adaptive.learnt()),
         }
     }
 
     /// Processes what is known of one sample; `up` is the unit vector that points up, sensor frame.
     #[inline]
-    pub(crate) fn push(&mut self, known: Known<'_>, up: impl FnOnce() -> Vec3) -> Probabilities {
+    pub(crate) fn push(&mut self, known: Known, up: impl FnOnce() -> Vec3) -> Probabilities {
         match self {
-            Self::SelfCalibrating(stillness) => match known {
-                Known::Motion(acceleration, rate) => stillness.push(acceleration, rate, up()),
-                Known::Measured(sample) => {
-                    stillness.push_unaligned(sample.specific_force.0, sample.angular_rate)
-                }
-                Known::Nothing | Known::NoAttitude => stillness.push_doubt(),
+            Self::SelfCalibrating(adaptive) => match known {
+                Known::Motion(acceleration, rate) => adaptive.push(acceleration, rate, up()),
+                Known::Nothing | Known::NoAttitude => adaptive.push_doubt(),
             },
             Self::HalfWidths(density, _) => {
                 let density: &mut Density<AnyRing> = density;
@@ -67,7 +60,7 @@ impl<const CAPACITY: usize> Model<CAPACITY> {
                     Known::Motion(acceleration, rate) => density.push(acceleration, rate),
                     Known::Nothing => density.push_doubt(),
                     // The remainder of gravity would count as motion.
-                    Known::Measured(_) | Known::NoAttitude => {
+                    Known::NoAttitude => {
                         density.clear();
                         Probabilities::default()
                     }
@@ -83,14 +76,14 @@ impl<const CAPACITY: usize> Model<CAPACITY> {
     #[inline(never)]
     pub(crate) fn account_for(&mut self, missing: u64, period_us: u64) -> Option<Probabilities> {
         match self {
-            Self::SelfCalibrating(stillness) => {
+            Self::SelfCalibrating(adaptive) => {
                 if missing.saturating_mul(period_us) > BRIDGED_US {
-                    let most = GAP_WINDOWS * stillness.window();
+                    let most = GAP_WINDOWS * adaptive.window();
                     for _ in 0..missing.min(most.into()) {
-                        stillness.push_doubt();
+                        adaptive.push_doubt();
                     }
                 }
-                Some(stillness.probabilities())
+                Some(adaptive.probabilities())
             }
             Self::HalfWidths(density, _) => {
                 let density: &mut Density<AnyRing> = density;
@@ -107,20 +100,11 @@ impl<const CAPACITY: usize> Model<CAPACITY> {
         }
     }
 
-    /// Residual of gravity observed on this foot, sensor frame, m/s².
-    #[inline]
-    pub(crate) fn gravity_error(&self) -> Vec3 {
-        match self {
-            Self::SelfCalibrating(stillness) => stillness.gravity_error(),
-            Self::HalfWidths(..) => Vec3::ZERO,
-        }
-    }
-
     /// Returns whether the window is full.
     #[inline]
     pub(crate) const fn filling(&self) -> Filling {
         match self {
-            Self::SelfCalibrating(stillness) => stillness.filling(),
+            Self::SelfCalibrating(adaptive) => adaptive.filling(),
             Self::HalfWidths(density, _) => {
                 let density: &Density<AnyRing> = density;
                 density.filling()
@@ -132,16 +116,17 @@ impl<const CAPACITY: usize> Model<CAPACITY> {
     #[inline]
     pub(crate) fn is_settled(&self) -> bool {
         match self {
-            Self::SelfCalibrating(stillness) => stillness.is_settled(),
+            Self::SelfCalibrating(adaptive) => adaptive.is_settled(),
             Self::HalfWidths(..) => true,
         }
     }
 
-    /// Learns from the newest sample.
+    /// Returns whether the foot has shown that it can stand.
     #[inline]
-    pub(crate) fn finish(&mut self) {
-        if let Self::SelfCalibrating(stillness) = self {
-            stillness.finish();
+    pub(crate) const fn is_proven(&self) -> bool {
+        match self {
+            Self::SelfCalibrating(adaptive) => adaptive.is_proven(),
+            Self::HalfWidths(..) => true,
         }
     }
 
@@ -149,7 +134,7 @@ impl<const CAPACITY: usize> Model<CAPACITY> {
     #[inline]
     pub(crate) fn learnt(&self) -> Learnt {
         match self {
-            Self::SelfCalibrating(stillness) => stillness.learnt(),
+            Self::SelfCalibrating(adaptive) => adaptive.learnt(),
             Self::HalfWidths(_, learnt) => *learnt,
         }
     }

@@ -5,10 +5,10 @@
 //! have their rows in [`Learnt::ROWS`]; the constants of self-calibration cannot be set and are
 //! checked by the compiler.
 
+use crate::adaptive::Learnt;
 use crate::attitude::GyroTiming;
 use crate::params::{Params, WindowLength};
 use crate::range::{ParamsError, in_range, name, ranges};
-use crate::stillness::Learnt;
 use crate::units::Unit;
 
 pub use crate::range::Row;

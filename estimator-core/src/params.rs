@@ -3,9 +3,9 @@
 //! [`Params`] is the user's input; [`Params::validate`] turns it into the [`Config`](crate::Config)
 //! from which an estimator is made, or reports the invalid field and its range.
 
+use crate::adaptive::{Constants, Learning, Learnt};
 use crate::attitude::AttitudeParams;
 use crate::axis::PerAxis;
-use crate::stillness::{Constants, Learning, Learnt};
 use crate::units::DEGREE;
 use crate::velocity::VelocityParams;
 
@@ -13,7 +13,6 @@ pub use crate::units::STANDARD_GRAVITY;
 
 /// Whether the accelerometer's samples still contain gravity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Gravity {
     /// As measured by an accelerometer. The attitude filter removes gravity and gyro bias.
     #[default]
@@ -26,7 +25,7 @@ pub enum Gravity {
 /// Source of the limits of stillness.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// The foot learns them while it walks: see [`stillness`](crate::stillness).
+    /// The foot learns them while it walks: see [`adaptive`](crate::adaptive).
     #[default]
     SelfCalibrating,
     /// Configured half-widths per axis, between which a density is integrated over a window: the paper's
@@ -78,7 +77,7 @@ pub struct Params {
     /// With [`Method::SelfCalibrating`]: state learnt before, for a warm start.
     pub learnt: Option<Learnt>,
     /// With [`Method::SelfCalibrating`]: its constants, the same for all feet.
-    pub stillness: Constants,
+    pub constants: Constants,
     /// With [`Method::HalfWidths`]: the window, at least one sample, at most the estimator's capacity.
     pub window: WindowLength,
     /// With [`Method::HalfWidths`]: kernel standard deviation h per axis, m/s² and rad/s, the
@@ -110,7 +109,7 @@ impl Params {
     /// |---|---|---|
     /// | `sample_rate` | 1 kHz | the firmware's tick |
     /// | `method` | self-calibrating | half-widths belong to a robot, and differ by a factor of twenty between two of them |
-    /// | `stillness` | | see [`StillnessParams::DEFAULT`](crate::StillnessParams::DEFAULT) |
+    /// | `constants` | | see [`Constants::DEFAULT`] |
     /// | `window` | 50 ms | the paper's 50 samples at the rate of its simulation |
     /// | `bandwidth` | 0.0196 m/s², 0.00122 rad/s | LSM6DSOX behind 333 and 335 Hz low-pass filters: 2.0 mg at ±16 g and 0.070 °/s, from noise densities of 110 µg/√Hz and 3.8 m°/s/√Hz |
     /// | `half_width` | 0.4 m/s², 0.04 rad/s | the paper's values for ATLAS |
@@ -123,7 +122,7 @@ impl Params {
         method: Method::SelfCalibrating,
         learning: Learning::On,
         learnt: None,
-        stillness: Constants::DEFAULT,
+        constants: Constants::DEFAULT,
         window: WindowLength::Duration(0.05),
         bandwidth: PerAxis::by_sensor(2.0e-3 * STANDARD_GRAVITY, 0.070 * DEGREE),
         half_width: PerAxis::by_sensor(0.4, 0.04),

@@ -13,7 +13,6 @@ pub struct Load(pub f32);
 
 /// Debounced answer to "may the robot lean on this foot?".
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Decision {
     /// No, or not known.
     #[default]
@@ -24,7 +23,6 @@ pub enum Decision {
 
 /// The paper's four cases (section IV-B), and a value for the case that they cannot be distinguished.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Phase {
     /// There is no load signal, or the estimate rests on doubtful data.
     #[default]
@@ -64,7 +62,6 @@ impl Phase {
 
 /// State of the Schmitt trigger on the load signal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum Loading {
     #[default]
     Unloaded,
@@ -73,7 +70,6 @@ enum Loading {
 
 /// Thresholds and delays in the form used by the tracker.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct PhaseCoefficients {
     pub(crate) threshold: f32,
     pub(crate) on_delay_us: u64,
@@ -84,7 +80,6 @@ pub(crate) struct PhaseCoefficients {
 
 /// Debounces the decision and tracks the phase.
 #[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct PhaseTracker {
     coefficients: PhaseCoefficients,
     decision: Decision,
@@ -104,7 +99,6 @@ const MOTION_UNKNOWN: [Flag; 4] = [
 
 /// Whether the decision is meaningful yet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum Deliberation {
     /// Since the motion became known, the on-delay has neither passed nor been cut short: a
     /// standing foot must not be taken for a slipping one meanwhile.

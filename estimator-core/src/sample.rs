@@ -10,24 +10,20 @@ use crate::vector::Vec3;
 ///
 /// The name follows Wahlström and Skog, *Fifteen years of progress at zero velocity* (2021).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SpecificForce(pub Vec3);
 
 /// Acceleration of the foot in m/s², gravity removed: at rest it is zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LinearAcceleration(pub Vec3);
 
 /// Gyroscope output in rad/s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AngularRate(pub Vec3);
 
 /// Time at which a sample was acquired: microseconds since the clock's own start.
 ///
 /// 64 bits suffice for half a million years, so it never wraps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Timestamp(u64);
 
 impl Timestamp {

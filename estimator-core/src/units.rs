@@ -27,8 +27,8 @@ pub enum Unit {
     LoadSignal,
     /// Natural logarithm of m/s².
     LogMetrePerSecondSquared,
-    /// Natural logarithm of rad/s.
-    LogRadianPerSecond,
+    /// Natural logarithm of m/s.
+    LogMetrePerSecond,
 }
 
 impl Unit {
@@ -45,7 +45,7 @@ impl Unit {
             Self::RadianPerSecond => "rad/s",
             Self::LoadSignal => "N",
             Self::LogMetrePerSecondSquared => "ln(m/s²)",
-            Self::LogRadianPerSecond => "ln(rad/s)",
+            Self::LogMetrePerSecond => "ln(m/s)",
         }
     }
 }
@@ -66,7 +66,7 @@ mod tests {
             Unit::RadianPerSecond,
             Unit::LoadSignal,
             Unit::LogMetrePerSecondSquared,
-            Unit::LogRadianPerSecond,
+            Unit::LogMetrePerSecond,
         ];
         for unit in units {
             let same = units.into_iter().filter(|u| u.symbol() == unit.symbol());

@@ -7,7 +7,6 @@ use core::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 /// Three components along the axes of some frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Vec3 {
     /// Component along x.
     pub x: f32,
@@ -103,7 +102,6 @@ impl Mul<f32> for Vec3 {
 /// A unit quaternion in Hamilton's convention, sensor → world unless stated otherwise: it rotates a
 /// vector's sensor-frame components into world-frame components. World z points up; heading is arbitrary.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Quaternion {
     /// Scalar part.
     pub w: f32,

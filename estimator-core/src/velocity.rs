@@ -49,7 +49,6 @@ impl VelocityParams {
 /// Standard deviation of the velocity of a foot, each axis, m/s: above 0 and at most
 /// [`Self::MOST`].
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct VelocitySigma(pub f32);
 
 impl VelocitySigma {
@@ -65,7 +64,6 @@ impl Default for VelocitySigma {
 
 /// Squares of [`VelocityParams`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct VelocityCoefficients {
     /// (m/s)².
     speed: f32,

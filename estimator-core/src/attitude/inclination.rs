@@ -50,7 +50,6 @@ const SETTLED_TIME_CONSTANT: f32 = 2.0;
 const SETTLED_DURATION: f32 = 0.05;
 
 #[derive(Clone, Copy, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct InclinationCoefficients {
     /// Growth of doubt with time, 1/s².
     growth: f32,
@@ -66,7 +65,6 @@ impl InclinationCoefficients {
 
 /// State of the inclination correction.
 #[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Inclination {
     coefficients: InclinationCoefficients,
     /// Doubt about the inclination: 1 over the time constant of the correction, 1/s.
@@ -153,7 +151,6 @@ impl Inclination {
 
 /// Small rotation of the world frame about a horizontal axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Correction {
     /// rad about world x.
     x: f32,

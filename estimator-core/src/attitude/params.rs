@@ -2,8 +2,8 @@
 
 use super::inclination::InclinationCoefficients;
 use super::quietness::QuietnessCoefficients;
+use crate::attitude::rest::{RestCoefficients, RestParams};
 use crate::order::Order;
-use crate::rest::{RestCoefficients, RestParams};
 use crate::units::{DEGREE, STANDARD_GRAVITY};
 
 /// Longest time between samples, s, across which the gyroscope can be integrated for a foot that
@@ -27,7 +27,6 @@ const LONGEST_GUESS: f32 = 0.1;
 
 /// Time within the sample period to which a gyroscope sample refers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum GyroTiming {
     /// A sample is the mean over the sample period that ends with it, as from a sensor whose
     /// low-pass filter fits the rate: half a period of delay.
@@ -84,7 +83,6 @@ impl AttitudeParams {
 
 /// Validated [`AttitudeParams`] in the form used by the filter.
 #[derive(Clone, Copy, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct AttitudeCoefficients {
     /// Sample period, s.
     pub(super) period: f32,

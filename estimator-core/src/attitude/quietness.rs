@@ -27,7 +27,6 @@ const ATTACK: f32 = 0.5;
 const MAGNITUDE_WEIGHT: f32 = 0.7;
 
 #[derive(Clone, Copy, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct QuietnessCoefficients {
     least_noise: f32,
     inverse_acceleration: f32,
@@ -46,7 +45,6 @@ impl QuietnessCoefficients {
 
 /// Follows the deviation of acceleration and angular rate from rest.
 #[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Quietness {
     coefficients: QuietnessCoefficients,
     /// Short mean of the specific force, world frame, m/s².

@@ -9,7 +9,6 @@ const LARGEST_TURN_SQUARED: f32 = 1.0;
 
 /// Rotation between two samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) enum Turn {
     /// The sensor turned by this much, in its own frame.
     By(Increment),
@@ -19,7 +18,6 @@ pub(super) enum Turn {
 
 /// A rotation and its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Increment {
     /// From the sensor's axes at this sample to those at the sample before.
     pub(super) turn: Quaternion,
@@ -30,7 +28,6 @@ pub(super) struct Increment {
 
 /// The gyroscope's previous sample and its delay.
 #[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Strapdown {
     gyro_delay: f32,
     previous_rate: Vec3,

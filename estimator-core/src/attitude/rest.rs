@@ -106,7 +106,6 @@ const GRAVITY_TIME_CONSTANT: f32 = 0.5;
 
 /// Whether the sensor has moved since the first sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum Beginning {
     Still,
     Over,
@@ -114,7 +113,6 @@ enum Beginning {
 
 /// Observation that the bias is taken from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum Source {
     /// The last rest.
     Rest,
@@ -163,7 +161,6 @@ impl RestParams {
 
 /// Limits of stillness.
 #[derive(Clone, Copy, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Stillness {
     /// Largest deviation of the acceleration from its mean, squared, (m/s²)².
     acceleration_squared: f32,
@@ -173,7 +170,6 @@ struct Stillness {
 
 /// Validated [`RestParams`] in the form used by the estimator.
 #[derive(Clone, Copy, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct RestCoefficients {
     duration: f32,
     stillness: Stillness,
@@ -198,7 +194,6 @@ impl RestCoefficients {
 
 /// Detects rest and learns the gyroscope's bias at rest only.
 #[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct BiasEstimator {
     coefficients: RestCoefficients,
     mean_force: Vec3,

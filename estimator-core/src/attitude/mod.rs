@@ -3,7 +3,7 @@
 //! The gyroscope carries the orientation from sample to sample (`attitude::strapdown`); the
 //! accelerometer, low-passed in the almost inertial frame that this gives, pulls its inclination
 //! towards gravity (`attitude::inclination`), with a weight that depends on how quiet the foot is
-//! (`attitude::quietness`); and the gyro's bias is learnt while the foot is at rest ([`crate::rest`]).
+//! (`attitude::quietness`); and the gyro's bias is learnt while the foot is at rest ([`rest`]).
 //! Heading is not observed: it starts at zero and drifts with the gyro.
 //!
 //! Requirements on a foot, and how they are met:
@@ -24,15 +24,16 @@
 mod inclination;
 mod params;
 mod quietness;
+pub mod rest;
 mod strapdown;
 
-use crate::rest::BiasEstimator;
 use crate::sample::{AngularRate, ImuSample, Saturation, Timestamp, Validity};
 use crate::step::{Continuity, Step};
 use crate::units::STANDARD_GRAVITY;
 use crate::vector::{Quaternion, Vec3};
 use inclination::Inclination;
 use quietness::Quietness;
+use rest::BiasEstimator;
 use strapdown::{Strapdown, Turn};
 
 pub(crate) use params::AttitudeCoefficients;
@@ -47,7 +48,6 @@ const FOLLOWS_EVERY: f32 = 0.02;
 
 /// Whether up is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Alignment {
     /// Not yet: hold still. A fifth of a second of quiet is enough; without quiet it takes some
     /// seconds of averaging.
@@ -59,7 +59,6 @@ pub enum Alignment {
 
 /// Estimates orientation and gyro bias, sample by sample.
 #[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AttitudeFilter {
     coefficients: AttitudeCoefficients,
     previous: Option<Timestamp>,
@@ -103,7 +102,6 @@ impl AttitudeFilter {
 
     /// Like [`Self::update`], for a sample whose values have been checked.
     pub(crate) fn update_checked(&mut self, sample: &ImuSample) {
-        self.finish();
         let saturation = match sample.validity {
             Validity::Valid => None,
             Validity::Saturated(saturation) => Some(saturation),
@@ -159,19 +157,12 @@ impl AttitudeFilter {
             false => self.bias.excuse(),
         }
         self.bias.update(force, rate, step);
-    }
-
-    /// Lets the bias follow the newest corrections of the inclination. The next sample would do so first;
-    /// results do not change.
-    #[inline]
-    pub(crate) fn finish(&mut self) {
         if self.correcting >= FOLLOWS_EVERY {
             self.follow();
         }
     }
 
-    // Not inlined: few samples need it.
-    #[inline(never)]
+    /// Lets the bias follow the newest corrections of the inclination.
     fn follow(&mut self) {
         let turn = self.orientation.conjugate().rotate(self.corrected);
         self.bias.follow(turn, self.correcting);

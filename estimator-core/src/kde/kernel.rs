@@ -21,7 +21,6 @@ const TAIL_BANDWIDTHS: f32 = 5.5;
 /// f32 resolves a mass near 1 in the same steps, so no precision is lost; as an
 /// integer it can be added and subtracted exactly.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Mass(u32);
 
 impl Mass {
@@ -61,7 +60,6 @@ impl Mass {
 
 /// Kernel of one axis, with all terms that do not depend on the sample precomputed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Kernel {
     half_width: f32,
     /// 1/(h√2).

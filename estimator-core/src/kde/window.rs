@@ -8,11 +8,8 @@
 //! all sizes: the ring comes last and is seen as a slice. It is optimised with this crate, whatever
 //! the crate that chose the size.
 
-#[cfg(feature = "serde")]
-mod stored;
-
 use crate::axis::PerAxis;
-use crate::kernel::Mass;
+use crate::kde::kernel::Mass;
 
 /// Masses of the last *n* samples on all six axes, 1 ≤ n ≤ the ring's capacity, with *n* chosen at
 /// run time, and the sums over all of them. Made as a `Window<Ring<N>>`, used
@@ -32,7 +29,6 @@ pub type AnyRing = [PerAxis<Mass>];
 
 /// Sums over the newest samples of a ring.
 #[derive(Clone, Copy, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Trailing {
     sum: PerAxis<u64>,
     length: usize,

@@ -1,14 +1,14 @@
 //! The paper's method, from motion to probability: six kernels, a window, and three products.
 //!
 //! The limits are configured per axis ([`Method::HalfWidths`](crate::Method)); if the foot learns them
-//! itself, [`stillness`](crate::stillness) is used instead.
+//! itself, [`adaptive`](crate::adaptive) is used instead.
 
 use crate::axis::PerAxis;
 use crate::config::Config;
-use crate::kernel::{Kernel, Mass};
+use crate::kde::kernel::{Kernel, Mass};
+use crate::kde::window::{AnyRing, Filling, Ring, Window};
 use crate::probability::Probabilities;
 use crate::sample::{AngularRate, LinearAcceleration};
-use crate::window::{AnyRing, Filling, Ring, Window};
 
 /// The kernel density estimate of the paper, causal and in closed form: the window's masses and
 /// their mean. It has room for `CAPACITY` samples.
@@ -51,14 +51,6 @@ impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
 
 /// Implementation of [`DensityEstimator`] for any ring.
 #[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(
-    feature = "serde",
-    serde(bound(
-        serialize = "Window<R>: serde::Serialize",
-        deserialize = "R: Sized, Window<R>: serde::Deserialize<'de>"
-    ))
-)]
 pub(crate) struct Density<R: ?Sized> {
     kernels: PerAxis<Kernel>,
     window: Window<R>,

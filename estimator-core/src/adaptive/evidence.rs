@@ -1,0 +1,162 @@
+//! Evidence that a foot stands: it has rested, or it has landed.
+//!
+//! Learnt limits leave room for stances that shake. A foot that hangs, is carried or shaken moves within that
+//! room, for minutes. It lacks the evidence of each stride of a walk, the fall of the acceleration from that of a swing to
+//! that of a stance; and that of a standing foot, rest. Without either for [`Constants::evidence_lasts`] the foot is not
+//! stable, however little it moves, and nothing is learnt. Before the first evidence the probability is at most one half.
+
+use super::constants::Constants;
+use crate::logarithm::exp;
+use crate::order::Order;
+
+/// Largest time that is counted, s.
+const LONGEST: f32 = 200.0;
+
+/// Limit of counted rest, as a multiple of the required rest, so that a disturbance does not end it at once.
+const MOST_REST: f32 = 1.3;
+
+/// Time constant of the mean whose maximum is the strength of a swing, s.
+const SWING: f32 = 0.2;
+
+/// Time in which that maximum decays by a factor of e, s.
+const SWING_FADES: f32 = 2.0;
+
+/// Mean mass below which the foot is in motion without doubt.
+const MOVES: f32 = 0.2;
+
+/// Largest acceleration, m/s², and rate, rad/s, that count in the short means: an impact decays soon.
+const LARGEST: f32 = 2.0;
+
+/// Logarithm of a swing weaker than any.
+const WEAKEST: f32 = -3.0;
+
+/// Factor of the probability before the first evidence.
+const UNPROVEN: f32 = 0.5;
+
+/// State of the evidence.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Evidence {
+    /// Time between samples, s.
+    period: f32,
+    /// Shares of the newest sample in the short means, and in that of a swing.
+    share: f32,
+    swing_share: f32,
+    /// Share of the way that the factor moves in a sample.
+    fades: f32,
+    /// Short means of acceleration, m/s², angular rate, rad/s, and the logarithm of the acceleration.
+    acceleration: f32,
+    rate: f32,
+    calm: f32,
+    /// Mean logarithm of the acceleration over a swing, and its recent maximum.
+    swing: f32,
+    strongest: f32,
+    /// Rest, less the time without it, s.
+    rested: f32,
+    /// Times since the foot moved, since it landed, and since the last evidence, s.
+    since_motion: f32,
+    since_landing: f32,
+    since: f32,
+    seen: bool,
+    landed: bool,
+    /// Factor of the probability.
+    factor: f32,
+}
+
+/// Readings of one sample.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reading {
+    /// Amplitude of the acceleration, m/s², and the logarithm that the classes judge.
+    pub acceleration: f32,
+    pub logarithm: f32,
+    /// Angular rate, rad/s.
+    pub rate: f32,
+    /// Probability of stillness without evidence.
+    pub still: f32,
+    /// Mean logarithm in swings.
+    pub moving: f32,
+}
+
+impl Evidence {
+    /// A foot of which nothing is known.
+    pub fn new(constants: &Constants, period: f32, fades: f32) -> Self {
+        let share = |time_constant: f32| 1.0 - exp(-period / time_constant);
+        Self {
+            period,
+            share: share(constants.evidence_time_constant),
+            swing_share: share(SWING),
+            fades,
+            acceleration: 1.0,
+            rate: 1.0,
+            calm: 0.0,
+            swing: WEAKEST,
+            strongest: WEAKEST,
+            rested: 0.0,
+            since_motion: LONGEST,
+            since_landing: LONGEST,
+            since: LONGEST,
+            seen: false,
+            landed: false,
+            factor: UNPROVEN,
+        }
+    }
+
+    /// Factor of the probability: 1 while there is evidence, 0 without, one half before the first.
+    pub const fn factor(&self) -> f32 {
+        self.factor
+    }
+
+    /// Returns whether the foot has rested or landed since the start.
+    pub const fn seen(&self) -> bool {
+        self.seen
+    }
+
+    /// Returns whether the foot is learnt from: it walks, or has yet to show that it does.
+    pub fn walks(&self, constants: &Constants) -> bool {
+        !self.landed || self.since_landing < constants.evidence_lasts
+    }
+
+    /// Processes a sample.
+    pub fn push(&mut self, constants: &Constants, reading: &Reading) {
+        let period = self.period;
+        let counted = |seconds: f32| (seconds + period).lesser(LONGEST);
+
+        self.acceleration +=
+            (reading.acceleration.lesser(LARGEST) - self.acceleration) * self.share;
+        self.rate += (reading.rate.lesser(LARGEST) - self.rate) * self.share;
+        let rests =
+            self.acceleration < constants.rest_acceleration && self.rate < constants.rest_rate;
+        self.rested = match rests {
+            true => (self.rested + period).lesser(MOST_REST * constants.rest),
+            false => (self.rested - period).greater(0.0),
+        };
+
+        self.calm += (reading.logarithm - self.calm) * self.share;
+        self.swing += (reading.logarithm - self.swing) * self.swing_share;
+        self.strongest = (self.strongest - period / SWING_FADES).greater(self.swing);
+        let moves = reading.still < MOVES && reading.logarithm > reading.moving - constants.swing;
+        self.since_motion = match moves {
+            true => 0.0,
+            false => counted(self.since_motion),
+        };
+        let lands = self.calm < self.strongest - constants.landing
+            && self.since_motion < constants.landing_time;
+        self.landed |= lands;
+        self.since_landing = match lands {
+            true => 0.0,
+            false => counted(self.since_landing),
+        };
+
+        let evident = lands || self.rested > constants.rest;
+        self.seen |= evident;
+        self.since = match evident {
+            true => 0.0,
+            false => counted(self.since),
+        };
+        let target = match (self.since < constants.evidence_lasts, self.seen) {
+            (true, _) => 1.0,
+            (false, true) => 0.0,
+            (false, false) => UNPROVEN,
+        };
+        self.factor += (target - self.factor) * self.fades;
+    }
+}

@@ -1,0 +1,167 @@
+//! State learnt from a foot, as it is stored, sent and restored: a warm start.
+
+use crate::range::{ParamsError, Row, in_range, name};
+use crate::units::Unit;
+
+/// Evidence of each class from which the learnt state counts as settled, s. Four to five steps.
+pub const SETTLED_AFTER: f32 = 1.0;
+
+/// Range of a logarithm in [`Learnt`]: amplitudes of 1e-4 to 1e4.
+pub const LOGARITHM: (f32, f32) = (-9.3, 9.3);
+
+/// Largest number of seconds of a class in [`Learnt`].
+pub const MOST_SECONDS: f32 = 1.0e3;
+
+/// Learnt state of a foot, and the amount of observation behind it. It can be stored and restored: a warm start.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Learnt {
+    /// Mean of the logarithm of the acceleration in stances, ln(m/s²).
+    pub still: f32,
+    /// Mean of the logarithm of the acceleration in swings, ln(m/s²); not below that in stances.
+    pub moving: f32,
+    /// Mean deviation of the logarithm in stances.
+    pub width: f32,
+    /// Logarithm of the speed that accelerations along the ground add up to in stances, ln(m/s).
+    pub speed: f32,
+    /// Observed stillness, s.
+    pub still_seconds: f32,
+    /// Observed motion, s.
+    pub moving_seconds: f32,
+}
+
+impl Learnt {
+    /// Number of values that are stored and sent.
+    pub const NUMBERS: usize = 6;
+
+    /// Returns the numbers in the order of the fields.
+    #[must_use]
+    pub const fn to_array(&self) -> [f32; Self::NUMBERS] {
+        let Self {
+            still,
+            moving,
+            width,
+            speed,
+            still_seconds,
+            moving_seconds,
+        } = *self;
+        [still, moving, width, speed, still_seconds, moving_seconds]
+    }
+
+    /// Creates the state from numbers in the order of [`Self::to_array`].
+    #[must_use]
+    pub const fn from_array(numbers: [f32; Self::NUMBERS]) -> Self {
+        let [still, moving, width, speed, still_seconds, moving_seconds] = numbers;
+        Self {
+            still,
+            moving,
+            width,
+            speed,
+            still_seconds,
+            moving_seconds,
+        }
+    }
+
+    /// Returns whether enough was observed: [`SETTLED_AFTER`] of each class.
+    #[must_use]
+    pub fn is_settled(&self) -> bool {
+        self.still_seconds >= SETTLED_AFTER && self.moving_seconds >= SETTLED_AFTER
+    }
+
+    /// The rows of the table of limits, in the order of [`Self::to_array`].
+    pub const ROWS: [Row; Self::NUMBERS] = {
+        const fn row(
+            path: &'static str,
+            about: &'static str,
+            unit: Unit,
+            (least, most): (f32, f32),
+        ) -> Row {
+            Row {
+                name: name(path),
+                about: name(about),
+                unit,
+                least,
+                most,
+                default: 0.0,
+            }
+        }
+        let (_, most) = LOGARITHM;
+        [
+            row(
+                "learnt.still",
+                "mean of the logarithm of the acceleration in stances",
+                Unit::LogMetrePerSecondSquared,
+                LOGARITHM,
+            ),
+            row(
+                "learnt.moving",
+                "mean of the logarithm of the acceleration in swings; not below that in stances",
+                Unit::LogMetrePerSecondSquared,
+                LOGARITHM,
+            ),
+            row(
+                "learnt.width",
+                "mean deviation of the logarithm in stances",
+                Unit::One,
+                (0.0, most),
+            ),
+            row(
+                "learnt.speed",
+                "logarithm of the speed that accelerations along the ground add up to in stances",
+                Unit::LogMetrePerSecond,
+                LOGARITHM,
+            ),
+            row(
+                "learnt.still_seconds",
+                "stances that were learnt from",
+                Unit::Second,
+                (0.0, MOST_SECONDS),
+            ),
+            row(
+                "learnt.moving_seconds",
+                "swings that were learnt from",
+                Unit::Second,
+                (0.0, MOST_SECONDS),
+            ),
+        ]
+    };
+
+    /// Checks that every number is in its range, and motion not below stillness.
+    pub(crate) fn validate(&self) -> Result<(), ParamsError> {
+        for (row, value) in Self::ROWS.iter().zip(self.to_array()) {
+            in_range(row.name, value, row.least, row.most)?;
+        }
+        let [_, moving, ..] = Self::ROWS;
+        in_range(moving.name, self.moving, self.still, moving.most)
+    }
+
+    /// The state within the ranges in which it can be stored.
+    pub(super) fn limited(self) -> Self {
+        use crate::order::Order;
+        let mut numbers = self.to_array();
+        for (number, row) in numbers.iter_mut().zip(Self::ROWS) {
+            *number = number.greater(row.least).lesser(row.most);
+        }
+        Self::from_array(numbers)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn motion_below_its_stillness_is_rejected_by_name() {
+        for (moving, refused) in [(1.9, true), (2.1, false)] {
+            let learnt = Learnt {
+                still: 2.0,
+                moving,
+                ..Learnt::default()
+            };
+            let field = match learnt.validate() {
+                Err(ParamsError::OutOfRange { field, .. }) => field,
+                Err(ParamsError::WindowLength { .. }) | Ok(()) => "",
+            };
+            assert_eq!(field, if refused { "learnt.moving" } else { "" });
+        }
+    }
+}

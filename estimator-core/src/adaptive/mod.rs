@@ -1,0 +1,297 @@
+//! The self-calibrating estimate: the paper's kernel mass on a logarithmic scale, with limits that are learnt from the
+//! foot.
+//!
+//! The amplitude of the acceleration tells a standing foot from a moving one. It is judged by its logarithm, since robots
+//! differ by factors, and a landing is one large sample among small ones:
+//!
+//! ```text
+//! u = ½ ln(|a|² + noise²)
+//! m = Φ((edge − u)/h)                        the kernel's mass below the edge, in closed form
+//! M ← M + (m − M)·(1 − exp(−dt/τ))           mean over the last τ
+//! P = M · S · E                              S: no slide; E: evidence that the foot stands
+//! ```
+//!
+//! The same edge judges parts of the motion: across up (tangential), along up (vertical), and along each axis alone. A
+//! part's amplitude is at most that of the whole, so its probability is at least that of the whole.
+//!
+//! | step | module |
+//! |---|---|
+//! | stillness and motion learnt from this foot | `adaptive::classes` |
+//! | speed gained along the ground | `adaptive::slide` |
+//! | evidence that a foot stands | `adaptive::evidence` |
+//! | stored form of the learnt state | `adaptive::learnt` |
+//! | constants | `adaptive::constants` |
+
+mod classes;
+mod constants;
+mod evidence;
+mod learnt;
+mod slide;
+
+pub use constants::Constants;
+pub use learnt::{LOGARITHM, Learnt, MOST_SECONDS, SETTLED_AFTER};
+
+use classes::{BEFORE_THE_START, Classes};
+use evidence::{Evidence, Reading};
+use slide::Slide;
+
+use crate::axis::PerAxis;
+use crate::erf::erf;
+use crate::kde::window::Filling;
+use crate::logarithm::{exp, ln};
+use crate::order::Order;
+use crate::probability::Probabilities;
+use crate::range::ParamsError;
+use crate::root::{rounded, sqrt};
+use crate::sample::{AngularRate, LinearAcceleration};
+use crate::vector::Vec3;
+
+/// Whether the classes follow the foot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Learning {
+    /// They do.
+    #[default]
+    On,
+    /// They keep the state of the start.
+    Frozen,
+}
+
+/// Least time constant of the mean mass, samples: with less, as at 50 Hz, the mean would be the newest sample.
+const LEAST_WINDOW: f32 = 2.0;
+
+/// Probability above which the foot is more probably still than not.
+const STILL: f32 = 0.5;
+
+/// Checked inputs of a self-calibrating estimate.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AdaptiveConfig {
+    constants: Constants,
+    learning: Learning,
+    learnt: Option<Learnt>,
+    sample_rate: f32,
+}
+
+impl AdaptiveConfig {
+    /// Checks what was learnt.
+    pub fn new(
+        constants: &Constants,
+        learning: Learning,
+        learnt: Option<Learnt>,
+        sample_rate: f32,
+    ) -> Result<Self, ParamsError> {
+        if let Some(learnt) = &learnt {
+            learnt.validate()?;
+        }
+        Ok(Self {
+            constants: *constants,
+            learning,
+            learnt,
+            sample_rate,
+        })
+    }
+}
+
+/// The parts of a motion that are judged: all of it, across up, along up, and along the three axes.
+const PARTS: usize = 6;
+
+/// The estimate and its learnt state.
+#[derive(Clone, Debug)]
+pub(crate) struct Adaptive {
+    constants: Constants,
+    learning: Learning,
+    /// Time between samples, s.
+    period: f32,
+    /// Share of the newest mass in its mean.
+    newest: f32,
+    /// 1/(h√2) for the kernel's bandwidth h.
+    inverse_scale: f32,
+    /// Samples until the means have settled, and in them so far.
+    window: u32,
+    filled: u32,
+    classes: Classes,
+    slide: Slide,
+    evidence: Evidence,
+    /// Mean mass of each part.
+    masses: [f32; PARTS],
+    /// Whether the foot is in a stance, and for how long so far, s.
+    in_stance: bool,
+    stance: f32,
+    probabilities: Probabilities,
+}
+
+impl Adaptive {
+    pub fn new(config: &AdaptiveConfig) -> Self {
+        let &AdaptiveConfig {
+            constants,
+            learning,
+            ref learnt,
+            sample_rate,
+        } = config;
+        let period = 1.0 / sample_rate;
+        let newest = 1.0 - exp(-1.0 / (constants.window * sample_rate).greater(LEAST_WINDOW));
+        let learnt = learnt.as_ref();
+        Self {
+            constants,
+            learning,
+            period,
+            newest,
+            inverse_scale: core::f32::consts::FRAC_1_SQRT_2 / constants.bandwidth,
+            window: rounded(constants.window * sample_rate).max(1),
+            filled: 0,
+            classes: Classes::new(&constants, learnt),
+            slide: Slide::new(
+                &constants,
+                period,
+                learnt.map(|learnt| (learnt.speed, learnt.still_seconds.lesser(BEFORE_THE_START))),
+            ),
+            evidence: Evidence::new(&constants, period, newest),
+            masses: [0.0; PARTS],
+            in_stance: true,
+            stance: 0.0,
+            probabilities: Probabilities::default(),
+        }
+    }
+
+    /// Probabilities of the newest sample; 0 before the first.
+    pub const fn probabilities(&self) -> Probabilities {
+        self.probabilities
+    }
+
+    /// The window's time constant in samples, at least 1.
+    pub const fn window(&self) -> u32 {
+        self.window
+    }
+
+    /// State learnt from the foot.
+    pub fn learnt(&self) -> Learnt {
+        self.classes.learnt(self.slide.usual()).limited()
+    }
+
+    /// Returns whether enough steps were observed.
+    pub fn is_settled(&self) -> bool {
+        self.learnt().is_settled()
+    }
+
+    /// Returns whether the foot has rested or landed since the start.
+    pub const fn is_proven(&self) -> bool {
+        self.evidence.seen()
+    }
+
+    /// Processes one sample's motion, with gravity and bias removed; `up` is the unit vector that points up, frame of the
+    /// foot.
+    pub fn push(
+        &mut self,
+        acceleration: LinearAcceleration,
+        rate: AngularRate,
+        up: Vec3,
+    ) -> Probabilities {
+        let (a, rate) = (acceleration.0, rate.0.length());
+        let square = a.dot(a);
+        let upright = a.dot(up);
+        let logarithm = self.amplitude(square);
+
+        let edge = self.classes.edge(&self.constants);
+        // Until the window has passed, the means cover the samples so far.
+        self.filled = self.filled.saturating_add(1);
+        let newest = self.newest.greater(1.0 / self.filled as f32);
+        // Rounding may leave a slightly negative square, which the noise covers.
+        let parts = [
+            square,
+            square - upright * upright,
+            upright * upright,
+            a.x * a.x,
+            a.y * a.y,
+            a.z * a.z,
+        ];
+        let masses = parts.map(|part| self.mass(self.amplitude(part), edge));
+        for (mean, mass) in self.masses.iter_mut().zip(masses) {
+            *mean += (mass - *mean) * newest;
+        }
+
+        let [whole, ..] = self.masses;
+        let moving = self.classes.moving();
+        let slides_not = self
+            .slide
+            .push(&self.constants, a - up * upright, rate, moving);
+        let still = whole * slides_not;
+        self.evidence.push(
+            &self.constants,
+            &Reading {
+                acceleration: sqrt(square),
+                logarithm,
+                rate,
+                still,
+                moving,
+            },
+        );
+        self.probabilities = self.combine(slides_not);
+        self.learn(logarithm, whole, still);
+        self.probabilities
+    }
+
+    /// Combines the masses, the slide and the evidence. Turns are not judged: the probabilities about an axis are 1.
+    fn combine(&self, slides_not: f32) -> Probabilities {
+        let evidence = self.evidence.factor();
+        let [whole, tangential, vertical, x, y, z] = self.masses;
+        let stable = whole * slides_not * evidence;
+        // The means of parts may round below that of the whole.
+        Probabilities {
+            axes: PerAxis::from_array(
+                [x, y, z, 1.0, 1.0, 1.0].map(|p| (p * evidence).greater(stable)),
+            ),
+            tangential: (tangential * slides_not * evidence).greater(stable),
+            vertical: (vertical * evidence).greater(stable),
+            stable,
+        }
+    }
+
+    /// Learns from a sample with this logarithm of its amplitude, the mean mass `whole`, and the probability of
+    /// stillness `still` without evidence.
+    fn learn(&mut self, logarithm: f32, whole: f32, still: f32) {
+        let in_stance = whole > STILL;
+        self.stance = match in_stance == self.in_stance {
+            true => (self.stance + self.period).lesser(2.0 * self.constants.stance),
+            false => 0.0,
+        };
+        self.in_stance = in_stance;
+        if self.learning == Learning::Frozen || !self.evidence.walks(&self.constants) {
+            return;
+        }
+        if !in_stance || self.stance < self.constants.stance {
+            let seconds = still * self.period;
+            self.classes
+                .learn_still(&self.constants, logarithm, seconds);
+            self.slide.learn(&self.constants, seconds);
+        }
+        self.classes
+            .learn_motion(&self.constants, logarithm, (1.0 - whole) * self.period);
+    }
+
+    /// Processes an unreliable sample, one at the end of the sensor's range, or one while up is unknown: it counts as one in
+    /// motion, and is not learnt from.
+    pub fn push_doubt(&mut self) -> Probabilities {
+        let share = 1.0 - self.newest;
+        self.masses = self.masses.map(|mass| mass * share);
+        self.probabilities = self.probabilities.scaled(share);
+        self.probabilities
+    }
+
+    /// Returns whether the means cover a whole window.
+    pub const fn filling(&self) -> Filling {
+        if self.filled >= self.window {
+            Filling::Full
+        } else {
+            Filling::Partial
+        }
+    }
+
+    /// Logarithm of an amplitude given as its square.
+    fn amplitude(&self, square: f32) -> f32 {
+        0.5 * ln(square + self.constants.noise * self.constants.noise)
+    }
+
+    /// The kernel's mass below the edge at the logarithm of an amplitude.
+    fn mass(&self, logarithm: f32, edge: f32) -> f32 {
+        0.5 + 0.5 * erf((edge - logarithm) * self.inverse_scale)
+    }
+}
