@@ -102,7 +102,7 @@ fn micros(seconds: f32) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::adaptive::{Classes, Learnt};
+    use crate::adaptive::Learnt;
 
     fn field_refused(change: impl FnOnce(&mut Params)) -> &'static str {
         let mut params = Params::DEFAULT;
@@ -145,18 +145,13 @@ mod tests {
     #[test]
     fn out_of_range_number_is_rejected_with_its_field_name() {
         type Set = fn(&mut Params, f32);
-        const APART: Classes = Classes {
+        const LEARNT: Learnt = Learnt {
             still: -1.0,
             moving: 1.0,
             width: 0.5,
-        };
-        const LEARNT: Learnt = Learnt {
-            acceleration: APART,
-            rate: APART,
-            velocity: APART,
+            speed: -5.0,
             still_seconds: 1.0,
             moving_seconds: 1.0,
-            idle_seconds: 0.0,
         };
         // Each field with a value just below its range and one just above it.
         let fields: [(&str, Set, f32, f32); 20] = [
@@ -216,13 +211,8 @@ mod tests {
                 12.1,
             ),
             (
-                "learnt.rate.width",
-                |p, v| {
-                    p.learnt = Some(Learnt {
-                        rate: Classes { width: v, ..APART },
-                        ..LEARNT
-                    });
-                },
+                "learnt.width",
+                |p, v| p.learnt = Some(Learnt { width: v, ..LEARNT }),
                 -0.1,
                 10.0,
             ),

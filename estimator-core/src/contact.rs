@@ -259,7 +259,7 @@ impl<const CAPACITY: usize> ContactEstimator<CAPACITY> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::adaptive::{Stillness, StillnessParams};
+    use crate::adaptive::Constants;
     use crate::params::{Method, Params};
     use crate::sample::{Saturation, SpecificForce};
     use crate::units::STANDARD_GRAVITY;
@@ -297,13 +297,6 @@ mod tests {
         estimator
     }
 
-    fn stillness(estimator: &ContactEstimator<64>) -> &Stillness {
-        match &estimator.model {
-            Model::SelfCalibrating(stillness) => stillness,
-            Model::HalfWidths(..) => panic!("half-widths"),
-        }
-    }
-
     /// The flags except [`Flag::Settling`], which a foot at rest keeps.
     fn but_settling(flags: Flags) -> Vec<Flag> {
         flags.iter().filter(|f| *f != Flag::Settling).collect()
@@ -311,16 +304,36 @@ mod tests {
 
     #[test]
     fn foot_at_rest_is_stable_after_window_and_on_delay() {
-        let own_window = stillness(&rested(&GRAVITY_FREE, 0)).window() as usize;
-        for (params, window) in [(HALF_WIDTHS, 50), (GRAVITY_FREE, own_window)] {
-            let mut estimator = estimator(&params);
-            let decisions: Vec<_> = (0..100)
-                .map(|ms| estimator.update(&at_rest(ms * 1000), None).decision)
-                .collect();
-            let first = decisions.iter().position(|d| *d == Decision::Stable);
-            // The window is full with its last sample; the decision follows 20 ms later.
-            assert_eq!(first, Some(window - 1 + 20));
+        let mut estimator = estimator(&HALF_WIDTHS);
+        let decisions: Vec<_> = (0..100)
+            .map(|ms| estimator.update(&at_rest(ms * 1000), None).decision)
+            .collect();
+        let first = decisions.iter().position(|d| *d == Decision::Stable);
+        // The window is full with its last sample; the decision follows 20 ms later.
+        assert_eq!(first, Some(50 - 1 + 20));
+    }
+
+    #[test]
+    fn foot_is_unproven_until_it_has_rested() {
+        let mut estimator = estimator(&GRAVITY_FREE);
+        let mut proven = None;
+        for ms in 0..600 {
+            let estimate = estimator.update(&at_rest(ms * 1000), None);
+            if !estimate.flags.contains(Flag::Unproven) {
+                proven = proven.or(Some(ms));
+            } else {
+                assert!(estimate.probabilities.stable <= 0.5, "{estimate:?}");
+                assert_eq!(estimate.decision, Decision::NotStable);
+            }
+            if ms == 599 {
+                assert_eq!(estimate.decision, Decision::Stable);
+            }
         }
+        let rest = (1.0e3 * Constants::DEFAULT.rest) as u64;
+        assert!(
+            proven.is_some_and(|ms| (rest..rest + 150).contains(&ms)),
+            "{proven:?}"
+        );
     }
 
     #[test]
@@ -352,11 +365,11 @@ mod tests {
             (Validity::Stale, Flag::Stale),
             (Validity::Invalid, Flag::InvalidSample),
         ] {
-            let mut estimator = rested(&GRAVITY_FREE, 60);
+            let mut estimator = rested(&GRAVITY_FREE, 600);
             let mut previous = 1.0;
             // Each window of doubt leaves 1/e.
-            let windows = (8.0e3 * StillnessParams::DEFAULT.window) as u64;
-            for ms in 60..60 + windows {
+            let windows = (8.0e3 * Constants::DEFAULT.window) as u64;
+            for ms in 600..600 + windows {
                 let sample = ImuSample {
                     validity,
                     ..at_rest(ms * 1000)
@@ -379,7 +392,7 @@ mod tests {
             (1_750, Flags::NONE.with(Flag::TimeGap)),
             (48_000, Flags::NONE.with(Flag::TimeGap)),
         ] {
-            let estimate = rested(&GRAVITY_FREE, 60).update(&at_rest(59_000 + elapsed), None);
+            let estimate = rested(&GRAVITY_FREE, 600).update(&at_rest(599_000 + elapsed), None);
             assert_eq!(estimate.flags, flags.with(Flag::Settling), "{elapsed} µs");
         }
     }
@@ -394,9 +407,12 @@ mod tests {
     #[test]
     fn gap_up_to_10_ms_is_bridged_and_a_longer_one_lowers_p() {
         let resting = |gap_ms: u64| {
-            let mut estimator = rested(&GRAVITY_FREE, 60);
-            let before = stillness(&estimator).probabilities().stable;
-            let after = estimator.update(&at_rest((59 + gap_ms) * 1000), None);
+            let mut estimator = rested(&GRAVITY_FREE, 600);
+            let before = estimator
+                .update(&at_rest(600_000), None)
+                .probabilities
+                .stable;
+            let after = estimator.update(&at_rest((600 + gap_ms) * 1000), None);
             assert!(after.flags.contains(Flag::TimeGap));
             (before, after.probabilities.stable)
         };
@@ -404,7 +420,7 @@ mod tests {
         assert!(before > 0.9 && after <= before, "{before}, {after}");
         assert!(after > before - 1.0e-3, "{before}, {after}");
         let (_, after) = resting(12);
-        assert!(after < 0.6, "{after}");
+        assert!(after < 0.7, "{after}");
         let (_, after) = resting(500);
         assert!(after < 0.2, "{after}");
     }
@@ -432,8 +448,8 @@ mod tests {
 
     #[test]
     fn a_lost_sample_now_and_then_leaves_a_resting_foot_stable() {
-        let mut estimator = rested(&GRAVITY_FREE, 100);
-        for ms in (100..1_000).filter(|ms| ms % 15 != 0) {
+        let mut estimator = rested(&GRAVITY_FREE, 600);
+        for ms in (600..1_500).filter(|ms| ms % 15 != 0) {
             let estimate = estimator.update(&at_rest(ms * 1000), Some(Load(100.0)));
             assert_eq!(estimate.decision, Decision::Stable, "{ms} ms");
             assert_eq!(estimate.phase, Phase::Stance, "{ms} ms");
@@ -532,35 +548,6 @@ mod tests {
         assert_eq!(settled.decision, Decision::Stable);
     }
 
-    /// Feeds a standing foot with an accelerometer bias of (0.2, 0, 0.15) m/s², hit hard
-    /// before each quarter of a second, as a running foot is; returns the last estimate.
-    fn run(params: &Params) -> ContactEstimate {
-        let mut estimator = estimator(params);
-        let mut estimate = ContactEstimate::default();
-        for ms in 0..2_000 {
-            let swing = if ms > 500 && ms % 250 < 150 { 8.0 } else { 0.0 };
-            let sign = if ms % 50 < 25 { swing } else { -swing };
-            let sample = ImuSample {
-                specific_force: SpecificForce(Vec3::new(0.2 + sign, sign, STANDARD_GRAVITY + 0.15)),
-                ..at_rest(ms * 1000)
-            };
-            estimate = estimator.update(&sample, None);
-        }
-        estimate
-    }
-
-    #[test]
-    fn gravity_residual_is_learnt_from_quiet_stances() {
-        let half_widths = Params {
-            method: Method::HalfWidths,
-            ..Params::DEFAULT
-        };
-        let [kept, removed] = [half_widths, Params::DEFAULT].map(|params| run(&params));
-        let left = |estimate: &ContactEstimate| estimate.linear_acceleration.0.length();
-        assert!(left(&kept) > 0.15, "{kept:?}");
-        assert!(left(&removed) < 0.05, "{removed:?}");
-    }
-
     #[test]
     fn slow_slide_is_detected_by_its_speed() {
         for (params, decision) in [
@@ -569,15 +556,15 @@ mod tests {
         ] {
             let mut estimator = estimator(&params);
             let mut estimate = ContactEstimate::default();
-            for ms in 0..300 {
+            for ms in 0..700 {
                 // 15 mm/s after 100 ms, and on.
-                let push = if (200..300).contains(&ms) { 0.15 } else { 0.0 };
+                let push = if ms >= 600 { 0.15 } else { 0.0 };
                 let sample = ImuSample {
                     specific_force: SpecificForce(Vec3::new(0.0, push, 0.0)),
                     ..at_rest(ms * 1000)
                 };
                 estimate = estimator.update(&sample, None);
-                assert!(!(80..200).contains(&ms) || estimate.decision == Decision::Stable);
+                assert!(!(400..600).contains(&ms) || estimate.decision == Decision::Stable);
             }
             assert_eq!(estimate.decision, decision);
         }
@@ -586,7 +573,7 @@ mod tests {
     #[test]
     fn steady_push_is_detected_before_it_is_learnt_as_gravity() {
         // The default removes gravity by itself. To an accelerometer a constant push is a tilt,
-        // so the foot is found sliding, and later called stable again: see `stillness`.
+        // so the foot is found sliding, and later called stable again.
         for push in [0.15, 0.2, 0.3, 1.0] {
             let mut estimator = estimator(&Params::DEFAULT);
             let decisions: Vec<_> = (0..4_000)
@@ -623,17 +610,17 @@ mod tests {
 
     #[test]
     fn a_repeated_timestamp_makes_the_sample_invalid() {
-        let estimate = rested(&GRAVITY_FREE, 60).update(&at_rest(59_000), None);
+        let estimate = rested(&GRAVITY_FREE, 600).update(&at_rest(599_000), None);
         assert!(estimate.flags.contains(Flag::InvalidSample));
     }
 
     #[test]
-    fn probability_is_at_most_half_until_up_is_known() {
+    fn probability_is_zero_until_up_is_known() {
         let half_widths = Params {
             method: Method::HalfWidths,
             ..Params::DEFAULT
         };
-        for (params, most) in [(Params::DEFAULT, 0.5), (half_widths, 0.0)] {
+        for params in [Params::DEFAULT, half_widths] {
             let mut estimator = estimator(&params);
             let sample = ImuSample {
                 specific_force: SpecificForce(Vec3::new(0.0, 0.0, STANDARD_GRAVITY)),
@@ -641,7 +628,7 @@ mod tests {
             };
             let estimate = estimator.update(&sample, None);
             assert!(estimate.flags.contains(Flag::AttitudeNotInitialised));
-            assert_eq!(estimate.probabilities.stable, most);
+            assert_eq!(estimate.probabilities.stable, 0.0);
             assert_eq!(estimate.decision, Decision::NotStable);
         }
     }

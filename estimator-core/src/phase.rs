@@ -90,11 +90,12 @@ pub(crate) struct PhaseTracker {
 }
 
 /// Flags that leave open whether the foot moves. A saturated sample shows that it does.
-const MOTION_UNKNOWN: [Flag; 4] = [
+const MOTION_UNKNOWN: [Flag; 5] = [
     Flag::WindowNotFull,
     Flag::AttitudeNotInitialised,
     Flag::Stale,
     Flag::InvalidSample,
+    Flag::Unproven,
 ];
 
 /// Whether the decision is meaningful yet.
