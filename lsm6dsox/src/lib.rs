@@ -72,9 +72,7 @@ pub mod setting;
 #[allow(clippy::indexing_slicing)]
 pub mod sim;
 
-pub use config::{
-    AccelParams, Config, DataReady, FifoParams, GyroParams, Params, ParamsError, Write,
-};
+pub use config::{AccelParams, Config, DataReady, GyroParams, Params, ParamsError, Write};
 pub use driver::{Lsm6dsox, SPI_MAX_HERTZ, SPI_MODE, SetSpiClock, SpiClock};
 pub use error::Error;
 pub use frozen::FrozenDetector;
