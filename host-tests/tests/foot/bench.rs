@@ -365,11 +365,3 @@ pub fn run(
         each(bench, tick, measurement);
     });
 }
-
-/// Runs a future that never waits.
-pub fn at_once<F: Future>(future: F) -> F::Output {
-    match pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
-        Poll::Ready(output) => output,
-        Poll::Pending => panic!("it waits"),
-    }
-}
