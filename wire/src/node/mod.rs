@@ -314,15 +314,15 @@ impl Node {
     ) {
         self.ticks = self.ticks.wrapping_add(1);
         self.device.counters = *counters;
-        // Assigned by field: the snapshot is large and must not be copied.
-        let snapshot = &mut self.device.snapshot;
-        snapshot.estimate = *estimate;
-        snapshot.temperature = temperature;
-        snapshot.faults = self.device.faults;
-        snapshot.dropped = counters.dropped();
-        snapshot.last_sync = self.last_sync;
-        snapshot.sequence = self.sequence;
-        snapshot.is_taken = true;
+        self.device.snapshot = Snapshot {
+            is_taken: true,
+            estimate: *estimate,
+            temperature,
+            faults: self.device.faults,
+            dropped: counters.dropped(),
+            last_sync: self.last_sync,
+            sequence: self.sequence,
+        };
         if let Some(emergency) = self.watch_load() {
             send(emergency);
         }
@@ -344,9 +344,7 @@ impl Node {
         if let Some(heartbeat) = self.heartbeat(id) {
             send(heartbeat);
         }
-        let unreported = self.unreported();
-        if !unreported.is_empty()
-            && let Some(fault) = unreported.iter().next()
+        if let Some(fault) = self.unreported().iter().next()
             && let Some(emergency) = self.report(fault)
         {
             send(emergency);
