@@ -2,8 +2,8 @@
 
 use core::sync::atomic::{AtomicU8, Ordering};
 
-use wire::Fault;
 use wire::node::Crash;
+use wire::{Fault, Faults};
 
 /// Part of the program that must be alive for the watchdog to be fed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -106,16 +106,13 @@ impl Hysteresis {
 #[derive(Clone, Copy, Debug)]
 pub struct FaultLatch {
     /// Ticks left, by fault number.
-    left: [u16; Fault::NUMBERS],
-    /// Number of faults with ticks left: usually 0, a case that must cost nothing.
-    timed: usize,
+    left: [u16; Fault::ALL.len()],
 }
 
 impl Default for FaultLatch {
     fn default() -> Self {
         Self {
-            left: [0; Fault::NUMBERS],
-            timed: 0,
+            left: [0; Fault::ALL.len()],
         }
     }
 }
@@ -124,7 +121,6 @@ impl FaultLatch {
     /// Keeps a fault active for this number of ticks.
     pub fn hold_for(&mut self, fault: Fault, ticks: u16) {
         if let Some(left) = self.left.get_mut(usize::from(fault.number())) {
-            self.timed += usize::from(*left == 0);
             *left = ticks.max(1);
         }
     }
@@ -132,26 +128,22 @@ impl FaultLatch {
     /// Keeps a fault active, without a limit, until [`hold_for`](Self::hold_for) sets one again.
     pub fn keep(&mut self, fault: Fault) {
         if let Some(left) = self.left.get_mut(usize::from(fault.number())) {
-            self.timed -= usize::from(*left > 0);
             *left = 0;
         }
     }
 
-    /// Advances by one tick; calls `clear` with each fault whose time is over.
-    pub fn tick(&mut self, mut clear: impl FnMut(Fault)) {
-        if self.timed == 0 {
-            return;
-        }
+    /// Advances by one tick; returns the faults whose time is over.
+    pub fn tick(&mut self) -> Faults {
+        let mut over = Faults::NONE;
         for fault in Fault::ALL {
-            let left = self.left.get_mut(usize::from(fault.number()));
-            if let Some(left) = left.filter(|left| **left > 0) {
+            if let Some(left @ 1..) = self.left.get_mut(usize::from(fault.number())) {
                 *left -= 1;
                 if *left == 0 {
-                    self.timed -= 1;
-                    clear(fault);
+                    over = over.with(fault);
                 }
             }
         }
+        over
     }
 }
 
@@ -267,7 +259,7 @@ mod tests {
             if tick == 2 {
                 latch.hold_for(Fault::LateTick, 3);
             }
-            latch.tick(|fault| cleared.push((tick, fault)));
+            cleared.extend(latch.tick().iter().map(|fault| (tick, fault)));
         }
         assert_eq!(cleared, [(4, Fault::LateTick)]);
     }
@@ -275,11 +267,8 @@ mod tests {
     #[test]
     fn a_kept_fault_is_not_cleared() {
         let mut latch = FaultLatch::default();
-        let cleared_within = |latch: &mut FaultLatch, ticks: u32| {
-            let mut cleared = false;
-            (0..ticks).for_each(|_| latch.tick(|_| cleared = true));
-            cleared
-        };
+        let cleared_within =
+            |latch: &mut FaultLatch, ticks: u32| (0..ticks).any(|_| !latch.tick().is_empty());
         latch.hold_for(Fault::CanBusOff, 3);
         latch.keep(Fault::CanBusOff);
         assert!(!cleared_within(&mut latch, 10));
@@ -297,7 +286,7 @@ mod tests {
         latch.keep(Fault::GyroBias);
         let mut cleared = Vec::new();
         for tick in 1..10 {
-            latch.tick(|fault| cleared.push((tick, fault)));
+            cleared.extend(latch.tick().iter().map(|fault| (tick, fault)));
         }
         let expected = [
             (1, Fault::LateTick),
@@ -305,22 +294,6 @@ mod tests {
             (4, Fault::CanOverrun),
         ];
         assert_eq!(cleared, expected);
-    }
-
-    #[test]
-    fn a_latch_checks_its_faults_only_while_one_has_time_left() {
-        let mut latch = FaultLatch::default();
-        let timed = |latch: &mut FaultLatch| {
-            latch.tick(|_| {});
-            latch.timed
-        };
-        latch.hold_for(Fault::LateTick, 2);
-        latch.hold_for(Fault::LateTick, 2);
-        latch.hold_for(Fault::CanOverrun, 3);
-        latch.hold_for(Fault::CanBusOff, 9);
-        latch.keep(Fault::CanBusOff);
-        latch.keep(Fault::CanBusOff);
-        assert_eq!([(); 4].map(|()| timed(&mut latch)), [2, 1, 0, 0]);
     }
 
     #[test]

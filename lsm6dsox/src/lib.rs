@@ -12,6 +12,7 @@
 //! | noise of the outputs at a setting | [`noise`] |
 //! | ST's self-test and its limits | [`self_test`] |
 //! | detection of repeated samples | [`frozen`] |
+//! | samples of the estimator (feature `estimator`) | `imu` |
 //! | simulated part, for hosts (feature `sim`) | `sim` |
 //!
 //! Facts about the part carry the mark of their source: **\[P\]** ST's own C driver,
@@ -61,6 +62,8 @@ pub mod config;
 pub mod driver;
 pub mod error;
 pub mod frozen;
+#[cfg(feature = "estimator")]
+pub mod imu;
 pub mod noise;
 pub mod register;
 pub mod sample;
@@ -72,9 +75,7 @@ pub mod setting;
 #[allow(clippy::indexing_slicing)]
 pub mod sim;
 
-pub use config::{
-    AccelParams, Config, DataReady, FifoParams, GyroParams, Params, ParamsError, Write,
-};
+pub use config::{AccelParams, Config, DataReady, GyroParams, Params, ParamsError, Write};
 pub use driver::{Lsm6dsox, SPI_MAX_HERTZ, SPI_MODE, SetSpiClock, SpiClock};
 pub use error::Error;
 pub use frozen::FrozenDetector;

@@ -25,8 +25,7 @@
 //!
 //! Settings are found by address, and a record may be of any length, so another version of the
 //! dictionary reads the settings it knows: new ones have their defaults, unknown or no longer allowed ones
-//! are left out and reported. Later versions of the record, up to 15, may append entries of the same
-//! form; an older program reads those it knows. An address is never reused.
+//! are left out and reported. An address is never reused.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -49,29 +48,22 @@ mod pages;
 use core::ops::Range;
 
 use embedded_storage::nor_flash::NorFlash;
-use wire::dictionary::{self, Place, SETTINGS, index};
+use wire::dictionary::{self, Place, SETTINGS};
 use wire::{AbortCode, Address, Settings, Value};
 
-use pages::{Item, KEY, Pages};
+use pages::{Item, Pages};
 
 /// Version of the record.
 const VERSION: u8 = 1;
 
-/// Versions with a known form of the entries.
-const READABLE: core::ops::RangeInclusive<u8> = 1..=15;
-
 /// Size of a setting in the record, bytes.
 const ENTRY: usize = 7;
 
-/// Size of key and version, bytes.
-const HEAD: usize = 2;
+/// Size of the record's version, bytes.
+const HEAD: usize = 1;
 
-/// Size of the longest record, with one entry repeated, bytes.
-const RECORD: usize = HEAD + (SETTINGS + 1) * ENTRY;
-
-/// A record with this address was written by an earlier program, for which index 0x2016 was another object: its
-/// sub-index 2 was the slide speed, and now switches learning.
-const OLD_DETECTORS: Address = Address::new(index::ESTIMATION, 5);
+/// Size of the record, bytes.
+const RECORD: usize = HEAD + SETTINGS * ENTRY;
 
 /// Origin of loaded settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -185,15 +177,10 @@ where
     /// has no room for it. `None` if the setting is not stored or the record cannot be read.
     pub fn raw_value(&mut self, wanted: Address) -> Option<u32> {
         let item = self.pages.newest().ok()?.item?;
-        let entries = usize::from(item.length).checked_sub(HEAD)? / ENTRY;
-        let first = item.data + HEAD as u32;
-        let entries = (first..).step_by(ENTRY).take(entries);
-        let mut values = entries.filter_map(|at| {
-            let entry = self.pages.read::<ENTRY>(at).ok()?;
-            let &[.., v0, v1, v2, v3] = &entry;
-            (address_of(&entry) == wanted).then_some(u32::from_le_bytes([v0, v1, v2, v3]))
-        });
-        values.next()
+        self.entries(item)
+            .flatten()
+            .find(|entry| address_of(entry) == wanted)
+            .map(|[.., v0, v1, v2, v3]| u32::from_le_bytes([v0, v1, v2, v3]))
     }
 
     /// Stores settings. The previous ones are the older record, and are erased later.
@@ -201,10 +188,7 @@ where
     /// # Errors
     /// See [`StoreFailed`]; the previous record is unchanged.
     pub fn store(&mut self, settings: &Settings, erase: Erase) -> Result<(), StoreFailed> {
-        let mut record = [0; RECORD];
-        let length = encode(settings, &mut record);
-        let record = record.get(..length).ok_or(StoreFailed::Flash)?;
-        self.pages.append(record, erase)
+        self.pages.append(&encode(settings), erase)
     }
 
     /// Deletes the stored settings: the next load returns the defaults.
@@ -212,7 +196,7 @@ where
     /// # Errors
     /// As [`store`](Self::store).
     pub fn restore(&mut self, erase: Erase) -> Result<(), StoreFailed> {
-        self.pages.append(&[KEY, VERSION], erase)
+        self.pages.append(&[VERSION], erase)
     }
 
     /// Flash with the settings.
@@ -226,30 +210,16 @@ where
     }
 
     fn decode(&mut self, item: Item) -> (Settings, Origin) {
-        let Ok([_, version]) = self.pages.read::<HEAD>(item.data) else {
-            return (Settings::default(), Origin::Corrupted);
-        };
-        let entries = usize::from(item.length).saturating_sub(HEAD);
-        if !READABLE.contains(&version) || usize::from(item.length) < HEAD {
+        if !matches!(self.pages.read(item.data), Ok([VERSION])) {
             return (Settings::default(), Origin::Corrupted);
         }
-        if entries == 0 {
+        let length = usize::from(item.length).saturating_sub(HEAD);
+        if length == 0 {
             return (Settings::default(), Origin::Blank);
         }
-        let first = item.data + HEAD as u32;
-        let entries_at = (first..first + entries as u32).step_by(ENTRY);
-        let entries_at = entries_at.take(entries / ENTRY);
-        let is_old = entries_at.clone().any(|at| {
-            let entry = self.pages.read(at);
-            entry.is_ok_and(|entry| address_of(&entry) == OLD_DETECTORS)
-        });
-        let mut unknown = entries % ENTRY;
-        let values = entries_at.filter_map(|at| {
-            let entry = self.pages.read(at).ok();
-            let value = entry.and_then(|entry| setting(&entry)).filter(|value| {
-                let (address, _) = value;
-                !(is_old && address.index == OLD_DETECTORS.index)
-            });
+        let mut unknown = length % ENTRY;
+        let values = self.entries(item).filter_map(|entry| {
+            let value = entry.and_then(|entry| setting(&entry));
             unknown += usize::from(value.is_none());
             value
         });
@@ -260,6 +230,14 @@ where
             Origin::Corrupted
         };
         (settings, origin)
+    }
+
+    /// Whole entries of a record; `None` for one that cannot be read.
+    fn entries(&mut self, item: Item) -> impl Iterator<Item = Option<[u8; ENTRY]>> {
+        let count = usize::from(item.length).saturating_sub(HEAD) / ENTRY;
+        let first = item.data + HEAD as u32;
+        let places = (first..).step_by(ENTRY).take(count);
+        places.map(|at| self.pages.read(at).ok())
     }
 }
 
@@ -274,26 +252,17 @@ where
     }
 }
 
-/// Writes key and record; returns their length.
-fn encode(settings: &Settings, record: &mut [u8; RECORD]) -> usize {
-    let Some((head, entries)) = record.split_first_chunk_mut::<HEAD>() else {
-        return 0;
-    };
-    *head = [KEY, VERSION];
+fn encode(settings: &Settings) -> [u8; RECORD] {
+    let mut record = [0; RECORD];
+    let [version, entries @ ..] = &mut record;
+    *version = VERSION;
     let (entries, _) = entries.as_chunks_mut::<ENTRY>();
-    // If the record would fill its last word, its first entry is repeated: the byte behind
-    // a record distinguishes one that has decayed from one that a power cut interrupted.
-    let again = (HEAD + SETTINGS * ENTRY).is_multiple_of(4);
-    let values = settings.iter();
-    let values = values.chain(settings.iter().take(usize::from(again)));
-    let mut length = HEAD;
-    for (entry, (address, value)) in entries.iter_mut().zip(values) {
+    for (entry, (address, value)) in entries.iter_mut().zip(settings.iter()) {
         let [i0, i1] = address.index.to_le_bytes();
         let [v0, v1, v2, v3] = value.to_raw().to_le_bytes();
         *entry = [i0, i1, address.subindex, v0, v1, v2, v3];
-        length += ENTRY;
     }
-    length
+    record
 }
 
 const fn address_of(&[i0, i1, subindex, ..]: &[u8; ENTRY]) -> Address {
@@ -312,18 +281,4 @@ fn setting(entry: &[u8; ENTRY]) -> Option<(Address, Value)> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn each_store_failure_has_its_abort_code_and_detail() {
-        for (failed, code, detail) in [
-            (StoreFailed::Flash, AbortCode::Hardware, 0),
-            (StoreFailed::SupplyLow, AbortCode::Hardware, 1),
-            (StoreFailed::NeedsErase, AbortCode::DeviceState, 2),
-        ] {
-            assert_eq!(failed.abort_code(), code);
-            assert_eq!(failed as u32, detail);
-        }
-    }
-}
+mod tests;

@@ -4,9 +4,6 @@
 //! fits, the other page is erased unless blank, the full one is closed, and writing continues in the other: the
 //! newest item is never in the page that is erased, so a power cut leaves it or the one after it.
 //!
-//! The format is that of the crate `sequential-storage` 8, which earlier programs used, so that both
-//! can read each other's pages:
-//!
 //! | bytes of a page | field |
 //! |---|---|
 //! | 0 to 3 | 0 where the page is in use |
@@ -15,22 +12,23 @@
 //!
 //! | bytes of an item | field |
 //! |---|---|
-//! | 0 to 3 | CRC-32C of the data, from 0xEEEEEEEE, its lowest byte never 0 or 0xFF |
-//! | 4, 5 | length of the data |
-//! | 6, 7 | CRC-16 of the length |
-//! | 8 … | the data, a key in its first byte, filled up with 0 to whole words |
+//! | 0 to 3 | CRC-32 (ISO-HDLC) of the data |
+//! | 4, 5 | length of the data, not 0 |
+//! | 6, 7 | its complement |
+//! | 8 … | the data, then 1 to 4 bytes of 0 up to a whole word |
 //!
-//! A mark counts as 0 from four cleared bits on. Searching for an item writes and erases nothing.
+//! The last byte of an item is written last: an item that has it was complete, and has decayed if its CRC is wrong. A mark
+//! counts as 0 from four cleared bits on. Searching for an item writes and erases nothing.
 
 use core::cmp::Reverse;
 use core::ops::Range;
 
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use embedded_storage::nor_flash::NorFlash;
 
 use super::{Erase, StoreFailed};
 
-/// Key of the settings, the only content of the pages.
-pub(super) const KEY: u8 = 0;
+const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// Size of a word, the smallest unit of a write, bytes.
 const WORD: u32 = 4;
@@ -60,7 +58,7 @@ enum Use {
 pub(super) struct Item {
     /// Start of its data, in bytes of the flash.
     pub(super) data: u32,
-    /// Length of the data, bytes, including the key.
+    /// Length of the data, bytes.
     pub(super) length: u16,
     check: u32,
 }
@@ -208,8 +206,8 @@ where
             }
             let length = u16::from_le_bytes([l0, l1]);
             let data = at + HEADER;
-            let next = data + u32::from(length).next_multiple_of(WORD);
-            if u16::from_le_bytes([k0, k1]) != crc16([l0, l1]) || next > end {
+            let next = data + padded(length);
+            if length == 0 || u16::from_le_bytes([k0, k1]) != !length || next > end {
                 // Not an item, or only the beginning of one.
                 found.free = found.free.max(data);
                 at += WORD;
@@ -223,7 +221,7 @@ where
                 break;
             }
             let check = u32::from_le_bytes([c0, c1, c2, c3]);
-            if self.check(data, length)? == check && self.read(data)? == [KEY] {
+            if self.check(data, length)? == check {
                 found.newest = Some(Item {
                     data,
                     length,
@@ -232,10 +230,7 @@ where
                 found.damaged = false;
                 at = next;
             } else {
-                // Its last byte is written last, and is 0 where the data end before it.
-                let complete =
-                    !u32::from(length).is_multiple_of(WORD) && self.read(next - 1)? == [0];
-                found.damaged |= complete;
+                found.damaged |= self.read(next - 1)? == [0];
                 at += WORD;
             }
         }
@@ -243,12 +238,12 @@ where
     }
 
     fn check(&mut self, data: u32, length: u16) -> Result<u32, F::Error> {
-        let mut crc = Crc32::NEW;
+        let mut digest = CRC.digest();
         self.all(data..data + u32::from(length), |byte| {
-            crc = crc.with(byte);
+            digest.update(&[byte]);
             true
         })?;
-        Ok(crc.finish())
+        Ok(digest.finalize())
     }
 
     /// Writes an item, and reads it back: it is then the newest.
@@ -257,10 +252,9 @@ where
     /// See [`StoreFailed`]; the newest item is still the previous one.
     pub(super) fn append(&mut self, data: &[u8], erase: Erase) -> Result<(), StoreFailed> {
         let length = u16::try_from(data.len()).map_err(|_| StoreFailed::Flash)?;
-        let check = data.iter().fold(Crc32::NEW, |crc, byte| crc.with(*byte));
-        let check = check.finish();
+        let check = CRC.checksum(data);
         for _ in 0..ATTEMPTS {
-            let at = self.make_room(u32::from(length), erase)?;
+            let at = self.make_room(HEADER + padded(length), erase)?;
             let written = Item {
                 data: at + HEADER,
                 length,
@@ -277,22 +271,17 @@ where
     fn write(&mut self, at: u32, item: &Item, data: &[u8]) -> Result<(), F::Error> {
         let [c0, c1, c2, c3] = item.check.to_le_bytes();
         let [l0, l1] = item.length.to_le_bytes();
-        let [k0, k1] = crc16([l0, l1]).to_le_bytes();
-        self.flash.write(at, &[c0, c1, c2, c3, l0, l1, k0, k1])?;
+        self.flash.write(at, &[c0, c1, c2, c3, l0, l1, !l0, !l1])?;
         let (words, rest) = data.as_chunks::<{ WORD as usize }>();
         self.flash.write(item.data, words.as_flattened())?;
-        if rest.is_empty() {
-            return Ok(());
-        }
         let mut last = [0; WORD as usize];
         last.iter_mut().zip(rest).for_each(|(to, from)| *to = *from);
         let end = item.data + words.as_flattened().len() as u32;
         self.flash.write(end, &last)
     }
 
-    /// Address where an item with `length` bytes of data fits, in a page that is ready for it.
-    fn make_room(&mut self, length: u32, erase: Erase) -> Result<u32, StoreFailed> {
-        let room = HEADER + length.next_multiple_of(WORD);
+    /// Address where an item of `room` bytes fits, in a page that is ready for it.
+    fn make_room(&mut self, room: u32, erase: Erase) -> Result<u32, StoreFailed> {
         if WORD + room + WORD > Self::SIZE {
             return Err(StoreFailed::Flash);
         }
@@ -347,57 +336,13 @@ const fn is_marked(byte: u8) -> bool {
     byte.count_zeros() >= 4
 }
 
-/// Koopman's CRC-16F/4.2, never 0xFFFF.
-fn crc16(bytes: [u8; 2]) -> u16 {
-    let mut crc = 0xFFFF_u16;
-    for byte in bytes {
-        crc ^= u16::from(byte);
-        for _ in 0..8 {
-            let low = crc & 1;
-            crc >>= 1;
-            if low == 1 {
-                crc ^= 0x1A2E;
-            }
-        }
-    }
-    match !crc {
-        0xFFFF => 0xFFFE,
-        crc => crc,
-    }
-}
-
-/// Castagnoli's CRC-32 of the bytes so far.
-#[derive(Clone, Copy)]
-struct Crc32(u32);
-
-impl Crc32 {
-    const NEW: Self = Self(0xEEEE_EEEE);
-
-    fn with(self, byte: u8) -> Self {
-        let mut crc = self.0 ^ u32::from(byte);
-        for _ in 0..8 {
-            let low = crc & 1;
-            crc >>= 1;
-            if low == 1 {
-                crc ^= 0x82F6_3B78;
-            }
-        }
-        Self(crc)
-    }
-
-    /// The lowest byte is neither 0 nor 0xFF: a partly written checksum is never valid.
-    const fn finish(self) -> u32 {
-        let crc = !self.0;
-        match crc {
-            0 => 1,
-            _ if matches!(crc as u8, 0 | 0xFF) => crc ^ 1,
-            _ => crc,
-        }
-    }
+/// Size of an item's data with the zeros after them, bytes.
+fn padded(length: u16) -> u32 {
+    (u32::from(length) + 1).next_multiple_of(WORD)
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use core::convert::Infallible;
     use embedded_storage::nor_flash::{ErrorType, ReadNorFlash};
@@ -406,8 +351,8 @@ mod tests {
     const PAGE: usize = 64;
 
     /// Two pages, with the numbers of bytes written and read so far.
-    struct Flash<const SIZE: usize> {
-        bytes: Vec<u8>,
+    pub(crate) struct Flash<const SIZE: usize> {
+        pub(crate) bytes: Vec<u8>,
         written: usize,
         read: usize,
     }
@@ -453,7 +398,7 @@ mod tests {
         }
     }
 
-    fn holding<const SIZE: usize>(bytes: Vec<u8>) -> Pages<Flash<SIZE>> {
+    pub(crate) fn holding<const SIZE: usize>(bytes: Vec<u8>) -> Pages<Flash<SIZE>> {
         let range = 0..bytes.len() as u32;
         let flash = Flash {
             bytes,
@@ -467,32 +412,20 @@ mod tests {
         holding(vec![0xFF; 2 * PAGE])
     }
 
-    /// Data that begin with the key and differ by `number`.
+    /// Data that begin with 0 and differ by `number`.
     fn data<const N: usize>(number: u8) -> [u8; N] {
         let mut data = [number; N];
-        data[0] = KEY;
+        data[0] = 0;
         data
-    }
-
-    #[test]
-    fn a_partly_written_checksum_is_never_valid() {
-        for (bits, sum) in [
-            (0x0000_0000, 0x0000_0001),
-            (0x1234_5600, 0x1234_5601),
-            (0x1234_56FF, 0x1234_56FE),
-            (0x1234_5678, 0x1234_5678),
-        ] {
-            assert_eq!(Crc32(!bits).finish(), sum);
-        }
     }
 
     #[test]
     fn a_page_holds_the_largest_item_and_rejects_a_byte_more() {
         let mut fits = pages();
-        assert_eq!(fits.append(&data::<48>(7), Erase::Allowed), Ok(()));
+        assert_eq!(fits.append(&data::<47>(7), Erase::Allowed), Ok(()));
         for mut full in [pages(), fits] {
             let before = (full.flash().bytes.clone(), full.flash().written);
-            let refused = full.append(&data::<49>(8), Erase::Allowed);
+            let refused = full.append(&data::<48>(8), Erase::Allowed);
             assert_eq!(refused, Err(StoreFailed::Flash));
             assert_eq!((full.flash().bytes.clone(), full.flash().written), before);
         }
@@ -502,8 +435,8 @@ mod tests {
     fn items_of_every_length_are_found_on_every_page() {
         let mut pages = pages();
         for number in 1..100 {
-            let data = data::<48>(number);
-            let data = &data[..1 + usize::from(number) * 5 % 48];
+            let data = data::<47>(number);
+            let data = &data[..1 + usize::from(number) * 5 % 47];
             assert_eq!(pages.append(data, Erase::Allowed), Ok(()));
             let Ok(Latest {
                 item: Some(item),
@@ -535,25 +468,24 @@ mod tests {
     fn crafted(length: u16, filler: u8, every: usize) -> Vec<u8> {
         let mut bytes = vec![filler; 2 * BOARD_PAGE];
         let [l0, l1] = length.to_le_bytes();
-        let [k0, k1] = crc16([l0, l1]).to_le_bytes();
         for page in bytes.chunks_mut(BOARD_PAGE) {
             let (mark, items) = page.split_at_mut(WORD as usize);
             mark.fill(0);
             for item in items.chunks_exact_mut(every) {
-                item[..HEADER as usize].copy_from_slice(&[filler, 1, 2, 3, l0, l1, k0, k1]);
+                item[..HEADER as usize].copy_from_slice(&[filler, 1, 2, 3, l0, l1, !l0, !l1]);
             }
         }
         bytes
     }
 
     /// Size of a page on the board, bytes.
-    const BOARD_PAGE: usize = 16 * 1024;
+    pub(crate) const BOARD_PAGE: usize = 16 * 1024;
 
     #[test]
     fn searching_crafted_pages_reads_a_bounded_number_of_bytes() {
         let mut most = 0;
         for length in [1, 8, 64, 512, 600, 2048, 8192, 12_000, 16_000] {
-            for filler in [KEY, 0x5A, 0xFF] {
+            for filler in [0, 0x5A, 0xFF] {
                 for every in [8, 12, 64, 256] {
                     let case = (length, filler, every);
                     let mut pages = holding::<BOARD_PAGE>(crafted(length, filler, every));

@@ -52,7 +52,7 @@ impl<'a> Reader<'a> {
 /// Appends fields to a buffer of fixed size. Fields that do not fit are dropped, and
 /// [`Writer::finish`] reports it.
 #[derive(Debug)]
-pub struct Writer<'a> {
+pub(crate) struct Writer<'a> {
     rest: &'a mut [u8],
     capacity: usize,
     overflowed: bool,
@@ -77,7 +77,6 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Appends an array, whose length the compiler knows: one store.
     fn array<const N: usize>(&mut self, bytes: [u8; N]) {
         match core::mem::take(&mut self.rest).split_first_chunk_mut() {
             Some((head, rest)) => {

@@ -1,9 +1,7 @@
 //! A classic CAN data frame with a standard identifier.
 
 /// Up to eight bytes under an 11-bit identifier.
-// Aligned, so that it is copied in words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(align(4))]
 pub struct CanFrame {
     id: u16,
     length: u8,

@@ -5,7 +5,7 @@ use core::ops::RangeInclusive;
 use estimator_core::Validity;
 use lsm6dsox::scale::{DEGREE, STANDARD_GRAVITY};
 use wire::node::Crash;
-use wire::{Counter, Fault, Faults};
+use wire::{Counter, Fault};
 
 use super::Foot;
 use super::output::Level;
@@ -90,7 +90,7 @@ impl Foot {
         } else {
             self.clear(Fault::SensorSaturated, ports);
         }
-        if self.fault_state.sound_ticks >= SOUND_TICKS && !self.faults().is_empty() {
+        if self.fault_state.sound_ticks >= SOUND_TICKS {
             // A failed self-test stays a fault until the next start.
             for fault in [
                 Fault::SensorSilent,
@@ -107,7 +107,6 @@ impl Foot {
 
     /// Raises a fault while the gyroscope's bias is too large to be learnt, and from a rest with a wrong
     /// specific force to one with the right one.
-    #[inline(never)]
     pub(super) fn check_rest(&mut self, ports: &Ports) {
         match self.estimator.excess_bias() {
             Some(rate) => {
@@ -205,10 +204,8 @@ impl Foot {
 
     /// Clears faults whose hold time after the event is over.
     pub(super) fn clear_expired_faults(&mut self, ports: &Ports) {
-        let mut expired = Faults::NONE;
-        self.fault_state
-            .latch
-            .tick(|fault| expired = expired.with(fault));
-        expired.iter().for_each(|fault| self.clear(fault, ports));
+        for fault in self.fault_state.latch.tick().iter() {
+            self.clear(fault, ports);
+        }
     }
 }

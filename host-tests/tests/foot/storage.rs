@@ -1,7 +1,5 @@
 //! Settings in flash, with the power cut at every byte.
 
-mod formats;
-
 use std::ops::Range;
 
 use ::storage::{Erase, Origin, Storage, StoreFailed};

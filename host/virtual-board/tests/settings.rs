@@ -358,21 +358,17 @@ fn stored_pages(elf: &[u8]) -> Vec<u8> {
     pages(&mut board)
 }
 
-/// CRC-32C of a record, as the pages keep it; its lowest byte is neither 0 nor 0xFF.
+/// CRC-32 of a record, as the pages keep it.
 fn checksum(data: &[u8]) -> u32 {
-    let mut crc = 0xEEEE_EEEE_u32;
+    let mut crc = u32::MAX;
     for byte in data {
         crc ^= u32::from(*byte);
         for _ in 0..8 {
             let low = crc & 1;
-            crc = (crc >> 1) ^ (low * 0x82F6_3B78);
+            crc = (crc >> 1) ^ (low * 0xEDB8_8320);
         }
     }
-    match !crc {
-        0 => 1,
-        crc if matches!(crc as u8, 0 | 0xFF) => crc ^ 1,
-        crc => crc,
-    }
+    !crc
 }
 
 /// Pages with one record, changed by `change`, under a valid checksum.
@@ -391,7 +387,7 @@ fn rewritten(pages: &[u8], change: impl Fn(&mut [u8])) -> Vec<u8> {
 /// Replaces the value of a setting in a record.
 fn replace(record: &mut [u8], index: u16, subindex: u8, value: u32) {
     let [i0, i1] = index.to_le_bytes();
-    let mut entries = record[2..].chunks_exact_mut(7);
+    let mut entries = record[1..].chunks_exact_mut(7);
     let entry = entries.find(|entry| entry[..3] == [i0, i1, subindex]);
     entry.expect("a setting")[3..].copy_from_slice(&value.to_le_bytes());
 }
@@ -431,8 +427,8 @@ fn assert_replaced(kinds: usize) {
         ("serial rate", true, &|record| {
             replace(record, index::UART_RATE, 0, 3);
         }),
-        ("address", true, &|record| record[2..4].fill(0xFF)),
-        ("version", false, &|record| record[1] = 99),
+        ("address", true, &|record| record[1..3].fill(0xFF)),
+        ("version", false, &|record| record[0] = 99),
     ];
     for (case, others_apply, change) in cases.into_iter().take(kinds) {
         let bytes = rewritten(&stored, change);

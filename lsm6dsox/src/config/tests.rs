@@ -15,14 +15,6 @@ fn value_of(params: &Params, register: Register) -> u8 {
     value
 }
 
-const FIFO: FifoParams = FifoParams {
-    watermark: 300,
-    accel: true,
-    gyro: true,
-    timestamp: true,
-    pin: Some(Pin::Int2),
-};
-
 #[test]
 fn the_preset_is_valid() {
     assert_eq!(
@@ -50,55 +42,6 @@ fn unsupported_setting_is_rejected_with_its_field_name() {
         }),
         "accel.odr"
     );
-    for (watermark, field) in [
-        (0, "fifo.watermark"),
-        (1, ""),
-        (511, ""),
-        (512, "fifo.watermark"),
-    ] {
-        let fifo = FifoParams { watermark, ..FIFO };
-        assert_eq!(refused(|p| p.fifo = Some(fifo)), field, "{watermark}");
-    }
-    assert_eq!(
-        refused(|p| {
-            p.fifo = Some(FIFO);
-            p.accel.odr = Odr::Off;
-        }),
-        "fifo.accel"
-    );
-    assert_eq!(
-        refused(|p| {
-            p.fifo = Some(FIFO);
-            p.data_ready = None;
-            p.gyro.odr = Odr::Off;
-        }),
-        "fifo.gyro"
-    );
-    assert_eq!(
-        refused(|p| {
-            p.fifo = Some(FIFO);
-            p.timestamp = false;
-        }),
-        "fifo.timestamp"
-    );
-    let none = FifoParams {
-        accel: false,
-        gyro: false,
-        ..FIFO
-    };
-    assert_eq!(refused(|p| p.fifo = Some(none)), "fifo");
-}
-
-#[test]
-fn a_fifo_may_hold_one_sensor_alone() {
-    for (accel, gyro) in [(true, false), (false, true)] {
-        let fifo = FifoParams {
-            accel,
-            gyro,
-            ..FIFO
-        };
-        assert_eq!(refused(|p| p.fifo = Some(fifo)), "");
-    }
 }
 
 #[test]
@@ -120,7 +63,6 @@ fn no_configuration_touches_a_reserved_bit() {
                 params.gyro.odr = odr;
                 params.gyro.full_scale = full_scale;
                 params.gyro.filter = GyroFilter::Lpf1(ftype);
-                params.fifo = Some(FIFO);
                 let Ok(config) = params.validate() else {
                     continue;
                 };
@@ -178,19 +120,6 @@ fn the_data_ready_pin_is_driven_by_the_chosen_sensor_alone() {
     assert_eq!(value_of(&params, register::INT1_CTRL), 0x00);
     assert_eq!(value_of(&params, register::INT2_CTRL), 0x01);
     assert_eq!(value_of(&params, register::COUNTER_BDR_REG1), 0x00);
-}
-
-#[test]
-fn fifo_batches_both_sensors_up_to_a_nine_bit_watermark() {
-    let params = Params {
-        fifo: Some(FIFO),
-        ..Params::FRESH_KILOHERTZ
-    };
-    assert_eq!(value_of(&params, register::FIFO_CTRL1), 0x2C);
-    assert_eq!(value_of(&params, register::FIFO_CTRL2), 0x01);
-    assert_eq!(value_of(&params, register::FIFO_CTRL3), 0xAA);
-    assert_eq!(value_of(&params, register::FIFO_CTRL4), 0x46);
-    assert_eq!(value_of(&params, register::INT2_CTRL), 0x08);
 }
 
 #[test]

@@ -33,6 +33,7 @@ use canopen_rs::nmt;
 use canopen_rs::time::TimeOfDay;
 use canopen_rs::{NmtCommand, NmtState, NmtStateMachine};
 use estimator_core::{ContactEstimate, Learnt, Timestamp};
+use heapless::Deque;
 
 use device::Device;
 use lss::{LSS_STORE, id_setting, lss_slave};
@@ -40,7 +41,7 @@ use snapshot::Snapshot;
 
 use crate::abort::AbortCode;
 use crate::counter::Counters;
-use crate::dictionary::{Address, ERROR_HISTORY, index};
+use crate::dictionary::{Address, index};
 use crate::fault::{Fault, Faults};
 use crate::foot::{NodeId, cob_id};
 use crate::frame::CanFrame;
@@ -86,7 +87,7 @@ pub struct Node {
     /// Faults whose emergency message is held back.
     held_back: Faults,
     /// Detail of each fault, by its number.
-    details: [u32; Fault::NUMBERS],
+    details: [u32; Fault::ALL.len()],
 }
 
 const NODE_ID: Address = Address::new(index::NODE_ID, 0);
@@ -104,7 +105,7 @@ impl Node {
                 settings,
                 state: NmtState::Initialising,
                 faults: Faults::NONE,
-                history: [0; ERROR_HISTORY],
+                history: Deque::new(),
                 snapshot: Snapshot::default(),
                 stage: Stage::Starting,
                 counters: Counters::default(),
@@ -131,7 +132,7 @@ impl Node {
             sequence: 0,
             reported: Faults::NONE,
             held_back: Faults::NONE,
-            details: [0; Fault::NUMBERS],
+            details: [0; Fault::ALL.len()],
         }
     }
 
@@ -314,15 +315,15 @@ impl Node {
     ) {
         self.ticks = self.ticks.wrapping_add(1);
         self.device.counters = *counters;
-        // Assigned by field: the snapshot is large and must not be copied.
-        let snapshot = &mut self.device.snapshot;
-        snapshot.estimate = *estimate;
-        snapshot.temperature = temperature;
-        snapshot.faults = self.device.faults;
-        snapshot.dropped = counters.dropped();
-        snapshot.last_sync = self.last_sync;
-        snapshot.sequence = self.sequence;
-        snapshot.is_taken = true;
+        self.device.snapshot = Snapshot {
+            is_taken: true,
+            estimate: *estimate,
+            temperature,
+            faults: self.device.faults,
+            dropped: counters.dropped(),
+            last_sync: self.last_sync,
+            sequence: self.sequence,
+        };
         if let Some(emergency) = self.watch_load() {
             send(emergency);
         }
@@ -344,9 +345,7 @@ impl Node {
         if let Some(heartbeat) = self.heartbeat(id) {
             send(heartbeat);
         }
-        let unreported = self.unreported();
-        if !unreported.is_empty()
-            && let Some(fault) = unreported.iter().next()
+        if let Some(fault) = self.unreported().iter().next()
             && let Some(emergency) = self.report(fault)
         {
             send(emergency);

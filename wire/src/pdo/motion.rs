@@ -42,11 +42,8 @@ fn is_known(estimate: &ContactEstimate, faults: Faults) -> bool {
     !faults.void_estimate() && !flagged
 }
 
-// Inlined as Quantity::new is.
-#[inline(always)]
 fn codes(vector: Vec3, step: f64) -> [Quantity; 3] {
-    let step = step as f32;
-    [vector.x, vector.y, vector.z].map(|value| Quantity::in_steps(value, step))
+    [vector.x, vector.y, vector.z].map(|value| Quantity::new(value, step))
 }
 
 fn vector(codes: [Quantity; 3], step: f64) -> Vec3 {
@@ -66,7 +63,7 @@ impl Attitude {
             return Self([Quantity::NONE; 4]);
         }
         let Quaternion { w, x, y, z } = estimate.orientation;
-        Self([w, x, y, z].map(|value| Quantity::in_steps(value, UNIT_STEP as f32)))
+        Self([w, x, y, z].map(|value| Quantity::new(value, UNIT_STEP)))
     }
 
     /// Orientation; its length is 1 to within the resolution.

@@ -34,16 +34,7 @@ impl LongTime {
 
 impl From<Timestamp> for LongTime {
     fn from(timestamp: Timestamp) -> Self {
-        // The last two digits of a long division in base 2¹⁶: each frame has a time, and a
-        // microcontroller divides 64 bits in software.
-        const STEP: u32 = TIME_STEP_US as u32;
-        let micros = timestamp.as_micros();
-        let digit = |power: u32| (micros >> (16 * power)) as u32 & 0xFFFF;
-        let rest = digit(3) % STEP;
-        let rest = (rest << 16 | digit(2)) % STEP;
-        let upper = rest << 16 | digit(1);
-        let lower = (upper % STEP) << 16 | digit(0);
-        Self(((upper / STEP) << 16) | (lower / STEP))
+        Self((timestamp.as_micros() / TIME_STEP_US) as u32)
     }
 }
 

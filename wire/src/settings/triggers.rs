@@ -36,21 +36,6 @@ impl Settings {
     /// Transmission trigger of a PDO.
     #[must_use]
     pub fn trigger(&self, pdo: Pdo) -> Trigger {
-        let trigger = self.triggers.get(pdo as usize).copied();
-        trigger.unwrap_or(Trigger::Off)
-    }
-
-    /// Sets the triggers to those of the values.
-    pub(super) fn derive_triggers(&mut self) {
-        for pdo in Pdo::ALL {
-            let trigger = self.trigger_of(pdo);
-            if let Some(derived) = self.triggers.get_mut(pdo as usize) {
-                *derived = trigger;
-            }
-        }
-    }
-
-    fn trigger_of(&self, pdo: Pdo) -> Trigger {
         let [id, transmission, period] = TRIGGERS.get(pdo as usize).copied().unwrap_or_default();
         if self.value(id) & PDO_OFF != 0 {
             return Trigger::Off;

@@ -3,57 +3,22 @@
 //! Each zero is replaced by the distance to the next, the first distance stands in front, and a
 //! zero ends the frame.
 
-/// Encodes at most 254 bytes in place, one after the other, so that code that visits each byte
-/// anyway can do so in the same loop.
-#[derive(Debug)]
-pub(super) struct Coding<'a> {
-    /// Place of the distance to the next zero: that of the previous zero.
-    place: &'a mut u8,
-    distance: u32,
-}
+use heapless::Vec;
 
-impl<'a> Coding<'a> {
-    /// Starts a frame: `first` is the byte before all others, for the first distance.
-    pub(super) const fn new(first: &'a mut u8) -> Self {
-        Self {
-            place: first,
-            distance: 1,
-        }
-    }
-
-    /// Adds the next byte.
-    #[inline(always)]
-    pub(super) const fn push(&mut self, byte: &'a mut u8) {
+/// Encodes at most 254 bytes, with a zero before them and one after them; `None` if they do not fit.
+pub(super) fn encode<const N: usize>(plain: &[u8]) -> Option<Vec<u8, N>> {
+    let mut frame = Vec::from_array([0, 0]);
+    // Place of the distance to the next zero: that of the previous zero.
+    let mut place = 1;
+    for byte in plain.iter().chain(&[0]) {
         if *byte == 0 {
-            *self.place = self.distance as u8;
-            self.place = byte;
-            self.distance = 0;
+            let distance = u8::try_from(frame.len() - place).ok()?;
+            *frame.get_mut(place)? = distance;
+            place = frame.len();
         }
-        self.distance = self.distance.wrapping_add(1);
+        frame.push(*byte).ok()?;
     }
-
-    /// Adds the next four bytes; at once if none of them is zero, which is the usual case.
-    #[inline(always)]
-    pub(super) fn push_four(&mut self, bytes: &'a mut [u8; 4]) {
-        if has_zero(u32::from_le_bytes(*bytes)) {
-            for byte in bytes {
-                self.push(byte);
-            }
-        } else {
-            self.distance = self.distance.wrapping_add(4);
-        }
-    }
-
-    /// Ends the frame: a zero has to follow it.
-    pub(super) const fn finish(self) {
-        *self.place = self.distance as u8;
-    }
-}
-
-/// Returns whether one of the four bytes is zero: after one is subtracted from each, no other byte gains a
-/// highest bit, except one above a zero.
-const fn has_zero(word: u32) -> bool {
-    word.wrapping_sub(0x0101_0101) & !word & 0x8080_8080 != 0
+    Some(frame)
 }
 
 /// Decoder that takes one byte after the other.
@@ -106,22 +71,10 @@ mod tests {
     }
 
     fn encoded(plain: &[u8]) -> Vec<u8> {
-        let mut frame = [&[0xEE], plain, &[0]].concat();
-        let mut by_fours = frame.clone();
-        if let [first, bytes @ .., _end] = &mut frame[..] {
-            let mut coding = Coding::new(first);
-            bytes.iter_mut().for_each(|byte| coding.push(byte));
-            coding.finish();
-        }
-        if let [first, bytes @ .., _end] = &mut by_fours[..] {
-            let mut coding = Coding::new(first);
-            let (fours, rest) = bytes.as_chunks_mut();
-            fours.iter_mut().for_each(|four| coding.push_four(four));
-            rest.iter_mut().for_each(|byte| coding.push(byte));
-            coding.finish();
-        }
-        assert_eq!(frame, by_fours);
-        frame
+        let frame = encode::<260>(plain).expect("it fits");
+        let (zero, coded) = frame.split_first().expect("not empty");
+        assert_eq!(*zero, 0);
+        coded.to_vec()
     }
 
     #[test]

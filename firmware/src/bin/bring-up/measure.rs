@@ -14,19 +14,17 @@ use embassy_stm32::pac::{DBGMCU, FLASH, SPI1};
 use embassy_time::{Duration, Instant, Timer};
 use embedded_hal_async::spi::{Operation, SpiDevice};
 use firmware::bring_up::{Edges, Jitter, Line, Report, SUPPLY_MV, Verdict, supply_mv};
-use firmware::imu;
 use firmware::sampling::Ticks;
 use lsm6dsox::asynch::Lsm6dsox;
-use lsm6dsox::{SetSpiClock, SpiClock};
+use lsm6dsox::{Config, SetSpiClock, SpiClock};
 use static_cell::StaticCell;
 
 use crate::board::clocks::Source;
 use crate::board::sensor::{Delay, SensorBus};
-use crate::board::stack::{self, Depth};
 use crate::board::timebase::Timebase;
 use crate::board::uart::{Receiver, Sender};
 use crate::board::wiring::CRYSTAL_MHZ;
-use crate::board::{self, Board, flash, watchdog};
+use crate::board::{self, Board, flash, stack, watchdog};
 use crate::{can, supply};
 
 /// Header in front of the program, which the bootloader starts.
@@ -272,7 +270,7 @@ async fn measure_bus(out: &mut Out, bus: &mut SensorBus) {
 async fn measure_sensor(out: &mut Out, mut bus: SensorBus, timebase: Timebase) {
     Timer::after(Duration::from_millis(20)).await;
     measure_bus(out, &mut bus).await;
-    let mut driver = Lsm6dsox::new(bus, imu::SENSOR);
+    let mut driver = Lsm6dsox::new(bus, Config::FRESH_KILOHERTZ);
     if driver.init(&mut Delay).await.is_err() {
         let verdict = Verdict::Fail("see the lines of the bus");
         out.line("sensor", format_args!("does not start"), "", verdict)
@@ -425,7 +423,7 @@ async fn measure_can(out: &mut Out, parts: board::can::Parts) {
 }
 
 async fn measure_stack(out: &mut Out) {
-    let mut depth = Depth::default();
+    let mut depth = stack::Depth::default();
     let mut deepest = 0;
     // Each look is at a piece; a round without news ends it.
     for _ in 0..stack::size() / 64 {

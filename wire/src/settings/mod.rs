@@ -10,7 +10,6 @@ use estimator_core::{
 use crate::abort::AbortCode;
 use crate::dictionary::{self, Address, Concern, Entry, OBJECTS, PDO_OFF, Place, SETTINGS, index};
 use crate::foot::{Foot, NodeId};
-use crate::pdo::PDOS;
 use crate::value::{DataType, Value};
 
 pub use crate::dictionary::WINDOW_CAPACITY;
@@ -50,7 +49,7 @@ pub struct UartStreams {
     pub health: u16,
 }
 
-/// Slot of a setting, found by the compiler: settings are read many times a tick.
+/// Slot of a setting. The compiler rejects an address without one.
 macro_rules! slot {
     ($index:ident, $subindex:expr) => {
         const { dictionary::slot_of(index::$index, $subindex) }
@@ -96,8 +95,6 @@ static PARAMETERS: [(Parameter, u8, KeptAs); Parameter::ALL.len() - 1] = {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Settings {
     raw: [u32; SETTINGS],
-    /// Triggers derived from the values, read for each PDO in each tick.
-    triggers: [Trigger; PDOS],
 }
 
 impl Default for Settings {
@@ -106,12 +103,7 @@ impl Default for Settings {
         for (raw, (_, entry)) in raw.iter_mut().zip(dictionary::settings()) {
             *raw = entry.default.to_raw();
         }
-        let mut settings = Self {
-            raw,
-            triggers: [Trigger::Off; PDOS],
-        };
-        settings.derive_triggers();
-        settings
+        Self { raw }
     }
 }
 
@@ -150,7 +142,6 @@ impl Settings {
             return Err(AbortCode::InvalidValue);
         }
         *self.raw.get_mut(slot).ok_or(AbortCode::NoObject)? = value.to_raw();
-        self.derive_triggers();
         Ok(())
     }
 

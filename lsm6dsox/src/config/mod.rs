@@ -8,14 +8,13 @@ use core::fmt;
 
 use crate::register::{
     self, Register, counter_bdr_reg1, ctrl1_xl, ctrl2_g, ctrl3_c, ctrl4_c, ctrl6_c, ctrl8_xl,
-    ctrl9_xl, ctrl10_c, fifo_ctrl1, fifo_ctrl2, fifo_ctrl3, fifo_ctrl4, int1_ctrl, int2_ctrl,
+    ctrl9_xl, ctrl10_c, int1_ctrl, int2_ctrl,
 };
 use crate::scale::{AccelFullScale, GyroFullScale};
 use crate::setting::{AccelFilter, DataReadyMode, Ftype, GyroFilter, Odr, Pin, Sensor};
 
 /// Pin that signals new samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct DataReady {
     /// Sensor whose samples are signalled.
     pub sensor: Sensor,
@@ -27,7 +26,6 @@ pub struct DataReady {
 
 /// The accelerometer's settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct AccelParams {
     /// Output data rate.
     pub odr: Odr,
@@ -39,7 +37,6 @@ pub struct AccelParams {
 
 /// The gyroscope's settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct GyroParams {
     /// Output data rate.
     pub odr: Odr,
@@ -49,26 +46,8 @@ pub struct GyroParams {
     pub filter: GyroFilter,
 }
 
-/// Batching in the FIFO: each enabled sensor at its full data rate, oldest words overwritten. The drivers set it up
-/// and do not read it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct FifoParams {
-    /// Level that raises the watermark flag, in words; 1 to 511.
-    pub watermark: u16,
-    /// Enables batching of the accelerometer's samples.
-    pub accel: bool,
-    /// Enables batching of the gyroscope's samples.
-    pub gyro: bool,
-    /// Enables batching of a timestamp with each of them.
-    pub timestamp: bool,
-    /// Pin that the watermark flag drives.
-    pub pin: Option<Pin>,
-}
-
 /// Settings of the part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Params {
     /// The accelerometer.
     pub accel: AccelParams,
@@ -81,8 +60,6 @@ pub struct Params {
     pub data_ready: Option<DataReady>,
     /// Enables the part's 25 µs counter, which the drivers do not read.
     pub timestamp: bool,
-    /// Settings of the FIFO; `None` keeps it empty.
-    pub fifo: Option<FifoParams>,
 }
 
 impl Params {
@@ -113,7 +90,6 @@ impl Params {
             mode: DataReadyMode::Pulsed,
         }),
         timestamp: true,
-        fifo: None,
     };
 
     /// Checks that the part supports this combination.
@@ -140,26 +116,6 @@ impl Params {
                 return ParamsError::new("data_ready.sensor", "the sensor is off");
             }
         }
-        if let Some(fifo) = self.fifo {
-            if fifo.watermark == 0 || fifo.watermark > 511 {
-                return ParamsError::new("fifo.watermark", "not within 1 to 511 words");
-            }
-            if fifo.accel && accel_off {
-                return ParamsError::new("fifo.accel", "the accelerometer is off");
-            }
-            if fifo.accel && matches!(self.accel.odr, Odr::Hz1_6) {
-                return ParamsError::new("fifo.accel", "the FIFO has no 1.6 Hz rate");
-            }
-            if fifo.gyro && gyro_off {
-                return ParamsError::new("fifo.gyro", "the gyroscope is off");
-            }
-            if !fifo.accel && !fifo.gyro {
-                return ParamsError::new("fifo", "no sensor is chosen");
-            }
-            if fifo.timestamp && !self.timestamp {
-                return ParamsError::new("fifo.timestamp", "the timestamp counter is off");
-            }
-        }
         Ok(Config::new(*self))
     }
 
@@ -172,8 +128,6 @@ impl Params {
             ..
         } = *self;
         let (pulsed, int1, int2) = self.pins();
-        let (watermark, bdr_xl, bdr_gy, mode) = self.fifo();
-        let [watermark_low, watermark_high] = watermark.to_le_bytes();
         let (lpf1, ftype) = match gyro.filter {
             GyroFilter::Lpf2 => (0, 0),
             GyroFilter::Lpf1(ftype) => (1, ftype.code()),
@@ -213,16 +167,10 @@ impl Params {
                 &register::CTRL10_C,
                 ctrl10_c::TIMESTAMP_EN.place(timestamp as u8),
             ),
-            write(&register::FIFO_CTRL1, fifo_ctrl1::WTM.place(watermark_low)),
-            write(
-                &register::FIFO_CTRL2,
-                fifo_ctrl2::WTM8.place(watermark_high),
-            ),
-            write(
-                &register::FIFO_CTRL3,
-                fifo_ctrl3::BDR_XL.place(bdr_xl) | fifo_ctrl3::BDR_GY.place(bdr_gy),
-            ),
-            write(&register::FIFO_CTRL4, mode),
+            write(&register::FIFO_CTRL1, 0),
+            write(&register::FIFO_CTRL2, 0),
+            write(&register::FIFO_CTRL3, 0),
+            write(&register::FIFO_CTRL4, 0),
             write(
                 &register::CTRL2_G,
                 ctrl2_g::ODR_G.place(gyro.odr.code())
@@ -252,50 +200,25 @@ impl Params {
                 DataReadyMode::Latched => 0,
             };
             match (pin, sensor) {
-                (Pin::Int1, Sensor::Accel) => int1 |= int1_ctrl::DRDY_XL.mask(),
-                (Pin::Int1, Sensor::Gyro) => int1 |= int1_ctrl::DRDY_G.mask(),
-                (Pin::Int2, Sensor::Accel) => int2 |= int2_ctrl::DRDY_XL.mask(),
-                (Pin::Int2, Sensor::Gyro) => int2 |= int2_ctrl::DRDY_G.mask(),
-            }
-        }
-        if let Some(fifo) = self.fifo {
-            match fifo.pin {
-                Some(Pin::Int1) => int1 |= int1_ctrl::FIFO_TH.mask(),
-                Some(Pin::Int2) => int2 |= int2_ctrl::FIFO_TH.mask(),
-                None => {}
+                (Pin::Int1, Sensor::Accel) => int1 = int1_ctrl::DRDY_XL.mask(),
+                (Pin::Int1, Sensor::Gyro) => int1 = int1_ctrl::DRDY_G.mask(),
+                (Pin::Int2, Sensor::Accel) => int2 = int2_ctrl::DRDY_XL.mask(),
+                (Pin::Int2, Sensor::Gyro) => int2 = int2_ctrl::DRDY_G.mask(),
             }
         }
         (pulsed, int1, int2)
-    }
-
-    /// Values of watermark, `BDR_XL`, `BDR_GY` and `FIFO_CTRL4`.
-    const fn fifo(&self) -> (u16, u8, u8, u8) {
-        const CONTINUOUS: u8 = 6;
-        const WITH_EACH_SAMPLE: u8 = 1;
-        let Some(fifo) = self.fifo else {
-            return (0, 0, 0, 0);
-        };
-        let bdr_xl = if fifo.accel { self.accel.odr.code() } else { 0 };
-        let bdr_gy = if fifo.gyro { self.gyro.odr.code() } else { 0 };
-        let timestamps = if fifo.timestamp { WITH_EACH_SAMPLE } else { 0 };
-        let mode =
-            fifo_ctrl4::FIFO_MODE.place(CONTINUOUS) | fifo_ctrl4::ODR_TS_BATCH.place(timestamps);
-        (fifo.watermark, bdr_xl, bdr_gy, mode)
     }
 }
 
 /// Validated settings. Only [`Params::validate`] makes one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Config {
     params: Params,
-    /// The value of each of [`REGISTERS`].
-    values: [u8; Self::WRITES],
+    writes: [Write; Self::WRITES],
 }
 
 /// A register and the value to write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Write {
     /// Register to write.
     pub register: &'static Register,
@@ -325,16 +248,11 @@ impl Config {
         ..SELF_TEST
     });
 
-    /// The register values are computed here, so that a constant configuration costs no code.
     const fn new(params: Params) -> Self {
-        let writes = params.writes();
-        let mut values = [0; Self::WRITES];
-        let (mut from, mut to) = (writes.as_slice(), values.as_mut_slice());
-        while let ([write, writes @ ..], [value, values @ ..]) = (from, to) {
-            *value = write.value;
-            (from, to) = (writes, values);
+        Self {
+            params,
+            writes: params.writes(),
         }
-        Self { params, values }
     }
 
     /// Number of registers in a configuration.
@@ -366,20 +284,13 @@ impl Config {
     /// would void the data: self-test, high-pass filter and low power of the gyroscope, user
     /// offsets, pins.
     pub fn writes(&self) -> impl Iterator<Item = Write> + '_ {
-        let writes = REGISTERS.iter().zip(&self.values);
-        writes.map(|(register, value)| Write {
-            register,
-            value: *value,
-        })
+        self.writes.iter().copied()
     }
 
     /// Returns the write with this index in [`writes`](Self::writes); `None` from [`WRITES`](Self::WRITES) on.
     #[must_use]
     pub fn write(&self, index: usize) -> Option<Write> {
-        Some(Write {
-            register: REGISTERS.get(index)?,
-            value: *self.values.get(index)?,
-        })
+        self.writes.get(index).copied()
     }
 }
 
@@ -398,19 +309,6 @@ const SELF_TEST: Params = Params {
     block_data_update: true,
     data_ready: None,
     timestamp: false,
-    fifo: None,
-};
-
-/// The registers of a configuration, in the order of [`Config::writes`].
-static REGISTERS: [&Register; Config::WRITES] = {
-    let writes = Params::FRESH_KILOHERTZ.writes();
-    let mut registers = [&register::FUNC_CFG_ACCESS; Config::WRITES];
-    let (mut from, mut to) = (writes.as_slice(), registers.as_mut_slice());
-    while let ([write, writes @ ..], [register, registers @ ..]) = (from, to) {
-        *register = write.register;
-        (from, to) = (writes, registers);
-    }
-    registers
 };
 
 const fn write(register: &'static Register, value: u8) -> Write {
@@ -419,7 +317,6 @@ const fn write(register: &'static Register, value: u8) -> Write {
 
 /// Reason for which parameters were rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ParamsError {
     /// Path of the field in [`Params`].
     pub field: &'static str,
