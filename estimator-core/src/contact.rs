@@ -329,7 +329,7 @@ mod tests {
                 assert_eq!(estimate.decision, Decision::Stable);
             }
         }
-        let rest = (1.0e3 * Constants::DEFAULT.rest) as u64;
+        let rest = (1.0e3 * Constants::DEFAULT.stance) as u64;
         assert!(
             proven.is_some_and(|ms| (rest..rest + 150).contains(&ms)),
             "{proven:?}"

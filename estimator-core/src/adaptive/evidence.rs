@@ -2,7 +2,7 @@
 //!
 //! Learnt limits leave room for stances that shake. A foot that hangs, is carried or shaken moves within that
 //! room, for minutes. It lacks the evidence of each stride of a walk, the fall of the acceleration from that of a swing to
-//! that of a stance; and that of a standing foot, rest. Without either for [`Constants::evidence_lasts`] the foot is not
+//! that of a stance; and that of a standing foot, rest. Without either for [`Constants::evidence`] the foot is not
 //! stable, however little it moves, and nothing is learnt. Before the first evidence the probability is at most one half.
 
 use super::constants::Constants;
@@ -14,12 +14,6 @@ const LONGEST: f32 = 200.0;
 
 /// Limit of counted rest, as a multiple of the required rest, so that a disturbance does not end it at once.
 const MOST_REST: f32 = 1.3;
-
-/// Time constant of the mean whose maximum is the strength of a swing, s.
-const SWING: f32 = 0.2;
-
-/// Time in which that maximum decays by a factor of e, s.
-const SWING_FADES: f32 = 2.0;
 
 /// Mean mass below which the foot is in motion without doubt.
 const MOVES: f32 = 0.2;
@@ -38,11 +32,9 @@ const UNPROVEN: f32 = 0.5;
 pub(super) struct Evidence {
     /// Time between samples, s.
     period: f32,
-    /// Shares of the newest sample in the short means, and in that of a swing.
+    /// Shares of the newest sample in the short means and the factor, and in the mean of a swing.
     share: f32,
     swing_share: f32,
-    /// Share of the way that the factor moves in a sample.
-    fades: f32,
     /// Short means of acceleration, m/s², angular rate, rad/s, and the logarithm of the acceleration.
     acceleration: f32,
     rate: f32,
@@ -72,19 +64,15 @@ pub(super) struct Reading {
     pub rate: f32,
     /// Probability of stillness without evidence.
     pub still: f32,
-    /// Mean logarithm in swings.
-    pub moving: f32,
 }
 
 impl Evidence {
     /// A foot of which nothing is known.
-    pub fn new(constants: &Constants, period: f32, fades: f32) -> Self {
-        let share = |time_constant: f32| 1.0 - exp(-period / time_constant);
+    pub fn new(constants: &Constants, period: f32, share: f32) -> Self {
         Self {
             period,
-            share: share(constants.evidence_time_constant),
-            swing_share: share(SWING),
-            fades,
+            share,
+            swing_share: 1.0 - exp(-period / constants.stance),
             acceleration: 1.0,
             rate: 1.0,
             calm: 0.0,
@@ -112,7 +100,7 @@ impl Evidence {
 
     /// Returns whether the foot is learnt from: it walks, or has yet to show that it does.
     pub fn walks(&self, constants: &Constants) -> bool {
-        !self.landed || self.since_landing < constants.evidence_lasts
+        !self.landed || self.since_landing < constants.evidence
     }
 
     /// Processes a sample.
@@ -126,37 +114,36 @@ impl Evidence {
         let rests =
             self.acceleration < constants.rest_acceleration && self.rate < constants.rest_rate;
         self.rested = match rests {
-            true => (self.rested + period).lesser(MOST_REST * constants.rest),
+            true => (self.rested + period).lesser(MOST_REST * constants.stance),
             false => (self.rested - period).greater(0.0),
         };
 
         self.calm += (reading.logarithm - self.calm) * self.share;
         self.swing += (reading.logarithm - self.swing) * self.swing_share;
-        self.strongest = (self.strongest - period / SWING_FADES).greater(self.swing);
-        let moves = reading.still < MOVES && reading.logarithm > reading.moving - constants.swing;
-        self.since_motion = match moves {
+        self.strongest = (self.strongest - period / constants.evidence).greater(self.swing);
+        self.since_motion = match reading.still < MOVES {
             true => 0.0,
             false => counted(self.since_motion),
         };
         let lands = self.calm < self.strongest - constants.landing
-            && self.since_motion < constants.landing_time;
+            && self.since_motion < constants.evidence;
         self.landed |= lands;
         self.since_landing = match lands {
             true => 0.0,
             false => counted(self.since_landing),
         };
 
-        let evident = lands || self.rested > constants.rest;
+        let evident = lands || self.rested > constants.stance;
         self.seen |= evident;
         self.since = match evident {
             true => 0.0,
             false => counted(self.since),
         };
-        let target = match (self.since < constants.evidence_lasts, self.seen) {
+        let target = match (self.since < constants.evidence, self.seen) {
             (true, _) => 1.0,
             (false, true) => 0.0,
             (false, false) => UNPROVEN,
         };
-        self.factor += (target - self.factor) * self.fades;
+        self.factor += (target - self.factor) * self.share;
     }
 }

@@ -221,7 +221,6 @@ impl Adaptive {
                 logarithm,
                 rate,
                 still,
-                moving,
             },
         );
         self.probabilities = self.combine(slides_not);

@@ -6,7 +6,7 @@
 //! ```text
 //! v ← v·(1 − dt/τ) + clip(a)·dt
 //! S = 1 / (1 + (|v|/limit)⁴)
-//! limit² = (factor · usual · (usual / (quiet · swing))^growth)² + (lever · turn)²
+//! limit² = (factor · usual · √(usual / (quiet · swing)))² + (lever · turn)²
 //! ```
 //!
 //! *usual* is the speed that the foot's own stances leave in the sum: 0.3 mm/s on a noise-free simulated robot, 10 to
@@ -51,7 +51,7 @@ impl Slide {
         let (usual, observed) = learnt.unwrap_or((ln(constants.slide_speed), 0.0));
         Self {
             period,
-            share: 1.0 - exp(-period / constants.slide_time_constant),
+            share: 1.0 - exp(-period / constants.window),
             speed: Vec3::ZERO,
             turn: 0.0,
             usual,
@@ -75,8 +75,8 @@ impl Slide {
         };
         self.speed = self.speed * (1.0 - self.share) + clipped * self.period;
         self.turn += (rate - self.turn) * self.share;
-        let quiet = constants.slide_growth * (self.usual - swing - QUIET);
-        let standing = constants.slide_factor * exp(self.usual + quiet);
+        let louder = 0.5 * (self.usual - swing - QUIET);
+        let standing = constants.slide_factor * exp(self.usual + louder);
         let rolling = constants.slide_lever * self.turn;
         let ratio = self.speed.dot(self.speed) / (standing * standing + rolling * rolling);
         1.0 / (1.0 + ratio * ratio)
