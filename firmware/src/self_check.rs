@@ -316,7 +316,7 @@ mod tests {
             digest.value()
         };
         let other = Learnt {
-            idle_seconds: f32::from_bits(1),
+            speed: f32::from_bits(1),
             ..Learnt::default()
         };
         assert_ne!(digest(&Learnt::default()), digest(&other));

@@ -182,8 +182,7 @@ impl Foot {
 
         self.send_can(&estimate, ports);
         self.send_uart(&estimate, measurement, tick.time, ports);
-        // Learning and responses have no deadline: they follow after the frames are sent.
-        self.estimator.finish();
+        // Responses have no deadline: they follow after the frames are sent.
         self.answer(INPUTS_PER_TICK - taken, ports);
         self.clear_expired_faults(ports);
         if self.ticks.is_multiple_of(REST_TICKS) {

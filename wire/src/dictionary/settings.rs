@@ -47,22 +47,14 @@ pub(super) const LEARNT: [Entry; Learnt::NUMBERS] = {
     const fn learnt(subindex: u8, name: &'static str, row: Row) -> Entry {
         Entry::row(subindex, name, Concern::Learnt, row)
     }
-    const WIDTH: &str = "mean deviation in stillness, of the logarithm";
-    const NOT_BELOW_STILL: &str = "not below that of stillness";
-    let [a0, a1, a2, w0, w1, w2, v0, v1, v2, still, moving, idle] = Learnt::ROWS;
+    let [still, moving, width, speed, still_seconds, moving_seconds] = Learnt::ROWS;
     [
-        learnt(1, "Acceleration, still", a0),
-        learnt(2, "Acceleration, moving", a1).doc(NOT_BELOW_STILL),
-        learnt(3, "Acceleration, width", a2).doc(WIDTH),
-        learnt(4, "Rate, still", w0),
-        learnt(5, "Rate, moving", w1).doc(NOT_BELOW_STILL),
-        learnt(6, "Rate, width", w2).doc(WIDTH),
-        learnt(7, "Velocity, still", v0).doc("of the leaky mean of the acceleration"),
-        learnt(8, "Velocity, moving", v1).doc(NOT_BELOW_STILL),
-        learnt(9, "Velocity, width", v2).doc(WIDTH),
-        learnt(10, "Stillness learnt from", still),
-        learnt(11, "Motion learnt from", moving),
-        learnt(12, "Age", idle).doc("how long the foot has run since it last learnt anything"),
+        learnt(1, "Acceleration, still", still),
+        learnt(2, "Acceleration, moving", moving).doc("not below that of stillness"),
+        learnt(3, "Acceleration, width", width).doc("mean deviation in stillness, of the logarithm"),
+        learnt(4, "Speed, still", speed).doc("that accelerations along the ground add up to in stances"),
+        learnt(5, "Stillness learnt from", still_seconds),
+        learnt(6, "Motion learnt from", moving_seconds),
     ]
 };
 

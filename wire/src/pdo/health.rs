@@ -136,9 +136,13 @@ pub(super) const FIELDS: [Field; 5] = [
                 "Settling",
                 "The foot has not learnt enough of its stillness and motion yet; a few steps end that.",
             ),
+            Signal::flag(
+                "Unproven",
+                "The foot has neither rested nor landed since the start.",
+            ),
         ],
     )
-    .doc("of the estimator: bit 0 window not full, 1 up not known, 2 saturated, 3 stale, 4 invalid sample, 5 time gap, 6 settling"),
+    .doc("of the estimator: bit 0 window not full, 1 up not known, 2 saturated, 3 stale, 4 invalid sample, 5 time gap, 6 settling, 7 unproven"),
     Field::new(
         index::ERROR_REGISTER,
         0,

@@ -445,18 +445,13 @@ mod tests {
     /// as low as allowed: each number can then take any value.
     fn wide_settings() -> Settings {
         let mut settings = Settings::default();
-        let classes = Classes {
+        let learnt = Learnt {
             still: -9.3,
             moving: 9.3,
             width: 1.0,
-        };
-        let learnt = Learnt {
-            acceleration: classes,
-            rate: classes,
-            velocity: classes,
+            speed: -5.0,
             still_seconds: 1.0,
             moving_seconds: 1.0,
-            idle_seconds: 0.0,
         };
         assert_eq!(settings.set_learnt(Some(learnt)), Ok(()));
         for (subindex, value) in [(4, 1.0e9), (5, -1.0e9)] {

@@ -8,7 +8,7 @@
 //! | 12, 13 | probability of no lifting and tilting |
 //! | 14 to 25 | P(ax), P(ay), P(az), P(wx), P(wy), P(wz) |
 //! | 26 | status, as in TPDO1 |
-//! | 27 | the estimator's flags: bit 0 window not full, 1 up not known, 2 saturated, 3 stale, 4 invalid sample, 5 time gap, 6 settling |
+//! | 27 | the estimator's flags: bit 0 window not full, 1 up not known, 2 saturated, 3 stale, 4 invalid sample, 5 time gap, 6 settling, 7 unproven |
 
 use estimator_core::{ContactEstimate, PerAxis, Probabilities, Timestamp};
 
