@@ -114,9 +114,6 @@ pub enum Error {
         /// Reason.
         source: Box<Error>,
     },
-    /// A picture of one foot is wanted of several.
-    #[error("--plot draws the amplitudes of one foot: choose it by --topic")]
-    PlotOfSeveral,
     /// A variable of the environment has no valid value.
     #[error("the variable {name} is wrong: {reason}")]
     Variable {
