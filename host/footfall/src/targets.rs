@@ -20,8 +20,6 @@ pub enum Target<'a> {
     Rows(&'a Path),
     /// Picture of a replay, in any format of [`Drawing`].
     Drawing(&'a Path),
-    /// A page of a report.
-    Page(&'a Path),
     /// A configuration file.
     Configuration(&'a Path),
     /// A recording for ROS 2.
@@ -42,7 +40,6 @@ impl<'a> Target<'a> {
             Self::Estimates(path) => (path, "tables are CSV or Parquet", &Layout::EXTENSIONS),
             Self::Events(path) | Self::Rows(path) => (path, "tables are CSV", &["csv"]),
             Self::Drawing(path) => (path, "pictures are SVG or pages", &Drawing::EXTENSIONS),
-            Self::Page(path) => (path, "reports are HTML", &["html"]),
             Self::Configuration(path) => (path, "configurations are TOML", &["toml"]),
             Self::Bag(path) => (path, "recordings for ROS 2 are MCAP", &["mcap"]),
             Self::Settings(path) => (path, "settings are text", &["txt"]),
