@@ -31,8 +31,6 @@ mod mcap;
 mod messages;
 mod metadata;
 mod reader;
-mod replacement;
-pub(super) mod ros1;
 mod rosbag2;
 mod sidecar;
 mod storage;
@@ -135,7 +133,7 @@ pub(super) fn read(mut container: Container, hints: &Hints) -> Result<Vec<Stored
     }
     let contacts = contact_notices(&file, contact_topics, &used, recordings.len());
     if let Some(first) = recordings.first_mut() {
-        let notices = container.notice.into_iter().chain(missing);
+        let notices = missing.into_iter();
         let notices = notices.chain(endings).chain(contacts);
         first.about.notices.splice(0..0, notices);
     }
