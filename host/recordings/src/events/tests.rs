@@ -210,16 +210,6 @@ fn distance_is_blank_after_doubtful_sample() {
 }
 
 #[test]
-fn long_landing_is_not_a_slip() {
-    let landing = [
-        (300, Swings(Phase::Swing)),
-        (400, Slides(Phase::Slip, 1.0)),
-        (500, Stands),
-    ];
-    assert_eq!(said(&landing), [("touch_down", 700, None)]);
-}
-
-#[test]
 fn slip_ends_at_lift_off() {
     let lost = [
         (100, Stands),
@@ -319,20 +309,6 @@ fn duration_is_blank_if_stance_end_is_unseen() {
         bridged[..2],
         [("touch_down", 300, Some(620)), ("lift_off", 920, Some(620))]
     );
-}
-
-#[test]
-fn recording_may_end_in_slip_or_swing() {
-    assert_eq!(
-        said(&[(100, Stands), (150, Slides(NONE, 1.0))]),
-        [("slip_start", 100, None)]
-    );
-    assert_eq!(
-        said(&[(100, Stands), (150, Swings(NONE))]),
-        [("lift_off", 100, None)]
-    );
-    assert_eq!(said(&[(100, Stands)]), []);
-    assert_eq!(said(&[]), []);
 }
 
 #[test]
