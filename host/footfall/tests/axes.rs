@@ -48,17 +48,11 @@ fn axes_option_gives_the_table_of_an_upright_sensor() {
     assert_ne!(estimates(&bench, "side.csv"), expected);
     fs::write(bench.path("robot.toml"), "axes = 'x,-z,y'\n").expect("a file");
     assert_eq!(estimates(&bench, "side.csv --config robot.toml"), expected);
-}
-
-#[test]
-fn axes_option_overrides_file_and_may_start_with_minus() {
-    let bench = bench();
     fs::write(bench.path("robot.toml"), "axes = '-x,z,y'\n").expect("a file");
     let by_file = estimates(&bench, "side.csv --config robot.toml");
-    let by_option = estimates(&bench, "side.csv --axes -x,z,y");
-    assert_eq!(by_file, by_option);
+    assert_eq!(by_file, estimates(&bench, "side.csv --axes -x,z,y"));
     let both = estimates(&bench, "side.csv --config robot.toml --axes x,-z,y");
-    assert_eq!(both, estimates(&bench, "walk.csv"));
+    assert_eq!(both, expected);
 }
 
 #[test]
@@ -218,42 +212,34 @@ fn each_foot_has_axes_of_its_own() {
 }
 
 #[test]
-fn axes_of_an_absent_foot_are_an_error() {
+fn settings_of_absent_or_unknown_feet_are_an_error() {
     let bench = bench();
-    let said = bench.error("replay walk.csv --axes FL=x,-z,y");
-    assert_eq!(
-        said,
-        "footfall: --axes names the foot FL, but there is walk\n"
-    );
-    let said = bench.error("convert walk.csv out.csv --axes FL=x,-z,y");
-    assert_eq!(
-        said,
-        "footfall: --axes names the foot FL, but there is walk\n"
-    );
+    for command in ["replay walk.csv", "convert walk.csv out.csv"] {
+        let said = bench.error(&format!("{command} --axes FL=x,-z,y"));
+        assert_eq!(
+            said,
+            "footfall: --axes names the foot FL, but there is walk\n"
+        );
+    }
+    for (file, expected) in [
+        ("[feet.FL]\n[feet.fl]\n", "feet.FL and feet.fl are one foot"),
+        (
+            "[feet.FL]\naxis = 'x,-z,y'\n",
+            "robot.toml, line 2, column 1, key feet.FL.axis",
+        ),
+        (
+            "[feet.FL.accelerometer]\nbias_m_s2 = { ax = 7 }\n",
+            "feet.FL.accelerometer.bias_m_s2.ax is 7, allowed is -5 to 5",
+        ),
+    ] {
+        fs::write(bench.path("robot.toml"), file).expect("a file");
+        let said = bench.error("replay walk.csv --config robot.toml");
+        assert!(said.contains(expected), "{said}");
+    }
     fs::write(bench.path("robot.toml"), "[feet.FL]\naxes = 'x,-z,y'\n").expect("a file");
-    let output = bench.run("replay walk.csv --config robot.toml");
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let said = text(&bench.run("replay walk.csv --config robot.toml").stderr);
     assert!(
         said.contains("robot.toml has settings of FL, but there is walk"),
-        "{said}"
-    );
-    fs::write(bench.path("robot.toml"), "[feet.FL]\n[feet.fl]\n").expect("a file");
-    let said = bench.error("replay walk.csv --config robot.toml");
-    assert!(said.contains("feet.FL and feet.fl are one foot"), "{said}");
-    fs::write(bench.path("robot.toml"), "[feet.FL]\naxis = 'x,-z,y'\n").expect("a file");
-    let said = bench.error("replay walk.csv --config robot.toml");
-    assert!(
-        said.contains("robot.toml, line 2") && said.contains("axis"),
-        "{said}"
-    );
-    fs::write(
-        bench.path("robot.toml"),
-        "[feet.FL.accelerometer]\nbias_m_s2 = { ax = 7 }\n",
-    )
-    .expect("a file");
-    let said = bench.error("replay walk.csv --config robot.toml");
-    assert!(
-        said.contains("feet.FL.accelerometer.bias_m_s2.ax is 7, allowed is -5 to 5"),
         "{said}"
     );
 }

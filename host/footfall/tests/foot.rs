@@ -310,7 +310,7 @@ fn acceptance_ends_with_what_was_not_seen_or_is_out() {
         let report: serde_json::Value = serde_json::from_str(&text(&output.stdout)).expect("JSON");
         (report, text(&output.stderr), output.status.code())
     };
-    let (report, said, code) = accept(2.0, "--only board,unplug --page foot.html");
+    let (report, said, code) = accept(2.0, "--only board,unplug");
     assert_eq!((code, &report["foot"]), (Some(0), &"FL".into()), "{said}");
     assert_eq!(report["schema"], "urn:footfall:accept:1");
     assert_eq!(
@@ -319,8 +319,6 @@ fn acceptance_ends_with_what_was_not_seen_or_is_out() {
         "{said}"
     );
     assert!(said.contains("not tested: no fault within 1 s"), "{said}");
-    let page = read(&bench.path("foot.html"));
-    assert!(page.contains("no fault within 1 s"), "{page}");
     // The simulated foot walks too slowly for ten steps, also where it has to catch up with the time.
     let (report, said, code) = accept(0.5, "--only steps");
     assert_eq!(

@@ -108,11 +108,13 @@ fn monitor_names_settings_of_other_feet() {
 fn settings_of_no_recording_are_refused() {
     let bench = bench();
     for command in ["monitor", "view", "record -o x.mcap", "ros2"] {
-        let error = bench.error(&format!("{command} demo --config robot.toml"));
-        assert!(
-            error.contains("demo:feet=1 has no recording of an IMU: --config"),
-            "{error}"
-        );
+        for option in ["--config robot.toml", "--estimate-again"] {
+            let error = bench.error(&format!("{command} demo {option}"));
+            assert!(
+                error.contains("demo:feet=1 has no recording of an IMU: "),
+                "{error}"
+            );
+        }
     }
     let frame = "(0.000001) can0 1A1#0000000000000000\n";
     fs::write(bench.path("can.log"), frame.repeat(3)).expect("a file");

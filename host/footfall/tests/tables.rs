@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::common::{AXES, Bench, read, standing, text};
+use crate::common::{AXES, Bench, read, text};
 
 /// Number of rows of the committed walk in the files in this directory.
 const ROWS: usize = 400;
@@ -243,29 +243,6 @@ fn gzip_and_zstd_are_recognised_by_content() {
 }
 
 #[test]
-fn separators_comments_and_line_ends_do_not_matter() {
-    for separator in [";", "\t"] {
-        assert_same("walk.csv", plain().replace(',', separator), "");
-    }
-    let comments = format!(
-        "\u{feff}# a walk\n\n{}",
-        plain().replacen('\n', "\n# and a comment, in the table\n", 5)
-    );
-    assert_same("walk.csv", comments.replace('\n', "\r\n"), "");
-    // Header as written by `numpy.savetxt`.
-    assert_same("walk.csv", format!("# {}", plain()), "");
-}
-
-#[test]
-fn comments_are_counted_as_lines() {
-    let content = format!("# one\n{AXES}\n# three\n\n0,0,0,0,0,0\n#\n0,0,x,0,0,0\n");
-    assert_eq!(
-        Bench::with("x.csv", content).error("replay x.csv --sample-rate 100"),
-        "footfall: x.csv, line 7, column 3 (az): \"x\" is not a number\n"
-    );
-}
-
-#[test]
 fn any_column_can_be_mapped() {
     let header = "clock,u,v,w,p,q,r,/foot/load";
     let content = table(header, |sample| {
@@ -284,17 +261,6 @@ fn any_column_can_be_mapped() {
         "footfall: walk.csv, line 1: there is no column \"acc\" to map; there are clock, u, v, w, \
          p, q, r, /foot/load\n"
     );
-}
-
-#[test]
-fn mapped_column_replaces_a_standard_one() {
-    let header = format!("t,{AXES},force,az_corrected");
-    let content = table(&header, |sample| {
-        let [ax, ay, az, wx, wy, wz] = &sample.axes;
-        let time = seconds(sample);
-        format!("{time},{ax},{ay},99,{wx},{wy},{wz},{},{az}", sample.force)
-    });
-    assert_same("walk.csv", content, "--map az=az_corrected");
 }
 
 #[test]
@@ -317,19 +283,6 @@ fn unknown_header_error_suggests_a_working_mapping() {
     let renamed = content.replace(" [s]", "").replace(" (m/s^2)", "");
     let mapping = mapping.replace(" [s]", "").replace(" (m/s^2)", "");
     assert_same("x.csv", renamed, &format!("--map {mapping}"));
-}
-
-#[test]
-fn missing_rate_error_suggests_the_time_column() {
-    let content = standing().replacen("t,", "time,", 1);
-    let bench = Bench::with("x.csv", content);
-    assert!(bench.error("replay x.csv").ends_with(
-        "x.csv has no times that tell the sample rate, so it must be given: --sample-rate HZ; \
-         did you mean `t` for `time`? --map t=time\n"
-    ));
-    bench.stdout("replay x.csv --map t=time");
-    // As before, the column is ignored if the rate is given.
-    bench.stdout("replay x.csv --sample-rate 1000");
 }
 
 #[test]
@@ -463,21 +416,4 @@ fn fixed_unit_formats_reject_table_options() {
         "footfall: x.csv is read as pce-atlas, which has columns, units and times of its own: \
          --time-unit is for csv and parquet, --map, --units and --times for mcap and rosbag2, too\n"
     );
-}
-
-#[test]
-fn unknown_option_value_error_lists_valid_ones() {
-    let bench = Bench::with("x.csv", standing());
-    for (option, hint) in [
-        (
-            "--units=mph",
-            "\"mph\" is no unit: write m/s2 or g, and rad/s or dps",
-        ),
-        ("--time-unit=min", "possible values: s, ms, us, ns"),
-        ("--times=fix", "possible values: keep, drop-bad, rate"),
-        ("--map=ax", "write OURS=THEIRS"),
-    ] {
-        let stderr = bench.error(&format!("replay x.csv {option}"));
-        assert!(stderr.contains(hint), "{stderr}");
-    }
 }
