@@ -136,12 +136,12 @@ fn results_replace_keys_and_other_settings_are_kept() {
     let text = read(&bench.path("robot.toml"));
     let overrides = Overrides::parse(&text, "robot.toml").expect("a configuration");
     let on = overrides
-        .load
+        .all
         .get(estimator_core::Parameter::LoadOnThreshold);
     assert_eq!(on, Some(20.0));
     let learnt = learnt(&bench, "robot.toml");
     assert!(learnt.is_settled() && learnt.rate.width != 0.3);
-    assert_eq!(overrides.learning, Some(Learning::Frozen));
+    assert_eq!(overrides.all.learning, Some(Learning::Frozen));
     let corrected = overrides.correction("robot.toml").expect("a sensor");
     assert!(
         (corrected.accelerometer.bias.x - 0.1).abs() < 1e-3,
