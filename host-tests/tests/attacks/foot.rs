@@ -258,12 +258,11 @@ pub fn assert_told_right(name: &str, shares: Shares) {
     assert!(right, "{name}: {shares:.3?}");
 }
 
-/// Shares of a walk after earlier motion, from the eleventh step on.
-pub fn walk_after(params: &Params, before: &[Sample], gait: &Gait, steps: f64) -> Shares {
+/// Shares of a walk after so many steps.
+pub fn walk_after(params: &Params, gait: &Gait, steps: f64) -> Shares {
     let rate = f64::from(params.sample_rate);
     let walk = measured(gait, rate, (steps + STEPS) * gait.stride, params.gravity);
     let mut foot = Foot::new(params);
-    foot.measures(before);
     let estimates = foot.measures(&walk);
     shares(&walk, &estimates, steps * gait.stride)
 }

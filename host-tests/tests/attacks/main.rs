@@ -62,7 +62,7 @@ fn random_gaits_are_estimated_within_ten_steps_at_every_rate() {
         let gait = any_gait(&mut chance);
         let rate = [100.0, 200.0, 400.0, 1000.0][k % 4];
         let gravity = [Gravity::Included, Gravity::Included, Gravity::Removed][k % 3];
-        let shares = walk_after(&params(rate, gravity), &[], &gait, STEPS);
+        let shares = walk_after(&params(rate, gravity), &gait, STEPS);
         assert_told_right(&format!("{rate} Hz, {gravity:?}, {gait:.3?}"), shares);
     }
 }
@@ -224,7 +224,7 @@ fn any_learnable_start_recovers_within_half_a_minute_at_1_khz() {
             ..Params::DEFAULT
         };
         let steps = 30.0 / Gait::WALK.stride;
-        let shares = walk_after(&params, &[], &Gait::WALK, steps);
+        let shares = walk_after(&params, &Gait::WALK, steps);
         assert_told_right(&format!("{learnt:.1?}"), shares);
     }
 }

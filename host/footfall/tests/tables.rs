@@ -40,15 +40,24 @@ fn seconds(sample: &Sample) -> String {
     format!("{:.6}", sample.micros as f64 / 1e6)
 }
 
-fn plain() -> String {
-    table(&format!("t,{AXES},force"), |sample| {
-        format!(
-            "{},{},{}",
-            seconds(sample),
-            sample.axes.join(","),
-            sample.force
-        )
+/// Returns a table of times in s, axes and loads with this header.
+fn named(header: &str) -> String {
+    table(header, |sample| {
+        let axes = sample.axes.join(",");
+        format!("{},{axes},{}", seconds(sample), sample.force)
     })
+}
+
+fn plain() -> String {
+    named(&format!("t,{AXES},force"))
+}
+
+/// Returns the summary of a replay, with what is said on standard error.
+fn summary(bench: &Bench, arguments: &str) -> (serde_json::Value, String) {
+    let output = bench.run(&format!("replay {arguments} --json"));
+    let summary: serde_json::Value =
+        serde_json::from_slice(&output.stdout).expect("one JSON object");
+    (summary["recordings"][0].clone(), text(&output.stderr))
 }
 
 /// Returns all estimates of a recording without their times.
@@ -131,11 +140,8 @@ fn plotjuggler_rows_of_other_topics_are_skipped() {
     });
     assert_same("plot.csv", &content, "");
     let bench = Bench::with("plot.csv", content);
-    let output = bench.run("replay plot.csv --json");
-    let summary: serde_json::Value =
-        serde_json::from_slice(&output.stdout).expect("one JSON object");
-    assert_eq!(summary["recordings"][0]["input"]["blank_rows"], 400);
-    let stderr = text(&output.stderr);
+    let (summary, stderr) = summary(&bench, "plot.csv");
+    assert_eq!(summary["input"]["blank_rows"], 400);
     assert!(
         stderr.contains("plot.csv: ax is /imu/linear_acceleration/x, ay is "),
         "{stderr}"
@@ -172,50 +178,29 @@ fn pandas_datetime_index_without_name_is_read() {
 
 #[test]
 fn blank_pandas_cell_is_an_invalid_sample() {
-    let mut rows = 0;
-    let content: String =
-        read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/tables/pandas.csv"))
-            .lines()
-            .map(|line| {
-                rows += 1;
-                if rows == 100 {
-                    let cells: Vec<_> = line.split(',').collect();
-                    format!("{},,{}\n", cells[0], cells[2..].join(","))
-                } else {
-                    format!("{line}\n")
-                }
-            })
-            .collect();
-    let bench = Bench::with("pandas.csv", content);
-    let summary: serde_json::Value =
-        serde_json::from_str(&bench.stdout("replay pandas.csv --json")).expect("JSON");
-    assert_eq!(
-        summary["recordings"][0]["flag_counts"]["invalid_sample"], 1,
-        "{summary}"
-    );
-    assert_eq!(summary["recordings"][0]["samples"], 400);
+    let table = read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/tables/pandas.csv"));
+    let mut rows: Vec<String> = table.lines().map(str::to_owned).collect();
+    let cells: Vec<_> = rows[99].split(',').collect();
+    rows[99] = format!("{},,{}", cells[0], cells[2..].join(","));
+    let (summary, _) = summary(&Bench::with("pandas.csv", rows.join("\n")), "pandas.csv");
+    assert_eq!(summary["flag_counts"]["invalid_sample"], 1, "{summary}");
+    assert_eq!(summary["samples"], 400);
 }
 
 #[test]
 fn unitree_logs_are_recognised_by_their_fields() {
-    for (time, acceleration, rate) in [
-        ("timestamp", "imu.accelerometer[#]", "imu.gyroscope[#]"),
-        (
-            "time",
-            "imu_state.accelerometer[#]",
-            "imu_state.gyroscope[#]",
-        ),
-    ] {
+    for (time, imu) in [("timestamp", "imu"), ("time", "imu_state")] {
         let names = |sensor: &str| {
-            ["0", "1", "2"]
-                .map(|axis| sensor.replace('#', axis))
+            [0, 1, 2]
+                .map(|axis| format!("{imu}.{sensor}[{axis}]"))
                 .join(",")
         };
-        let header = format!("{time},{},{},motor[0].q", names(acceleration), names(rate));
-        let content = table(&header, |sample| {
-            format!("{},{},0.1", seconds(sample), sample.axes.join(","))
-        });
-        assert_same("log.csv", content, "");
+        let header = format!(
+            "{time},{},{},motor[0].q",
+            names("accelerometer"),
+            names("gyroscope")
+        );
+        assert_same("log.csv", named(&header), "");
     }
     let header = "timestamp,gyro_x,gyro_y,gyro_z,accel_x,accel_y,accel_z";
     let content = table(header, |sample| {
@@ -245,14 +230,7 @@ fn gzip_and_zstd_are_recognised_by_content() {
 #[test]
 fn any_column_can_be_mapped() {
     let header = "clock,u,v,w,p,q,r,/foot/load";
-    let content = table(header, |sample| {
-        format!(
-            "{},{},{}",
-            seconds(sample),
-            sample.axes.join(","),
-            sample.force
-        )
-    });
+    let content = named(header);
     let map = "--map t=clock,ax=u,ay=v,az=w,wx=p,wy=q,wz=r,force=load";
     assert_same("walk.csv", &content, map);
     let bench = Bench::with("walk.csv", content);
@@ -382,13 +360,12 @@ fn non_increasing_times_are_dropped_on_request() {
          before: sort the rows, leave such rows out with --times drop-bad, or space all by the sample rate with --times \
          rate\n"
     );
-    let output = bench.run("replay x.csv --time-unit ms --times drop-bad --json");
-    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    assert_eq!(summary["recordings"][0]["samples"], 997);
-    assert_eq!(summary["recordings"][0]["input"]["dropped_rows"], 3);
-    assert_eq!(summary["recordings"][0]["sample_rate_hz"], 1000.0);
+    let (summary, stderr) = summary(&bench, "x.csv --time-unit ms --times drop-bad");
+    assert_eq!(summary["samples"], 997);
+    assert_eq!(summary["input"]["dropped_rows"], 3);
+    assert_eq!(summary["sample_rate_hz"], 1000.0);
     assert_eq!(
-        text(&output.stderr),
+        stderr,
         "footfall: x.csv: 3 rows left out, whose times do not advance\n"
     );
 }
@@ -398,13 +375,11 @@ fn batches_are_spaced_by_the_rate_on_request() {
     let content = standing_at(|k| k / 10 * 10);
     let bench = Bench::with("x.csv", content);
     for rate in ["", "--sample-rate 1000"] {
-        let arguments = format!("replay x.csv --time-unit ms --times rate --json {rate}");
-        let output = bench.run(&arguments);
-        let summary: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
-        assert_eq!(summary["recordings"][0]["samples"], 1000);
-        assert_eq!(summary["recordings"][0]["sample_rate_hz"], 1000.0);
-        assert_eq!(summary["recordings"][0]["duration_s"], 0.999);
-        assert_eq!(summary["recordings"][0]["input"]["retimed_rows"], 900);
+        let (summary, _) = summary(&bench, &format!("x.csv --time-unit ms --times rate {rate}"));
+        assert_eq!(summary["samples"], 1000);
+        assert_eq!(summary["sample_rate_hz"], 1000.0);
+        assert_eq!(summary["duration_s"], 0.999);
+        assert_eq!(summary["input"]["retimed_rows"], 900);
     }
 }
 
