@@ -3,7 +3,7 @@
 use std::fs;
 use std::process::Command;
 
-use crate::common::{Bench, read, standing, text};
+use crate::common::{Bench, assert_has, read, standing, text};
 
 #[test]
 fn demo_output_is_decoded() {
@@ -16,10 +16,7 @@ fn demo_output_is_decoded() {
             report.starts_with(&format!("{format}: {rows} rows, ")),
             "{report}"
         );
-        assert!(
-            report.contains("\nmissing  0 in 0 gaps\nproblems none\n"),
-            "{report}"
-        );
+        assert_has(&report, "\nmissing  0 in 0 gaps\nproblems none\n");
         assert!(report.ends_with("\nwritten  rows.csv\n"), "{report}");
         let table = read(&bench.path("rows.csv"));
         assert!(table.starts_with(
@@ -54,8 +51,7 @@ fn decode_error_names_the_file() {
             "tables are CSV, so the name must end in .csv",
         ),
     ] {
-        let said = bench.error(&format!("decode x.log --output {output}"));
-        assert!(said.contains(expected), "{said}");
+        bench.refuses(&format!("decode x.log --output {output}"), expected);
     }
     let said = bench.error("decode absent.bin --output rows.csv");
     assert!(
@@ -83,10 +79,9 @@ fn node_option_adds_a_foot_with_another_id() {
         );
     }
     for id in ["0", "128", "foot"] {
-        let said = bench.error(&format!("decode x.log --node {id}"));
-        assert!(
-            said.contains("write a node id, 1 to 127 or 0x01 to 0x7F"),
-            "{said}"
+        bench.refuses(
+            &format!("decode x.log --node {id}"),
+            "write a node id, 1 to 127 or 0x01 to 0x7F",
         );
     }
 }
@@ -120,8 +115,10 @@ fn hyphen_selects_stdin_and_stdout() {
     assert_eq!(said, "footfall: standard input is empty\n");
     let output = bench.piped("decode - --output -", "nothing of a log\n");
     assert!(output.stdout.is_empty() && !output.status.success());
-    let said = bench.error("decode x.log --json --output -");
-    assert!(said.contains("standard output takes one result"), "{said}");
+    bench.refuses(
+        "decode x.log --json --output -",
+        "standard output takes one result",
+    );
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::fs;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use crate::common::{AXES, Bench, read, samples, text};
+use crate::common::{AXES, Bench, assert_has, read, samples, text};
 use feet::feed::Fed;
 use feet::{Arrival, Feed};
 use wire::Foot as Position;
@@ -36,13 +36,13 @@ fn recording_of_four_feet_is_complete_and_replayable() {
     assert!(count(&report, "/diagnostics") >= 40, "{report}");
     let output = bench.run("replay walk.mcap --topic all --json --estimate-again");
     let said = text(&output.stderr);
-    assert!(
-        said.contains("walk.mcap has contacts on /footfall/FL/contact, /footfall/FR/contact,"),
-        "{said}"
+    assert_has(
+        &said,
+        "walk.mcap has contacts on /footfall/FL/contact, /footfall/FR/contact,",
     );
-    assert!(
-        said.contains("which are not read: the estimate is computed again from the samples"),
-        "{said}"
+    assert_has(
+        &said,
+        "which are not read: the estimate is computed again from the samples",
     );
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     let recordings = json["recordings"].as_array().expect("recordings");
@@ -162,9 +162,9 @@ fn foot_with_custom_id_is_recorded_when_named() {
     let bench = Bench::with("own.log", (0..100).map(contact).collect::<String>());
     let output = bench.run("record file:own.log@max -o none.mcap");
     let said = text(&output.stderr);
-    assert!(
-        said.contains("no foot was heard, but node 34 may be one: --node 34"),
-        "{said}"
+    assert_has(
+        &said,
+        "no foot was heard, but node 34 may be one: --node 34",
     );
     for (option, name) in [("--node 34", "node_34"), ("--names 34=FL", "FL")] {
         let report = bench.stdout(&format!("record file:own.log@max {option} -o {name}.mcap"));
@@ -210,8 +210,7 @@ fn existing_file_is_replaced_on_request_by_a_valid_source_alone() {
             "it is the recording itself",
         ),
     ] {
-        let said = bench.error(&format!("record {arguments}"));
-        assert!(said.contains(expected), "{arguments}: {said}");
+        bench.refuses(&format!("record {arguments}"), expected);
         assert_eq!(bench.files(), ["walk.mcap"]);
         assert_eq!(read(&bench.path("walk.mcap")), "precious");
     }
@@ -345,9 +344,8 @@ fn feet_of_a_bag_are_calibrated_each_by_itself() {
     assert_eq!(feet.keys().collect::<Vec<_>>(), ["L", "R"]);
     bench.stdout("replay feet.mcap --topic all --config robot.toml");
     fs::write(bench.path("paper.toml"), "method = 'half_widths'\n").expect("a file");
-    let said = bench.error("calibrate feet.mcap --topic all --config paper.toml");
-    assert!(
-        said.contains("foot L: method = \"half_widths\" learns nothing"),
-        "{said}"
+    bench.refuses(
+        "calibrate feet.mcap --topic all --config paper.toml",
+        "foot L: method = \"half_widths\" learns nothing",
     );
 }
