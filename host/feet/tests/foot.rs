@@ -12,7 +12,6 @@ use feet::foot::position;
 use feet::foot::scan;
 use feet::foot::self_test::{self, SelfTestResult};
 use feet::foot::settings::{self, Lasting, SettingsError, Undone, Values};
-use feet::foot::sync::Clocks;
 use feet::link::demo::SimulatedFeet;
 use feet::link::{Arrived, LineClock};
 use feet::robot::Robot;
@@ -585,44 +584,6 @@ fn self_test_reports_failed_axes_and_restores_settings() {
             client.restart(None).expect("it is back");
             assert_eq!(get(client, "self_test_at_start"), "0");
         }
-    }
-}
-
-#[test]
-fn simulated_offset_and_drift_of_clocks_are_measured() {
-    let mut robot = Robot::new(4, 1, DemoLine::Can);
-    let mut listener = Listener::default();
-    let mut clocks = Clocks::default();
-    for _ in 0..20_000 {
-        robot.tick();
-        while let Some((at, frame)) = robot.next_frame() {
-            if frame.id() == cob_id::SYNC {
-                clocks.take_sync(frame.data().first().copied());
-            }
-            listener.frame("can0", &frame, at);
-        }
-        while let Some(heard) = listener.next_heard() {
-            clocks.take(&heard);
-        }
-    }
-    let (first, compared) = clocks.compare().expect("four feet");
-    assert_eq!(first.node, Some(0x11));
-    // Each foot was switched on 137 ms before the preceding one; the offset applies to the middle.
-    for (compared, (before_us, ppm)) in
-        compared
-            .iter()
-            .zip([(137_000.0, 18.0), (274_000.0, -11.0), (411_000.0, 25.0)])
-    {
-        let offset_us = before_us + ppm * (10.0 + before_us * 1.0e-6);
-        assert!(
-            (compared.offset_us - offset_us).abs() <= compared.offset_error_us,
-            "{compared:?}"
-        );
-        assert!(
-            (compared.drift_ppm - ppm).abs() <= compared.drift_error_ppm,
-            "{compared:?}"
-        );
-        assert!(compared.drift_error_ppm < 1.0, "{compared:?}");
     }
 }
 
