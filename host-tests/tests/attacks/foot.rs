@@ -258,7 +258,7 @@ pub fn assert_told_right(name: &str, shares: Shares) {
     assert!(right, "{name}: {shares:.3?}");
 }
 
-/// Shares of a walk after so many steps.
+/// Shares of a walk after some steps.
 pub fn walk_after(params: &Params, gait: &Gait, steps: f64) -> Shares {
     let rate = f64::from(params.sample_rate);
     let walk = measured(gait, rate, (steps + STEPS) * gait.stride, params.gravity);

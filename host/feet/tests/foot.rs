@@ -140,7 +140,7 @@ fn foot_with_a_new_id_is_followed_and_found_by_a_scan() {
 /// Line that several clients may share.
 type Shared = Rc<RefCell<Box<dyn Link>>>;
 
-/// What is sent instead, if anything.
+/// Function that returns the data to send instead, if any.
 type Sent = Box<dyn FnMut(&Sending) -> Option<Sending>>;
 
 /// Line on which data is lost, changed or repeated.
@@ -305,7 +305,7 @@ fn foot_lost_during_a_write_is_reported_with_what_is_undone() {
         (4, 3, Lasting::UntilReset, Undone::NotStored),
         (5, 1, Lasting::Stored, Undone::Unknown),
     ] {
-        // The line breaks after so many frames were sent.
+        // Number of frames after which the line breaks.
         let left = Rc::new(Cell::new(Named::settings().count() + more));
         let (sent_left, received_left) = (left.clone(), left);
         let sent = move |sending: &Sending| {

@@ -153,7 +153,7 @@ impl<'a> Session<'a> {
         Self::sized(bench, "80x24", before, command)
     }
 
-    /// The same in a terminal of so many columns and rows.
+    /// The same in a terminal with this number of columns and rows.
     fn sized(bench: &'a Bench, size: &str, before: &str, command: &str) -> Self {
         let folder = bench.path("");
         let command = format!(

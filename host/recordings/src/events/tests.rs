@@ -78,14 +78,14 @@ fn events(of: &str) -> Vec<ContactEvent> {
 }
 
 /// Returns name, time in ms, and duration in ms of each event.
-fn said(of: &str) -> String {
+fn described(of: &str) -> String {
     let say = |event: &ContactEvent| {
         let (name, ms) = (event.kind.name(), event.time.as_micros() / 1000);
         let duration = event.duration_us.map(|us| format!(" {}", us / 1000));
         format!("{name} {ms}{}", duration.unwrap_or_default())
     };
-    let said: Vec<String> = events(of).iter().map(say).collect();
-    said.join(", ")
+    let described: Vec<String> = events(of).iter().map(say).collect();
+    described.join(", ")
 }
 
 #[test]
@@ -145,9 +145,9 @@ fn motions_yield_events() {
             "touch_down 300 620, lift_off 920 620, touch_down 1120",
         ),
     ] {
-        assert_eq!(said(motions), expected, "{why}");
+        assert_eq!(described(motions), expected, "{why}");
     }
-    // A short shock in the stance is no swing.
+    // A short shock in the stance is not a swing.
     let knocked = events("200s 50f 200s");
     assert!(
         knocked
