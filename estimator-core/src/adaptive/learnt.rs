@@ -1,5 +1,8 @@
 //! State learnt from a foot, as it is stored, sent and restored: a warm start.
 
+use super::classes::Classes;
+use super::constants::Constants;
+use crate::logarithm::exp;
 use crate::range::{ParamsError, Row, in_range, name};
 use crate::units::Unit;
 
@@ -65,6 +68,12 @@ impl Learnt {
     #[must_use]
     pub fn is_settled(&self) -> bool {
         self.still_seconds >= SETTLED_AFTER && self.moving_seconds >= SETTLED_AFTER
+    }
+
+    /// Upper end of stillness, m/s², with these constants.
+    #[must_use]
+    pub fn edge(&self, constants: &Constants) -> f32 {
+        exp(Classes::new(constants, Some(self)).edge(constants))
     }
 
     /// The rows of the table of limits, in the order of [`Self::to_array`].

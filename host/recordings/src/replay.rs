@@ -42,8 +42,7 @@ impl Replay {
 
     /// Returns the parameters learnt from all samples.
     #[must_use]
-    pub fn finish(mut self) -> Learnt {
-        self.0.finish();
+    pub fn finish(self) -> Learnt {
         self.0.learnt()
     }
 }

@@ -5,8 +5,7 @@ use std::collections::BTreeMap;
 use crate::input::{Correction, Format};
 use crate::number::shown;
 use crate::samples::space::components;
-use estimator_core::stillness::slide_weight;
-use estimator_core::{GyroTiming, Method, Parameter, Params, WindowLength};
+use estimator_core::{GyroTiming, Parameter, Params, WindowLength};
 use serde::Serialize;
 #[cfg(test)]
 use serde_json::json;
@@ -35,9 +34,6 @@ pub struct ParametersReport {
     pub method: &'static str,
     /// With `self_calibrating`: whether the foot goes on learning.
     pub learning: &'static str,
-    /// With `self_calibrating`: weight of the slide along the ground at this sample rate, in [0, 1]; `null` with
-    /// another method. Below 1 slow slides can go unseen.
-    pub slide_weight: Option<f32>,
     /// With `half_widths`: how far back the estimate looks.
     pub window: WindowReport,
     /// When the gyroscope measured what a sample says.
@@ -88,8 +84,6 @@ impl ParametersReport {
         Self {
             gravity: word_of(&GRAVITIES, params.gravity),
             method: word_of(&METHODS, params.method),
-            slide_weight: (params.method == Method::SelfCalibrating)
-                .then(|| slide_weight(params.sample_rate)),
             learning: word_of(&LEARNINGS, params.learning),
             window: match params.window {
                 WindowLength::Duration(seconds) => WindowReport::DurationS(seconds),

@@ -9,7 +9,6 @@ use crate::samples::recording::{RecordedSample, Recording};
 use crate::scoring::metrics::{Latency, Metrics};
 use crate::scoring::running::RunningMetrics;
 use crate::scoring::scored::Scored;
-use estimator_core::stillness::SLIDE_FULL_RATE;
 use estimator_core::{ContactEstimate, Flag, Phase, Timestamp};
 use serde::Serialize;
 
@@ -250,16 +249,6 @@ impl fmt::Display for Summary {
                 .map(|(name, count)| format!("{name} {count}"))
                 .collect();
             write!(f, "\nflags    {}", counts.join(", "))?;
-        }
-        let estimation = self.estimation.as_ref();
-        if let Some(weight) = estimation.and_then(|of| of.parameters.slide_weight)
-            && weight < 1.0
-        {
-            // Samples too far apart do not add up to a speed.
-            write!(
-                f,
-                "\nslide    weight {weight:.2}, 1 from {SLIDE_FULL_RATE} Hz on: below that slow slides go unseen"
-            )?;
         }
         if let Some(metrics) = &self.metrics {
             write!(f, "\n{}", metrics_text(metrics))?;

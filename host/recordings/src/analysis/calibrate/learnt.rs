@@ -7,10 +7,8 @@ use std::fmt;
 
 use crate::replay::replay_observed;
 use crate::samples::recording::Recording;
-use estimator_core::stillness::{Classes, Constants, SETTLED_AFTER};
-use estimator_core::{
-    ContactEstimate, Flag, Learning, Learnt, Method, Params, ParamsError, StillnessParams, Vec3,
-};
+use estimator_core::adaptive::SETTLED_AFTER;
+use estimator_core::{ContactEstimate, Flag, Learning, Learnt, Method, Params, ParamsError};
 use serde::Serialize;
 use wire::dictionary::index;
 
@@ -19,8 +17,7 @@ use super::CalibrationError;
 /// Least share of usable samples; below it, unusable samples are reported as the cause.
 const LEAST_USABLE: f64 = 0.1;
 
-/// Least ratio of the amplitudes in motion and in stillness. If all quantities are below it, the classes do not
-/// differ.
+/// Least ratio of the amplitudes in motion and in stillness, below which the classes do not differ.
 const LEAST_FACTOR: f32 = 2.5;
 
 /// Calibration that learns from a sequence of recordings.
@@ -30,7 +27,6 @@ pub struct LearntCalibration {
     recordings: Vec<LearntFrom>,
     samples: usize,
     unusable: usize,
-    amplitudes: Vec<Amplitudes>,
 }
 
 /// A recording that was learnt from.
@@ -40,15 +36,6 @@ pub struct LearntFrom {
     pub recording: String,
     /// From its first sample to its last, s.
     pub duration_s: f64,
-}
-
-/// Amplitudes of one sample, for the plot.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Amplitudes {
-    /// Acceleration, angular rate, leaky mean of the acceleration; m/s², rad/s, m/s².
-    pub values: [f64; 3],
-    /// Probability that the foot stands.
-    pub stable: f64,
 }
 
 impl LearntCalibration {
@@ -69,7 +56,6 @@ impl LearntCalibration {
             recordings: Vec::new(),
             samples: 0,
             unusable: 0,
-            amplitudes: Vec::new(),
         })
     }
 
@@ -90,8 +76,6 @@ impl LearntCalibration {
         self.learnt = Some(learnt);
         self.samples += estimates.len();
         self.unusable += estimates.iter().filter(|e| !is_usable(e)).count();
-        self.amplitudes
-            .extend(amplitudes(recording, &estimates, params.stillness.params()));
         self.recordings.push(LearntFrom {
             recording: recording.name.clone(),
             duration_s: recording.duration_s(),
@@ -113,19 +97,21 @@ impl LearntCalibration {
                 unusable: self.unusable,
             }));
         }
-        let quantities = quantities(&learnt, &self.params.stillness);
-        let alike = |q: &QuantityReport| q.in_motion < LEAST_FACTOR * q.at_rest;
-        if quantities.iter().all(alike) {
+        let acceleration = Amplitudes {
+            at_rest: libm::expf(learnt.still),
+            edge: learnt.edge(&self.params.constants),
+            in_motion: libm::expf(learnt.moving),
+        };
+        if acceleration.in_motion < LEAST_FACTOR * acceleration.at_rest {
             return Err(CalibrationError::Alike);
         }
         Ok(LearntFoot {
-            quantities,
+            acceleration,
             stance_s: learnt.still_seconds,
             swing_s: learnt.moving_seconds,
             settled: learnt.is_settled(),
             object: learnt.to_array(),
             recordings: self.recordings,
-            amplitudes: self.amplitudes,
             learnt,
         })
     }
@@ -140,46 +126,6 @@ fn is_usable(estimate: &ContactEstimate) -> bool {
         Flag::AttitudeNotInitialised,
     ];
     !unusable.iter().any(|flag| estimate.flags.contains(*flag))
-}
-
-/// Returns the amplitudes of the usable samples, as the estimator sees them.
-fn amplitudes(
-    recording: &Recording,
-    estimates: &[ContactEstimate],
-    params: &StillnessParams,
-) -> Vec<Amplitudes> {
-    let leak = 1.0 - libm::expf(-1.0 / (params.leak * recording.sample_rate));
-    let mut velocity = Vec3::ZERO;
-    let usable = estimates.iter().filter(|estimate| is_usable(estimate));
-    usable
-        .map(|estimate| {
-            let acceleration = estimate.linear_acceleration.0;
-            let length = acceleration.length();
-            let capped = acceleration * (params.impact / length.max(params.impact));
-            velocity += (capped - velocity) * leak;
-            Amplitudes {
-                values: [length, estimate.angular_rate.0.length(), velocity.length()]
-                    .map(f64::from),
-                stable: f64::from(estimate.probabilities.stable),
-            }
-        })
-        .collect()
-}
-
-fn quantities(learnt: &Learnt, constants: &Constants) -> [QuantityReport; 3] {
-    let [acceleration, rate, velocity] = learnt.edges(constants);
-    let report = |quantity, unit, classes: Classes, edge| QuantityReport {
-        quantity,
-        unit,
-        at_rest: libm::expf(classes.still),
-        edge,
-        in_motion: libm::expf(classes.moving),
-    };
-    [
-        report("acceleration", "m/s²", learnt.acceleration, acceleration),
-        report("rate", "rad/s", learnt.rate, rate),
-        report("velocity", "m/s²", learnt.velocity, velocity),
-    ]
 }
 
 /// Error for too little observed stance or swing.
@@ -236,8 +182,8 @@ fn rounded_down(seconds: f32) -> f32 {
 pub struct LearntFoot {
     /// Recordings in the order of learning.
     pub recordings: Vec<LearntFrom>,
-    /// Acceleration, angular rate, leaky mean of the acceleration.
-    pub quantities: [QuantityReport; 3],
+    /// Amplitudes of the acceleration without gravity, m/s².
+    pub acceleration: Amplitudes,
     /// Stance that the classes rest on, s.
     pub stance_s: f32,
     /// Swing that the classes rest on, s.
@@ -249,18 +195,11 @@ pub struct LearntFoot {
     /// Samples and steps that the values follow from.
     #[serde(skip)]
     pub learnt: Learnt,
-    /// The amplitudes of all samples.
-    #[serde(skip)]
-    pub amplitudes: Vec<Amplitudes>,
 }
 
-/// One quantity's amplitudes, in its unit.
+/// Amplitudes of the acceleration, m/s².
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct QuantityReport {
-    /// Its name, as in a configuration file.
-    pub quantity: &'static str,
-    /// Its unit.
-    pub unit: &'static str,
+pub struct Amplitudes {
     /// Typical of a foot at rest.
     pub at_rest: f32,
     /// Where stillness ends.
@@ -287,18 +226,15 @@ impl fmt::Display for LearntFoot {
                 false => "not settled",
             }
         )?;
-        writeln!(f, "amplitude      at rest  edge of stillness  in motion")?;
-        for quantity in &self.quantities {
-            writeln!(
-                f,
-                "{:12} {:9.4} {:18.4} {:10.3} {}",
-                quantity.quantity,
-                quantity.at_rest,
-                quantity.edge,
-                quantity.in_motion,
-                quantity.unit
-            )?;
-        }
+        let Amplitudes {
+            at_rest,
+            edge,
+            in_motion,
+        } = self.acceleration;
+        writeln!(
+            f,
+            "acceleration at rest {at_rest:.3}, edge of stillness {edge:.3}, in motion {in_motion:.2} m/s²"
+        )?;
         let values = (1..).zip(self.object);
         let values: Vec<String> = values
             .map(|(subindex, value)| format!("{subindex} = {value}"))
