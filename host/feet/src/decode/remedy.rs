@@ -86,9 +86,7 @@ impl Trouble {
                 "up to 10 ms are bridged without a rise; after more the probability starts from near 0"
             }
             Self::Flag(Flag::WindowNotFull) => "the mean is over the samples there are",
-            Self::Flag(Flag::AttitudeNotInitialised) => {
-                "the probability stays at or below 0.5; with half-widths it is 0"
-            }
+            Self::Flag(Flag::Unproven) => "the probability stays at or below 0.5, and no frame says \"stable\"",
             Self::Flag(_) => "the sample counts as motion",
             Self::Refusal(_) => "",
         }
@@ -162,6 +160,7 @@ remedies! {
         InvalidSample: "check units and times of the recording; on a board the sensor could not be read";
         TimeGap: "samples are missing: check the logger for drops";
         Settling: "walk four or five steps, or start with what was learnt before (footfall calibrate, object 0x2018)";
+        Unproven: "let the foot rest for half a second, or take a step";
     }
     fn of_refusal(AbortCode) {
         ToggleBit | Command | SequenceNumber | Crc: "two masters talk to this foot, or one was restarted in mid-transfer: ask again";
