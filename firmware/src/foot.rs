@@ -22,8 +22,7 @@ mod renewal;
 mod requests;
 
 use estimator_core::{
-    AccelerometerCorrection, Config, ContactEstimate, ContactEstimator, Flag, Flags, ImuSample,
-    Learnt, Mounting, ParamsError, Validity,
+    ContactEstimate, ContactEstimator, Flag, Flags, Learnt, ParamsError, Validity,
 };
 use wire::node::{BootCause, Crash, Program};
 use wire::settings::WINDOW_CAPACITY;
@@ -76,10 +75,6 @@ pub struct Start {
 pub struct Foot {
     node: Node,
     estimator: ContactEstimator<WINDOW_CAPACITY>,
-    /// Correction from the settings, kept apart because every tick needs it.
-    accelerometer: AccelerometerCorrection,
-    /// Mounting from the settings, likewise.
-    mounting: Mounting,
     /// New estimator, requested since the last tick.
     renewal: Option<Renewal>,
     counters: Counters,
@@ -102,19 +97,9 @@ impl Foot {
     /// The parameters do not fit each other, which checked [`Settings`] exclude.
     pub fn new(settings: Settings, start: Start) -> Result<Self, ParamsError> {
         let config = settings.params().validate()?;
-        Ok(Self::with_config(settings, &config, start))
-    }
-
-    /// Creates a foot with the estimator's `config`, which is that of the settings; built in place
-    /// if possible.
-    #[must_use]
-    #[inline]
-    pub fn with_config(settings: Settings, config: &Config<WINDOW_CAPACITY>, start: Start) -> Self {
-        Self {
-            accelerometer: settings.accelerometer(),
-            mounting: settings.mounting(),
+        Ok(Self {
             node: Node::new(settings, start.serial),
-            estimator: ContactEstimator::new(config),
+            estimator: ContactEstimator::new(&config),
             renewal: None,
             counters: Counters::default(),
             temperature: f32::NAN,
@@ -125,7 +110,7 @@ impl Foot {
             fault_state: FaultState::default(),
             load_input: LoadInput::default(),
             output: Output::new(start.unused_crystal_khz.is_none()),
-        }
+        })
     }
 
     /// Settings in use.
@@ -179,18 +164,18 @@ impl Foot {
         ports: &Ports,
     ) {
         self.ticks = self.ticks.wrapping_add(1);
-        self.report_boot(ports);
+        self.report_start(ports);
         let taken = self.take_inputs(ports);
         self.count(tick, measurement, ports);
         self.check_sensor(measurement, ports);
         let load = self.load(reading, ports);
 
         self.renew_estimator();
-        let mut sample = ImuSample {
-            specific_force: self.accelerometer.apply(measurement.sample.specific_force),
-            ..measurement.sample
-        };
-        self.mounting
+        let settings = self.settings();
+        let mut sample = measurement.sample;
+        sample.specific_force = settings.accelerometer().apply(sample.specific_force);
+        settings
+            .mounting()
             .apply(&mut sample.specific_force, &mut sample.angular_rate);
         let estimate = self.estimator.update(&sample, load);
         self.set_stage(measurement, estimate.flags, ports);
@@ -209,16 +194,10 @@ impl Foot {
     }
 
     /// Reports, on the first tick, the boot-up and the faults known since before the start.
-    fn report_boot(&mut self, ports: &Ports) {
-        if let Some(start) = self.start {
-            self.start = None;
-            self.report_start(start, ports);
-        }
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn report_start(&mut self, start: Start, ports: &Ports) {
+    fn report_start(&mut self, ports: &Ports) {
+        let Some(start) = self.start.take() else {
+            return;
+        };
         self.allow_stores(match start.cause {
             BootCause::PowerUp => STORES_AT_ONCE,
             BootCause::Commanded => 0,
@@ -249,7 +228,7 @@ impl Foot {
             line.set_digit(11, tenths / 100);
             line.set_digit(12, tenths / 10);
             line.set_digit(14, tenths);
-            self.log_line(Level::Error, &line, ports);
+            self.log_line(Level::Error, line, ports);
         }
     }
 

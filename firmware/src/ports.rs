@@ -13,7 +13,7 @@ mod message;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use wire::CanFrame;
-use wire::uart::{self, Payload};
+use wire::uart::{self, Encoded, Message};
 
 use crate::costs::Costs;
 use crate::supervision::Liveness;
@@ -22,14 +22,13 @@ use crate::telemetry::{Lane, Outlet, Sink};
 pub use batch::UartBatch;
 pub use message::{BusState, Input, Reloaded, Request, UartRequest};
 
-/// With room for a few lines about faults, and for one contact, which the next one replaces: so a contact is
-/// never older than a tick when it is sent.
-type UartQueue = Outlet<uart::Encoded, 4, 1, 8, 8>;
+/// With room for one contact, which the next one replaces: so a contact is never older than a tick when it is sent.
+type UartQueue = Outlet<Encoded, 1, 8>;
 
 /// Queues between the sampling loop and everything slower.
 #[derive(Debug)]
 pub struct Ports {
-    can: Outlet<CanFrame, 16, 16, 16, 16>,
+    can: Outlet<CanFrame, 16, 16>,
     uart: UartQueue,
     inputs: Channel<CriticalSectionRawMutex, Input, 16>,
     requests: Channel<CriticalSectionRawMutex, Request, 2>,
@@ -51,8 +50,8 @@ impl Ports {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            can: Outlet::new(CanFrame::EMPTY),
-            uart: Outlet::new(uart::Encoded::EMPTY),
+            can: Outlet::new(),
+            uart: Outlet::new(),
             inputs: Channel::new(),
             requests: Channel::new(),
             reloaded: Channel::new(),
@@ -102,7 +101,7 @@ impl Ports {
     }
 
     /// Takes the next frame for the UART, if there is one.
-    pub fn try_next_uart(&self) -> Option<uart::Encoded> {
+    pub fn try_next_uart(&self) -> Option<Encoded> {
         self.uart.try_next()
     }
 
@@ -140,14 +139,12 @@ impl Ports {
         let _ = self.reloaded.try_send(reloaded);
     }
 
-    pub(crate) fn push_can(&self, lane: Lane, frame: &CanFrame) -> u32 {
+    pub(crate) fn push_can(&self, lane: Lane, frame: CanFrame) -> u32 {
         self.can.push(lane, frame)
     }
 
-    pub(crate) fn push_uart(&self, lane: Lane, sequence: u16, message: &impl Payload) -> u32 {
-        self.uart.push_in_place(lane, |frame| {
-            uart::encode_into(frame, sequence, message);
-        })
+    pub(crate) fn push_uart(&self, lane: Lane, sequence: u16, message: &Message) -> u32 {
+        self.uart.push(lane, uart::encode(sequence, message))
     }
 
     pub(crate) fn request(&self, request: Request) -> bool {
@@ -155,17 +152,10 @@ impl Ports {
     }
 
     pub(crate) fn take_input(&self) -> Option<Input> {
-        // The queue is usually empty; nothing is copied then.
-        if self.inputs.is_empty() {
-            return None;
-        }
         self.inputs.try_receive().ok()
     }
 
     pub(crate) fn take_reloaded(&self) -> Option<Reloaded> {
-        if self.reloaded.is_empty() {
-            return None;
-        }
         self.reloaded.try_receive().ok()
     }
 }
@@ -183,10 +173,10 @@ mod tests {
         let ports = Ports::new();
         assert!(ports.can_is_empty());
         for (id, lane) in (1..).zip([Lane::Stream, Lane::Answer, Lane::Estimate, Lane::Notice]) {
-            assert_eq!(ports.push_can(lane, &frame(id)), 0);
-            ports.push_can(lane, &frame(id));
+            assert_eq!(ports.push_can(lane, frame(id)), 0);
+            ports.push_can(lane, frame(id));
         }
-        ports.push_can(Lane::Stream, &frame(1));
+        ports.push_can(Lane::Stream, frame(1));
         assert!(!ports.can_is_empty());
         assert_eq!(ports.withdraw_can(), 5);
         let left = core::iter::from_fn(|| ports.try_next_can());
@@ -197,10 +187,10 @@ mod tests {
     #[test]
     fn the_bus_gets_new_frames_first_and_queued_ones_on_request() {
         let ports = Ports::new();
-        ports.push_can(Lane::Notice, &frame(1));
+        ports.push_can(Lane::Notice, frame(1));
         ports.connect_can(|frame| frame.id() < 3);
-        ports.push_can(Lane::Answer, &frame(2));
-        ports.push_can(Lane::Stream, &frame(3));
+        ports.push_can(Lane::Answer, frame(2));
+        ports.push_can(Lane::Stream, frame(3));
         ports.send_can();
         assert_eq!(ports.try_next_can(), Some(frame(3)));
         assert!(ports.can_is_empty());

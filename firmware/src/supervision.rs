@@ -107,15 +107,12 @@ impl Hysteresis {
 pub struct FaultLatch {
     /// Ticks left, by fault number.
     left: [u16; Fault::NUMBERS],
-    /// Number of faults with ticks left: usually 0, a case that must cost nothing.
-    timed: usize,
 }
 
 impl Default for FaultLatch {
     fn default() -> Self {
         Self {
             left: [0; Fault::NUMBERS],
-            timed: 0,
         }
     }
 }
@@ -124,7 +121,6 @@ impl FaultLatch {
     /// Keeps a fault active for this number of ticks.
     pub fn hold_for(&mut self, fault: Fault, ticks: u16) {
         if let Some(left) = self.left.get_mut(usize::from(fault.number())) {
-            self.timed += usize::from(*left == 0);
             *left = ticks.max(1);
         }
     }
@@ -132,22 +128,17 @@ impl FaultLatch {
     /// Keeps a fault active, without a limit, until [`hold_for`](Self::hold_for) sets one again.
     pub fn keep(&mut self, fault: Fault) {
         if let Some(left) = self.left.get_mut(usize::from(fault.number())) {
-            self.timed -= usize::from(*left > 0);
             *left = 0;
         }
     }
 
     /// Advances by one tick; calls `clear` with each fault whose time is over.
     pub fn tick(&mut self, mut clear: impl FnMut(Fault)) {
-        if self.timed == 0 {
-            return;
-        }
         for fault in Fault::ALL {
             let left = self.left.get_mut(usize::from(fault.number()));
             if let Some(left) = left.filter(|left| **left > 0) {
                 *left -= 1;
                 if *left == 0 {
-                    self.timed -= 1;
                     clear(fault);
                 }
             }
@@ -305,22 +296,6 @@ mod tests {
             (4, Fault::CanOverrun),
         ];
         assert_eq!(cleared, expected);
-    }
-
-    #[test]
-    fn a_latch_checks_its_faults_only_while_one_has_time_left() {
-        let mut latch = FaultLatch::default();
-        let timed = |latch: &mut FaultLatch| {
-            latch.tick(|_| {});
-            latch.timed
-        };
-        latch.hold_for(Fault::LateTick, 2);
-        latch.hold_for(Fault::LateTick, 2);
-        latch.hold_for(Fault::CanOverrun, 3);
-        latch.hold_for(Fault::CanBusOff, 9);
-        latch.keep(Fault::CanBusOff);
-        latch.keep(Fault::CanBusOff);
-        assert_eq!([(); 4].map(|()| timed(&mut latch)), [2, 1, 0, 0]);
     }
 
     #[test]

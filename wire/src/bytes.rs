@@ -52,7 +52,7 @@ impl<'a> Reader<'a> {
 /// Appends fields to a buffer of fixed size. Fields that do not fit are dropped, and
 /// [`Writer::finish`] reports it.
 #[derive(Debug)]
-pub struct Writer<'a> {
+pub(crate) struct Writer<'a> {
     rest: &'a mut [u8],
     capacity: usize,
     overflowed: bool,
@@ -77,39 +77,28 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Appends an array, whose length the compiler knows: one store.
-    fn array<const N: usize>(&mut self, bytes: [u8; N]) {
-        match core::mem::take(&mut self.rest).split_first_chunk_mut() {
-            Some((head, rest)) => {
-                *head = bytes;
-                self.rest = rest;
-            }
-            None => self.overflowed = true,
-        }
-    }
-
     pub(crate) fn u8(&mut self, value: u8) {
-        self.array([value]);
+        self.bytes(&[value]);
     }
 
     pub(crate) fn u16(&mut self, value: u16) {
-        self.array(value.to_le_bytes());
+        self.bytes(&value.to_le_bytes());
     }
 
     pub(crate) fn i16(&mut self, value: i16) {
-        self.array(value.to_le_bytes());
+        self.bytes(&value.to_le_bytes());
     }
 
     pub(crate) fn u32(&mut self, value: u32) {
-        self.array(value.to_le_bytes());
+        self.bytes(&value.to_le_bytes());
     }
 
     pub(crate) fn u64(&mut self, value: u64) {
-        self.array(value.to_le_bytes());
+        self.bytes(&value.to_le_bytes());
     }
 
     pub(crate) fn f32(&mut self, value: f32) {
-        self.array(value.to_le_bytes());
+        self.bytes(&value.to_le_bytes());
     }
 
     /// Number of bytes written; `None` if they did not all fit.

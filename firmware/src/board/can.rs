@@ -117,8 +117,6 @@ static TO_MAILBOX: AtomicU32 = AtomicU32::new(0);
 static LISTENING: AtomicU8 = AtomicU8::new(0);
 
 /// Sets the node id that the filters accept, 0 for none, for each start of the controller too.
-#[cold]
-#[inline(never)]
 pub fn listen_as(node: u8) {
     let changed = LISTENING.swap(node, Ordering::Relaxed) != node;
     if changed && STARTED.load(Ordering::Acquire) {

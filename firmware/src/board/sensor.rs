@@ -180,7 +180,6 @@ impl SpiDevice for SensorBus {
 }
 
 impl SetSpiClock for SensorBus {
-    #[inline(never)]
     fn set_spi_clock(&mut self, clock: SpiClock) {
         self.setting.set_br(divider(clock));
         self.burst_micros = burst_micros(clock);

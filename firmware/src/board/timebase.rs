@@ -257,8 +257,6 @@ fn TIM2() {
 
 /// Continues after a tick that is served so late that its edge may be over: with the newest tick, or
 /// with no tick if that is too late as well.
-#[cold]
-#[inline(never)]
 fn catch_up(mut tick: u32) {
     loop {
         let late = TIM2.cnt().read().wrapping_sub(tick);

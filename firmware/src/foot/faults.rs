@@ -90,7 +90,7 @@ impl Foot {
         } else {
             self.clear(Fault::SensorSaturated, ports);
         }
-        if self.fault_state.sound_ticks >= SOUND_TICKS && !self.faults().is_empty() {
+        if self.fault_state.sound_ticks >= SOUND_TICKS {
             // A failed self-test stays a fault until the next start.
             for fault in [
                 Fault::SensorSilent,
@@ -107,7 +107,6 @@ impl Foot {
 
     /// Raises a fault while the gyroscope's bias is too large to be learnt, and from a rest with a wrong
     /// specific force to one with the right one.
-    #[inline(never)]
     pub(super) fn check_rest(&mut self, ports: &Ports) {
         match self.estimator.excess_bias() {
             Some(rate) => {

@@ -4,7 +4,7 @@ use estimator_core::{ContactEstimate, Timestamp};
 use lsm6dsox::scale::FullScale;
 use wire::node::State;
 use wire::pdo::{Pdo, Quantity, TEMPERATURE_STEP};
-use wire::uart::{self, ContactMessage, HealthMessage, LogMessage, Payload};
+use wire::uart::{self, ContactMessage, HealthMessage, LogMessage, Message};
 use wire::{CanFrame, Counter};
 
 use super::Foot;
@@ -45,7 +45,7 @@ impl Foot {
         let (node, counters) = (&mut self.node, &self.counters);
         node.tick(estimate, self.temperature, counters, |frame| {
             if with_can {
-                dropped += ports.push_can(lane_of(&frame), &frame);
+                dropped += ports.push_can(lane_of(&frame), frame);
             }
         });
         self.counters.add(Counter::CanDropped, dropped);
@@ -66,12 +66,12 @@ impl Foot {
         let is_due = |every: u16| every != 0 && ticks.is_multiple_of(u32::from(every));
         if is_due(streams.contact) {
             let contact = ContactMessage::new(estimate, self.node.faults());
-            self.push_uart(Lane::Estimate, &contact, ports);
+            self.push_uart(Lane::Estimate, &Message::Contact(contact), ports);
         }
         if is_due(streams.raw)
             && let Some(raw) = raw_message(measurement, self.settings().accelerometer_range())
         {
-            self.push_uart(Lane::Stream, &raw, ports);
+            self.push_uart(Lane::Stream, &Message::Raw(raw), ports);
         }
         if is_due(streams.health) {
             let health = HealthMessage {
@@ -84,34 +84,34 @@ impl Foot {
                 counters: self.counters,
                 unknown_faults: 0,
             };
-            self.push_uart(Lane::Stream, &health, ports);
+            self.push_uart(Lane::Stream, &Message::Health(health), ports);
         }
     }
 
     pub(super) fn log(&mut self, level: Level, text: &str, ports: &Ports) {
-        self.log_line(level, &LogMessage::new(level as u8, text), ports);
+        self.log_line(level, LogMessage::new(level as u8, text), ports);
     }
 
     /// Sends a line if the settings allow its level.
-    pub(super) fn log_line(&mut self, level: Level, line: &LogMessage, ports: &Ports) {
+    pub(super) fn log_line(&mut self, level: Level, line: LogMessage, ports: &Ports) {
         if level as u8 <= self.settings().log_level() {
             // Errors go before responses, of which there can be many.
             let lane = match level {
                 Level::Error => Lane::Notice,
                 Level::Warning | Level::Information => Lane::Answer,
             };
-            self.push_uart(lane, line, ports);
+            self.push_uart(lane, &Message::Log(line), ports);
         }
     }
 
     pub(super) fn push_can(&mut self, lane: Lane, frame: CanFrame, ports: &Ports) {
         if self.output.with_can {
-            let dropped = ports.push_can(lane, &frame);
+            let dropped = ports.push_can(lane, frame);
             self.counters.add(Counter::CanDropped, dropped);
         }
     }
 
-    pub(super) fn push_uart(&mut self, lane: Lane, message: &impl Payload, ports: &Ports) {
+    pub(super) fn push_uart(&mut self, lane: Lane, message: &Message, ports: &Ports) {
         let sequence = self.output.sequence;
         self.output.sequence = sequence.wrapping_add(1);
         let dropped = ports.push_uart(lane, sequence, message);

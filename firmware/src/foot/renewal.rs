@@ -21,16 +21,9 @@ impl Foot {
 
     /// Replaces the estimator, if requested.
     pub(super) fn renew_estimator(&mut self) {
-        if let Some(renewal) = self.renewal.take() {
-            self.replace_estimator(renewal);
-        }
-    }
-
-    /// Separate from the tick, whose stack would otherwise always hold a second estimator.
-    #[inline(never)]
-    fn replace_estimator(&mut self, renewal: Renewal) {
-        self.accelerometer = self.settings().accelerometer();
-        self.mounting = self.settings().mounting();
+        let Some(renewal) = self.renewal.take() else {
+            return;
+        };
         let settings = self.settings().params();
         let learnt = match renewal {
             Renewal::Continue => Some(self.learnt()),

@@ -2,6 +2,7 @@
 
 use wire::dictionary::{self, Concern};
 use wire::node::{BootCause, Calibration, State};
+use wire::uart::Message;
 use wire::{AbortCode, Address, Counter, Event, Fault};
 
 use super::Foot;
@@ -76,16 +77,13 @@ impl Foot {
 
     /// Passes the request to the board if the queue has room, otherwise again on the next tick.
     fn pass_pending_request(&mut self, ports: &Ports) {
-        if self.requests.pending_request.is_some()
-            && let Some(request) = self.requests.pending_request.take()
+        if let Some(request) = self.requests.pending_request.take()
             && !ports.request(request.clone())
         {
             self.requests.pending_request = Some(request);
         }
     }
 
-    #[cold]
-    #[inline(never)]
     fn take_reloaded(&mut self, reloaded: Reloaded, ports: &Ports) {
         let Reloaded { settings, origin } = reloaded;
         let renewal = if settings.learnt() == self.settings().learnt() {
@@ -121,7 +119,7 @@ impl Foot {
             Input::Uart(request) => {
                 let outcome = commands::answer(&mut self.node, request);
                 if let Some(response) = outcome.response {
-                    self.push_uart(Lane::Answer, &response, ports);
+                    self.push_uart(Lane::Answer, &Message::ConfigResponse(response), ports);
                 }
                 if let Some(event) = outcome.event {
                     let address = outcome.address.unwrap_or(Address::new(0, 0));
@@ -238,7 +236,8 @@ impl Foot {
                 }
             }
             Requester::Uart(address) => {
-                self.push_uart(Lane::Answer, &commands::finished(address, result), ports);
+                let response = commands::finished(address, result);
+                self.push_uart(Lane::Answer, &Message::ConfigResponse(response), ports);
             }
         }
     }

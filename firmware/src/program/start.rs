@@ -50,20 +50,13 @@ pub(super) fn log_boot(start: &Start) {
     }
 }
 
-/// Creates the foot in its static place, with defaults instead of unusable settings. Separate from `main`, so
-/// that the stack it needs is free again.
-#[inline(never)]
-pub(super) fn make_foot(mut settings: Settings, mut start: Start) -> Option<&'static mut Foot> {
+/// Creates the foot in its static place, with defaults instead of unusable settings.
+pub(super) fn make_foot(settings: Settings, start: Start) -> Option<&'static mut Foot> {
     static FOOT: StaticCell<Foot> = StaticCell::new();
-    let mut config = settings.params().validate();
-    if config.is_err() {
-        start.origin = Origin::Incompatible;
-        settings = Settings::default();
-        config = settings.params().validate();
-    }
-    let config = config.ok()?;
-    let foot = FOOT.init_with(|| Foot::with_config(settings, &config, start));
-    Some(foot)
+    let origin = Origin::Incompatible;
+    let foot = Foot::new(settings, start)
+        .or_else(|_| Foot::new(Settings::default(), Start { origin, ..start }));
+    foot.ok().map(|foot| FOOT.init(foot))
 }
 
 /// Spawns a task that exists once.

@@ -68,8 +68,6 @@ pub(super) struct Watch {
     pub(super) without_edge: u16,
     /// [`turn`](Self::turn) of the last sample that was not new.
     stale_turn: usize,
-    /// Whether the previous tick had its edge, and the right number of them, and samples are read at the edge.
-    is_in_step: bool,
     /// Whether no edge came in the previous tick, though there was a new sample.
     edge_missed: bool,
     /// Edges lost, each soon after the one before, and [`turn`](Self::turn) of the last.
@@ -136,12 +134,7 @@ impl Watch {
             Some(edges) if tick.missed == 0 => edges,
             _ => *EDGES.start(),
         };
-        let is_ordinary = tick.edge.is_some() && EDGES.contains(&number) && self.is_in_step;
-        let edges = if is_ordinary {
-            None
-        } else {
-            self.judge_edges(tick, number, is_fresh)
-        };
+        let edges = self.judge_edges(tick, number, is_fresh);
         if !is_fresh {
             self.stale_turn = self.turn;
             return Some(match edges {
@@ -156,9 +149,7 @@ impl Watch {
         }
     }
 
-    /// Judges edges that are not as they should be, or were not in the previous tick, or if samples are read by the timer.
-    #[cold]
-    #[inline(never)]
+    /// Judges time and number of the edges.
     fn judge_edges(&mut self, tick: &Tick, number: u16, is_fresh: bool) -> Option<SampleIssue> {
         // A late edge also shows that the sensor runs.
         self.without_edge = if tick.edge.is_some() || tick.edges.is_some_and(|edges| edges > 0) {
@@ -186,7 +177,6 @@ impl Watch {
         }
         self.edge_missed = tick.edge.is_none() && is_fresh;
         if self.read_at == ReadAt::Timer {
-            self.is_in_step = false;
             self.with_edges = match tick.edge {
                 Some(_) if is_right => self.with_edges + 1,
                 _ => 0,
@@ -196,8 +186,7 @@ impl Watch {
             }
             return (self.wrong_rate >= WRONG_RATE).then_some(SampleIssue::Rate);
         }
-        self.is_in_step = tick.edge.is_some() && is_right;
-        if self.is_in_step {
+        if tick.edge.is_some() && is_right {
             None
         } else if !is_fresh && tick.edge.is_none() {
             Some(SampleIssue::Edge)

@@ -3,57 +3,36 @@
 //! Each zero is replaced by the distance to the next, the first distance stands in front, and a
 //! zero ends the frame.
 
-/// Encodes at most 254 bytes in place, one after the other, so that code that visits each byte
-/// anyway can do so in the same loop.
-#[derive(Debug)]
-pub(super) struct Coding<'a> {
-    /// Place of the distance to the next zero: that of the previous zero.
-    place: &'a mut u8,
-    distance: u32,
+use heapless::Vec;
+
+/// Encodes at most 254 bytes, with a zero before them and one after them; the end is missing if they do not fit.
+pub(super) fn encode<'a, const N: usize>(plain: impl Iterator<Item = &'a u8>) -> Vec<u8, N> {
+    let mut frame = Vec::new();
+    // The loop ends where the frame is full.
+    let _ = push_all(&mut frame, plain);
+    frame
 }
 
-impl<'a> Coding<'a> {
-    /// Starts a frame: `first` is the byte before all others, for the first distance.
-    pub(super) const fn new(first: &'a mut u8) -> Self {
-        Self {
-            place: first,
-            distance: 1,
-        }
-    }
-
-    /// Adds the next byte.
-    #[inline(always)]
-    pub(super) const fn push(&mut self, byte: &'a mut u8) {
+fn push_all<'a, const N: usize>(
+    frame: &mut Vec<u8, N>,
+    plain: impl Iterator<Item = &'a u8>,
+) -> Result<(), u8> {
+    frame.push(0)?;
+    // Place of the distance to the next zero: that of the previous zero.
+    let mut place = frame.len();
+    frame.push(1)?;
+    for byte in plain {
         if *byte == 0 {
-            *self.place = self.distance as u8;
-            self.place = byte;
-            self.distance = 0;
-        }
-        self.distance = self.distance.wrapping_add(1);
-    }
-
-    /// Adds the next four bytes; at once if none of them is zero, which is the usual case.
-    #[inline(always)]
-    pub(super) fn push_four(&mut self, bytes: &'a mut [u8; 4]) {
-        if has_zero(u32::from_le_bytes(*bytes)) {
-            for byte in bytes {
-                self.push(byte);
-            }
+            place = frame.len();
+            frame.push(1)?;
         } else {
-            self.distance = self.distance.wrapping_add(4);
+            frame.push(*byte)?;
+            if let Some(distance) = frame.get_mut(place) {
+                *distance = distance.wrapping_add(1);
+            }
         }
     }
-
-    /// Ends the frame: a zero has to follow it.
-    pub(super) const fn finish(self) {
-        *self.place = self.distance as u8;
-    }
-}
-
-/// Returns whether one of the four bytes is zero: after one is subtracted from each, no other byte gains a
-/// highest bit, except one above a zero.
-const fn has_zero(word: u32) -> bool {
-    word.wrapping_sub(0x0101_0101) & !word & 0x8080_8080 != 0
+    frame.push(0)
 }
 
 /// Decoder that takes one byte after the other.
@@ -106,22 +85,10 @@ mod tests {
     }
 
     fn encoded(plain: &[u8]) -> Vec<u8> {
-        let mut frame = [&[0xEE], plain, &[0]].concat();
-        let mut by_fours = frame.clone();
-        if let [first, bytes @ .., _end] = &mut frame[..] {
-            let mut coding = Coding::new(first);
-            bytes.iter_mut().for_each(|byte| coding.push(byte));
-            coding.finish();
-        }
-        if let [first, bytes @ .., _end] = &mut by_fours[..] {
-            let mut coding = Coding::new(first);
-            let (fours, rest) = bytes.as_chunks_mut();
-            fours.iter_mut().for_each(|four| coding.push_four(four));
-            rest.iter_mut().for_each(|byte| coding.push(byte));
-            coding.finish();
-        }
-        assert_eq!(frame, by_fours);
-        frame
+        let frame = encode::<260>(plain.iter());
+        let (zero, coded) = frame.split_first().expect("not empty");
+        assert_eq!(*zero, 0);
+        coded.to_vec()
     }
 
     #[test]

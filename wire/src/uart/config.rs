@@ -188,7 +188,6 @@ impl NmtRequest {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::uart::Payload;
     use crate::uart::{Kind, Message};
 
     fn bytes(message: &Message) -> std::vec::Vec<u8> {

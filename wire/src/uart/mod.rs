@@ -13,14 +13,12 @@
 //!
 //! [`encode`] builds a frame, [`Decoder`] takes bytes as they arrive and counts dropped frames.
 
-mod check;
 mod cobs;
 mod config;
 mod contact;
 mod decoder;
 mod health;
 mod log;
-mod payload;
 mod raw;
 
 pub use config::{Answer, ConfigGet, ConfigResponse, ConfigSet, MAX_VALUE, NmtRequest};
@@ -28,11 +26,11 @@ pub use contact::ContactMessage;
 pub use decoder::{Decoder, Drops, Problem};
 pub use health::HealthMessage;
 pub use log::{LogMessage, MAX_LOG};
-pub use payload::Payload;
 pub use raw::RawSample;
 
 use crate::bytes::{Reader, Writer};
-use check::Check;
+use crc::{CRC_32_ISO_HDLC, Crc};
+use heapless::Vec;
 
 /// Version of the format. A receiver rejects all others.
 pub const VERSION: u8 = 1;
@@ -53,6 +51,8 @@ const MAX_DECODED: usize = HEADER + MAX_PAYLOAD + CHECK;
 pub const MAX_FRAME: usize = MAX_DECODED + 3;
 
 const _: () = assert!(MAX_DECODED <= 254);
+
+static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// Type of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -163,12 +163,6 @@ impl Message {
             Kind::Nmt => Self::Nmt(NmtRequest::read(reader)?),
         })
     }
-}
-
-impl Payload for Message {
-    fn kind(&self) -> Kind {
-        self.kind()
-    }
 
     fn write(&self, writer: &mut Writer<'_>) {
         match self {
@@ -194,81 +188,37 @@ pub struct Frame {
 }
 
 /// Encoded frame.
-#[derive(Clone, Copy, Debug)]
-pub struct Encoded {
-    bytes: [u8; MAX_FRAME],
-    length: usize,
-}
+#[derive(Clone, Debug)]
+pub struct Encoded(Vec<u8, MAX_FRAME>);
 
 impl Encoded {
-    /// No frame.
-    pub const EMPTY: Self = Self {
-        bytes: [0; MAX_FRAME],
-        length: 0,
-    };
-
     /// The bytes to send, the zeros at both ends included.
     #[must_use]
     pub fn as_bytes(&self) -> &[u8] {
-        self.bytes.get(..self.length).unwrap_or(&[])
+        &self.0
     }
 }
 
-/// Encodes a [`Message`], or the contents of one. `sequence` must be one more than that of the previous frame,
-/// whether or not that frame was sent.
+/// Encodes a message. `sequence` must be one more than that of the previous frame, whether or not that frame was sent.
 #[must_use]
-pub fn encode(sequence: u16, message: &impl Payload) -> Encoded {
-    let mut frame = Encoded::EMPTY;
-    encode_into(&mut frame, sequence, message);
-    frame
-}
-
-/// Like [`encode`], but overwrites another frame.
-pub fn encode_into(frame: &mut Encoded, sequence: u16, message: &impl Payload) {
-    // Written in place: after a zero and the first distance of COBS.
-    let [_zero, _distance, plain @ ..] = &mut frame.bytes;
-    let mut writer = Writer::new(plain);
+pub fn encode(sequence: u16, message: &Message) -> Encoded {
+    let mut plain = [0; HEADER + MAX_PAYLOAD];
+    let mut writer = Writer::new(&mut plain);
     writer.u8(VERSION);
     writer.u8(message.kind().code());
     writer.u16(sequence);
     message.write(&mut writer);
     // Every message is shorter than the longest payload; a test encodes the longest of each.
     let length = writer.finish().unwrap_or(0);
-    close(frame, length);
-}
-
-/// Adds the CRC and encodes the `length` bytes written, both in one loop: a foot sends some ninety
-/// in each tick.
-fn close(frame: &mut Encoded, length: usize) {
-    let [_zero, distance, plain @ ..] = &mut frame.bytes;
-    let Some((body, rest)) = plain.split_at_mut_checked(length) else {
-        return;
-    };
-    let Some(([checksum @ .., end], _)) = rest.split_first_chunk_mut::<{ CHECK + 1 }>() else {
-        return;
-    };
-    let mut check = Check::new();
-    let mut coding = cobs::Coding::new(distance);
-    let (fours, odd) = body.as_chunks_mut();
-    for four in fours {
-        check.push_four(*four);
-        coding.push_four(four);
-    }
-    for byte in odd {
-        check.push(*byte);
-        coding.push(byte);
-    }
-    *checksum = check.finish();
-    coding.push_four(checksum);
-    coding.finish();
-    *end = 0;
-    frame.length = 2 + length + CHECK + 1;
+    let body = plain.get(..length).unwrap_or(&[]);
+    let check = CRC.checksum(body).to_le_bytes();
+    Encoded(cobs::encode(body.iter().chain(&check)))
 }
 
 /// Parses a decoded frame; returns the problem if it is invalid.
 fn parse(plain: &[u8]) -> Result<Frame, Problem> {
     let (body, check) = plain.split_last_chunk::<CHECK>().ok_or(Problem::TooShort)?;
-    if check::of(body) != *check {
+    if CRC.checksum(body).to_le_bytes() != *check {
         return Err(Problem::Check);
     }
     let mut reader = Reader::new(body);
@@ -315,7 +265,7 @@ mod tests {
     #[test]
     fn an_invalid_frame_reports_its_problem() {
         let mut plain = std::vec![VERSION, Kind::ConfigGet.code(), 0, 0, 0x10, 0x20, 0];
-        let with_check = |plain: &[u8]| [plain, &check::of(plain)].concat();
+        let with_check = |plain: &[u8]| [plain, &CRC.checksum(plain).to_le_bytes()].concat();
         assert!(parse(&with_check(&plain)).is_ok());
         let mut damaged = with_check(&plain);
         damaged[4] ^= 1;

@@ -22,11 +22,10 @@ use static_cell::StaticCell;
 
 use crate::board::clocks::Source;
 use crate::board::sensor::{Delay, SensorBus};
-use crate::board::stack::{self, Depth};
 use crate::board::timebase::Timebase;
 use crate::board::uart::{Receiver, Sender};
 use crate::board::wiring::CRYSTAL_MHZ;
-use crate::board::{self, Board, flash, watchdog};
+use crate::board::{self, Board, flash, stack, watchdog};
 use crate::{can, supply};
 
 /// Header in front of the program, which the bootloader starts.
@@ -425,7 +424,7 @@ async fn measure_can(out: &mut Out, parts: board::can::Parts) {
 }
 
 async fn measure_stack(out: &mut Out) {
-    let mut depth = Depth::default();
+    let mut depth = stack::Depth::default();
     let mut deepest = 0;
     // Each look is at a piece; a round without news ends it.
     for _ in 0..stack::size() / 64 {
