@@ -106,13 +106,13 @@ impl Hysteresis {
 #[derive(Clone, Copy, Debug)]
 pub struct FaultLatch {
     /// Ticks left, by fault number.
-    left: [u16; Fault::NUMBERS],
+    left: [u16; Fault::ALL.len()],
 }
 
 impl Default for FaultLatch {
     fn default() -> Self {
         Self {
-            left: [0; Fault::NUMBERS],
+            left: [0; Fault::ALL.len()],
         }
     }
 }

@@ -237,11 +237,11 @@ static bool is_fault(uint32_t code)
     case 18u:
     case 19u:
     case 20u:
+    case 21u:
     case 22u:
     case 23u:
     case 24u:
     case 25u:
-    case 26u:
         return true;
     default:
         return false;
@@ -533,7 +533,7 @@ const char *footfall_fault_detail(enum footfall_fault fault)
     case FOOTFALL_FAULT_SENSOR_SATURATED:
         return "samples affected";
     case FOOTFALL_FAULT_SENSOR_TIMING:
-        return "samples missed or FIFO words lost";
+        return "samples affected";
     case FOOTFALL_FAULT_SENSOR_SELF_TEST:
         return "bit i: axis i failed, in the order ax ay az wx wy wz";
     case FOOTFALL_FAULT_LOAD_SENSOR_OPEN:
@@ -579,16 +579,16 @@ const char *footfall_fault_detail(enum footfall_fault fault)
 }
 
 /* Every fault that is known here. */
-static const uint32_t FAULTS_KNOWN = UINT32_C(0x07DFFFFF);
+static const uint32_t FAULTS_KNOWN = UINT32_C(0x03FFFFFF);
 
 /* The error register while these faults last. */
 static uint32_t register_of(uint32_t faults)
 {
     uint32_t bits = faults != 0u ? 0x01u : 0u;
-    if ((faults & UINT32_C(0x005F0000)) != 0u) {
+    if ((faults & UINT32_C(0x003F0000)) != 0u) {
         bits |= 0x10u;
     }
-    if ((faults & UINT32_C(0x0780FFFF)) != 0u) {
+    if ((faults & UINT32_C(0x03C0FFFF)) != 0u) {
         bits |= 0x80u;
     }
     return bits;

@@ -86,7 +86,7 @@ pub struct Node {
     /// Faults whose emergency message is held back.
     held_back: Faults,
     /// Detail of each fault, by its number.
-    details: [u32; Fault::NUMBERS],
+    details: [u32; Fault::ALL.len()],
 }
 
 const NODE_ID: Address = Address::new(index::NODE_ID, 0);
@@ -131,7 +131,7 @@ impl Node {
             sequence: 0,
             reported: Faults::NONE,
             held_back: Faults::NONE,
-            details: [0; Fault::NUMBERS],
+            details: [0; Fault::ALL.len()],
         }
     }
 

@@ -192,7 +192,7 @@ fn a_load_is_valid_for_the_event_timer() {
     send(&mut node, rpdo, &f32::NAN.to_le_bytes());
     assert_eq!(
         emergencies(&mut node, 50),
-        [[0x50, 0x82, 0x11, 22, 100, 0, 0, 0]]
+        [[0x50, 0x82, 0x11, 21, 100, 0, 0, 0]]
     );
     assert_eq!(node.load(), None);
     assert!(is_nan(&mut node));
