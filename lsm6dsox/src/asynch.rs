@@ -5,7 +5,7 @@
 //! rewrite it.
 
 use embedded_hal_async::delay::DelayNs;
-use embedded_hal_async::spi::{Operation, SpiDevice};
+use embedded_hal_async::spi::SpiDevice;
 
 use crate::config::{Config, Write};
 use crate::error::Error;
@@ -125,9 +125,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     pub async fn check_identity_and_rate(&mut self) -> Result<(), Error<SPI::Error>> {
         const { assert!(register::WHO_AM_I.address + 1 == register::CTRL1_XL.address) };
         let mut frame = [register::WHO_AM_I.read_address(), 0, 0];
-        // As in `sample`.
-        let mut operations = [Operation::TransferInPlace(&mut frame)];
-        self.spi.transaction(&mut operations).await?;
+        self.transfer(&mut frame).await?;
         let [_, identity, rate] = frame;
         check_identity(identity)?;
         let is_rate = |write: &Write| write.register.address == register::CTRL1_XL.address;
@@ -169,9 +167,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
     pub async fn sample(&mut self) -> Result<RawSample, Error<SPI::Error>> {
         self.scale()?;
         let mut frame = BURST;
-        // Straight to the bus: this runs at each tick, and each future in between has a cost.
-        let mut operations = [Operation::TransferInPlace(&mut frame)];
-        self.spi.transaction(&mut operations).await?;
+        self.transfer(&mut frame).await?;
         decode(&frame, self.scale()?)
     }
 
@@ -351,9 +347,7 @@ impl<SPI: SpiDevice> Lsm6dsox<SPI> {
 
     async fn read(&mut self, address: u8) -> Result<u8, Error<SPI::Error>> {
         let mut frame = [address | Register::READ, 0];
-        // As in `sample`.
-        let mut operations = [Operation::TransferInPlace(&mut frame)];
-        self.spi.transaction(&mut operations).await?;
+        self.transfer(&mut frame).await?;
         let [_, value] = frame;
         Ok(value)
     }

@@ -219,8 +219,7 @@ impl Params {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Config {
     params: Params,
-    /// The value of each of [`REGISTERS`].
-    values: [u8; Self::WRITES],
+    writes: [Write; Self::WRITES],
 }
 
 /// A register and the value to write.
@@ -255,16 +254,11 @@ impl Config {
         ..SELF_TEST
     });
 
-    /// The register values are computed here, so that a constant configuration costs no code.
     const fn new(params: Params) -> Self {
-        let writes = params.writes();
-        let mut values = [0; Self::WRITES];
-        let (mut from, mut to) = (writes.as_slice(), values.as_mut_slice());
-        while let ([write, writes @ ..], [value, values @ ..]) = (from, to) {
-            *value = write.value;
-            (from, to) = (writes, values);
+        Self {
+            params,
+            writes: params.writes(),
         }
-        Self { params, values }
     }
 
     /// Number of registers in a configuration.
@@ -296,20 +290,13 @@ impl Config {
     /// would void the data: self-test, high-pass filter and low power of the gyroscope, user
     /// offsets, pins.
     pub fn writes(&self) -> impl Iterator<Item = Write> + '_ {
-        let writes = REGISTERS.iter().zip(&self.values);
-        writes.map(|(register, value)| Write {
-            register,
-            value: *value,
-        })
+        self.writes.iter().copied()
     }
 
     /// Returns the write with this index in [`writes`](Self::writes); `None` from [`WRITES`](Self::WRITES) on.
     #[must_use]
     pub fn write(&self, index: usize) -> Option<Write> {
-        Some(Write {
-            register: REGISTERS.get(index)?,
-            value: *self.values.get(index)?,
-        })
+        self.writes.get(index).copied()
     }
 }
 
@@ -328,18 +315,6 @@ const SELF_TEST: Params = Params {
     block_data_update: true,
     data_ready: None,
     timestamp: false,
-};
-
-/// The registers of a configuration, in the order of [`Config::writes`].
-static REGISTERS: [&Register; Config::WRITES] = {
-    let writes = Params::FRESH_KILOHERTZ.writes();
-    let mut registers = [&register::FUNC_CFG_ACCESS; Config::WRITES];
-    let (mut from, mut to) = (writes.as_slice(), registers.as_mut_slice());
-    while let ([write, writes @ ..], [register, registers @ ..]) = (from, to) {
-        *register = write.register;
-        (from, to) = (writes, registers);
-    }
-    registers
 };
 
 const fn write(register: &'static Register, value: u8) -> Write {

@@ -28,11 +28,11 @@ use crate::sample::RawSample;
 /// Detects fresh samples that have stopped changing.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FrozenDetector {
-    last: Packed,
-    /// Bits of each axis that have changed in this block.
-    changed: Packed,
-    /// Bits of each axis that changed in the previous blocks.
-    changed_before: Packed,
+    last: [i16; AXES],
+    /// Whether each axis has changed in this block.
+    changed: [bool; AXES],
+    /// Whether each axis changed in the previous blocks.
+    changed_before: [bool; AXES],
     repeats: u16,
     /// Samples until this block ends; 0 before the first sample.
     left: u8,
@@ -44,30 +44,6 @@ pub struct FrozenDetector {
 
 /// Axes in the order ax ay az wx wy wz.
 const AXES: usize = 6;
-
-/// Two codes per word, as they lie in a sample: the fewest instructions per tick.
-type Packed = [u32; 3];
-
-const fn packed(sample: &RawSample) -> Packed {
-    let ([wx, wy, wz], [ax, ay, az]) = (sample.angular_rate.codes, sample.specific_force.codes);
-    const fn pair(low: i16, high: i16) -> u32 {
-        low as u16 as u32 | (high as u16 as u32) << 16
-    }
-    [pair(ax, ay), pair(az, wz), pair(wx, wy)]
-}
-
-/// Returns each axis's half of a word.
-const fn axes([accel_xy, z, gyro_xy]: Packed) -> [u16; AXES] {
-    const LOW: u32 = 0xFFFF;
-    [
-        (accel_xy & LOW) as u16,
-        (accel_xy >> 16) as u16,
-        (z & LOW) as u16,
-        (gyro_xy & LOW) as u16,
-        (gyro_xy >> 16) as u16,
-        (z >> 16) as u16,
-    ]
-}
 
 impl FrozenDetector {
     /// Repeats of all six codes from which the part counts as frozen.
@@ -100,14 +76,14 @@ impl FrozenDetector {
         if !sample.is_fresh() {
             return self.frozen();
         }
-        let [a, b, c] = packed(sample);
-        let [last_a, last_b, last_c] = core::mem::replace(&mut self.last, [a, b, c]);
-        let (a, b, c) = (a ^ last_a, b ^ last_b, c ^ last_c);
-        let [changed_a, changed_b, changed_c] = &mut self.changed;
-        *changed_a |= a;
-        *changed_b |= b;
-        *changed_c |= c;
-        self.repeats = if a | b | c == 0 {
+        let ([ax, ay, az], [wx, wy, wz]) =
+            (sample.specific_force.codes, sample.angular_rate.codes);
+        let codes = [ax, ay, az, wx, wy, wz];
+        let last = core::mem::replace(&mut self.last, codes);
+        for ((changed, code), last) in self.changed.iter_mut().zip(codes).zip(last) {
+            *changed |= code != last;
+        }
+        self.repeats = if codes == last {
             self.repeats.saturating_add(1)
         } else {
             0
@@ -138,14 +114,12 @@ impl FrozenDetector {
 
     /// Returns whether each axis has changed since the first sample.
     #[must_use]
-    #[inline(never)]
     pub fn every_axis_has_changed(&self) -> bool {
-        let (now, before) = (axes(self.changed), axes(self.changed_before));
-        self.seen && now.into_iter().zip(before).all(|(a, b)| a | b != 0)
+        let mut axes = self.changed.iter().zip(self.changed_before);
+        self.seen && axes.all(|(now, before)| *now || before)
     }
 
     /// Called once per block, and at the first sample, which has no predecessor.
-    #[inline(never)]
     fn end_block(&mut self) {
         let changed = core::mem::take(&mut self.changed);
         self.left = Self::BLOCK - 1;
@@ -157,10 +131,10 @@ impl FrozenDetector {
         for (before, now) in self.changed_before.iter_mut().zip(changed) {
             *before |= now;
         }
-        for (blocks, changed) in self.unchanged.iter_mut().zip(axes(changed)) {
+        for (blocks, changed) in self.unchanged.iter_mut().zip(changed) {
             *blocks = match changed {
-                0 => blocks.saturating_add(1),
-                _ => 0,
+                false => blocks.saturating_add(1),
+                true => 0,
             };
         }
         let [accel @ .., wx, wy, wz] = self.unchanged;

@@ -52,10 +52,8 @@ impl Status {
 }
 
 /// A sample in the part's own codes.
-// Aligned, so that it is moved in words.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[repr(align(4))]
 pub struct RawSample {
     /// Flags of the outputs that are new.
     pub status: Status,
