@@ -77,28 +77,38 @@ impl<'a> Writer<'a> {
         }
     }
 
+    fn array<const N: usize>(&mut self, bytes: [u8; N]) {
+        match core::mem::take(&mut self.rest).split_first_chunk_mut() {
+            Some((head, rest)) => {
+                *head = bytes;
+                self.rest = rest;
+            }
+            None => self.overflowed = true,
+        }
+    }
+
     pub(crate) fn u8(&mut self, value: u8) {
-        self.bytes(&[value]);
+        self.array([value]);
     }
 
     pub(crate) fn u16(&mut self, value: u16) {
-        self.bytes(&value.to_le_bytes());
+        self.array(value.to_le_bytes());
     }
 
     pub(crate) fn i16(&mut self, value: i16) {
-        self.bytes(&value.to_le_bytes());
+        self.array(value.to_le_bytes());
     }
 
     pub(crate) fn u32(&mut self, value: u32) {
-        self.bytes(&value.to_le_bytes());
+        self.array(value.to_le_bytes());
     }
 
     pub(crate) fn u64(&mut self, value: u64) {
-        self.bytes(&value.to_le_bytes());
+        self.array(value.to_le_bytes());
     }
 
     pub(crate) fn f32(&mut self, value: f32) {
-        self.bytes(&value.to_le_bytes());
+        self.array(value.to_le_bytes());
     }
 
     /// Number of bytes written; `None` if they did not all fit.

@@ -5,34 +5,20 @@
 
 use heapless::Vec;
 
-/// Encodes at most 254 bytes, with a zero before them and one after them; the end is missing if they do not fit.
-pub(super) fn encode<'a, const N: usize>(plain: impl Iterator<Item = &'a u8>) -> Vec<u8, N> {
-    let mut frame = Vec::new();
-    // The loop ends where the frame is full.
-    let _ = push_all(&mut frame, plain);
-    frame
-}
-
-fn push_all<'a, const N: usize>(
-    frame: &mut Vec<u8, N>,
-    plain: impl Iterator<Item = &'a u8>,
-) -> Result<(), u8> {
-    frame.push(0)?;
+/// Encodes at most 254 bytes, with a zero before them and one after them; `None` if they do not fit.
+pub(super) fn encode<const N: usize>(plain: &[u8]) -> Option<Vec<u8, N>> {
+    let mut frame = Vec::from_array([0, 0]);
     // Place of the distance to the next zero: that of the previous zero.
-    let mut place = frame.len();
-    frame.push(1)?;
-    for byte in plain {
+    let mut place = 1;
+    for byte in plain.iter().chain(&[0]) {
         if *byte == 0 {
+            let distance = u8::try_from(frame.len() - place).ok()?;
+            *frame.get_mut(place)? = distance;
             place = frame.len();
-            frame.push(1)?;
-        } else {
-            frame.push(*byte)?;
-            if let Some(distance) = frame.get_mut(place) {
-                *distance = distance.wrapping_add(1);
-            }
         }
+        frame.push(*byte).ok()?;
     }
-    frame.push(0)
+    Some(frame)
 }
 
 /// Decoder that takes one byte after the other.
@@ -85,7 +71,7 @@ mod tests {
     }
 
     fn encoded(plain: &[u8]) -> Vec<u8> {
-        let frame = encode::<260>(plain.iter());
+        let frame = encode::<260>(plain).expect("it fits");
         let (zero, coded) = frame.split_first().expect("not empty");
         assert_eq!(*zero, 0);
         coded.to_vec()

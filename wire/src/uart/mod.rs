@@ -202,17 +202,19 @@ impl Encoded {
 /// Encodes a message. `sequence` must be one more than that of the previous frame, whether or not that frame was sent.
 #[must_use]
 pub fn encode(sequence: u16, message: &Message) -> Encoded {
-    let mut plain = [0; HEADER + MAX_PAYLOAD];
+    let mut plain = [0; MAX_DECODED];
     let mut writer = Writer::new(&mut plain);
     writer.u8(VERSION);
     writer.u8(message.kind().code());
     writer.u16(sequence);
     message.write(&mut writer);
-    // Every message is shorter than the longest payload; a test encodes the longest of each.
     let length = writer.finish().unwrap_or(0);
-    let body = plain.get(..length).unwrap_or(&[]);
-    let check = CRC.checksum(body).to_le_bytes();
-    Encoded(cobs::encode(body.iter().chain(&check)))
+    if let Some((body, rest)) = plain.split_at_mut_checked(length) {
+        Writer::new(rest).u32(CRC.checksum(body));
+    }
+    // Every message is shorter than the longest payload; a test encodes the longest of each.
+    let frame = plain.get(..length + CHECK).and_then(cobs::encode);
+    Encoded(frame.unwrap_or_default())
 }
 
 /// Parses a decoded frame; returns the problem if it is invalid.
