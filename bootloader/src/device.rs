@@ -184,8 +184,8 @@ impl<F: Flash> Objects for Device<F> {
         Ok(match (address.index, address.subindex) {
             (index::DEVICE_TYPE, 0) => Value::U32(0),
             (index::ERROR_REGISTER, 0) => Value::U8(0),
-            (index::DEVICE_NAME, 0) => Value::Text(&DEVICE_NAME),
-            (index::SOFTWARE_VERSION, 0) => Value::Text(&env!("CARGO_PKG_VERSION")),
+            (index::DEVICE_NAME, 0) => Value::Text(DEVICE_NAME),
+            (index::SOFTWARE_VERSION, 0) => Value::Text(env!("CARGO_PKG_VERSION")),
             (index::HEARTBEAT, 0) => Value::U16(HEARTBEAT_MS),
             (index::IDENTITY, 0) => Value::U8(4),
             (index::IDENTITY, 1) => Value::U32(VENDOR_ID),

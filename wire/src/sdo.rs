@@ -319,7 +319,7 @@ mod tests {
             match address.index {
                 0x2000 => Ok(Value::U32(self.0)),
                 0x2001 => Ok(Value::U8(7)),
-                0x1008 => Ok(Value::Text(&"nine bytes, and more")),
+                0x1008 => Ok(Value::Text("nine bytes, and more")),
                 _ => Err(AbortCode::NoObject),
             }
         }

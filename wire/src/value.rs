@@ -71,8 +71,8 @@ pub enum Value {
     U32(u32),
     /// REAL32.
     F32(f32),
-    /// `VISIBLE_STRING`. By reference, so that a value has eight bytes.
-    Text(&'static &'static str),
+    /// `VISIBLE_STRING`.
+    Text(&'static str),
 }
 
 impl Value {

@@ -20,7 +20,7 @@ const fn tpdo(pdo: Pdo) -> [Entry; 3] {
         )
         .doc("bit 31 set: not sent; the identifier itself cannot be changed"),
         Entry::setting(2, "Transmission type", Concern::Stream, Value::U8(254))
-            .range_without([1, 255, 241, 253])
+            .range_without(&[Value::U8(1), Value::U8(255), Value::U8(241), Value::U8(253)])
             .doc("1 to 240: with every n-th SYNC; 254 and 255: by the event timer"),
         Entry::setting(
             5,
@@ -135,7 +135,7 @@ pub(super) const OBJECTS: &[Object] = &[
         entries: &[Entry::constant(
             0,
             "Manufacturer device name",
-            Value::Text(&"footfall"),
+            Value::Text("footfall"),
         )],
     },
     Object {
@@ -146,7 +146,7 @@ pub(super) const OBJECTS: &[Object] = &[
         entries: &[Entry::constant(
             0,
             "Manufacturer hardware version",
-            Value::Text(&"STM32F405RG + LSM6DSOX"),
+            Value::Text("STM32F405RG + LSM6DSOX"),
         )],
     },
     Object {
@@ -157,7 +157,7 @@ pub(super) const OBJECTS: &[Object] = &[
         entries: &[Entry::constant(
             0,
             "Manufacturer software version",
-            Value::Text(&env!("CARGO_PKG_VERSION")),
+            Value::Text(env!("CARGO_PKG_VERSION")),
         )],
     },
     Object {

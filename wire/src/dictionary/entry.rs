@@ -2,7 +2,6 @@
 
 use estimator_core::{Parameter, Row, Unit};
 
-use super::choice::Choice;
 use super::limits::Limits;
 use super::text::Text;
 use crate::value::{DataType, Value};
@@ -76,26 +75,10 @@ pub enum Concern {
     Learnt,
 }
 
-/// Limits as stored in an entry, in one byte and eight bytes of numbers: the numbers' type is that
-/// of the entry's default.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Bounds {
-    Any,
-    /// The numbers are the minimum and the maximum.
-    Range,
-    /// The bytes of the first number are those of [`Limits::RangeWithout`].
-    RangeWithout,
-    OneOf(Choice),
-}
-
 /// Converts a time in s to whole µs.
 const fn micros(seconds: f32) -> Value {
     Value::U32((seconds as f64 * 1.0e6 + 0.5) as u32)
 }
-
-// The dictionary is stored in the foot's flash.
-#[cfg(target_os = "none")]
-const _: () = assert!(size_of::<Entry>() <= 20);
 
 /// Value in the dictionary. On a microcontroller its texts are empty.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -112,8 +95,7 @@ pub struct Entry {
     pub access: Access,
     /// Default value, which also sets the type.
     pub default: Value,
-    bounds: Bounds,
-    numbers: [u32; 2],
+    limits: Limits,
     /// Unit; empty if there is none.
     pub unit: Text,
     /// Meaning, if not clear from its name and its object's text.
@@ -135,8 +117,7 @@ impl Entry {
             role,
             access,
             default,
-            bounds: Bounds::Any,
-            numbers: [0; 2],
+            limits: Limits::Any,
             unit: Text::NONE,
             doc: Text::NONE,
         }
@@ -231,21 +212,17 @@ impl Entry {
     }
 
     pub(super) const fn range(mut self, low: Value, high: Value) -> Self {
-        self.bounds = Bounds::Range;
-        self.numbers = [low.to_raw(), high.to_raw()];
+        self.limits = Limits::Range(low, high);
         self
     }
 
-    /// Limits the value to the range from the first byte to the second, without the third to the fourth.
-    pub(super) const fn range_without(mut self, bytes: [u8; 4]) -> Self {
-        assert!(matches!(self.default, Value::U8(_)));
-        self.bounds = Bounds::RangeWithout;
-        self.numbers = [u32::from_le_bytes(bytes), 0];
+    pub(super) const fn range_without(mut self, ends: &'static [Value; 4]) -> Self {
+        self.limits = Limits::RangeWithout(ends);
         self
     }
 
-    pub(super) const fn one_of(mut self, choice: Choice) -> Self {
-        self.bounds = Bounds::OneOf(choice);
+    pub(super) const fn one_of(mut self, values: &'static [Value]) -> Self {
+        self.limits = Limits::OneOf(values);
         self
     }
 
@@ -266,30 +243,15 @@ impl Entry {
             key: Text::NONE,
             role: Role::Live,
             access: Access::Ro,
-            bounds: Bounds::Any,
+            limits: Limits::Any,
             ..self
         }
     }
 
     /// Allowed values.
     #[must_use]
-    pub fn limits(&self) -> Limits {
-        match self.bounds {
-            Bounds::Any => Limits::Any,
-            Bounds::Range => {
-                let [low, high] = self.numbers;
-                let number = |raw| Value::from_raw(self.data_type(), raw);
-                // Text has no range.
-                number(low)
-                    .zip(number(high))
-                    .map_or(Limits::Any, |(low, high)| Limits::Range(low, high))
-            }
-            Bounds::RangeWithout => {
-                let [bytes, _] = self.numbers;
-                Limits::RangeWithout(bytes.to_le_bytes().map(Value::U8))
-            }
-            Bounds::OneOf(choice) => Limits::OneOf(choice.values()),
-        }
+    pub const fn limits(&self) -> Limits {
+        self.limits
     }
 
     /// Data type of the value.

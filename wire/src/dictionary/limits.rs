@@ -13,7 +13,7 @@ pub enum Limits {
     Range(Value, Value),
     /// From the first to the second value, without those from the third to the fourth,
     /// inclusive.
-    RangeWithout([Value; 4]),
+    RangeWithout(&'static [Value; 4]),
     /// One of these.
     OneOf(&'static [Value]),
 }
@@ -27,7 +27,7 @@ impl Limits {
         match self {
             Self::Any => Ok(()),
             Self::Range(low, high) => in_range(value, low, high),
-            Self::RangeWithout([low, high, from, to]) => {
+            Self::RangeWithout(&[low, high, from, to]) => {
                 if in_range(value, low, high).is_err() || in_range(value, from, to).is_ok() {
                     return Err(AbortCode::InvalidValue);
                 }
@@ -48,7 +48,7 @@ impl Limits {
     pub fn range(self) -> Option<(Value, Value)> {
         match self {
             Self::Any => None,
-            Self::Range(low, high) | Self::RangeWithout([low, high, ..]) => Some((low, high)),
+            Self::Range(low, high) | Self::RangeWithout(&[low, high, ..]) => Some((low, high)),
             Self::OneOf(values) => Some((*values.first()?, *values.last()?)),
         }
     }

@@ -7,7 +7,7 @@
 //! | the objects of CiA 301 | `communication` |
 //! | the configuration of the foot | `settings`, `mounting`, `axes` |
 //! | what it measures and knows | `process` |
-//! | a value: role, access, limits, texts | `entry`, `limits`, `choice`, `text` |
+//! | a value: role, access, limits, texts | `entry`, `limits`, `text` |
 //!
 //! To add a number of the estimator, give it a row in [`estimator_core::parameter`] and an entry with
 //! `Entry::parameter` in `settings`. To add another setting, give it an entry with `Entry::setting`, and
@@ -15,7 +15,6 @@
 //! the files.
 
 mod axes;
-mod choice;
 mod communication;
 mod entry;
 mod limits;
@@ -274,7 +273,7 @@ mod tests {
     #[test]
     fn values_outside_the_limits_return_abort_codes() {
         let limits =
-            Limits::RangeWithout([Value::U8(1), Value::U8(255), Value::U8(128), Value::U8(254)]);
+            Limits::RangeWithout(&[Value::U8(1), Value::U8(255), Value::U8(128), Value::U8(254)]);
         assert_eq!(limits.check(Value::U8(0)), Err(AbortCode::InvalidValue));
         assert_eq!(limits.check(Value::U8(128)), Err(AbortCode::InvalidValue));
         assert_eq!(limits.check(Value::U8(255)), Ok(()));

@@ -2,8 +2,7 @@
 
 use estimator_core::SensorAxis;
 
-use super::axes::code_of_axes;
-use super::choice::Choice;
+use super::axes::{AXES, code_of_axes};
 use super::{Concern, Entry, Object, Shape, Text, index};
 use crate::value::Value;
 
@@ -22,7 +21,7 @@ pub(super) const OBJECT: Object = {
         ),
         entries: &[
             Entry::setting(1, "Axes", Concern::Correction, Value::U16(IDENTITY))
-                .one_of(Choice::Axes)
+                .one_of(AXES)
                 .key("axes")
                 .doc("one digit each for the foot's x, y and z: the sensor's axis along it, 1 x, 2 y, 3 z, 4 −x, 5 −y, 6 −z; 0: as 2 to 5 say, which must then be of length 1 within a thousandth"),
             part(2, "Rotation w", 1.0).doc("2 to 5: quaternion, Hamilton, sensor → foot"),

@@ -4,13 +4,20 @@ use estimator_core::{
     AccelerometerCorrection, Learning, Learnt, Parameter, Params, Row, parameter,
 };
 
-use super::choice::Choice;
 use super::{Concern, Entry, Object, Shape, Text, index, mounting};
 use crate::foot::Foot;
 use crate::value::Value;
 
 const MEANING_OF_FOOT: &str = "1 FL, 2 FR, 3 RL, 4 RR, 5 L, 6 R; a label for people and files, and the node id where none is set";
 const RESTART: &str = "takes effect with the next reset of the node or of its communication";
+
+/// Bit rates of a bus, kbit/s, in ascending order.
+const CAN_BIT_RATES: &[Value] = &[
+    Value::U16(125),
+    Value::U16(250),
+    Value::U16(500),
+    Value::U16(1000),
+];
 
 /// Maximum length of the window in the estimator on the board, samples.
 pub const WINDOW_CAPACITY: usize = 256;
@@ -128,7 +135,7 @@ pub(super) const OBJECTS: &[Object] = &[
         shape: Shape::Var,
         doc: Text::new("0: that of the foot, 0x10 + 0x2000; 255: none, waits for LSS"),
         entries: &[Entry::setting(0, "Node id", Concern::Node, Value::U8(0))
-            .range_without([0, 255, 128, 254])
+            .range_without(&[Value::U8(0), Value::U8(255), Value::U8(128), Value::U8(254)])
             .doc(RESTART)],
     },
     Object {
@@ -140,7 +147,7 @@ pub(super) const OBJECTS: &[Object] = &[
         ),
         entries: &[
             Entry::setting(0, "CAN bit rate", Concern::Node, Value::U16(1000))
-                .one_of(Choice::CanBitRate)
+                .one_of(CAN_BIT_RATES)
                 .unit("kbit/s")
                 .doc(RESTART),
         ],

@@ -161,6 +161,6 @@ fn raw_text(value: Value) -> String {
         Value::U16(value) => value.to_string(),
         Value::U32(value) => value.to_string(),
         Value::F32(value) => shown(value),
-        Value::Text(text) => (*text).to_owned(),
+        Value::Text(text) => text.to_owned(),
     }
 }
