@@ -5,7 +5,7 @@
 //! | step | module |
 //! |---|---|
 //! | a tick, a data-ready edge, one burst; is the sensor healthy? | [`sampling`] |
-//! | the sensor's units and issues become the estimator's | [`imu`] |
+//! | the sensor's units and issues become the estimator's | [`lsm6dsox::imu`] |
 //! | sample → estimate → frames, and all that is decided on the way | [`foot`] |
 //! | frames go to the bus at once, or are queued; the newest win | [`telemetry`], behind [`ports`] |
 //!
@@ -58,7 +58,6 @@ pub mod bring_up;
 pub mod commands;
 pub mod costs;
 pub mod foot;
-pub mod imu;
 pub mod ports;
 pub mod sampling;
 pub mod self_check;

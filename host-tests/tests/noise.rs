@@ -1,12 +1,12 @@
 //! The sensor's noise and the estimator's bandwidths: two crates without a common dependency.
 
 use estimator_core::{Axis, Params};
-use firmware::imu::SENSOR;
+use lsm6dsox::Config;
 use recordings::config::default_params;
 
 #[test]
 fn the_default_bandwidths_match_the_sensor_noise() {
-    let noise = SENSOR.noise();
+    let noise = Config::FRESH_KILOHERTZ.noise();
     let force = noise.specific_force.expect("a known cut-off");
     let rate = noise.angular_rate.expect("a known cut-off");
     let expected = [force, force, force, rate, rate, rate];

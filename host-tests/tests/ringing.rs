@@ -5,11 +5,11 @@
 //! feels.
 
 use estimator_core::{ImuSample, Timestamp};
-use firmware::imu::{SENSOR, imu_sample, missing_sample};
 use gait::sensor::felt_by;
 use gait::{GaitName, Ground, Plan, SensorParams, Track, simulate};
+use lsm6dsox::imu::{imu_sample, missing_sample};
 use lsm6dsox::sim::{Part, SharedPart, SimSpi, Stimulus};
-use lsm6dsox::{Lsm6dsox, Pin};
+use lsm6dsox::{Config, Lsm6dsox, Pin};
 use recordings::config::default_params;
 use recordings::replay::replay;
 use recordings::samples::recording::Recording;
@@ -71,7 +71,7 @@ fn next(part: &SharedPart, driver: &mut Lsm6dsox<SimSpi>) -> ImuSample {
 /// The walk as the foot records it, with the labels of its own motion.
 fn recorded(plan: &Plan, labelled: &Recording, frequency: f64) -> Recording {
     let part = mounted(plan, frequency);
-    let mut driver = Lsm6dsox::new(part.spi(), SENSOR);
+    let mut driver = Lsm6dsox::new(part.spi(), Config::FRESH_KILOHERTZ);
     driver.init(&mut part.delay()).expect("it starts");
     part.advance_to(START_NS);
     let mut recording = labelled.clone();

@@ -76,8 +76,7 @@ impl FrozenDetector {
         if !sample.is_fresh() {
             return self.frozen();
         }
-        let ([ax, ay, az], [wx, wy, wz]) =
-            (sample.specific_force.codes, sample.angular_rate.codes);
+        let ([ax, ay, az], [wx, wy, wz]) = (sample.specific_force.codes, sample.angular_rate.codes);
         let codes = [ax, ay, az, wx, wy, wz];
         let last = core::mem::replace(&mut self.last, codes);
         for ((changed, code), last) in self.changed.iter_mut().zip(codes).zip(last) {

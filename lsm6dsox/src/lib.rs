@@ -12,6 +12,7 @@
 //! | noise of the outputs at a setting | [`noise`] |
 //! | ST's self-test and its limits | [`self_test`] |
 //! | detection of repeated samples | [`frozen`] |
+//! | samples of the estimator (feature `estimator`) | `imu` |
 //! | simulated part, for hosts (feature `sim`) | `sim` |
 //!
 //! Facts about the part carry the mark of their source: **\[P\]** ST's own C driver,
@@ -61,6 +62,8 @@ pub mod config;
 pub mod driver;
 pub mod error;
 pub mod frozen;
+#[cfg(feature = "estimator")]
+pub mod imu;
 pub mod noise;
 pub mod register;
 pub mod sample;

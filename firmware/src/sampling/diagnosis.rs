@@ -8,7 +8,6 @@ use wire::Fault;
 use super::fault::SensorFault;
 use super::sensor::Sensor;
 use super::watch::SampleIssue;
-use crate::imu;
 
 /// Index of the last register of the configuration: a data rate.
 const LAST_WRITE: usize = Config::WRITES - 1;
@@ -27,7 +26,7 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
         let turn = self.watch.turn;
         let write = match turn % 2 {
             0 => None,
-            _ => imu::SENSOR.write(turn / 2 % LAST_WRITE),
+            _ => Config::FRESH_KILOHERTZ.write(turn / 2 % LAST_WRITE),
         };
         for misreads in 0..2 {
             let result = match write {

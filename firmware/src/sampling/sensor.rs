@@ -4,13 +4,12 @@ use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::spi::SpiDevice;
 use estimator_core::{ImuSample, Validity};
 use lsm6dsox::asynch::{BOOT_MICROS, Lsm6dsox};
-use lsm6dsox::{Error, RawSample, SetSpiClock};
+use lsm6dsox::{Config, Error, RawSample, SetSpiClock, imu};
 use wire::Fault;
 
 use super::Tick;
 use super::fault::{SensorFault, failed_axes};
 use super::watch::{ReadAt, SATURATED_TICKS, SampleIssue, Watch};
-use crate::imu;
 
 /// State of the sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -76,7 +75,7 @@ impl<SPI: SpiDevice + SetSpiClock> Sensor<SPI> {
     /// Creates a sensor that has not been started.
     pub fn new(spi: SPI) -> Self {
         Self {
-            driver: Lsm6dsox::new(spi, imu::SENSOR),
+            driver: Lsm6dsox::new(spi, Config::FRESH_KILOHERTZ),
             watch: Watch::default(),
             activity: Activity::Starting,
             restarts: 0,

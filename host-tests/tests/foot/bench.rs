@@ -10,12 +10,11 @@ use std::task::{Context, Poll, Waker};
 use embedded_hal_async::delay::DelayNs;
 use estimator_core::Timestamp;
 use firmware::commands::UartReceiver;
-use firmware::imu::{SENSOR, imu_sample};
 use firmware::sampling::{self, Activity, EDGE_LIMIT_US, Measurement, ReadAt, Sensor, Tick, Ticks};
 use firmware::{Foot, Ports, Start};
-use lsm6dsox::Pin as InterruptPin;
-use lsm6dsox::RawSample;
+use lsm6dsox::imu::imu_sample;
 use lsm6dsox::sim::{Motion, Part, PartOptions, SharedPart, Stimulus};
+use lsm6dsox::{Config, Pin as InterruptPin, RawSample};
 use wire::node::Command;
 use wire::pdo::{Contact, Pdo};
 use wire::uart::{Answer, ConfigSet, Decoder, Message, NmtRequest, encode};
@@ -321,7 +320,7 @@ impl Bench {
         let mut bytes = [3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
         bytes[4] = u8::from(scatter > 0);
         bytes[14..].copy_from_slice(&(2049 + scatter).to_le_bytes());
-        let raw = RawSample::decode(&bytes, &SENSOR).expect("a status");
+        let raw = RawSample::decode(&bytes, &Config::FRESH_KILOHERTZ).expect("a status");
         let measurement = Measurement {
             sample: imu_sample(&raw, time),
             raw: Some(raw),

@@ -1,12 +1,12 @@
 //! Recording of a foot that follows a plan, by a sensor that is read 1000 times a second.
 //!
 //! The rest is the foot's own program: the driver over SPI, one burst at the first data-ready edge after each
-//! tick, and the conversion in [`firmware::imu`].
+//! tick, and the conversion in [`lsm6dsox::imu`].
 
 use estimator_core::{Gravity, ImuSample, Load, Timestamp};
-use firmware::imu::{SENSOR, imu_sample, missing_sample};
+use lsm6dsox::imu::{imu_sample, missing_sample};
 use lsm6dsox::sim::{SharedPart, SimSpi};
-use lsm6dsox::{Lsm6dsox, Pin, RawSample};
+use lsm6dsox::{Config, Lsm6dsox, Pin, RawSample};
 use recordings::samples::recording::{RecordedSample, Recording};
 
 use crate::label::labels;
@@ -61,7 +61,7 @@ impl Walking {
     pub fn new(plan: &Plan, sensor: &SensorParams, seed: u64) -> Self {
         let motion = Track::new(plan);
         let part = sensor.mounted(motion.clone(), seconds(START_US), seed);
-        let mut driver = Lsm6dsox::new(part.spi(), SENSOR);
+        let mut driver = Lsm6dsox::new(part.spi(), Config::FRESH_KILOHERTZ);
         driver
             .init(&mut part.delay())
             .expect("a part without a fault starts");

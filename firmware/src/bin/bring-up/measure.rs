@@ -14,10 +14,9 @@ use embassy_stm32::pac::{DBGMCU, FLASH, SPI1};
 use embassy_time::{Duration, Instant, Timer};
 use embedded_hal_async::spi::{Operation, SpiDevice};
 use firmware::bring_up::{Edges, Jitter, Line, Report, SUPPLY_MV, Verdict, supply_mv};
-use firmware::imu;
 use firmware::sampling::Ticks;
 use lsm6dsox::asynch::Lsm6dsox;
-use lsm6dsox::{SetSpiClock, SpiClock};
+use lsm6dsox::{Config, SetSpiClock, SpiClock};
 use static_cell::StaticCell;
 
 use crate::board::clocks::Source;
@@ -271,7 +270,7 @@ async fn measure_bus(out: &mut Out, bus: &mut SensorBus) {
 async fn measure_sensor(out: &mut Out, mut bus: SensorBus, timebase: Timebase) {
     Timer::after(Duration::from_millis(20)).await;
     measure_bus(out, &mut bus).await;
-    let mut driver = Lsm6dsox::new(bus, imu::SENSOR);
+    let mut driver = Lsm6dsox::new(bus, Config::FRESH_KILOHERTZ);
     if driver.init(&mut Delay).await.is_err() {
         let verdict = Verdict::Fail("see the lines of the bus");
         out.line("sensor", format_args!("does not start"), "", verdict)

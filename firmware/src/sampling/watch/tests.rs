@@ -1,5 +1,5 @@
 use super::*;
-use crate::imu::SENSOR;
+use lsm6dsox::Config;
 use std::vec::Vec;
 
 const FRESH: u8 = 0b11;
@@ -11,7 +11,7 @@ fn sample(status: u8, codes: [i16; 6]) -> RawSample {
     for (bytes, code) in bytes[4..].chunks_mut(2).zip(codes) {
         bytes.copy_from_slice(&code.to_le_bytes());
     }
-    RawSample::decode(&bytes, &SENSOR).expect("a status")
+    RawSample::decode(&bytes, &Config::FRESH_KILOHERTZ).expect("a status")
 }
 
 /// Samples in which no axis repeats.

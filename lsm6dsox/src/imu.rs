@@ -1,15 +1,12 @@
-//! Conversion of the sensor's samples to those of the estimator.
+//! The sensor's samples as those of the estimator (feature `estimator`).
 //!
 //! Sensor and estimator are independent; they meet here, on the foot and in every program
 //! on a host. Units are SI on both sides, so this module adds time and validity.
 
+use crate::{RawSample, Sample};
 use estimator_core::{
     AngularRate, ImuSample, Saturation, SpecificForce, Timestamp, Validity, Vec3,
 };
-use lsm6dsox::{Config, RawSample, Sample};
-
-/// Configuration of the foot's sensor.
-pub const SENSOR: Config = Config::FRESH_KILOHERTZ;
 
 /// Converts the sample read at the data-ready edge at `timestamp`.
 #[must_use]
@@ -50,6 +47,7 @@ const fn validity(sample: &Sample) -> Validity {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Config;
 
     /// A burst with these freshness bits and these codes on ωy and ax.
     fn read(status: u8, rate: i16, force: i16) -> ImuSample {
@@ -57,7 +55,7 @@ mod tests {
         bytes[0] = status;
         bytes[6..8].copy_from_slice(&rate.to_le_bytes());
         bytes[10..12].copy_from_slice(&force.to_le_bytes());
-        let raw = RawSample::decode(&bytes, &SENSOR).expect("a status");
+        let raw = RawSample::decode(&bytes, &Config::FRESH_KILOHERTZ).expect("a status");
         imu_sample(&raw, Timestamp::from_micros(1_234))
     }
 
