@@ -1,7 +1,7 @@
 //! SPI1 to the LSM6DSOX, and its INT1.
 //!
-//! The HAL configures it; transfers are implemented here. Each millisecond has two of them, and what the HAL
-//! spends on the DMA of one equals the work of the estimator.
+//! The HAL configures it; transfers are implemented here: the HAL waits for their end without a limit, and panics at an
+//! error of the DMA.
 
 use core::sync::atomic::{Ordering, compiler_fence};
 
@@ -198,8 +198,7 @@ impl SensorBus {
     }
 }
 
-/// Sends bytes and replaces them by those received, over DMA; the processor sleeps meanwhile, 27 µs for a sample. Running lower levels would
-/// take longer than most of their work.
+/// Sends bytes and replaces them by those received, over DMA; the processor sleeps meanwhile, 27 µs for a sample.
 fn burst(bytes: &mut [u8], limit_micros: u32) -> Result<(), ErrorKind> {
     DMA2.ifcr(RECEIVE / 4).write_value(Ixr(EVENTS));
     // The receiver first: nothing is received before something is sent.

@@ -1,7 +1,7 @@
 //! USART1, 8N1, both ways over DMA.
 //!
-//! The HAL configures it and receives. It would spend 600 instructions on each transfer that is sent,
-//! one per millisecond, so these are started here.
+//! The HAL configures it and receives. It panics at an error of the DMA that sends, so transfers are started here, where
+//! an error costs their frames.
 
 use core::future::poll_fn;
 use core::sync::atomic::{Ordering, compiler_fence};

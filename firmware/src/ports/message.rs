@@ -49,8 +49,7 @@ impl Input {
     }
 }
 
-/// Request over UART. Much smaller than a [`Message`](wire::uart::Message) of any kind, because it is
-/// moved several times until it is answered.
+/// Request over UART: the kinds of a [`Message`](wire::uart::Message) that a foot answers or executes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UartRequest {
     /// Read an object's value.
