@@ -28,7 +28,6 @@ pub const SPI_MAX_HERTZ: u32 = 10_000_000;
 
 /// Clock of the part's SPI.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SpiClock {
     /// Half of [`SPI_MAX_HERTZ`].
     #[default]

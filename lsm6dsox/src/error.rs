@@ -6,7 +6,6 @@ use crate::register::{self, Register};
 
 /// Error of the driver. `E` is the error type of the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Error<E> {
     /// The transfer itself failed.
     Bus(E),

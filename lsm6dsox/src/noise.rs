@@ -23,7 +23,6 @@ pub const fn accel_micro_g_per_root_hertz(full_scale: AccelFullScale) -> f32 {
 
 /// Standard deviation per axis at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Noise {
     /// m/s²; `None` if the accelerometer is off or in low power.
     pub specific_force: Option<f32>,

@@ -14,7 +14,6 @@ pub enum Access {
 
 /// One 8-bit register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Register {
     /// ST's name of the register.
     pub name: &'static str,
@@ -23,7 +22,6 @@ pub struct Register {
     /// Value after power-up and after a software reset.
     pub reset: u8,
     /// Access that the bus has to the register.
-    #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     pub access: Access,
     /// Bits with a function. The others are reserved: they keep their value after reset.
     pub mask: u8,

@@ -12,7 +12,6 @@ pub const SAMPLE_BYTES: usize = (register::OUTZ_H_A.address - STATUS_REG.address
 
 /// `STATUS_REG`: outputs that have not been read before.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Status(u8);
 
 impl Status {
@@ -53,7 +52,6 @@ impl Status {
 
 /// A sample in the part's own codes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct RawSample {
     /// Flags of the outputs that are new.
     pub status: Status,
@@ -132,7 +130,6 @@ impl RawSample {
 
 /// A sample in SI units, with its quality. Axes are those of the sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sample {
     /// Accelerometer, m/s², gravity included: at rest it points up with 9.81 m/s².
     pub specific_force: [f32; 3],

@@ -8,7 +8,6 @@ pub const DEGREE: f32 = core::f32::consts::PI / 180.0;
 
 /// Largest specific force the accelerometer measures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum AccelFullScale {
     /// ±2 g.
     #[default]
@@ -23,7 +22,6 @@ pub enum AccelFullScale {
 
 /// Largest angular rate the gyroscope measures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum GyroFullScale {
     /// ±125 °/s.
     Dps125,
@@ -135,7 +133,6 @@ impl FullScale for GyroFullScale {
 
 /// Three codes of one sensor, x, y and z, with their scale.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Codes<S> {
     /// Codes as read from the part.
     pub codes: [i16; 3],
@@ -180,7 +177,6 @@ impl<S: FullScale> Codes<S> {
 
 /// A temperature in the part's codes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TemperatureCode(pub i16);
 
 impl TemperatureCode {
@@ -194,7 +190,6 @@ impl TemperatureCode {
 /// `INTERNAL_FREQ_FINE`: error of the part's clock, as measured in production;
 /// steps of 0.15 % \[D; P of a sibling\].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FrequencyFine(pub i8);
 
 impl FrequencyFine {

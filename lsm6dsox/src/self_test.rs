@@ -26,7 +26,6 @@ pub(crate) const ST_G_POSITIVE: u8 = 0b01;
 
 /// Change caused by the test signal, per axis, as a magnitude.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SelfTest {
     /// Accelerometer, m/s².
     pub specific_force: [f32; 3],

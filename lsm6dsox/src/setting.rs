@@ -2,7 +2,6 @@
 
 /// Output data rate, by ST's nominal numbers \[P\]. The part's own clock may be off by some per cent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Odr {
     /// Powered down.
     #[default]
@@ -93,7 +92,6 @@ impl Odr {
 
 /// The accelerometer's low-pass filter, by its cut-off \[D\].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum AccelFilter {
     /// LPF1 alone: ODR/2.
     #[default]
@@ -167,7 +165,6 @@ impl AccelFilter {
 
 /// FTYPE: cut-off of the gyroscope's LPF1. The resulting frequency depends on the data rate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Ftype {
     /// 000: 335 Hz at 6667 Hz.
     #[default]
@@ -225,7 +222,6 @@ impl Ftype {
 
 /// The gyroscope's low-pass filters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum GyroFilter {
     /// LPF2 alone, fixed by the data rate.
     Lpf2,
@@ -249,7 +245,6 @@ impl GyroFilter {
 
 /// One of the two sensors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Sensor {
     /// Specific force.
     Accel,
@@ -259,7 +254,6 @@ pub enum Sensor {
 
 /// One of the two interrupt pins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Pin {
     /// INT1. A high level at power-up selects I3C and nothing else: no pull-up here.
     Int1,
@@ -269,7 +263,6 @@ pub enum Pin {
 
 /// Duration for which the data-ready pin stays high.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum DataReadyMode {
     /// Until a high byte of the sample is read.
     Latched,

@@ -15,7 +15,6 @@ use crate::setting::{AccelFilter, DataReadyMode, Ftype, GyroFilter, Odr, Pin, Se
 
 /// Pin that signals new samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct DataReady {
     /// Sensor whose samples are signalled.
     pub sensor: Sensor,
@@ -27,7 +26,6 @@ pub struct DataReady {
 
 /// The accelerometer's settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct AccelParams {
     /// Output data rate.
     pub odr: Odr,
@@ -39,7 +37,6 @@ pub struct AccelParams {
 
 /// The gyroscope's settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct GyroParams {
     /// Output data rate.
     pub odr: Odr,
@@ -51,7 +48,6 @@ pub struct GyroParams {
 
 /// Settings of the part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Params {
     /// The accelerometer.
     pub accel: AccelParams,
@@ -216,7 +212,6 @@ impl Params {
 
 /// Validated settings. Only [`Params::validate`] makes one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Config {
     params: Params,
     writes: [Write; Self::WRITES],
@@ -224,7 +219,6 @@ pub struct Config {
 
 /// A register and the value to write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Write {
     /// Register to write.
     pub register: &'static Register,
@@ -323,7 +317,6 @@ const fn write(register: &'static Register, value: u8) -> Write {
 
 /// Reason for which parameters were rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ParamsError {
     /// Path of the field in [`Params`].
     pub field: &'static str,
