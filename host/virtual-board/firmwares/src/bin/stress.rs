@@ -87,9 +87,9 @@ fn thread(context: usize) -> bool {
     for _ in 0..5 {
         own.advance(3);
         // While BASEPRI masks the two lower interrupts, they do not run.
-        let before = [&RUNS[1], &RUNS[2]].map(|runs| runs.load(Ordering::Relaxed));
         // SAFETY: nothing relies on the masked interrupts.
         unsafe { basepri::write(0x80) };
+        let before = [&RUNS[1], &RUNS[2]].map(|runs| runs.load(Ordering::Relaxed));
         own.advance(2);
         let after = [&RUNS[1], &RUNS[2]].map(|runs| runs.load(Ordering::Relaxed));
         // SAFETY: opens what was masked above.
