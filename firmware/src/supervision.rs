@@ -2,8 +2,8 @@
 
 use core::sync::atomic::{AtomicU8, Ordering};
 
-use wire::Fault;
 use wire::node::Crash;
+use wire::{Fault, Faults};
 
 /// Part of the program that must be alive for the watchdog to be fed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -132,17 +132,18 @@ impl FaultLatch {
         }
     }
 
-    /// Advances by one tick; calls `clear` with each fault whose time is over.
-    pub fn tick(&mut self, mut clear: impl FnMut(Fault)) {
+    /// Advances by one tick; returns the faults whose time is over.
+    pub fn tick(&mut self) -> Faults {
+        let mut over = Faults::NONE;
         for fault in Fault::ALL {
-            let left = self.left.get_mut(usize::from(fault.number()));
-            if let Some(left) = left.filter(|left| **left > 0) {
+            if let Some(left @ 1..) = self.left.get_mut(usize::from(fault.number())) {
                 *left -= 1;
                 if *left == 0 {
-                    clear(fault);
+                    over = over.with(fault);
                 }
             }
         }
+        over
     }
 }
 
@@ -258,7 +259,7 @@ mod tests {
             if tick == 2 {
                 latch.hold_for(Fault::LateTick, 3);
             }
-            latch.tick(|fault| cleared.push((tick, fault)));
+            cleared.extend(latch.tick().iter().map(|fault| (tick, fault)));
         }
         assert_eq!(cleared, [(4, Fault::LateTick)]);
     }
@@ -266,11 +267,8 @@ mod tests {
     #[test]
     fn a_kept_fault_is_not_cleared() {
         let mut latch = FaultLatch::default();
-        let cleared_within = |latch: &mut FaultLatch, ticks: u32| {
-            let mut cleared = false;
-            (0..ticks).for_each(|_| latch.tick(|_| cleared = true));
-            cleared
-        };
+        let cleared_within =
+            |latch: &mut FaultLatch, ticks: u32| (0..ticks).any(|_| !latch.tick().is_empty());
         latch.hold_for(Fault::CanBusOff, 3);
         latch.keep(Fault::CanBusOff);
         assert!(!cleared_within(&mut latch, 10));
@@ -288,7 +286,7 @@ mod tests {
         latch.keep(Fault::GyroBias);
         let mut cleared = Vec::new();
         for tick in 1..10 {
-            latch.tick(|fault| cleared.push((tick, fault)));
+            cleared.extend(latch.tick().iter().map(|fault| (tick, fault)));
         }
         let expected = [
             (1, Fault::LateTick),

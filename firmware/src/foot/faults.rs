@@ -5,7 +5,7 @@ use core::ops::RangeInclusive;
 use estimator_core::Validity;
 use lsm6dsox::scale::{DEGREE, STANDARD_GRAVITY};
 use wire::node::Crash;
-use wire::{Counter, Fault, Faults};
+use wire::{Counter, Fault};
 
 use super::Foot;
 use super::output::Level;
@@ -204,10 +204,8 @@ impl Foot {
 
     /// Clears faults whose hold time after the event is over.
     pub(super) fn clear_expired_faults(&mut self, ports: &Ports) {
-        let mut expired = Faults::NONE;
-        self.fault_state
-            .latch
-            .tick(|fault| expired = expired.with(fault));
-        expired.iter().for_each(|fault| self.clear(fault, ports));
+        for fault in self.fault_state.latch.tick().iter() {
+            self.clear(fault, ports);
+        }
     }
 }
