@@ -3,6 +3,7 @@
 use canopen_rs::NmtState;
 use canopen_rs::time::TimeOfDay;
 use estimator_core::{Learning, Learnt, Method, Timestamp, VelocitySigma};
+use heapless::Deque;
 
 use super::event::{Calibration, CalibrationState, Crash, Event, Program};
 use super::snapshot::Snapshot;
@@ -28,7 +29,8 @@ pub(super) struct Device {
     pub(super) settings: Settings,
     pub(super) state: NmtState,
     pub(super) faults: Faults,
-    pub(super) history: [u32; ERROR_HISTORY],
+    /// Emergencies, the newest first.
+    pub(super) history: Deque<u32, ERROR_HISTORY>,
     pub(super) snapshot: Snapshot,
     pub(super) stage: Stage,
     pub(super) counters: Counters,
@@ -54,14 +56,10 @@ impl Device {
         self.id.map_or(0, |id| u32::from(id.get()))
     }
 
-    fn errors(&self) -> impl Iterator<Item = u32> {
-        self.history.into_iter().take_while(|error| *error != 0)
-    }
-
     fn live(&self, address: Address) -> Option<u32> {
         let part = usize::from(address.subindex).checked_sub(1);
         Some(match address.index {
-            index::ERROR_HISTORY => part.and_then(|i| self.history.get(i).copied())?,
+            index::ERROR_HISTORY => self.history.iter().nth(part?).copied().unwrap_or(0),
             index::IDENTITY => self.serial,
             index::STAGE => u32::from(self.stage.code()),
             index::FAULTS => self.faults.bits(),
@@ -153,7 +151,7 @@ impl Device {
         match (address.index, value) {
             (index::ERROR_HISTORY, Value::U8(1..)) => Err(AbortCode::InvalidValue),
             (index::ERROR_HISTORY, _) => {
-                self.history = [0; ERROR_HISTORY];
+                self.history.clear();
                 Ok(Written::Done)
             }
             (index::STORE, Value::U32(SIGNATURE_STORE))
@@ -253,7 +251,7 @@ impl Objects for Device {
                 .wrapping_add(self.id()),
             (Role::Process, _) => self.snapshot.value(address).ok_or(AbortCode::NoObject)?,
             (Role::Input, _) => self.load.map_or(f32::NAN, |load| load.0).to_bits(),
-            (Role::Command, index::ERROR_HISTORY) => self.errors().count() as u32,
+            (Role::Command, index::ERROR_HISTORY) => self.history.len() as u32,
             (Role::Command, _) => return Ok(entry.default),
             (Role::Live, _) => self.live(address).ok_or(AbortCode::NoObject)?,
         };

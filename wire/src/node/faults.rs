@@ -36,10 +36,12 @@ impl Node {
 
     fn note(&mut self, fault: Fault, detail: u32) {
         self.device.faults = self.device.faults.with(fault);
-        // Shifts the entries by one; the oldest is discarded.
-        let newest = u32::from(fault.code()) | u32::from(fault.number()) << 16;
-        let history = self.device.history.iter_mut();
-        history.fold(newest, |moved, entry| core::mem::replace(entry, moved));
+        let history = &mut self.device.history;
+        if history.is_full() {
+            history.pop_back();
+        }
+        // There is room now.
+        let _ = history.push_front(u32::from(fault.code()) | u32::from(fault.number()) << 16);
         if let Some(kept) = self.details.get_mut(usize::from(fault.number())) {
             *kept = detail;
         }

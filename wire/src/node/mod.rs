@@ -33,6 +33,7 @@ use canopen_rs::nmt;
 use canopen_rs::time::TimeOfDay;
 use canopen_rs::{NmtCommand, NmtState, NmtStateMachine};
 use estimator_core::{ContactEstimate, Learnt, Timestamp};
+use heapless::Deque;
 
 use device::Device;
 use lss::{LSS_STORE, id_setting, lss_slave};
@@ -40,7 +41,7 @@ use snapshot::Snapshot;
 
 use crate::abort::AbortCode;
 use crate::counter::Counters;
-use crate::dictionary::{Address, ERROR_HISTORY, index};
+use crate::dictionary::{Address, index};
 use crate::fault::{Fault, Faults};
 use crate::foot::{NodeId, cob_id};
 use crate::frame::CanFrame;
@@ -104,7 +105,7 @@ impl Node {
                 settings,
                 state: NmtState::Initialising,
                 faults: Faults::NONE,
-                history: [0; ERROR_HISTORY],
+                history: Deque::new(),
                 snapshot: Snapshot::default(),
                 stage: Stage::Starting,
                 counters: Counters::default(),
