@@ -33,7 +33,7 @@ impl Lane {
 
 /// Queue with room for `ESTIMATES` estimates, and `OTHERS` items in each other lane.
 #[derive(Debug)]
-pub struct Outlet<T, const ESTIMATES: usize, const OTHERS: usize>(
+pub(crate) struct Outlet<T, const ESTIMATES: usize, const OTHERS: usize>(
     Mutex<CriticalSectionRawMutex, RefCell<Lanes<T, ESTIMATES, OTHERS>>>,
 );
 
@@ -145,7 +145,7 @@ impl<T, const ESTIMATES: usize, const OTHERS: usize> Outlet<T, ESTIMATES, OTHERS
 
     /// Returns whether the queue is empty.
     pub fn is_empty(&self) -> bool {
-        self.with(|lanes| lanes.is_empty())
+        self.with(Lanes::is_empty)
     }
 
     /// Waits for an item, or for [`call`](Self::call).

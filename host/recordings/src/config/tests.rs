@@ -28,10 +28,7 @@ fn every_key_reaches_its_parameter() {
     let params = applied(
         "sample_rate_hz = 500\ngravity = 'removed'\nwindow = '25samples'\n\
          method = 'half_widths'\nlearning = 'frozen'\n\
-         [learnt]\nstill_seconds = 31\nmoving_seconds = 32\nidle_seconds = 33\n\
-         acceleration = { still = 22, moving = 23, width = 24 }\n\
-         rate = { still = 25, moving = 26, width = 27 }\n\
-         velocity = { still = 28, moving = 29, width = 30 }\n\
+         [learnt]\nstill = 2.2\nmoving = 2.3\nwidth = 2.4\nspeed = 2.5\nstill_seconds = 31\nmoving_seconds = 32\n\
          [bandwidth]\nacceleration_m_s2 = 1\nangular_rate_rad_s = 2.0\n\
          [half_width]\nacceleration_m_s2 = { ax = 3, ay = 4, az = 5 }\n\
          angular_rate_rad_s = { wx = 6, wy = 7, wz = 8 }\n\
@@ -48,11 +45,9 @@ fn every_key_reaches_its_parameter() {
         gravity: Gravity::Removed,
         method: Method::HalfWidths,
         learning: Learning::Frozen,
-        learnt: Some(Learnt::from_array([
-            22.0, 23.0, 24.0, 25.0, 26.0, 27.0, 28.0, 29.0, 30.0, 31.0, 32.0, 33.0,
-        ])),
+        learnt: Some(Learnt::from_array([2.2, 2.3, 2.4, 2.5, 31.0, 32.0])),
         // No key reaches these.
-        stillness: Params::DEFAULT.stillness,
+        constants: Params::DEFAULT.constants,
         window: WindowLength::Samples(25),
         bandwidth: PerAxis::by_sensor(1.0, 2.0),
         half_width: PerAxis::from_array([3.0, 4.0, 5.0, 6.0, 7.0, 8.0]),
