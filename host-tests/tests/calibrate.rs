@@ -54,7 +54,6 @@ fn learnt_by_the_estimator(recording: &Recording, learnt: Option<Learnt>) -> Lea
     for sample in &recording.samples {
         estimator.update(&sample.imu, None);
     }
-    estimator.finish();
     estimator.learnt()
 }
 

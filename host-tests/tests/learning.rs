@@ -4,7 +4,6 @@
 use std::f32::consts::TAU;
 use std::ops::Range;
 
-use estimator_core::stillness::Classes;
 use estimator_core::{
     AngularRate, ContactEstimate, ContactEstimator, Decision, Flags, ImuSample, Learnt, Params,
     Saturation, SpecificForce, Validity, Vec3,
@@ -271,15 +270,10 @@ fn a_walk_with_values_learnt_by_another_robot_is_right() {
     let (_, own) = replay_and_learn(&walk.recording, &Params::DEFAULT).expect("valid parameters");
     let mut wrong = Vec::new();
     for factor in [10.0_f32, 0.1] {
-        let other = |classes: Classes| Classes {
-            still: classes.still + factor.ln(),
-            moving: classes.moving + factor.ln(),
-            ..classes
-        };
         let learnt = Learnt {
-            acceleration: other(own.acceleration),
-            rate: other(own.rate),
-            velocity: other(own.velocity),
+            still: own.still + factor.ln(),
+            moving: own.moving + factor.ln(),
+            speed: own.speed + factor.ln(),
             ..own
         };
         let params = Params {

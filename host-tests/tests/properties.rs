@@ -1,7 +1,6 @@
 //! Properties of the estimator for arbitrary input.
 
 use estimator_core::parameter::Row;
-use estimator_core::stillness::Classes;
 use estimator_core::{
     AngularRate, ContactEstimate, ContactEstimator, Decision, DensityEstimator, Gravity,
     GyroTiming, ImuSample, Learning, Learnt, LinearAcceleration, Load, LoadParams, Method,
@@ -65,23 +64,15 @@ fn scale(low: f32, high: f32) -> impl Strategy<Value = f32> {
 }
 
 prop_compose! {
-    fn any_classes()(
+    fn any_learnt()(
         still in -9.3_f32..=9.3,
         above in 0.0_f32..=1.0,
         width in 0.0_f32..=9.3,
-    ) -> Classes {
-        Classes { still, moving: still + above * (9.3 - still), width }
-    }
-}
-
-prop_compose! {
-    fn any_learnt()(
-        [acceleration, rate, velocity] in prop::array::uniform3(any_classes()),
+        speed in -9.3_f32..=9.3,
         still_seconds in 0.0_f32..=1.0e3,
         moving_seconds in 0.0_f32..=1.0e3,
-        idle_seconds in 0.0_f32..=1.0e6,
     ) -> Learnt {
-        Learnt { acceleration, rate, velocity, still_seconds, moving_seconds, idle_seconds }
+        Learnt { still, moving: still + above * (9.3 - still), width, speed, still_seconds, moving_seconds }
     }
 }
 

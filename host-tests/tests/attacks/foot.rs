@@ -212,8 +212,7 @@ impl Foot {
         samples.iter().map(valid).collect()
     }
 
-    pub fn learnt(&mut self) -> Learnt {
-        self.estimator.finish();
+    pub fn learnt(&self) -> Learnt {
         self.estimator.learnt()
     }
 }

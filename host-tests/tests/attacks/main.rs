@@ -4,7 +4,6 @@ mod foot;
 
 use std::f64::consts::TAU;
 
-use estimator_core::stillness::Classes;
 use estimator_core::{
     ContactEstimate, Decision, Flag, Gravity, Learnt, Params, Probabilities, Saturation, Validity,
 };
@@ -203,21 +202,14 @@ fn samples_in_doubt_are_never_stable_and_gaps_never_raise_p() {
 fn any_learnable_start_recovers_within_half_a_minute_at_1_khz() {
     let mut chance = Chance::new(5);
     for _ in 0..20 {
-        let mut classes = || {
-            let still = 18.6 * chance.even() - 9.3;
-            Classes {
-                still: still as f32,
-                moving: (still + (9.3 - still) * chance.even()).min(9.3) as f32,
-                width: (9.3 * chance.even()) as f32,
-            }
-        };
+        let still = 18.6 * chance.even() - 9.3;
         let learnt = Learnt {
-            acceleration: classes(),
-            rate: classes(),
-            velocity: classes(),
+            still: still as f32,
+            moving: (still + (9.3 - still) * chance.even()).min(9.3) as f32,
+            width: (9.3 * chance.even()) as f32,
+            speed: (18.6 * chance.even() - 9.3) as f32,
             still_seconds: 8.0,
             moving_seconds: 8.0,
-            idle_seconds: 0.0,
         };
         let params = Params {
             learnt: Some(learnt),

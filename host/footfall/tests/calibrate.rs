@@ -128,10 +128,8 @@ fn recordings_without_a_lesson_are_rejected_with_causes() {
 fn results_replace_keys_and_other_settings_are_kept() {
     let bench = Bench::with("walk.csv", csv(GaitName::Walk, 12.0));
     let before = "learning = 'frozen'\n[load]\non_threshold = 20.0\n[learnt]\nstill_seconds = 0\n\
-                  moving_seconds = 0\nidle_seconds = 0\n";
-    let classes = "{ still = -1, moving = 2, width = 0.3 }";
-    let classes = format!("acceleration = {classes}\nrate = {classes}\nvelocity = {classes}\n");
-    fs::write(bench.path("robot.toml"), before.to_owned() + &classes).expect("a file");
+                  moving_seconds = 0\nstill = -1\nmoving = 2\nspeed = -5\nwidth = 0.3\n";
+    fs::write(bench.path("robot.toml"), before).expect("a file");
     fs::write(bench.path("rests.csv"), lying(6, 9.81)).expect("a file");
     bench.stdout("calibrate walk.csv --config robot.toml --output robot.toml");
     bench.stdout("calibrate rests.csv --rests --config robot.toml --output robot.toml");
@@ -142,7 +140,7 @@ fn results_replace_keys_and_other_settings_are_kept() {
         .get(estimator_core::Parameter::LoadOnThreshold);
     assert_eq!(on, Some(20.0));
     let learnt = learnt(&bench, "robot.toml");
-    assert!(learnt.is_settled() && learnt.rate.width != 0.3);
+    assert!(learnt.is_settled() && learnt.width != 0.3);
     assert_eq!(overrides.all.learning, Some(Learning::Frozen));
     let corrected = overrides.correction("robot.toml").expect("a sensor");
     assert!(

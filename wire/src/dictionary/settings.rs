@@ -51,8 +51,10 @@ pub(super) const LEARNT: [Entry; Learnt::NUMBERS] = {
     [
         learnt(1, "Acceleration, still", still),
         learnt(2, "Acceleration, moving", moving).doc("not below that of stillness"),
-        learnt(3, "Acceleration, width", width).doc("mean deviation in stillness, of the logarithm"),
-        learnt(4, "Speed, still", speed).doc("that accelerations along the ground add up to in stances"),
+        learnt(3, "Acceleration, width", width)
+            .doc("mean deviation in stillness, of the logarithm"),
+        learnt(4, "Speed, still", speed)
+            .doc("that accelerations along the ground add up to in stances"),
         learnt(5, "Stillness learnt from", still_seconds),
         learnt(6, "Motion learnt from", moving_seconds),
     ]

@@ -86,7 +86,9 @@ impl Trouble {
                 "up to 10 ms are bridged without a rise; after more the probability starts from near 0"
             }
             Self::Flag(Flag::WindowNotFull) => "the mean is over the samples there are",
-            Self::Flag(Flag::Unproven) => "the probability stays at or below 0.5, and no frame says \"stable\"",
+            Self::Flag(Flag::Unproven) => {
+                "the probability stays at or below 0.5, and no frame says \"stable\""
+            }
             Self::Flag(_) => "the sample counts as motion",
             Self::Refusal(_) => "",
         }
