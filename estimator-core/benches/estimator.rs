@@ -77,7 +77,7 @@ fn error_function(name: &'static str, function: fn(f32) -> f32) -> Case {
     Case(name, ARGUMENTS, Box::new(pass))
 }
 
-/// A function of its own, whose instructions can be told from those of the preparation.
+/// Not inlined: only its instructions are counted, without those of the preparation.
 #[inline(never)]
 fn pass(run: &mut dyn FnMut()) {
     run();

@@ -1,12 +1,9 @@
 //! Use of the wire formats from Python: `footfall.eds` by python-canopen and by Lely's tools, `footfall.dbc`
-//! by cantools, and python-canopen as master of a foot over slcan on a pseudo-terminal. The packages
-//! are installed into a virtual environment under `target`, in the versions of
-//! `python/requirements.txt`.
-#![cfg(unix)]
+//! by cantools. The packages are installed into a virtual environment under `target`, in the versions of
+//! `python/requirements.txt`. With python-canopen as master, the virtual board runs a foot.
 
 mod python {
     pub mod environment;
-    pub mod foot;
     pub mod truth;
 }
 
@@ -208,22 +205,4 @@ fn cantools_decodes_every_signal_as_it_was_encoded() {
     }
     let table = scratch("frames.tsv", &table);
     script("dbc.py", &[&Path::new(HERE).join("footfall.dbc"), &table]);
-}
-
-#[test]
-fn python_canopen_is_master_of_a_foot_over_slcan() {
-    if interpreter().is_none() {
-        return;
-    }
-    let foot = match python::foot::start() {
-        Ok(foot) => foot,
-        Err(error) => {
-            unmet(&format!("no pseudo-terminal: {error}"));
-            return;
-        }
-    };
-    script(
-        "master.py",
-        &[foot.tty(), &Path::new(HERE).join("footfall.eds")],
-    );
 }

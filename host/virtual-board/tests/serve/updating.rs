@@ -13,6 +13,7 @@ use xtask::{DEVELOPMENT_KEY, ProgramOrigin, image};
 
 use crate::common::{build_bootloader, product};
 use crate::environment;
+use crate::python::script;
 use crate::server::{Server, footfall, program};
 
 /// Image of a program with another hash than that of the server's boards, which a probe has written.
@@ -75,18 +76,18 @@ fn python_canopen_updates_a_foot() {
     for (file, elf) in [("foot.img", &elf), ("second.img", &other_version(&elf))] {
         fs::write(server.path(file), new_image(elf)).expect("written");
     }
-    let output = Command::new(&python)
-        .arg(workspace().join("host/virtual-board/tests/python/update.py"))
-        .arg(server.path("bus.slcan"))
-        .arg(server.path("FL.uart"))
-        .arg(workspace().join("wire/footfall.eds"))
-        .arg(server.path("foot.img"))
-        .arg(server.path("second.img"))
-        .output()
-        .expect("the interpreter starts");
-    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    let (printed, words) = (text(&output.stdout), text(&output.stderr));
-    assert!(output.status.success(), "{printed}{words}{}", server.said());
+    let [serial, eds, first, second] = [
+        server.path("FL.uart"),
+        workspace().join("wire/footfall.eds"),
+        server.path("foot.img"),
+        server.path("second.img"),
+    ];
+    script(
+        &python,
+        "update.py",
+        &server,
+        &[&serial, &eds, &first, &second],
+    );
     let (said, status) = server.end();
     assert!(status.success(), "{said}");
 }
