@@ -8,7 +8,6 @@ use virtual_board::emulator::corner::Corner;
 use virtual_board::emulator::part::can::{BusFrame, TimedFrame};
 use virtual_board::emulator::time::PER_SECOND;
 use virtual_board::emulator::wiring::Wiring;
-use virtual_board::product::serve::lawicel;
 use wire::dictionary::{Address, index};
 use wire::node::Command;
 use wire::uart::{ConfigGet, ConfigSet, Message, NmtRequest, encode};
@@ -214,7 +213,10 @@ impl Master {
         let Some((lines, rest)) = text.rsplit_once('\r') else {
             return Vec::new();
         };
-        let frames = lines.split('\r').filter_map(lawicel::frame).collect();
+        let frames = lines
+            .split('\r')
+            .filter_map(|line| wire::slcan::decode(line.as_bytes()));
+        let frames = frames.map(|frame| BusFrame::of(&frame)).collect();
         *text = rest.to_owned();
         frames
     }
@@ -235,10 +237,7 @@ impl Master {
         let frame = BusFrame::new(0x600 + u16::from(self.node), request);
         match self.way {
             Way::Bus => self.board.push_can(frame),
-            Way::Serial(_) => {
-                let line = lawicel::line(&frame) + "\r";
-                self.board.push_uart(line.as_bytes());
-            }
+            Way::Serial(_) => self.board.push_uart(&frame.line()),
         }
     }
 
@@ -356,6 +355,21 @@ impl Master {
             self.push(&segment(k as u8 + 1, bytes, is_last));
         }
         self.answer(500).expect("an answer to a block")
+    }
+
+    /// Begins a block download, of which the first block is sent.
+    pub fn begin_with_a_block(&mut self, image: &[u8]) {
+        let size = self.begin(image.len()).expect("a block");
+        let block = image.chunks(7).take(size).map(|bytes| (bytes, false));
+        assert_eq!(self.block(block)[0], 0xA2);
+    }
+
+    /// Sends segments of which none is the last of all.
+    pub fn push_segments(&mut self, segments: &[&[u8]]) {
+        self.take();
+        for (number, bytes) in (1..).zip(segments) {
+            self.push(&segment(number, bytes, false));
+        }
     }
 
     /// Sends an image by block download.

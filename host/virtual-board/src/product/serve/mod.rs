@@ -6,7 +6,7 @@
 //! | lines that were typed become orders | `commands` |
 //! | in lock step: wait until each program waits | [`lock_step`] |
 //! | bytes of programs come from the terminals or sockets | [`port`], [`terminal`] |
-//! | those of the adapter become frames | [`adapter`], [`lawicel`] |
+//! | those of the adapter become frames | [`adapter`] |
 //! | frames of all nodes are put in order | [`bus`] |
 //! | the boards run, each in a thread; feet walk, and hands hold them | [`robot`], `foot`, [`gait::EndlessGait`], `hands` |
 //! | bytes and frames go out | [`port`], [`adapter`] |
@@ -17,7 +17,6 @@ pub mod bus;
 mod commands;
 mod foot;
 mod hands;
-pub mod lawicel;
 mod links;
 pub mod lock_step;
 pub mod pace;
@@ -364,7 +363,7 @@ impl Server<'_> {
         for carried in others.filter(|carried| carried.node != host) {
             let ms = (to_us(carried.start) * 1e-3) as u64;
             if let Some(line) = self.adapter.hear(carried, ms)
-                && self.slcan.write(line.as_bytes())? == Sent::Lost
+                && self.slcan.write(&line)? == Sent::Lost
             {
                 self.adapter.has_lost = true;
             }
