@@ -150,7 +150,7 @@ fn cantools_decodes_every_signal_as_it_was_encoded() {
                 let expected = truth.expected(signal.name);
                 let phase = Phase::ALL
                     .into_iter()
-                    .find(|phase| *phase as u8 as f64 == expected.0);
+                    .find(|phase| f64::from(*phase as u8) == expected.0);
                 let name = phase
                     .filter(|_| signal.name == "State")
                     .map_or("", Phase::name);
