@@ -34,9 +34,8 @@ use thiserror::Error;
 use wire::Foot as Position;
 
 use crate::emulator::time::{PER_SECOND, to_us};
-use crate::product::fault::{self, SelectedFault};
+use crate::product::fault;
 use adapter::EmulatedAdapter;
-pub use commands::fault_at;
 use commands::{Command, HELP};
 pub use foot::BoardPrograms;
 use foot::Order;
@@ -52,9 +51,6 @@ const MILLISECOND: u64 = PER_SECOND / 1000;
 /// In lock step, maximum delay until a typed line or a stop is noticed while time stands still.
 const NOTICE: Duration = Duration::from_millis(5);
 
-/// A planned fault: the foot, or `None` for all, the fault, and its time, ms.
-pub type Planned = (Option<Position>, SelectedFault, u64);
-
 /// Options of a server.
 #[derive(Clone)]
 pub struct ServeOptions {
@@ -62,8 +58,6 @@ pub struct ServeOptions {
     pub robot: RobotOptions,
     /// Directory for links to the terminals, or for the sockets.
     pub links: Option<PathBuf>,
-    /// Planned faults.
-    pub faults: Vec<Planned>,
     /// Duration, ms; `None` to run until the end is requested.
     pub ms: Option<u64>,
     /// Passage of virtual time.
@@ -94,9 +88,6 @@ pub enum ServeError {
     /// Failure of a foot.
     #[error(transparent)]
     Foot(#[from] Stopped),
-    /// A fault is planned for a foot that does not exist.
-    #[error("the robot has no foot {}", .0.name())]
-    NoSuchFoot(Position),
 }
 
 /// A message to the user.
@@ -165,21 +156,14 @@ pub fn serve(
         serial.push((name, open(name, "uart")?));
     }
     let slcan = open(BUS, "slcan")?;
-    let faults = options.faults.iter();
-    let planned = faults.map(|&(foot, fault, ms)| (ms, foot, Order::Fault(fault)));
     let mut server = Server {
         robot,
         serial,
         slcan,
         adapter: EmulatedAdapter::default(),
-        planned: planned.collect(),
+        planned: Vec::new(),
         tell,
     };
-    for foot in options.faults.iter().filter_map(|(foot, ..)| *foot) {
-        if !server.has(foot) {
-            return Err(ServeError::NoSuchFoot(foot));
-        }
-    }
     for (name, source) in sources {
         (server.tell)(Note::Source(name, source));
     }
