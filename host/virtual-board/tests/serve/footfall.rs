@@ -130,54 +130,6 @@ fn the_monitor_shows_a_walk_its_load_and_a_fault() {
     assert!(status.success(), "{said}");
 }
 
-#[test]
-#[ignore = "full: recordings are bags, a feature of the program"]
-fn a_recording_of_each_line_replays() {
-    let Some(server) = Server::start("record", &["--fault", "hang@2000"]) else {
-        return;
-    };
-    let folder = &server.folder;
-    footfall(
-        folder,
-        &["record", &server.bus(), "-o", "bus.mcap", "--seconds", "6"],
-    );
-    let (json, _) = footfall(folder, &["replay", "bus.mcap", "--topic", "all", "--json"]);
-    let json: Json = serde_json::from_str(&json).expect("JSON");
-    assert!(
-        json["recordings"][0]["samples"].as_u64() > Some(100),
-        "{json:#}"
-    );
-    server.wait_for("FL: reset by the watchdog");
-    footfall(
-        folder,
-        &[
-            "foot",
-            &server.serial("FL"),
-            "set",
-            "uart_streams.raw_sample=1",
-        ],
-    );
-    footfall(
-        folder,
-        &[
-            "record",
-            &server.serial("FL"),
-            "-o",
-            "uart.mcap",
-            "--seconds",
-            "4",
-        ],
-    );
-    let (json, _) = footfall(folder, &["replay", "uart.mcap", "--topic", "all", "--json"]);
-    let json: Json = serde_json::from_str(&json).expect("JSON");
-    assert!(
-        json["recordings"][0]["samples"].as_u64() > Some(1000),
-        "{json:#}"
-    );
-    let (said, status) = server.end();
-    assert!(status.success(), "{said}");
-}
-
 /// Waits in real time until a condition holds.
 fn wait_until(what: &str, is_met: impl Fn() -> bool) {
     let end = Instant::now() + LONGEST;

@@ -8,9 +8,7 @@ use virtual_board::emulator::wiring::Wiring;
 use wire::dictionary::index;
 
 use crate::common::product;
-use crate::master::{
-    CLEAR, CONFIRM, INSTALLED_MS, Master, NEW, OLD, START, STOP, boot, new_image, segment,
-};
+use crate::master::{CLEAR, CONFIRM, INSTALLED_MS, Master, NEW, START, boot, new_image, segment};
 
 /// Foot in its bootloader, with an empty slot, and an image for it.
 fn stopped() -> Option<(Master, Vec<u8>)> {
@@ -123,54 +121,6 @@ fn master_on_the_other_line_ends_a_transfer_in_words() {
     assert_eq!(master.control(CLEAR)[0], 0x60);
     assert_eq!(master.send(&image)[0], 0xA1);
     install(&mut master);
-}
-
-#[test]
-#[ignore = "full: two updates that begin again"]
-fn reset_or_start_in_a_transfer_brings_the_old_program_back() {
-    for by_nmt in [true, false] {
-        let Some((mut master, image)) = stopped() else {
-            return;
-        };
-        master.begin_with_a_block(&image);
-        match by_nmt {
-            // All nodes.
-            true => master.board.push_can(BusFrame::new(0, &[0x81, 0])),
-            false => {
-                // The first ends the transfer, which has no answer within a block.
-                master.push(&[0x80, 0x50, 0x1F, 1, 0, 0, 4, 5]);
-                assert_eq!(master.control(START)[0], 0x60);
-            }
-        }
-        master.boot_up(1_000);
-        assert_eq!((master.version().as_str(), master.status()), (OLD, None));
-        master.stop();
-        assert_eq!(master.control(CLEAR)[0], 0x60);
-        assert_eq!(master.send(&image)[0], 0xA1);
-        install(&mut master);
-    }
-}
-
-/// Commands that come in any order do not put half an image in place of the program.
-#[test]
-#[ignore = "full: commands of an update in any order"]
-fn commands_in_any_order_keep_the_old_program() {
-    let Some((mut master, image)) = stopped() else {
-        return;
-    };
-    for command in [CLEAR, STOP, CLEAR, CONFIRM, 9, 0xFF, STOP] {
-        let answer = master.ask_within(&[0x2F, 0x51, 0x1F, 1, command, 0, 0, 0], 2_500);
-        let is_known = [CLEAR, STOP].contains(&command);
-        let expected = if is_known { 0x60 } else { 0x80 };
-        assert_eq!(answer.map(|answer| answer[0]), Some(expected), "{command}");
-    }
-    // Complete, then cleared: there is nothing to start.
-    assert_eq!(master.send(&image)[0], 0xA1);
-    let cleared = master.ask_within(&[0x2F, 0x51, 0x1F, 1, CLEAR, 0, 0, 0], 2_500);
-    assert_eq!(cleared.map(|answer| answer[0]), Some(0x60));
-    assert_eq!(master.control(START)[0], 0x60);
-    master.boot_up(1_000);
-    assert_eq!((master.version().as_str(), master.status()), (OLD, None));
 }
 
 /// A cut in the record by which a program confirms itself leaves it on trial, or confirmed.
